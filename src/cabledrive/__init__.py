@@ -1,3 +1,39 @@
-"""Vibration, identification and control of flexible cable drives."""
+"""Machines driven by flexible cables, belts and tendons: modes, resonance, identification, control."""
+
+from cabledrive.parameters import (
+    Cable,
+    Carriage,
+    Drive,
+    Goal,
+    InputRefused,
+    Layout,
+    Lumped,
+    Motor,
+    NotComputed,
+    Pulley,
+    Sensors,
+    content_hash,
+    load_drive,
+    packaged_drives,
+    save_drive,
+)
 
 __version__ = "0.1.0.dev0"
+
+__all__ = [
+    "Cable",
+    "Carriage",
+    "Drive",
+    "Goal",
+    "InputRefused",
+    "Layout",
+    "Lumped",
+    "Motor",
+    "NotComputed",
+    "Pulley",
+    "Sensors",
+    "content_hash",
+    "load_drive",
+    "packaged_drives",
+    "save_drive",
+]

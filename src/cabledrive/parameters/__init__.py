@@ -1,0 +1,36 @@
+"""The drive in a file: what the machine is made of, in SI, checked once.
+
+Units exist only here, at the door; every other room works with SI floats.
+"""
+
+from cabledrive.parameters.cable import Cable
+from cabledrive.parameters.carriage import Carriage
+from cabledrive.parameters.content_hash import content_hash
+from cabledrive.parameters.drive import Drive
+from cabledrive.parameters.drive_file import drive_text, load_drive, packaged_drives, save_drive
+from cabledrive.parameters.errors import InputRefused, NotComputed
+from cabledrive.parameters.instruments import Goal, Lumped, Sensors
+from cabledrive.parameters.layout import Layout
+from cabledrive.parameters.motor import Motor
+from cabledrive.parameters.pulley import Pulley
+from cabledrive.parameters.schema import drive_schema
+
+__all__ = [
+    "Cable",
+    "Carriage",
+    "Drive",
+    "Goal",
+    "InputRefused",
+    "Layout",
+    "Lumped",
+    "Motor",
+    "NotComputed",
+    "Pulley",
+    "Sensors",
+    "content_hash",
+    "drive_schema",
+    "drive_text",
+    "load_drive",
+    "packaged_drives",
+    "save_drive",
+]

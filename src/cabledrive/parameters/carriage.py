@@ -1,0 +1,30 @@
+"""A mass carried by the cable."""
+
+from dataclasses import dataclass
+
+from cabledrive.parameters.fields import check_fields, choice, quantity
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Carriage:
+    """A point mass clamped to the cable.
+
+    Attributes
+    ----------
+    mass : float
+        Mass m [kg].
+    position : float
+        Unstretched distance [m] from the pulley at which the span starts (upper: drive, lower: load).
+    span : {"upper", "lower"}, default "upper"
+        The span that carries it.
+    guided : bool, default True
+        Rides on a rail and so has no transverse motion; False: it hangs on the cable.
+    """
+
+    mass: float = quantity("kg", "positive", "mass clamped to the cable")
+    position: float = quantity("m", "positive", "unstretched distance from the pulley where its span starts")
+    span: str = choice(("upper", "lower"), "the span that carries it", "upper")
+    guided: bool = choice((False, True), "rides on a rail (no transverse motion); false: hangs on the cable", True)
+
+    def __post_init__(self) -> None:
+        check_fields(self)

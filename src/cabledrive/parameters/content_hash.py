@@ -1,0 +1,26 @@
+"""A name for the content of a drive, the same on every machine."""
+
+import dataclasses
+import hashlib
+import json
+
+from cabledrive.parameters.drive import Drive
+
+_WORDS = ("name", "title", "source")
+
+
+def content_hash(drive: Drive) -> str:
+    """Hash of everything that can change a result: all SI values, not the words around them.
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    str
+        64 hexadecimal digits (SHA-256 of the canonical JSON of the drive without name, title and source).
+    """
+    content = {key: value for key, value in dataclasses.asdict(drive).items() if key not in _WORDS}
+    canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(canonical.encode()).hexdigest()

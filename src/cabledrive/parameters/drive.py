@@ -1,0 +1,132 @@
+"""The whole drive: cable, two pulleys, carriages, motor, sensors, put together and checked."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from cabledrive.parameters.cable import Cable
+from cabledrive.parameters.carriage import Carriage
+from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.fields import check_fields, choice
+from cabledrive.parameters.instruments import Goal, Lumped, Sensors
+from cabledrive.parameters.layout import Layout
+from cabledrive.parameters.motor import Motor
+from cabledrive.parameters.pulley import Pulley
+
+SCHEMA_VERSION = 1
+MOST_CARRIAGES = 100_000
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drive:
+    """A machine driven by one cable between two pulleys, with the names of its file.
+
+    Attributes
+    ----------
+    name : str
+        Short name.
+    kind : {"loop", "line"}
+        "loop": a cable loop round both pulleys; "line": one span, its ends fixed to the pulleys.
+    cable : Cable
+    layout : Layout
+    pulley : tuple of Pulley, length 2
+        The drive pulley, without the motor, and the load pulley.
+    carriage : tuple of Carriage
+        Any number of carried masses.
+    motor : Motor or None
+    lumped : Lumped or None
+    sensors : Sensors or None
+    goal : Goal or None
+    title, source : str
+        What it is, and where its figures come from.
+    schema : int
+        Version of the file format.
+    """
+
+    name: str
+    kind: str = choice(("loop", "line"), "cable loop round two pulleys, or one span with its ends on them")
+    cable: Cable
+    layout: Layout
+    pulley: tuple[Pulley, ...]
+    carriage: tuple[Carriage, ...] = ()
+    motor: Motor | None = None
+    lumped: Lumped | None = None
+    sensors: Sensors | None = None
+    goal: Goal | None = None
+    title: str = ""
+    source: str = ""
+    schema: int = choice((SCHEMA_VERSION,), "version of the file format", SCHEMA_VERSION)
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        object.__setattr__(self, "pulley", tuple(self.pulley))
+        object.__setattr__(self, "carriage", tuple(self.carriage))
+        _check_pulleys(self)
+        _check_carriages(self)
+
+    @cached_property
+    def span_length(self) -> float:
+        """Unstretched length L of one span [m]."""
+        if self.layout.span_length is not None:
+            return self.layout.span_length
+        assert self.layout.pulley_distance is not None
+        return self.layout.pulley_distance / (1.0 + self.cable.prestrain)
+
+    @cached_property
+    def pulley_distance(self) -> float:
+        """Length Le = L (1 + eps0) of one span under pretension [m]."""
+        if self.layout.pulley_distance is not None:
+            return self.layout.pulley_distance
+        return self.span_length * (1.0 + self.cable.prestrain)
+
+    @property
+    def drive_pulley(self) -> Pulley:
+        """The pulley on the motor's side."""
+        return self.pulley[0]
+
+    @property
+    def load_pulley(self) -> Pulley:
+        """The pulley at the load."""
+        return self.pulley[1]
+
+    @property
+    def spans(self) -> tuple[str, ...]:
+        """Names of the spans: upper and lower of a loop, upper of a line."""
+        return ("upper", "lower") if self.kind == "loop" else ("upper",)
+
+    def carriages_on(self, span: str) -> tuple[Carriage, ...]:
+        """Carriages of one span, in order from the pulley where it starts.
+
+        Parameters
+        ----------
+        span : {"upper", "lower"}
+            The span; the upper one starts at the drive pulley, the lower one at the load pulley.
+
+        Returns
+        -------
+        tuple of Carriage
+            Ordered by position.
+        """
+        return tuple(sorted((c for c in self.carriage if c.span == span), key=lambda c: c.position))
+
+
+def _check_pulleys(drive: Drive) -> None:
+    if len(drive.pulley) != 2:
+        raise InputRefused(f"pulley: {len(drive.pulley)} given, but a drive has 2: the drive pulley, then the load pulley")
+    if drive.motor is not None and drive.drive_pulley.fixed:
+        raise InputRefused("pulley.0.fixed = true, but [motor] drives that pulley: leave one of the two out")
+
+
+def _check_carriages(drive: Drive) -> None:
+    if len(drive.carriage) > MOST_CARRIAGES:
+        raise InputRefused(f"carriage: {len(drive.carriage)} given, at most {MOST_CARRIAGES} are taken: lump some together")
+    length = drive.span_length
+    seen: dict[tuple[str, float], int] = {}
+    for number, carriage in enumerate(drive.carriage):
+        place = f"carriage.{number}.position = {carriage.position:.9g} m"
+        if carriage.span not in drive.spans:
+            raise InputRefused(f'carriage.{number}.span = "lower", but a "line" has no lower span: write "upper"')
+        if not 0.0 < carriage.position < length:
+            raise InputRefused(f"{place} lies outside its span of {length:.9g} m (unstretched): move it inside")
+        other = seen.setdefault((carriage.span, carriage.position), number)
+        if other != number:
+            raise InputRefused(f"{place} is taken by carriage.{other} on the same span: add the masses or move one")

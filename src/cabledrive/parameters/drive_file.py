@@ -1,0 +1,162 @@
+"""Drive files: read, varied from the command line, written again without loss."""
+
+import tomllib
+from collections.abc import Iterable
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from cabledrive.parameters.drive import Drive
+from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.fields import nearest
+from cabledrive.parameters.files import write_whole
+from cabledrive.parameters.tables import ARRAYS, drive_from_tables, tables_from_drive
+
+LARGEST_FILE = 16_000_000
+
+
+def load_drive(source: str | Path, *, overrides: Iterable[str] = ()) -> Drive:
+    """Load a drive by the path of its file, or by the name of a packaged one.
+
+    Parameters
+    ----------
+    source : path-like
+        Path of a TOML file, or a name listed by `packaged_drives`.
+    overrides : iterable of str, optional
+        Settings ``"key.path=value"`` that replace values of the file: ``"cable.pretension=6 N"``,
+        ``"pulley.0.inertia=0.001"``.
+
+    Returns
+    -------
+    Drive
+
+    Raises
+    ------
+    InputRefused
+        If the file cannot be read, is not TOML, or does not describe a drive.
+    """
+    place = str(source)
+    data = _parse(_read(source), place)
+    try:
+        for setting in overrides:
+            _override(data, setting)
+        return drive_from_tables(data)
+    except InputRefused as refusal:
+        raise refusal.at(place) from None
+
+
+def save_drive(drive: Drive, path: str | Path, *, force: bool = False) -> Path:
+    """Write a drive as a file that loads to an equal drive.
+
+    Parameters
+    ----------
+    drive : Drive
+    path : path-like
+        File to write.
+    force : bool, default False
+        Whether an existing file may be replaced.
+
+    Returns
+    -------
+    Path
+        Where it was written.
+
+    Raises
+    ------
+    InputRefused
+        If the file exists (without `force`) or cannot be written.
+    """
+    return write_whole(path, drive_text(drive), force=force)
+
+
+def drive_text(drive: Drive) -> str:
+    """Text of the drive's file: SI values, each with its unit.
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    str
+        TOML.
+    """
+    import tomli_w
+
+    return tomli_w.dumps(tables_from_drive(drive), multiline_strings=True)
+
+
+def packaged_drives() -> tuple[str, ...]:
+    """Names of the drives that come with the package.
+
+    Returns
+    -------
+    tuple of str
+        In alphabetical order.
+    """
+    folder = resources.files("cabledrive.parameters") / "drives"
+    return tuple(sorted(entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml")))
+
+
+def _read(source: str | Path) -> bytes:
+    path = Path(source)
+    if not path.exists() and str(source) in packaged_drives():
+        return (resources.files("cabledrive.parameters") / "drives" / f"{source}.toml").read_bytes()
+    try:
+        if path.is_dir():
+            raise InputRefused(f"{source}: is a folder: name a drive file in it")
+        if path.stat().st_size > LARGEST_FILE:
+            size = path.stat().st_size / 1e6
+            raise InputRefused(f"{source}: {size:.1f} MB, at most {LARGEST_FILE / 1e6:.0f} MB are read: lump carriages together")
+        return path.read_bytes()
+    except (FileNotFoundError, NotADirectoryError):
+        known = nearest(path.name.removesuffix(".toml"), packaged_drives())
+        raise InputRefused(f"{source}: no such file, and no packaged drive of that name{known}") from None
+    except (OSError, ValueError) as error:
+        raise InputRefused(f"{str(source)!r}: cannot be read ({error}): check the path") from None
+
+
+def _parse(content: bytes, place: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(content.decode("utf-8-sig"))
+    except UnicodeDecodeError as error:
+        raise InputRefused(f"{place}: not text (byte {error.start} is not UTF-8): give a TOML file") from None
+    except tomllib.TOMLDecodeError as error:
+        raise InputRefused(f"{place}: not TOML: {str(error).splitlines()[0]}; correct that line") from None
+    except (RecursionError, ValueError):
+        raise InputRefused(f"{place}: not TOML that can be read: nested too deeply, or a number of absurd length") from None
+
+
+def _override(data: dict[str, Any], setting: str) -> None:
+    key, equals, text = setting.partition("=")
+    if not equals or not key.strip():
+        raise InputRefused(f'--set "{setting[:80]}" is not KEY=VALUE: write, for instance, cable.pretension="6 N"')
+    *path, last = key.strip().split(".")
+    table: Any = data
+    for depth, step in enumerate(path):
+        table = _enter(table, step, path[: depth + 1])
+    if not isinstance(table, dict) or not last:
+        raise InputRefused(f'--set "{key.strip()[:80]}" does not name a value: write, for instance, pulley.0.inertia=0.001')
+    table[last] = _setting(text.strip())
+
+
+def _enter(table: Any, step: str, path: list[str]) -> Any:
+    """One step down the key path; a missing table is made, and an array grows by one at its end."""
+    place = ".".join(path)
+    if isinstance(table, list):
+        if not step.isdecimal() or len(step) > 6 or int(step) > len(table):
+            raise InputRefused(f'--set: "{place}" does not exist: {path[-2]} has {len(table)} entries, numbered from 0')
+        if int(step) == len(table):
+            table.append({})
+        return table[int(step)]
+    if not isinstance(table, dict):
+        raise InputRefused(f'--set: "{place}" is inside a value, not a table: shorten the key')
+    return table.setdefault(step, [] if step in ARRAYS else {})
+
+
+def _setting(text: str) -> Any:
+    """TOML if it is TOML (number, quoted text, true), else text: the shell eats the quotation marks."""
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except (tomllib.TOMLDecodeError, RecursionError, ValueError):
+        return text

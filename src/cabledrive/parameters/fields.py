@@ -1,0 +1,138 @@
+"""One way to declare a quantity of the drive: unit, bound and meaning beside the dataclass field."""
+
+import dataclasses
+import difflib
+import math
+import numbers
+from collections.abc import Iterable
+from typing import Any
+
+from cabledrive.parameters.errors import InputRefused
+
+_BOUNDS = {
+    "positive": (lambda v: v > 0.0, "must be above 0"),
+    "nonnegative": (lambda v: v >= 0.0, "must not be negative"),
+    "finite": (lambda v: True, "must be finite"),
+    "steepness": (lambda v: abs(v) <= math.pi / 2, "must lie between -90 deg and 90 deg"),
+}
+
+
+def quantity(unit: str, bound: str, meaning: str, default: Any = dataclasses.MISSING) -> Any:
+    """Declare a physical quantity as a dataclass field.
+
+    Parameters
+    ----------
+    unit : str
+        SI unit; "1" for a plain number, "count" for a whole number.
+    bound : {"positive", "nonnegative", "finite", "steepness"}
+        What a value must satisfy, besides being finite.
+    meaning : str
+        One line for the schema and the reference.
+    default : float or None, optional
+        Value when the file is silent; None means "not stated". Without it the key is required.
+
+    Returns
+    -------
+    dataclasses.Field
+        The field, with unit, bound and meaning in its metadata.
+    """
+    metadata = {"unit": unit, "bound": bound, "meaning": meaning}
+    return dataclasses.field(default=default, metadata=metadata)
+
+
+def choice(options: tuple[Any, ...], meaning: str, default: Any = dataclasses.MISSING) -> Any:
+    """Declare a field that takes one of a few values (words, or true and false).
+
+    Parameters
+    ----------
+    options : tuple
+        The values it may take.
+    meaning : str
+        One line for the schema and the reference.
+    default : object, optional
+        Value when the file is silent; without it the key is required.
+
+    Returns
+    -------
+    dataclasses.Field
+        The field, with its options and meaning in its metadata.
+    """
+    return dataclasses.field(default=default, metadata={"options": options, "meaning": meaning})
+
+
+def check_fields(table: Any) -> None:
+    """Refuse a value outside its declared bound; called at construction, so results can trust it.
+
+    Parameters
+    ----------
+    table : dataclass instance
+        A table of the drive file, its fields declared by `quantity` and `choice`.
+
+    Raises
+    ------
+    InputRefused
+        For the first field whose value is not allowed, naming value, unit and bound.
+    """
+    for field in dataclasses.fields(table):
+        value = getattr(table, field.name)
+        if "unit" in field.metadata and not (value is None and field.default is None):
+            object.__setattr__(table, field.name, _checked(field, value))
+        elif "options" in field.metadata and not _among(value, field.metadata["options"]):
+            options = " or ".join(_written(option) for option in field.metadata["options"])
+            raise InputRefused(f"{field.name} = {_written(value)} is not one of its values: write {options}")
+
+
+def _among(value: Any, options: tuple[Any, ...]) -> bool:
+    return any(type(value) is type(option) and value == option for option in options)
+
+
+def _written(value: Any) -> str:
+    return str(value).lower() if isinstance(value, bool) else f'"{value}"'
+
+
+def _checked(field: dataclasses.Field[Any], value: Any) -> float | int:
+    unit, bound = field.metadata["unit"], field.metadata["bound"]
+    number = _number(field.name, value, unit)
+    shown = f"{field.name} = {number:.9g}" + ("" if unit in ("1", "count") else f" {unit}")
+    holds, words = _BOUNDS[bound]
+    if not math.isfinite(number):
+        raise InputRefused(f"{shown} must be finite: give a number")
+    if not holds(number):
+        raise InputRefused(f"{shown} {words}: {field.metadata['meaning']}")
+    if unit == "count":
+        if number != int(number):
+            raise InputRefused(f"{shown} must be a whole number of counts per revolution")
+        return int(number)
+    return number
+
+
+def _number(name: str, value: Any, unit: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, numbers.Real):
+        kind = type(value).__name__
+        raise InputRefused(f"{name} is a {kind}, not a number: give it in {unit}, or as text with a unit")
+    try:
+        return float(value)
+    except OverflowError:
+        raise InputRefused(f"{name} has more digits than a double can hold: give a finite number") from None
+
+
+def nearest(word: str, known: Iterable[str], place: str = "") -> str:
+    """Suggest the known word that a mistyped one probably meant.
+
+    Parameters
+    ----------
+    word : str
+        What was written.
+    known : iterable of str
+        What could have been meant.
+    place : str, default ""
+        Written in front of the suggestion, like "cable.".
+
+    Returns
+    -------
+    str
+        `` (did you mean "..."?)``, or the known words if none is near.
+    """
+    known = sorted(known)
+    close = difflib.get_close_matches(word, known, n=1, cutoff=0.5)
+    return f' (did you mean "{place}{close[0]}"?)' if close else f" (known: {', '.join(known)})"
