@@ -1,0 +1,89 @@
+# Every target works as the first command in a fresh clone; it needs Python 3.11 or newer, make and a C compiler.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+BENCH_VENV := .venv-bench
+REPORT := build/demo/report.html
+PIP_INSTALL = -m pip install --quiet --disable-pip-version-check -c constraints.txt
+BENCH_PEERS := $(wildcard benchmarks/requirements.txt)
+KERNEL_MODULES = $(shell grep -rlE '^[[:space:]]*@(numba\.)?(njit|vectorize|guvectorize)' src)
+
+export MPLBACKEND := Agg
+
+.NOTPARALLEL:
+.DELETE_ON_ERROR:
+.PHONY: help demo test lint docs bench verify format clean
+
+help:
+	@echo "make demo     natural modes of the packaged drives, written to $(REPORT)"
+	@echo "make test     format, lint, types, import contract, tests, examples, kernels without the compiler"
+	@echo "make lint     the part of it that runs no test"
+	@echo "make verify   every test, the long statistical runs included"
+	@echo "make docs     the documentation, into build/docs; a warning is an error"
+	@echo "make bench    the figures of docs/performance.md, measured on this machine"
+	@echo "make format   rewrite the sources in the house format"
+	@echo "make clean    remove environments and everything made"
+
+demo: $(VENV)/run.stamp
+	@mkdir -p $(dir $(REPORT))
+	$(BIN)/cabledrive report -o $(REPORT) --force
+	@echo "The report is in $(REPORT)"
+
+test: lint
+	$(BIN)/python -m pytest -n 2
+ifneq ($(KERNEL_MODULES),)
+	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -n 2 -m "kernel and not verify"
+endif
+
+lint: $(VENV)/test.stamp
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/numpydoc lint $$(find src -name '*.py')
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+verify: $(VENV)/test.stamp
+	$(BIN)/python -m pytest -n 2 -m "verify or not verify"
+
+docs: $(VENV)/docs.stamp
+	$(BIN)/python -m sphinx -W --keep-going -q -b html docs build/docs
+	@echo "The documentation is in build/docs/index.html"
+
+bench: $(BENCH_VENV)/bench.stamp
+	$(BENCH_VENV)/bin/python benchmarks/run.py
+
+format: $(VENV)/test.stamp
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+clean:
+	rm -rf $(VENV) $(BENCH_VENV) build dist docs/reference
+	rm -rf .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
+	find src tests benchmarks examples docs -name __pycache__ -prune -exec rm -rf {} + 2>/dev/null || true
+
+# One stamp per set of packages: what is installed is what pyproject.toml and constraints.txt say now.
+$(VENV)/run.stamp: pyproject.toml constraints.txt
+	$(call new-venv,$(VENV))
+	$(BIN)/python $(PIP_INSTALL) -e .
+	@touch $@
+
+$(VENV)/test.stamp: $(VENV)/run.stamp
+	$(BIN)/python $(PIP_INSTALL) -e ".[test]"
+	@touch $@
+
+$(VENV)/docs.stamp: $(VENV)/run.stamp
+	$(BIN)/python $(PIP_INSTALL) -e ".[docs]"
+	@touch $@
+
+$(BENCH_VENV)/bench.stamp: pyproject.toml constraints.txt $(BENCH_PEERS)
+	$(call new-venv,$(BENCH_VENV))
+	$(BENCH_VENV)/bin/python $(PIP_INSTALL) -e . $(addprefix -r ,$(BENCH_PEERS))
+	@touch $@
+
+define new-venv
+@command -v $(PYTHON) >/dev/null || { echo "cabledrive needs Python 3.11 or newer; no $(PYTHON) found." >&2; exit 1; }
+@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+	echo "cabledrive needs Python 3.11 or newer; $(PYTHON) is `$(PYTHON) -V 2>&1`. Try: make PYTHON=python3.12 <target>" >&2; exit 1; }
+$(PYTHON) -m venv $(1)
+endef
