@@ -24,7 +24,9 @@ def items_of(page):
     text = re.sub(r"<!--.*?-->", "", (ROOT / page).read_text(encoding="utf-8"), flags=re.DOTALL)
     lines = text.splitlines()
     starts = [i for i, line in enumerate(lines) if line.startswith("### ")]
-    ends = [next((j for j in range(i + 1, len(lines)) if lines[j].startswith("#")), len(lines)) for i in starts]
+    ends = [
+        next((j for j in range(i + 1, len(lines)) if lines[j].startswith("#")), len(lines)) for i in starts
+    ]
     found = []
     for start, end in zip(starts, ends, strict=True):
         match = ANCHOR.match(lines[start - 1])
@@ -63,7 +65,9 @@ def test_every_item_has_an_anchor_and_its_entries(page):
     wrong = []
     for heading, anchor, entries in items:
         kind = (anchor or "").partition("-")[0]
-        missing = [name for name in ENTRIES.get(kind, ("an anchor of a known kind",)) if not entries.get(name)]
+        missing = [
+            name for name in ENTRIES.get(kind, ("an anchor of a known kind",)) if not entries.get(name)
+        ]
         wrong += [f"{heading}: no {', '.join(missing)}"] if missing else []
     assert not wrong, f"{page}:\n" + "\n".join(wrong)
 
@@ -96,7 +100,12 @@ def test_every_item_is_checked_by_an_existing_test_or_by_reading(page):
 
 def test_every_test_of_an_anchor_is_cited_by_its_item():
     """The way back: an anchor named in a docstring here exists and cites that test."""
-    cited = {(a, p, n) for page in PAGES for _, a, e in items_of(page) for p, n in TEST.findall(e["Checked by"])}
+    cited = {
+        (a, p, n)
+        for page in PAGES
+        for _, a, e in items_of(page)
+        for p, n in TEST.findall(e.get("Checked by", ""))
+    }
     kinds = "|".join(ENTRIES)
     wrong = []
     for file in sorted((ROOT / "tests/errata").glob("test_*.py")):
