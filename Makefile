@@ -41,7 +41,7 @@ lint: $(VENV)/test.stamp
 	$(BIN)/ruff check .
 	$(BIN)/numpydoc lint $$(find src -name '*.py')
 	$(BIN)/mypy
-	$(BIN)/lint-imports
+	$(BIN)/lint-imports --no-logo
 
 verify: $(VENV)/test.stamp
 	$(BIN)/python -m pytest -n 2 -m "verify or not verify"

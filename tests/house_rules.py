@@ -1,0 +1,96 @@
+"""The house rules of CONTRIBUTING.md as functions from source text to the list of what breaks them."""
+
+import ast
+import re
+from collections.abc import Iterator
+
+from numpydoc.docscrape import NumpyDocString
+
+Function = ast.FunctionDef | ast.AsyncFunctionDef
+
+# Split, so that this file does not break the rule it states.
+REGISTRIES = re.compile(
+    r"pypi\.o"
+    r"rg|pythonhosted\.o"
+    r"rg|anaconda\.o"
+    r"rg|npmjs\.o"
+    r"rg|--(extra-)?index"
+    r"-url|--find"
+    r"-links"
+)
+MACHINE_PATHS = re.compile(r"(?<![\w.>}\]])(/(home|root|work|tmp|opt|Users)|[A-Z]:\\+\w+)(/|\\+)\w")
+
+
+def places(pattern: re.Pattern[str], text: str) -> list[str]:
+    """Lines of a text in which a pattern is found, as ``line number: what``."""
+    return [
+        f"{number}: {found[0]}"
+        for number, line in enumerate(text.splitlines(), start=1)
+        if (found := pattern.search(line))
+    ]
+
+
+def public_functions(tree: ast.Module) -> Iterator[tuple[str, Function]]:
+    """Public functions and methods of a module, with the name that a reader would use."""
+    for node in tree.body:
+        if isinstance(node, Function) and not node.name.startswith("_"):
+            yield node.name, node
+        if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+            for child in node.body:
+                if isinstance(child, Function) and not child.name.startswith("_"):
+                    yield f"{node.name}.{child.name}", child
+
+
+def decorators(function: Function) -> set[str]:
+    """Last names of the decorators: ``@numba.njit(cache=True)`` gives njit."""
+    calls = [d.func if isinstance(d, ast.Call) else d for d in function.decorator_list]
+    return {d.attr if isinstance(d, ast.Attribute) else getattr(d, "id", "") for d in calls}
+
+
+def is_kernel(function: Function) -> bool:
+    return bool(decorators(function) & {"njit", "jit", "vectorize", "guvectorize"})
+
+
+def docstring_gaps(name: str, function: Function) -> list[str]:
+    """What the docstring of a public function does not tell: its arguments, its result, its refusals."""
+    text = ast.get_docstring(function)
+    if not text:
+        return [f"{name} has no docstring"]
+    told_elsewhere = {"property", "cached_property", "setter", "command", "group", "overload"}
+    if is_kernel(function) or function.name.endswith("_reference") or decorators(function) & told_elsewhere:
+        return []
+    doc = NumpyDocString(text)
+    gaps = [f"{name}: no {what} under Parameters" for what in _undescribed(function, doc)]
+    returned = function.returns
+    nothing = returned is None or (isinstance(returned, ast.Constant) and returned.value is None)
+    if not nothing and not (doc["Returns"] or doc["Yields"]):
+        gaps.append(f"{name}: no Returns")
+    raising = [node for node in ast.walk(function) if isinstance(node, ast.Raise) and node.exc]
+    if raising and not doc["Raises"]:
+        gaps.append(f"{name}: no Raises")
+    return gaps
+
+
+def _undescribed(function: Function, doc: NumpyDocString) -> list[str]:
+    a = function.args
+    arguments = [*a.posonlyargs, *a.args, *a.kwonlyargs, *filter(None, [a.vararg, a.kwarg])]
+    described = {
+        part.strip().lstrip("*")
+        for section in ("Parameters", "Other Parameters")
+        for parameter in doc[section]
+        for part in parameter.name.split(",")
+    }
+    names = [argument.arg for argument in arguments]
+    return [name for name in names if name not in described | {"self", "cls"} and not name.startswith("_")]
+
+
+def imports_of_the_root(tree: ast.Module) -> list[str]:
+    """Statements that take something but the version from the package itself instead of from a room."""
+    found = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            found += [f"{node.lineno}: import {n.name}" for n in node.names if n.name == "cabledrive"]
+        elif isinstance(node, ast.ImportFrom) and (node.level or node.module == "cabledrive"):
+            names = [n.name for n in node.names if n.name != "__version__"]
+            found += [f"{node.lineno}: from {'.' * node.level}{node.module or ''} import {n}" for n in names]
+    return found

@@ -1,0 +1,169 @@
+"""The house rules hold for every file, and each check finds a sample that breaks its rule."""
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import house_rules
+
+ROOT = Path(__file__).resolve().parent.parent
+SOURCES = sorted((ROOT / "src").rglob("*.py"))
+LONGEST_FILE = 300  # lines
+MADE = {".git", "build", "dist", "reference", "__pycache__"}
+
+
+def texts() -> Iterator[tuple[Path, str]]:
+    """Every text file of the repository, without what the Makefile makes."""
+    for path in sorted(ROOT.rglob("*")):
+        parts = path.relative_to(ROOT).parts
+        made = any(part in MADE or part.startswith(".venv") or part.endswith("_cache") for part in parts)
+        if not made and path.is_file():
+            try:
+                yield path, path.read_text(encoding="utf-8")
+            except UnicodeDecodeError:  # a picture
+                continue
+
+
+def in_files(pattern: re.Pattern[str]) -> list[str]:
+    return [
+        f"{path.relative_to(ROOT)}:{hit}"
+        for path, text in texts()
+        for hit in house_rules.places(pattern, text)
+    ]
+
+
+def functions_of(sample: str) -> dict[str, house_rules.Function]:
+    return dict(house_rules.public_functions(ast.parse(sample)))
+
+
+def test_no_file_names_a_package_registry():
+    assert in_files(house_rules.REGISTRIES) == []
+
+
+def test_no_file_names_a_path_of_one_machine():
+    assert in_files(house_rules.MACHINE_PATHS) == []
+
+
+def test_source_files_stay_short():
+    lengths = {path.relative_to(ROOT): len(path.read_text().splitlines()) for path in SOURCES}
+    assert {path: n for path, n in lengths.items() if n >= LONGEST_FILE} == {}
+
+
+def test_docstrings_of_public_functions_tell_arguments_results_and_refusals():
+    gaps = [
+        f"{path.relative_to(ROOT)}: {gap}"
+        for path in SOURCES
+        for name, function in house_rules.public_functions(ast.parse(path.read_text()))
+        for gap in house_rules.docstring_gaps(name, function)
+    ]
+    assert not gaps, "\n".join(gaps)
+
+
+def test_rooms_import_from_rooms_and_not_from_the_package():
+    rooms = [path for path in SOURCES if path.parent.name not in ("cabledrive", "app")]
+    found = {path.name: house_rules.imports_of_the_root(ast.parse(path.read_text())) for path in rooms}
+    assert {name: lines for name, lines in found.items() if lines} == {}
+
+
+def test_every_compiled_kernel_is_run_without_the_compiler():
+    """A module with a kernel is named in a test file that carries the marker ``kernel``."""
+    marked = [text for path in ROOT.glob("tests/**/*.py") if "mark.kernel" in (text := path.read_text())]
+    for path in SOURCES:
+        functions = [n for n in ast.walk(ast.parse(path.read_text())) if isinstance(n, house_rules.Function)]
+        if any(house_rules.is_kernel(function) for function in functions):
+            module = ".".join(path.relative_to(ROOT / "src").with_suffix("").parts)
+            assert any(module in text for text in marked), (
+                f"{module}: no test with the marker kernel names it"
+            )
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["see https://py" + "pi.org/project", "pip install --index" + "-url x", "--find" + "-links wheels"],
+)
+def test_a_registry_is_found(line):
+    assert house_rules.places(house_rules.REGISTRIES, line)
+
+
+@pytest.mark.parametrize(
+    "folder", ["ho" + "me/a", "ro" + "ot/x", "wo" + "rk/a", "tm" + "p/x", "Us" + "ers/a"]
+)
+def test_a_path_of_one_machine_is_found(folder):
+    assert house_rules.places(house_rules.MACHINE_PATHS, f'open("/{folder}")')
+
+
+@pytest.mark.parametrize(
+    "text", ["../shared/data/x", "#!/usr/bin/env bash", "https://a.org/home/page", "1/work/2"]
+)
+def test_other_paths_are_let_pass(text):
+    assert house_rules.places(house_rules.MACHINE_PATHS, text) == []
+
+
+SAMPLE = '''
+def told(x: float) -> float:
+    """Double.
+
+    Parameters
+    ----------
+    x : float
+        Length [m].
+
+    Returns
+    -------
+    float
+        Twice the length [m].
+    """
+    return 2 * x
+
+def untold(x: float) -> float:
+    """Double."""
+    if x < 0:
+        raise ValueError(x)
+    return 2 * x
+
+def bare(): ...
+
+@njit(cache=True)
+def kernel(x, out):
+    """Compiled twin of `told`."""
+
+class Span:
+    @property
+    def wave_speed(self) -> float:
+        """Wave speed [m/s]."""
+
+    def half(self) -> float:
+        """Half of it."""
+'''
+
+
+@pytest.mark.parametrize(
+    "name, gaps",
+    [
+        ("told", []),
+        ("untold", ["untold: no x under Parameters", "untold: no Returns", "untold: no Raises"]),
+        ("bare", ["bare has no docstring"]),
+        ("kernel", []),
+        ("Span.wave_speed", []),
+        ("Span.half", ["Span.half: no Returns"]),
+    ],
+)
+def test_gaps_of_a_docstring_are_found(name, gaps):
+    assert house_rules.docstring_gaps(name, functions_of(SAMPLE)[name]) == gaps
+
+
+@pytest.mark.parametrize(
+    "line, taken",
+    [
+        ("import cabledrive", True),
+        ("from cabledrive import natural_frequencies", True),
+        ("from .cable import Cable", True),
+        ("from cabledrive import __version__", False),
+        ("from cabledrive.parameters.cable import Cable", False),
+    ],
+)
+def test_imports_of_the_package_itself_are_found(line, taken):
+    assert bool(house_rules.imports_of_the_root(ast.parse(line))) == taken
