@@ -1,0 +1,175 @@
+"""The packaged drives are machines that could run, and docs/drives.md says of them what is so."""
+
+import contextlib
+import io
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cabledrive as cd
+
+PAGE = Path(__file__).parents[2] / "docs" / "drives.md"
+COMPOSITES = [name for name in cd.packaged_drives() if not name.startswith("dissertation")]
+DISSERTATION = [name for name in cd.packaged_drives() if name.startswith("dissertation")]
+
+
+MOTORS = {name: cd.load_drive(name).motor for name in cd.packaged_drives()}
+STATED_ROTORS = [
+    name for name, motor in MOTORS.items() if motor is not None and motor.rotor_inertia is not None
+]
+
+
+@pytest.fixture(scope="module")
+def page():
+    if not PAGE.exists():
+        pytest.skip(f"{PAGE.name} is not beside the tests: run them in a source tree")
+    return PAGE.read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def snippet(page):
+    names: dict[str, object] = {}
+    exec(re.search(r"```python\n(.*?)```", page, re.DOTALL)[1], names)
+    return names
+
+
+@pytest.mark.parametrize("name", cd.packaged_drives())
+def test_documented_numbers_are_what_the_snippet_prints(name, page, snippet):
+    section = re.search(rf"^## {re.escape(name)}\n(.*?)(?=^## |\Z)", page, re.DOTALL | re.MULTILINE)
+    assert section, f"docs/drives.md has no section on {name}"
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        snippet["derived"](name)
+    documented = re.search(r"```text\n(.*?)```", section[1], re.DOTALL)[1]
+    assert documented == printed.getvalue(), f"docs/drives.md, {name}, should say:\n{printed.getvalue()}"
+
+
+@pytest.mark.parametrize("name", ["dissertation-1", "dissertation-2", "finger-tendon"])
+def test_documented_lumped_frequency_is_the_two_pulley_formula(name, snippet):
+    """sqrt(2 k (r1^2/J1 + r2^2/J2)) / 2 pi is what the general chain gives without carriages."""
+    drive = cd.load_drive(name)
+    rotor = drive.motor.inertia if drive.motor else 0.0
+    first, second = drive.pulley
+    inverse_mass = first.radius**2 / (first.inertia + rotor) + second.radius**2 / second.inertia
+    k = drive.cable.axial_rigidity / drive.span_length
+    formula = np.sqrt(2.0 * k * inverse_mass) / (2.0 * np.pi)
+    assert snippet["lumped_frequency"](drive, carriages=False) == pytest.approx(formula, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", COMPOSITES)
+def test_tight_span_stays_elastic_at_the_torque_limit(name):
+    """The motor adds at most tau / (2 r) of tension to one span of a loop, at most tau / r to a line."""
+    drive = cd.load_drive(name)
+    share = 2.0 if drive.kind == "loop" else 1.0
+    tension = drive.cable.pretension + drive.motor.torque_limit / (share * drive.drive_pulley.radius)
+    strain = tension / drive.cable.axial_rigidity
+    assert strain < drive.cable.strain_limit, (
+        f"strain {strain:.3%}, elastic to {drive.cable.strain_limit:.3%}"
+    )
+
+
+@pytest.mark.parametrize("name", COMPOSITES)
+def test_torque_limit_leaves_no_span_slack(name):
+    """Below 2 r1 T0 the motor cannot unload a span; only the dissertation's rig can."""
+    drive = cd.load_drive(name)
+    slack_torque = 2.0 * drive.drive_pulley.radius * drive.cable.pretension
+    assert drive.motor.torque_limit < slack_torque, (
+        f"limit {drive.motor.torque_limit} N m, slack {slack_torque} N m"
+    )
+
+
+@pytest.mark.parametrize("name", STATED_ROTORS)
+def test_motor_inertia_contains_the_rotor_through_the_gear(name):
+    """J11 >= n^2 J_rotor, but in configuration 3, where Tables 4.1 and A.1 contradict each other."""
+    motor = cd.load_drive(name).motor
+    reflected = motor.gear_ratio**2 * motor.rotor_inertia
+    contained = motor.inertia >= reflected * (1.0 - 1e-12)
+    assert contained == (name != "dissertation-3"), (
+        f"motor {motor.inertia}, rotor through the gear {reflected} kg m^2"
+    )
+
+
+@pytest.mark.parametrize("name", [n for n in COMPOSITES if cd.load_drive(n).drive_pulley.capstan_friction])
+def test_torque_limit_does_not_make_the_rope_slip(name):
+    """Capstan: the drive pulley holds (T1 - T2) r with T1 + T2 = 2 T0 up to 2 r T0 tanh(mu alpha / 2)."""
+    drive = cd.load_drive(name)
+    pulley = drive.drive_pulley
+    grip = 2.0 * pulley.radius * drive.cable.pretension
+    grip *= np.tanh(pulley.capstan_friction * pulley.wrap_angle / 2.0)
+    assert drive.motor.torque_limit < grip, f"limit {drive.motor.torque_limit} N m, slip at {grip:.4g} N m"
+
+
+def _hanging_tensions(drive, samples=200_000):
+    """Tension along the vertical loop under gravity, from the drive pulley down and up again [N]."""
+    g, length, cable = drive.layout.gravity, drive.span_length, drive.cable
+    s = (np.arange(samples) + 0.5) / samples * 2.0 * length  # unstretched, from the top down and up again
+    height = np.where(s < length, length - s, s - length)
+    car, counterweight = drive.carriages_on("upper")[0], drive.carriages_on("lower")[0]
+    above_car = s < car.position
+    above_counterweight = s > length + counterweight.position
+    weights = cable.mass_per_length * height + car.mass * above_car + counterweight.mass * above_counterweight
+    return cable.pretension + g * (weights - weights.mean())
+
+
+def test_elevator_hangs_with_no_rope_slack():
+    """The closed loop keeps its length, so T0 is the mean tension; the least is half the tension sheave's weight."""
+    least = _hanging_tensions(cd.load_drive("elevator")).min()
+    assert least == pytest.approx(600.0 / 2.0 * 9.81, rel=0.005), f"least tension {least:.1f} N"
+
+
+def test_elevator_is_balanced_at_the_traction_sheave():
+    """Half the rated load in the car: the tensions on the two sides of the sheave differ by nothing."""
+    tensions = _hanging_tensions(cd.load_drive("elevator"))
+    assert tensions[0] == pytest.approx(tensions[-1], rel=1e-12), f"{tensions[0]} N and {tensions[-1]} N"
+
+
+def test_ropeway_cabins_stand_at_even_distances_round_the_loop():
+    drive = cd.load_drive("ropeway")
+    upper = [carriage.position for carriage in drive.carriages_on("upper")]
+    lower = [drive.span_length + carriage.position for carriage in drive.carriages_on("lower")]
+    gaps = np.diff([*upper, *lower, upper[0] + 2.0 * drive.span_length])
+    np.testing.assert_allclose(
+        gaps, 2.0 * drive.span_length / 24, atol=0.011
+    )  # positions are rounded to 1 cm
+
+
+def test_transporter_is_configuration_1_with_five_times_the_cables_mass():
+    """chi_m = m / (2 L rho) = 5 at a quarter of the upper span, on rails."""
+    plain, transporter = cd.load_drive("dissertation-1"), cd.load_drive("dissertation-transporter")
+    (carriage,) = transporter.carriage
+    assert carriage.mass / (2.0 * plain.span_length * plain.cable.mass_per_length) == pytest.approx(
+        5.0, rel=1e-15
+    )
+    assert (carriage.span, carriage.position, carriage.guided) == ("upper", 0.25, True)
+    same = ("kind", "cable", "layout", "pulley", "motor", "lumped", "sensors")
+    assert [getattr(transporter, key) for key in same] == [getattr(plain, key) for key in same]
+
+
+@pytest.mark.parametrize(
+    ("name", "drive_inertia", "load_inertia", "radius", "modulus", "area", "density", "pretension"),
+    [  # Tables 3.1 and 6.1; configuration 3 with the motor's J11 of Table 4.2 added to the drive pulley's J12
+        ("dissertation-1", 7.316e-6, 7.316e-6, 0.03, 2.6e9, 4.26e-7, 4.9e-4, 5.0),
+        ("dissertation-2", 0.0011, 7.316e-6, 0.03, 2.6e9, 4.26e-7, 4.9e-4, 5.0),
+        ("dissertation-3", 0.001742, 0.00235, 0.04, 3.0e9, 1.46e-7, 1.68e-4, 7.0),
+    ],
+)
+def test_dissertation_drives_hold_the_printed_tables(
+    name, drive_inertia, load_inertia, radius, modulus, area, density, pretension
+):
+    drive = cd.load_drive(name)
+    first, second, cable = *drive.pulley, drive.cable
+    rotor = drive.motor.inertia if drive.motor else 0.0
+    assert first.inertia + rotor == pytest.approx(drive_inertia, rel=1e-15)
+    assert (second.inertia, first.radius, second.radius) == (load_inertia, radius, radius)
+    assert (cable.youngs_modulus, cable.area, cable.mass_per_length) == (modulus, area, density)
+    assert (cable.pretension, drive.span_length) == (pretension, 1.0)
+
+
+@pytest.mark.parametrize("name", cd.packaged_drives())
+def test_every_packaged_drive_says_what_it_is_and_where_its_figures_come_from(name):
+    drive = cd.load_drive(name)
+    assert drive.title
+    origin = "Bhardhwaj" if name in DISSERTATION else "estimate"
+    assert origin in drive.source, f"{name}: source names no {origin}"
