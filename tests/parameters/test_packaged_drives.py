@@ -114,7 +114,7 @@ def _hanging_tensions(drive, samples=200_000):
 
 
 def test_elevator_hangs_with_no_rope_slack():
-    """The closed loop keeps its length, so T0 is the mean tension; the least is half the tension sheave's weight."""
+    """The loop keeps its length, so T0 is the mean tension; the least is half the tension sheave's weight."""
     least = _hanging_tensions(cd.load_drive("elevator")).min()
     assert least == pytest.approx(600.0 / 2.0 * 9.81, rel=0.005), f"least tension {least:.1f} N"
 
