@@ -24,7 +24,9 @@ class Carriage:
     mass: float = quantity("kg", "positive", "mass clamped to the cable")
     position: float = quantity("m", "positive", "unstretched distance from the pulley where its span starts")
     span: str = choice(("upper", "lower"), "the span that carries it", "upper")
-    guided: bool = choice((False, True), "rides on a rail (no transverse motion); false: hangs on the cable", True)
+    guided: bool = choice(
+        (False, True), "rides on a rail (no transverse motion); false: hangs on the cable", True
+    )
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -4,9 +4,7 @@ import dataclasses
 import hashlib
 import json
 
-from cabledrive.parameters.drive import Drive
-
-_WORDS = ("name", "title", "source")
+from cabledrive.parameters.drive import WORDS, Drive
 
 
 def content_hash(drive: Drive) -> str:
@@ -21,6 +19,6 @@ def content_hash(drive: Drive) -> str:
     str
         64 hexadecimal digits (SHA-256 of the canonical JSON of the drive without name, title and source).
     """
-    content = {key: value for key, value in dataclasses.asdict(drive).items() if key not in _WORDS}
+    content = {key: value for key, value in dataclasses.asdict(drive).items() if key not in WORDS}
     canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(canonical.encode()).hexdigest()

@@ -1,12 +1,13 @@
 """The whole drive: cable, two pulleys, carriages, motor, sensors, put together and checked."""
 
+import unicodedata
 from dataclasses import dataclass
 from functools import cached_property
 
 from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.carriage import Carriage
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.fields import check_fields, choice
+from cabledrive.parameters.fields import check_fields, choice, kind_of
 from cabledrive.parameters.instruments import Goal, Lumped, Sensors
 from cabledrive.parameters.layout import Layout
 from cabledrive.parameters.motor import Motor
@@ -14,6 +15,7 @@ from cabledrive.parameters.pulley import Pulley
 
 SCHEMA_VERSION = 1
 MOST_CARRIAGES = 100_000
+WORDS = ("name", "title", "source")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,6 +60,7 @@ class Drive:
 
     def __post_init__(self) -> None:
         check_fields(self)
+        _check_words(self)
         object.__setattr__(self, "pulley", tuple(self.pulley))
         object.__setattr__(self, "carriage", tuple(self.carriage))
         _check_pulleys(self)
@@ -111,22 +114,60 @@ class Drive:
 
 def _check_pulleys(drive: Drive) -> None:
     if len(drive.pulley) != 2:
-        raise InputRefused(f"pulley: {len(drive.pulley)} given, but a drive has 2: the drive pulley, then the load pulley")
+        raise InputRefused(
+            f"pulley: {len(drive.pulley)} given, but a drive has 2: the drive pulley, then the load pulley"
+        )
     if drive.motor is not None and drive.drive_pulley.fixed:
         raise InputRefused("pulley.0.fixed = true, but [motor] drives that pulley: leave one of the two out")
 
 
+def _check_words(drive: Drive) -> None:
+    for key in WORDS:
+        text = getattr(drive, key)
+        if not isinstance(text, str):
+            raise InputRefused(f"{key} is {kind_of(text)}, not text: write it between quotation marks")
+        bad = [c for c in text if c not in "\n\t" and unicodedata.category(c) in ("Cc", "Cs")]
+        if bad:
+            raise InputRefused(
+                f"{key} holds the character {bad[0]!r}, which no file or page can show: leave it out"
+            )
+
+
+def check_count(carriages: int) -> None:
+    """Refuse more carriages than can be handled.
+
+    Parameters
+    ----------
+    carriages : int
+        How many.
+
+    Raises
+    ------
+    InputRefused
+        Above `MOST_CARRIAGES`.
+    """
+    if carriages > MOST_CARRIAGES:
+        raise InputRefused(
+            f"carriage: {carriages} given, at most {MOST_CARRIAGES} are taken: lump some together"
+        )
+
+
 def _check_carriages(drive: Drive) -> None:
-    if len(drive.carriage) > MOST_CARRIAGES:
-        raise InputRefused(f"carriage: {len(drive.carriage)} given, at most {MOST_CARRIAGES} are taken: lump some together")
+    check_count(len(drive.carriage))
     length = drive.span_length
     seen: dict[tuple[str, float], int] = {}
     for number, carriage in enumerate(drive.carriage):
         place = f"carriage.{number}.position = {carriage.position:.9g} m"
         if carriage.span not in drive.spans:
-            raise InputRefused(f'carriage.{number}.span = "lower", but a "line" has no lower span: write "upper"')
+            raise InputRefused(
+                f'carriage.{number}.span = "lower", but a "line" has no lower span: write "upper"'
+            )
         if not 0.0 < carriage.position < length:
-            raise InputRefused(f"{place} lies outside its span of {length:.9g} m (unstretched): move it inside")
+            raise InputRefused(
+                f"{place} lies outside its span of {length:.9g} m (unstretched): move it inside"
+            )
         other = seen.setdefault((carriage.span, carriage.position), number)
         if other != number:
-            raise InputRefused(f"{place} is taken by carriage.{other} on the same span: add the masses or move one")
+            raise InputRefused(
+                f"{place} is taken by carriage.{other} on the same span: add the masses or move one"
+            )

@@ -1,5 +1,6 @@
 """Drive files: read, varied from the command line, written again without loss."""
 
+import re
 import tomllib
 from collections.abc import Iterable
 from importlib import resources
@@ -13,6 +14,8 @@ from cabledrive.parameters.files import write_whole
 from cabledrive.parameters.tables import ARRAYS, drive_from_tables, tables_from_drive
 
 LARGEST_FILE = 16_000_000
+DEEPEST_KEY = 3  # pulley.0.inertia
+_DEEP_KEY = re.compile(r"(?<![^\s.=])(?:[^\s.=,\[\]{}]+[ \t]*\.[ \t]*){20}")  # would take tomllib minutes
 
 
 def load_drive(source: str | Path, *, overrides: Iterable[str] = ()) -> Drive:
@@ -35,14 +38,13 @@ def load_drive(source: str | Path, *, overrides: Iterable[str] = ()) -> Drive:
     InputRefused
         If the file cannot be read, is not TOML, or does not describe a drive.
     """
-    place = str(source)
-    data = _parse(_read(source), place)
     try:
+        data = _parse(_read(source))
         for setting in overrides:
             _override(data, setting)
         return drive_from_tables(data)
     except InputRefused as refusal:
-        raise refusal.at(place) from None
+        raise refusal.at(str(source) or '""') from None
 
 
 def save_drive(drive: Drive, path: str | Path, *, force: bool = False) -> Path:
@@ -95,48 +97,63 @@ def packaged_drives() -> tuple[str, ...]:
         In alphabetical order.
     """
     folder = resources.files("cabledrive.parameters") / "drives"
-    return tuple(sorted(entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml")))
+    return tuple(
+        sorted(entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml"))
+    )
 
 
 def _read(source: str | Path) -> bytes:
     path = Path(source)
-    if not path.exists() and str(source) in packaged_drives():
-        return (resources.files("cabledrive.parameters") / "drives" / f"{source}.toml").read_bytes()
     try:
-        if path.is_dir():
-            raise InputRefused(f"{source}: is a folder: name a drive file in it")
-        if path.stat().st_size > LARGEST_FILE:
-            size = path.stat().st_size / 1e6
-            raise InputRefused(f"{source}: {size:.1f} MB, at most {LARGEST_FILE / 1e6:.0f} MB are read: lump carriages together")
-        return path.read_bytes()
+        if str(source) in packaged_drives() and not path.is_file():
+            return (resources.files("cabledrive.parameters") / "drives" / f"{source}.toml").read_bytes()
+        with path.open("rb") as file:
+            content = file.read(LARGEST_FILE + 1)
+    except IsADirectoryError:
+        raise InputRefused("is a folder: name a drive file in it") from None
     except (FileNotFoundError, NotADirectoryError):
         known = nearest(path.name.removesuffix(".toml"), packaged_drives())
-        raise InputRefused(f"{source}: no such file, and no packaged drive of that name{known}") from None
+        raise InputRefused(f"no such file, and no packaged drive of that name{known}") from None
     except (OSError, ValueError) as error:
-        raise InputRefused(f"{str(source)!r}: cannot be read ({error}): check the path") from None
+        reason = getattr(error, "strerror", None) or error
+        raise InputRefused(f"cannot be read ({reason}): check the path") from None
+    if len(content) > LARGEST_FILE:
+        raise InputRefused(
+            f"larger than the {LARGEST_FILE / 1e6:.0f} MB that are read: lump carriages together"
+        )
+    return content
 
 
-def _parse(content: bytes, place: str) -> dict[str, Any]:
+def _parse(content: bytes) -> dict[str, Any]:
     try:
-        return tomllib.loads(content.decode("utf-8-sig"))
+        text = content.decode("utf-8-sig")
+        if _DEEP_KEY.search(text):
+            raise RecursionError
+        return tomllib.loads(text)
     except UnicodeDecodeError as error:
-        raise InputRefused(f"{place}: not text (byte {error.start} is not UTF-8): give a TOML file") from None
+        raise InputRefused(f"not text (byte {error.start} is not UTF-8): give a TOML file") from None
     except tomllib.TOMLDecodeError as error:
-        raise InputRefused(f"{place}: not TOML: {str(error).splitlines()[0]}; correct that line") from None
+        raise InputRefused(f"not TOML: {error}; correct that line") from None
     except (RecursionError, ValueError):
-        raise InputRefused(f"{place}: not TOML that can be read: nested too deeply, or a number of absurd length") from None
+        raise InputRefused(
+            "not TOML that can be read: nested too deeply, or a number of absurd length"
+        ) from None
 
 
 def _override(data: dict[str, Any], setting: str) -> None:
     key, equals, text = setting.partition("=")
     if not equals or not key.strip():
-        raise InputRefused(f'--set "{setting[:80]}" is not KEY=VALUE: write, for instance, cable.pretension="6 N"')
-    *path, last = key.strip().split(".")
+        raise InputRefused(
+            f'--set "{setting[:80]}" is not KEY=VALUE: write, for instance, cable.pretension="6 N"'
+        )
+    *path, last = (step.strip() for step in key.split("."))
     table: Any = data
-    for depth, step in enumerate(path):
+    for depth, step in enumerate(path[:DEEPEST_KEY]):
         table = _enter(table, step, path[: depth + 1])
-    if not isinstance(table, dict) or not last:
-        raise InputRefused(f'--set "{key.strip()[:80]}" does not name a value: write, for instance, pulley.0.inertia=0.001')
+    if not isinstance(table, dict) or not last or len(path) >= DEEPEST_KEY:
+        raise InputRefused(
+            f'--set "{key.strip()[:80]}" does not name a value: write, for instance, pulley.0.inertia=0.001'
+        )
     table[last] = _setting(text.strip())
 
 
@@ -144,8 +161,10 @@ def _enter(table: Any, step: str, path: list[str]) -> Any:
     """One step down the key path; a missing table is made, and an array grows by one at its end."""
     place = ".".join(path)
     if isinstance(table, list):
-        if not step.isdecimal() or len(step) > 6 or int(step) > len(table):
-            raise InputRefused(f'--set: "{place}" does not exist: {path[-2]} has {len(table)} entries, numbered from 0')
+        if not re.fullmatch("[0-9]{1,6}", step) or int(step) > len(table):
+            raise InputRefused(
+                f'--set: "{place}" does not exist: {path[-2]} has {len(table)} entries, numbered from 0'
+            )
         if int(step) == len(table):
             table.append({})
         return table[int(step)]
@@ -157,6 +176,7 @@ def _enter(table: Any, step: str, path: list[str]) -> Any:
 def _setting(text: str) -> Any:
     """TOML if it is TOML (number, quoted text, true), else text: the shell eats the quotation marks."""
     try:
-        return tomllib.loads(f"value = {text}")["value"]
+        value, *more = tomllib.loads(f"value = {text}").values()
+        return text if more else value
     except (tomllib.TOMLDecodeError, RecursionError, ValueError):
         return text

@@ -1,11 +1,17 @@
 """The two ways a request can end without a result, each told in one line."""
 
+_LONGEST_LINE = 290
+_LONGEST_PLACE = 120
+
 
 class InputRefused(ValueError):
     """The input cannot be used: what, its value with unit, the bound it met, and the remedy.
 
     The command line prints the message as one line and ends with status 2; nothing was written.
     """
+
+    def __init__(self, message: str) -> None:
+        super().__init__(_one_line(message))
 
     def at(self, place: str) -> "InputRefused":
         """Say where: the same refusal with a file or key in front.
@@ -20,7 +26,8 @@ class InputRefused(ValueError):
         InputRefused
             The refusal with its place.
         """
-        return InputRefused(f"{place}: {self}")
+        shown = place if len(place) <= _LONGEST_PLACE else f"...{place[3 - _LONGEST_PLACE :]}"
+        return InputRefused(f"{shown}: {self}")
 
 
 class NotComputed(RuntimeError):
@@ -28,3 +35,12 @@ class NotComputed(RuntimeError):
 
     The command line prints the message as one line, keeps what was found, and ends with status 3.
     """
+
+
+def _one_line(message: str) -> str:
+    """Escape what would break the line or hide in it; leave out the middle of what nobody would read."""
+    line = "".join(c if c.isprintable() else repr(c)[1:-1] for c in message)
+    if len(line) <= _LONGEST_LINE:
+        return line
+    half = _LONGEST_LINE // 2 - 3
+    return f"{line[:half]} ... {line[-half:]}"

@@ -9,11 +9,23 @@ from typing import Any
 
 from cabledrive.parameters.errors import InputRefused
 
+SMALLEST, LARGEST = (
+    1e-30,
+    1e30,
+)  # products of such quantities stay within a double
 _BOUNDS = {
     "positive": (lambda v: v > 0.0, "must be above 0"),
     "nonnegative": (lambda v: v >= 0.0, "must not be negative"),
     "finite": (lambda v: True, "must be finite"),
     "steepness": (lambda v: abs(v) <= math.pi / 2, "must lie between -90 deg and 90 deg"),
+}
+_KINDS: dict[type, str] = {
+    bool: "true or false",
+    numbers.Real: "a number",
+    str: "text",
+    list: "an array",
+    dict: "a table",
+    type(None): "nothing",
 }
 
 
@@ -78,16 +90,51 @@ def check_fields(table: Any) -> None:
         if "unit" in field.metadata and not (value is None and field.default is None):
             object.__setattr__(table, field.name, _checked(field, value))
         elif "options" in field.metadata and not _among(value, field.metadata["options"]):
-            options = " or ".join(_written(option) for option in field.metadata["options"])
-            raise InputRefused(f"{field.name} = {_written(value)} is not one of its values: write {options}")
+            options = " or ".join(written(option) for option in field.metadata["options"])
+            raise InputRefused(f"{field.name} = {written(value)} is not one of its values: write {options}")
 
 
 def _among(value: Any, options: tuple[Any, ...]) -> bool:
     return any(type(value) is type(option) and value == option for option in options)
 
 
-def _written(value: Any) -> str:
-    return str(value).lower() if isinstance(value, bool) else f'"{value}"'
+def kind_of(value: Any) -> str:
+    """Name the kind of a value in the words of a drive file.
+
+    Parameters
+    ----------
+    value : object
+
+    Returns
+    -------
+    str
+        "text", "a number", "an array", ...
+    """
+    for kind, words in _KINDS.items():
+        if isinstance(value, kind):
+            return words
+    return "a date or time" if hasattr(value, "isoformat") else f"a {type(value).__name__}"
+
+
+def written(value: Any) -> str:
+    """Show a value as a drive file has it, or its kind where that would be long.
+
+    Parameters
+    ----------
+    value : object
+
+    Returns
+    -------
+    str
+        ``true``, ``"text"``, ``1.5``, or "an array".
+    """
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return f'"{value}"' if len(value) <= 60 else f'"{value[:60]}..."'
+    if isinstance(value, (int, float)) and abs(value) < 1e15:
+        return f"{value:.9g}"
+    return kind_of(value)
 
 
 def _checked(field: dataclasses.Field[Any], value: Any) -> float | int:
@@ -99,17 +146,20 @@ def _checked(field: dataclasses.Field[Any], value: Any) -> float | int:
         raise InputRefused(f"{shown} must be finite: give a number")
     if not holds(number):
         raise InputRefused(f"{shown} {words}: {field.metadata['meaning']}")
+    if abs(number) > LARGEST or (bound == "positive" and number < SMALLEST):
+        raise InputRefused(f"{shown} is no size of a machine ({SMALLEST:g} to {LARGEST:g}): check its unit")
     if unit == "count":
         if number != int(number):
             raise InputRefused(f"{shown} must be a whole number of counts per revolution")
         return int(number)
-    return number
+    return number + 0.0  # not -0.0: equal drives have equal hashes
 
 
 def _number(name: str, value: Any, unit: str) -> float:
     if isinstance(value, bool) or not isinstance(value, numbers.Real):
-        kind = type(value).__name__
-        raise InputRefused(f"{name} is a {kind}, not a number: give it in {unit}, or as text with a unit")
+        raise InputRefused(
+            f"{name} is {kind_of(value)}, not a number: give it in {unit}, or as text with a unit"
+        )
     try:
         return float(value)
     except OverflowError:

@@ -73,7 +73,9 @@ def write_whole(path: str | Path, content: str | bytes, *, force: bool = False) 
         os.chmod(temporary, 0o666 & ~_umask())
         os.replace(temporary, path)
     except OSError as error:
-        raise InputRefused(f"{path}: cannot be written ({error.strerror}): free space or choose another place") from error
+        raise InputRefused(
+            f"{path}: cannot be written ({error.strerror}): free space or choose another place"
+        ) from error
     finally:
         Path(temporary).unlink(missing_ok=True) if temporary else None
     return path

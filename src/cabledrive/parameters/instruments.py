@@ -40,8 +40,12 @@ class Sensors:
         Time from sampling to torque [s].
     """
 
-    motor_encoder: int | None = quantity("count", "positive", "counts per revolution at the output shaft", None)
-    drive_encoder: int | None = quantity("count", "positive", "counts per revolution at the drive pulley", None)
+    motor_encoder: int | None = quantity(
+        "count", "positive", "counts per revolution at the output shaft", None
+    )
+    drive_encoder: int | None = quantity(
+        "count", "positive", "counts per revolution at the drive pulley", None
+    )
     load_encoder: int | None = quantity("count", "positive", "counts per revolution at the load pulley", None)
     load_cell_noise: float | None = quantity("N", "nonnegative", "standard deviation of the tension", None)
     sample_rate: float | None = quantity("Hz", "positive", "samples per second", None)
@@ -61,7 +65,9 @@ class Goal:
         Largest error of the load angle that is allowed [rad].
     """
 
-    tracking_error: float | None = quantity("rad", "positive", "largest error of the load angle allowed", None)
+    tracking_error: float | None = quantity(
+        "rad", "positive", "largest error of the load angle allowed", None
+    )
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -10,7 +10,7 @@ from cabledrive.parameters.fields import check_fields, quantity
 class Layout:
     """Distance of the pulleys and the direction of gravity.
 
-    Exactly one of the two lengths is given; `Drive.span_length` and `Drive.pulley_distance` work out the other.
+    Exactly one of the two lengths is given; `Drive.span_length` and `Drive.pulley_distance` tell both.
 
     Attributes
     ----------
@@ -34,5 +34,5 @@ class Layout:
         if (self.span_length is None) == (self.pulley_distance is None):
             given = "neither is" if self.span_length is None else "both are"
             raise InputRefused(
-                f"span_length [m, unstretched] or pulley_distance [m, pretensioned]: {given} given; give one of the two"
+                f"span_length [m, unstretched] or pulley_distance [m, pretensioned]: {given} given; give one"
             )

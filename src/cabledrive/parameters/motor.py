@@ -41,7 +41,9 @@ class Motor:
     viscous_friction: float = quantity("N m s/rad", "nonnegative", "viscous friction b1", 0.0)
     coulomb_friction: float = quantity("N m", "nonnegative", "Coulomb friction c1", 0.0)
     offset_torque: float = quantity("N m", "finite", "constant torque d0 added to the motor's", 0.0)
-    joint_stiffness: float | None = quantity("N m/rad", "positive", "joint stiffness k_m; absent: rigid", None)
+    joint_stiffness: float | None = quantity(
+        "N m/rad", "positive", "joint stiffness k_m; absent: rigid", None
+    )
     joint_damping: float = quantity("N m s/rad", "nonnegative", "joint damping b_m", 0.0)
     torque_limit: float | None = quantity("N m", "positive", "largest torque", None)
     torque_per_volt: float | None = quantity("N m/V", "positive", "gain of amplifier, motor and gear", None)
@@ -49,7 +51,9 @@ class Motor:
     gear_ratio: float | None = quantity("1", "positive", "motor revolutions per output revolution", None)
     rotor_inertia: float | None = quantity("kg m^2", "positive", "bare rotor, at the motor's own shaft", None)
     backlash: float = quantity("rad", "nonnegative", "free play at the output shaft", 0.0)
-    current_bandwidth: float | None = quantity("Hz", "positive", "first-order torque loop; absent: ideal", None)
+    current_bandwidth: float | None = quantity(
+        "Hz", "positive", "first-order torque loop; absent: ideal", None
+    )
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -33,7 +33,9 @@ class Pulley:
     coulomb_friction: float = quantity("N m", "nonnegative", "Coulomb friction c", 0.0)
     fixed: bool = choice((False, True), "a rigid support instead of a pulley", False)
     wrap_angle: float | None = quantity("rad", "positive", "angle of wrap, for the no-slip margin", None)
-    capstan_friction: float | None = quantity("1", "positive", "friction coefficient of cable on pulley", None)
+    capstan_friction: float | None = quantity(
+        "1", "positive", "friction coefficient of cable on pulley", None
+    )
 
     def __post_init__(self) -> None:
         check_fields(self)

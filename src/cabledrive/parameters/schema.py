@@ -1,12 +1,19 @@
 """JSON Schema of the drive file, for editors, made from the same declarations the loader uses."""
 
 import dataclasses
+from math import pi
 from typing import Any
 
-from cabledrive.parameters.drive import Drive
+from cabledrive.parameters.drive import MOST_CARRIAGES, WORDS, Drive
+from cabledrive.parameters.fields import LARGEST, SMALLEST
 from cabledrive.parameters.tables import ARRAYS, TABLES
 
-_LIMITS: dict[str, dict[str, float]] = {"positive": {"exclusiveMinimum": 0}, "nonnegative": {"minimum": 0}}
+_LIMITS: dict[str, dict[str, float]] = {
+    "positive": {"minimum": SMALLEST, "maximum": LARGEST},
+    "nonnegative": {"minimum": 0, "maximum": LARGEST},
+    "finite": {"minimum": -LARGEST, "maximum": LARGEST},
+    "steepness": {"minimum": -pi / 2, "maximum": pi / 2},
+}
 
 
 def drive_schema() -> dict[str, Any]:
@@ -18,13 +25,17 @@ def drive_schema() -> dict[str, Any]:
         Every table and key with its meaning, unit and bound; unknown keys are not allowed.
     """
     schema = _table_schema(Drive)
-    for key in ("name", "title", "source"):
+    for key in WORDS:
         schema["properties"][key] = {"type": "string"}
     for key, table in TABLES.items():
         schema["properties"][key] = _table_schema(table)
     for key, table in ARRAYS.items():
         schema["properties"][key] = {"type": "array", "items": _table_schema(table)}
     schema["properties"]["pulley"] |= {"minItems": 2, "maxItems": 2}
+    schema["properties"]["carriage"] |= {"maxItems": MOST_CARRIAGES}
+    schema["properties"]["layout"] |= {
+        "oneOf": [{"required": ["span_length"]}, {"required": ["pulley_distance"]}]
+    }
     schema["required"] = ["schema", *schema["required"]]
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "cabledrive drive file"}
     return head | schema
@@ -45,7 +56,8 @@ def _field_schema(field: dataclasses.Field[Any]) -> dict[str, Any]:
     if "options" in field.metadata:
         schema: dict[str, Any] = {"enum": list(field.metadata["options"])}
     elif "unit" in field.metadata:
-        number = {"type": "number"} | _LIMITS.get(field.metadata["bound"], {})
+        whole = field.metadata["unit"] == "count"
+        number = {"type": "integer" if whole else "number"} | _LIMITS[field.metadata["bound"]]
         schema = {"anyOf": [number, {"type": "string", "pattern": r"^\s*[+-]?(\d|\.\d)"}]}
     else:
         return {}

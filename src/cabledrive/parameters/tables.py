@@ -5,9 +5,9 @@ from typing import Any
 
 from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.carriage import Carriage
-from cabledrive.parameters.drive import Drive
+from cabledrive.parameters.drive import SCHEMA_VERSION, Drive, check_count
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.fields import nearest
+from cabledrive.parameters.fields import kind_of, nearest, written
 from cabledrive.parameters.instruments import Goal, Lumped, Sensors
 from cabledrive.parameters.layout import Layout
 from cabledrive.parameters.motor import Motor
@@ -23,7 +23,7 @@ TABLES: dict[str, type] = {
     "goal": Goal,
 }
 ARRAYS: dict[str, type] = {"pulley": Pulley, "carriage": Carriage}
-WORDS = ("schema", "name", "kind", "title", "source")
+HEAD = ("schema", "name", "kind", "title", "source")
 
 
 def drive_from_tables(data: dict[str, Any]) -> Drive:
@@ -41,11 +41,11 @@ def drive_from_tables(data: dict[str, Any]) -> Drive:
     Raises
     ------
     InputRefused
-        For an unknown or missing key, a value of the wrong type, unit or range, or a drive that does not fit together.
+        For an unknown or missing key, a value of the wrong type, unit or range, or parts that do not fit.
     """
     _check_schema(data)
     _check_keys(data, Drive, "")
-    content: dict[str, Any] = {key: _word(key, data[key]) for key in WORDS if key in data}
+    content: dict[str, Any] = {key: data[key] for key in HEAD if key in data}
     for key, table in TABLES.items():
         if key in data:
             content[key] = _table(data[key], table, key)
@@ -57,11 +57,15 @@ def drive_from_tables(data: dict[str, Any]) -> Drive:
 
 def _check_schema(data: dict[str, Any]) -> None:
     if not data:
-        raise InputRefused('no keys: a drive file starts with schema = 1 and name = "..."; see cabledrive schema')
+        raise InputRefused(
+            'no keys: a drive file starts with schema = 1 and name = "..."; see cabledrive schema'
+        )
     version = data.get("schema")
-    if type(version) is not int or version != 1:
-        shown = "missing" if version is None else f"{version!r:.40}"
-        raise InputRefused(f"schema is {shown}, but this version reads schema 1: write schema = 1")
+    if type(version) is not int or version != SCHEMA_VERSION:
+        shown = "is missing" if version is None else f"= {written(version)}"
+        raise InputRefused(
+            f"schema {shown}, but this version reads schema {SCHEMA_VERSION}: write schema = {SCHEMA_VERSION}"
+        )
 
 
 def _check_keys(data: dict[str, Any], table: type, place: str) -> None:
@@ -71,25 +75,24 @@ def _check_keys(data: dict[str, Any], table: type, place: str) -> None:
             raise InputRefused(f'unknown key "{place}{key[:60]}"{nearest(key[:60], fields, place)}')
     for name, field in fields.items():
         if field.default is dataclasses.MISSING and name not in data:
-            meaning = field.metadata.get("meaning", "a table of the drive" if name in TABLES else "a key of the drive")
+            table_or_key = "table" if name in TABLES or name in ARRAYS else "key"
+            meaning = field.metadata.get("meaning", f"a {table_or_key} of the drive")
             raise InputRefused(f'missing key "{place}{name}": {meaning}; add it')
-
-
-def _word(key: str, value: Any) -> Any:
-    if key != "schema" and not isinstance(value, str):
-        raise InputRefused(f"{key} is a {type(value).__name__}, not text: write it between quotation marks")
-    return value
 
 
 def _array(rows: Any, table: type, key: str) -> tuple[Any, ...]:
     if not isinstance(rows, list):
-        raise InputRefused(f"{key} is not an array of tables: write [[{key}]] above each")
+        raise InputRefused(f"{key} is {kind_of(rows)}, not an array of tables: write [[{key}]] above each")
+    if key == "carriage":
+        check_count(len(rows))
     return tuple(_table(row, table, f"{key}.{number}") for number, row in enumerate(rows))
 
 
 def _table(data: Any, table: type, place: str) -> Any:
     if not isinstance(data, dict):
-        raise InputRefused(f"{place} is a {type(data).__name__}, not a table: write [{place}] above its keys")
+        head, dot, _ = place.partition(".")
+        remedy = f"[[{head}]]" if dot else f"[{place}]"
+        raise InputRefused(f"{place} is {kind_of(data)}, not a table: write {remedy} above its keys")
     _check_keys(data, table, f"{place}.")
     fields = {field.name: field for field in dataclasses.fields(table)}
     try:
@@ -103,7 +106,7 @@ def _value(value: Any, field: dataclasses.Field[Any], key: str) -> Any:
     if unit is None:
         return value
     if value is None or isinstance(value, (list, dict)):
-        raise InputRefused(f"{key} is a {type(value).__name__}, not a quantity in {unit}: write one number or text")
+        raise InputRefused(f"{key} is {kind_of(value)}, not a quantity in {unit}: write one number or text")
     if not isinstance(value, str):
         return value
     try:
@@ -124,7 +127,7 @@ def tables_from_drive(drive: Drive) -> dict[str, Any]:
     dict
         What `drive_from_tables` turns back into an equal drive.
     """
-    data: dict[str, Any] = {key: getattr(drive, key) for key in WORDS if getattr(drive, key) != ""}
+    data: dict[str, Any] = {key: getattr(drive, key) for key in HEAD if getattr(drive, key) != ""}
     for key in TABLES:
         if getattr(drive, key) is not None:
             data[key] = _plain(getattr(drive, key))

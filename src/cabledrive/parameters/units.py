@@ -1,16 +1,29 @@
 """Units at the door: text such as "3 cm" becomes an SI number, once, and never silently the wrong kind."""
 
 import re
-from decimal import Decimal
+from decimal import Context, Decimal
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.fields import written
 
-_QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)\s*(.*?)\s*")
-_FACTOR = r"[A-Za-zµμΩ°%]+(?:(?:\^|\*\*)-?\d)?"
-_UNIT = re.compile(rf"(?:1|{_FACTOR})(?:(?:\s*[*/·]\s*|\s+){_FACTOR})*")
+_QUANTITY = re.compile(r"\s*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s*(.*?)\s*")
+_FACTOR = r"[A-Za-zµμΩ°%]+(?:\^-?[0-9])?"
+_UNIT = re.compile(rf"(?:1|{_FACTOR})(?:(?:\s*[*/]\s*|\s+){_FACTOR})*")
+_NEWTON_METRE = re.compile(r"(?<![A-Za-z])([mkM]?)Nm(?![A-Za-z])")  # to pint "Nm" is a yarn count
+_NOT_A_MULTIPLE = {"decibel", "neper", "octave", "decade"}
+_BASE = {"meter", "kilogram", "second", "ampere", "kelvin", "mole", "candela", "radian", "count"}
 _LONGEST = 80
+_EXACT = Context(prec=200, traps=[])  # exact for what fits into _LONGEST; infinite where a double is
+
+
+class _Unit(NamedTuple):
+    """Factor to SI; dimension; and what the dimension alone does not tell, see `_meaning`."""
+
+    factor: Decimal
+    dimension: Any
+    meaning: str
 
 
 @cache
@@ -21,31 +34,39 @@ def _registry() -> Any:
     return pint.UnitRegistry(non_int_type=Decimal, cache_folder=None)
 
 
-def _rate(names: set[str], radians: int) -> str:
-    """Tell the three meanings of one over time apart: cycles, radians, plain decay."""
-    if any(name.endswith("hertz") for name in names):
-        return "a frequency [Hz]"
-    return "an angular speed [rad/s]" if radians else "a rate [1/s]"
+def _meaning(dimension: str, hertz: bool, radians: int) -> str:
+    """Tell apart what has one dimension: cycles, radians, plain decay; angles and numbers."""
+    if dimension == "dimensionless":
+        return {0: "a plain number", 1: "an angle [rad]"}.get(radians, "a power of an angle")
+    if dimension != "1 / [time]":
+        power = "of a frequency [Hz]" if hertz else f"of rad^{radians}" if radians else ""
+        return power and f"a multiple {power}"
+    kinds = {
+        (True, 0): "a frequency [Hz]",
+        (False, 1): "an angular speed [rad/s]",
+        (False, 0): "a rate [1/s]",
+    }
+    return kinds.get((hertz, radians), "a mixture of angle and time")
 
 
 @cache
-def _unit(text: str) -> tuple[Decimal, str, str]:
-    """Decimal factor to SI, dimension, and, for one over time, which kind of rate it is."""
+def _unit(text: str) -> _Unit:
     import pint
 
+    text = text.replace("²", "^2").replace("³", "^3").replace("**", "^").replace("·", "*")
     if not _UNIT.fullmatch(text):
         raise InputRefused(f'"{text}" is not a unit')
     try:
-        parsed = _registry().parse_units(text.replace("·", "*").replace("**", "^"))
+        parsed = _registry().parse_units(_NEWTON_METRE.sub(r"(\1N*m)", text))
         factor, base = _registry().get_base_units(parsed)
     except (pint.PintError, ArithmeticError, AttributeError, KeyError, TypeError, ValueError) as error:
         raise InputRefused(f'"{text}" is not a unit this package knows') from error
-    if parsed.dimensionality == _registry().kelvin.dimensionality:
-        raise InputRefused(f'"{text}" is a temperature')
     names = {str(name) for name in parsed._units}
-    dimension = str(parsed.dimensionality)
-    kind = _rate(names, base._units.get("radian", 0)) if dimension == "1 / [time]" else ""
-    return Decimal(factor), dimension, kind
+    if names & _NOT_A_MULTIPLE or not _BASE.issuperset(base._units):
+        raise InputRefused(f'"{text}" is not a unit of mechanics')
+    hertz = any(name.endswith("hertz") for name in names)
+    dimension = parsed.dimensionality
+    return _Unit(Decimal(factor), dimension, _meaning(str(dimension), hertz, base._units.get("radian", 0)))
 
 
 def to_si(text: str, unit: str) -> float:
@@ -56,7 +77,7 @@ def to_si(text: str, unit: str) -> float:
     text : str
         A number, or a number with a unit: "5", "3 cm", "2.6 GPa", "1092 rpm".
     unit : str
-        The SI unit of the result; a bare number is taken to be in it.
+        The SI unit of the result, "1" for a plain number; a bare number is taken to be in it.
 
     Returns
     -------
@@ -68,36 +89,23 @@ def to_si(text: str, unit: str) -> float:
     InputRefused
         If the text is no quantity, its unit is unknown or of another dimension, or a frequency
         stands where an angular speed belongs (or the other way round): the one is never converted
-        silently into the other.
+        silently into the other; nor is a plain number, like the per cent of a slope, taken for an angle.
     """
     match = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST else None
     if match is None:
-        raise InputRefused(f'"{text[:_LONGEST]}" is not a quantity: write a number and a unit, like "3 {unit}"')
-    number, given = Decimal(match[1]), match[2]
-    if not given:
+        raise InputRefused(f'{written(text)} is not a quantity: write a number and a unit, like "3 {unit}"')
+    number = _EXACT.create_decimal(match[1])
+    if not match[2]:
         return float(number)
-    if unit == "1":
-        return float(number * _dimensionless(given))
+    asked, remedy = (unit, f"give it in {unit}") if unit != "1" else ("a plain number", "leave the unit out")
+    wanted = _unit(unit)
     try:
-        factor, dimension, rate = _unit(given)
+        given = _unit(match[2])
     except InputRefused as refusal:
-        raise InputRefused(f'"{text}": {refusal}: give it in {unit}') from None
-    _, wanted, wanted_rate = _unit(unit)
-    if dimension != wanted:
-        raise InputRefused(f'"{text}" has the dimension of {_spell(dimension)}, not of {unit}: give it in {unit}')
-    if rate != wanted_rate:
-        raise InputRefused(f'"{text}" is {rate}, not {wanted_rate}: convert it yourself and write {unit}')
-    return float(number * factor)
-
-
-def _dimensionless(given: str) -> Decimal:
-    if given == "%":
-        return Decimal("0.01")
-    factor, dimension, _ = _unit(given)
-    if dimension != "dimensionless":
-        raise InputRefused(f'"{given}" is a unit, but the quantity is a plain number: leave the unit out')
-    return factor
-
-
-def _spell(dimension: str) -> str:
-    return "a plain number" if dimension == "dimensionless" else dimension.replace("[", "").replace("]", "")
+        raise InputRefused(f'"{text}": {refusal}: {remedy}') from None
+    if given.dimension != wanted.dimension:
+        spelled = str(given.dimension).replace("[", "").replace("]", "")
+        raise InputRefused(f'"{text}" has the dimension {spelled}, not that of {asked}: {remedy}')
+    if given.meaning not in ("", wanted.meaning):  # the radian may be left out of N m/rad, not put into N m
+        raise InputRefused(f'"{text}" is {given.meaning}, not {asked}: convert it yourself and {remedy}')
+    return float(_EXACT.multiply(number, given.factor))
