@@ -1,0 +1,105 @@
+"""Wave-carrying segments joined at point masses: the one structure behind every mode of the package."""
+
+from dataclasses import dataclass, replace
+from math import sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Chain:
+    r"""Uniform segments, each carrying d'Alembert waves, joined at point masses: an open line or a closed ring.
+
+    Lengths and density are per unstretched metre, so that
+    :math:`\rho_0\,\ddot u = R\,\partial^2 u/\partial s^2` with :math:`R = EA` for longitudinal motion and
+    :math:`R = T_0/(1+\varepsilon_0)` for transverse motion.
+
+    Attributes
+    ----------
+    rigidity : float
+        Force per slope R [N].
+    density : float
+        Mass per length rho0 [kg/m].
+    lengths : ndarray, shape (m,)
+        Lengths of the segments [m]; segment i runs from joint i to joint i + 1 (the last one of a ring to joint 0).
+    masses : ndarray, shape (n,)
+        Masses at the joints [kg]; m = n of a ring, m = n - 1 of a line.
+    closed : bool, default False
+        Whether the chain closes to a ring.
+    fixed : (bool, bool), default (False, False)
+        Whether the first and last joint of a line are held.
+    pendant : (float, float) or None, default None
+        Stiffness [N/m] and mass [kg] of a spring and mass attached to joint 0: the motor behind a flexible joint.
+    """
+
+    rigidity: float
+    density: float
+    lengths: Array
+    masses: Array
+    closed: bool = False
+    fixed: tuple[bool, bool] = (False, False)
+    pendant: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        segments = self.masses.size if self.closed else self.masses.size - 1
+        if self.lengths.size != segments or segments < 1:
+            raise ValueError(f"{self.masses.size} joints need {segments} segments, {self.lengths.size} given")
+
+    @property
+    def wave_speed(self) -> float:
+        """Wave speed in unstretched metres per second, sqrt(R / rho0)."""
+        return sqrt(self.rigidity / self.density)
+
+    @property
+    def impedance(self) -> float:
+        """Wave impedance sqrt(R rho0) [kg/s]."""
+        return sqrt(self.rigidity * self.density)
+
+    @property
+    def travel_times(self) -> Array:
+        """Time a wave takes along each segment, shape (m,) [s]."""
+        return self.lengths / self.wave_speed
+
+    @property
+    def rigid_body_modes(self) -> int:
+        """Motions that strain nothing: one of a free ring or line, none where a joint is held."""
+        return 0 if any(self.fixed) else 1
+
+
+def split_at_antinodes(chain: Chain, omega: float) -> tuple[Chain, NDArray[np.intp]]:
+    r"""Cut every segment longer than 2 rad in two, so that no part is near a pole of its stiffness.
+
+    The stiffness of a segment, Eq. (M.1), has poles where :math:`\sin\alpha = 0`, :math:`\alpha = \omega l/c`.
+    With h half turns in :math:`\alpha`, rounded, and the remainder :math:`r = \alpha - h\pi`, the cut
+
+    .. math:: \alpha_1 = (m + \tfrac12)\pi + r/2, \qquad m = \lfloor (h - 1)/2 \rfloor
+
+    leaves :math:`|\sin| \ge 1/\sqrt 2` on both sides, Eq. (M.2).
+
+    Parameters
+    ----------
+    chain : Chain
+    omega : float
+        Angular frequency near which the parts are going to be used [rad/s].
+
+    Returns
+    -------
+    split : Chain
+        The same chain with massless joints added.
+    joints : ndarray of int, shape (n,)
+        Where the joints of `chain` are among those of `split`.
+    """
+    phase = omega * chain.travel_times
+    half_turns = np.rint(phase / np.pi)
+    first = ((half_turns - 1) // 2 + 0.5) * np.pi + (phase - half_turns * np.pi) / 2
+    long = np.flatnonzero(phase > 2.0)
+    share = first[long] / phase[long]
+    lengths = chain.lengths.copy()
+    lengths[long] *= 1.0 - share
+    lengths = np.insert(lengths, long, chain.lengths[long] * share)
+    masses = np.insert(chain.masses, long + 1, 0.0)
+    joints = np.arange(chain.masses.size) + np.searchsorted(long, np.arange(chain.masses.size))
+    return replace(chain, lengths=lengths, masses=masses), joints

@@ -1,0 +1,134 @@
+r"""Exact dynamic stiffness of a chain, and its rate of change with frequency.
+
+Everything here is divided by the frequency: :math:`\hat K(\omega) = K(\omega)/\omega`. Singular together, and
+:math:`-\hat K'` is positive definite with :math:`x^T(-\hat K')x` = twice the modal mass at a mode, Eq. (M.4).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.mechanics.chain import Array, Chain
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DynamicStiffness:
+    r"""Stiffness of a chain at one frequency as links between joints and to the ground.
+
+    A segment of phase :math:`\alpha` and impedance Z holds its two ends together by a link
+    :math:`Z/\sin\alpha` and each to the ground by :math:`-Z\tan(\alpha/2)`, Eq. (M.1). In this form low modes
+    of long chains lose no digits: nothing large cancels.
+
+    Attributes
+    ----------
+    omega : float
+        Angular frequency [rad/s].
+    left, right : ndarray of int, shape (m,)
+        Joints at the ends of each link.
+    link, link_rate : ndarray, shape (m,)
+        Link stiffness over omega [kg/s] and minus its derivative [kg].
+    ground, ground_rate : ndarray, shape (n,)
+        Stiffness to ground over omega [kg/s] and minus its derivative [kg].
+    """
+
+    omega: float
+    left: NDArray[np.intp]
+    right: NDArray[np.intp]
+    link: Array
+    link_rate: Array
+    ground: Array
+    ground_rate: Array
+
+    def energies(self, x: Array) -> tuple[Array, Array]:
+        """Quadratic forms of the columns of x, without cancellation.
+
+        Parameters
+        ----------
+        x : ndarray, shape (n, k)
+            Displacements of the joints.
+
+        Returns
+        -------
+        stiffness, rate : ndarray, shape (k, k)
+            ``x.T @ K @ x`` and ``-x.T @ dK/domega @ x``.
+        """
+        stretch = x[self.left] - x[self.right]
+        stiffness = stretch.T @ (self.link[:, None] * stretch) + x.T @ (self.ground[:, None] * x)
+        rate = stretch.T @ (self.link_rate[:, None] * stretch) + x.T @ (self.ground_rate[:, None] * x)
+        return stiffness, rate
+
+    def matrix(self) -> Array:
+        """The assembled matrix.
+
+        Returns
+        -------
+        ndarray, shape (n, n)
+            Dense and symmetric.
+        """
+        dense = np.diag(self.ground)
+        np.add.at(dense, (self.left, self.left), self.link)
+        np.add.at(dense, (self.right, self.right), self.link)
+        np.subtract.at(dense, (self.left, self.right), self.link)
+        np.subtract.at(dense, (self.right, self.left), self.link)
+        return dense
+
+
+def dynamic_stiffness(chain: Chain, omega: float) -> DynamicStiffness:
+    r"""Exact dynamic stiffness of a chain, Eqs. (M.1), (M.3).
+
+    .. math::
+        \hat K:\quad \frac{Z}{\sin\alpha}\ \text{(link)},\quad -Z\tan\frac{\alpha}{2}\ \text{(ground)},\quad
+        -\omega m\ \text{(mass)},\quad \frac{k}{\omega}\ \text{(spring of the pendant)}
+
+    Held joints stay in the list with an infinite ground; leave them out with `free_joints`. The pendant's mass is
+    the last joint.
+
+    Parameters
+    ----------
+    chain : Chain
+        No segment may be near a pole: `split_at_antinodes` first.
+    omega : float
+        Angular frequency [rad/s].
+
+    Returns
+    -------
+    DynamicStiffness
+    """
+    n, segments = chain.masses.size, chain.lengths.size
+    time, z = chain.travel_times, chain.impedance
+    phase = omega * time
+    left = np.arange(segments)
+    right = (left + 1) % n
+    link, link_rate = z / np.sin(phase), z * time * np.cos(phase) / np.sin(phase) ** 2
+    edge, edge_rate = -z * np.tan(phase / 2), z * time / (1.0 + np.cos(phase))
+    ground, ground_rate = -omega * chain.masses, chain.masses.copy()
+    for total, part in ((ground, edge), (ground_rate, edge_rate)):
+        total[:segments] += part
+        total[1:] += part[: n - 1]
+        if chain.closed:
+            total[0] += part[-1]
+    if chain.pendant is not None:
+        spring, mass = chain.pendant
+        left, right = np.append(left, n), np.append(right, 0)
+        link, link_rate = np.append(link, spring / omega), np.append(link_rate, spring / omega**2)
+        ground, ground_rate = np.append(ground, -omega * mass), np.append(ground_rate, mass)
+    return DynamicStiffness(omega, left, right, link, link_rate, ground, ground_rate)
+
+
+def free_joints(chain: Chain) -> NDArray[np.intp]:
+    """Joints that can move: all but the held ends, the pendant's mass included.
+
+    Parameters
+    ----------
+    chain : Chain
+
+    Returns
+    -------
+    ndarray of int
+        Indices into the joints of `dynamic_stiffness`.
+    """
+    n = chain.masses.size
+    joints = np.arange(n + (chain.pendant is not None))
+    held = [end for end, fixed in zip((0, n - 1), chain.fixed, strict=True) if fixed]
+    return np.setdiff1d(joints, held)

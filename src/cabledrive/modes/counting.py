@@ -1,0 +1,139 @@
+r"""How many modes lie below a frequency: the count that certifies every list of modes.
+
+Wittrick and Williams: the number of natural frequencies below :math:`\omega` is the number of negative
+eigenvalues of the dynamic stiffness, plus the modes each segment has between held ends,
+
+.. math:: J(\omega) = s\{K(\omega)\} + \sum_i \lfloor \omega l_i/(\pi c) \rfloor. \qquad \text{Eq. (M.5)}
+
+No mode is missed and none counted twice, whatever its multiplicity.
+
+References
+----------
+.. [1] W. H. Wittrick and F. W. Williams, "A general algorithm for computing natural frequencies of elastic
+   structures", Quarterly Journal of Mechanics and Applied Mathematics 24(3), 263-284, 1971.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from cabledrive.mechanics.chain import Chain, split_at_antinodes
+from cabledrive.mechanics.dynamic_stiffness import dynamic_stiffness, free_joints
+from cabledrive.modes import counting_kernels
+
+LONG_CHAIN = 150
+_CUT_SHARES = ((0.382, 0.146), (0.236, 0.71), (0.618, 0.31), (0.09, 0.854))
+_CLEAR = 1e-13
+
+
+class ModeCounter:
+    """Counts the modes of one chain; make it once, call it with many frequencies.
+
+    Parameters
+    ----------
+    chain : Chain
+        The chain whose modes are counted.
+    """
+
+    def __init__(self, chain: Chain) -> None:
+        self._chain = chain
+        self._cuts = _cut_rings(chain) if chain.closed else iter(())
+        self._arguments: list[tuple[Any, ...]] = []
+
+    def __call__(self, omega: float) -> int:
+        """Number of natural frequencies below omega, rigid-body mode included.
+
+        Parameters
+        ----------
+        omega : float
+            Angular frequency [rad/s].
+
+        Returns
+        -------
+        int
+        """
+        if omega <= 0.0:
+            return 0
+        return self._ring(float(omega)) if self._chain.closed else self._line(float(omega))
+
+    def _line(self, omega: float) -> int:
+        if not self._arguments:
+            self._arguments.append(_arguments(self._chain, _is_long(self._chain), *self._chain.fixed))
+        return int(_kernel("count_line", self._chain)(omega, *self._arguments[0]))
+
+    def _ring(self, omega: float) -> int:
+        """Cut the ring at two places; where the count is not clear of round-off, cut elsewhere, keep the clearest."""
+        best, clearest = 0, -1.0
+        kernel = _kernel("count_ring", self._chain)
+        for number in range(1 + len(_CUT_SHARES)):
+            if number == len(self._arguments):
+                ring, pendant_joint, second_cut = next(self._cuts)
+                self._arguments.append(_arguments(ring, _is_long(self._chain), pendant_joint, second_cut))
+            count, margin = kernel(omega, *self._arguments[number])
+            if margin > clearest:
+                best, clearest = int(count), margin
+            if margin > _CLEAR:
+                break
+        return best
+
+
+def _arguments(chain: Chain, long: bool, *ends: int) -> tuple[Any, ...]:
+    """What the kernels take after omega: lists for Python, arrays for machine code."""
+    pendant = chain.pendant if chain.pendant is not None else (0.0, 0.0)
+    arrays = chain.travel_times, np.ascontiguousarray(chain.masses)
+    times, masses = arrays if long else (array.tolist() for array in arrays)
+    return times, masses, chain.impedance, *pendant, *ends
+
+
+def _cut_rings(chain: Chain) -> Iterator[tuple[Chain, int, int]]:
+    """The ring cut at joint 0 and half way; then cut inside two segments, at one pair of shares after another."""
+    n = chain.masses.size
+    yield chain, 0, (n + 1) // 2
+    other = max(1, round(0.38 * n))
+    for share, other_share in _CUT_SHARES:
+        pieces = ([(1 - share) * chain.lengths[0]], chain.lengths[1:other])
+        cut = chain.lengths[other] * np.array([other_share, 1 - other_share])
+        lengths = np.concatenate((*pieces, cut, chain.lengths[other + 1 :], [share * chain.lengths[0]]))
+        masses = np.concatenate(([0.0], chain.masses[1 : other + 1], [0.0], chain.masses[other + 1 :], chain.masses[:1]))
+        yield replace(chain, lengths=lengths, masses=masses), masses.size - 1, other + 1
+
+
+@cache
+def _compiled(name: str) -> Callable[..., Any]:
+    import numba
+
+    compiled: Callable[..., Any] = numba.njit(cache=True, error_model="numpy")(getattr(counting_kernels, name))
+    return compiled
+
+
+def _is_long(chain: Chain) -> bool:
+    return chain.lengths.size > LONG_CHAIN
+
+
+def _kernel(name: str, chain: Chain) -> Callable[..., Any]:
+    """Python for a short chain, machine code for a long one, where it pays for loading the compiler."""
+    return _compiled(name) if _is_long(chain) else getattr(counting_kernels, name)
+
+
+def modes_below_reference(chain: Chain, omega: float) -> int:
+    """Count by the formula itself, Eq. (M.5): eigenvalues of the assembled matrix; for short chains.
+
+    Parameters
+    ----------
+    chain : Chain
+    omega : float
+        Angular frequency [rad/s].
+
+    Returns
+    -------
+    int
+        Number of natural frequencies below omega, rigid-body mode included.
+    """
+    split, _ = split_at_antinodes(chain, omega)
+    joints = free_joints(split)
+    matrix = dynamic_stiffness(split, omega).matrix()[np.ix_(joints, joints)]
+    inside = np.floor(omega * split.travel_times / np.pi).sum()
+    return int(np.sum(np.linalg.eigvalsh(matrix) < 0.0) + inside)

@@ -1,0 +1,117 @@
+"""The two loops behind every count: plain arithmetic, run as Python for short chains, compiled for long ones.
+
+Both eliminate joint after joint of the exact dynamic stiffness and count negative pivots (Sylvester) and the
+modes hidden inside segments (Wittrick and Williams). A segment longer than 2 rad is cut on the fly as in
+`split_at_antinodes`; ``inside`` counts the modes both parts hide. The readable oracle is
+`cabledrive.modes.counting.modes_below_reference`.
+"""
+
+from math import floor, pi, sin, tan
+
+TINY = 1e-30
+
+
+def count_line(omega, times, masses, impedance, spring, pendant_mass, first_fixed, last_fixed):  # noqa: D103
+    count = 0
+    ground = -omega * masses[0]
+    if spring > 0.0:
+        pivot = spring / omega - omega * pendant_mass
+        if pivot == 0.0:
+            pivot = TINY * spring / omega
+        count += pivot < 0.0
+        ground += -pendant_mass * spring / pivot
+    held = first_fixed
+    for i in range(len(times)):
+        phase = omega * times[i]
+        parts = 1
+        rest = 0.0
+        if phase > 2.0:
+            half_turns = floor(phase / pi + 0.5)
+            whole = phase
+            phase = (floor((half_turns - 1) / 2) + 0.5) * pi + (whole - half_turns * pi) / 2
+            rest = whole - phase
+            count += half_turns - 1
+            parts = 2
+        for part in range(parts):
+            if part == 1:
+                phase = rest
+            link = impedance / sin(phase)
+            edge = -impedance * tan(phase / 2)
+            if held:
+                ground = edge + link
+                held = False
+            else:
+                pivot = link + (edge + ground)
+                if pivot == 0.0:
+                    pivot = TINY * abs(link)
+                count += pivot < 0.0
+                ground = edge + link * (edge + ground) / pivot
+        ground -= omega * masses[i + 1]
+    if not last_fixed:
+        count += ground < 0.0
+    return count
+
+
+def count_ring(omega, times, masses, impedance, spring, pendant_mass, pendant_joint, second_cut):  # noqa: D103
+    count = 0
+    worst = 1.0
+    pendant = 0.0
+    if spring > 0.0:
+        pivot = spring / omega - omega * pendant_mass
+        if pivot == 0.0:
+            pivot = TINY * spring / omega
+        count += pivot < 0.0
+        pendant = -pendant_mass * spring / pivot
+    n = len(times)
+    total_link = 0.0
+    ground_first = -omega * masses[0] + (pendant if pendant_joint == 0 else 0.0)
+    ground_second = -omega * masses[second_cut] + (pendant if pendant_joint == second_cut else 0.0)
+    link = near = far = 0.0
+    for i in range(n):
+        joint_ground = -omega * masses[i] + (pendant if pendant_joint == i else 0.0)
+        fresh = i == 0 or i == second_cut
+        phase = omega * times[i]
+        parts = 1
+        rest = 0.0
+        if phase > 2.0:
+            half_turns = floor(phase / pi + 0.5)
+            whole = phase
+            phase = (floor((half_turns - 1) / 2) + 0.5) * pi + (whole - half_turns * pi) / 2
+            rest = whole - phase
+            count += half_turns - 1
+            parts = 2
+        for part in range(parts):
+            if part == 1:
+                phase = rest
+                joint_ground = 0.0
+            new_link = impedance / sin(phase)
+            edge = -impedance * tan(phase / 2)
+            if fresh:
+                link, near, far = new_link, edge, edge
+                fresh = False
+            else:
+                ground = far + edge + joint_ground
+                pivot = link + new_link + ground
+                if pivot == 0.0:
+                    pivot = TINY * abs(new_link)
+                count += pivot < 0.0
+                worst = min(worst, abs(pivot) / (abs(link) + abs(new_link) + abs(ground)))
+                near += link * ground / pivot
+                far = edge + new_link * ground / pivot
+                link = link * new_link / pivot
+        if i + 1 == second_cut:
+            total_link += link
+            ground_first += near
+            ground_second += far
+        elif i + 1 == n:
+            total_link += link
+            ground_second += near
+            ground_first += far
+    determinant = ground_first * ground_second + total_link * (ground_first + ground_second)
+    scale = abs(ground_first) + abs(ground_second) + abs(total_link)
+    margin = worst * abs(determinant) / scale**2
+    if determinant < 0.0:
+        count += 1
+    elif ground_first + ground_second + 2.0 * total_link < 0.0:
+        count += 2
+    return count, margin

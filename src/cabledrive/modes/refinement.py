@@ -1,0 +1,197 @@
+"""Inverse iteration on the exact dynamic stiffness: frequency and shapes to the last digits."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.mechanics.chain import Array, Chain
+from cabledrive.mechanics.dynamic_stiffness import DynamicStiffness, dynamic_stiffness, free_joints
+
+_STEPS = 12
+_CONVERGED = 1e-13
+_CLUSTER = 1e-6
+_STAY = 1e-12
+
+
+def inverse_iteration(split: Chain, start: float, modes: int, low: float, high: float) -> tuple[Array, Array] | None:
+    r"""Refine the modes nearest to a frequency.
+
+    Subspace iteration :math:`\hat K(\omega_k)\,Y = -\hat K'(\omega_k)\,X` with Rayleigh-Ritz,
+    :math:`\omega_{k+1} = \omega_k + \text{eig}(Y^T\hat K Y,\,-Y^T\hat K' Y)`, Eq. (M.6): cubic at simple and
+    at multiple modes alike.
+
+    Parameters
+    ----------
+    split : Chain
+        No segment near a pole between `low` and `high`.
+    start : float
+        Where to begin [rad/s].
+    modes : int
+        How many modes lie between `low` and `high`.
+    low, high : float
+        Interval the modes must lie in [rad/s].
+
+    Returns
+    -------
+    omegas : ndarray, shape (modes,)
+        Natural frequencies [rad/s], ascending.
+    shapes : ndarray, shape (joints, modes)
+        Displacements of the joints (the pendant's last), of unit modal mass.
+        Or None, if the iteration leaves the interval.
+    """
+    band = FoldedBand(split)
+    if modes > band.free.size:
+        return None
+    stiffness = dynamic_stiffness(split, start)
+    shapes = band.solve(stiffness, band.rough_load(stiffness, modes))
+    omega, slack = start, _STAY * high
+    for _ in range(_STEPS):
+        shapes, shifts = _rayleigh_ritz(stiffness, band, shapes)
+        nearest, farthest = omega + shifts[0], omega + shifts[-1]
+        if not low - slack <= nearest <= farthest <= high + slack:
+            return None
+        if farthest - nearest <= _CLUSTER * omega and abs(np.mean(shifts)) <= _CONVERGED * omega:
+            return omega + shifts, band.spread(shapes)
+        omega += float(np.mean(shifts))
+        stiffness = dynamic_stiffness(split, omega)
+        shapes = band.solve(stiffness, band.rate_load(stiffness, shapes))
+    return None
+
+
+def _rayleigh_ritz(stiffness: DynamicStiffness, band: "FoldedBand", shapes: Array) -> tuple[Array, Array]:
+    """Shapes of unit modal mass within their span, and how far each mode is from here [rad/s]."""
+    energy, rate = stiffness.energies(band.spread(shapes))
+    if shapes.shape[1] == 1:
+        return shapes * np.sqrt(2.0 / rate[0, 0]), energy[0] / rate[0]
+    inverse = np.linalg.inv(np.linalg.cholesky(rate))
+    shifts, vectors = np.linalg.eigh(inverse @ energy @ inverse.T)
+    return np.sqrt(2.0) * shapes @ (inverse.T @ vectors), shifts
+
+
+class FoldedBand:
+    """Order of the unknowns that keeps a ring's matrix in a band of two: both sides of the ring in turn.
+
+    Parameters
+    ----------
+    split : Chain
+    """
+
+    def __init__(self, split: Chain) -> None:
+        self.free = free_joints(split)
+        self._total = split.masses.size + (split.pendant is not None)
+        self._place = _places(split, self.free)
+        self._order = self.free[np.argsort(self._place[self.free])]
+        self._width = 2 if split.closed else 1
+        stiffness = dynamic_stiffness(split, 1e-3 / float(np.max(split.travel_times)))
+        self._left, self._right = self._place[stiffness.left], self._place[stiffness.right]
+        self._both = (self._left >= 0) & (self._right >= 0)
+        near, far = self._left[self._both], self._right[self._both]
+        size, rows = self.free.size, self._width
+        ends = [side[side >= 0] for side in (self._left, self._right)]
+        off = [(rows + row - column) * size + column for row, column in ((near, far), (far, near))]
+        diagonal = [rows * size + place for place in (self._place[self.free], *ends)]
+        self._index = np.concatenate((*diagonal, *off))
+
+    def spread(self, shapes: Array) -> Array:
+        """Shapes at all joints, held ones at rest, from those at the unknowns.
+
+        Parameters
+        ----------
+        shapes : ndarray, shape (free joints, k)
+            In band order.
+
+        Returns
+        -------
+        ndarray, shape (joints, k)
+        """
+        out = np.zeros((self._total, shapes.shape[1]))
+        out[self.free] = shapes[self._place[self.free]]
+        return out
+
+    def rough_load(self, stiffness: DynamicStiffness, modes: int) -> Array:
+        """Loads that no mode is orthogonal to, weighted by the masses so that low modes dominate.
+
+        Parameters
+        ----------
+        stiffness : DynamicStiffness
+        modes : int
+            Number of columns k.
+
+        Returns
+        -------
+        ndarray, shape (free joints, k)
+            In band order.
+        """
+        waves = np.outer(np.arange(1, self.free.size + 1), 1.0 + np.sqrt(2.0) * np.arange(1, modes + 1))
+        return np.cos(waves) * stiffness.ground_rate[self._order][:, None]
+
+    def rate_load(self, stiffness: DynamicStiffness, shapes: Array) -> Array:
+        """Minus the derivative of the stiffness times the shapes.
+
+        Parameters
+        ----------
+        stiffness : DynamicStiffness
+        shapes : ndarray, shape (free joints, k)
+            In band order.
+
+        Returns
+        -------
+        ndarray, shape (free joints, k)
+            In band order.
+        """
+        return _band_product(self._assemble(stiffness.link_rate, stiffness.ground_rate), shapes, self._width)
+
+    def solve(self, stiffness: DynamicStiffness, load: Array) -> Array:
+        """Displacements under a load, scaled.
+
+        Parameters
+        ----------
+        stiffness : DynamicStiffness
+        load : ndarray, shape (free joints, k)
+            In band order.
+
+        Returns
+        -------
+        ndarray, shape (free joints, k)
+            Orthonormal columns (of largest entry 1 if there is one).
+        """
+        from scipy.linalg.lapack import dgbsv
+
+        width, size = self._width, self.free.size
+        band = np.zeros((3 * width + 1, size))
+        band[width:] = self._assemble(stiffness.link, stiffness.ground)
+        *_, solution, info = dgbsv(width, width, band, load)
+        if info:  # the frequency is exact to the last bit: step aside by round-off
+            band[2 * width] += 1e-13 * np.max(np.abs(band), axis=0)
+            *_, solution, info = dgbsv(width, width, band, load)
+        solution /= np.max(np.abs(solution), axis=0)
+        return np.linalg.qr(solution)[0] if load.shape[1] > 1 else solution
+
+    def _assemble(self, link: Array, ground: Array) -> Array:
+        both = -link[self._both]
+        values = (ground[self.free], link[self._left >= 0], link[self._right >= 0], both, both)
+        rows = 2 * self._width + 1
+        return np.bincount(self._index, np.concatenate(values), rows * self.free.size).reshape(rows, -1)
+
+
+def _places(split: Chain, free: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Row of each joint in the band matrix; -1 for a held one."""
+    n = split.masses.size
+    order = np.arange(n)
+    if split.closed:
+        order[0::2], order[1::2] = np.arange((n + 1) // 2), np.arange(n - 1, (n - 1) // 2, -1)
+    if split.pendant is not None:
+        order = np.concatenate(([n], order))
+    order = order[np.isin(order, free)]
+    place = np.full(n + (split.pendant is not None), -1)
+    place[order] = np.arange(order.size)
+    return place
+
+
+def _band_product(band: Array, x: Array, width: int) -> Array:
+    """Product of a band matrix in LAPACK's storage with x."""
+    size = band.shape[1]
+    out = band[width][:, None] * x
+    for offset in range(1, min(width, size - 1) + 1):
+        out[:-offset] += band[width - offset, offset:][:, None] * x[offset:]
+        out[offset:] += band[width + offset, :-offset][:, None] * x[:-offset]
+    return out
