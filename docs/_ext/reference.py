@@ -1,0 +1,57 @@
+"""Writes one reference page per room of the package, from the modules that are there."""
+
+import ast
+import tomllib
+from pathlib import Path
+
+from sphinx.application import Sphinx
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def rooms() -> list[str]:
+    """Rooms of the import contract that exist, in the order in which they may be imported."""
+    contract = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"][0]
+    order = [layer.strip("()") for layer in reversed(contract["layers"])]
+    return [room for room in order if (ROOT / "src" / "cabledrive" / room / "__init__.py").exists()]
+
+
+def page(room: str) -> str:
+    """Markdown of one page: the room's own docstring, then every module that is public."""
+    folder = ROOT / "src" / "cabledrive" / room
+    modules = sorted(path.stem for path in folder.glob("*.py") if not path.stem.startswith("_"))
+    parts = [f"# {room}\n", _directive("automodule", f"cabledrive.{room}")]
+    for module in modules:
+        has_code = any(
+            isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_")
+            for node in ast.parse((folder / f"{module}.py").read_text()).body
+        )
+        if has_code:
+            parts += [f"## {module}\n", _directive("automodule", f"cabledrive.{room}.{module}", ":members:")]
+    return "\n".join(parts)
+
+
+def _directive(name: str, argument: str, *options: str) -> str:
+    lines = [f".. {name}:: {argument}", *(f"   {option}" for option in options)]
+    return "\n".join(["```{eval-rst}", *lines, "```", ""])
+
+
+def write(app: Sphinx) -> None:
+    """Write what has changed, and remove the page of a room that is gone."""
+    folder = Path(app.srcdir) / "reference"
+    folder.mkdir(exist_ok=True)
+    pages = {f"{room}.md": page(room) for room in rooms()}
+    listing = "\n".join(["```{toctree}", *(name.removesuffix(".md") for name in pages), "```"])
+    pages["index.md"] = f"# Reference\n\nThe rooms of the package, in import order.\n\n{listing}\n"
+    for old in folder.glob("*.md"):
+        if old.name not in pages:
+            old.unlink()
+    for name, text in pages.items():
+        path = folder / name
+        if not path.exists() or path.read_text() != text:
+            path.write_text(text)
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    app.connect("builder-inited", write)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
