@@ -32,3 +32,11 @@ def test_every_name_in_the_table_of_symbols_is_in_the_code():
         f"{owner}.{name}" for owner, name in named if not hasattr(getattr(parameters, owner, None), name)
     ]
     assert absent == []
+
+
+def test_the_drive_on_the_front_page_loads(tmp_path):
+    page = (DOCS / "index.md").read_text()
+    path = tmp_path / "belt-axis.toml"
+    path.write_text(re.search(r"```toml\n(.*?)```", page, re.S)[1])
+    drive = importlib.import_module("cabledrive.parameters").load_drive(str(path))
+    assert (drive.kind, drive.cable.pretension, drive.load_pulley.radius) == ("loop", 5.0, 0.03)
