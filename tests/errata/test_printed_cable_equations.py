@@ -70,7 +70,7 @@ def test_printed_weakly_nonlinear_form_has_no_potential():
 
 
 def test_consistent_truncation_and_exact_form_have_a_potential():
-    """`confirmed-2-23-weakly-nonlinear`: (T, T v', T w') derives from T0 s + K s^2/2; (2.13) has a potential."""
+    """`confirmed-2-23-weakly-nonlinear`: (T, T v', T w') derives from T0 s + K s^2/2; so does (2.13)."""
     u_x, v_x, w_x = SLOPES
     strain = u_x + (v_x**2 + w_x**2) / 2
     energy = PRETENSION * strain + MODULUS * strain**2 / 2

@@ -128,9 +128,9 @@ def loop_of_cells(n, amplitude_upper, amplitude_lower, gravity=0.0):
 
 
 def largest_load_angle(upper, lower, gravity=0.0):
-    n = 24
+    n = 16
     rates, start = loop_of_cells(n, upper, lower, gravity)
-    run = solve_ivp(rates, (0.0, 0.03), start, method="DOP853", rtol=1e-8, atol=1e-12)
+    run = solve_ivp(rates, (0.0, 0.02), start, method="DOP853", rtol=1e-8, atol=1e-12)
     return np.abs(run.y[n]).max() / RADIUS
 
 
