@@ -1,7 +1,7 @@
 """Reads docs/equations.md and the docstrings, and says where the two disagree.
 
-An equation is known by its number: "3.13", "3.14a", "M.2". A docstring claims to be the home of an equation by
-naming it in its summary, "Natural frequencies of a span, Eq. (3.13)."; named further down, it is only mentioned.
+An equation is known by its number: "3.13", "3.14a", "M.2". A docstring claims to be the home of an equation
+by naming it in its summary, "Natural frequencies of a span, Eq. (3.13)."; further down it is only mentioned.
 """
 
 import importlib
@@ -90,7 +90,7 @@ def resolve(path: str) -> object:
 
 
 def claims(package: str) -> list[tuple[str, str]]:
-    """Pairs of equation and dotted path, for each equation in the summary of a function, class or property."""
+    """Pairs of equation and dotted path, one for each equation that the summary of something names."""
     return [
         (equation, path)
         for module in _modules(package)

@@ -47,8 +47,17 @@ def decorators(function: Function) -> set[str]:
     return {d.attr if isinstance(d, ast.Attribute) else getattr(d, "id", "") for d in calls}
 
 
+COMPILERS = {"njit", "jit", "vectorize", "guvectorize"}
+
+
 def is_kernel(function: Function) -> bool:
-    return bool(decorators(function) & {"njit", "jit", "vectorize", "guvectorize"})
+    return bool(decorators(function) & COMPILERS)
+
+
+def compiles(tree: ast.Module) -> bool:
+    """Whether a module compiles kernels, by a decorator or by a call when they are first needed."""
+    names = {getattr(node, "attr", getattr(node, "id", None)) for node in ast.walk(tree)}
+    return bool(names & COMPILERS)
 
 
 def docstring_gaps(name: str, function: Function) -> list[str]:
