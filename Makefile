@@ -7,7 +7,7 @@ BENCH_VENV := .venv-bench
 REPORT := build/demo/report.html
 PIP_INSTALL = -m pip install --quiet --disable-pip-version-check -c constraints.txt
 BENCH_PEERS := $(wildcard benchmarks/requirements.txt)
-KERNEL_MODULES = $(shell grep -rlE --include='*.py' '\b(njit|vectorize|guvectorize)\(' src)
+KERNEL_MODULES = $(shell grep -rlwE --include='*.py' 'njit|guvectorize' src)
 
 export MPLBACKEND := Agg
 
