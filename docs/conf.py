@@ -26,6 +26,8 @@ python_use_unqualified_type_names = True
 python_maximum_signature_line_length = 90
 numpydoc_show_class_members = False
 
+suppress_warnings = ["ref.citation"]  # References at the end of a docstring need not be cited above
+
 html_theme = "furo"
 html_math_renderer = "mathml"
 html_title = f"cabledrive {release}"
