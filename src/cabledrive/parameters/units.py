@@ -103,9 +103,8 @@ def to_si(text: str, unit: str) -> float:
         given = _unit(match[2])
     except InputRefused as refusal:
         raise InputRefused(f'"{text}": {refusal}: {remedy}') from None
-    if given.dimension != wanted.dimension:
-        spelled = str(given.dimension).replace("[", "").replace("]", "")
-        raise InputRefused(f'"{text}" has the dimension {spelled}, not that of {asked}: {remedy}')
-    if given.meaning not in ("", wanted.meaning):  # the radian may be left out of N m/rad, not put into N m
-        raise InputRefused(f'"{text}" is {given.meaning}, not {asked}: convert it yourself and {remedy}')
+    # The radian may be left out of N m/rad, but not be put into N m.
+    if given.dimension != wanted.dimension or given.meaning not in ("", wanted.meaning):
+        kind = given.meaning or f"of dimension {given.dimension}"
+        raise InputRefused(f'"{text}" is {kind}, not {asked}: {remedy}')
     return float(_EXACT.multiply(number, given.factor))

@@ -1,0 +1,191 @@
+"""Text with a unit becomes one SI number, rounded once, and never silently the wrong kind."""
+
+import re
+from decimal import Decimal
+from fractions import Fraction
+from math import inf, pi
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.units import to_si
+
+DECIMAL_UNITS = {
+    ("g/m", "kg/m"): -3,
+    ("cm", "m"): -2,
+    ("mm^2", "m^2"): -6,
+    ("GPa", "Pa"): 9,
+    ("MPa", "Pa"): 6,
+    ("kN", "N"): 3,
+    ("kHz", "Hz"): 3,
+    ("ms", "s"): -3,
+    ("g cm^2", "kg m^2"): -7,
+    ("kN/mm", "N/m"): 6,
+    ("mN m/rad", "N m/rad"): -3,
+    ("%", "1"): -2,
+    ("t", "kg"): 3,
+}
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("0.49 g/m", "kg/m", 0.00049),
+        ("3 cm", "m", 0.03),
+        ("2.6 GPa", "Pa", 2.6e9),
+        ("1.46e-7 m^2", "m^2", 1.46e-7),
+        ("0.000642 kg m^2", "kg m^2", 0.000642),
+        ("50 mm²", "m^2", 5e-05),
+        ("50 mm**2", "m^2", 5e-05),
+        ("2.1 N·m", "N m", 2.1),
+        ("2.1 N*m", "N m", 2.1),
+        ("2.1 Nm", "N m", 2.1),
+        ("21 mNm/rad", "N m/rad", 0.021),
+        ("135 N m", "N m/rad", 135.0),
+        ("5", "N", 5.0),
+        ("  5  ", "N", 5.0),
+        ("5N", "N", 5.0),
+        ("+.5e1 N", "N", 5.0),
+        ("12 %", "1", 0.12),
+        ("2 mm/m", "1", 0.002),
+        ("3 kgf", "N", 29.41995),
+        ("3 lbf", "N", 13.3446648457815),
+        ("1 psi", "Pa", 6894.757293168362),
+        ("1 in", "m", 0.0254),
+    ],
+)
+def test_quantity_is_read_to_the_bit(text, unit, value):
+    assert to_si(text, unit) == value, f"{to_si(text, unit)!r}"
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("1092 rpm", "rad/s", 1092 * 2 * pi / 60),
+        ("30 deg/s", "rad/s", pi / 6),
+        ("2 turn/s", "rad/s", 4 * pi),
+        ("90 deg", "rad", pi / 2),
+        ("0.5 turn", "rad", pi),
+        ("1 N m/deg", "N m/rad", 180 / pi),
+    ],
+)
+def test_angles_are_read_to_round_off(text, unit, value):
+    assert to_si(text, unit) == pytest.approx(value, rel=4e-16), f"{to_si(text, unit)!r}"
+
+
+@given(
+    number=st.decimals(allow_nan=False, allow_infinity=False, places=12, min_value=-(10**6), max_value=10**6),
+    units=st.sampled_from(sorted(DECIMAL_UNITS)),
+)
+def test_decimal_units_are_rounded_once(number, units):
+    """The nearest double to the exact product of what is written and the power of ten."""
+    exact = Fraction(number) * Fraction(10) ** DECIMAL_UNITS[units]
+    assert to_si(f"{number:f} {units[0]}", units[1]) == float(exact)
+
+
+@given(
+    value=st.floats(allow_nan=False, allow_infinity=False), unit=st.sampled_from(["N m s/rad", "Pa", "Hz"])
+)
+def test_what_is_written_with_its_unit_is_read_back(value, unit):
+    assert to_si(f"{value!r} {unit}", unit) == value
+
+
+RATES = {"Hz": ["50 Hz", "1 kHz"], "rad/s": ["50 rad/s", "1092 rpm", "3 deg/s"], "1/s": ["50 1/s", "2 s^-1"]}
+
+
+@pytest.mark.parametrize(
+    ("text", "unit"),
+    [(text, unit) for own, texts in RATES.items() for text in texts for unit in RATES if unit != own],
+)
+def test_frequency_angular_speed_and_decay_rate_are_never_converted_into_each_other(text, unit):
+    with pytest.raises(InputRefused, match=f'^"{re.escape(text)}" is an? .*, not {unit}: give it in {unit}$'):
+        to_si(text, unit)
+
+
+@pytest.mark.parametrize(
+    ("text", "unit"),
+    [
+        ("3 N m/Hz", "N m s/rad"),
+        ("50 rad Hz", "Hz"),
+        ("50 rad^2/s", "rad/s"),
+        ("5 N m/rad", "N m"),
+        ("3 deg N", "N"),
+        ("5 %", "rad"),
+        ("3 rad", "1"),
+        ("5 deg", "1"),
+        ("3 sr", "rad"),
+        ("3 dB", "1"),
+        ("3 bit", "1"),
+        ("5 kg", "N"),
+        ("5 N m", "N"),
+        ("20 degC", "N"),
+        ("5 mil", "m"),
+    ],
+)
+def test_unit_of_another_kind_is_refused(text, unit):
+    with pytest.raises(InputRefused, match=r"give it in|leave the unit out"):
+        to_si(text, unit)
+
+
+GARBAGE = ["", " ", "N", "nan", "inf N", "-", "++5 N", "1,5 N", "1_000 N", "0x10 N", "1.5.5 N", "5 N;"]
+GARBAGE += [
+    "٧ N",
+    "７ N",
+    "² N",
+    "5 ٧",
+    "5 N/0",
+    "5 N^99",
+    "5 __class__",
+    "5 kilokiloN",
+    "5 N\x00",
+    "5 \udcff",
+]
+GARBAGE += ["5 " + "m " * 50, "9" * 5000, "5\nN m", "5 N^", "5 *N", "5 N/", "5 ()", "5 N'", "5 %s", "{} N"]
+
+
+@pytest.mark.parametrize("text", GARBAGE)
+def test_garbage_is_refused(text):
+    with pytest.raises(InputRefused):
+        to_si(text, "N")
+
+
+def test_numbers_beyond_a_double_become_infinite_or_zero_and_nothing_else():
+    """The bounds of the quantity then refuse them; the exponent may be as long as the text."""
+    assert to_si("1e999 N", "N") == inf
+    assert to_si("-1e999999999999999999999 MN", "N") == -inf
+    assert to_si("1e-999999999999999999999 MN", "N") == 0.0
+
+
+names = st.sampled_from(["m", "s", "N", "kg", "g", "Hz", "rad", "deg", "rpm", "Pa", "Nm", "in", "lbf", "µm"])
+odd_names = st.sampled_from(["%", "K", "degC", "dB", "e", "c", "h", "G", "Ω", "°", "1", "dBm", "Np", "bit"])
+signs = st.sampled_from([" ", "*", "/", "·", ""])
+powers = st.sampled_from(["", "^2", "^-1", "**3", "²"])
+compounds = st.lists(st.tuples(signs, names | odd_names, powers).map("".join), max_size=6).map("".join)
+wanted = st.sampled_from(["N", "1", "rad", "rad/s", "Hz", "1/s", "N m s/rad", "kg m^2"])
+
+
+def read(text, unit):
+    """The number, or the refusal's one line."""
+    try:
+        return to_si(text, unit)
+    except InputRefused as refusal:
+        return str(refusal)
+
+
+@given(text=compounds | st.text(max_size=90), unit=wanted)
+def test_any_text_after_a_number_is_read_or_refused(text, unit):
+    answer = read(f"3 {text}", unit)
+    assert isinstance(answer, float) or answer.isprintable(), f"{answer!r}"
+
+
+@given(text=st.text(max_size=90), unit=wanted)
+def test_any_text_is_read_or_refused(text, unit):
+    answer = read(text, unit)
+    assert isinstance(answer, float) or answer.isprintable(), f"{answer!r}"
+
+
+def test_decimals_of_the_unit_are_exact():
+    """A factor of 28 digits, not of a double: 1 lbf = 4.4482216152605 N by definition."""
+    assert to_si("1e15 lbf", "N") == float(Decimal("4.4482216152605e15"))
