@@ -99,7 +99,7 @@ VISCOUS = 0.0031
 
 
 def drive_model_4():
-    """State matrix and input of (6.13): angles and speeds of motor, drive pulley, load; Coulomb friction off."""
+    """State matrix and input of (6.13) without Coulomb friction: angles, then speeds, from motor to load."""
     kinds = []
     for joint, cable in ((JOINT, SPRING), (JOINT_DAMPER, DAMPER)):
         kinds.append(np.array([[joint, -joint, 0], [-joint, joint + cable, -cable], [0, -cable, cable]]))
