@@ -1,0 +1,168 @@
+r"""The four cable laws: exact geometry, weakly nonlinear as printed and with a potential, linear."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from cabledrive.mechanics.cable_law import Array, CableLaw, Components
+from cabledrive.parameters.cable import Cable
+from cabledrive.parameters.errors import InputRefused
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExactLaw(CableLaw):
+    r"""Exact geometry and Hooke's law, Eqs. (2.7), (2.10) and (2.13).
+
+    .. math:: 1 + \lambda = \sqrt{(1 + u')^2 + v'^2 + w'^2}, \qquad T = T_0 + K\lambda, \qquad
+              (T_x, T_y, T_z) = T\,\frac{(1 + u', v', w')}{1 + \lambda}
+    """
+
+    name: ClassVar[str] = "exact"
+
+    def _transverse_stretch(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
+        slopes = v_x**2 + w_x**2  # lambda - u' = slopes / (1 + lambda + 1 + u')
+        return slopes / (np.sqrt((1.0 + u_x) ** 2 + slopes) + 1.0 + u_x)
+
+    def _strain_gradient(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+        stretch = np.sqrt((1.0 + u_x) ** 2 + v_x**2 + w_x**2)
+        return (1.0 + u_x) / stretch, v_x / stretch, w_x / stretch
+
+    def _taut_excess(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+        z = u_x * (2.0 + u_x) + v_x**2 + w_x**2  # (1 + lambda)^2 - 1
+        gain = self.axial_rigidity * z / (1.0 + z + np.sqrt(1.0 + z))  # T / (1 + lambda) - T0
+        across = self.pretension + gain
+        return self.pretension * u_x + gain * (1.0 + u_x), across * v_x, across * w_x
+
+    def _stiffness_matrix(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
+        t = np.stack(self._strain_gradient(u_x, v_x, w_x), axis=-1)  # unit vector along the cable
+        along = t[..., :, None] * t[..., None, :]
+        strain = self._strain(u_x, v_x, w_x)[..., None, None]
+        across = (self.pretension + self.stiffness * strain) / (1.0 + strain)
+        return self.stiffness * along + across * (np.eye(3) - along)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WeakLaw(CableLaw):
+    r"""Weakly nonlinear form as printed: truncated strain, exact directions. Eqs. (2.19) and (2.21).
+
+    .. math:: \lambda = u' + \tfrac12 (v'^2 + w'^2), \qquad T = T_0 + K\lambda, \qquad
+              (T_x, T_y, T_z) = T\,\frac{(1 + u', v', w')}{1 + \lambda}
+
+    It has no potential: a segment led round a closed path of gradients gains or loses energy, since
+    :math:`\partial T_x/\partial v' - \partial T_y/\partial u' = EA\,u' v'/(1 + \lambda)^2`.
+    `ConsistentWeakLaw` is the truncation that has one.
+    """
+
+    name: ClassVar[str] = "weak"
+    has_potential: ClassVar[bool] = False
+
+    def _transverse_stretch(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
+        return 0.5 * (v_x**2 + w_x**2)
+
+    def _strain_gradient(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+        return np.ones_like(u_x), v_x, w_x
+
+    def _taut_excess(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+        strain = self._strain(u_x, v_x, w_x)
+        gain = self.axial_rigidity * strain / (1.0 + strain)  # T / (1 + lambda) - T0
+        across = self.pretension + gain
+        return self.pretension * u_x + gain * (1.0 + u_x), across * v_x, across * w_x
+
+    def _stiffness_matrix(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
+        strain = self._strain(u_x, v_x, w_x)[..., None, None]
+        direction = np.stack((1.0 + u_x, v_x, w_x), axis=-1)
+        gradient = np.stack(self._strain_gradient(u_x, v_x, w_x), axis=-1)
+        turning = direction[..., :, None] * gradient[..., None, :]
+        across = (self.pretension + self.stiffness * strain) / (1.0 + strain)
+        return across * np.eye(3) + self.axial_rigidity / (1.0 + strain) ** 2 * turning
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConsistentWeakLaw(CableLaw):
+    r"""Weakly nonlinear form with a potential: the truncated strain in the energy.
+
+    .. math:: \lambda = u' + \tfrac12 (v'^2 + w'^2), \qquad T = T_0 + K\lambda, \qquad
+              (T_x, T_y, T_z) = (T,\; T v',\; T w')
+    """
+
+    name: ClassVar[str] = "weak-consistent"
+
+    def _transverse_stretch(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
+        return 0.5 * (v_x**2 + w_x**2)
+
+    def _strain_gradient(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+        return np.ones_like(u_x), v_x, w_x
+
+    def _taut_excess(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+        excess = self.stiffness * self._strain(u_x, v_x, w_x)
+        tension = self.pretension + excess
+        return excess, tension * v_x, tension * w_x
+
+    def _stiffness_matrix(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
+        gradient = np.stack(self._strain_gradient(u_x, v_x, w_x), axis=-1)
+        along = gradient[..., :, None] * gradient[..., None, :]
+        tension = self.pretension + self.stiffness * self._strain(u_x, v_x, w_x)[..., None, None]
+        return self.stiffness * along + tension * np.diag([0.0, 1.0, 1.0])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LinearLaw(CableLaw):
+    r"""Linear cable, whose two kinds of wave do not see each other, Eqs. (3.3) and (3.4).
+
+    .. math:: T = T_0 + K u', \qquad (T_x, T_y, T_z) = (T,\; T_0 v',\; T_0 w')
+
+    The last two are Eq. (3.5) without its products of gradients; together they give Eqs. (3.7)-(3.8).
+    """
+
+    name: ClassVar[str] = "linear"
+
+    def _transverse_stretch(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
+        return 0.5 * (v_x**2 + w_x**2)  # in the energy only, where it makes T0 v' and T0 w'
+
+    def _strain(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
+        return u_x + 0.0 * (v_x + w_x)
+
+    def _strain_gradient(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+        return np.ones_like(u_x), np.zeros_like(v_x), np.zeros_like(w_x)
+
+    def _taut_excess(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+        return self.stiffness * u_x, self.pretension * v_x, self.pretension * w_x
+
+    def _stiffness_matrix(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
+        matrix = np.diag([self.stiffness, self.pretension, self.pretension])
+        return np.broadcast_to(matrix, (*np.shape(u_x), 3, 3))
+
+
+LAWS: dict[str, type[CableLaw]] = {law.name: law for law in (ExactLaw, WeakLaw, ConsistentWeakLaw, LinearLaw)}
+
+
+def cable_law(cable: Cable, model: str = "exact", *, tension_only: bool = False) -> CableLaw:
+    """Law of a cable, by name.
+
+    Parameters
+    ----------
+    cable : Cable
+    model : {"exact", "weak", "weak-consistent", "linear"}, default "exact"
+        What is kept of the geometry.
+    tension_only : bool, default False
+        Whether the cable goes slack instead of pushing.
+
+    Returns
+    -------
+    CableLaw
+
+    Raises
+    ------
+    InputRefused
+        If the model is unknown, or the linear one is asked to go slack.
+    """
+    if model not in LAWS:
+        raise InputRefused(f'model = "{model}" is no cable law: write {", ".join(LAWS)}')
+    if model == "linear" and tension_only:
+        raise InputRefused(
+            'model = "linear" cannot go slack, being linear: write "exact" or "weak-consistent"'
+        )
+    return LAWS[model](
+        pretension=cable.pretension, axial_rigidity=cable.axial_rigidity, tension_only=tension_only
+    )
