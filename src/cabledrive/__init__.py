@@ -1,5 +1,6 @@
 """Machines driven by flexible cables, belts and tendons: modes, resonance, identification, control."""
 
+from cabledrive.modes import Certificate, Mode, Modes, modes, natural_frequencies
 from cabledrive.parameters import (
     Cable,
     Carriage,
@@ -23,17 +24,22 @@ __version__ = "0.1.0.dev0"
 __all__ = [
     "Cable",
     "Carriage",
+    "Certificate",
     "Drive",
     "Goal",
     "InputRefused",
     "Layout",
     "Lumped",
+    "Mode",
+    "Modes",
     "Motor",
     "NotComputed",
     "Pulley",
     "Sensors",
     "content_hash",
     "load_drive",
+    "modes",
+    "natural_frequencies",
     "packaged_drives",
     "save_drive",
 ]

@@ -32,7 +32,9 @@ class Chain:
     fixed : (bool, bool), default (False, False)
         Whether the first and last joint of a line are held.
     pendant : (float, float) or None, default None
-        Stiffness [N/m] and mass [kg] of a spring and mass attached to joint 0: the motor behind a flexible joint.
+        Stiffness [N/m] and mass [kg] of a spring and mass attached to a joint: the motor behind a flexible joint.
+    pendant_joint : int, default 0
+        The joint it is attached to.
     """
 
     rigidity: float
@@ -42,6 +44,7 @@ class Chain:
     closed: bool = False
     fixed: tuple[bool, bool] = (False, False)
     pendant: tuple[float, float] | None = None
+    pendant_joint: int = 0
 
     def __post_init__(self) -> None:
         segments = self.masses.size if self.closed else self.masses.size - 1
@@ -102,4 +105,5 @@ def split_at_antinodes(chain: Chain, omega: float) -> tuple[Chain, NDArray[np.in
     lengths = np.insert(lengths, long, chain.lengths[long] * share)
     masses = np.insert(chain.masses, long + 1, 0.0)
     joints = np.arange(chain.masses.size) + np.searchsorted(long, np.arange(chain.masses.size))
-    return replace(chain, lengths=lengths, masses=masses), joints
+    pendant_joint = int(joints[chain.pendant_joint])
+    return replace(chain, lengths=lengths, masses=masses, pendant_joint=pendant_joint), joints

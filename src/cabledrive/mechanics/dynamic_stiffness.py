@@ -96,10 +96,9 @@ def dynamic_stiffness(chain: Chain, omega: float) -> DynamicStiffness:
     DynamicStiffness
     """
     n, segments = chain.masses.size, chain.lengths.size
+    left, right = links(chain)
     time, z = chain.travel_times, chain.impedance
     phase = omega * time
-    left = np.arange(segments)
-    right = (left + 1) % n
     link, link_rate = z / np.sin(phase), z * time * np.cos(phase) / np.sin(phase) ** 2
     edge, edge_rate = -z * np.tan(phase / 2), z * time / (1.0 + np.cos(phase))
     ground, ground_rate = -omega * chain.masses, chain.masses.copy()
@@ -110,10 +109,31 @@ def dynamic_stiffness(chain: Chain, omega: float) -> DynamicStiffness:
             total[0] += part[-1]
     if chain.pendant is not None:
         spring, mass = chain.pendant
-        left, right = np.append(left, n), np.append(right, 0)
         link, link_rate = np.append(link, spring / omega), np.append(link_rate, spring / omega**2)
         ground, ground_rate = np.append(ground, -omega * mass), np.append(ground_rate, mass)
     return DynamicStiffness(omega, left, right, link, link_rate, ground, ground_rate)
+
+
+def links(chain: Chain) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Joints at the two ends of each link: the segments in order, then the pendant's spring.
+
+    Parameters
+    ----------
+    chain : Chain
+
+    Returns
+    -------
+    left, right : ndarray of int
+        Indices of joints; the pendant's mass is the last joint.
+    """
+    n, segments = chain.masses.size, chain.lengths.size
+    left = np.arange(segments)
+    right = np.arange(1, segments + 1)
+    if chain.closed:
+        right[-1] = 0
+    if chain.pendant is not None:
+        left, right = np.append(left, n), np.append(right, chain.pendant_joint)
+    return left, right
 
 
 def free_joints(chain: Chain) -> NDArray[np.intp]:
@@ -129,6 +149,6 @@ def free_joints(chain: Chain) -> NDArray[np.intp]:
         Indices into the joints of `dynamic_stiffness`.
     """
     n = chain.masses.size
-    joints = np.arange(n + (chain.pendant is not None))
-    held = [end for end, fixed in zip((0, n - 1), chain.fixed, strict=True) if fixed]
-    return np.setdiff1d(joints, held)
+    free = np.ones(n + (chain.pendant is not None), dtype=bool)
+    free[0], free[n - 1] = not chain.fixed[0], not chain.fixed[1]
+    return np.flatnonzero(free)

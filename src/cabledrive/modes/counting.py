@@ -70,8 +70,8 @@ class ModeCounter:
         kernel = _kernel("count_ring", self._chain)
         for number in range(1 + len(_CUT_SHARES)):
             if number == len(self._arguments):
-                ring, pendant_joint, second_cut = next(self._cuts)
-                self._arguments.append(_arguments(ring, _is_long(self._chain), pendant_joint, second_cut))
+                ring, second_cut = next(self._cuts)
+                self._arguments.append(_arguments(ring, _is_long(self._chain), second_cut))
             count, margin = kernel(omega, *self._arguments[number])
             if margin > clearest:
                 best, clearest = int(count), margin
@@ -85,20 +85,20 @@ def _arguments(chain: Chain, long: bool, *ends: int) -> tuple[Any, ...]:
     pendant = chain.pendant if chain.pendant is not None else (0.0, 0.0)
     arrays = chain.travel_times, np.ascontiguousarray(chain.masses)
     times, masses = arrays if long else (array.tolist() for array in arrays)
-    return times, masses, chain.impedance, *pendant, *ends
+    return times, masses, chain.impedance, *pendant, chain.pendant_joint, *ends
 
 
-def _cut_rings(chain: Chain) -> Iterator[tuple[Chain, int, int]]:
+def _cut_rings(chain: Chain) -> Iterator[tuple[Chain, int]]:
     """The ring cut at joint 0 and half way; then cut inside two segments, at one pair of shares after another."""
     n = chain.masses.size
-    yield chain, 0, (n + 1) // 2
+    yield chain, (n + 1) // 2
     other = max(1, round(0.38 * n))
     for share, other_share in _CUT_SHARES:
         pieces = ([(1 - share) * chain.lengths[0]], chain.lengths[1:other])
         cut = chain.lengths[other] * np.array([other_share, 1 - other_share])
         lengths = np.concatenate((*pieces, cut, chain.lengths[other + 1 :], [share * chain.lengths[0]]))
         masses = np.concatenate(([0.0], chain.masses[1 : other + 1], [0.0], chain.masses[other + 1 :], chain.masses[:1]))
-        yield replace(chain, lengths=lengths, masses=masses), masses.size - 1, other + 1
+        yield replace(chain, lengths=lengths, masses=masses, pendant_joint=masses.size - 1), other + 1
 
 
 @cache

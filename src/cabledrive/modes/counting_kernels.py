@@ -11,15 +11,16 @@ from math import floor, pi, sin, tan
 TINY = 1e-30
 
 
-def count_line(omega, times, masses, impedance, spring, pendant_mass, first_fixed, last_fixed):  # noqa: D103
+def count_line(omega, times, masses, impedance, spring, pendant_mass, pendant_joint, first_fixed, last_fixed):  # noqa: D103
     count = 0
-    ground = -omega * masses[0]
+    pendant = 0.0
     if spring > 0.0:
         pivot = spring / omega - omega * pendant_mass
         if pivot == 0.0:
             pivot = TINY * spring / omega
         count += pivot < 0.0
-        ground += -pendant_mass * spring / pivot
+        pendant = -pendant_mass * spring / pivot
+    ground = -omega * masses[0] + (pendant if pendant_joint == 0 else 0.0)
     held = first_fixed
     for i in range(len(times)):
         phase = omega * times[i]
@@ -46,7 +47,7 @@ def count_line(omega, times, masses, impedance, spring, pendant_mass, first_fixe
                     pivot = TINY * abs(link)
                 count += pivot < 0.0
                 ground = edge + link * (edge + ground) / pivot
-        ground -= omega * masses[i + 1]
+        ground += -omega * masses[i + 1] + (pendant if pendant_joint == i + 1 else 0.0)
     if not last_fixed:
         count += ground < 0.0
     return count

@@ -1,14 +1,17 @@
 """Inverse iteration on the exact dynamic stiffness: frequency and shapes to the last digits."""
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.chain import Array, Chain
-from cabledrive.mechanics.dynamic_stiffness import DynamicStiffness, dynamic_stiffness, free_joints
+from cabledrive.mechanics.dynamic_stiffness import DynamicStiffness, dynamic_stiffness, free_joints, links
 
 _STEPS = 12
 _CONVERGED = 1e-13
 _CLUSTER = 1e-6
+_SETTLED = 1e-9
 _STAY = 1e-12
 
 
@@ -42,18 +45,20 @@ def inverse_iteration(split: Chain, start: float, modes: int, low: float, high: 
     if modes > band.free.size:
         return None
     stiffness = dynamic_stiffness(split, start)
-    shapes = band.solve(stiffness, band.rough_load(stiffness, modes))
+    solve = band.solver(stiffness)
+    shapes = solve(band.rate_load(stiffness, solve(band.rough_load(stiffness, modes))))
     omega, slack = start, _STAY * high
     for _ in range(_STEPS):
         shapes, shifts = _rayleigh_ritz(stiffness, band, shapes)
-        nearest, farthest = omega + shifts[0], omega + shifts[-1]
-        if not low - slack <= nearest <= farthest <= high + slack:
+        shift = float(np.mean(shifts))
+        if not low - slack <= omega + shifts[0] <= omega + shifts[-1] <= high + slack:
             return None
-        if farthest - nearest <= _CLUSTER * omega and abs(np.mean(shifts)) <= _CONVERGED * omega:
+        if shifts[-1] - shifts[0] <= _CLUSTER * omega and abs(shift) <= _CONVERGED * omega:
             return omega + shifts, band.spread(shapes)
-        omega += float(np.mean(shifts))
+        omega += shift
         stiffness = dynamic_stiffness(split, omega)
-        shapes = band.solve(stiffness, band.rate_load(stiffness, shapes))
+        if abs(shift) > _SETTLED * omega:
+            shapes = band.solver(stiffness)(band.rate_load(stiffness, shapes))
     return None
 
 
@@ -80,16 +85,15 @@ class FoldedBand:
         self._total = split.masses.size + (split.pendant is not None)
         self._place = _places(split, self.free)
         self._order = self.free[np.argsort(self._place[self.free])]
-        self._width = 2 if split.closed else 1
-        stiffness = dynamic_stiffness(split, 1e-3 / float(np.max(split.travel_times)))
-        self._left, self._right = self._place[stiffness.left], self._place[stiffness.right]
+        self._width = 2 if split.closed or split.pendant is not None else 1
+        self._left, self._right = (self._place[joints] for joints in links(split))
         self._both = (self._left >= 0) & (self._right >= 0)
         near, far = self._left[self._both], self._right[self._both]
-        size, rows = self.free.size, self._width
-        ends = [side[side >= 0] for side in (self._left, self._right)]
-        off = [(rows + row - column) * size + column for row, column in ((near, far), (far, near))]
-        diagonal = [rows * size + place for place in (self._place[self.free], *ends)]
-        self._index = np.concatenate((*diagonal, *off))
+        rows, middle = 3 * self._width + 1, 2 * self._width
+        diagonal = (self._place[self.free], self._left[self._left >= 0], self._right[self._right >= 0])
+        places = [rows * place + middle for place in diagonal]
+        places += [rows * column + middle + row - column for row, column in ((near, far), (far, near))]
+        self._index = np.concatenate(places)
 
     def spread(self, shapes: Array) -> Array:
         """Shapes at all joints, held ones at rest, from those at the unknowns.
@@ -140,37 +144,40 @@ class FoldedBand:
         """
         return _band_product(self._assemble(stiffness.link_rate, stiffness.ground_rate), shapes, self._width)
 
-    def solve(self, stiffness: DynamicStiffness, load: Array) -> Array:
-        """Displacements under a load, scaled.
+    def solver(self, stiffness: DynamicStiffness) -> Callable[[Array], Array]:
+        """Factorise once, solve often.
 
         Parameters
         ----------
         stiffness : DynamicStiffness
-        load : ndarray, shape (free joints, k)
-            In band order.
 
         Returns
         -------
-        ndarray, shape (free joints, k)
-            Orthonormal columns (of largest entry 1 if there is one).
+        callable
+            Takes loads, shape (free joints, k), to displacements with orthonormal columns (or largest entry 1).
         """
-        from scipy.linalg.lapack import dgbsv
+        from scipy.linalg.lapack import dgbtrf, dgbtrs
 
-        width, size = self._width, self.free.size
-        band = np.zeros((3 * width + 1, size))
-        band[width:] = self._assemble(stiffness.link, stiffness.ground)
-        *_, solution, info = dgbsv(width, width, band, load)
+        width = self._width
+        factors, pivots, info = dgbtrf(self._assemble(stiffness.link, stiffness.ground), width, width)
         if info:  # the frequency is exact to the last bit: step aside by round-off
+            band = self._assemble(stiffness.link, stiffness.ground)
             band[2 * width] += 1e-13 * np.max(np.abs(band), axis=0)
-            *_, solution, info = dgbsv(width, width, band, load)
-        solution /= np.max(np.abs(solution), axis=0)
-        return np.linalg.qr(solution)[0] if load.shape[1] > 1 else solution
+            factors, pivots, info = dgbtrf(band, width, width)
+
+        def solve(load: Array) -> Array:
+            solution = dgbtrs(factors, width, width, load, pivots)[0]
+            solution /= np.max(np.abs(solution), axis=0)
+            return np.linalg.qr(solution)[0] if load.shape[1] > 1 else solution
+
+        return solve
 
     def _assemble(self, link: Array, ground: Array) -> Array:
+        """Band matrix in LAPACK's storage for factorisation: a[i, j] in row ``2 width + i - j``."""
         both = -link[self._both]
         values = (ground[self.free], link[self._left >= 0], link[self._right >= 0], both, both)
-        rows = 2 * self._width + 1
-        return np.bincount(self._index, np.concatenate(values), rows * self.free.size).reshape(rows, -1)
+        rows = 3 * self._width + 1
+        return np.bincount(self._index, np.concatenate(values), rows * self.free.size).reshape(-1, rows).T
 
 
 def _places(split: Chain, free: NDArray[np.intp]) -> NDArray[np.intp]:
@@ -180,18 +187,19 @@ def _places(split: Chain, free: NDArray[np.intp]) -> NDArray[np.intp]:
     if split.closed:
         order[0::2], order[1::2] = np.arange((n + 1) // 2), np.arange(n - 1, (n - 1) // 2, -1)
     if split.pendant is not None:
-        order = np.concatenate(([n], order))
-    order = order[np.isin(order, free)]
+        order = np.insert(order, np.flatnonzero(order == split.pendant_joint), n)
     place = np.full(n + (split.pendant is not None), -1)
+    place[free] = 0
+    order = order[place[order] == 0]
     place[order] = np.arange(order.size)
     return place
 
 
 def _band_product(band: Array, x: Array, width: int) -> Array:
     """Product of a band matrix in LAPACK's storage with x."""
-    size = band.shape[1]
-    out = band[width][:, None] * x
+    size, middle = band.shape[1], 2 * width
+    out = band[middle][:, None] * x
     for offset in range(1, min(width, size - 1) + 1):
-        out[:-offset] += band[width - offset, offset:][:, None] * x[offset:]
-        out[offset:] += band[width + offset, :-offset][:, None] * x[:-offset]
+        out[:-offset] += band[middle - offset, offset:][:, None] * x[offset:]
+        out[offset:] += band[middle + offset, :-offset][:, None] * x[:-offset]
     return out

@@ -1,0 +1,229 @@
+"""The natural modes of a drive: every one below a frequency, with a certificate that none is missing."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import isfinite, pi
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.mechanics.spans import LabelledChain, longitudinal_chains, transverse_chains
+from cabledrive.modes.counting import ModeCounter
+from cabledrive.modes.mode import LONGITUDINAL, TRANSVERSE, Mode, make_mode
+from cabledrive.modes.solver import ENCLOSURE, chain_modes
+from cabledrive.parameters import Drive, InputRefused, content_hash
+
+DEFAULT_COUNT = 10
+MOST_MODES = 20_000
+PLANES = ("v", "w")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Certificate:
+    """Proof that a list of modes is complete.
+
+    Attributes
+    ----------
+    below : float
+        Every mode below this frequency [Hz] is in the list.
+    count : int
+        How many these are, by the count of Wittrick and Williams, multiplicities and both planes included.
+    longitudinal, transverse : int
+        The two parts of `count`.
+    enclosure : float
+        Relative half-width of the interval in which two counts prove each mode to lie.
+    """
+
+    below: float
+    count: int
+    longitudinal: int
+    transverse: int
+    enclosure: float = ENCLOSURE
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Modes:
+    """Natural modes of a drive, certified.
+
+    Attributes
+    ----------
+    modes : tuple of Mode
+        Ascending in frequency, both kinds, without the rigid-body mode.
+    certified : bool
+        Whether every mode is proven and the list below the certificate's bound is as long as the count.
+    certificate : Certificate
+    rigid_body_modes : int
+        Motions that strain nothing.
+    drive_hash : str
+        Content hash of the drive.
+    """
+
+    modes: tuple[Mode, ...]
+    certified: bool
+    certificate: Certificate
+    rigid_body_modes: int
+    drive_hash: str
+
+    @property
+    def longitudinal(self) -> tuple[Mode, ...]:
+        """The longitudinal modes."""
+        return tuple(mode for mode in self.modes if mode.kind == LONGITUDINAL)
+
+    @property
+    def transverse(self) -> tuple[Mode, ...]:
+        """The transverse modes."""
+        return tuple(mode for mode in self.modes if mode.kind == TRANSVERSE)
+
+
+def modes(drive: Drive, *, below: float | None = None, count: int | None = None) -> Modes:
+    """All natural modes of a drive below a frequency, or the first few of each kind.
+
+    Longitudinal motion by the exact dynamic stiffness of every span, transverse motion as strings under T0 with
+    hanging carriages as point masses. Pulley friction, dampings and sag do not enter.
+
+    Parameters
+    ----------
+    drive : Drive
+    below : float, optional
+        Upper end [Hz].
+    count : int, optional
+        The first so many modes of each kind instead; ten where neither is given.
+
+    Returns
+    -------
+    Modes
+
+    Raises
+    ------
+    InputRefused
+        If both limits are given, or a limit is not positive, or would list more than 20 000 modes.
+    NotComputed
+        If a mode that the count promises could not be refined.
+
+    References
+    ----------
+    .. [1] Eqs. (3.10)-(3.13), (3.17)-(3.20), (3.24)-(3.26), (3.27), (3.37)-(3.38), generalised.
+    """
+    along, across = _Band(longitudinal_chains(drive), LONGITUDINAL), _Band(transverse_chains(drive), TRANSVERSE)
+    if below is not None:
+        _check_below(below, count, along, across)
+        found = [band.below(2 * pi * below) for band in (along, across)]
+    else:
+        wanted = _checked_count(DEFAULT_COUNT if count is None else count)
+        found = [band.first(wanted) for band in (along, across)]
+    bound = min(clear for _, clear in found)
+    listed = sorted((mode for part, _ in found for mode in part), key=_order)
+    parts = [band.count(bound) for band in (along, across)]
+    complete = sum(mode.multiplicity for mode in listed if 2 * pi * mode.frequency < bound) == sum(parts)
+    certificate = Certificate(below=bound / (2 * pi), count=sum(parts), longitudinal=parts[0], transverse=parts[1])
+    return Modes(
+        modes=tuple(listed),
+        certified=complete and all(mode.proven for mode in listed),
+        certificate=certificate,
+        rigid_body_modes=along.rigid_body_modes,
+        drive_hash=content_hash(drive),
+    )
+
+
+def natural_frequencies(
+    drive: Drive, *, below: float | None = None, count: int | None = None
+) -> NDArray[np.float64]:
+    """Longitudinal natural frequencies of a drive, each repeated by its multiplicity.
+
+    Parameters
+    ----------
+    drive : Drive
+    below : float, optional
+        Upper end [Hz].
+    count : int, optional
+        The first so many instead (a multiple one at the end whole); ten where neither is given.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Frequencies [Hz], ascending, without the rigid-body mode.
+
+    Raises
+    ------
+    InputRefused, NotComputed
+        As `modes`.
+    """
+    band = _Band(longitudinal_chains(drive), LONGITUDINAL)
+    if below is not None:
+        _check_below(below, count, band)
+        listed, _ = band.below(2 * pi * below)
+    else:
+        listed, _ = band.first(_checked_count(DEFAULT_COUNT if count is None else count))
+    return np.repeat([mode.frequency for mode in listed], [mode.multiplicity for mode in listed])
+
+
+class _Band:
+    """All modes of one kind: the chains that carry them, and how many planes each stands for."""
+
+    def __init__(self, chains: Sequence[LabelledChain], kind: str) -> None:
+        self._chains, self._kind = chains, kind
+        self._counters = [ModeCounter(chain.chain) for chain in chains]
+        self._planes: tuple[str | None, ...] = PLANES if kind == TRANSVERSE else (None,)
+        self.rigid_body_modes = sum(chain.chain.rigid_body_modes for chain in chains)
+
+    def count(self, omega: float) -> int:
+        """Number of modes below omega [rad/s], without the rigid-body mode."""
+        below = sum(max(counter(omega), chain.chain.rigid_body_modes) for counter, chain in self._pairs())
+        return len(self._planes) * (below - self.rigid_body_modes)
+
+    def below(self, omega: float) -> tuple[list[Mode], float]:
+        """All modes below omega, and the frequency up to which this is certain [rad/s]."""
+        clear = omega
+        while self.count(clear * (1 - ENCLOSURE)) != self.count(clear * (1 + ENCLOSURE)):
+            clear *= 1 - 4 * ENCLOSURE
+        return self._modes(clear), clear
+
+    def first(self, count: int) -> tuple[list[Mode], float]:
+        """The first modes, and the frequency up to which the list is complete [rad/s]."""
+        top = pi / sum(float(chain.chain.travel_times.sum()) for chain in self._chains) / 8
+        while self.count(top) < count:
+            top *= 2
+        listed = self._modes(top, first=count)[:count]
+        last = 2 * pi * listed[-1].frequency
+        held = sum(mode.multiplicity for mode in listed)
+        for room in (0.1, 1e-3, 1e-6, 1e-9, 2 * ENCLOSURE):
+            if self.count(last * (1 + room)) == held:
+                return listed, last * (1 + room)
+        return listed, last * (1 - 2 * ENCLOSURE)
+
+    def _modes(self, top: float, first: int | None = None) -> list[Mode]:
+        found = [
+            make_mode(chain, solved, self._kind, plane)
+            for chain in self._chains
+            for solved in chain_modes(chain.chain, top, first=first)
+            for plane in self._planes
+        ]
+        return sorted(found, key=_order)
+
+    def _pairs(self) -> list[tuple[ModeCounter, LabelledChain]]:
+        return list(zip(self._counters, self._chains, strict=True))
+
+
+def _order(mode: Mode) -> tuple[Any, ...]:
+    return mode.frequency, mode.kind, mode.span != "upper", mode.section or (), mode.plane or ""
+
+
+def _checked_count(count: int) -> int:
+    if not 0 < count <= MOST_MODES:
+        raise InputRefused(f"count = {count} modes must lie between 1 and {MOST_MODES}: ask for fewer at a time")
+    return count
+
+
+def _check_below(below: float, count: int | None, *bands: _Band) -> None:
+    if count is not None:
+        raise InputRefused(f"below = {below:.9g} Hz and count = {count} are both given: give one of the two")
+    if not (isfinite(below) and below > 0.0):
+        raise InputRefused(f"below = {below:.9g} Hz must be positive and finite: give the upper end in Hz")
+    held = sum(band.count(2 * pi * below) for band in bands)
+    if held > MOST_MODES:
+        about = below * MOST_MODES / held
+        raise InputRefused(
+            f"below = {below:.9g} Hz holds {held} modes, at most {MOST_MODES} are certified: "
+            f"lower it to about {about:.3g} Hz"
+        )
