@@ -1,0 +1,236 @@
+r"""The cable divided into segments: nodes that carry mass, segments between them that carry tension.
+
+Nodes are material points of the cable, numbered round the loop: node 0 is the drive rim, then the upper
+span, then the load rim (node n), then the lower span back to the drive rim. Arrays over nodes have one entry
+more than there are segments; in a loop the last entry is node 0 again. Each carriage sits on a node of its
+own, with equal segments between neighbouring carriages and rims, so that its place costs no accuracy.
+"""
+
+from dataclasses import dataclass
+from math import cos, sin
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.mechanics.cable_law import Array
+from cabledrive.mechanics.shafts import Joint, Shaft, joint_of, shafts_of
+from cabledrive.parameters.drive import Drive
+from cabledrive.parameters.errors import InputRefused
+
+FEWEST_SEGMENTS = 3
+MOST_SEGMENTS = 1_000_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Mesh:
+    """A drive in n segments per span. Lengths and masses per pretensioned metre.
+
+    Attributes
+    ----------
+    spans : tuple of str
+        Names of the spans.
+    closed : bool
+        Whether the spans form a loop.
+    segments : int
+        Segments per span, n; at least one between neighbouring carriages.
+    position : ndarray, shape (spans, n + 1)
+        Distance of the nodes of each span from the pulley at which the span starts [m].
+    spacing : ndarray, shape (spans * n,)
+        Length of each segment [m].
+    density : float
+        Mass of the cable per pretensioned metre [kg/m].
+    cable_mass : ndarray, shape (spans * n + 1,)
+        Cable that belongs to each node, half of each neighbouring segment [kg].
+    carriage_mass : ndarray, shape (spans * n + 1,)
+        Carriage at each node [kg].
+    weight_u, weight_w : ndarray, shape (spans * n + 1,)
+        Weight of cable and carriage along u and w [N]; signs of (2.26), (2.27).
+    sways : ndarray of bool, shape (spans * n + 1,)
+        Whether a node moves transversely: neither rims nor guided carriages do.
+    carriage_node : ndarray of int
+        Node of each carriage, in the order of the drive file.
+    shafts : tuple of Shaft
+        Drive pulley, load pulley, and the motor if its joint is flexible.
+    joint : Joint or None
+        The flexible joint.
+    """
+
+    spans: tuple[str, ...]
+    closed: bool
+    segments: int
+    position: Array
+    spacing: Array
+    density: float
+    cable_mass: Array
+    carriage_mass: Array
+    weight_u: Array
+    weight_w: Array
+    sways: NDArray[np.bool_]
+    carriage_node: NDArray[np.intp]
+    shafts: tuple[Shaft, ...]
+    joint: Joint | None
+
+    @property
+    def nodes(self) -> int:
+        """Entries of an array over nodes."""
+        return self.spacing.size + 1
+
+    @property
+    def rims(self) -> tuple[int, int]:
+        """Nodes of drive rim and load rim."""
+        return 0, self.segments
+
+    @property
+    def mass(self) -> Array:
+        """Mass that moves with each node along u, without the pulleys [kg]."""
+        return self.cable_mass + self.carriage_mass
+
+    @property
+    def axial_mass(self) -> Array:
+        """Mass that moves with each node along u: at the rims J/r^2 and the half cells [kg]."""
+        mass = self.mass
+        for node, shaft in zip(self.rims, self.shafts, strict=False):
+            mass[node] += shaft.rim_mass
+        if self.closed:
+            mass[-1] = mass[0]
+        return mass
+
+    @property
+    def uniform(self) -> bool:
+        """Whether all segments are alike and no carriage sits on a node."""
+        alike = np.ptp(self.spacing) <= 1e-12 * self.spacing[0]
+        return bool(alike) and not self.carriage_mass.any()
+
+    def span_nodes(self, span: str) -> slice:
+        """Nodes of a span, its two rims included.
+
+        Parameters
+        ----------
+        span : {"upper", "lower"}
+
+        Returns
+        -------
+        slice
+            Into an array over nodes.
+        """
+        start = self.spans.index(span) * self.segments
+        return slice(start, start + self.segments + 1)
+
+
+def mesh_of(drive: Drive, segments: int) -> Mesh:
+    """Divide the cable of a drive.
+
+    Parameters
+    ----------
+    drive : Drive
+    segments : int
+        Segments per span; raised to one per gap where carriages stand closer than that.
+
+    Returns
+    -------
+    Mesh
+
+    Raises
+    ------
+    InputRefused
+        If there are too few segments, or too many to be stored.
+    """
+    _check_segments(segments)
+    stops = [_stops(drive, span) for span in drive.spans]
+    segments = max(segments, *(len(stop) - 1 for stop in stops))
+    counts = [_share_out(np.diff(stop), segments) for stop in stops]
+    position = np.array([_subdivide(stop, count) for stop, count in zip(stops, counts, strict=True)])
+    carriage_node = _carriage_nodes(drive, counts, segments)
+    density = drive.cable.stretched_mass_per_length
+    nodes = segments * len(drive.spans) + 1
+    carriage_mass = np.zeros(nodes)
+    carriage_mass[carriage_node] = [carriage.mass for carriage in drive.carriage]
+    cable_mass, (weight_u, weight_w) = _cells(drive, position, density, carriage_mass)
+    sways = np.ones(nodes, dtype=bool)
+    sways[::segments] = False
+    sways[carriage_node[[carriage.guided for carriage in drive.carriage]]] = False
+    return Mesh(
+        spans=drive.spans,
+        closed=drive.kind == "loop",
+        segments=segments,
+        position=position,
+        spacing=np.diff(position, axis=1).ravel(),
+        density=density,
+        cable_mass=cable_mass,
+        carriage_mass=carriage_mass,
+        weight_u=weight_u,
+        weight_w=np.where(sways, weight_w, 0.0),
+        sways=sways,
+        carriage_node=carriage_node,
+        shafts=shafts_of(drive),
+        joint=joint_of(drive),
+    )
+
+
+def _check_segments(segments: int) -> None:
+    if isinstance(segments, bool) or not isinstance(segments, int | np.integer):
+        raise InputRefused(f"segments = {segments!r} is not a whole number: give the segments per span")
+    if segments < FEWEST_SEGMENTS:
+        raise InputRefused(
+            f"segments = {segments} per span, but the cable needs at least {FEWEST_SEGMENTS}: give more"
+        )
+    if segments > MOST_SEGMENTS:
+        raise InputRefused(f"segments = {segments} per span, at most {MOST_SEGMENTS} are taken: give fewer")
+
+
+def _stops(drive: Drive, span: str) -> Array:
+    """Places on the pretensioned span where there must be a node: rims and carriages."""
+    stretch = drive.pulley_distance / drive.span_length
+    places = [carriage.position * stretch for carriage in drive.carriages_on(span)]
+    return np.array([0.0, *places, drive.pulley_distance])
+
+
+def _share_out(gaps: Array, segments: int) -> NDArray[np.intp]:
+    """Segments for each gap, at least one, as equal in length as can be."""
+    count = np.maximum(1, np.rint(segments * gaps / gaps.sum())).astype(np.intp)
+    while count.sum() < segments:
+        count[np.argmax(gaps / count)] += 1
+    while count.sum() > segments:
+        count[np.argmin(np.where(count > 1, gaps / np.maximum(count - 1, 1), np.inf))] -= 1
+    return count
+
+
+def _subdivide(stops: Array, count: NDArray[np.intp]) -> Array:
+    pieces = [
+        start + (end - start) * np.arange(n) / n
+        for start, end, n in zip(stops[:-1], stops[1:], count, strict=True)
+    ]
+    return np.concatenate([*pieces, stops[-1:]])
+
+
+def _carriage_nodes(drive: Drive, counts: list[NDArray[np.intp]], segments: int) -> NDArray[np.intp]:
+    """Node of each carriage, in the order of the drive file."""
+    node = {}
+    for number, (span, count) in enumerate(zip(drive.spans, counts, strict=True)):
+        places = np.cumsum(count)[:-1] + number * segments
+        for carriage, place in zip(drive.carriages_on(span), places, strict=True):
+            node[carriage.span, carriage.position] = place
+    return np.array([node[carriage.span, carriage.position] for carriage in drive.carriage], dtype=np.intp)
+
+
+def _cells(
+    drive: Drive, position: Array, density: float, carriage_mass: Array
+) -> tuple[Array, tuple[Array, Array]]:
+    """Cable mass of each node, and its weight along u and w; a rim node has half a cell in each span."""
+    slope = drive.layout.inclination
+    pull = drive.layout.gravity * np.array([sin(slope), cos(slope)])
+    cable_mass = np.zeros(carriage_mass.size)
+    weight = np.zeros((2, carriage_mass.size))
+    segments = position.shape[1] - 1
+    for number, places in enumerate(position):
+        half = 0.5 * density * np.diff(places)
+        cell = np.concatenate(([0.0], half)) + np.concatenate((half, [0.0]))
+        here = slice(number * segments, (number + 1) * segments + 1)
+        cable_mass[here] += cell
+        downwards = -1.0 if number == 0 else 1.0  # u and w of the lower span point the other way
+        weight[:, here] += downwards * pull[:, None] * (cell + carriage_mass[here])
+    if drive.kind == "loop":
+        for array in (cable_mass, weight[0], weight[1]):
+            array[0] += array[-1]
+            array[-1] = array[0]
+    return cable_mass, (weight[0], weight[1])

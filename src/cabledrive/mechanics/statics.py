@@ -1,0 +1,189 @@
+r"""Static equilibrium of the divided cable under gravity and carriages, by Newton with line search."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.mechanics.cable_law import Array, CableLaw
+from cabledrive.mechanics.mesh import Mesh
+from cabledrive.mechanics.mesh_forces import cable_forces, gradients
+from cabledrive.parameters.errors import InputRefused, NotComputed
+
+MOST_ITERATIONS = 100
+SHORTEST_STEP = 2.0**-30
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Equilibrium:
+    """Where the cable rests.
+
+    Attributes
+    ----------
+    displacement : ndarray, shape (3, nodes)
+        u, v, w from the straight pretensioned cable [m].
+    holding_torque : tuple of float
+        Torque on drive pulley and load pulley that keeps them there [N m]; zero where a pulley is free.
+    residual : float
+        Largest force left out of balance [N].
+    iterations : int
+        Newton steps taken.
+    """
+
+    displacement: Array
+    holding_torque: tuple[float, float]
+    residual: float
+    iterations: int
+
+    @property
+    def largest_sag(self) -> float:
+        """Largest transverse displacement [m]."""
+        return float(np.max(np.abs(self.displacement[2])))
+
+
+def equilibrium(mesh: Mesh, law: CableLaw, *, hold: str = "none") -> Equilibrium:
+    """Where cable and carriages rest.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    law : CableLaw
+    hold : {"none", "drive", "both"}, default "none"
+        Pulleys held at angle zero. With "none" the drive pulley stays at zero because nothing turns it, which
+        is checked.
+
+    Returns
+    -------
+    Equilibrium
+
+    Raises
+    ------
+    InputRefused
+        If `hold` is unknown, or both pulleys are free and the weight of carriages on a slope would turn them.
+    NotComputed
+        If Newton's method finds no equilibrium.
+    """
+    if hold not in ("none", "drive", "both"):
+        raise InputRefused(f'hold = "{hold}" is not one of its values: write "none", "drive" or "both"')
+    rigid_load = mesh.shafts[1].fixed or hold == "both"
+    free = _free_displacements(mesh, rigid_load)
+    displacement, iterations = _newton(mesh, law, free)
+    left = _residual(mesh, law, displacement, np.ones_like(free))
+    drive_torque, load_torque = (
+        -float(left[0, node]) * shaft.radius for node, shaft in zip(mesh.rims, mesh.shafts, strict=False)
+    )
+    if not rigid_load:
+        load_torque = 0.0
+    loose = hold == "none" and not mesh.shafts[0].fixed and not rigid_load
+    if loose and abs(drive_torque) > 1e-9 * mesh.shafts[0].radius * _force_scale(mesh, law):
+        raise InputRefused(
+            f"gravity turns the free pulleys: {drive_torque:.4g} N m would hold them; hold the drive pulley"
+        )
+    return Equilibrium(
+        displacement=displacement,
+        holding_torque=(0.0 if loose else drive_torque, load_torque),
+        residual=float(np.max(np.abs(left[free]))),
+        iterations=iterations,
+    )
+
+
+def _free_displacements(mesh: Mesh, rigid_load: bool) -> NDArray[np.bool_]:
+    """Which displacements are unknown: v stays zero, and the drive rim is where angles are counted from."""
+    free = np.zeros((3, mesh.nodes), dtype=bool)
+    free[0] = True
+    free[2] = mesh.sways
+    free[0, 0] = False
+    if mesh.closed:
+        free[:, -1] = False
+    if rigid_load:
+        free[0, mesh.segments] = False
+    return free
+
+
+def _residual(mesh: Mesh, law: CableLaw, displacement: Array, free: NDArray[np.bool_]) -> Array:
+    """Forces left out of balance on the free displacements."""
+    force = cable_forces(mesh, law, displacement)
+    force[0] += mesh.weight_u
+    force[2] += mesh.weight_w
+    return np.where(free, force, 0.0)
+
+
+def _tolerance(mesh: Mesh, law: CableLaw) -> float:
+    return max(1e-13 * _force_scale(mesh, law), 64 * np.finfo(float).eps * law.stiffness)
+
+
+def _force_scale(mesh: Mesh, law: CableLaw) -> float:
+    weight = float(np.sum(np.abs(mesh.weight_u)) + np.sum(np.abs(mesh.weight_w)))
+    return max(law.pretension, weight)
+
+
+def _newton(mesh: Mesh, law: CableLaw, free: NDArray[np.bool_]) -> tuple[Array, int]:
+    """Newton's method; a step is halved until it lowers the sum of squares of the forces left over."""
+    displacement = np.zeros((3, mesh.nodes))
+    for iteration in range(MOST_ITERATIONS):
+        left = _residual(mesh, law, displacement, free)
+        if np.max(np.abs(left)) <= _tolerance(mesh, law):
+            return displacement, iteration
+        step = _newton_step(mesh, law, displacement, left, free)
+        displacement = _line_search(mesh, law, displacement, step, free)
+    raise NotComputed(
+        f"no equilibrium within {MOST_ITERATIONS} Newton steps: {np.max(np.abs(left)):.3g} N out of balance; "
+        "raise cable.pretension or use more segments"
+    )
+
+
+def _line_search(mesh: Mesh, law: CableLaw, start: Array, step: Array, free: NDArray[np.bool_]) -> Array:
+    merit = np.sum(_residual(mesh, law, start, free) ** 2)
+    share = 1.0
+    while share > SHORTEST_STEP:
+        trial = _with_level_tension(mesh, law, start + share * step, free)
+        if np.sum(_residual(mesh, law, trial, free) ** 2) <= (1.0 - 1e-4 * share) * merit:
+            return trial
+        share /= 2.0
+    raise NotComputed(
+        f"no equilibrium: {np.sqrt(merit):.3g} N out of balance and no step lowers it; "
+        "raise cable.pretension or use more segments"
+    )
+
+
+def _with_level_tension(mesh: Mesh, law: CableLaw, displacement: Array, free: NDArray[np.bool_]) -> Array:
+    """Let u follow a change of w: a straight step in both would stretch the stiff cable to second order."""
+    along = free.copy()
+    along[1:] = False
+    for _ in range(5):
+        left = _residual(mesh, law, displacement, along)
+        if np.max(np.abs(left)) <= _tolerance(mesh, law):
+            break
+        displacement = displacement + _newton_step(mesh, law, displacement, left, along)
+    return displacement
+
+
+def _newton_step(
+    mesh: Mesh, law: CableLaw, displacement: Array, left: Array, free: NDArray[np.bool_]
+) -> Array:
+    """Solve tangent stiffness x step = forces left over, a banded system with u, w of node after node."""
+    from scipy.linalg import solve_banded
+
+    planes = np.array([0, 2])
+    tangent = law.stiffness_matrix(*gradients(mesh, displacement))[:, planes[:, None], planes]
+    blocks = tangent / mesh.spacing[:, None, None]
+    diagonal = np.zeros((mesh.nodes, 2, 2))
+    diagonal[:-1] += blocks
+    diagonal[1:] += blocks
+    known = ~free[planes].T
+    band = np.zeros((7, 2 * mesh.nodes))
+    for row in range(2):
+        for column in range(2):
+            keep = ~(known[:, row] | known[:, column])
+            band[3 + row - column, column::2] = np.where(keep, diagonal[:, row, column], 0.0)
+            after = ~(known[:-1, row] | known[1:, column])
+            band[1 + row - column, 2 + column :: 2] = np.where(after, -blocks[:, row, column], 0.0)
+            before = ~(known[1:, row] | known[:-1, column])
+            band[5 + row - column, column:-2:2] = np.where(before, -blocks[:, row, column], 0.0)
+    band[3][known.ravel()] = law.stiffness
+    solution = solve_banded((3, 3), band, left[planes].T.ravel())
+    step = np.zeros_like(displacement)
+    step[planes] = solution.reshape(-1, 2).T
+    if mesh.closed:
+        step[:, -1] = step[:, 0]
+    return step

@@ -1,0 +1,112 @@
+"""Sag under gravity and carriages: closed forms, order of convergence, balance of the pulleys."""
+
+from dataclasses import replace
+from math import pi
+
+import numpy as np
+import pytest
+
+from cabledrive.mechanics.cable_laws import cable_law
+from cabledrive.mechanics.mesh import mesh_of
+from cabledrive.mechanics.mesh_forces import cable_forces
+from cabledrive.mechanics.sag import catenary_sag, parabola_sag
+from cabledrive.mechanics.statics import equilibrium
+from cabledrive.parameters.carriage import Carriage
+from cabledrive.parameters.drive_file import load_drive
+from cabledrive.parameters.errors import InputRefused
+
+DRIVE = load_drive("dissertation-2")
+
+
+def with_cable(drive, **changes):
+    return replace(drive, cable=replace(drive.cable, **changes))
+
+
+def rest(drive, segments=40, model="exact", hold="none"):
+    return equilibrium(mesh_of(drive, segments), cable_law(drive.cable, model), hold=hold)
+
+
+@pytest.mark.parametrize("pretension", [5.0, 0.05, 0.001])
+@pytest.mark.parametrize(
+    ("model", "closed_form"), [("exact", catenary_sag), ("weak-consistent", parabola_sag)]
+)
+def test_sag_converges_to_the_closed_form_with_order_two(model, closed_form, pretension):
+    """Exact law: elastic catenary; consistent weak law: parabola with its stretch."""
+    drive = with_cable(DRIVE, pretension=pretension)
+    expected = closed_form(drive).midpoint
+    n = np.array([20, 40, 80])
+    error = [abs(rest(drive, int(k), model).largest_sag - expected) for k in n]
+    order = -np.polyfit(np.log(n), np.log(error), 1)[0]
+    assert order == pytest.approx(2.0, abs=0.05), f"observed order {order:.3f}, errors {error}"
+    assert error[-1] < 1e-3 * expected
+
+
+def test_parabola_and_catenary_meet_at_small_sag():
+    """Sag over span 1e-4: the two shapes differ by terms of its square."""
+    shallow = parabola_sag(DRIVE).midpoint
+    assert catenary_sag(DRIVE).midpoint == pytest.approx(
+        shallow, rel=10 * (shallow / DRIVE.pulley_distance) ** 2
+    )
+
+
+def test_without_gravity_the_cable_stays_straight():
+    drive = replace(DRIVE, layout=replace(DRIVE.layout, gravity=0.0))
+    assert not rest(drive).displacement.any()
+    assert parabola_sag(drive).midpoint == catenary_sag(drive).midpoint == 0.0
+
+
+def test_a_free_load_pulley_levels_the_tensions_and_held_ones_do_not():
+    """A carriage that hangs on the upper span stretches it; a free pulley shares that with the lower span."""
+    drive = replace(DRIVE, carriage=(Carriage(mass=0.05, position=0.3, guided=False),))
+    law, mesh = cable_law(drive.cable), mesh_of(drive, 40)
+    free, held = equilibrium(mesh, law, hold="drive"), equilibrium(mesh, law, hold="both")
+    assert free.holding_torque[1] == 0.0
+    assert abs(cable_forces(mesh, law, free.displacement)[0, mesh.segments]) < 1e-12
+    radius = drive.load_pulley.radius
+    assert held.holding_torque[1] == pytest.approx(
+        -radius * cable_forces(mesh, law, held.displacement)[0, 40]
+    )
+    assert abs(held.holding_torque[1]) > 1e-3
+    assert free.largest_sag > held.largest_sag
+
+
+def test_a_hanging_mass_sags_as_statics_says():
+    """One mass on a massless cable, held ends: m g = T (w/a + w/b) / stretch, solved here by hand."""
+    drive = with_cable(DRIVE, mass_per_length=1e-12)
+    drive = replace(drive, carriage=(Carriage(mass=0.05, position=0.25, guided=False),))
+    mesh, law = mesh_of(drive, 8), cable_law(drive.cable)
+    u, _, w = equilibrium(mesh, law, hold="both").displacement[:, mesh.carriage_node[0]]
+    length = drive.pulley_distance
+    pulls = []
+    for along, far in ((0.25 * length + u, 0.25 * length), (0.75 * length - u, 0.75 * length)):
+        stretched = np.hypot(along, w)
+        tension = law.pretension + law.stiffness * (stretched / far - 1.0)
+        pulls.append((tension * along / stretched, tension * -w / stretched))
+    assert pulls[0][0] == pytest.approx(pulls[1][0], rel=1e-9)
+    assert pulls[0][1] + pulls[1][1] == pytest.approx(0.05 * 9.81, rel=1e-9)
+
+
+def test_gravity_on_a_slope_asks_for_a_held_pulley():
+    """A carriage at 30 deg pulls m g sin(30 deg) along the loop: refused free, held with that torque."""
+    layout = replace(DRIVE.layout, inclination=pi / 6)
+    drive = replace(DRIVE, layout=layout, carriage=(Carriage(mass=1e-2, position=0.5),))
+    with pytest.raises(InputRefused, match="N m would hold them; hold the drive pulley"):
+        rest(drive)
+    torque = rest(drive, hold="drive").holding_torque[0]
+    assert torque == pytest.approx(1e-2 * 9.81 * 0.5 * drive.drive_pulley.radius, rel=1e-9)
+
+
+def test_an_upright_line_stretches_under_its_own_weight():
+    """Held below, hung from the load pulley above: u of the bar, -rho g x (L - x) / (2 K)."""
+    layout = replace(DRIVE.layout, inclination=pi / 2)
+    drive = replace(DRIVE, kind="line", layout=layout)
+    mesh, law = mesh_of(drive, 40), cable_law(drive.cable)
+    u = equilibrium(mesh, law, hold="both").displacement[0]
+    x = mesh.position[0]
+    expected = -mesh.density * 9.81 * x * (x[-1] - x) / (2.0 * law.stiffness)
+    np.testing.assert_allclose(u, expected, atol=1e-12 * np.max(np.abs(expected)))
+
+
+def test_an_unknown_hold_is_refused():
+    with pytest.raises(InputRefused, match='hold = "left" is not one of its values'):
+        rest(DRIVE, hold="left")
