@@ -15,7 +15,7 @@ ENTRIES = {
     "number": ("Printed", "Computed", "Why", "Checked by"),
 }
 ANCHOR = re.compile(r"^\(([a-z0-9-]+)\)=$")
-ENTRY = re.compile(r"^- ([A-Z][a-z ]+): (.+)$")
+ENTRY = re.compile(r"^- ([A-Z][a-z ]+):(.*)$")
 TEST = re.compile(r"`(tests/errata/test_\w+\.py)::(test_\w+)`")
 
 
@@ -42,7 +42,7 @@ def entries_of(lines):
         match = ENTRY.match(line)
         if match:
             name = match.group(1)
-            entries[name] = match.group(2)
+            entries[name] = match.group(2).strip()
         elif name and line.startswith("  "):
             entries[name] += " " + line.strip()
         else:

@@ -118,7 +118,7 @@ def cell_forces(u, w, dx, pretension, modulus):
 def released_loop(upper, lower, duration, gravity=0.0, whole_tension=False, n=12, courant=0.4):
     """Load angle [rad] and total energy [J] of the tuned loop after triangular plucks, n cells a span.
 
-    u runs round the loop, w along each span's own axis; leapfrog in time. ``whole_tension`` turns the pulleys by
+    u runs round the loop, w along each span's axis; leapfrog in time. ``whole_tension`` turns the pulleys by
     T, as (2.28) is printed, instead of by its axial component.
     """
     length, density, c_u, _ = stretched_loop(TUNED)
