@@ -92,7 +92,7 @@ def test_longitudinal_wave_speed_contains_the_prestrain():
 
 
 def test_courant_number_of_the_printed_speed_is_exceeded():
-    """`erratum-2-31-wave-speed`: sigma = 0.999 by the printed speed is really 1.0012 and diverges."""
+    """`erratum-2-31-wave-speed`: sigma = 0.999 by the printed speed is really 1.0013 and diverges."""
     prestrain = 5.0 / (2.6e9 * 4.26e-7)
     for speed_ratio, stable in ((np.sqrt(1 + prestrain), False), (1.0, True)):
         courant = 0.999 * speed_ratio
