@@ -408,6 +408,22 @@ def test_no_constant_gain_keeps_d_z_positive_everywhere():
         assert adaptation_norms(far, k, Gamma)[1, 2] > k.k4g4, "D_44 < 0"
 
 
+def test_d_z_depends_on_the_unit_of_time():
+    """`erratum-6-105-units`: one loop, one set of gains: D_z > 0 in seconds, indefinite in milliseconds."""
+    T = 1e-3
+    per_time = {"k1", "k2g2", "k3g3", "k4g4", "k2r", "k3r", "k4r"}
+    scaled = Gains(**{n: v * (T if n in per_time else T**2) for n, v in vars(GAINS).items()})
+
+    change = np.diag(T ** np.arange(4))  # z_i carries 1/time^(i - 1)
+    A, A_scaled = (np.array(error_matrix(k, 1.0), float) for k in (GAINS, scaled))
+    np.testing.assert_allclose(A_scaled, T * change @ A @ np.linalg.inv(change), rtol=1e-12, atol=1e-12)
+
+    no_adaptation = np.zeros(7)
+    seconds, milliseconds = (smallest_eigenvalue(np.zeros(4), k, no_adaptation) for k in (GAINS, scaled))
+    assert seconds == pytest.approx(W, rel=1e-12), f"observed {seconds:.3f} 1/s"
+    assert milliseconds < -0.5, f"observed {milliseconds:.3f} 1/ms"
+
+
 def test_neither_v_n_nor_the_error_need_vanish():
     """`erratum-6-110-convergence`: at rest wrong p3, p4, p5, p7 stay; under a disturbance z1 stays."""
     error = SPREAD * np.array([0, 0, 0.3, -0.4, 0.2, 0, 0.25])

@@ -181,7 +181,10 @@ def test_law_6_20_gives_the_sigma_dynamics_6_23():
 
 
 def test_law_6_43_gives_the_sigma_dynamics_6_45():
-    """`confirmed-6-39-6-45`: Model 2, on the joint without damping."""
+    """`confirmed-6-39-6-45`: Model 2, on the joint without damping.
+
+    `erratum-6-39-order`: four states and y_d to its fourth derivative are all it takes.
+    """
     assert_exact(2)
 
 
