@@ -24,19 +24,31 @@ def check_writable(path: str | Path, *, force: bool = False) -> Path:
     Raises
     ------
     InputRefused
-        If it exists (without `force`), is a folder, or its folder is missing or not writable.
+        If it exists (without `force`), is no file, or its folder is missing or not writable.
     """
     path = Path(path)
-    folder = path.parent
-    if path.is_dir():
-        raise InputRefused(f"{path}: is a folder: name a file in it")
-    if path.exists() and not force:
-        raise InputRefused(f"{path}: exists and is not overwritten: choose another name or add --force")
-    if not folder.is_dir():
-        raise InputRefused(f"{path}: its folder {folder} does not exist: create it first")
-    if not os.access(folder, os.W_OK):
-        raise InputRefused(f"{path}: its folder {folder} is not writable: choose another")
+    try:
+        fault = _fault(path, path.parent, force)
+    except OSError as error:  # a name too long, a ring of links
+        fault = f"cannot be written ({error.strerror}): choose another place"
+    if fault:
+        raise InputRefused(fault).at(str(path))
     return path
+
+
+def _fault(path: Path, folder: Path, force: bool) -> str:
+    """What stands in the way, with its remedy; nothing if the path can be written."""
+    if path.is_dir():
+        return "is a folder: name a file in it"
+    if path.exists() and not path.is_file():
+        return "is a device or a pipe and is not replaced by a file: choose another name"
+    if path.exists() and not force:
+        return "exists and is not overwritten: choose another name or add --force"
+    if not folder.is_dir():
+        return f"its folder {folder} does not exist: create it first"
+    if not os.access(folder, os.W_OK):
+        return f"its folder {folder} is not writable: choose another"
+    return ""
 
 
 def write_whole(path: str | Path, content: str | bytes, *, force: bool = False) -> Path:
@@ -65,17 +77,16 @@ def write_whole(path: str | Path, content: str | bytes, *, force: bool = False) 
     data = content.encode() if isinstance(content, str) else content
     temporary = ""
     try:
-        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
+        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=".cabledrive-", delete=False) as file:
             temporary = file.name
             file.write(data)
             file.flush()
             os.fsync(file.fileno())
         os.chmod(temporary, 0o666 & ~_umask())
         os.replace(temporary, path)
-    except OSError as error:
-        raise InputRefused(
-            f"{path}: cannot be written ({error.strerror}): free space or choose another place"
-        ) from error
+    except (OSError, ValueError) as error:  # ValueError: a path with a NUL in it
+        reason = getattr(error, "strerror", None) or error
+        raise InputRefused(f"cannot be written ({reason}): choose another place").at(str(path)) from error
     finally:
         Path(temporary).unlink(missing_ok=True) if temporary else None
     return path

@@ -127,7 +127,7 @@ def tables_from_drive(drive: Drive) -> dict[str, Any]:
     dict
         What `drive_from_tables` turns back into an equal drive.
     """
-    data: dict[str, Any] = {key: getattr(drive, key) for key in HEAD if getattr(drive, key) != ""}
+    data = {key: getattr(drive, key) for key in HEAD if key == "name" or getattr(drive, key) != ""}
     for key in TABLES:
         if getattr(drive, key) is not None:
             data[key] = _plain(getattr(drive, key))

@@ -1,0 +1,307 @@
+"""A drive file that cannot be used is refused in one line: file, key, value with unit, bound, remedy."""
+
+import os
+import time
+from pathlib import Path
+
+import pytest
+
+from cabledrive.parameters import Drive, InputRefused, load_drive, packaged_drives
+
+DRIVE = """\
+schema = 1
+name = "test"
+kind = "loop"
+[cable]
+youngs_modulus = "3 GPa"
+area = "1.46e-7 m^2"
+mass_per_length = "0.168 g/m"
+pretension = "7 N"
+[layout]
+span_length = "1 m"
+[[pulley]]
+radius = "4 cm"
+inertia = "0.000642 kg m^2"
+[[pulley]]
+radius = "4 cm"
+inertia = "0.00235 kg m^2"
+"""
+SECOND_PULLEY = '[[pulley]]\nradius = "4 cm"\ninertia = "0.00235 kg m^2"\n'
+CARRIAGE = "[[carriage]]\nmass = 1\nposition = {}\n"
+MOTOR = "[motor]\ninertia = 0.001\n{}\n"
+
+
+def changed(old, new):
+    assert DRIVE.count(old) == 1
+    return DRIVE.replace(old, new)
+
+
+def pretension(value):
+    return changed('"7 N"', value)
+
+
+def refusal(path, **options):
+    """The refusal's message after the name of the file, checked to be one short line."""
+    with pytest.raises(InputRefused) as refused:
+        load_drive(path, **options)
+    message = str(refused.value)
+    assert message.isprintable(), f"{message!r}"
+    assert len(message) < 300, f"{len(message)} characters"
+    assert message.startswith(f"{path}: "), message
+    return message.removeprefix(f"{path}: ")
+
+
+SLOPE = "slope from drive to load pulley"
+LENGTHS = "layout.span_length [m, unstretched] or pulley_distance [m, pretensioned]"
+START = 'a drive file starts with schema = 1 and name = "..."; see cabledrive schema'
+NO_EQUALS = "Expected '=' after a key in a key/value pair (at line 1, column 5)"
+BAD_VALUES = {
+    "cable.pretension = 0 N must be above 0: pretension T0; a slack cable transmits nothing": pretension("0"),
+    "cable.pretension = -7 N must be above 0: pretension T0; a slack cable transmits nothing": pretension(
+        "'-7 N'"
+    ),
+    "cable.pretension = nan N must be finite: give a number": pretension("nan"),
+    "cable.pretension = inf N must be finite: give a number": pretension("inf"),
+    "cable.pretension = -inf N must be finite: give a number": pretension("-inf"),
+    'cable.pretension = "nan N" is not a quantity: write a number and a unit, like "3 N"': pretension(
+        "'nan N'"
+    ),
+    "cable.pretension = inf N must be finite: give a number ": pretension("1e400"),
+    "cable.pretension = 1e+31 N is no size of a machine (1e-30 to 1e+30): check its unit": pretension("1e31"),
+    "cable.pretension = 1e-31 N is no size of a machine (1e-30 to 1e+30): check its unit": pretension(
+        "1e-31"
+    ),
+    "cable.pretension has more digits than a double can hold: give a finite number": pretension("9" * 400),
+    'cable.pretension = "5 kg" is of dimension [mass], not N: give it in N': pretension("'5 kg'"),
+    'cable.pretension = "5 Newtons!": "Newtons!" is not a unit: give it in N': pretension("'5 Newtons!'"),
+    'cable.pretension = "5 bananas": "bananas" is not a unit this package knows: give it in N': pretension(
+        "'5 bananas'"
+    ),
+    "cable.pretension is true or false, not a number: give it in N, or as text with a unit": pretension(
+        "true"
+    ),
+    "cable.pretension is an array, not a quantity in N: write one number or text": pretension("[7]"),
+    "cable.pretension is a table, not a quantity in N: write one number or text": pretension("{N = 7}"),
+    "cable.pretension is a date or time, not a number: give it in N, or as text with a unit": pretension(
+        "1979-05-27"
+    ),
+    'cable.pretension = "7\\nN\\u202e!": "N\\u202e!" is not a unit: give it in N': pretension(
+        '"7\\nN\\u202E!"'
+    ),
+    'motor.speed_limit = "50 Hz" is a frequency [Hz], not rad/s: give it in rad/s': DRIVE
+    + MOTOR.format('speed_limit = "50 Hz"'),
+    'motor.current_bandwidth = "50 rad/s" is an angular speed [rad/s], not Hz: give it in Hz': DRIVE
+    + MOTOR.format('current_bandwidth = "50 rad/s"'),
+    "motor.backlash = -0.1 rad must not be negative: free play at the output shaft": DRIVE
+    + MOTOR.format("backlash = -0.1"),
+    f"layout.inclination = 1.6 rad must lie between -90 deg and 90 deg: {SLOPE}": changed(
+        '"1 m"', '"1 m"\ninclination = 1.6'
+    ),
+    "sensors.drive_encoder = 1000.5 must be a whole number of counts per revolution": DRIVE
+    + "[sensors]\ndrive_encoder = 1000.5",
+    "carriage.0.position = 1 m lies outside its span of 1 m (unstretched): move it inside": DRIVE
+    + CARRIAGE.format("1.0"),
+    "carriage.0.position = 3 m lies outside its span of 1 m (unstretched): move it inside": DRIVE
+    + CARRIAGE.format("'3 m'"),
+    "carriage.1.position = 0.5 m is taken by carriage.0 on the same span: add the masses or move one": DRIVE
+    + CARRIAGE.format("0.5")
+    + CARRIAGE.format("'50 cm'"),
+    'carriage.0.span = "lower", but a "line" has no lower span: write "upper"': changed('"loop"', '"line"')
+    + CARRIAGE.format("0.5")
+    + "span = 'lower'",
+    'carriage.0.span = "middle" is not one of its values: write "upper" or "lower"': DRIVE
+    + CARRIAGE.format("0.5")
+    + "span = 'middle'",
+    "carriage.0.guided = 1 is not one of its values: write false or true": DRIVE
+    + CARRIAGE.format("0.5")
+    + "guided = 1",
+}
+BAD_SHAPES = {
+    "schema is missing, but this version reads schema 1: write schema = 1": changed("schema = 1", ""),
+    "schema = 2, but this version reads schema 1: write schema = 1": changed("schema = 1", "schema = 2"),
+    "schema = true, but this version reads schema 1: write schema = 1": changed(
+        "schema = 1", "schema = true"
+    ),
+    'schema = "1", but this version reads schema 1: write schema = 1': changed("schema = 1", "schema = '1'"),
+    "schema = a number, but this version reads schema 1: write schema = 1": changed(
+        "schema = 1", "schema = 0x" + "f" * 9000
+    ),
+    'kind = "ring" is not one of its values: write "loop" or "line"': changed('"loop"', '"ring"'),
+    'kind = a date or time is not one of its values: write "loop" or "line"': changed('"loop"', "07:30:00"),
+    "name is a number, not text: write it between quotation marks": changed('"test"', "5"),
+    "name holds the character '\\x07', which no file or page can show: leave it out": changed(
+        '"test"', '"\\u0007"'
+    ),
+    'unknown key "cable.pretention" (did you mean "cable.pretension"?)': changed("pretension", "pretention"),
+    'unknown key "cabel" (did you mean "cable"?)': changed("[cable]", "[cabel]"),
+    'unknown key "pulley.1.raduis" (did you mean "pulley.1.radius"?)': DRIVE + "raduis = 1",
+    'unknown key "goal.x" (known: tracking_error)': DRIVE + "[goal]\nx = 1",
+    'unknown key "goal.\\n\\x00" (known: tracking_error)': DRIVE + '[goal]\n"\\n\\u0000" = 1',
+    'missing key "cable.pretension": pretension T0; a slack cable transmits nothing; add it': changed(
+        'pretension = "7 N"', ""
+    ),
+    'missing key "cable": a table of the drive; add it': "schema = 1\nname = 'a'\nkind = 'loop'",
+    'missing key "kind": cable loop round two pulleys, or one span with its ends on them; add it': changed(
+        'kind = "loop"', ""
+    ),
+    "pulley: 1 given, but a drive has 2: the drive pulley, then the load pulley": changed(SECOND_PULLEY, ""),
+    "pulley: 3 given, but a drive has 2: the drive pulley, then the load pulley": DRIVE + SECOND_PULLEY,
+    "pulley is a table, not an array of tables: write [[pulley]] above each": (
+        DRIVE.split("[[pulley]]")[0] + "[pulley]\nradius = 1"
+    ),
+    "carriage.0 is a number, not a table: write [[carriage]] above its keys": "carriage = [1]\n" + DRIVE,
+    "motor is text, not a table: write [motor] above its keys": "motor = 'strong'\n" + DRIVE,
+    f"{LENGTHS}: both are given; give one": changed('"1 m"', '"1 m"\npulley_distance = 1'),
+    f"{LENGTHS}: neither is given; give one": changed('span_length = "1 m"', ""),
+    "pulley.0.fixed = true, but [motor] drives that pulley: leave one of the two out": changed(
+        '"0.000642 kg m^2"', "1\nfixed = true"
+    )
+    + MOTOR.format(""),
+    f"no keys: {START}": "# only a comment\n",
+    "not TOML: Cannot declare ('cable',) twice (at line 17, column 7); correct that line": DRIVE
+    + "[cable]\n",
+    f"not TOML: {NO_EQUALS}; correct that line": "off we go",
+}
+
+
+@pytest.mark.parametrize("message", BAD_VALUES | BAD_SHAPES)
+def test_refusal_names_key_value_bound_and_remedy(message, tmp_path):
+    path = tmp_path / "drive.toml"
+    path.write_text((BAD_VALUES | BAD_SHAPES)[message], encoding="utf-8")
+    assert refusal(path) == message.strip()
+
+
+def test_file_under_test_is_otherwise_sound(tmp_path):
+    """Guard of this file: what is refused above is refused for the one change alone."""
+    (tmp_path / "drive.toml").write_text(DRIVE)
+    assert isinstance(load_drive(tmp_path / "drive.toml"), Drive)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"", "no keys"),
+        (b"\n\n", "no keys"),
+        (bytes(range(256)), "not text (byte 128 is not UTF-8): give a TOML file"),
+        (b"\x7fELF\x02\x01\x01\x00", "not TOML"),
+        (b"\0" * 1000, "not TOML"),
+        (DRIVE.encode("utf-16"), "not text (byte 0 is not UTF-8): give a TOML file"),
+        (DRIVE.encode() + b"\xed\xb0\x80 = 1", "not text"),
+        (DRIVE.encode() + b'"\\uDC00" = 1', "not TOML"),
+        (DRIVE.encode() + b"x = " + b"9" * 5000, "a number of absurd length"),
+        (b"x = " + b"[" * 100_000, "nested too deeply"),
+        (b"x = " + b"[" * 100_000 + b"]" * 100_000, "nested too deeply"),
+        (b"x = " + b"{a=" * 5000 + b"1" + b"}" * 5000, "nested too deeply"),
+        (b"a" + b".a" * 100_000 + b" = 1", "nested too deeply"),
+        (b"[a" + b" . 'a'" * 100_000 + b"]", "nested too deeply"),
+        (b"k" * 5000 + b" = 1\n" + DRIVE.encode(), 'unknown key "kkk'),
+    ],
+    ids=lambda part: ascii(part)[:25],
+)
+def test_file_that_is_no_drive_file_is_refused_quickly(content, words, tmp_path):
+    """A dotted key of 100,000 parts alone would hold the parser for minutes."""
+    path = tmp_path / "drive.toml"
+    path.write_bytes(content)
+    start = time.perf_counter()
+    assert words in refusal(path)
+    assert time.perf_counter() - start < 5.0
+
+
+def test_byte_order_mark_and_foreign_line_ends_are_read(tmp_path):
+    path = tmp_path / "drive.toml"
+    path.write_text(DRIVE)
+    plain = load_drive(path)
+    path.write_bytes(b"\xef\xbb\xbf" + DRIVE.replace("\n", "\r\n").encode())
+    assert load_drive(path) == plain
+
+
+def test_million_carriages_are_refused_quickly(tmp_path):
+    """By the size of the file, before it is parsed, and by their number, before they are checked."""
+    path = tmp_path / "drive.toml"
+    start = time.perf_counter()
+    path.write_text(DRIVE + CARRIAGE.format(0.5) * 1_000_000)
+    assert refusal(path) == "larger than the 16 MB that are read: lump carriages together"
+    path.write_text("carriage = [" + "{}," * 1_000_000 + "]\n" + DRIVE)
+    assert refusal(path) == "carriage: 1000000 given, at most 100000 are taken: lump some together"
+    assert time.perf_counter() - start < 20.0
+
+
+def test_as_many_carriages_as_are_allowed_load(tmp_path):
+    path = tmp_path / "drive.toml"
+    rows = ",".join(f"{{mass=1,position={place / 100_001}}}" for place in range(1, 100_001))
+    path.write_text(f"carriage = [{rows}]\n" + DRIVE)
+    assert len(load_drive(path).carriage) == 100_000
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("missing.toml", "no such file, and no packaged drive of that name (known: "),
+        ("dissertation-4", 'no such file, and no packaged drive of that name (did you mean "dissertation-'),
+        ("folder", "is a folder: name a drive file in it"),
+        ("file/drive.toml", "no such file"),
+        ("ring", "cannot be read (Too many levels of symbolic links): check the path"),
+        ("n" * 5000, None),
+        ("a\0b", None),
+        ("a\nb", None),
+        ("\udcff", None),
+        ("", None),
+    ],
+    ids=lambda part: ascii(part)[:25],
+)
+def test_path_that_is_no_file_is_refused(name, words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("folder").mkdir()
+    Path("file").touch()
+    Path("ring").symlink_to("ring")
+    if words is None:
+        with pytest.raises(InputRefused) as refused:
+            load_drive(name)
+        assert str(refused.value).isprintable()
+        assert len(str(refused.value)) < 300
+    else:
+        assert refusal(name).startswith(words)
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root reads every file")
+def test_unreadable_file_is_refused(tmp_path):
+    path = tmp_path / "drive.toml"
+    path.write_text(DRIVE)
+    path.chmod(0)
+    assert refusal(path) == "cannot be read (Permission denied): check the path"
+
+
+def test_file_that_fails_while_it_is_read_is_refused(tmp_path, monkeypatch):
+    """As on a lost network drive; root has no unreadable file to try it on."""
+
+    def fails(*_args, **_options):
+        raise OSError(5, "Input/output error")
+
+    path = tmp_path / "drive.toml"
+    path.write_text(DRIVE)
+    monkeypatch.setattr(Path, "open", fails)
+    assert refusal(path) == "cannot be read (Input/output error): check the path"
+
+
+def test_endless_device_is_read_no_further_than_the_limit():
+    if not Path("/dev/zero").exists():
+        pytest.skip("this machine has no /dev/zero")
+    assert refusal("/dev/zero") == "larger than the 16 MB that are read: lump carriages together"
+
+
+def test_folder_of_a_results_name_does_not_hide_a_packaged_drive(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    name = packaged_drives()[0]
+    Path(name).mkdir()
+    assert isinstance(load_drive(name), Drive)
+
+
+def test_endless_file_name_leaves_room_for_the_reason(tmp_path):
+    path = tmp_path / ("n" * 120) / ("n" * 120) / "drive.toml"
+    path.parent.mkdir(parents=True)
+    path.write_text(pretension("0"))
+    with pytest.raises(
+        InputRefused, match=r"n/drive\.toml: cable\.pretension = 0 N must be above 0"
+    ) as refused:
+        load_drive(path)
+    assert len(str(refused.value)) < 300

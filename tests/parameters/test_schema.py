@@ -1,0 +1,133 @@
+"""The JSON Schema for editors says of a drive file what the loader says."""
+
+import copy
+import tomllib
+from pathlib import Path
+
+import jsonschema
+import pytest
+from hypothesis import given
+
+from cabledrive.parameters import InputRefused, drive_file, drive_schema, packaged_drives
+from cabledrive.parameters.tables import drive_from_tables, tables_from_drive
+from drive_strategies import drives
+
+VALIDATOR = jsonschema.Draft202012Validator(drive_schema())
+EXAMPLE = Path(__file__).with_name("contract_example.toml")
+DRIVES = Path(drive_file.__file__).with_name("drives")
+FULL = tomllib.loads(EXAMPLE.read_text(encoding="utf-8"))
+FULL |= {
+    "title": "t",
+    "source": "s",
+    "goal": {"tracking_error": 0.001},
+    "carriage": [{"mass": 1, "position": 0.5}],
+}
+PLACES = [(), *[(key,) for key in FULL if isinstance(FULL[key], dict)], ("pulley", 1), ("carriage", 0)]
+TABLE_SCHEMAS = {place: VALIDATOR.schema["properties"][place[0]] for place in PLACES[1:]}
+QUANTITIES = {
+    (*place, key): field
+    for place, table in TABLE_SCHEMAS.items()
+    for key, field in table.get("items", table)["properties"].items()
+    if "anyOf" in field
+}
+
+
+def table_at(data, place):
+    for step in place:
+        data = data[step]
+    return data
+
+
+def loads(data):
+    try:
+        drive_from_tables(data)
+    except InputRefused:
+        return False
+    return True
+
+
+def test_schema_is_a_json_schema():
+    jsonschema.Draft202012Validator.check_schema(drive_schema())
+
+
+@pytest.mark.parametrize("path", [*sorted(DRIVES.glob("*.toml")), EXAMPLE], ids=lambda path: path.stem)
+def test_packaged_drives_and_the_example_are_valid(path):
+    VALIDATOR.validate(tomllib.loads(path.read_text(encoding="utf-8")))
+
+
+def test_all_packaged_drives_were_looked_at():
+    assert {path.stem for path in DRIVES.glob("*.toml")} == set(packaged_drives())
+
+
+@given(drive=drives())
+def test_every_drive_as_it_is_written_is_valid(drive):
+    VALIDATOR.validate(tables_from_drive(drive))
+
+
+@pytest.mark.parametrize("place", PLACES, ids=str)
+def test_unknown_key_is_refused_by_schema_and_loader(place):
+    data = copy.deepcopy(FULL)
+    assert VALIDATOR.is_valid(data)
+    assert loads(data)
+    table_at(data, place)["frobnicate"] = 1
+    assert not VALIDATOR.is_valid(data)
+    assert not loads(data)
+
+
+@pytest.mark.parametrize(
+    ("place", "key"), [(place, key) for place in PLACES for key in table_at(FULL, place)], ids=str
+)
+def test_schema_and_loader_require_the_same_keys(place, key):
+    data = copy.deepcopy(FULL)
+    del table_at(data, place)[key]
+    assert VALIDATOR.is_valid(data) == loads(data), (
+        f"schema: {VALIDATOR.is_valid(data)}, loader: {loads(data)}"
+    )
+
+
+@pytest.mark.parametrize("place", QUANTITIES, ids=lambda place: ".".join(map(str, place)))
+def test_schema_bounds_a_number_as_the_loader_does(place):
+    """What ties two quantities together, like a place and its span, only the loader knows."""
+    for value in (-1e31, -1, -1e-31, 0, 1e-31, 0.5, 1, 2e30, True, None, [], {}, ""):
+        data = copy.deepcopy(FULL)
+        table_at(data, place[:-1])[place[-1]] = value
+        if place == ("layout", "pulley_distance"):
+            del data["layout"]["span_length"]
+        tied = place in [
+            ("carriage", 0, "position"),
+            ("layout", "span_length"),
+            ("layout", "pulley_distance"),
+        ]
+        if loads(data) or not tied:
+            assert VALIDATOR.is_valid(data) == loads(data), (
+                f"{place} = {value!r}: the loader says {loads(data)}"
+            )
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("schema", 2),
+        ("kind", "ring"),
+        ("name", 5),
+        ("cable", []),
+        ("pulley", FULL["pulley"][:1]),
+        ("pulley", FULL["pulley"] * 2),
+        ("pulley", {}),
+        ("carriage", {}),
+        ("layout", {"span_length": 1, "pulley_distance": 1}),
+        ("layout", {}),
+        ("sensors", {"drive_encoder": 0.5}),
+    ],
+)
+def test_broken_file_is_refused_by_schema_and_loader(key, value):
+    data = FULL | {key: value}
+    assert not VALIDATOR.is_valid(data)
+    assert not loads(data)
+
+
+def test_every_quantity_is_explained_with_its_unit():
+    """For an editor to show; plain numbers and counts have none."""
+    unitless = {"strain_limit", "capstan_friction", "gear_ratio"}
+    without = {place[-1] for place, field in QUANTITIES.items() if not field["description"].endswith("]")}
+    assert without == unitless, without
