@@ -1,0 +1,204 @@
+r"""The loop with uniform tension in each span: few modes along, sines across, exact frequencies.
+
+The longitudinal motion is expanded in the certified modes :math:`U_k` below the first resonance of a span:
+rigid rotation, pulley mode, motor joint. What lies above follows without inertia. The transverse motion of each
+span is a sum of sines. The energy of chapter 2 then gives, with unit modal masses along and
+:math:`m_t = \rho L_e/2` across, Eqs. (R.1), (R.2), (R.3):
+
+.. math::
+    \ddot q_k + \sum_l C_{kl}\dot q_l + W_k^2 q_k &= \phi_{k\tau}\,\tau
+        - \sum_{jm} G_{kjm} (a_{jm}^2 + b_{jm}^2) \\
+    \ddot a_{jm} + \Gamma\dot a_{jm} + \Big[w_m^2 + \frac{2}{m_t}\sum_k G_{kjm} q_k
+        + \frac{EA^2 \kappa_m^2}{K L_e \rho} S_j\Big] a_{jm} &= \mp g_m \\
+    G_{kjm} = \tfrac14 EA\,\kappa_m^2\,\Delta U_{kj}\Big(1 - \frac{x_k^2}{4\pi^2 m^2 - x_k^2}\Big), \qquad
+    S_j &= \sum_m \tfrac14 \kappa_m^2 L_e (a_{jm}^2 + b_{jm}^2)
+
+with :math:`\kappa_m = m\pi/L_e`, :math:`K = EA(1 + \varepsilon_0)`, :math:`x_k = W_k L_e/c_u` and
+:math:`\Delta U_{kj}` the difference of mode k between the ends of span j.
+"""
+
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.mechanics.spans import DRIVE_PULLEY, LOAD_PULLEY, MOTOR
+from cabledrive.modes import Mode, modes
+from cabledrive.parameters import Drive, InputRefused
+
+Array = NDArray[np.float64]
+
+HIGHEST_SHARE = 0.9
+"""Longitudinal modes are kept below this share of the first resonance of a span, c_u / (2 Le)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class UniformTensionModel:
+    """Coefficients of (R.1)-(R.3) for one drive; k longitudinal modes, two spans, m sines.
+
+    Attributes
+    ----------
+    natural : ndarray, shape (k,)
+        Longitudinal frequencies W [rad/s]; the first is the rigid rotation, 0.
+    damping : ndarray, shape (k, k)
+        Modal damping C [1/s].
+    rims : ndarray, shape (k, 2)
+        Displacement of drive rim and load rim, of unit modal mass [kg^-1/2].
+    torque_shape : ndarray, shape (k,)
+        Modal force per torque [kg^-1/2 / m].
+    stretch : ndarray, shape (k, 2)
+        Difference of each mode between the ends of each span [kg^-1/2].
+    coupling : ndarray, shape (k, 2, m)
+        G [N/m kg^-1/2].
+    transverse : ndarray, shape (m,)
+        Transverse frequencies w [rad/s].
+    transverse_mass : float
+        Modal mass of a sine, rho Le / 2 [kg].
+    transverse_damping : float
+        Gamma [1/s].
+    wave_numbers : ndarray, shape (m,)
+        kappa [1/m].
+    carrier : float
+        EA^2 / (K Le rho), of the tension that the transverse motion itself makes [m/s^2].
+    gravity_load : ndarray, shape (2, m)
+        Modal acceleration by gravity in the plane of the loop [m/s^2].
+    radii : (float, float)
+        Of drive pulley and load pulley [m].
+    pretension, stiffness, axial_rigidity, span : float
+        T0 [N], K [N], EA [N], Le [m].
+    span_resonance : float
+        First longitudinal resonance of a span between held rims [rad/s]: the model ends below it.
+    """
+
+    natural: Array
+    damping: Array
+    rims: Array
+    torque_shape: Array
+    stretch: Array
+    coupling: Array
+    transverse: Array
+    transverse_mass: float
+    transverse_damping: float
+    wave_numbers: Array
+    carrier: float
+    gravity_load: Array
+    radii: tuple[float, float]
+    pretension: float
+    stiffness: float
+    axial_rigidity: float
+    span: float
+    span_resonance: float
+
+
+def uniform_tension_model(drive: Drive, sines: int = 16) -> UniformTensionModel:
+    """Reduce a loop without carriages to uniform tension in each span, Eqs. (R.1)-(R.3).
+
+    Parameters
+    ----------
+    drive : Drive
+    sines : int, default 16
+        Number of transverse modes per span and plane.
+
+    Returns
+    -------
+    UniformTensionModel
+
+    Raises
+    ------
+    InputRefused
+        If the drive is a line, carries masses, has a held pulley or Coulomb friction; the model has none.
+    """
+    _check_fits(drive, sines)
+    cable, length = drive.cable, drive.pulley_distance
+    span_resonance = pi * cable.axial_wave_speed / length
+    kept = modes(drive, below=HIGHEST_SHARE * span_resonance / (2 * pi)).longitudinal
+    shapes = _rim_shapes(drive, kept)
+    natural = np.array([0.0, *(2 * pi * mode.frequency for mode in kept)])
+    wave_numbers = np.arange(1, sines + 1) * pi / length
+    stiffness = cable.axial_rigidity * (1.0 + cable.prestrain)
+    density = cable.stretched_mass_per_length
+    stretch = np.outer(shapes[:, 1] - shapes[:, 0], [1.0, -1.0])
+    x = (natural * length / cable.axial_wave_speed)[:, None, None]
+    uneven = 1.0 - x**2 / (4 * pi**2 * np.arange(1, sines + 1) ** 2 - x**2)
+    return UniformTensionModel(
+        natural=natural,
+        damping=_damping(drive, shapes, natural, stiffness),
+        rims=shapes[:, :2],
+        torque_shape=shapes[:, 2] / drive.drive_pulley.radius,
+        stretch=stretch,
+        coupling=0.25 * cable.axial_rigidity * stretch[:, :, None] * wave_numbers**2 * uneven,
+        transverse=wave_numbers * cable.transverse_wave_speed,
+        transverse_mass=0.5 * density * length,
+        transverse_damping=cable.transverse_damping,
+        wave_numbers=wave_numbers,
+        carrier=cable.axial_rigidity**2 / (stiffness * length * density),
+        gravity_load=_gravity(drive, sines),
+        radii=(drive.drive_pulley.radius, drive.load_pulley.radius),
+        pretension=cable.pretension,
+        stiffness=stiffness,
+        axial_rigidity=cable.axial_rigidity,
+        span=length,
+        span_resonance=span_resonance,
+    )
+
+
+def _check_fits(drive: Drive, sines: int) -> None:
+    pulleys = drive.pulley
+    friction = max(pulley.coulomb_friction for pulley in pulleys)
+    friction = max(friction, drive.motor.coulomb_friction if drive.motor else 0.0)
+    if drive.kind != "loop":
+        raise InputRefused(
+            f'kind = "{drive.kind}" does not fit the fast model, which needs a loop: use --model exact'
+        )
+    if drive.carriage:
+        raise InputRefused(
+            f"carriage: {len(drive.carriage)} given, the fast model carries none: use --model exact"
+        )
+    if any(pulley.fixed for pulley in pulleys):
+        raise InputRefused(
+            "pulley.fixed = true does not fit the fast model, where both turn: use --model exact"
+        )
+    if friction > 0.0:
+        raise InputRefused(
+            f"coulomb_friction = {friction:.4g} N m does not fit the fast model, which is smooth: "
+            "set it to 0 or use --model exact"
+        )
+    if not 1 <= sines <= 400:
+        raise InputRefused(f"sines = {sines} transverse modes must lie between 1 and 400")
+
+
+def _rim_shapes(drive: Drive, kept: tuple[Mode, ...]) -> Array:
+    """Drive rim, load rim and torque point of the rigid rotation and of each mode, shape (k, 3) [kg^-1/2]."""
+    motor = drive.motor.inertia / drive.drive_pulley.radius**2 if drive.motor else 0.0
+    cable = 2.0 * drive.cable.mass_per_length * drive.span_length
+    whole = drive.drive_pulley.rim_mass + drive.load_pulley.rim_mass + motor + cable
+    rows = [np.full(3, whole**-0.5)]
+    for mode in kept:
+        joints = mode.joints
+        rows.append(np.array([joints[name][0] for name in (DRIVE_PULLEY, LOAD_PULLEY)]))
+        rows[-1] = np.append(rows[-1], joints.get(MOTOR, joints[DRIVE_PULLEY])[0])
+    return np.array(rows)
+
+
+def _damping(drive: Drive, shapes: Array, natural: Array, stiffness: float) -> Array:
+    """Pulley, motor, joint and Kelvin-Voigt damping in modal coordinates, shape (k, k) [1/s]."""
+    motor, radius = drive.motor, drive.drive_pulley.radius
+    viscous = [(drive.drive_pulley.viscous_friction / radius**2, shapes[:, 0])]
+    viscous.append((drive.load_pulley.viscous_friction / drive.load_pulley.radius**2, shapes[:, 1]))
+    if motor is not None:
+        viscous.append((motor.viscous_friction / radius**2, shapes[:, 2]))
+        viscous.append((motor.joint_damping / radius**2, shapes[:, 2] - shapes[:, 0]))
+    axial = drive.cable.axial_damping * (1.0 + drive.cable.prestrain) / stiffness
+    twist = np.zeros(natural.size)
+    if motor is not None and motor.joint_stiffness is not None:
+        twist = motor.joint_stiffness / radius**2 * (shapes[:, 2] - shapes[:, 0]) ** 2
+    return sum(b * np.outer(shape, shape) for b, shape in viscous) + np.diag(axial * (natural**2 - twist))
+
+
+def _gravity(drive: Drive, sines: int) -> Array:
+    """Projection of -g on w1 and +g on w2 onto the sines, (2.26), (2.27), shape (2, m) [m/s^2]."""
+    m = np.arange(1, sines + 1)
+    per_sine = 2.0 * (1.0 - np.cos(m * pi)) / (m * pi)
+    across = drive.layout.gravity * np.cos(drive.layout.inclination)
+    return np.outer([-across, across], per_sine)

@@ -1,0 +1,154 @@
+"""The uniform-tension model: its coefficients, its exact linear part, its two versions of the march."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.special import ellipk
+
+import cabledrive as cd
+from cabledrive.reduction.uniform_tension import uniform_tension_model
+from cabledrive.reduction.uniform_tension_march import coefficients, march, march_reference
+
+TUNED = cd.load_drive(
+    "dissertation-2",
+    overrides=[
+        "cable.pretension=3.28377",
+        "layout.gravity=0",
+        "cable.transverse_damping=2",
+        "pulley.1.viscous_friction=2e-5",
+    ],
+)
+
+
+def rest(model, planes=1):
+    k, m = model.natural.size, model.transverse.size
+    return np.zeros(k), np.zeros(k), np.zeros((planes, 2, m)), np.zeros((planes, 2, m))
+
+
+def test_coefficients_of_configuration_2_at_tuning():
+    """Modal mass 8.40026e-3 kg and rim shares -0.007004, 0.992996, scaled to unit relative rim motion."""
+    model = uniform_tension_model(TUNED, 1)
+    relative = model.stretch[1, 0]
+    assert 1.0 / relative**2 == pytest.approx(8.40026e-3, rel=1e-5)
+    np.testing.assert_allclose(model.rims[1] / relative, [-0.007004, 0.992996], atol=1e-6)
+    assert 2.0 * model.transverse[0] == pytest.approx(model.natural[1], rel=2e-6)
+
+
+def test_coupling_is_the_integral_of_strain_and_squared_slope():
+    """G of (R.3) by quadrature of the certified shape: EA kappa^2/2 times the integral of U' cos^2."""
+    model = uniform_tension_model(TUNED, 3)
+    s = np.linspace(0.0, TUNED.span_length, 20_001)
+    mode = cd.modes(TUNED, below=200.0).longitudinal[0]
+    for j, span in enumerate(TUNED.spans):
+        shape = mode.shape(span, s)[0]
+        for m in (1, 2, 3):
+            middle = np.cos(m * np.pi * 0.5 * (s[1:] + s[:-1]) / TUNED.span_length) ** 2
+            integral = (
+                0.5
+                * TUNED.cable.axial_rigidity
+                * model.wave_numbers[m - 1] ** 2
+                * np.sum(np.diff(shape) * middle)
+            )
+            assert abs(model.coupling[1, j, m - 1]) == pytest.approx(abs(integral), rel=1e-7)
+
+
+@pytest.mark.kernel
+@pytest.mark.parametrize("planes", [1, 2])
+def test_compiled_march_equals_its_readable_twin(planes):
+    """cabledrive.reduction.uniform_tension_march, compiled and as Python."""
+    model = uniform_tension_model(replace(TUNED, layout=replace(TUNED.layout, gravity=9.81)), 5)
+    step, rng = 2e-4, np.random.default_rng(7)
+    state = tuple(1e-4 * rng.standard_normal(part.shape) for part in rest(model, planes))
+    torque = 0.02 * rng.standard_normal(401)
+    runs = []
+    for method in (march, march_reference):
+        start = [part.copy() for part in state]
+        runs.append((*method(coefficients(model, step), *start, torque, step, 4), *start))
+    for compiled, readable in zip(*runs, strict=True):
+        np.testing.assert_allclose(compiled, readable, rtol=1e-9, atol=1e-12 * np.max(np.abs(readable)))
+
+
+@pytest.mark.parametrize("step", [1e-4, 7e-4, 3e-3])
+def test_linear_frequencies_and_decay_are_exact_at_any_step(step):
+    """A small pluck of the fundamental decays as exp(-Gamma t/2) at its own frequency."""
+    model = uniform_tension_model(TUNED, 2)
+    q, p, a, b = rest(model)
+    a[0, 0, 0] = 1e-9
+    steps = 300
+    _, midspan, _ = march(coefficients(model, step), q, p, a, b, np.zeros(steps + 1), step, 1)
+    t = step * np.arange(steps + 1)
+    half = 0.5 * model.transverse_damping
+    w = np.sqrt(model.transverse[0] ** 2 - half**2)
+    exact = 1e-9 * np.exp(-half * t) * (np.cos(w * t) + half / w * np.sin(w * t))
+    np.testing.assert_allclose(midspan[:, 0, 0], exact, atol=1e-13 * 1e-9 * steps)
+
+
+@pytest.mark.parametrize("whirling", [False, True])
+def test_one_mode_limit_is_the_nonlinear_string(whirling):
+    """Heavy pulleys, one sine: elliptic integral in a plane, sqrt(w0^2 + alpha A^2) on a circle."""
+    heavy = [replace(pulley, inertia=1e6) for pulley in TUNED.pulley]
+    cable = replace(TUNED.cable, transverse_damping=0.0)
+    drive = replace(
+        TUNED, pulley=tuple(replace(pulley, viscous_friction=0.0) for pulley in heavy), cable=cable
+    )
+    model = uniform_tension_model(drive, 1)
+    step, amplitude = 1e-5, 4e-3
+    alpha = model.carrier * model.wave_numbers[0] ** 4 * model.span / 4
+    w0 = model.transverse[0]
+    hardened = np.sqrt(w0**2 + alpha * amplitude**2)
+    q, p, a, b = rest(model, planes=2)
+    a[0, 0, 0] = amplitude
+    if whirling:
+        b[1, 0, 0] = amplitude * hardened
+        expected = hardened
+    else:
+        parameter = alpha * amplitude**2 / (2 * hardened**2)
+        expected = np.pi * hardened / (2 * ellipk(parameter))
+    _, midspan, _ = march(coefficients(model, step), q, p, a, b, np.zeros(100_001), step, 1)
+    w = midspan[:, 0, 0]
+    down = np.flatnonzero((w[:-1] > 0) & (w[1:] <= 0))
+    crossings = (down + w[down] / (w[down] - w[down + 1])) * step
+    observed = 2 * np.pi * (down.size - 1) / (crossings[-1] - crossings[0])
+    assert observed == pytest.approx(expected, rel=1e-6), (
+        f"observed {observed:.9f}, expected {expected:.9f} rad/s"
+    )
+
+
+def test_march_converges_with_order_two_against_its_own_law():
+    """Strang splitting: halving the step divides the error of the coupled motion by four."""
+    model = uniform_tension_model(TUNED, 2)
+    ends = []
+    for halvings in range(5):
+        step = 8e-4 / 2**halvings
+        q, p, a, b = rest(model)
+        a[0, :, 0] = 3e-3, 1e-3
+        steps = round(0.2 / step)
+        march(coefficients(model, step), q, p, a, b, np.full(steps + 1, 0.01), step, steps)
+        ends.append(np.concatenate((q * 100, a.ravel())))
+    errors = [np.linalg.norm(end - ends[-1]) for end in ends[:3]]
+    order = np.log2(errors[0] / errors[1]), np.log2(errors[1] / errors[2])
+    assert order[1] == pytest.approx(2.0, abs=0.15), f"orders {order}, errors {errors}"
+
+
+def test_equal_plucks_leave_the_pulleys_at_rest():
+    model = uniform_tension_model(TUNED, 4)
+    q, p, a, b = rest(model)
+    a[0, :, 0] = 2e-3
+    along, _, _ = march(coefficients(model, 1e-4), q, p, a, b, np.zeros(10_001), 1e-4, 10)
+    assert np.max(np.abs(along)) < 1e-18
+
+
+@pytest.mark.parametrize(
+    ("override", "word"),
+    [
+        ("pulley.0.coulomb_friction=0.01", "coulomb_friction"),
+        ("pulley.1.fixed=true", "fixed"),
+        ("kind=line", "loop"),
+    ],
+)
+def test_drives_that_do_not_fit_are_refused_in_one_line(override, word):
+    drive = cd.load_drive("dissertation-2", overrides=[override])
+    with pytest.raises(cd.InputRefused, match=word) as refusal:
+        uniform_tension_model(drive)
+    assert "\n" not in str(refusal.value)
