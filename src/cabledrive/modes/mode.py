@@ -6,7 +6,7 @@ from math import pi
 import numpy as np
 
 from cabledrive.mechanics.chain import Array
-from cabledrive.mechanics.spans import DRIVE_PULLEY, LOAD_PULLEY, MOTOR, LabelledChain
+from cabledrive.mechanics.spans import DRIVE_PULLEY, LOAD_PULLEY, LabelledChain
 from cabledrive.modes.solver import ChainMode
 
 LONGITUDINAL, TRANSVERSE = "longitudinal", "transverse"
@@ -31,9 +31,7 @@ class Mode:
     plane : str or None
         Transverse modes: "v" (horizontal) or "w" (the plane of the loop).
     section : (float, float) or None
-        Transverse modes: unstretched ends of the vibrating section [m], from the pulley where its span starts.
-    kinetic_shares : dict of str to float
-        Share of the kinetic energy in each joint that carries a mass and in the "cable"; mean over the shapes.
+        Transverse modes: unstretched ends of the section [m], from the pulley where its span starts.
     proven : bool
         Whether counts just below and just above prove that it exists, with this multiplicity.
     """
@@ -45,15 +43,21 @@ class Mode:
     span: str | None = None
     plane: str | None = None
     section: tuple[float, float] | None = None
-    kinetic_shares: dict[str, float]
     proven: bool
     _chain: LabelledChain = field(repr=False)
     _solved: ChainMode = field(repr=False)
 
     @property
+    def kinetic_shares(self) -> dict[str, float]:
+        """Share of the kinetic energy in each joint that moves and in the "cable"; mean over the shapes."""
+        shares = _joint_shares(self._chain, self._solved)
+        named = {name: float(share) for name, share in zip(self._chain.joints, shares, strict=True) if share}
+        return named | {"cable": float(1.0 - shares.sum())}
+
+    @property
     def joints(self) -> dict[str, Array]:
-        """Displacement of every joint, shape (multiplicity,) each, of unit modal mass [kg^-1/2]; rims: r theta."""
-        return _joint_shapes(self._chain, self._solved)
+        """Displacement of each joint, shape (multiplicity,), of unit modal mass [kg^-1/2]; rims: r theta."""
+        return dict(zip(self._chain.joints, _joint_shapes(self._chain, self._solved), strict=True))
 
     def shape(self, span: str, positions: Array) -> Array:
         r"""Displacement along a span, from the exact solution between the joints.
@@ -112,80 +116,76 @@ def make_mode(chain: LabelledChain, solved: ChainMode, kind: str, plane: str | N
     -------
     Mode
     """
-    shares = _kinetic_shares(chain, solved)
     where = chain.stretches if kind == TRANSVERSE else ()
     return Mode(
         frequency=solved.omega / (2 * pi),
         kind=kind,
-        family=family_of(chain, solved, shares, kind),
+        family=family_of(chain, solved, kind),
         multiplicity=solved.multiplicity,
         span=where[0].span if where else None,
         plane=plane,
         section=(where[0].start, where[-1].end) if where else None,
-        kinetic_shares=shares,
         proven=solved.proven,
         _chain=chain,
         _solved=solved,
     )
 
 
-def _joint_shapes(chain: LabelledChain, solved: ChainMode) -> dict[str, Array]:
+def _joint_shapes(chain: LabelledChain, solved: ChainMode) -> Array:
+    """Displacements of the joints, shape (joints, multiplicity)."""
     rows = [*solved.joints, solved.split.masses.size][: len(chain.joints)]
-    return {name: solved.shapes[row] for name, row in zip(chain.joints, rows, strict=True)}
+    return solved.shapes[rows]
 
 
-def _kinetic_shares(chain: LabelledChain, solved: ChainMode) -> dict[str, float]:
-    """Shares of the kinetic energy; the shapes have unit modal mass, so what the masses lack is the cable's."""
-    masses = [*chain.chain.masses, chain.chain.pendant[1] if chain.chain.pendant else 0.0]
-    shapes = _joint_shapes(chain, solved)
-    shares = {
-        name: float(mass * np.mean(shapes[name] ** 2))
-        for name, mass in zip(chain.joints, masses, strict=False)
-        if np.any(shapes[name])
-    }
-    return shares | {"cable": 1.0 - sum(shares.values())}
+def _joint_shares(chain: LabelledChain, solved: ChainMode) -> Array:
+    """Shares of the joints in the kinetic energy, which is one half omega^2 for shapes of unit modal mass."""
+    pendant = chain.chain.pendant
+    masses = chain.chain.masses if pendant is None else np.append(chain.chain.masses, pendant[1])
+    return masses * np.mean(_joint_shapes(chain, solved) ** 2, axis=1)
 
 
-def family_of(chain: LabelledChain, solved: ChainMode, shares: dict[str, float], kind: str) -> str:
+def family_of(chain: LabelledChain, solved: ChainMode, kind: str) -> str:
     """What mainly moves in a mode.
 
     Parameters
     ----------
     chain : LabelledChain
     solved : ChainMode
-    shares : dict of str to float
-        Shares of the kinetic energy.
     kind : {"longitudinal", "transverse"}
 
     Returns
     -------
     str
-        "carriage-dominated" if carriages hold half of the kinetic energy or more; else, of a transverse mode, "string";
-        "motor joint" if the joint holds half of the strain energy; else, by the motion of the two rims,
+        "carriage-dominated" if carriages hold half of the kinetic energy or more; else, of a transverse mode,
+        "string"; else, of a longitudinal one, "motor joint" if the joint holds half of the strain energy; else, by the motion of the two rims,
         "pulleys out of phase", "pulleys in phase", "pulleys at rest", "drive pulley turning" or
         "load pulley turning" (the other at rest), or "pulleys independent" (a multiple mode that has both).
     """
-    if sum(share for name, share in shares.items() if name.startswith("carriage")) >= 0.5:
+    shares = _joint_shares(chain, solved)
+    carriages = [number for number, name in enumerate(chain.joints) if name.startswith("carriage")]
+    if shares[carriages].sum() >= 0.5:
         return "carriage-dominated"
     if kind == TRANSVERSE:
         return "string"
     shapes = _joint_shapes(chain, solved)
-    if MOTOR in shapes and chain.chain.pendant is not None:
-        twist = shapes[MOTOR] - shapes[DRIVE_PULLEY]
+    if chain.chain.pendant is not None:
+        twist = shapes[-1] - shapes[chain.chain.pendant_joint]
         if chain.chain.pendant[0] * np.mean(twist**2) >= 0.5 * solved.omega**2:
             return "motor joint"
-    return _pulley_family(shapes, chain)
+    return _pulley_family(chain, shapes)
 
 
-def _pulley_family(shapes: dict[str, Array], chain: LabelledChain) -> str:
+def _pulley_family(chain: LabelledChain, shapes: Array) -> str:
     mass = chain.chain.masses.sum() + chain.chain.density * chain.chain.lengths.sum()
-    nothing = np.zeros(1)
-    drive, load = shapes.get(DRIVE_PULLEY, nothing), shapes.get(LOAD_PULLEY, nothing)
-    turning = [name for name, u in ((DRIVE_PULLEY, drive), (LOAD_PULLEY, load)) if np.sum(u**2) * mass > _AT_REST**2]
+    rims = {
+        name: shapes[chain.joints.index(name)] for name in (DRIVE_PULLEY, LOAD_PULLEY) if name in chain.joints
+    }
+    turning = [name for name, u in rims.items() if np.sum(u**2) * mass > _AT_REST**2]
     if not turning:
         return "pulleys at rest"
     if len(turning) == 1:
         return f"{turning[0]} turning"
+    drive, load = rims[DRIVE_PULLEY], rims[LOAD_PULLEY]
     product, size = np.sum(drive * load), np.sqrt(np.sum(drive**2) * np.sum(load**2))
     if abs(product) < 0.5 * size:
         return "pulleys independent"

@@ -1,8 +1,8 @@
 r"""The loop with uniform tension in each span: few modes along, sines across, exact frequencies.
 
 The longitudinal motion is expanded in the certified modes :math:`U_k` below the first resonance of a span:
-rigid rotation, pulley mode, motor joint. What lies above follows without inertia. The transverse motion of each
-span is a sum of sines. The energy of chapter 2 then gives, with unit modal masses along and
+rigid rotation, pulley mode, motor joint. What lies above follows without inertia. The transverse motion of
+each span is a sum of sines. The energy of chapter 2 then gives, with unit modal masses along and
 :math:`m_t = \rho L_e/2` across, Eqs. (R.1), (R.2), (R.3):
 
 .. math::
