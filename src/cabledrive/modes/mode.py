@@ -157,9 +157,10 @@ def family_of(chain: LabelledChain, solved: ChainMode, kind: str) -> str:
     -------
     str
         "carriage-dominated" if carriages hold half of the kinetic energy or more; else, of a transverse mode,
-        "string"; else, of a longitudinal one, "motor joint" if the joint holds half of the strain energy; else, by the motion of the two rims,
-        "pulleys out of phase", "pulleys in phase", "pulleys at rest", "drive pulley turning" or
-        "load pulley turning" (the other at rest), or "pulleys independent" (a multiple mode that has both).
+        "string"; of a longitudinal one "motor joint" if the joint holds half of the strain energy, else,
+        by the motion of the two rims, "pulleys out of phase", "pulleys in phase", "pulleys at rest",
+        "drive pulley turning" or "load pulley turning" (the other at rest), or "pulleys independent"
+        (a multiple mode that has both).
     """
     shares = _joint_shares(chain, solved)
     carriages = [number for number, name in enumerate(chain.joints) if name.startswith("carriage")]
