@@ -105,7 +105,10 @@ def modes(drive: Drive, *, below: float | None = None, count: int | None = None)
     ----------
     .. [1] Eqs. (3.10)-(3.13), (3.17)-(3.20), (3.24)-(3.26), (3.27), (3.37)-(3.38), generalised.
     """
-    along, across = _Band(longitudinal_chains(drive), LONGITUDINAL), _Band(transverse_chains(drive), TRANSVERSE)
+    along, across = (
+        _Band(longitudinal_chains(drive), LONGITUDINAL),
+        _Band(transverse_chains(drive), TRANSVERSE),
+    )
     if below is not None:
         _check_below(below, count, along, across)
         found = [band.below(2 * pi * below) for band in (along, across)]
@@ -116,7 +119,9 @@ def modes(drive: Drive, *, below: float | None = None, count: int | None = None)
     listed = sorted((mode for part, _ in found for mode in part), key=_order)
     parts = [band.count(bound) for band in (along, across)]
     complete = sum(mode.multiplicity for mode in listed if 2 * pi * mode.frequency < bound) == sum(parts)
-    certificate = Certificate(below=bound / (2 * pi), count=sum(parts), longitudinal=parts[0], transverse=parts[1])
+    certificate = Certificate(
+        below=bound / (2 * pi), count=sum(parts), longitudinal=parts[0], transverse=parts[1]
+    )
     return Modes(
         modes=tuple(listed),
         certified=complete and all(mode.proven for mode in listed),
@@ -149,13 +154,38 @@ def natural_frequencies(
     InputRefused, NotComputed
         As `modes`.
     """
+    listed = longitudinal_modes(drive, below=below, count=count)
+    return np.repeat([mode.frequency for mode in listed], [mode.multiplicity for mode in listed])
+
+
+def longitudinal_modes(
+    drive: Drive, *, below: float | None = None, count: int | None = None
+) -> tuple[Mode, ...]:
+    """Longitudinal modes of a drive alone, without the transverse ones.
+
+    Parameters
+    ----------
+    drive : Drive
+    below : float, optional
+        Upper end [Hz].
+    count : int, optional
+        The first so many instead (a multiple one at the end whole); ten where neither is given.
+
+    Returns
+    -------
+    tuple of Mode
+        Ascending, without the rigid-body mode.
+
+    Raises
+    ------
+    InputRefused, NotComputed
+        As `modes`.
+    """
     band = _Band(longitudinal_chains(drive), LONGITUDINAL)
     if below is not None:
         _check_below(below, count, band)
-        listed, _ = band.below(2 * pi * below)
-    else:
-        listed, _ = band.first(_checked_count(DEFAULT_COUNT if count is None else count))
-    return np.repeat([mode.frequency for mode in listed], [mode.multiplicity for mode in listed])
+        return tuple(band.below(2 * pi * below)[0])
+    return tuple(band.first(_checked_count(DEFAULT_COUNT if count is None else count))[0])
 
 
 class _Band:
@@ -211,7 +241,9 @@ def _order(mode: Mode) -> tuple[Any, ...]:
 
 def _checked_count(count: int) -> int:
     if not 0 < count <= MOST_MODES:
-        raise InputRefused(f"count = {count} modes must lie between 1 and {MOST_MODES}: ask for fewer at a time")
+        raise InputRefused(
+            f"count = {count} modes must lie between 1 and {MOST_MODES}: ask for fewer at a time"
+        )
     return count
 
 

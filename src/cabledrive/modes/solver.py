@@ -138,14 +138,21 @@ def _isolate(bracket: Bracket, count: ModeCounter, chain: Chain) -> Iterator[Bra
 
 
 def _refine(bracket: Bracket, count: ModeCounter, chain: Chain) -> list[ChainMode]:
-    """Inverse iteration from the middle; where it leaves the interval, narrow that and start again."""
+    """Inverse iteration from the middle; where it leaves the interval or is not proven, narrow and repeat."""
+    modes: list[ChainMode] = []
     while bracket.high - bracket.low > 1e-15 * bracket.high:
         middle = 0.5 * (bracket.low + bracket.high)
         split, joints = split_at_antinodes(chain, middle)
         found = inverse_iteration(split, middle, bracket.modes, bracket.low, bracket.high)
         if found is not None:
-            return _prove(*found, bracket, count, split, joints)
-        bracket = _narrow(bracket, count, 2.0**-4)
+            modes = _prove(*found, bracket, count, split, joints)
+            if all(mode.proven for mode in modes):
+                return modes  # else it may be the neighbour's, which lies on the end of the interval
+        wider, bracket = bracket, _narrow(bracket, count, 2.0**-4)
+        if bracket is wider:
+            break
+    if modes:
+        return modes
     raise NotComputed(
         f"modes: {bracket.modes} modes between {bracket.low:.15g} and {bracket.high:.15g} rad/s could not be refined"
     )
@@ -171,7 +178,7 @@ def _prove(
     for group in groups:
         low, high = omegas[group[0]] * (1 - ENCLOSURE), omegas[group[-1]] * (1 + ENCLOSURE)
         below, above = bracket.below_low + group[0], bracket.below_low + group[-1] + 1
-        proven = count(low) <= below and count(high) >= above
+        proven = bool(count(low) <= below and count(high) >= above)
         omega = float(np.mean(omegas[group]))
         modes.append(ChainMode(omega, group.size, split, joints, shapes[:, group], proven))
     return modes

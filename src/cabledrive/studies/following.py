@@ -1,0 +1,230 @@
+r"""Modes followed along a parameter by their shapes, through crossings and veerings.
+
+Shapes at two values are compared by their mass-weighted overlap: each is a vector of :math:`\sqrt{m}` times
+displacement over joints and cable, of length one, so that the squared products of one shape with all shapes at
+the other value add up to one. A product squared above one half therefore leaves no doubt; where none is clearly
+above it, or two curves change order, the step is halved.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.mechanics.chain import Array
+from cabledrive.mechanics.spans import longitudinal_chains
+from cabledrive.modes import Mode, longitudinal_modes
+from cabledrive.parameters import Drive, NotComputed
+
+DECISIVE = 0.75
+"""Squared overlap (MAC) from which two shapes are the same mode."""
+
+TOUCHING = 1e-9
+"""Relative gap of two frequencies below which curves that change order cross."""
+
+_SMALLEST_STEP = 1e-12
+_MOST_STATIONS = 20_000
+
+
+@dataclass(frozen=True, eq=False)
+class Station:
+    """Followed modes at one value.
+
+    Attributes
+    ----------
+    value : float
+    frequency : ndarray, shape (curves,)
+        Frequencies [Hz] in the order of the curves.
+    shapes : ndarray, shape (n, curves)
+        Mass-weighted shapes of unit length.
+    family : tuple of str
+        Family of each mode.
+    """
+
+    value: float
+    frequency: Array
+    shapes: Array
+    family: tuple[str, ...]
+
+
+class Follower:
+    """Follows the modes of a drive that depends on one parameter.
+
+    Parameters
+    ----------
+    drive_at : callable
+        Drive at a value of the parameter.
+    cells : int
+        Cells per span in which shapes are compared: several for each half wave.
+    """
+
+    def __init__(self, drive_at: Callable[[float], Drive], cells: int) -> None:
+        self._drive_at, self._cells = drive_at, cells
+        self._known: dict[float, Station] = {}
+
+    def modes_at(self, value: float, count: int) -> Station:
+        """Modes in ascending order of frequency.
+
+        Parameters
+        ----------
+        value : float
+        count : int
+            At least so many; each as often as its multiplicity.
+
+        Returns
+        -------
+        Station
+        """
+        known = self._known.get(value)
+        if known is None or known.frequency.size < count:
+            drive = self._drive_at(value)
+            known = self._known[value] = _station(value, drive, count, self._cells)
+        return known
+
+    def path(self, values: Array, curves: int) -> list[Station]:
+        """Follow the first modes from the first value to the last.
+
+        Parameters
+        ----------
+        values : ndarray, shape (p,)
+            Strictly ascending.
+        curves : int
+            How many modes, counted from the lowest at the first value.
+
+        Returns
+        -------
+        list of Station
+            One for each value, and for each substep that was needed.
+
+        Raises
+        ------
+        NotComputed
+            If the modes cannot be told apart.
+        """
+        first = self.modes_at(float(values[0]), curves)
+        here = _part(first, np.arange(curves))
+        stations = [here]
+        smallest = _SMALLEST_STEP * max(abs(float(values[0])), abs(float(values[-1])))
+        for value in values[1:]:
+            targets = [float(value)]
+            while targets:
+                there, sure = self.step(here, targets[-1])
+                if sure or abs(targets[-1] - here.value) <= smallest:
+                    here = there
+                    stations.append(here)
+                    targets.pop()
+                elif len(stations) > _MOST_STATIONS:
+                    raise NotComputed(
+                        f"modes are not followed beyond {here.value:.9g}: more than 20 000 steps"
+                    )
+                else:
+                    targets.append(0.5 * (here.value + targets[-1]))
+        return stations
+
+    def step(self, here: Station, value: float) -> tuple[Station, bool]:
+        """Follow from a station to another value, and say whether there is no doubt.
+
+        Parameters
+        ----------
+        here : Station
+        value : float
+
+        Returns
+        -------
+        there : Station
+            In the order of the curves.
+        sure : bool
+            Whether every shape is found again and no two curves changed order on the way.
+        """
+        curves = here.frequency.size
+        count = curves + 2
+        while True:
+            found = self.modes_at(value, count)
+            overlap = here.shapes.T @ found.shapes
+            if count >= 4 * curves + 16 or np.sum(overlap**2, axis=1).min() >= DECISIVE:
+                break
+            count *= 2
+        found = _aligned(found, overlap)
+        overlap = (here.shapes.T @ found.shapes) ** 2
+        chosen = _assignment(overlap)
+        there = _part(found, chosen)
+        decisive = overlap[np.arange(curves), chosen].min() >= DECISIVE
+        return there, bool(decisive) and not _order_changed(here, there)
+
+
+def _station(value: float, drive: Drive, count: int, cells: int) -> Station:
+    modes = longitudinal_modes(drive, count=count)
+    repeats = [mode.multiplicity for mode in modes]
+    frequency = np.repeat([mode.frequency for mode in modes], repeats)
+    family = tuple(mode.family for mode in modes for _ in range(mode.multiplicity))
+    return Station(value, frequency, mass_weighted_shapes(drive, modes, cells), family)
+
+
+def mass_weighted_shapes(drive: Drive, modes: tuple[Mode, ...], cells: int) -> Array:
+    """Shapes as vectors of unit length whose products are those of the kinetic energy.
+
+    Parameters
+    ----------
+    drive : Drive
+    modes : tuple of Mode
+        Its longitudinal modes.
+    cells : int
+        Cells per span.
+
+    Returns
+    -------
+    ndarray, shape (n, shapes)
+        One column for each mode and multiplicity: the joints, then the cable at the midpoints of equal cells.
+    """
+    masses: dict[str, float] = {}
+    for chain in longitudinal_chains(drive):
+        held = chain.chain.pendant[1] if chain.chain.pendant else 0.0
+        masses |= dict(zip(chain.joints, [*chain.chain.masses, held], strict=False))
+    midpoints = (np.arange(cells) + 0.5) * drive.span_length / cells
+    cell_mass = drive.cable.mass_per_length * drive.span_length / cells
+    columns = []
+    for mode in modes:
+        still = np.zeros(mode.multiplicity)
+        joints = [np.sqrt(mass) * mode.joints.get(name, still) for name, mass in masses.items()]
+        cable = [np.sqrt(cell_mass) * mode.shape(span, midpoints).T for span in drive.spans]
+        columns.append(np.vstack([*joints, *cable]))
+    shapes = np.hstack(columns)
+    return shapes / np.linalg.norm(shapes, axis=0)
+
+
+def _part(station: Station, chosen: NDArray[np.intp]) -> Station:
+    family = tuple(station.family[i] for i in chosen)
+    return Station(station.value, station.frequency[chosen], station.shapes[:, chosen], family)
+
+
+def _aligned(found: Station, overlap: Array) -> Station:
+    """Turn the shapes of a multiple mode, which are any basis, towards those they are compared with."""
+    frequency, shapes = found.frequency, found.shapes.copy()
+    groups = np.split(
+        np.arange(frequency.size), np.flatnonzero(np.diff(frequency) > TOUCHING * frequency[1:]) + 1
+    )
+    for group in groups:
+        if group.size == 1:
+            continue
+        part = overlap[:, group]
+        nearest = np.argsort(-np.sum(part**2, axis=1), kind="stable")[: group.size]
+        left, _, right = np.linalg.svd(part[np.sort(nearest)], full_matrices=True)
+        rotation = np.vstack((left @ right[: left.shape[0]], right[left.shape[0] :]))
+        shapes[:, group] = shapes[:, group] @ rotation.T
+    return Station(found.value, frequency, shapes, found.family)
+
+
+def _assignment(overlap: Array) -> NDArray[np.intp]:
+    from scipy.optimize import linear_sum_assignment
+
+    return np.asarray(linear_sum_assignment(-overlap)[1])
+
+
+def _order_changed(here: Station, there: Station) -> bool:
+    """Whether two curves changed order with a gap at either end that is more than round-off."""
+    before = here.frequency[:, None] - here.frequency
+    after = there.frequency[:, None] - there.frequency
+    open_before = np.abs(before) > TOUCHING * here.frequency
+    open_after = np.abs(after) > TOUCHING * there.frequency
+    return bool(np.any((before * after < 0.0) & open_before & open_after))

@@ -1,0 +1,35 @@
+"""What every labelled result says about itself."""
+
+from typing import TYPE_CHECKING
+
+from cabledrive.parameters import Drive, content_hash
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def stamped(data: "xr.Dataset", drive: Drive, title: str) -> "xr.Dataset":
+    """Add title, drive, hash, version and method to a result.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+    drive : Drive
+        The drive it was computed from.
+    title : str
+        What it shows.
+
+    Returns
+    -------
+    xarray.Dataset
+        The same data with attributes.
+    """
+    from cabledrive import __version__
+
+    return data.assign_attrs(
+        title=title,
+        drive=drive.name,
+        drive_hash=content_hash(drive),
+        version=__version__,
+        method="exact dynamic stiffness, modes isolated by counting",
+    )
