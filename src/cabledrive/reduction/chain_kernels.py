@@ -1,0 +1,316 @@
+"""Compiled motion of a row of inertias with set-valued friction, and its exact sensitivities.
+
+Between events the row is smooth and one Runge-Kutta step of order 4 carries state and sensitivities. An
+inertia whose speed reaches zero is followed to that instant; there it sticks, or slips on the other way, and
+the sensitivity of its speed jumps by the ratio of its accelerations after and before. The readable door is
+`cabledrive.reduction.friction_march`.
+"""
+
+from math import exp, tanh
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.mechanics.cable_law import Array
+from cabledrive.mechanics.compiled import njit
+
+Integers = NDArray[np.int64]
+MOST_EVENTS = 24
+CROSSING_STEPS = 12
+
+
+class ChainNumbers(NamedTuple):
+    """The row as arrays of length n (of links: n - 1), what is varied, and in which directions.
+
+    ``directions`` has one column per parameter and the rows inertia, viscous, coulomb, offset, gain (n each),
+    stiffness, damping (n - 1 each), initial angle, initial speed (n each).
+    """
+
+    inertia: Array
+    viscous: Array
+    coulomb: Array
+    offset: Array
+    gain: Array
+    stiffness: Array
+    damping: Array
+    gap: Array
+    p: Array
+    q: Array
+    excess: Array
+    fading: Array
+    slope: Array
+    directions: Array
+
+
+@njit
+def link_force(c: ChainNumbers, j: int, x: Array, n: int) -> tuple[float, float]:
+    """Force of link j: stretch beyond the gap times stiffness, and damping while it is in contact."""
+    stretch = c.p[j] * x[j] - c.q[j] * x[j + 1]
+    rate = c.p[j] * x[n + j] - c.q[j] * x[n + j + 1]
+    half = 0.5 * c.gap[j]
+    if half > 0.0:
+        if abs(stretch) <= half:
+            return 0.0, 0.0
+        beyond = stretch - half if stretch > 0.0 else stretch + half
+        force = c.stiffness[j] * beyond + c.damping[j] * rate
+        if force * beyond <= 0.0:
+            return 0.0, 0.0
+        return force, beyond
+    return c.stiffness[j] * stretch + c.damping[j] * rate, stretch
+
+
+@njit
+def load_on(c: ChainNumbers, i: int, x: Array, u: float, n: int) -> float:
+    """Torque on inertia i without its Coulomb friction."""
+    load = c.gain[i] * u + c.offset[i] - c.viscous[i] * x[n + i]
+    if i < n - 1:
+        load -= c.p[i] * link_force(c, i, x, n)[0]
+    if i > 0:
+        load += c.q[i - 1] * link_force(c, i - 1, x, n)[0]
+    return load
+
+
+@njit
+def coulomb_of(c: ChainNumbers, i: int, speed: float, slip: int) -> float:
+    """Coulomb friction of inertia i that slips in direction ``slip``."""
+    if c.slope[i] > 0.0:
+        return c.coulomb[i] * tanh(c.slope[i] * speed)
+    friction = c.coulomb[i]
+    if c.excess[i] != 0.0:
+        friction += c.excess[i] * exp(-((speed / c.fading[i]) ** 2))
+    return slip * friction
+
+
+@njit
+def derivative(c: ChainNumbers, x: Array, s: Array, slip: Integers, u: float, dx: Array, ds: Array) -> None:
+    """Rates of the state ``x`` (2n) and of its sensitivities ``s`` (2n, m)."""
+    n = c.inertia.size
+    m = s.shape[1]
+    for i in range(n):
+        dx[i] = x[n + i]
+        for k in range(m):
+            ds[i, k] = s[n + i, k]
+        if slip[i] == 0:
+            dx[n + i] = 0.0
+            for k in range(m):
+                ds[n + i, k] = 0.0
+            continue
+        speed = x[n + i]
+        acceleration = (load_on(c, i, x, u, n) - coulomb_of(c, i, speed, slip[i])) / c.inertia[i]
+        dx[n + i] = acceleration
+        for k in range(m):
+            force = c.directions[4 * n + i, k] * u + c.directions[3 * n + i, k]
+            force -= c.directions[n + i, k] * speed + c.viscous[i] * s[n + i, k]
+            force -= c.directions[i, k] * acceleration
+            if c.slope[i] > 0.0:
+                level = tanh(c.slope[i] * speed)
+                force -= c.directions[2 * n + i, k] * level
+                force -= c.coulomb[i] * c.slope[i] * (1.0 - level * level) * s[n + i, k]
+            else:
+                force -= slip[i] * c.directions[2 * n + i, k]
+                if c.excess[i] != 0.0:
+                    ratio = speed / c.fading[i]
+                    fall = -2.0 * ratio / c.fading[i] * exp(-ratio * ratio)
+                    force -= slip[i] * c.excess[i] * fall * s[n + i, k]
+            if i < n - 1:
+                force -= c.p[i] * link_sensitivity(c, i, x, s, k, n)
+            if i > 0:
+                force += c.q[i - 1] * link_sensitivity(c, i - 1, x, s, k, n)
+            ds[n + i, k] = force / c.inertia[i]
+
+
+@njit
+def link_sensitivity(c: ChainNumbers, j: int, x: Array, s: Array, k: int, n: int) -> float:
+    """Derivative of the force of link j by parameter k."""
+    force, beyond = link_force(c, j, x, n)
+    if beyond == 0.0 and force == 0.0 and c.gap[j] > 0.0:
+        return 0.0
+    rate = c.p[j] * x[n + j] - c.q[j] * x[n + j + 1]
+    stretch_s = c.p[j] * s[j, k] - c.q[j] * s[j + 1, k]
+    rate_s = c.p[j] * s[n + j, k] - c.q[j] * s[n + j + 1, k]
+    by_stiffness = c.directions[5 * n + j, k] * beyond
+    by_damping = c.directions[6 * n - 1 + j, k] * rate
+    return by_stiffness + by_damping + c.stiffness[j] * stretch_s + c.damping[j] * rate_s
+
+
+@njit
+def runge_kutta(
+    c: ChainNumbers,
+    x: Array,
+    s: Array,
+    slip: Integers,
+    u0: float,
+    u1: float,
+    h: float,
+    xe: Array,
+    se: Array,
+    work_x: Array,
+    work_s: Array,
+) -> None:
+    """One step of order 4 with the torque running linearly from u0 to u1; result in ``xe``, ``se``."""
+    n2 = x.size
+    m = s.shape[1]
+    um = 0.5 * (u0 + u1)
+    derivative(c, x, s, slip, u0, work_x[0], work_s[0])
+    for stage in range(1, 4):
+        part = h if stage == 3 else 0.5 * h
+        for a in range(n2):
+            work_x[4, a] = x[a] + part * work_x[stage - 1, a]
+            for k in range(m):
+                work_s[4, a, k] = s[a, k] + part * work_s[stage - 1, a, k]
+        u = u1 if stage == 3 else um
+        derivative(c, work_x[4], work_s[4], slip, u, work_x[stage], work_s[stage])
+    for a in range(n2):
+        slope = work_x[0, a] + 2.0 * (work_x[1, a] + work_x[2, a]) + work_x[3, a]
+        xe[a] = x[a] + h / 6.0 * slope
+        for k in range(m):
+            slope = work_s[0, a, k] + 2.0 * (work_s[1, a, k] + work_s[2, a, k]) + work_s[3, a, k]
+            se[a, k] = s[a, k] + h / 6.0 * slope
+
+
+@njit
+def first_crossing(c: ChainNumbers, x: Array, xe: Array, slip: Integers) -> tuple[int, float]:
+    """Number of the inertia whose speed turns first within a step, by linear interpolation; -1: none."""
+    n = slip.size
+    found, earliest = -1, 2.0
+    for i in range(n):
+        if slip[i] != 0 and c.slope[i] == 0.0 and c.coulomb[i] + c.excess[i] > 0.0:
+            before, after = slip[i] * x[n + i], slip[i] * xe[n + i]
+            if after < 0.0:
+                part = before / (before - after) if before > 0.0 else 0.0
+                if part < earliest:
+                    found, earliest = i, part
+    return found, earliest
+
+
+@njit
+def turn(c: ChainNumbers, x: Array, s: Array, slip: Integers, i: int, u: float) -> None:
+    """At zero speed of inertia i: stick, or slip on; the sensitivity of its speed jumps accordingly."""
+    n = c.inertia.size
+    x[n + i] = 0.0
+    load = load_on(c, i, x, u, n)
+    most = c.coulomb[i] + c.excess[i]
+    before = (load - slip[i] * most) / c.inertia[i]
+    if abs(load) <= most:
+        slip[i] = 0
+        after = 0.0
+    else:
+        slip[i] = 1 if load > 0.0 else -1
+        after = (load - slip[i] * most) / c.inertia[i]
+    ratio = after / before if before != 0.0 else 0.0
+    for k in range(s.shape[1]):
+        s[n + i, k] *= ratio
+
+
+@njit
+def release(c: ChainNumbers, x: Array, slip: Integers, u: float) -> None:
+    """Let go every inertia whose load exceeds its friction."""
+    n = c.inertia.size
+    for i in range(n):
+        if slip[i] == 0:
+            load = load_on(c, i, x, u, n)
+            if abs(load) > c.coulomb[i] + c.excess[i]:
+                slip[i] = 1 if load > 0.0 else -1
+
+
+@njit
+def step(
+    c: ChainNumbers,
+    x: Array,
+    s: Array,
+    slip: Integers,
+    u0: float,
+    u1: float,
+    h: float,
+    xe: Array,
+    se: Array,
+    work_x: Array,
+    work_s: Array,
+) -> None:
+    """One step with all turns and releases in it; ``x``, ``s`` and ``slip`` are moved on."""
+    n = c.inertia.size
+    done = 0.0
+    for _event in range(MOST_EVENTS):
+        rest = h - done
+        release(c, x, slip, u0 + (u1 - u0) * done / h)
+        ua = u0 + (u1 - u0) * done / h
+        runge_kutta(c, x, s, slip, ua, u1, rest, xe, se, work_x, work_s)
+        i, part = first_crossing(c, x, xe, slip)
+        if i < 0:
+            x[:] = xe
+            s[:] = se
+            return
+        low, high = 0.0, 1.0
+        at_low, at_high = slip[i] * x[n + i], slip[i] * xe[n + i]
+        for _ in range(CROSSING_STEPS):
+            ub = ua + (u1 - ua) * part
+            runge_kutta(c, x, s, slip, ua, ub, part * rest, xe, se, work_x, work_s)
+            value = slip[i] * xe[n + i]
+            if abs(value) <= 1e-12 * (abs(at_low) + abs(at_high)) or high - low < 1e-13:
+                break
+            if value > 0.0:
+                low, at_low = part, value
+                at_high *= 0.5
+            else:
+                high, at_high = part, value
+                at_low *= 0.5
+            part = (
+                low + (high - low) * at_low / (at_low - at_high) if at_low > at_high else 0.5 * (low + high)
+            )
+        x[:] = xe
+        s[:] = se
+        done += part * rest
+        turn(c, x, s, slip, i, ua + (u1 - ua) * part)
+        if done >= h * (1.0 - 1e-12):
+            return
+    x[:] = xe
+    s[:] = se
+
+
+@njit
+def march(
+    c: ChainNumbers,
+    torque: Array,
+    x0: Array,
+    interval: float,
+    substeps: int,
+    hold: float,
+    stored: Integers,
+    states: Array,
+    sensitivities: Array,
+) -> None:
+    """Carry the row over all samples; keeps the ``stored`` states and their sensitivities at each sample.
+
+    ``hold``: 0 for torque that stands from sample to sample, 1 for torque on straight lines between samples.
+    """
+    n = c.inertia.size
+    m = c.directions.shape[1]
+    x = x0.copy()
+    s = np.zeros((2 * n, m))
+    for i in range(n):
+        for k in range(m):
+            s[i, k] = c.directions[7 * n - 2 + i, k]
+            s[n + i, k] = c.directions[8 * n - 2 + i, k]
+    xe, se = np.empty(2 * n), np.empty((2 * n, m))
+    work_x, work_s = np.empty((5, 2 * n)), np.empty((5, 2 * n, m))
+    slip = np.zeros(n, dtype=np.int64)
+    for i in range(n):
+        if c.slope[i] > 0.0 or c.coulomb[i] + c.excess[i] <= 0.0:
+            slip[i] = 1
+        elif x[n + i] != 0.0:
+            slip[i] = 1 if x[n + i] > 0.0 else -1
+    h = interval / substeps
+    for sample in range(torque.size):
+        for a in range(stored.size):
+            states[sample, a] = x[stored[a]]
+            for k in range(m):
+                sensitivities[sample, a, k] = s[stored[a], k]
+        if sample == torque.size - 1:
+            break
+        start = torque[sample]
+        rise = (torque[sample + 1] - start) * hold
+        for part in range(substeps):
+            u0 = start + rise * part / substeps
+            u1 = start + rise * (part + 1) / substeps
+            step(c, x, s, slip, u0, u1, h, xe, se, work_x, work_s)

@@ -1,0 +1,178 @@
+"""Motion of a row of inertias under a sampled torque: set-valued friction, free play, exact sensitivities."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.parameters import InputRefused, NotComputed
+from cabledrive.reduction.chain_kernels import ChainNumbers, march
+from cabledrive.reduction.lumped_chain import LumpedChain
+
+Array = NDArray[np.float64]
+QUANTITIES = ("inertia", "viscous", "coulomb", "offset", "gain", "stiffness", "damping", "angle", "speed")
+"""What a parameter may move: the rows of `direction`, each as long as there are inertias (or links)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FrictionLaw:
+    """How Coulomb friction differs from a constant; one value per inertia.
+
+    Attributes
+    ----------
+    excess : tuple of float
+        Friction at rest above the Coulomb friction [N m]; it fades with speed (Stribeck).
+    fading : tuple of float
+        Speed at which the excess has fallen to 1/e [rad/s].
+    slope : tuple of float
+        K of c tanh(K w) in (4.8) [s/rad]; 0: set-valued.
+    """
+
+    excess: tuple[float, ...]
+    fading: tuple[float, ...]
+    slope: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class March:
+    """Motion at the samples.
+
+    Attributes
+    ----------
+    angles, speeds : ndarray, shape (samples, n)
+        Of every inertia [rad], [rad/s].
+    angle_sensitivities, speed_sensitivities : ndarray, shape (samples, n, m)
+        Their derivatives by the m parameters.
+    """
+
+    angles: Array
+    speeds: Array
+    angle_sensitivities: Array
+    speed_sensitivities: Array
+
+
+def direction(n: int, quantity: str, number: int = 0) -> Array:
+    """Unit direction of one physical quantity among all those that can be varied.
+
+    Parameters
+    ----------
+    n : int
+        Number of inertias.
+    quantity : str
+        One of `QUANTITIES`; "angle" and "speed" are initial values.
+    number : int, default 0
+        Of which inertia or link.
+
+    Returns
+    -------
+    ndarray, shape (9 n - 2,)
+
+    Raises
+    ------
+    InputRefused
+        If there is no such quantity.
+    """
+    if quantity not in QUANTITIES:
+        raise InputRefused(
+            f"{quantity!r} is no quantity of a row of inertias: take one of {', '.join(QUANTITIES)}"
+        )
+    lengths = [n - 1 if name in ("stiffness", "damping") else n for name in QUANTITIES]
+    place = QUANTITIES.index(quantity)
+    unit = np.zeros(sum(lengths))
+    unit[sum(lengths[:place]) + number] = 1.0
+    return unit
+
+
+def march_chain(
+    chain: LumpedChain,
+    torque: Array,
+    interval: float,
+    *,
+    gains: tuple[float, ...] | None = None,
+    gaps: tuple[float, ...] | None = None,
+    law: FrictionLaw | None = None,
+    start: Array | None = None,
+    directions: Array | None = None,
+    substeps: int = 1,
+    hold: str = "line",
+) -> March:
+    """Move a row of inertias from rest (or ``start``) under a torque given at samples.
+
+    Parameters
+    ----------
+    chain : LumpedChain
+    torque : ndarray, shape (samples,)
+        [N m], or whatever ``gains`` turn into torque.
+    interval : float
+        Time between samples [s].
+    gains : tuple of float, optional
+        Torque on each inertia per unit of ``torque``; default: 1 on the first, 0 on the others.
+    gaps : tuple of float, optional
+        Free play of each link [rad, or m between rims].
+    law : FrictionLaw, optional
+        Default: constant Coulomb friction.
+    start : ndarray, shape (2n,), optional
+        Angles, then speeds.
+    directions : ndarray, shape (9 n - 2, m), optional
+        How each of m parameters moves the quantities of the row, see `direction`.
+    substeps : int, default 1
+        Steps per sample.
+    hold : {"line", "step"}, default "line"
+        Torque on straight lines between samples, or standing from sample to sample.
+
+    Returns
+    -------
+    March
+
+    Raises
+    ------
+    NotComputed
+        If the motion leaves the finite numbers.
+    """
+    n = chain.size
+    numbers = _numbers(chain, gains, gaps, law, directions)
+    torque = np.ascontiguousarray(torque, dtype=float)
+    states = np.empty((torque.size, 2 * n))
+    sensitivities = np.empty((torque.size, 2 * n, numbers.directions.shape[1]))
+    begin = np.zeros(2 * n) if start is None else np.array(start, dtype=float)
+    linear = 1.0 if hold == "line" else 0.0
+    stored = np.arange(2 * n)
+    march(numbers, torque, begin, float(interval), substeps, linear, stored, states, sensitivities)
+    if not np.all(np.isfinite(states[-1])):
+        first = int(np.argmin(np.isfinite(states).all(axis=1)))
+        raise NotComputed(f"motion of {n} inertias diverged at t = {first * interval:.4g} s: raise substeps")
+    return March(
+        angles=states[:, :n],
+        speeds=states[:, n:],
+        angle_sensitivities=sensitivities[:, :n],
+        speed_sensitivities=sensitivities[:, n:],
+    )
+
+
+def _numbers(
+    chain: LumpedChain,
+    gains: tuple[float, ...] | None,
+    gaps: tuple[float, ...] | None,
+    law: FrictionLaw | None,
+    directions: Array | None,
+) -> ChainNumbers:
+    n = chain.size
+    zeros = (0.0,) * n
+    law = law or FrictionLaw(excess=zeros, fading=(1.0,) * n, slope=zeros)
+    ratios = np.array(chain.ratios, dtype=float).reshape(n - 1, 2)
+    return ChainNumbers(
+        inertia=np.array(chain.inertias, dtype=float),
+        viscous=np.array(chain.viscous, dtype=float),
+        coulomb=np.array(chain.coulomb, dtype=float),
+        offset=np.array(chain.offsets, dtype=float),
+        gain=np.array(gains if gains is not None else (1.0, *zeros[1:]), dtype=float),
+        stiffness=np.array(chain.stiffness, dtype=float),
+        damping=np.array(chain.damping, dtype=float),
+        gap=np.array(gaps if gaps is not None else zeros[1:], dtype=float),
+        p=ratios[:, 0].copy(),
+        q=ratios[:, 1].copy(),
+        excess=np.array(law.excess, dtype=float),
+        fading=np.array(law.fading, dtype=float),
+        slope=np.array(law.slope, dtype=float),
+        directions=np.zeros((9 * n - 2, 0)) if directions is None else np.array(directions, dtype=float),
+    )

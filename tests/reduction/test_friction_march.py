@@ -1,0 +1,125 @@
+"""Set-valued friction against closed forms, and sensitivities against differences.
+
+Compiled module under test: cabledrive.reduction.chain_kernels.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cabledrive.reduction.friction_march import FrictionLaw, direction, march_chain
+from cabledrive.reduction.lumped_chain import LumpedChain
+
+pytestmark = pytest.mark.kernel
+
+ONE = LumpedChain(names=("axis",), inertias=(0.002,), viscous=(0.003,), coulomb=(0.04,), offsets=(0.0,))
+TWO = LumpedChain(
+    names=("a", "b"),
+    inertias=(0.002, 0.003),
+    viscous=(0.003, 0.002),
+    coulomb=(0.03, 0.02),
+    offsets=(0.004, 0.0),
+    stiffness=(1.5,),
+    damping=(0.002,),
+    ratios=((1.0, 1.0),),
+)
+
+
+def wave(samples, interval):
+    t = interval * np.arange(samples)
+    return 0.16 * np.sin(2 * np.pi * 3.0 * t) + 0.12 * np.sin(2 * np.pi * 1.0 * t + 0.4)
+
+
+def test_an_axis_slides_to_rest_as_the_closed_form_says():
+    """J w' = -b w - c: w = (w0 + c/b) exp(-b t/J) - c/b until it reaches zero, and stays there."""
+    speeds = march_chain(ONE, np.zeros(400), 1e-3, start=np.array([0.0, 5.0])).speeds[:, 0]
+    t = 1e-3 * np.arange(400)
+    exact = (5.0 + 0.04 / 0.003) * np.exp(-0.003 * t / 0.002) - 0.04 / 0.003
+    assert np.abs(speeds - np.maximum(exact, 0.0)).max() < 1e-9
+    assert speeds[-1] == 0.0
+
+
+def test_torque_below_the_friction_moves_nothing():
+    found = march_chain(ONE, np.full(50, 0.0399), 1e-3)
+    assert np.all(found.angles == 0.0)
+
+
+def test_steady_speed_is_torque_less_friction_over_viscous():
+    speeds = march_chain(ONE, np.full(8000, 0.1), 1e-3).speeds[:, 0]
+    assert speeds[-1] == pytest.approx((0.1 - 0.04) / 0.003, rel=1e-4)
+
+
+def test_energy_taken_equals_energy_lost():
+    """Work of the torque = kinetic energy + losses of both frictions, to the order of the quadrature."""
+    dt = 1e-4
+    u = wave(6000, dt)
+    found = march_chain(ONE, u, dt)
+    w = found.speeds[:, 0]
+    work, loss = np.trapezoid(u * w, dx=dt), np.trapezoid(0.003 * w**2 + 0.04 * np.abs(w), dx=dt)
+    kinetic = 0.5 * 0.002 * w[-1] ** 2
+    assert work == pytest.approx(kinetic + loss, rel=2e-5)
+
+
+def test_turning_points_do_not_lower_the_order():
+    """Halving the step quarters the error or better, with sticking and turning in the run."""
+    dt = 4e-3
+    coarse = wave(300, dt)
+    fine = march_chain(TWO, coarse, dt, substeps=32).angles[-1]
+    error = [np.abs(march_chain(TWO, coarse, dt, substeps=k).angles[-1] - fine).max() for k in (1, 2, 4)]
+    assert error[1] < error[0] / 2.5, f"errors {error}"
+    assert error[2] < error[1] / 2.5, f"errors {error}"
+
+
+@pytest.mark.parametrize(
+    "quantity, number, field, step",
+    [
+        ("inertia", 0, "inertias", 1e-7),
+        ("viscous", 1, "viscous", 1e-6),
+        ("coulomb", 0, "coulomb", 1e-6),
+        ("coulomb", 1, "coulomb", 1e-6),
+        ("offset", 0, "offsets", 1e-6),
+        ("stiffness", 0, "stiffness", 1e-4),
+        ("damping", 0, "damping", 1e-6),
+    ],
+)
+def test_sensitivities_are_the_derivatives_of_the_motion(quantity, number, field, step):
+    dt = 1e-3
+    u = wave(700, dt)
+
+    def moved(sign):
+        values = list(getattr(TWO, field))
+        values[number] += sign * step
+        return march_chain(replace(TWO, **{field: tuple(values)}), u, dt).speeds
+
+    difference = (moved(1) - moved(-1)) / (2 * step)
+    found = march_chain(TWO, u, dt, directions=direction(2, quantity, number)[:, None]).speed_sensitivities
+    error = np.abs(found[..., 0] - difference)
+    scale = np.abs(difference).max()
+    # Around a turn the two derivatives jump at instants that differ by the step of the difference.
+    assert np.quantile(error, 0.98) < 2e-3 * scale, f"{np.quantile(error, 0.98) / scale:.2e}"
+
+
+def test_free_play_transmits_nothing_inside_the_gap():
+    gap = 0.5
+    found = march_chain(
+        replace(TWO, coulomb=(0.0, 0.0), offsets=(0.0, 0.0)), np.full(100, 0.01), 1e-3, gaps=(gap,)
+    )
+    inside = np.abs(found.angles[:, 0]) < gap / 2
+    assert inside.all()
+    assert np.all(found.angles[:, 1] == 0.0)
+
+
+def test_smooth_friction_at_low_speed_is_viscous():
+    """c tanh(K w) with K w << 1 acts as c K w."""
+    law = FrictionLaw(excess=(0.0,), fading=(1.0,), slope=(0.5,))
+    u = 1e-6 * wave(1000, 1e-3)
+    smooth = march_chain(ONE, u, 1e-3, law=law).angles[:, 0]
+    viscous = march_chain(replace(ONE, viscous=(0.003 + 0.5 * 0.04,), coulomb=(0.0,)), u, 1e-3).angles[:, 0]
+    np.testing.assert_allclose(smooth, viscous, atol=1e-9 * np.abs(viscous).max())
+
+
+def test_friction_at_rest_holds_more_than_friction_in_motion():
+    law = FrictionLaw(excess=(0.02,), fading=(0.1,), slope=(0.0,))
+    assert np.all(march_chain(ONE, np.full(100, 0.059), 1e-3, law=law).angles == 0.0)
+    assert march_chain(ONE, np.full(100, 0.061), 1e-3, law=law).angles[-1, 0] > 0.0
