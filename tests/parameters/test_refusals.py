@@ -67,8 +67,8 @@ BAD_VALUES = {
         "'nan N'"
     ),
     "cable.pretension = inf N must be finite: give a number ": pretension("1e400"),
-    "cable.pretension = 1e+31 N is no size of a machine (1e-30 to 1e+30): check its unit": pretension("1e31"),
-    "cable.pretension = 1e-31 N is no size of a machine (1e-30 to 1e+30): check its unit": pretension(
+    "cable.pretension = 1e+31 N is no size of a machine (1e-24 to 1e+24): check its unit": pretension("1e31"),
+    "cable.pretension = 1e-31 N is no size of a machine (1e-24 to 1e+24): check its unit": pretension(
         "1e-31"
     ),
     "cable.pretension has more digits than a double can hold: give a finite number": pretension("9" * 400),

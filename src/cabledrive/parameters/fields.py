@@ -9,10 +9,7 @@ from typing import Any
 
 from cabledrive.parameters.errors import InputRefused
 
-SMALLEST, LARGEST = (
-    1e-30,
-    1e30,
-)  # products of such quantities stay within a double
+SMALLEST, LARGEST = 1e-24, 1e24  # products of a dozen such quantities stay within a double
 _BOUNDS = {
     "positive": (lambda v: v > 0.0, "must be above 0"),
     "nonnegative": (lambda v: v >= 0.0, "must not be negative"),

@@ -1,0 +1,51 @@
+r"""What a pulley transmits by friction before the cable slips on it."""
+
+from math import exp, tanh
+
+
+def capstan_ratio(friction: float, wrap_angle: float) -> float:
+    r"""Largest ratio of the tensions on the two sides of a pulley, after Euler and Eytelwein.
+
+    .. math:: \frac{T_{tight}}{T_{slack}} \le e^{\mu\alpha}
+
+    Parameters
+    ----------
+    friction : float
+        Coefficient of friction mu between cable and pulley [-].
+    wrap_angle : float
+        Angle alpha the cable wraps round the pulley [rad].
+
+    Returns
+    -------
+    float
+    """
+    return exp(friction * wrap_angle)
+
+
+def no_slip_torque(radius: float, pretension: float, friction: float, wrap_angle: float) -> float:
+    r"""Largest torque a pulley of a loop transmits before the cable slips.
+
+    One span gains what the other loses, :math:`T_{tight} + T_{slack} = 2 T_0`, so that with `capstan_ratio`
+
+    .. math:: \tau = r\,(T_{tight} - T_{slack}) = 2 r T_0\,\frac{e^{\mu\alpha} - 1}{e^{\mu\alpha} + 1}
+                   = 2 r T_0 \tanh\frac{\mu\alpha}{2}
+
+    It is below the slack torque 2 r T0 at any friction: a loop slips before a span goes slack.
+
+    Parameters
+    ----------
+    radius : float
+        Radius r of the pulley [m].
+    pretension : float
+        Pretension T0 [N].
+    friction : float
+        Coefficient of friction mu between cable and pulley [-].
+    wrap_angle : float
+        Angle alpha the cable wraps round the pulley [rad].
+
+    Returns
+    -------
+    float
+        Torque [N m].
+    """
+    return 2.0 * radius * pretension * tanh(friction * wrap_angle / 2.0)

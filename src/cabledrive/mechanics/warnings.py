@@ -1,0 +1,183 @@
+"""What a practitioner would want to hear about a drive before trusting any result."""
+
+from collections.abc import Iterator
+from math import degrees
+
+from cabledrive.mechanics.datasheet import DerivedQuantities, derived_quantities
+from cabledrive.parameters.drive import Drive
+
+ELASTIC_RULE = 0.02  # strain, where the file states no limit
+SMALL_SAG = 0.01  # of the span
+SMALL_IRVINE = 1.0  # the sag has then raised the tension by 4 %
+STIFFNESS_TOLERANCE = 0.2
+SAMPLES_PER_CYCLE = 10.0
+
+
+def practitioner_warnings(drive: Drive) -> tuple[str, ...]:
+    """Find what in a drive is likely to be a mistake or a limit.
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    tuple of str
+        One line each: what, value with unit, the bound it met, the remedy. Empty if nothing stands out.
+    """
+    sheet = derived_quantities(drive)
+    checks = (
+        _static,
+        _elastic,
+        _sag,
+        _slack,
+        _slip,
+        _light,
+        _stiffness,
+        _joint,
+        _rotor,
+        _goal,
+        _sampling,
+    )
+    return tuple(line for check in checks for line in check(drive, sheet))
+
+
+def _static(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
+    """A span that hangs slack at rest."""
+    lowest = sheet.lowest_static_tension
+    if lowest <= 0.0:
+        yield (
+            "a span hangs slack at rest: on this slope cable and carriages take its lower end to "
+            f"{lowest:.4g} N; raise cable.pretension above {drive.cable.pretension - lowest:.4g} N"
+        )
+
+
+def _elastic(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
+    """A prestrain out of the elastic range."""
+    stated = drive.cable.strain_limit
+    limit = ELASTIC_RULE if stated is None else stated
+    if sheet.prestrain > limit:
+        origin = "a rule of thumb: give cable.strain_limit" if stated is None else "cable.strain_limit"
+        yield (
+            f"the pretension strains the cable by {sheet.prestrain:.3%}, beyond {limit:.3%}, its elastic "
+            f"range ({origin}); lower cable.pretension below {limit * sheet.axial_rigidity:.4g} N or take "
+            "more cable"
+        )
+
+
+def _sag(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
+    """A sag that bends the straight string of the transverse modes."""
+    ratio, irvine = sheet.sag_ratio / SMALL_SAG, sheet.irvine_parameter / SMALL_IRVINE
+    if max(ratio, irvine) > 1.0:
+        straight = drive.cable.pretension * max(ratio, irvine ** (1.0 / 3.0))
+        yield (
+            f"a span sags by {sheet.static_sag:.3g} m, {sheet.sag_ratio:.2%} of its length (small: "
+            f"{SMALL_SAG:.0%}), Irvine parameter {sheet.irvine_parameter:.3g} (small: {SMALL_IRVINE:g}): "
+            "transverse modes are listed for a straight cable, the true ones lie higher, most so the "
+            f"symmetric ones in the plane of gravity; a cable.pretension of {straight:.3g} N would "
+            "straighten it"
+        )
+
+
+def _slack(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
+    """A motor that can unload a span."""
+    limit = drive.motor.torque_limit if drive.motor else None
+    if limit is not None and limit > sheet.slack_torque:
+        formula = "2 r1 T0" if drive.kind == "loop" else "r1 T0"
+        needed = drive.cable.pretension * limit / sheet.slack_torque
+        yield (
+            f"motor.torque_limit = {limit:.4g} N m is above {sheet.slack_torque:.4g} N m, the slack torque "
+            f"{formula}: a span can go slack; limit the torque or raise cable.pretension to {needed:.4g} N"
+        )
+
+
+def _slip(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
+    """A motor that can make the cable slip, on either pulley."""
+    limit = drive.motor.torque_limit if drive.motor else None
+    pulleys = zip(drive.pulley, (sheet.no_slip_torque_drive, sheet.no_slip_torque_load), strict=True)
+    for number, (pulley, margin) in enumerate(pulleys):
+        if limit is None or margin is None:
+            continue
+        asked = limit * pulley.radius / drive.drive_pulley.radius
+        if asked > margin:
+            needed = drive.cable.pretension * asked / margin
+            yield (
+                f"motor.torque_limit asks {asked:.4g} N m of pulley.{number}, which slips at {margin:.4g} N "
+                f"m (capstan): limit the torque, wrap further or raise cable.pretension to {needed:.4g} N"
+            )
+
+
+def _light(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
+    """A pulley lighter than the cable: the models of springs without mass end there."""
+    for number, (name, ratio) in enumerate((("drive", sheet.chi1), ("load", sheet.chi2))):
+        if ratio is not None and ratio < 1.0:
+            rim = ratio * sheet.cable_mass
+            yield (
+                f"the {name} pulley is lighter than the cable, J / r^2 = {rim:.3g} kg below "
+                f"{sheet.cable_mass:.3g} kg: lumped models of it are rough; use the distributed cable, or "
+                f"check pulley.{number}.inertia"
+            )
+
+
+def _stiffness(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
+    """A measured stiffness that is not the cable's."""
+    measured, theory = sheet.lumped_cable_stiffness, sheet.cable_stiffness
+    if measured is not None and abs(measured / theory - 1.0) > STIFFNESS_TOLERANCE:
+        yield (
+            f"lumped.cable_stiffness = {measured:.4g} N/m is {measured / theory:.3g} times EA / L = "
+            f"{theory:.4g} N/m (bound: within {STIFFNESS_TOLERANCE:.0%}): modes use the one, lumped models "
+            "the other; check modulus and area, and whether it counts one span"
+        )
+
+
+def _joint(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
+    """A motor joint softer than the cable."""
+    joint, cable = sheet.joint_mode_frequency_hz, sheet.cable_mode_frequency_hz
+    if joint is not None and cable is not None and joint < cable:
+        yield (
+            f"the motor joint's mode, about {joint:.4g} Hz, lies below the cable's, about {cable:.4g} Hz: "
+            "keep the joint in the model, or stiffen motor.joint_stiffness by a factor above "
+            f"{(cable / joint) ** 2:.3g}"
+        )
+
+
+def _rotor(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
+    """A rotor that is heavier than the motor it is a part of."""
+    reflected = sheet.reflected_rotor_inertia
+    if drive.motor is not None and reflected is not None and reflected > drive.motor.inertia * (1.0 + 1e-9):
+        yield (
+            f"the rotor alone is {reflected:.4g} kg m^2 through the gear, above motor.inertia = "
+            f"{drive.motor.inertia:.4g} kg m^2, which should hold it: check motor.inertia, "
+            "motor.rotor_inertia and motor.gear_ratio"
+        )
+
+
+def _goal(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
+    """A tracking goal finer than the free play or the encoder at the load."""
+    goal = drive.goal.tracking_error if drive.goal else None
+    if goal is None:
+        return
+    asked = f"goal.tracking_error = {degrees(goal):.3g} deg"
+    if drive.motor is not None and drive.motor.backlash > goal:
+        yield (
+            f"motor.backlash = {degrees(drive.motor.backlash):.3g} deg is above {asked}: the motor does not "
+            "hold the load that closely; take out the play or relax the goal"
+        )
+    count = sheet.load_encoder_resolution
+    if count is not None and count > goal:
+        yield (
+            f"one count of sensors.load_encoder is {degrees(count):.3g} deg, above {asked}: use a finer "
+            "encoder or relax the goal"
+        )
+
+
+def _sampling(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
+    """A sample rate too low for the modes that a controller meets."""
+    rate = drive.sensors.sample_rate if drive.sensors else None
+    highest = max(sheet.cable_mode_frequency_hz or 0.0, sheet.joint_mode_frequency_hz or 0.0)
+    if rate is not None and rate < SAMPLES_PER_CYCLE * highest:
+        yield (
+            f"sensors.sample_rate = {rate:.4g} Hz is below {SAMPLES_PER_CYCLE:g} times the highest lumped "
+            f"mode, about {highest:.4g} Hz: sample at {SAMPLES_PER_CYCLE * highest:.4g} Hz or more, or "
+            "filter that mode"
+        )

@@ -1,0 +1,42 @@
+"""What a pulley transmits by friction."""
+
+from math import exp, pi
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cabledrive.mechanics.capstan import capstan_ratio, no_slip_torque
+
+frictions = st.floats(0.01, 1.0)
+angles = st.floats(0.1, 8.0)
+
+
+def test_half_a_turn_of_rope_with_friction_0_3_holds_2_57_times_the_force():
+    """The example of every mechanics textbook: exp(0.3 pi) = 2.566."""
+    assert capstan_ratio(0.3, pi) == pytest.approx(2.566, abs=5e-4)
+
+
+def test_three_turns_round_a_bollard_hold_286_times_the_force():
+    assert capstan_ratio(0.3, 6.0 * pi) == pytest.approx(285.7, abs=0.05)
+
+
+def test_no_slip_torque_of_half_a_turn():
+    """2 r T0 (e - 1)/(e + 1) with e = 2.566: 0.4391 of the slack torque."""
+    assert no_slip_torque(0.03, 5.0, 0.3, pi) == pytest.approx(0.3 * 1.566 / 3.566, rel=2e-4)
+
+
+@given(friction=frictions, angle=angles)
+def test_at_the_no_slip_torque_the_tensions_stand_in_the_capstan_ratio(friction, angle):
+    """T0 + d and T0 - d with r 2d = torque."""
+    half = no_slip_torque(0.04, 7.0, friction, angle) / (2.0 * 0.04)
+    assert (7.0 + half) == pytest.approx(exp(friction * angle) * (7.0 - half), rel=1e-9, abs=1e-12)
+
+
+@given(friction=st.floats(0.0, 1e3), angle=st.floats(0.0, 1e3))
+def test_loop_slips_before_it_goes_slack(friction, angle):
+    assert 0.0 <= no_slip_torque(0.04, 7.0, friction, angle) <= 2.0 * 0.04 * 7.0
+
+
+def test_without_friction_nothing_is_transmitted():
+    assert no_slip_torque(0.04, 7.0, 0.0, pi) == 0.0
