@@ -1,0 +1,98 @@
+"""The natural frequencies agree with forty-digit roots of transfer matrices, multiplicities included."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from machines import distinct, machine, ring_of, some_cable, symmetric_loop, uneven_machine
+from mpmath import mp, mpf
+from transfer_roots import exact_chains, exact_roots, winding_number
+
+import cabledrive as cd
+
+MODES = 12
+SIMPLE, MULTIPLE = 1e-12, 1e-9
+APART, ONE = 5e-10, 2e-11  # relative distances: two modes from here on, one mode up to here
+MACHINES = [
+    pytest.param(seed, marks=() if seed % 10 == 0 else pytest.mark.verify, id=f"machine-{seed}")
+    for seed in range(200)
+]
+
+
+def listed(modes):
+    """Angular frequencies with all the digits they have, and multiplicities, longitudinal."""
+    omegas = [2 * mp.pi * mpf(mode.frequency) for mode in modes.longitudinal]
+    return omegas, [mode.multiplicity for mode in modes.longitudinal]
+
+
+def check_against(roots, modes):
+    """Every root is listed once, with its multiplicity, as exactly as claimed; returns the multiple ones."""
+    omegas, multiplicities = listed(modes)
+    spread = [omega for omega, m in zip(omegas, multiplicities, strict=True) for _ in range(m)]
+    assert len(spread) >= MODES
+    for number, (omega, root) in enumerate(zip(spread[:MODES], roots, strict=False)):
+        others = [abs(root - other) / root for k, other in enumerate(roots) if k != number]
+        claim = SIMPLE if min(others) > APART else MULTIPLE
+        error = abs(omega / root - 1)
+        assert error <= claim, f"mode {number + 1}: relative error {mp.nstr(error, 3)}, claimed {claim}"
+    check_multiplicities(roots, multiplicities)
+    return sum(m > 1 for m in multiplicities)
+
+
+def check_multiplicities(roots, multiplicities):
+    if any(ONE < (b - a) / b < APART for a, b in pairwise(roots)):
+        return  # neither clearly one mode nor clearly two
+    sizes = [len(group) for group in distinct(roots, ONE)]
+    complete = [size for size, total in zip(sizes, np.cumsum(sizes), strict=True) if total <= MODES]
+    assert multiplicities[: len(complete)] == complete, f"{multiplicities} listed, {sizes} exact"
+
+
+@pytest.mark.parametrize("seed", MACHINES)
+def test_first_twelve_modes_agree_with_forty_digit_roots(seed):
+    """Loops and lines, held ends, flexible joints, contrasts up to 1e6, symmetric loops."""
+    drive = machine(np.random.default_rng(seed))
+    modes = cd.modes(drive, count=MODES)
+    assert modes.certified
+    check_against(exact_roots(drive, MODES + 1), modes)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_evenly_loaded_rings_have_exact_double_modes(seed):
+    """Equal masses at equal distances, both pulleys among them: every wave runs both ways round."""
+    rng = np.random.default_rng(seed)
+    parts = 2 ** rng.integers(2, 4)
+    drive = ring_of([0.5] * int(parts), [10 ** rng.uniform(-3, 3)] * int(parts), some_cable(rng))
+    found = check_against(exact_roots(drive, MODES + 1), cd.modes(drive, count=MODES))
+    assert found >= 3, f"{found} double modes among the first {MODES}"
+
+
+def test_drawn_machines_cover_what_they_claim():
+    """The two hundred machines hold every kind of drive and contrasts of a million in spans and in masses."""
+    drives = [machine(np.random.default_rng(seed)) for seed in range(200)]
+    assert {drive.kind for drive in drives} == {"loop", "line"}
+    assert {tuple(p.fixed for p in drive.pulley) for drive in drives} == {
+        (a, b) for a in (True, False) for b in (True, False)
+    }
+    assert sum(drive.motor is not None and drive.motor.joint_stiffness is not None for drive in drives) > 20
+    chains = [chain for drive in drives for chain in exact_chains(drive)]
+    assert max(max(c.times) / min(c.times) for c in chains) > 3e5
+    assert max(max(c.masses) / min(c.masses) for c in chains) > 3e5
+
+
+@pytest.mark.parametrize("seed", MACHINES[:20:5] + MACHINES[1:20:5])
+def test_reference_holds_as_many_roots_as_the_argument_principle_counts(seed):
+    """The reference itself loses no root: the discriminant winds as often round zero as it lists roots."""
+    rng = np.random.default_rng(seed)
+    drive = symmetric_loop(rng, 10.0) if seed % 2 else uneven_loop(rng)
+    roots = exact_roots(drive, MODES + 1)
+    gaps = [(b - a) / b for a, b in pairwise(roots)]
+    last = max(k for k, gap in enumerate(gaps) if gap > 1e-3)
+    (chain,) = exact_chains(drive)
+    assert winding_number(chain, roots[0] / 2, (roots[last] + roots[last + 1]) / 2) == last + 1
+
+
+def uneven_loop(rng):
+    while True:
+        drive = uneven_machine(rng, 10.0)
+        if drive.kind == "loop" and not any(p.fixed for p in drive.pulley):
+            return drive
