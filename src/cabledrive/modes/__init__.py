@@ -1,6 +1,26 @@
 """Natural modes of cable drives, every one of them, with proof."""
 
+from cabledrive.modes.hanging_equilibrium import HangingEquilibrium, elastic_equilibrium, linear_equilibrium
+from cabledrive.modes.hanging_mass import DrivenMass, driven_mass
+from cabledrive.modes.lateral import LateralMode, lateral_mode
 from cabledrive.modes.mode import Mode
 from cabledrive.modes.natural import Certificate, Modes, longitudinal_modes, modes, natural_frequencies
+from cabledrive.modes.rigid_supports import Comparison, against_rigid_supports
 
-__all__ = ["Certificate", "Mode", "Modes", "longitudinal_modes", "modes", "natural_frequencies"]
+__all__ = [
+    "Certificate",
+    "Comparison",
+    "DrivenMass",
+    "HangingEquilibrium",
+    "LateralMode",
+    "Mode",
+    "Modes",
+    "against_rigid_supports",
+    "driven_mass",
+    "elastic_equilibrium",
+    "lateral_mode",
+    "linear_equilibrium",
+    "longitudinal_modes",
+    "modes",
+    "natural_frequencies",
+]

@@ -79,25 +79,53 @@ class Mode:
         split, shapes = self._solved.split, self._solved.shapes
         out = np.zeros((self.multiplicity, positions.size))
         wave_number = 2 * pi * self.frequency / split.wave_speed
-        for piece, (start, length) in self._pieces(span):
-            here = (positions >= start) & (positions <= start + length)
-            s = positions[here] - start
+        for piece, (start, end) in self._pieces(span):
+            here = (positions >= start) & (positions <= end)
+            s, length = positions[here] - start, end - start
             near, far = shapes[piece], shapes[(piece + 1) % split.masses.size]
             bend = np.sin(wave_number * np.stack((length - s, s)))
             out[:, here] = (np.outer(near, bend[0]) + np.outer(far, bend[1])) / np.sin(wave_number * length)
         return out
 
+    def slopes_at(self, joint: str) -> tuple[Array, Array]:
+        """Slope of the displacement just before and just after a joint, along the span's direction.
+
+        Parameters
+        ----------
+        joint : str
+            A name among `joints`, but the motor's: "carriage 0".
+
+        Returns
+        -------
+        before, after : ndarray, shape (multiplicity,)
+            Derivatives by the unstretched position [kg^-1/2 / m]; zero beyond the end of an open chain.
+        """
+        split, shapes = self._solved.split, self._solved.shapes
+        here = int(self._solved.joints[self._chain.joints.index(joint)])
+        wave_number = 2 * pi * self.frequency / split.wave_speed
+        slopes = []
+        for piece, end in ((here - 1, 1), (here, 0)):
+            if not split.closed and not 0 <= piece < split.lengths.size:
+                slopes.append(np.zeros(self.multiplicity))
+                continue
+            phase = wave_number * float(split.lengths[piece])
+            near, far = shapes[piece % split.masses.size], shapes[(piece + 1) % split.masses.size]
+            turned = far * np.cos(phase) - near if end else far - near * np.cos(phase)
+            slopes.append(wave_number * turned / np.sin(phase))
+        return slopes[0], slopes[1]
+
     def _pieces(self, span: str) -> list[tuple[int, tuple[float, float]]]:
-        """Pieces of the split chain that lie on a span: number, unstretched start and length."""
+        """Pieces of the split chain that lie on a span: number, unstretched start and end, without gaps."""
         lengths, joints = self._solved.split.lengths, self._solved.joints
         pieces = []
         for number, stretch in enumerate(self._chain.stretches):
             position = stretch.start
             last = joints[number + 1] if number + 1 < joints.size else lengths.size
             for piece in range(joints[number], last):
+                end = position + float(lengths[piece]) if piece < last - 1 else stretch.end
                 if stretch.span == span:
-                    pieces.append((piece, (position, float(lengths[piece]))))
-                position += float(lengths[piece])
+                    pieces.append((piece, (position, end)))
+                position = end
         return pieces
 
 

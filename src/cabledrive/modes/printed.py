@@ -156,8 +156,8 @@ def _pieces(drive: Drive, omega: float, kind: str, *, upper: int, lower: int) ->
     carried = (len(drive.carriages_on("upper")), len(drive.carriages_on("lower")))
     if drive.kind != kind or carried != (upper, lower):
         raise InputRefused(
-            f"this matrix is of a {kind} with {upper} carriage(s) on the upper and {lower} on the lower span, "
-            f"the drive a {drive.kind} with {carried[0]} and {carried[1]}: take the modes instead"
+            f"this matrix is of a {kind} with {upper} carriages on the upper span and {lower} on the lower, "
+            f"the drive a {drive.kind} with {carried[0]} and {carried[1]}: take its modes instead"
         )
     if any(pulley.fixed for pulley in drive.pulley):
         raise InputRefused("this matrix has two pulleys that turn, but one is fixed: take the modes instead")

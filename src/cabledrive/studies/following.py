@@ -1,9 +1,9 @@
 r"""Modes followed along a parameter by their shapes, through crossings and veerings.
 
 Shapes at two values are compared by their mass-weighted overlap: each is a vector of :math:`\sqrt{m}` times
-displacement over joints and cable, of length one, so that the squared products of one shape with all shapes at
-the other value add up to one. A product squared above one half therefore leaves no doubt; where none is clearly
-above it, or two curves change order, the step is halved.
+displacement over joints and cable, of length one, so that the squared products of one shape with all shapes
+at the other value add up to one. A product squared above one half therefore leaves no doubt; where none is
+clearly above it, or two curves change order, the step is halved.
 """
 
 from collections.abc import Callable
