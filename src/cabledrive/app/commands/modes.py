@@ -1,0 +1,104 @@
+"""`cabledrive modes`: at which frequencies a drive rings, and that these are all."""
+
+from typing import Any
+
+import click
+
+from cabledrive.app.options import (
+    NewFile,
+    NewFileType,
+    Quantity,
+    Subcommand,
+    answering,
+    drive_argument,
+    saves_answer,
+)
+from cabledrive.app.results import Answer, provenance
+from cabledrive.modes import Mode, Modes, modes
+from cabledrive.modes.mode_table import certificate_line, mode_table
+from cabledrive.parameters import Drive
+
+METHOD = "exact dynamic stiffness, Wittrick-Williams count, inverse iteration"
+
+
+@click.command(
+    cls=Subcommand,
+    example="cabledrive modes elevator --below 20 --plot modes.svg",
+    short_help="List all natural modes of a drive, certified complete.",
+)
+@answering
+@saves_answer
+@drive_argument
+@click.option("--below", type=Quantity("Hz"), metavar="HZ", help="Every mode below this frequency.")
+@click.option("--count", type=int, metavar="N", help="The first N of each kind instead; 10 unless told.")
+@click.option(
+    "--plot",
+    type=NewFileType(".png", ".svg", ".pdf"),
+    metavar="FILE",
+    help="Draw frequencies and shapes into FILE, ending in .png, .svg or .pdf.",
+)
+def command(drive: Drive, below: float | None, count: int | None, plot: NewFile | None) -> Answer:
+    """List all natural modes of DRIVE, both kinds, with a certificate that none is missing."""
+    found = modes(drive, below=below, count=count)
+    if plot is not None:
+        from cabledrive.report.mode_figure import mode_picture
+
+        plot.write(mode_picture(drive, found, plot.path.suffix[1:]))
+    return Answer(
+        data=modes_data(found),
+        text=f"{drive.title or drive.name}\n\n{mode_table(found)}",
+        provenance=provenance(drive, method=METHOD, tolerances={"enclosure": found.certificate.enclosure}),
+        incomplete=None if found.certified else certificate_line(found),
+    )
+
+
+def modes_data(found: Modes) -> dict[str, Any]:
+    """The modes of a drive as JSON gives them.
+
+    Parameters
+    ----------
+    found : Modes
+
+    Returns
+    -------
+    dict
+        Frequencies in Hz, positions in m.
+    """
+    proof = found.certificate
+    return {
+        "modes": [mode_data(mode) for mode in found.modes],
+        "certified": found.certified,
+        "certificate": {
+            "below_hz": proof.below,
+            "count": proof.count,
+            "longitudinal": proof.longitudinal,
+            "transverse": proof.transverse,
+            "enclosure": proof.enclosure,
+        },
+        "rigid_body_modes": found.rigid_body_modes,
+    }
+
+
+def mode_data(mode: Mode) -> dict[str, Any]:
+    """One mode as JSON gives it.
+
+    Parameters
+    ----------
+    mode : Mode
+
+    Returns
+    -------
+    dict
+        Of a transverse mode with span, plane and the ends of the section that vibrates [m].
+    """
+    data = {
+        "frequency_hz": mode.frequency,
+        "kind": mode.kind,
+        "family": mode.family,
+        "multiplicity": mode.multiplicity,
+        "kinetic_shares": mode.kinetic_shares,
+        "proven": mode.proven,
+    }
+    if mode.span is not None:
+        data |= {"span": mode.span, "plane": mode.plane, "section": mode.section}
+    return data

@@ -1,0 +1,146 @@
+"""The command `cabledrive`: finds its subcommands, runs one, and turns how it ended into an exit status."""
+
+import pkgutil
+from collections.abc import Sequence
+from importlib import import_module
+from typing import Any, NoReturn
+
+import click
+
+from cabledrive import __version__
+from cabledrive.app import commands
+from cabledrive.app.failures import status_of, watched_output
+from cabledrive.parameters import InputRefused
+from cabledrive.parameters.fields import nearest
+
+EPILOG = """\b
+Example:
+  cabledrive modes dissertation-2 --below 1000
+\b
+DRIVE is the path of a drive file or the name of a packaged drive.
+Completion of commands, options and drives in bash (zsh and fish likewise):
+  eval "$(_CABLEDRIVE_COMPLETE=bash_source cabledrive)"
+"""
+
+
+class Door(click.Group):
+    """The group of subcommands; each is imported when it is called for, so that the command starts fast."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Names of the subcommands: those of the modules in `cabledrive.app.commands`.
+
+        Parameters
+        ----------
+        ctx : click.Context
+
+        Returns
+        -------
+        list of str
+            In alphabetical order.
+        """
+        return sorted(module.name for module in pkgutil.iter_modules(commands.__path__))
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Import a subcommand.
+
+        Parameters
+        ----------
+        ctx : click.Context
+        cmd_name : str
+
+        Returns
+        -------
+        click.Command or None
+            None if there is no such subcommand.
+        """
+        if cmd_name not in self.list_commands(ctx):
+            return None
+        command: click.Command = import_module(f"{commands.__name__}.{cmd_name}").command
+        return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the subcommand that the arguments name.
+
+        Parameters
+        ----------
+        ctx : click.Context
+        args : list of str
+            The subcommand's name and its arguments.
+
+        Returns
+        -------
+        (str, click.Command, list of str)
+            Name, subcommand, its arguments.
+
+        Raises
+        ------
+        InputRefused
+            If there is no such subcommand.
+        """
+        known = self.list_commands(ctx)
+        if args[0] not in known and not ctx.resilient_parsing:
+            raise InputRefused(f'no such command "{args[0]}"{nearest(args[0], known)}; see cabledrive --help')
+        return super().resolve_command(ctx, args)
+
+    def make_context(self, *args: Any, **extra: Any) -> click.Context:
+        """Read the arguments; ``--help`` and ``--version`` answer here.
+
+        Parameters
+        ----------
+        *args, **extra
+            For click.
+
+        Returns
+        -------
+        click.Context
+        """
+        with watched_output():
+            return super().make_context(*args, **extra)
+
+    def invoke(self, ctx: click.Context) -> None:
+        """Run the subcommand.
+
+        Parameters
+        ----------
+        ctx : click.Context
+        """
+        with watched_output():
+            super().invoke(ctx)
+
+    def main(  # type: ignore[override]
+        self, args: Sequence[str] | None = None, prog_name: str | None = None, **extra: Any
+    ) -> NoReturn:
+        """Run the command and exit with its status.
+
+        Parameters
+        ----------
+        args : sequence of str, optional
+            Arguments; those of the process by default.
+        prog_name : str, optional
+        **extra
+            For click.
+
+        Raises
+        ------
+        SystemExit
+            Always, with the exit status; see `cabledrive.app.failures`.
+        """
+        options = {**extra, "standalone_mode": False}
+        raise SystemExit(status_of(lambda: super(Door, self).main(args, prog_name, **options)))
+
+
+@click.group(
+    cls=Door,
+    epilog=EPILOG,
+    invoke_without_command=True,
+    no_args_is_help=False,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+)
+@click.version_option(__version__, message="cabledrive %(version)s")
+@click.pass_context
+def main(ctx: click.Context) -> None:
+    """Vibration, identification and control of machines driven by flexible cables, belts and tendons."""
+    if ctx.invoked_subcommand is None:
+        click.echo(ctx.get_help())

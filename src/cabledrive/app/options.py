@@ -1,0 +1,276 @@
+"""Options that commands share: which drive, which settings, how to answer, where to write."""
+
+import functools
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import click
+from click.shell_completion import CompletionItem
+
+from cabledrive.app.messages import QUIET, note
+from cabledrive.app.results import Answer, json_text, provenance, show
+from cabledrive.parameters import Drive, InputRefused, NotComputed, load_drive, packaged_drives
+from cabledrive.parameters.files import check_writable, write_whole
+from cabledrive.parameters.units import to_si
+
+Function = Callable[..., Any]
+SHARED = {"--set", "--output", "--force", "--json", "--quiet", "--verbose", "--help"}
+_TAKEN, _ABOUT = "cabledrive.taken", "cabledrive.about"
+
+
+class Subcommand(click.Command):
+    """A command whose help shows its own options before those it shares with others, then an example.
+
+    Parameters
+    ----------
+    *args
+        For click.
+    example : str
+        A complete command.
+    **options
+        For click.
+    """
+
+    def __init__(self, *args: Any, example: str, **options: Any) -> None:
+        super().__init__(*args, **options)
+        self.epilog = f"\b\nExample:\n  {example}"
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the options in two lists.
+
+        Parameters
+        ----------
+        ctx : click.Context
+        formatter : click.HelpFormatter
+        """
+        options = [option for option in self.get_params(ctx) if option.param_type_name == "option"]
+        shared = [option for option in options if SHARED & set(option.opts)]
+        own = [option for option in options if not SHARED & set(option.opts)]
+        for title, group in (("Options", own), ("Options of every command", shared)):
+            records = [record for option in group if (record := option.get_help_record(ctx)) is not None]
+            if records:
+                with formatter.section(title):
+                    formatter.write_dl(records)
+
+
+@dataclass(frozen=True, slots=True)
+class NewFile:
+    """A file that a command is going to write.
+
+    Attributes
+    ----------
+    path : Path
+    force : bool
+        Whether an existing file may be replaced.
+    """
+
+    path: Path
+    force: bool
+
+    def write(self, content: str | bytes) -> None:
+        """Write it whole or not at all, and say so.
+
+        Parameters
+        ----------
+        content : str or bytes
+        """
+        write_whole(self.path, content, force=self.force)
+        note(f"written to {self.path}")
+
+
+class NewFileType(click.ParamType):  # type: ignore[type-arg]
+    """Path of a file to write; refused before the work starts where it could not be written."""
+
+    name = "file"
+
+    def __init__(self, *suffixes: str) -> None:
+        self.suffixes = suffixes
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> NewFile:
+        """Check a path that is going to be written.
+
+        Parameters
+        ----------
+        value : str
+        param : click.Parameter
+        ctx : click.Context
+
+        Returns
+        -------
+        NewFile
+
+        Raises
+        ------
+        InputRefused
+            If it exists (without ``--force``), cannot be written, has a wrong ending, or is asked for twice.
+        """
+        assert ctx is not None
+        force = bool(ctx.params.get("force"))
+        path = check_writable(value, force=force)
+        if self.suffixes and path.suffix.lower() not in self.suffixes:
+            raise InputRefused(f"{path}: does not end in {' or '.join(self.suffixes)}: choose one of them")
+        taken = ctx.meta.setdefault(_TAKEN, set())
+        if path.resolve() in taken:
+            raise InputRefused(f"{path}: is to be written twice: give two names")
+        taken.add(path.resolve())
+        return NewFile(path, force)
+
+
+class Quantity(click.ParamType):  # type: ignore[type-arg]
+    """A number in SI, or text with a unit, as in a drive file.
+
+    Parameters
+    ----------
+    unit : str
+        SI unit.
+    """
+
+    def __init__(self, unit: str) -> None:
+        self.unit = unit
+        self.name = unit
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Turn the text of an option into a number in SI.
+
+        Parameters
+        ----------
+        value : str
+        param : click.Parameter
+        ctx : click.Context
+
+        Returns
+        -------
+        float
+
+        Raises
+        ------
+        InputRefused
+            If it is no number, or one of another dimension.
+        """
+        try:
+            return to_si(value, self.unit) if isinstance(value, str) else float(value)
+        except InputRefused as refusal:
+            raise refusal.at(param.opts[0] if param else "value") from None
+
+
+def drive_argument(function: Function) -> Function:
+    """Give a command the argument DRIVE and the option ``--set``; it is called with the drive itself.
+
+    Parameters
+    ----------
+    function : callable
+        Takes ``drive``.
+
+    Returns
+    -------
+    callable
+    """
+
+    @click.argument("drive", metavar="DRIVE", shell_complete=_complete_drive)
+    @click.option(
+        "--set",
+        "settings",
+        multiple=True,
+        metavar="KEY=VALUE",
+        help='Replace a value of the drive file for this run, such as cable.pretension="6 N"; repeatable.',
+    )
+    @functools.wraps(function)
+    def _with_drive(*, drive: str, settings: tuple[str, ...], **options: Any) -> Any:
+        loaded = load_drive(drive, overrides=settings)
+        click.get_current_context().meta[_ABOUT] = loaded
+        return function(drive=loaded, **options)
+
+    return _with_drive
+
+
+def force_option(function: Function) -> Function:
+    """Give a command the option ``--force``, which its `NewFileType` options obey.
+
+    Parameters
+    ----------
+    function : callable
+
+    Returns
+    -------
+    callable
+    """
+    text = "Replace files that exist."
+    return click.option("--force", is_flag=True, is_eager=True, expose_value=False, help=text)(function)
+
+
+def saves_answer(function: Function) -> Function:
+    """Give a command the options ``--output`` and ``--force``: its JSON object goes into a file as well.
+
+    Parameters
+    ----------
+    function : callable
+        Returns an `Answer`.
+
+    Returns
+    -------
+    callable
+    """
+
+    @force_option
+    @click.option(
+        "-o", "--output", type=NewFileType(), metavar="FILE", help="Write the JSON object to FILE as well."
+    )
+    @functools.wraps(function)
+    def _saving(*, output: NewFile | None, **options: Any) -> Any:
+        answer = function(**options)
+        if output is not None:
+            output.write(json_text(answer) + "\n")
+        return answer
+
+    return _saving
+
+
+def answering(function: Function) -> Function:
+    """Give a command the options ``--json``, ``--quiet`` and ``--verbose``, and show what it returns.
+
+    Parameters
+    ----------
+    function : callable
+        Returns an `Answer`.
+
+    Returns
+    -------
+    callable
+        Raises `NotComputed` once an incomplete answer has been shown.
+    """
+
+    @click.option("--json", "as_json", is_flag=True, help="Print one JSON object, in SI.")
+    @click.option("--quiet", is_flag=True, help="No notes and no progress on standard error.")
+    @click.option("--verbose", is_flag=True, help="The traceback of a defect on standard error.")
+    @functools.wraps(function)
+    def _answered(*, as_json: bool, quiet: bool, verbose: bool, **options: Any) -> None:
+        meta = click.get_current_context().meta
+        meta[QUIET] = quiet
+        try:
+            answer = function(**options)
+        except NotComputed as failure:
+            answer = _nothing_found(failure, meta.get(_ABOUT))
+        except (InputRefused, click.ClickException, MemoryError, OSError):
+            raise
+        except Exception:
+            if verbose:
+                traceback.print_exc()
+            raise
+        if as_json or answer.text:
+            show(answer, as_json=as_json)
+        if answer.incomplete is not None:
+            raise NotComputed(answer.incomplete)
+
+    return _answered
+
+
+def _nothing_found(failure: NotComputed, drive: Drive | None) -> Answer:
+    return Answer(data={}, text="", provenance=provenance(drive), incomplete=str(failure))
+
+
+def _complete_drive(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    names = [CompletionItem(name) for name in packaged_drives() if name.startswith(incomplete)]
+    return [*names, CompletionItem(incomplete, type="file")]

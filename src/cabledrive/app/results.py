@@ -1,0 +1,170 @@
+"""Results at the door: one JSON object for programs, a text for people, each with where it comes from."""
+
+import dataclasses
+import json
+import sys
+from collections.abc import Mapping, Sequence
+from math import isfinite
+from typing import Any
+
+import click
+
+from cabledrive import __version__
+from cabledrive.app.messages import colours
+from cabledrive.parameters import Drive, content_hash
+
+NOT_FINITE = "not a finite number"
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Absent:
+    """A number that does not exist, and why: in JSON ``null``, with the reason beside it, ``KEY_reason``.
+
+    Attributes
+    ----------
+    reason : str
+    """
+
+    reason: str
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Answer:
+    """What a command has found.
+
+    Attributes
+    ----------
+    data : mapping
+        The JSON object: numbers in SI unless the key says otherwise.
+    text : str
+        The same for people.
+    provenance : mapping or None
+        Where the result comes from, see `provenance`.
+    incomplete : str or None
+        Why this is not all that was asked for; the command then ends with status 3.
+    """
+
+    data: Mapping[str, Any]
+    text: str
+    provenance: Mapping[str, Any] | None
+    incomplete: str | None = None
+
+
+def provenance(
+    drive: Drive | None = None,
+    *,
+    method: str | None = None,
+    step: float | None = None,
+    tolerances: Mapping[str, float] | None = None,
+    seed: int | None = None,
+) -> dict[str, Any]:
+    """Where a result comes from.
+
+    Parameters
+    ----------
+    drive : Drive, optional
+        The drive that was computed.
+    method : str, optional
+        How it was computed.
+    step : float, optional
+        Time step or mesh size, in SI.
+    tolerances : mapping, optional
+        Tolerances of the method by name.
+    seed : int, optional
+        Seed of the random numbers.
+
+    Returns
+    -------
+    dict
+        The version of cabledrive and what was given.
+    """
+    given = {
+        "drive": drive and drive.name,
+        "drive_hash": drive and content_hash(drive),
+        "method": method,
+        "step": step,
+        "tolerances": tolerances,
+        "seed": seed,
+    }
+    return {"cabledrive": __version__} | {key: value for key, value in given.items() if value is not None}
+
+
+def json_text(answer: Answer) -> str:
+    """The JSON object of an answer.
+
+    Parameters
+    ----------
+    answer : Answer
+
+    Returns
+    -------
+    str
+        ASCII, so that it passes through every terminal and pipe.
+    """
+    data = dict(answer.data)
+    if answer.incomplete is not None:
+        data["incomplete"] = answer.incomplete
+    if answer.provenance is not None:
+        data["provenance"] = answer.provenance
+    return json.dumps(plain(data), indent=2, allow_nan=False)
+
+
+def plain(value: Any) -> Any:
+    """What JSON can hold of a value.
+
+    Parameters
+    ----------
+    value : object
+        Mappings, sequences, arrays, dataclasses, numbers, words; `Absent` and numbers that are not finite
+        only inside a mapping, which takes the reason.
+
+    Returns
+    -------
+    object
+        Dictionaries, lists, finite numbers, words, None.
+    """
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        value = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
+    if isinstance(value, Mapping):
+        return _plain_mapping(value)
+    if hasattr(value, "tolist"):  # arrays and numbers of numpy
+        return plain(value.tolist())
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [plain(item) for item in value]
+    if isinstance(value, float) and not isfinite(value):
+        return None
+    return value
+
+
+def show(answer: Answer, *, as_json: bool) -> None:
+    """Print an answer on standard output, and nothing else there.
+
+    Parameters
+    ----------
+    answer : Answer
+    as_json : bool
+        Whether a program reads it.
+    """
+    click.echo(json_text(answer) if as_json else _printable(answer.text), color=colours())
+
+
+def _plain_mapping(value: Mapping[str, Any]) -> dict[str, Any]:
+    data: dict[str, Any] = {}
+    for key, item in value.items():
+        data[key] = None if isinstance(item, Absent) else plain(item)
+        if isinstance(item, Absent):
+            data[f"{key}_reason"] = item.reason
+        elif _holds_none(data[key]) and not _holds_none(item):
+            data[f"{key}_reason"] = NOT_FINITE
+    return data
+
+
+def _holds_none(value: Any) -> bool:
+    """Whether a value is None, or a list with one in it."""
+    return value is None or (isinstance(value, list) and any(map(_holds_none, value)))
+
+
+def _printable(text: str) -> str:
+    """The text in the characters that standard output knows."""
+    encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
+    return text.encode(encoding, errors="replace").decode(encoding)
