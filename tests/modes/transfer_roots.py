@@ -1,8 +1,8 @@
 r"""Natural frequencies to forty digits from transfer matrices: no dynamic stiffness, no inertia count.
 
-With :math:`y = F/(\omega Z)` a wave turns (u, y) by :math:`\alpha = \omega l/c`, a mass shears
-it by :math:`y \to y - \omega (m/Z) u`. Lines: the angle of (u, y) grows with frequency and takes a fixed
-value at each mode (Sturm and Pruefer), so mode number j is the root of a monotone function. Rings: the modes are the
+With :math:`y = F/(\omega Z)` a wave turns (u, y) by :math:`\alpha = \omega l/c`, a mass shears it by
+:math:`y \to y - \omega (m/Z) u`. Lines: the angle of (u, y) grows with frequency and takes a fixed value at
+each mode (Sturm and Pruefer), so mode number j is the root of a monotone function. Rings: the modes are the
 zeros, with their order, of the discriminant :math:`a + d - 2 - b\,\omega M` (Hill), one in each gap between
 the modes of the ring held at its first joint. The drive's figures enter exactly as the floats they are.
 """
