@@ -44,7 +44,7 @@ def singular_values(matrix, drive, frequency):
 
 
 def zeros(matrix, drive, top):
-    """Every zero of the smallest singular value up to a frequency [Hz], crossing or touching, on a fine grid."""
+    """Zeros of the smallest singular value up to a frequency [Hz], crossing or touching, on a fine grid."""
     grid = np.linspace(0.0, top, 6001)[1:]
     smallest = np.array([singular_values(matrix, drive, f)[0] for f in grid])
     found = []
