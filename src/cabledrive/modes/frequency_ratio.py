@@ -1,0 +1,160 @@
+r"""Ratio of the lowest transverse frequency to that of the pulleys against each other, in closed form.
+
+The characteristic equation (5.4) has poles and an unwanted root at zero. Cleared of its fraction it reads
+:math:`(\chi_1\chi_2 x^2 - 1)\sin x = (\chi_1 + \chi_2)\,x\cos x` with :math:`x = \omega L_e/c_u`, and this is
+the tangent of a sum of two angles:
+
+.. math:: x = (n - 1)\pi + \operatorname{arccot}(\chi_1 x) + \operatorname{arccot}(\chi_2 x), \quad n \ge 1
+
+Each pulley turns the phase of the wave by an angle that falls from :math:`\pi/2` to 0 as its mass grows. The
+left side rises, the right side falls: exactly one root for each n, without poles, for any mass from none to
+infinite.
+"""
+
+from math import pi
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cabledrive.parameters import Drive, InputRefused
+
+Array = NDArray[np.float64]
+
+_STEPS = 100
+_HELD = 1e200
+
+
+def mass_ratios(drive: Drive) -> tuple[float, float]:
+    r"""Mass of each pulley at its rim over the mass of the cable, :math:`\chi_i = J_i/(2\rho r_i^2 L_e)`.
+
+    A motor on a rigid joint belongs to the drive pulley; a held pulley is infinitely heavy.
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    chi1, chi2 : float
+        Of drive pulley and load pulley [-].
+    """
+    motor = drive.motor
+    rotor = motor.inertia if motor is not None and motor.joint_stiffness is None else 0.0
+    cable = 2.0 * drive.cable.mass_per_length * drive.span_length
+    first, second = drive.pulley
+    return (
+        np.inf if first.fixed else (first.inertia + rotor) / first.radius**2 / cable,
+        np.inf if second.fixed else second.rim_mass / cable,
+    )
+
+
+def pulley_phase(chi1: ArrayLike, chi2: ArrayLike, n: int = 1) -> Array:
+    r"""Phase :math:`x = \omega L_e/c_u` of the n-th mode of the pulleys against each other, Eq. (A.1).
+
+    Newton's method from the left on a rising concave function: it cannot overshoot.
+
+    Parameters
+    ----------
+    chi1, chi2 : array_like
+        Mass ratios of the pulleys, zero to infinity [-].
+    n : int, default 1
+        Number of the mode.
+
+    Returns
+    -------
+    ndarray
+        Phases in :math:`((n - 1)\pi, n\pi]` [rad].
+    """
+    one, two = (np.minimum(np.asarray(chi, dtype=float), _HELD) for chi in (chi1, chi2))
+    x = np.maximum(pi / (1.0 + np.minimum(one + two, 1e150)), (n - 1) * pi)
+    for _ in range(_STEPS):
+        excess = x - (n - 1) * pi - _angle(one, x) - _angle(two, x)
+        x, last = x - excess / (1.0 + _slope(one, x) + _slope(two, x)), x
+        if np.all(np.abs(x - last) <= 2e-16 * x):
+            break
+    return np.asarray(x)
+
+
+def _angle(chi: Array, x: Array) -> Array:
+    """Arccot of chi x, from pi/2 (no mass) to 0 (held)."""
+    return np.arctan2(1.0, chi * x)
+
+
+def _slope(chi: Array, x: Array) -> Array:
+    """Minus the derivative of the angle, chi / (1 + chi^2 x^2)."""
+    with np.errstate(divide="ignore"):
+        return 1.0 / (1.0 / chi + chi * x**2)
+
+
+def frequency_ratio(chi1: ArrayLike, chi2: ArrayLike, prestrain: ArrayLike) -> Array:
+    r"""Lowest transverse frequency over that of the pulley mode: the surfaces of Fig. 5.2, Eqs. (5.1), (5.4).
+
+    .. math:: \gamma = \frac{\pi c_w}{c_u\,x(\chi_1, \chi_2)}, \qquad
+              \frac{c_w}{c_u} = \sqrt{\frac{\varepsilon_0}{1 + \varepsilon_0}}
+
+    Parameters
+    ----------
+    chi1, chi2 : array_like
+        Mass ratios [-].
+    prestrain : array_like
+        Strain under the pretension, T0 / EA [-].
+
+    Returns
+    -------
+    ndarray
+        :math:`\gamma`; one half at the 1:2 resonance of chapter 5.
+    """
+    return np.asarray(pi * wave_speed_ratio(prestrain) / pulley_phase(chi1, chi2))
+
+
+def wave_speed_ratio(prestrain: ArrayLike) -> Array:
+    """Transverse over longitudinal wave speed, c_w / c_u.
+
+    Parameters
+    ----------
+    prestrain : array_like
+        Strain under the pretension [-].
+
+    Returns
+    -------
+    ndarray
+    """
+    strain = np.asarray(prestrain, dtype=float)
+    return np.asarray(np.sqrt(strain / (1.0 + strain)))
+
+
+def resonant_load_ratio(chi1: ArrayLike, prestrain: ArrayLike, ratio: float = 0.5) -> Array:
+    r"""Contours of Fig. 5.3: the load pulley that makes a frequency ratio what it is, Eq. (A.2).
+
+    A given ratio needs no solving: with :math:`x = \pi c_w/(\gamma c_u)`
+
+    .. math:: \chi_2 = \frac{x\cos x\,\chi_1 + \sin x}{x\,(\chi_1 x\sin x - \cos x)}, \qquad
+              \chi_1 > \frac{1}{x\tan x}.
+
+    Parameters
+    ----------
+    chi1 : array_like
+        Mass ratio of the drive pulley [-].
+    prestrain : array_like
+        Strain under the pretension [-].
+    ratio : float, default 0.5
+        Frequency ratio :math:`\gamma`.
+
+    Returns
+    -------
+    ndarray
+        Mass ratio of the load pulley [-]; NaN where none makes this ratio.
+
+    Raises
+    ------
+    InputRefused
+        If the ratio is not positive.
+    """
+    if not ratio > 0.0:
+        raise InputRefused(f"ratio = {ratio:.9g} must be positive: 0.5 is the resonance of chapter 5")
+    x = np.asarray(pi * wave_speed_ratio(prestrain) / ratio)
+    chi1 = np.asarray(chi1, dtype=float)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        chi2 = np.tan(x - _angle(chi1, x))
+        chi2 = 1.0 / (x * chi2)
+    return np.where((x < pi) & (x - _angle(chi1, x) > 0.0) & (chi2 >= 0.0), chi2, np.nan)

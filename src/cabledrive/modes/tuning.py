@@ -1,0 +1,284 @@
+r"""How far a drive is from the 1:2 resonance, and the pretension that would bring it there.
+
+With the cable's mass and unstretched lengths kept, longitudinal frequencies do not depend on the
+pretension and transverse ones are proportional to :math:`\sqrt{R}`, :math:`R = T_0/(1+\varepsilon_0)`,
+carried masses included. The tuned pretension is therefore explicit,
+
+.. math:: R^* = R\,\Big(\frac{f_p}{2 f_t}\Big)^2, \qquad T_0^* = \frac{R^*}{1 - R^*/EA},
+          \qquad \text{Eq. (A.4)}
+
+and does not exist where :math:`R^* \ge EA`. A drive given by its pulley distance is cut to another length at
+every pretension; there the formula is repeated until it stands.
+"""
+
+from dataclasses import dataclass, replace
+from math import pi
+
+import numpy as np
+
+from cabledrive.mechanics.spans import (
+    DRIVE_PULLEY,
+    LOAD_PULLEY,
+    LabelledChain,
+    longitudinal_chains,
+    transverse_chains,
+)
+from cabledrive.modes.solver import ChainMode, chain_modes
+from cabledrive.parameters import Drive, InputRefused
+
+TURNING = 1e-6
+"""Rim displacement, relative to a rigid motion of all masses, above which a pulley turns in a mode."""
+
+HIGHEST_SEARCHED = 200
+_PASSES = 60
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PulleyMode:
+    """The lowest longitudinal mode in which a pulley turns.
+
+    Attributes
+    ----------
+    omega : float
+        Natural frequency [rad/s].
+    chain : LabelledChain
+    solved : ChainMode
+    shape : int
+        Which of its shapes turns the pulleys most.
+    """
+
+    omega: float
+    chain: LabelledChain
+    solved: ChainMode
+    shape: int
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Pair:
+    """A transverse mode beside the pulley mode.
+
+    Attributes
+    ----------
+    span : {"upper", "lower"}
+    section : (float, float)
+        Unstretched ends of the vibrating section [m].
+    number : int
+        Number m of the transverse mode of its section, from 1.
+    transverse_frequency, pulley_frequency : float
+        [Hz].
+    ratio : float
+        Transverse over pulley frequency.
+    tuned_pretension : float or None
+        Pretension that makes the ratio one half [N].
+    reason : str
+        Why there is none.
+    """
+
+    span: str
+    section: tuple[float, float]
+    number: int
+    transverse_frequency: float
+    pulley_frequency: float
+    ratio: float
+    tuned_pretension: float | None
+    reason: str = ""
+
+    @property
+    def detuning(self) -> float:
+        """Ratio minus one half."""
+        return self.ratio - 0.5
+
+
+def pulley_mode(drive: Drive) -> PulleyMode:
+    """Find the lowest longitudinal mode in which a pulley turns.
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    PulleyMode
+
+    Raises
+    ------
+    InputRefused
+        If no pulley can turn.
+    """
+    if all(pulley.fixed for pulley in drive.pulley):
+        raise InputRefused(
+            "pulley.0.fixed and pulley.1.fixed are true: no pulley turns, there is no pulley mode; free one"
+        )
+    (chain,) = longitudinal_chains(drive)
+    top = pi / float(chain.chain.travel_times.sum())
+    seen = 0
+    while seen < HIGHEST_SEARCHED:
+        found = chain_modes(chain.chain, top)
+        for solved in found[seen:]:
+            turning = _rim_motion(chain, solved)
+            if np.max(turning) > TURNING:
+                return PulleyMode(
+                    omega=solved.omega, chain=chain, solved=solved, shape=int(np.argmax(turning))
+                )
+        seen, top = len(found), 2.0 * top
+    raise InputRefused(
+        f"no pulley turns in the {seen} lowest longitudinal modes: there is no pulley mode in range"
+    )
+
+
+def _rim_motion(chain: LabelledChain, solved: ChainMode) -> np.ndarray:
+    """Motion of the rims in each shape, relative to a rigid motion of the whole chain."""
+    total = chain.chain.masses.sum() + chain.chain.density * chain.chain.lengths.sum()
+    rows = [
+        solved.joints[chain.joints.index(name)]
+        for name in (DRIVE_PULLEY, LOAD_PULLEY)
+        if name in chain.joints
+    ]
+    return np.asarray(np.sqrt(total * np.sum(solved.shapes[rows] ** 2, axis=0)))
+
+
+def span_frequency(drive: Drive) -> float:
+    """Lowest transverse frequency of an empty span, c_w / (2 Le), whatever it carries.
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    float
+        [Hz].
+    """
+    return drive.cable.transverse_wave_speed / (2.0 * drive.pulley_distance)
+
+
+def tuned_pretension(drive: Drive) -> float:
+    r"""Pretension that tunes an empty span's lowest mode to half the pulley mode, Eq. (A.4).
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    float
+        [N].
+
+    Raises
+    ------
+    InputRefused
+        If no pulley can turn, or no pretension reaches the ratio.
+    """
+    return _tuned(drive, span_frequency)
+
+
+def resonant_pairs(drive: Drive, numbers: int = 3) -> tuple[Pair, ...]:
+    """Each transverse mode beside the pulley mode: ratio, and the pretension that tunes it to 1:2.
+
+    Parameters
+    ----------
+    drive : Drive
+    numbers : int, default 3
+        How many transverse modes of each section.
+
+    Returns
+    -------
+    tuple of Pair
+        Section after section, each ascending in frequency; both planes of a pair tune together.
+
+    Raises
+    ------
+    InputRefused
+        If no pulley can turn.
+    """
+    pulley = pulley_mode(drive).omega / (2 * pi)
+    pairs = []
+    for place, chain in enumerate(transverse_chains(drive)):
+        section = (chain.stretches[0].start, chain.stretches[-1].end)
+        for number, omega in enumerate(section_frequencies(chain, numbers), start=1):
+            tuned, reason = _or_reason(drive, place, number)
+            pairs.append(
+                Pair(
+                    span=chain.stretches[0].span,
+                    section=section,
+                    number=number,
+                    transverse_frequency=omega / (2 * pi),
+                    pulley_frequency=pulley,
+                    ratio=omega / (2 * pi) / pulley,
+                    tuned_pretension=tuned,
+                    reason=reason,
+                )
+            )
+    return tuple(pairs)
+
+
+def section_frequencies(chain: LabelledChain, numbers: int) -> list[float]:
+    """Lowest transverse frequencies of one section.
+
+    Parameters
+    ----------
+    chain : LabelledChain
+    numbers : int
+        How many.
+
+    Returns
+    -------
+    list of float
+        Ascending [rad/s].
+    """
+    return [solved.omega for solved in section_modes(chain, numbers)]
+
+
+def section_modes(chain: LabelledChain, numbers: int) -> list[ChainMode]:
+    """Lowest transverse modes of one section.
+
+    Parameters
+    ----------
+    chain : LabelledChain
+    numbers : int
+        How many.
+
+    Returns
+    -------
+    list of ChainMode
+        Ascending.
+    """
+    top = 1.5 * numbers * pi / float(chain.chain.travel_times.sum())
+    while True:
+        found = chain_modes(chain.chain, top, first=numbers)
+        if len(found) >= numbers:
+            return found[:numbers]
+        top *= 2.0
+
+
+def _or_reason(drive: Drive, place: int, number: int) -> tuple[float | None, str]:
+    def frequency(changed: Drive) -> float:
+        chain = transverse_chains(changed)[place]
+        return section_frequencies(chain, number)[number - 1] / (2 * pi)
+
+    try:
+        return _tuned(drive, frequency), ""
+    except InputRefused as refusal:
+        return None, str(refusal)
+
+
+def _tuned(drive: Drive, frequency) -> float:  # type: ignore[no-untyped-def]
+    """Repeat Eq. (A.4): once where the unstretched length is given, to a standstill where it is not."""
+    rigidity, current = drive.cable.axial_rigidity, drive
+    for _ in range(_PASSES):
+        cable = current.cable
+        force = cable.pretension / (1.0 + cable.prestrain)
+        wanted = force * (pulley_mode(current).omega / (4 * pi * frequency(current))) ** 2
+        if wanted >= rigidity:
+            raise InputRefused(
+                f"no pretension tunes this pair: T0/(1 + eps0) = {wanted:.4g} N would have to reach "
+                f"EA = {rigidity:.4g} N; make a pulley heavier"
+            )
+        tension = wanted / (1.0 - wanted / rigidity)
+        done = abs(tension - cable.pretension) <= 1e-14 * tension
+        if done or drive.layout.span_length is not None:
+            return tension
+        current = replace(current, cable=replace(cable, pretension=tension))
+    raise InputRefused(
+        "no pretension tunes this pair: the search for it does not settle; give layout.span_length"
+    )
