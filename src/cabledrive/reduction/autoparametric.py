@@ -1,0 +1,241 @@
+r"""The pulley mode and the transverse modes near half its frequency: the model of internal resonance.
+
+With q the relative displacement of the two rims in the pulley mode, :math:`a_j` the amplitudes of the
+transverse modes (one for each section and plane) and v the rim speed of the rigid rotation, the energy of
+chapter 2 gives
+
+.. math::
+    M(\ddot q + c_q\dot q + W^2 q) + c_{12} v &= \phi_\tau\tau/r_1 - \sum_j G_j a_j^2 \\
+    m_j(\ddot a_j + \Gamma\dot a_j + w_j^2 a_j) + 2 G_j q\,a_j + a_j\sum_k N_{jk} a_k^2 &= 0 \\
+    M_0\dot v + c_{11} v + c_{12}\dot q &= \tau/r_1 \qquad\qquad \text{Eq. (A.9)}
+"""
+
+from dataclasses import dataclass, replace
+from math import inf
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.mechanics.spans import DRIVE_PULLEY, LOAD_PULLEY, MOTOR, transverse_chains
+from cabledrive.modes.tuning import pulley_mode
+from cabledrive.modes.waves import waves
+from cabledrive.parameters import Drive
+from cabledrive.reduction.coupling_integrals import largest_slope
+from cabledrive.reduction.pulley_motion import modal_damping, rigid_mass, scaled_rims, shafts_of
+from cabledrive.reduction.transverse_sections import (
+    PLANES,
+    TransverseMode,
+    coupling_of,
+    frequency_shift,
+    nearest_section,
+    span_tensions,
+    stiffening_of,
+)
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class AutoparametricModel:
+    """Coefficients of the model; J transverse modes, the w plane's first.
+
+    Attributes
+    ----------
+    natural : float
+        Frequency W of the pulley mode [rad/s].
+    modal_mass : float
+        M [kg].
+    modal_damping : float
+        c_q [1/s].
+    rims : (float, float)
+        Displacement of drive rim and load rim per q.
+    torque_arm : float
+        phi_tau / r1: force on q per torque [1/m].
+    rigid_arm : float
+        1 / r1: force on the rigid rotation per torque [1/m]; 0 where a pulley is held.
+    rigid_mass : float
+        Mass M0 of the rigid rotation at the rim [kg].
+    rigid_damping, cross_damping : float
+        c11 and c12 [N s/m].
+    coulomb_force : float
+        Sum of c phi / r over the shafts: Coulomb friction that opposes q [N].
+    modes : tuple of TransverseMode
+    transverse : ndarray, shape (J,)
+        Frequencies w [rad/s].
+    transverse_mass : ndarray, shape (J,)
+        [kg].
+    transverse_damping : float
+        Gamma [1/s].
+    coupling : ndarray, shape (J,)
+        G, positive where a positive q stretches the section [N/m^2].
+    stiffening : ndarray, shape (J, J)
+        N [N/m^3].
+    slack_amplitude : float
+        q at which a span loses its tension somewhere [m].
+    uneven : ndarray, shape (J,)
+        Part of the diagonal of N that is proportional to T0 [N/m^3].
+    load_radius : float
+        r2 [m].
+    pretension, axial_rigidity : float
+        T0 and EA [N].
+    tension_offset : ndarray, shape (J,)
+        Tension of each section's span above the pretension, by a steady load [N].
+    """
+
+    natural: float
+    modal_mass: float
+    modal_damping: float
+    rims: tuple[float, float]
+    torque_arm: float
+    rigid_arm: float
+    rigid_mass: float
+    rigid_damping: float
+    cross_damping: float
+    coulomb_force: float
+    modes: tuple[TransverseMode, ...]
+    transverse: Array
+    transverse_mass: Array
+    transverse_damping: float
+    coupling: Array
+    stiffening: Array
+    slack_amplitude: float
+    uneven: Array
+    load_radius: float
+    pretension: float
+    axial_rigidity: float
+    tension_offset: Array
+
+    @property
+    def sections(self) -> int:
+        """Number of vibrating sections: transverse modes in one plane."""
+        return sum(mode.plane == PLANES[0] for mode in self.modes)
+
+    def planar(self) -> "AutoparametricModel":
+        """The same model without the horizontal plane, which stays at rest if it starts there.
+
+        Returns
+        -------
+        AutoparametricModel
+        """
+        n = self.sections
+        return replace(
+            self,
+            modes=self.modes[:n],
+            transverse=self.transverse[:n],
+            transverse_mass=self.transverse_mass[:n],
+            coupling=self.coupling[:n],
+            stiffening=self.stiffening[:n, :n],
+            uneven=self.uneven[:n],
+            tension_offset=self.tension_offset[:n],
+        )
+
+
+def autoparametric_model(
+    drive: Drive, *, number: int | None = None, planes: int = 1, load_torque: float = 0.0
+) -> AutoparametricModel:
+    """Coefficients of the internal resonance of a drive, Eq. (A.9).
+
+    Parameters
+    ----------
+    drive : Drive
+    number : int, optional
+        Number of the transverse mode of every section; unless given, the one nearest to half the pulley mode.
+    planes : {1, 2}, default 1
+        The plane of the loop alone, or with the horizontal one.
+    load_torque : float, default 0.0
+        Steady torque on the load pulley [N m]; it pulls the upper span and relaxes the lower one.
+
+    Returns
+    -------
+    AutoparametricModel
+
+    Raises
+    ------
+    InputRefused
+        If no pulley can turn, or the steady torque takes a span's tension away.
+    """
+    pulley = pulley_mode(drive)
+    rim, factor = scaled_rims(pulley)
+    along = [
+        replace(wave, slope=factor * wave.slope) for wave in waves(pulley.chain, pulley.solved, pulley.shape)
+    ]
+    mass = factor**2
+    sections = [nearest_section(chain, pulley.omega, number) for chain in transverse_chains(drive)]
+    coupling = coupling_of(drive, along, sections)
+    uneven, shared = stiffening_of(drive, coupling, sections, mass * pulley.omega**2)
+    shafts = shafts_of(drive, rim)
+    free = not any(p.fixed for p in drive.pulley)
+    tensions = span_tensions(drive, load_torque)
+    rest, rigidity = drive.cable.pretension, drive.cable.axial_rigidity
+    shift = {span: frequency_shift(tensions[span], rest, rigidity) for span in drive.spans}
+    return AutoparametricModel(
+        natural=pulley.omega,
+        modal_mass=mass,
+        modal_damping=modal_damping(drive, shafts, rim, mass, pulley.omega),
+        rims=(rim[DRIVE_PULLEY], rim[LOAD_PULLEY]),
+        torque_arm=rim[MOTOR] / drive.drive_pulley.radius,
+        rigid_arm=1.0 / drive.drive_pulley.radius if free else 0.0,
+        rigid_mass=rigid_mass(drive) if free else inf,
+        rigid_damping=sum(shaft.viscous for shaft in shafts if shaft.turns) if free else 0.0,
+        cross_damping=sum(shaft.viscous * shaft.shape for shaft in shafts if shaft.turns) if free else 0.0,
+        coulomb_force=sum(shaft.coulomb * abs(shaft.shape) for shaft in shafts),
+        modes=tuple(replace(part.label, plane=plane) for plane in PLANES[:planes] for part in sections),
+        transverse=np.tile([part.omega * shift[part.label.span] for part in sections], planes),
+        transverse_mass=np.tile([part.mass for part in sections], planes),
+        transverse_damping=drive.cable.transverse_damping,
+        coupling=np.tile(coupling, planes),
+        stiffening=np.tile(np.diag(uneven) + shared, (planes, planes)),
+        slack_amplitude=min(
+            tensions[span] / (drive.cable.axial_rigidity * largest_slope(along, span)) for span in drive.spans
+        ),
+        uneven=np.tile(uneven, planes),
+        load_radius=drive.load_pulley.radius,
+        pretension=drive.cable.pretension,
+        axial_rigidity=drive.cable.axial_rigidity,
+        tension_offset=np.tile(
+            [tensions[part.label.span] - drive.cable.pretension for part in sections], planes
+        ),
+    )
+
+
+def at_pretension(model: AutoparametricModel, pretension: Array | float) -> AutoparametricModel:
+    r"""Model of the same cable under another pretension, its unstretched lengths kept, Eq. (A.13).
+
+    .. math:: w \propto \sqrt{R}, \quad G \propto (1+\varepsilon_0)^{-2}, \quad
+              N \propto (1+\varepsilon_0)^{-4}\ (\text{its uneven part} \propto T_0 (1+\varepsilon_0)^{-4})
+
+    Parameters
+    ----------
+    model : AutoparametricModel
+    pretension : float or ndarray, shape (lanes,)
+        T0 [N]; of an array, every coefficient that changes gets a last axis for it.
+
+    Returns
+    -------
+    AutoparametricModel
+    """
+    tension, rigidity = np.asarray(pretension, dtype=float), model.axial_rigidity
+    stretch = (1.0 + tension / rigidity) / (1.0 + model.pretension / rigidity)
+    lanes = (slice(None), *[None] * tension.ndim)
+    offset = model.tension_offset[lanes]
+    old = frequency_shift(model.pretension + model.tension_offset, model.pretension, rigidity)
+    new = frequency_shift(tension + offset, tension, rigidity)
+    force = tension / model.pretension / stretch
+    own = _own(model)[(..., *lanes[1:])]
+    shared = model.stiffening[(..., *lanes[1:])] - own
+    changes: dict[str, Any] = dict(
+        transverse=(model.transverse / old)[lanes] * np.sqrt(force) * new,
+        coupling=model.coupling[lanes] / stretch**2,
+        stiffening=(own * tension / model.pretension + shared) / stretch**4,
+        uneven=model.uneven[lanes] * tension / model.pretension / stretch**4,
+        slack_amplitude=model.slack_amplitude * tension / model.pretension,
+        pretension=tension if tension.ndim else float(tension),
+    )
+    return replace(model, **changes)
+
+
+def _own(model: AutoparametricModel) -> Array:
+    """The uneven part of N: planes of one section share it."""
+    n, planes = model.sections, model.uneven.size // model.sections
+    return np.tile(np.diag(model.uneven[:n]), (planes, planes))

@@ -1,0 +1,163 @@
+r"""The model of internal resonance as oscillators in time: nothing averaged.
+
+One step is half a kick, the exact flow of the damped linear oscillators, half a kick; the kick is
+
+.. math::
+    \Delta\dot q &= h\Big(\frac{\phi_\tau\tau/r_1 - c_{12}v - \sum_j G_j a_j^2}{M}\Big), \qquad
+    \Delta v = h\,\frac{\tau/r_1 - c_{11}v - c_{12}\dot q}{M_0} \\
+    \Delta\dot a_j &= -\frac{h}{m_j}\Big(2G_j q + \sum_k N_{jk}a_k^2\Big)a_j. \qquad \text{Eq. (A.20)}
+
+Frequencies and decays are exact at any step; the coupling is of second order.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cabledrive.reduction.autoparametric import AutoparametricModel
+
+Array = NDArray[np.float64]
+
+STEPS_PER_PERIOD = 16
+
+
+class OscillatorCoefficients(NamedTuple):
+    """What a march needs; every array may end in an axis of lanes.
+
+    Attributes
+    ----------
+    along : ndarray, shape (4, ...)
+        Exact flow of q: q from q, q from rate, rate from q, rate from rate.
+    across : ndarray, shape (4, J, ...)
+        Exact flow of a.
+    push : ndarray, shape (J, ...)
+        G / M [1/(m s^2)].
+    pump : ndarray, shape (J, ...)
+        2 G / m [1/(m s^2)].
+    cubic : ndarray, shape (J, J, ...)
+        N / m [1/(m^2 s^2)].
+    force, rigid_force : ndarray, shape (...)
+        Acceleration of q and of the rigid rotation by the torque's amplitude [m/s^2].
+    turn : ndarray, shape (...)
+        Angle of the torque per step [rad].
+    cross, rigid_decay, rigid_cross : ndarray, shape (...)
+        c12 / M, c11 / M0, c12 / M0 [1/s].
+    step : ndarray, shape (...)
+        h [s].
+    """
+
+    along: Array
+    across: Array
+    push: Array
+    pump: Array
+    cubic: Array
+    force: Array
+    rigid_force: Array
+    turn: Array
+    cross: Array
+    rigid_decay: Array
+    rigid_cross: Array
+    step: Array
+
+
+def oscillator_coefficients(
+    model: AutoparametricModel,
+    step: float,
+    *,
+    torque: ArrayLike = 0.0,
+    forcing: ArrayLike | None = None,
+) -> OscillatorCoefficients:
+    """Coefficients of the march, Eq. (A.20).
+
+    Parameters
+    ----------
+    model : AutoparametricModel
+        Its arrays may end in an axis of lanes.
+    step : float
+        [s].
+    torque : array_like, shape (...)
+        Amplitude [N m].
+    forcing : array_like, shape (...), optional
+        Omega [rad/s]; the pulley mode's own unless given.
+
+    Returns
+    -------
+    OscillatorCoefficients
+    """
+    omega = np.asarray(model.natural if forcing is None else forcing, dtype=float)
+    tau = np.asarray(torque, dtype=float)
+    damping = np.asarray(model.transverse_damping, dtype=float)
+    rigid = model.rigid_arm > 0.0
+    cross = model.cross_damping if rigid else 0.0
+    return OscillatorCoefficients(
+        along=linear_flow(np.asarray(model.natural), np.asarray(model.modal_damping), step),
+        across=linear_flow(model.transverse, damping, step),
+        push=model.coupling / model.modal_mass,
+        pump=2.0 * (model.coupling.T / model.transverse_mass).T,
+        cubic=(model.stiffening.T / model.transverse_mass).T,
+        force=tau * model.torque_arm / model.modal_mass,
+        rigid_force=tau * model.rigid_arm / model.rigid_mass,
+        turn=omega * step,
+        cross=np.asarray(cross / model.modal_mass),
+        rigid_decay=np.asarray(model.rigid_damping / model.rigid_mass if rigid else 0.0),
+        rigid_cross=np.asarray(cross / model.rigid_mass),
+        step=np.asarray(step),
+    )
+
+
+def linear_flow(natural: Array, damping: Array, step: float) -> Array:
+    """Exact flow of damped oscillators over one step.
+
+    Parameters
+    ----------
+    natural, damping : ndarray, shapes that broadcast
+        [rad/s], [1/s].
+    step : float
+        [s].
+
+    Returns
+    -------
+    ndarray, shape (4, ...)
+        Place from place, place from rate, rate from place, rate from rate.
+    """
+    root = np.sqrt((natural**2 - 0.25 * damping**2).astype(complex)) * step
+    decay = np.exp(-0.5 * damping * step)
+    turn = decay * np.cos(root).real
+    push = decay * step * np.sinc(root / np.pi).real
+    return np.array([turn + 0.5 * damping * push, push, -(natural**2) * push, turn - 0.5 * damping * push])
+
+
+def march_oscillators_reference(c: OscillatorCoefficients, plucks: Array, steps: int, stride: int) -> Array:
+    """Readable twin of the compiled march, for any number of transverse modes and lanes.
+
+    Parameters
+    ----------
+    c : OscillatorCoefficients
+    plucks : ndarray, shape (J, ...)
+        Amplitudes at t = 0, at rest [m].
+    steps : int
+    stride : int
+        Steps between two records.
+
+    Returns
+    -------
+    ndarray, shape (records, 2 + J, ...)
+        q, v, a at the recorded instants.
+    """
+    a = np.array(plucks, dtype=float)
+    b, q, p, v = np.zeros_like(a), np.zeros(a.shape[1:]), np.zeros(a.shape[1:]), np.zeros(a.shape[1:])
+    records = []
+    for n in range(steps + 1):
+        if n % stride == 0:
+            records.append(np.concatenate((q[None], v[None], a)))
+        h = (0.5 if n in (0, steps) else 1.0) * c.step
+        wave = np.sin(n * c.turn)
+        q_force = c.force * wave - c.cross * v - np.sum(c.push * a**2, axis=0)
+        v_force = c.rigid_force * wave - c.rigid_decay * v - c.rigid_cross * p
+        b = b - h * (c.pump * q + np.einsum("jk...,k...->j...", c.cubic, a**2)) * a
+        p, v = p + h * q_force, v + h * v_force
+        if n < steps:
+            q, p = c.along[0] * q + c.along[1] * p, c.along[2] * q + c.along[3] * p
+            a, b = c.across[0] * a + c.across[1] * b, c.across[2] * a + c.across[3] * b
+    return np.array(records)

@@ -1,0 +1,138 @@
+"""The pulley mode seen at the rims: displacements, what resists them, and the rigid rotation beside it."""
+
+from dataclasses import dataclass
+
+from cabledrive.mechanics.spans import DRIVE_PULLEY, LOAD_PULLEY, MOTOR, longitudinal_chains
+from cabledrive.modes.tuning import PulleyMode
+from cabledrive.parameters import Drive
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Shaft:
+    """What resists the turning of a pulley or motor, seen at the rim.
+
+    Attributes
+    ----------
+    viscous : float
+        b / r^2 [N s/m].
+    coulomb : float
+        c / r [N].
+    shape : float
+        Displacement per q of the pulley mode.
+    turns : bool
+        Whether it turns with the rigid rotation; the motor's joint does not.
+    """
+
+    viscous: float
+    coulomb: float
+    shape: float
+    turns: bool = True
+
+
+def scaled_rims(pulley: PulleyMode) -> tuple[dict[str, float], float]:
+    """Rim displacements of the pulley mode per q, and the factor on a shape of unit modal mass.
+
+    q is the displacement of the load rim relative to the drive rim; in modes where the two go together, the
+    larger of both.
+
+    Parameters
+    ----------
+    pulley : PulleyMode
+
+    Returns
+    -------
+    rims : dict of str to float
+        Of drive pulley, load pulley and motor.
+    factor : float
+        Its square is the modal mass M [kg^1/2].
+    """
+    rows = [*pulley.solved.joints, pulley.solved.split.masses.size][: len(pulley.chain.joints)]
+    shape = {
+        name: float(pulley.solved.shapes[row, pulley.shape])
+        for name, row in zip(pulley.chain.joints, rows, strict=True)
+    }
+    drive, load = shape.get(DRIVE_PULLEY, 0.0), shape.get(LOAD_PULLEY, 0.0)
+    scale = load - drive
+    if abs(scale) < 0.1 * max(abs(drive), abs(load)):
+        scale = load if abs(load) > abs(drive) else drive
+    motor = shape.get(MOTOR, drive)
+    return {DRIVE_PULLEY: drive / scale, LOAD_PULLEY: load / scale, MOTOR: motor / scale}, 1.0 / scale
+
+
+def shafts_of(drive: Drive, rim: dict[str, float]) -> list[Shaft]:
+    """Everything with friction: both pulleys, the motor, its joint.
+
+    Parameters
+    ----------
+    drive : Drive
+    rim : dict of str to float
+        Displacements per q.
+
+    Returns
+    -------
+    list of Shaft
+    """
+    first, second, motor = drive.drive_pulley, drive.load_pulley, drive.motor
+    shafts = [
+        Shaft(
+            viscous=pulley.viscous_friction / pulley.radius**2,
+            coulomb=pulley.coulomb_friction / pulley.radius,
+            shape=rim[name],
+        )
+        for name, pulley in ((DRIVE_PULLEY, first), (LOAD_PULLEY, second))
+    ]
+    if motor is not None:
+        arm, twist = first.radius, rim[MOTOR] - rim[DRIVE_PULLEY]
+        own = Shaft(
+            viscous=motor.viscous_friction / arm**2, coulomb=motor.coulomb_friction / arm, shape=rim[MOTOR]
+        )
+        shafts += [own, Shaft(viscous=motor.joint_damping / arm**2, coulomb=0.0, shape=twist, turns=False)]
+    return shafts
+
+
+def modal_damping(
+    drive: Drive, shafts: list[Shaft], rim: dict[str, float], mass: float, omega: float
+) -> float:
+    """Damping of the pulley mode: pulleys, motor and joint, and Kelvin-Voigt for the cable's own strain.
+
+    Parameters
+    ----------
+    drive : Drive
+    shafts : list of Shaft
+    rim : dict of str to float
+        Displacements per q.
+    mass : float
+        M [kg].
+    omega : float
+        W [rad/s].
+
+    Returns
+    -------
+    float
+        c_q [1/s].
+    """
+    motor, strain = drive.motor, omega**2
+    if motor is not None and motor.joint_stiffness is not None:
+        strain -= (
+            motor.joint_stiffness * ((rim[MOTOR] - rim[DRIVE_PULLEY]) / drive.drive_pulley.radius) ** 2 / mass
+        )
+    cable = drive.cable.axial_damping / drive.cable.axial_rigidity * strain
+    return cable + sum(shaft.viscous * shaft.shape**2 for shaft in shafts) / mass
+
+
+def rigid_mass(drive: Drive) -> float:
+    """Mass at the rim of everything that moves when the drive turns.
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    float
+        [kg].
+    """
+    (chain,) = longitudinal_chains(drive)
+    parts = chain.chain
+    pendant = parts.pendant[1] if parts.pendant else 0.0
+    return float(parts.masses.sum() + parts.density * parts.lengths.sum() + pendant)

@@ -1,0 +1,197 @@
+"""Vibrating sections of the spans: the transverse mode of each that is nearest to half the pulley mode."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.mechanics.spans import LabelledChain, longitudinal_chains
+from cabledrive.modes.tuning import section_modes
+from cabledrive.modes.waves import Wave, waves
+from cabledrive.parameters import Drive, InputRefused
+from cabledrive.reduction.coupling_integrals import fourth_power_of_slope, squared_slope, stretch_by
+
+Array = NDArray[np.float64]
+
+PLANES = ("w", "v")
+HIGHEST_NUMBER = 12
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TransverseMode:
+    """Where one transverse mode of the model lives.
+
+    Attributes
+    ----------
+    span : {"upper", "lower"}
+    plane : {"w", "v"}
+    section : (float, float)
+        Unstretched ends of the vibrating section [m].
+    number : int
+        Number of the mode of its section, from 1.
+    """
+
+    span: str
+    plane: str
+    section: tuple[float, float]
+    number: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Section:
+    """One vibrating section: its mode of unit largest amplitude."""
+
+    label: TransverseMode
+    omega: float
+    mass: float
+    waves: tuple[Wave, ...]
+
+
+def nearest_section(chain: LabelledChain, pulley: float, number: int | None) -> Section:
+    """One transverse mode of a section: the given number, or the nearest to half the pulley mode.
+
+    Parameters
+    ----------
+    chain : LabelledChain
+    pulley : float
+        Frequency of the pulley mode [rad/s].
+    number : int or None
+
+    Returns
+    -------
+    Section
+    """
+    found = section_modes(chain, number or HIGHEST_NUMBER)
+    chosen = found[number - 1] if number else min(found, key=lambda mode: abs(mode.omega - 0.5 * pulley))
+    pieces = waves(chain, chosen)
+    largest = max(wave.largest_displacement for wave in pieces)
+    label = TransverseMode(
+        span=chain.stretches[0].span,
+        plane=PLANES[0],
+        section=(chain.stretches[0].start, chain.stretches[-1].end),
+        number=found.index(chosen) + 1,
+    )
+    unit = tuple(replace(wave, slope=wave.slope / largest) for wave in pieces)
+    return Section(label=label, omega=chosen.omega, mass=largest**-2, waves=unit)
+
+
+def coupling_of(drive: Drive, along: Sequence[Wave], sections: Sequence[Section]) -> Array:
+    r"""Coupling of the pulley mode with each section, Eq. (A.10).
+
+    .. math:: G_j = \frac{EA}{2}\int U_x w_x^2\,\mathrm{d}x
+                  = \frac{EA}{2(1+\varepsilon_0)^2}\int U_s w_s^2\,\mathrm{d}s
+
+    EA, not K: the cubic part of the energy is :math:`(K - T_0)/2\int u_x(v_x^2 + w_x^2)\,\mathrm{d}x`.
+
+    Parameters
+    ----------
+    drive : Drive
+    along : sequence of Wave
+        Of the pulley mode, per q.
+    sections : sequence of Section
+
+    Returns
+    -------
+    ndarray, shape (sections,)
+        Positive where a positive q stretches the section [N/m^2].
+    """
+    scale = 0.5 * drive.cable.axial_rigidity / (1.0 + drive.cable.prestrain) ** 2
+    return scale * np.array([stretch_by(along, section.waves) for section in sections])
+
+
+def stiffening_of(
+    drive: Drive, coupling: Array, sections: Sequence[Section], pulley_stiffness: float
+) -> tuple[Array, Array]:
+    r"""Tension that the transverse motion makes itself, Eq. (A.11).
+
+    .. math:: \tfrac14 N_{jk} = \frac{EA\,T_0}{8K}\,\delta_{jk} F_j + \frac{EA^2}{8K\Lambda} S_j S_k
+                              + \frac{G_j G_k}{2MW^2}
+
+    with :math:`F_j = \int w_x^4\,\mathrm{d}x` and :math:`S_j = \int w_x^2\,\mathrm{d}x`. The first term is
+    the unevenness along the span; in the other two every longitudinal mode but the pulley mode follows
+    without inertia. :math:`\Lambda` is the length that these cannot change, the whole loop; infinite where an
+    end is free.
+
+    Parameters
+    ----------
+    drive : Drive
+    coupling : ndarray, shape (sections,)
+        G [N/m^2].
+    sections : sequence of Section
+    pulley_stiffness : float
+        M W^2 [N/m].
+
+    Returns
+    -------
+    uneven : ndarray, shape (sections,)
+        First term, the diagonal of a matrix [N/m^3].
+    shared : ndarray, shape (sections, sections)
+        The other two [N/m^3].
+    """
+    cable, stretch = drive.cable, 1.0 + drive.cable.prestrain
+    rigidity, stiffness = cable.axial_rigidity, cable.axial_rigidity * stretch
+    squared = np.array([squared_slope(section.waves) for section in sections]) / stretch
+    fourth = np.array([fourth_power_of_slope(section.waves) for section in sections]) / stretch**3
+    carried = rigidity**2 / (8 * stiffness) * _per_length(drive) * np.outer(squared, squared)
+    turned = np.outer(coupling, coupling) / (2 * pulley_stiffness)
+    return rigidity * cable.pretension / (2 * stiffness) * fourth, 4.0 * (carried + turned)
+
+
+def _per_length(drive: Drive) -> float:
+    """1 / Lambda of Eq. (A.11) [1/m]."""
+    (labelled,) = longitudinal_chains(drive)
+    chain = labelled.chain
+    if chain.rigid_body_modes and not chain.closed:
+        return 0.0
+    return 1.0 / ((1.0 + drive.cable.prestrain) * float(chain.lengths.sum()))
+
+
+def frequency_shift(tension: Array | float, rest: Array | float, rigidity: float) -> Array:
+    r"""Factor on a transverse frequency when a span bears another tension, Eq. (A.12).
+
+    .. math:: w^2 = \kappa^2\,T(1 + T/EA)/\rho_0 \quad\text{at a fixed distance of the pulleys}
+
+    Parameters
+    ----------
+    tension, rest : float or ndarray
+        Tension, and the pretension it differs from [N].
+    rigidity : float
+        EA [N].
+
+    Returns
+    -------
+    ndarray
+    """
+    return np.sqrt(tension * (1.0 + tension / rigidity) / (rest * (1.0 + rest / rigidity)))
+
+
+def span_tensions(drive: Drive, load_torque: float) -> dict[str, float]:
+    """Tension of each span under a steady torque on the load pulley, shared by the two spans.
+
+    Parameters
+    ----------
+    drive : Drive
+    load_torque : float
+        [N m]; positive pulls the upper span.
+
+    Returns
+    -------
+    dict of str to float
+        [N].
+
+    Raises
+    ------
+    InputRefused
+        If a span goes slack.
+    """
+    force = load_torque / drive.load_pulley.radius / len(drive.spans)
+    tensions = {span: drive.cable.pretension + (force if span == "upper" else -force) for span in drive.spans}
+    slack = min(tensions, key=lambda span: tensions[span])
+    if tensions[slack] <= 0.0:
+        limit = drive.cable.pretension * drive.load_pulley.radius * len(drive.spans)
+        raise InputRefused(
+            f"load_torque = {load_torque:.4g} N m leaves the {slack} span without tension: "
+            f"stay below {limit:.4g} N m or raise cable.pretension"
+        )
+    return tensions
