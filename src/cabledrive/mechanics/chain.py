@@ -11,7 +11,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Chain:
-    r"""Uniform segments, each carrying d'Alembert waves, joined at point masses: an open line or a closed ring.
+    r"""Uniform segments that carry waves, joined at point masses: an open line or a closed ring.
 
     Lengths and density are per unstretched metre, so that
     :math:`\rho_0\,\ddot u = R\,\partial^2 u/\partial s^2` with :math:`R = EA` for longitudinal motion and
@@ -24,7 +24,7 @@ class Chain:
     density : float
         Mass per length rho0 [kg/m].
     lengths : ndarray, shape (m,)
-        Lengths of the segments [m]; segment i runs from joint i to joint i + 1 (the last one of a ring to joint 0).
+        Lengths of the segments [m]; segment i from joint i to i + 1, a ring's last one to joint 0.
     masses : ndarray, shape (n,)
         Masses at the joints [kg]; m = n of a ring, m = n - 1 of a line.
     closed : bool, default False
@@ -32,7 +32,7 @@ class Chain:
     fixed : (bool, bool), default (False, False)
         Whether the first and last joint of a line are held.
     pendant : (float, float) or None, default None
-        Stiffness [N/m] and mass [kg] of a spring and mass attached to a joint: the motor behind a flexible joint.
+        Stiffness [N/m] and mass [kg] of a spring and mass on a joint: the motor behind a flexible joint.
     pendant_joint : int, default 0
         The joint it is attached to.
     """
@@ -75,7 +75,8 @@ class Chain:
 def split_at_antinodes(chain: Chain, omega: float) -> tuple[Chain, NDArray[np.intp]]:
     r"""Cut every segment longer than 2 rad in two, so that no part is near a pole of its stiffness.
 
-    The stiffness of a segment, Eq. (M.1), has poles where :math:`\sin\alpha = 0`, :math:`\alpha = \omega l/c`.
+    The stiffness of a segment, Eq. (M.1), has poles where :math:`\sin\alpha = 0` with
+    :math:`\alpha = \omega l/c`.
     With h half turns in :math:`\alpha`, rounded, and the remainder :math:`r = \alpha - h\pi`, the cut
 
     .. math:: \alpha_1 = (m + \tfrac12)\pi + r/2, \qquad m = \lfloor (h - 1)/2 \rfloor
@@ -96,10 +97,12 @@ def split_at_antinodes(chain: Chain, omega: float) -> tuple[Chain, NDArray[np.in
         Where the joints of `chain` are among those of `split`.
     """
     phase = omega * chain.travel_times
-    half_turns = np.rint(phase / np.pi)
-    first = ((half_turns - 1) // 2 + 0.5) * np.pi + (phase - half_turns * np.pi) / 2
     long = np.flatnonzero(phase > 2.0)
-    share = first[long] / phase[long]
+    if not long.size:
+        return chain, np.arange(chain.masses.size)
+    half_turns = np.rint(phase[long] / np.pi)
+    first = ((half_turns - 1) // 2 + 0.5) * np.pi + (phase[long] - half_turns * np.pi) / 2
+    share = first / phase[long]
     lengths = chain.lengths.copy()
     lengths[long] *= 1.0 - share
     lengths = np.insert(lengths, long, chain.lengths[long] * share)

@@ -81,8 +81,7 @@ def dynamic_stiffness(chain: Chain, omega: float) -> DynamicStiffness:
         \hat K:\quad \frac{Z}{\sin\alpha}\ \text{(link)},\quad -Z\tan\frac{\alpha}{2}\ \text{(ground)},\quad
         -\omega m\ \text{(mass)},\quad \frac{k}{\omega}\ \text{(spring of the pendant)}
 
-    Held joints stay in the list with an infinite ground; leave them out with `free_joints`. The pendant's mass is
-    the last joint.
+    Held joints stay in the list; leave them out with `free_joints`. The pendant's mass is the last joint.
 
     Parameters
     ----------
@@ -98,9 +97,10 @@ def dynamic_stiffness(chain: Chain, omega: float) -> DynamicStiffness:
     n, segments = chain.masses.size, chain.lengths.size
     left, right = links(chain)
     time, z = chain.travel_times, chain.impedance
-    phase = omega * time
-    link, link_rate = z / np.sin(phase), z * time * np.cos(phase) / np.sin(phase) ** 2
-    edge, edge_rate = -z * np.tan(phase / 2), z * time / (1.0 + np.cos(phase))
+    t = np.tan(omega * time / 2)  # sin = 2 t / (1 + t^2), cos = (1 - t^2) / (1 + t^2)
+    link = z * (t + 1.0 / t) / 2
+    link_rate = link * time * (1.0 / t - t) / 2
+    edge, edge_rate = -z * t, z * time * (1.0 + t**2) / 2
     ground, ground_rate = -omega * chain.masses, chain.masses.copy()
     for total, part in ((ground, edge), (ground_rate, edge_rate)):
         total[:segments] += part

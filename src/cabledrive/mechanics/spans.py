@@ -1,6 +1,7 @@
 """From the drive to its chains: what moves along the cable, and what moves across it."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -36,7 +37,7 @@ class LabelledChain:
     ----------
     chain : Chain
     joints : tuple of str
-        "drive pulley", "load pulley", "carriage 3" (its number in the file), and "motor" last if it has a joint.
+        "drive pulley", "load pulley", "carriage 3" (its number in the file); last "motor", if it has a joint.
     stretches : tuple of Stretch
         One for each segment.
     """
@@ -47,10 +48,10 @@ class LabelledChain:
 
 
 def longitudinal_chains(drive: Drive) -> tuple[LabelledChain, ...]:
-    """Chains that carry the longitudinal motion of a drive: one, or two where both pulleys of a loop are held.
+    """Chains that carry the longitudinal motion of a drive.
 
-    Pulleys enter with J / r^2, carriages with their mass, a rigidly joined motor adds to its pulley, a flexible
-    joint hangs it on the drive pulley as spring and mass.
+    Pulleys enter with J / r^2, carriages with their mass; a rigidly joined motor adds to its pulley, one
+    behind a flexible joint hangs on the drive pulley as spring and mass.
 
     Parameters
     ----------
@@ -59,7 +60,7 @@ def longitudinal_chains(drive: Drive) -> tuple[LabelledChain, ...]:
     Returns
     -------
     tuple of LabelledChain
-        With R = EA.
+        With R = EA; one chain, or two where both pulleys of a loop are held.
     """
     upper, lower = [_span(drive, span) for span in ("upper", "lower")]
     first, second = drive.drive_pulley.fixed, drive.load_pulley.fixed
@@ -88,7 +89,7 @@ def transverse_chains(drive: Drive) -> tuple[LabelledChain, ...]:
     for span in drive.spans:
         joints = _span(drive, span)
         held = [0, *(i for i, joint in enumerate(joints) if joint.held_across), len(joints) - 1]
-        chains += [_transverse(drive, span, joints[a : b + 1]) for a, b in zip(held, held[1:], strict=False)]
+        chains += [_transverse(drive, span, joints[a : b + 1]) for a, b in pairwise(held)]
     return tuple(chains)
 
 
@@ -139,7 +140,11 @@ def _pendant(drive: Drive) -> tuple[float, float] | None:
 
 
 def _longitudinal(
-    drive: Drive, spans: list[list[_Joint]], *, closed: bool = False, fixed: tuple[bool, bool] = (False, False)
+    drive: Drive,
+    spans: list[list[_Joint]],
+    *,
+    closed: bool = False,
+    fixed: tuple[bool, bool] = (False, False),
 ) -> LabelledChain:
     joints = spans[0] + [joint for span in spans[1:] for joint in span[1:]]
     stretches = tuple(stretch for span in spans for stretch in _stretches(span))
@@ -157,7 +162,9 @@ def _longitudinal(
         pendant=pendant,
         pendant_joint=names.index(DRIVE_PULLEY) if pendant else 0,
     )
-    return LabelledChain(chain=chain, joints=(*names, MOTOR) if pendant else tuple(names), stretches=stretches)
+    return LabelledChain(
+        chain=chain, joints=(*names, MOTOR) if pendant else tuple(names), stretches=stretches
+    )
 
 
 def _transverse(drive: Drive, span: str, joints: list[_Joint]) -> LabelledChain:
@@ -173,5 +180,5 @@ def _transverse(drive: Drive, span: str, joints: list[_Joint]) -> LabelledChain:
 
 
 def _stretches(joints: list[_Joint]) -> tuple[Stretch, ...]:
-    pairs = zip(joints, joints[1:], strict=False)
+    pairs = pairwise(joints)
     return tuple(Stretch(span=a.span, start=a.position, end=b.position) for a, b in pairs)
