@@ -54,7 +54,7 @@ def test_curves_hold_the_lowest_modes_at_every_value(name, key, values):
 
 @pytest.mark.parametrize("points", [2, 3, 40])
 def test_modes_of_a_symmetric_loop_cross_whatever_the_values_are(points):
-    """A mass at midspan takes the in-phase mode below the fundamental at m = 2 J/r^2; both keep their shape."""
+    """A mass at midspan takes the in-phase mode below the fundamental at m = 2 J/r^2; both keep shape."""
     values = np.geomspace(2e-4, 0.2, points)
     data = frequency_against(with_mass(0.5), "carriage.0.mass", values, modes=2)
     (crossing,) = meeting_rows(data)
