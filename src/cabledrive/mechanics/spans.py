@@ -1,9 +1,11 @@
 """From the drive to its chains: what moves along the cable, and what moves across it."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cabledrive.mechanics.chain import Chain
 from cabledrive.parameters import Carriage, Drive
@@ -29,7 +31,7 @@ class Stretch:
     end: float
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class LabelledChain:
     """A chain whose joints and segments know what they are on the machine.
 
@@ -45,6 +47,12 @@ class LabelledChain:
     chain: Chain
     joints: tuple[str, ...]
     stretches: tuple[Stretch, ...]
+
+    @cached_property
+    def carriages(self) -> NDArray[np.intp]:
+        """Which of the joints are carriages."""
+        carried = [number for number, name in enumerate(self.joints) if name.startswith("carriage")]
+        return np.array(carried, dtype=np.intp)
 
 
 def longitudinal_chains(drive: Drive) -> tuple[LabelledChain, ...]:

@@ -161,8 +161,8 @@ def make_mode(chain: LabelledChain, solved: ChainMode, kind: str, plane: str | N
 
 def _joint_shapes(chain: LabelledChain, solved: ChainMode) -> Array:
     """Displacements of the joints, shape (joints, multiplicity)."""
-    rows = [*solved.joints, solved.split.masses.size][: len(chain.joints)]
-    return solved.shapes[rows]
+    rows = np.append(solved.joints, solved.split.masses.size)
+    return solved.shapes[rows[: len(chain.joints)]]
 
 
 def _joint_shares(chain: LabelledChain, solved: ChainMode) -> Array:
@@ -191,8 +191,7 @@ def family_of(chain: LabelledChain, solved: ChainMode, kind: str) -> str:
         (a multiple mode that has both).
     """
     shares = _joint_shares(chain, solved)
-    carriages = [number for number, name in enumerate(chain.joints) if name.startswith("carriage")]
-    if shares[carriages].sum() >= 0.5:
+    if shares[chain.carriages].sum() >= 0.5:
         return "carriage-dominated"
     if kind == TRANSVERSE:
         return "string"

@@ -79,8 +79,8 @@ class Modes:
 def modes(drive: Drive, *, below: float | None = None, count: int | None = None) -> Modes:
     """All natural modes of a drive below a frequency, or the first few of each kind.
 
-    Longitudinal motion by the exact dynamic stiffness of every span, transverse motion as strings under T0 with
-    hanging carriages as point masses. Pulley friction, dampings and sag do not enter.
+    Longitudinal motion by the exact dynamic stiffness of every span, transverse motion as strings under T0
+    with hanging carriages as point masses. Pulley friction, dampings and sag do not enter.
 
     Parameters
     ----------
@@ -204,9 +204,9 @@ class _Band:
 
     def below(self, omega: float) -> tuple[list[Mode], float]:
         """All modes below omega, and the frequency up to which this is certain [rad/s]."""
-        clear = omega
+        clear, step = omega, 4 * ENCLOSURE
         while self.count(clear * (1 - ENCLOSURE)) != self.count(clear * (1 + ENCLOSURE)):
-            clear *= 1 - 4 * ENCLOSURE
+            clear, step = clear * (1 - step), 2 * step
         return self._modes(clear), clear
 
     def first(self, count: int) -> tuple[list[Mode], float]:

@@ -57,7 +57,8 @@ class Bracket:
         """
         middle = 0.5 * (self.low + self.high)
         below = min(max(count(middle), self.below_low), self.below_high)
-        return Bracket(self.low, middle, self.below_low, below), Bracket(middle, self.high, below, self.below_high)
+        lower = Bracket(self.low, middle, self.below_low, below)
+        return lower, Bracket(middle, self.high, below, self.below_high)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -123,7 +124,7 @@ def chain_modes(chain: Chain, top: float, *, first: int | None = None) -> list[C
 
 
 def _isolate(bracket: Bracket, count: ModeCounter, chain: Chain) -> Iterator[Bracket]:
-    """Bisect on the count until each interval holds one mode, or a cluster too close to part; lowest first."""
+    """Bisect on the count until an interval holds one mode, or a cluster too close to part; lowest first."""
     longest = float(np.max(chain.travel_times))
     stack = [bracket]
     while stack:
@@ -154,7 +155,7 @@ def _refine(bracket: Bracket, count: ModeCounter, chain: Chain) -> list[ChainMod
     if modes:
         return modes
     raise NotComputed(
-        f"modes: {bracket.modes} modes between {bracket.low:.15g} and {bracket.high:.15g} rad/s could not be refined"
+        f"modes: {bracket.modes} from {bracket.low:.15g} to {bracket.high:.15g} rad/s could not be refined"
     )
 
 
