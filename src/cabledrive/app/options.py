@@ -18,7 +18,7 @@ from cabledrive.parameters.units import to_si
 
 Function = Callable[..., Any]
 SHARED = {"--set", "--output", "--force", "--json", "--quiet", "--verbose", "--help"}
-_TAKEN, _ABOUT = "cabledrive.taken", "cabledrive.about"
+_TAKEN, _ABOUT, _FORCE = "cabledrive.taken", "cabledrive.about", "cabledrive.force"
 
 
 class Subcommand(click.Command):
@@ -108,7 +108,7 @@ class NewFileType(click.ParamType):  # type: ignore[type-arg]
             If it exists (without ``--force``), cannot be written, has a wrong ending, or is asked for twice.
         """
         assert ctx is not None
-        force = bool(ctx.params.get("force"))
+        force = bool(ctx.meta.get(_FORCE))
         path = check_writable(value, force=force)
         if self.suffixes and path.suffix.lower() not in self.suffixes:
             raise InputRefused(f"{path}: does not end in {' or '.join(self.suffixes)}: choose one of them")
@@ -197,8 +197,12 @@ def force_option(function: Function) -> Function:
     -------
     callable
     """
-    text = "Replace files that exist."
-    return click.option("--force", is_flag=True, is_eager=True, expose_value=False, help=text)(function)
+
+    def _remember(ctx: click.Context, param: click.Parameter, value: bool) -> None:
+        ctx.meta[_FORCE] = value
+
+    first: dict[str, Any] = {"is_eager": True, "expose_value": False, "callback": _remember}
+    return click.option("--force", is_flag=True, **first, help="Replace files that exist.")(function)
 
 
 def saves_answer(function: Function) -> Function:

@@ -1,0 +1,111 @@
+"""`cabledrive check`: valid or refused, whatever the file holds; never a defect."""
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import cabledrive as cd
+from cabledrive.mechanics.datasheet import derived_quantities
+from cabledrive.mechanics.warnings import practitioner_warnings
+from command import answer, call, object_of, refusal, the_line
+from drive_mutations import FILES, mutants
+from drive_strategies import drives
+
+
+@pytest.mark.parametrize("name", cd.packaged_drives())
+def test_packaged_drives_are_valid_and_told_as_python_tells_them(name):
+    drive = cd.load_drive(name)
+    found = answer("check", name)
+    assert (found["valid"], found["drive_hash"]) == (True, cd.content_hash(drive))
+    assert found["derived"] == derived_quantities(drive).as_dict()
+    assert found["warnings"] == list(practitioner_warnings(drive))
+
+
+def test_derived_quantities_of_the_contract_are_there():
+    derived = answer("check", "dissertation-2")["derived"]
+    assert derived["prestrain"] == pytest.approx(5.0 / (2.6e9 * 4.26e-7), rel=1e-14)
+    assert derived["slack_torque"] == pytest.approx(2 * 0.03 * 5.0, rel=1e-14)
+    assert derived["axial_wave_speed"] == pytest.approx(
+        math.sqrt(2.6e9 * 4.26e-7 / 4.9e-4) * 1.00451426507764536, rel=1e-12
+    )
+
+
+def test_warnings_are_shown_to_people():
+    text = call("check", "dissertation-3").stdout
+    for line in practitioner_warnings(cd.load_drive("dissertation-3")):
+        assert f"Warning: {line}.\n" in text
+    assert "Nothing stands out." in call("check", "dissertation-1").stdout
+
+
+def test_file_that_is_no_drive_is_refused_by_name(tmp_path):
+    for content in (b"", b"\x00\xff\xfe", b"schema = 2", b"not toml at all"):
+        path = tmp_path / "drive.toml"
+        path.write_bytes(content)
+        assert refusal("check", path).startswith(f"{path}: ")
+
+
+def checked(content, folder):
+    """The claim: status 0 with one JSON object, or 2 with one line; never anything else."""
+    path = folder / "mutant.toml"
+    path.write_bytes(content)
+    result = call("check", str(path), "--json")
+    assert result.exit_code in (0, 2), result.stderr
+    if result.exit_code == 0:
+        assert object_of(result.stdout)["valid"] is True
+    else:
+        assert result.stdout == ""
+        assert the_line(result.stderr).startswith(f"{path}: ")
+    return result.exit_code
+
+
+@given(content=mutants())
+@settings(max_examples=300)
+def test_any_mutation_of_a_valid_file_ends_in_0_or_2(content, tmp_path_factory):
+    checked(content, tmp_path_factory.getbasetemp())
+
+
+@given(
+    content=st.sampled_from(FILES),
+    flips=st.lists(st.tuples(st.integers(0, 10_000), st.integers(0, 255)), min_size=1, max_size=4),
+)
+@settings(max_examples=200)
+def test_any_flip_of_bytes_ends_in_0_or_2(content, flips, tmp_path_factory):
+    mutant = bytearray(content)
+    for place, byte in flips:
+        mutant[place % len(mutant)] = byte
+    checked(bytes(mutant), tmp_path_factory.getbasetemp())
+
+
+@given(drive=drives())
+@settings(max_examples=300)
+def test_any_drive_of_any_size_is_valid(drive, tmp_path_factory):
+    """Twenty-four powers of ten each way, as far as the file format goes: numbers or null with a reason."""
+    assert checked(cd.parameters.drive_text(drive).encode(), tmp_path_factory.getbasetemp()) == 0
+
+
+EXTREMES = ["1e-24", "1e24", "1e-12", "1e12"]
+KEYS = [
+    "cable.youngs_modulus",
+    "cable.area",
+    "cable.mass_per_length",
+    "cable.pretension",
+    "pulley.0.radius",
+    "pulley.0.inertia",
+    "pulley.1.inertia",
+    "layout.gravity",
+    "motor.inertia",
+    "motor.torque_limit",
+]
+
+
+@given(changes=st.lists(st.tuples(st.sampled_from(KEYS), st.sampled_from(EXTREMES)), min_size=1, max_size=5))
+@settings(max_examples=200)
+def test_extreme_quantities_end_in_0_or_2(changes):
+    options = [word for key, value in changes for word in ("--set", f"{key}={value}")]
+    result = call("check", "elevator", *options, "--json")
+    assert result.exit_code in (0, 2), result.stderr
+    if result.exit_code == 0:
+        object_of(result.stdout)
+        assert call("check", "elevator", *options).exit_code == 0

@@ -1,0 +1,34 @@
+"""`cabledrive drives` and `cabledrive schema`: what there is to start from."""
+
+import jsonschema
+import pytest
+
+import cabledrive as cd
+from cabledrive.parameters import drive_schema
+from command import answer, call
+
+
+def test_drives_lists_every_packaged_drive_with_title_and_source():
+    rows = answer("drives")["drives"]
+    assert [row["name"] for row in rows] == list(cd.packaged_drives())
+    for row in rows:
+        drive = cd.load_drive(row["name"])
+        assert (row["title"], row["source"]) == (drive.title, drive.source.strip())
+        assert row["source"]
+
+
+@pytest.mark.parametrize("name", cd.packaged_drives())
+def test_drives_names_them_for_people(name):
+    lines = call("drives").stdout.splitlines()
+    assert [line for line in lines if line.startswith(f"{name} ")] == [
+        line for line in lines if name in line.split()
+    ]
+
+
+def test_schema_is_the_schema_of_the_drive_file():
+    schema = answer("schema")
+    comment = schema.pop("$comment")
+    assert comment == f"cabledrive {cd.__version__}"
+    assert schema == drive_schema()
+    jsonschema.Draft202012Validator.check_schema(schema)
+    assert call("schema").stdout == call("schema", "--json").stdout

@@ -1,0 +1,206 @@
+"""What every command understands: --json, --set, -o, --force, --quiet; help, colours, version."""
+
+import json
+import os
+import pty
+import re
+import shlex
+import sys
+from importlib import import_module
+from subprocess import Popen
+
+import pytest
+from click import Context
+from click.shell_completion import ShellComplete
+
+import cabledrive as cd
+from cabledrive.app.main import main
+from command import answer, call, object_of, refusal, run
+
+COMMANDS = main.list_commands(Context(main))
+EXAMPLES = {name: main.get_command(Context(main), name).epilog.split("Example:\n")[1] for name in COMMANDS}
+
+
+def test_contract_has_these_commands_so_far():
+    assert COMMANDS == ["check", "drives", "modes", "report", "schema"]
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_has_one_example_and_it_runs(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert EXAMPLES[name].count("\n") == 0
+    assert EXAMPLES[name] in call(name, "--help").output
+    program, *arguments = shlex.split(EXAMPLES[name])
+    done = call(*arguments)
+    assert (program, done.exit_code) == ("cabledrive", 0), done.stderr
+    if "-o" in arguments:
+        assert (tmp_path / arguments[arguments.index("-o") + 1]).stat().st_size > 0
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [["drives"], ["schema"], ["check", "elevator"], ["modes", "elevator"], ["modes", "camera-line"]],
+)
+def test_json_is_one_object_and_nothing_else(arguments):
+    done = run(*arguments, "--json")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert object_of(done.stdout)
+    assert done.stdout.isascii()
+
+
+@pytest.mark.parametrize("arguments", [["drives"], ["check", "elevator"], ["modes", "elevator"]])
+def test_every_result_says_where_it_comes_from(arguments):
+    origin = answer(*arguments)["provenance"]
+    assert origin["cabledrive"] == cd.__version__
+    if len(arguments) > 1:
+        assert origin["drive_hash"] == cd.content_hash(cd.load_drive("elevator"))
+        assert origin["method"]
+
+
+def test_modes_say_within_which_bounds_they_are_proven():
+    assert answer("modes", "dissertation-1")["provenance"]["tolerances"] == {"enclosure": 1e-12}
+
+
+def test_set_replaces_values_for_this_run():
+    changed = cd.load_drive("dissertation-2", overrides=["cable.pretension=6 N", "pulley.0.inertia=0.002"])
+    settings = ["--set", 'cable.pretension="6 N"', "--set", "pulley.0.inertia=0.002"]
+    found = answer("modes", "dissertation-2", *settings, "--below", "1000")
+    assert (
+        found["provenance"]["drive_hash"]
+        == cd.content_hash(changed)
+        != cd.content_hash(cd.load_drive("dissertation-2"))
+    )
+    listed = [mode["frequency_hz"] for mode in found["modes"] if mode["kind"] == "longitudinal"]
+    assert listed == list(cd.natural_frequencies(changed, below=1000.0))
+
+
+@pytest.mark.parametrize(
+    ("setting", "words"),
+    [
+        ("cable.pretension=5 kg", 'cable.pretension = "5 kg" is of dimension [mass], not N: give it in N'),
+        ("cable.pretention=5 N", 'unknown key "cable.pretention" (did you mean "cable.pretension"?)'),
+        ("cable.pretension", "is not KEY=VALUE"),
+    ],
+)
+def test_setting_that_makes_no_sense_is_refused(setting, words):
+    line = refusal("check", "elevator", "--set", setting)
+    assert line.startswith("elevator: ")
+    assert words in line
+
+
+def test_output_holds_the_same_object(tmp_path):
+    path = tmp_path / "modes.json"
+    done = call("modes", "elevator", "--json", "-o", path)
+    assert done.exit_code == 0
+    assert json.loads(path.read_text()) == object_of(done.stdout)
+    assert done.stderr == f"written to {path}\n"
+
+
+def test_quiet_leaves_only_the_result(tmp_path):
+    done = call("modes", "elevator", "--quiet", "-o", tmp_path / "modes.json")
+    assert (done.exit_code, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["schema", "-o"],
+        ["check", "elevator", "-o"],
+        ["modes", "elevator", "-o"],
+        ["report", "elevator", "-o"],
+    ],
+)
+def test_existing_output_is_kept_unless_forced(arguments, tmp_path):
+    path = tmp_path / "result"
+    path.write_text("precious")
+    assert (
+        refusal(*arguments, path)
+        == f"{path}: exists and is not overwritten: choose another name or add --force"
+    )
+    assert path.read_text() == "precious"
+    assert call(*arguments, path, "--force").exit_code == 0
+    assert path.read_text() != "precious"
+    assert os.listdir(tmp_path) == ["result"]
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("absent/modes.svg", "does not exist: create it first"),
+        ("file/modes.svg", "does not exist: create it first"),
+        ("modes.gif", "does not end in .png or .svg or .pdf: choose one of them"),
+        ("folder.svg", "is a folder: name a file in it"),
+    ],
+)
+def test_output_that_cannot_be_written_is_refused_before_the_work(name, words, tmp_path, monkeypatch):
+    (tmp_path / "file").touch()
+    (tmp_path / "folder.svg").mkdir()
+    before = sorted(os.listdir(tmp_path))
+    work = import_module("cabledrive.app.commands.modes")
+    monkeypatch.setattr(work, "modes", None)  # were it begun, it would end in a defect
+    assert words in refusal("modes", "ropeway", "--plot", tmp_path / name)
+    assert sorted(os.listdir(tmp_path)) == before
+
+
+@pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="everything is writable for root")
+def test_folder_without_permission_is_refused(tmp_path):
+    folder = tmp_path / "closed"
+    folder.mkdir(mode=0o500)
+    assert "is not writable: choose another" in refusal("check", "elevator", "-o", folder / "check.json")
+
+
+def test_two_outputs_under_one_name_are_refused(tmp_path):
+    path = tmp_path / "modes.svg"
+    assert (
+        refusal("modes", "elevator", "-o", path, "--plot", path)
+        == f"{path}: is to be written twice: give two names"
+    )
+    assert os.listdir(tmp_path) == []
+
+
+def test_refusal_writes_nothing(tmp_path):
+    refusal("modes", "elevator", "--below", "1e12", "--plot", tmp_path / "a.svg", "-o", tmp_path / "a.json")
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize("command", ["check", "modes", "report"])
+def test_unknown_drive_is_refused_with_the_nearest(command, tmp_path):
+    more = ["-o", tmp_path / "report.html"] if command == "report" else []
+    line = refusal(command, "elevater", *more)
+    assert line == 'elevater: no such file, and no packaged drive of that name (did you mean "elevator"?)'
+
+
+def test_version_is_the_package_s():
+    assert call("--version").output == f"cabledrive {cd.__version__}\n"
+
+
+def test_drive_names_are_completed():
+    completions = ShellComplete(main, {}, "cabledrive", "_CABLEDRIVE_COMPLETE").get_completions(
+        ["modes"], "diss"
+    )
+    assert {"dissertation-1", "dissertation-transporter"} < {item.value for item in completions}
+    assert "elevator" not in {item.value for item in completions}
+
+
+def on_a_terminal(arguments, **environment):
+    """What the command writes on standard error where a terminal reads."""
+    theirs, ours = pty.openpty()
+    command = [sys.executable, "-m", "cabledrive", *arguments]
+    with Popen(command, stderr=ours, env=os.environ | {"TERM": "xterm"} | environment) as process:
+        process.wait(timeout=60)
+    os.close(ours)
+    written = os.read(theirs, 10_000).decode()
+    os.close(theirs)
+    return written
+
+
+@pytest.mark.parametrize(("environment", "coloured"), [({"NO_COLOR": ""}, True), ({"NO_COLOR": "1"}, False)])
+def test_colours_only_on_a_terminal_and_not_under_no_color(environment, coloured):
+    assert ("\x1b[31m" in on_a_terminal(["modes"], **environment)) == coloured
+    assert "\x1b" not in run("modes", env={"NO_COLOR": ""}).stderr
+
+
+def test_text_survives_a_terminal_of_few_letters():
+    done = run("check", "elevator", env={"PYTHONIOENCODING": "ascii"})
+    assert (done.returncode, done.stderr) == (0, "")
+    assert re.search(r"span, unstretched +90.m\n", done.stdout)

@@ -1,0 +1,61 @@
+"""Running the command `cabledrive` in tests: as a process of its own, and inside this one."""
+
+import json
+import os
+import subprocess
+import sys
+from typing import Any
+
+from click.testing import CliRunner, Result
+
+from cabledrive.app.main import main
+
+
+def run(*arguments: str, **options: Any) -> subprocess.CompletedProcess[str]:
+    """The command as a process of its own, as a shell starts it; every warning of Python's is an error."""
+    command = [sys.executable, "-W", "error", "-m", "cabledrive", *map(str, arguments)]
+    environment = os.environ | {"MPLBACKEND": "Agg"} | options.pop("env", {})
+    options = {"capture_output": True, "text": True, "timeout": 120} | options
+    return subprocess.run(command, env=environment, **options)
+
+
+def call(*arguments: str) -> Result:
+    """The command inside this process, which is faster; a defect comes through with its traceback."""
+    result = CliRunner().invoke(main, [*map(str, arguments)], prog_name="cabledrive")
+    assert isinstance(result.exception, SystemExit | None), result.exception
+    return result
+
+
+def refuse(constant: str) -> None:
+    raise ValueError(f"{constant} in JSON")
+
+
+def object_of(output: str) -> dict[str, Any]:
+    """The one JSON object of an output; no NaN, no Infinity, nothing before or after it."""
+    found = json.loads(output, parse_constant=refuse)
+    assert isinstance(found, dict)
+    return found
+
+
+def answer(*arguments: str) -> dict[str, Any]:
+    """The JSON object of a command that succeeds."""
+    result = call(*arguments, "--json")
+    assert result.exit_code == 0, result.stderr
+    return object_of(result.stdout)
+
+
+def refusal(*arguments: str, status: int = 2) -> str:
+    """The one line of a command that fails with this status and prints nothing on standard output."""
+    result = call(*arguments)
+    assert (result.exit_code, result.stdout) == (status, ""), (result.exit_code, result.output)
+    return the_line(result.stderr)
+
+
+def the_line(errors: str) -> str:
+    """The one line on standard error, without the name of the program."""
+    assert errors.count("\n") == 1, errors
+    assert errors.endswith("\n"), errors
+    program, line = errors.rstrip("\n").split(": ", maxsplit=1)
+    assert program == "cabledrive", errors
+    assert line.isprintable(), f"{line!r}"
+    return line
