@@ -1,0 +1,140 @@
+"""Modes that meet: exact doubles are one mode of multiplicity two, pairs split by a millionth are two."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from machines import RADIUS, pulley, ring_of, some_cable, uneven_machine
+from transfer_roots import exact_roots
+
+import cabledrive as cd
+from cabledrive.parameters import Motor
+
+SPLITS = [1e-3, 1e-6, 1e-8]
+
+
+def even_ring(detuning=0.0, parts=4, seed=0):
+    """Equal masses at equal distances on a loop; one carriage heavier by a share."""
+    cable = some_cable(np.random.default_rng(seed))
+    mass = 0.7 * cable.mass_per_length
+    masses = [mass] * parts
+    masses[1] *= 1.0 + detuning
+    return ring_of([0.5] * parts, masses, cable)
+
+
+def longitudinal(drive, count):
+    modes = cd.modes(drive, count=count)
+    assert modes.certified
+    return modes.longitudinal
+
+
+@pytest.mark.parametrize("parts", [4, 8, 16])
+def test_even_ring_has_every_travelling_mode_twice(parts):
+    """Waves run round either way; only those with a node or antinode at every mass stand alone."""
+    listed = longitudinal(even_ring(parts=parts), 3 * parts)
+    first_band = [mode.multiplicity for mode in listed[: parts // 2]]
+    assert first_band == [2] * (parts // 2 - 1) + [1]
+    assert {mode.multiplicity for mode in listed} == {1, 2}
+
+
+def test_even_ring_rings_where_its_dispersion_relation_says():
+    """cos(qa) = cos(ka) - (omega m/2Z) sin(ka), q a = 2 pi n/N: Bloch waves on a loaded string."""
+    parts = 8
+    drive = even_ring(parts=parts)
+    cable = drive.cable
+    time = 0.5 * np.sqrt(cable.mass_per_length / cable.axial_rigidity)
+    ratio = 0.7 / 2 / 0.5  # half of the mass over that of a gap
+    for mode in longitudinal(drive, 3 * parts):
+        phase = 2 * np.pi * mode.frequency * time
+        bloch = np.arccos(np.clip(np.cos(phase) - ratio * phase * np.sin(phase), -1, 1)) * parts / (2 * np.pi)
+        assert bloch == pytest.approx(round(bloch), abs=1e-6)
+        standing = round(bloch) in (0, parts // 2)
+        assert mode.multiplicity == (1 if standing else 2)
+
+
+@pytest.mark.parametrize("split", SPLITS)
+def test_pairs_split_by_a_small_share_are_two_modes(split):
+    """A detuned mass parts each pair; both are listed, each as exactly as any simple mode."""
+    drive = even_ring(detuning=8.0 * split)
+    listed = longitudinal(drive, 9)
+    assert [mode.multiplicity for mode in listed] == [1] * 9
+    roots = [float(root) / (2 * np.pi) for root in exact_roots(drive, 9)]
+    parted = (roots[1] - roots[0]) / roots[0]
+    assert 0.1 * split < parted < 10 * split, f"split by {parted:.1e}"
+    np.testing.assert_allclose([mode.frequency for mode in listed], roots, rtol=1e-12)
+
+
+def test_pair_closer_than_its_claim_is_one_mode_of_multiplicity_two():
+    """Below 1e-10, relative, round-off may not be told from a split."""
+    listed = longitudinal(even_ring(detuning=1e-13), 3)
+    assert listed[0].multiplicity == 2
+
+
+def test_modes_at_the_poles_of_the_span_stiffness_are_found():
+    """sin(omega L/c) = 0 for both spans at once: the stiffness of a span is infinite, the mode is not."""
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        cable = some_cable(rng)
+        drive = ring_of([1.0, 1.0], (10 ** rng.uniform(-3, 3, 2)).tolist(), cable)
+        half_wave = np.sqrt(cable.axial_rigidity / cable.mass_per_length) / 2
+        listed = np.array([mode.frequency for mode in longitudinal(drive, 12)])
+        nearest = [np.min(np.abs(listed / (n * half_wave) - 1)) for n in range(1, 5)]
+        assert max(nearest) < 1e-14
+
+
+def test_pendant_tuned_to_the_mode_of_resting_pulleys_leaves_it_where_it_was():
+    """Motor and joint ring at the same frequency: a pole of the span meets the pole of the pendant."""
+    drive = cd.load_drive("dissertation-1")
+    half_wave = 2 * np.pi * cd.natural_frequencies(drive, count=2)[1]
+    motor = Motor(inertia=1e-6, joint_stiffness=float(1e-6 * half_wave**2))
+    tuned = replace(drive, motor=motor)
+    listed = cd.natural_frequencies(tuned, count=5)
+    roots = [float(root) / (2 * np.pi) for root in exact_roots(in_metres(tuned), 5)]
+    np.testing.assert_allclose(listed, roots, rtol=1e-12)
+    assert np.min(np.abs(2 * np.pi * listed / half_wave - 1)) < 1e-14
+
+
+def in_metres(drive):
+    """The same drive with its span given unstretched, as the reference wants it."""
+    return replace(drive, layout=replace(drive.layout, span_length=drive.span_length, pulley_distance=None))
+
+
+def test_joint_mode_and_cable_mode_veer_and_never_cross():
+    """A joint stiffness led through the first cable mode: two simple modes, kept apart by the coupling."""
+    drive = cd.load_drive("dissertation-3")
+    cable_mode = cd.natural_frequencies(replace(drive, motor=None), count=1)[0]
+    gaps = []
+    for share in np.geomspace(0.5, 2.0, 31):
+        stiffness = drive.motor.inertia * (2 * np.pi * cable_mode * share) ** 2
+        modes = longitudinal(replace(drive, motor=replace(drive.motor, joint_stiffness=float(stiffness))), 2)
+        assert [mode.multiplicity for mode in modes] == [1, 1]
+        gaps.append(modes[1].frequency / modes[0].frequency)
+    assert min(gaps) > 1.05
+
+
+@pytest.mark.parametrize("share", [1e-2, 1e-5, 1e-8])
+def test_light_pendant_tuned_to_a_mode_parts_it_by_the_root_of_its_mass(share):
+    """Perturbation of a double mode: two modes at omega (1 -+ sqrt(m u^2)/2), u of unit modal mass."""
+    drive = uneven_loop()
+    mode = longitudinal(drive, 3)[2]
+    omega, moving = 2 * np.pi * mode.frequency, mode.joints["drive pulley"][0]
+    rim_mass = share / moving**2
+    stiffness = rim_mass * RADIUS**2 * omega**2
+    motor = Motor(inertia=rim_mass * RADIUS**2, joint_stiffness=float(stiffness))
+    tuned = replace(drive, motor=motor)
+    pair = np.array([m.frequency for m in longitudinal(tuned, 6)])
+    pair = np.sort(pair[np.argsort(np.abs(pair / mode.frequency - 1))[:2]])
+    parted = (pair[1] - pair[0]) / mode.frequency
+    assert parted == pytest.approx(np.sqrt(share), rel=2 * np.sqrt(share))
+    roots = np.array([float(root) / (2 * np.pi) for root in exact_roots(tuned, 6)])
+    np.testing.assert_allclose([m.frequency for m in longitudinal(tuned, 6)][:6], roots, rtol=1e-12)
+
+
+def uneven_loop():
+    rng = np.random.default_rng(7)
+    drive = uneven_machine(rng, contrast=10.0)
+    pulleys = (
+        pulley(0.4 * drive.cable.mass_per_length * drive.span_length),
+        replace(drive.pulley[1], fixed=False),
+    )
+    return replace(drive, kind="loop", pulley=pulleys, motor=None)
