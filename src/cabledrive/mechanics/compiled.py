@@ -1,0 +1,140 @@
+"""Compiled kernels: numba where it is to be had, with a cache that outlives the process.
+
+The cache lies in the user's own folder, not beside the sources: an installation may be read-only and serve
+many. Its name holds the package's version and a digest of the kernels' folder, since numba looks for changes
+only in the file of a function and not in those it calls.
+"""
+
+import hashlib
+import os
+import stat
+import sys
+import tempfile
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+# Not among them: nnan and ninf, so that a NaN stays one and is found.
+FAST_MATH = {"reassoc", "contract", "nsz", "arcp", "afn"}
+
+
+def njit(function: F) -> F:
+    """Compile a kernel when it is first called, with fast arithmetic that keeps NaN and infinity.
+
+    Parameters
+    ----------
+    function : callable
+        Loops over floats and arrays.
+
+    Returns
+    -------
+    callable
+        The compiled kernel; the function itself where numba is absent or told not to compile.
+    """
+    return _compile(function, FAST_MATH)
+
+
+def njit_inlined(function: F) -> F:
+    """Compile a kernel into each of its callers: for short parts of a hot loop.
+
+    Parameters
+    ----------
+    function : callable
+        Loops over floats and arrays.
+
+    Returns
+    -------
+    callable
+        As `njit`.
+    """
+    return _compile(function, FAST_MATH, inline="always")
+
+
+def njit_strict(function: F) -> F:
+    """Compile a kernel whose rounding matters: no arithmetic is reordered.
+
+    Parameters
+    ----------
+    function : callable
+        Loops over floats and arrays.
+
+    Returns
+    -------
+    callable
+        As `njit`.
+    """
+    return _compile(function, False)
+
+
+@cache
+def numba_at_hand() -> bool:
+    """Whether kernels can be compiled here.
+
+    Returns
+    -------
+    bool
+        False where numba is not installed, and where NUMBA_DISABLE_JIT is set.
+    """
+    try:
+        import numba
+    except ImportError:
+        return False
+    config: Any = numba.config
+    return not config.DISABLE_JIT
+
+
+def _compile(function: F, fast_math: Any, **options: Any) -> F:
+    if not numba_at_hand():
+        return function
+    import numba
+
+    config: Any = numba.config
+    options |= {"error_model": "numpy", "fastmath": fast_math, "nogil": True}
+    options["no_cpython_wrapper"] = function.__name__.startswith("_")  # called by other kernels only
+    chosen = config.CACHE_DIR  # NUMBA_CACHE_DIR of the environment
+    config.CACHE_DIR = chosen or _cache_folder(Path(function.__code__.co_filename).parent)
+    try:
+        compiler: Any = numba.njit(cache=bool(config.CACHE_DIR), **options)
+        return compiler(function)
+    finally:
+        config.CACHE_DIR = chosen
+
+
+@cache
+def _cache_folder(sources: Path) -> str:
+    """A folder for compiled kernels that can be written and is nobody else's; empty if there is none."""
+    from cabledrive import __version__
+
+    digest = hashlib.sha256()
+    for path in sorted(sources.glob("*.py")):
+        digest.update(path.name.encode() + path.read_bytes())
+    name = f"kernels-{__version__}-py{sys.version_info[0]}{sys.version_info[1]}-{digest.hexdigest()[:12]}"
+    user = os.getuid() if hasattr(os, "getuid") else "user"
+    for base in (_user_cache(), Path(tempfile.gettempdir()) / f"cabledrive-{user}"):
+        if base.is_absolute() and _is_own(base) and _is_own(base / name):
+            return str(base / name)
+    return ""
+
+
+def _user_cache() -> Path:
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA", "")) / "cabledrive"
+    home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+    return Path(home) / "cabledrive"
+
+
+def _is_own(folder: Path) -> bool:
+    """Whether the folder is there or could be made, can be written, and nobody else can write into it."""
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        status = folder.stat()
+    except OSError:
+        return False
+    if not os.access(folder, os.W_OK):
+        return False
+    if not hasattr(os, "getuid"):
+        return True
+    return status.st_uid == os.getuid() and not status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)

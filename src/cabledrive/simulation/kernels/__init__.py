@@ -1,0 +1,1 @@
+"""Compiled kernels. Importing one of these modules imports numba."""

@@ -1,0 +1,88 @@
+"""What changes from step to step, in arrays that the methods write into."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cabledrive.mechanics.cable_law import Array
+from cabledrive.simulation.channels import EXTREMES, TALLIES
+from cabledrive.simulation.plan import Integers
+
+MOST_EVENTS = 1000
+
+# Entries of State.counts.
+STEPS, EVENTS, UPPER_SLACK, LOWER_SLACK = range(4)
+
+
+class State(NamedTuple):
+    """Displacements at the time t_j of a step, velocities half a step before it, and what was counted."""
+
+    x: Array  # (3, nodes): u, v, w [m]
+    x_t: Array  # (3, nodes): velocities at t_j - step/2 [m/s]
+    motor: Array  # (2,): displacement [m] and velocity [m/s] of the motor, at the rim
+    tallies: Array  # (2, TALLIES): works and losses [J], and what rounding took from them
+    extremes: Array  # (EXTREMES,): see channels
+    events: Array  # (MOST_EVENTS, 4): step, span, segment and tension [N] where a span went slack
+    counts: Integers  # (4,): steps done, events, whether upper and lower span were slack at the last step
+    extra: Array  # what else a method keeps
+
+
+def new_state(displacement: Array, velocity: Array, motor: tuple[float, float], extra: int = 0) -> State:
+    """State at the start of a run.
+
+    Parameters
+    ----------
+    displacement : ndarray, shape (3, nodes)
+        u, v, w [m].
+    velocity : ndarray, shape (3, nodes)
+        Velocities half a step before the start [m/s].
+    motor : (float, float)
+        Displacement [m] and velocity [m/s] of the motor at the rim.
+    extra : int, default 0
+        Numbers a method keeps besides.
+
+    Returns
+    -------
+    State
+    """
+    extremes = np.zeros(EXTREMES)
+    extremes[0:6:2], extremes[1:6:2] = np.inf, -np.inf
+    return State(
+        x=np.array(displacement, dtype=np.float64),
+        x_t=np.array(velocity, dtype=np.float64),
+        motor=np.array(motor, dtype=np.float64),
+        tallies=np.zeros((2, TALLIES)),
+        extremes=extremes,
+        events=np.zeros((MOST_EVENTS, 4)),
+        counts=np.zeros(4, dtype=np.int64),
+        extra=np.zeros(extra),
+    )
+
+
+def copy_state(state: State) -> State:
+    """Copy of a state that shares nothing with it.
+
+    Parameters
+    ----------
+    state : State
+
+    Returns
+    -------
+    State
+    """
+    copies: list[Any] = [np.array(array) for array in state]
+    return State(*copies)
+
+
+def set_state(state: State, other: State) -> None:
+    """Write another state into this one.
+
+    Parameters
+    ----------
+    state : State
+        Overwritten in place.
+    other : State
+        Of the same run.
+    """
+    for mine, theirs in zip(state, other, strict=True):
+        mine[...] = theirs

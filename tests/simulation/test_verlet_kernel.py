@@ -1,0 +1,166 @@
+"""The compiled march (`cabledrive.simulation.kernels.verlet` and what it calls) equals its readable twin.
+
+What it calls, and is tested with it: `cabledrive.simulation.kernels.segments`,
+`cabledrive.simulation.kernels.shafts`, `cabledrive.simulation.kernels.steps`,
+`cabledrive.simulation.kernels.axial_damping`, `cabledrive.simulation.kernels.observe`, all compiled by
+`cabledrive.mechanics.compiled`.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cabledrive.mechanics.cable_laws import LAWS, cable_law
+from cabledrive.mechanics.mesh import mesh_of
+from cabledrive.parameters.carriage import Carriage
+from cabledrive.parameters.drive_file import load_drive
+from cabledrive.simulation.channels import CHANNELS, WIDTH
+from cabledrive.simulation.kernels.segments import LARGEST_Z, segment_tensions
+from cabledrive.simulation.kernels.shafts import solve_shafts
+from cabledrive.simulation.kernels.verlet import march
+from cabledrive.simulation.plan import COULOMB, SMOOTH, TURNS, plan_of
+from cabledrive.simulation.readable.shafts import solve_shafts_reference
+from cabledrive.simulation.readable.verlet import march_reference
+from cabledrive.simulation.state import copy_state, new_state
+from cabledrive.simulation.workspace import FRICTION, NEW, OLD, RIGHT, new_workspace
+
+pytestmark = pytest.mark.kernel
+
+SEGMENTS, STEPS, EVERY = 7, 36, 6
+LOOP = load_drive("dissertation-2")
+MOTORED = load_drive("dissertation-3")
+CARRIAGES = (
+    Carriage(mass=2e-3, position=0.31),
+    Carriage(mass=1e-3, position=0.62, guided=False),
+    Carriage(mass=3e-3, position=0.2, span="lower", guided=False),
+)
+RUBBED = replace(
+    LOOP, pulley=tuple(replace(p, viscous_friction=0.01, coulomb_friction=0.02) for p in LOOP.pulley)
+)
+HELD = replace(LOOP, pulley=(LOOP.pulley[0], replace(LOOP.pulley[1], fixed=True)))
+SLOPED = replace(LOOP, layout=replace(LOOP.layout, inclination=0.4))
+
+CASES = {
+    **{name: (LOOP, name, {}) for name in LAWS},
+    "line": (replace(LOOP, kind="line"), "exact", {"transverse_damping": 20.0}),
+    "damped": (LOOP, "exact", {"transverse_damping": 20.0}),
+    "sloped": (SLOPED, "exact", {}),
+    "held load": (HELD, "exact", {}),
+    "carriages": (replace(SLOPED, carriage=CARRIAGES), "exact", {"transverse_damping": 20.0}),
+    "forces": (replace(LOOP, carriage=CARRIAGES), "exact", {"forces": ((3, 0), (5, 2))}),
+    "stick-slip": (RUBBED, "exact", {}),
+    "smoothed": (RUBBED, "exact", {"smoothing_speed": 0.1}),
+    "motor": (MOTORED, "exact", {}),
+    "motor, smoothed": (MOTORED, "exact", {"smoothing_speed": 0.1}),
+    "axial damping": (LOOP, "exact", {"axial_damping": 4.5}),
+    "axial damping, line": (replace(LOOP, kind="line"), "exact", {"axial_damping": 0.1}),
+    "axial damping, linear": (LOOP, "linear", {"axial_damping": 4.5}),
+    "everything": (
+        replace(MOTORED, carriage=CARRIAGES, pulley=RUBBED.pulley, layout=SLOPED.layout),
+        "exact",
+        {"axial_damping": 4.5, "transverse_damping": 20.0, "forces": ((2, 1), (9, 0))},
+    ),
+    "slack": (LOOP, "exact", {"slack": True}),
+    "slack, damped": (LOOP, "exact", {"slack": True, "axial_damping": 0.1}),
+    "slack, weak": (LOOP, "weak", {"slack": True}),
+    "steep": (LOOP, "exact", {"steep": True}),
+}
+
+
+def setting(case):
+    """Plan, random start and inputs of a case, the motion some thousand times round-off of every part."""
+    drive, model, options = CASES[case]
+    options = dict(options)
+    slack, steep = options.pop("slack", False), options.pop("steep", False)
+    mesh, law = mesh_of(drive, SEGMENTS), cable_law(drive.cable, model, tension_only=slack)
+    step = 0.8 * mesh.spacing.min() / drive.cable.axial_wave_speed
+    plan = plan_of(mesh, law, step=step, stop_when_slack=False, probes=(("upper", 0.123),), **options)
+    rng = np.random.default_rng(11)
+    size = np.array([[6e-3 if slack else 2e-4], [2e-3], [2e-3]]) * (60.0 if steep else 1.0)
+    x = size * rng.uniform(-1.0, 1.0, (3, mesh.nodes)) * mesh.spacing.min() * 7.0
+    x_t = rng.uniform(-0.5, 0.5, (3, mesh.nodes))
+    for array in (x, x_t):
+        array[1:, ~mesh.sways] = 0.0
+        for node, shaft in zip(mesh.rims, mesh.shafts, strict=False):
+            array[0, node] *= 0.0 if shaft.fixed else 1.0
+        if mesh.closed:
+            array[:, -1] = array[:, 0]
+    start = new_state(x, x_t, (x[0, 0], x_t[0, 0]))
+    torque = 0.5 * rng.standard_normal(STEPS)
+    forces = rng.standard_normal((STEPS, plan.force.shape[0]))
+    return plan, start, torque, forces
+
+
+def taken(function, plan, start, torque, forces):
+    state = copy_state(start)
+    rows = np.zeros((STEPS // EVERY, WIDTH + 3 * plan.probe.shape[0]))
+    fields = np.zeros((STEPS // EVERY, *state.x.shape))
+    code = function(plan, state, new_workspace(plan), torque, forces, EVERY, rows, fields)
+    return code, state, rows, fields
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_compiled_march_equals_the_readable_one(case):
+    """Displacements, velocities, tallies, extremes, events, records, fields after 36 steps, to round-off."""
+    inputs = setting(case)
+    code, state, rows, fields = taken(march, *inputs)
+    code_r, state_r, rows_r, fields_r = taken(march_reference, *inputs)
+    assert code == code_r == 0
+    for name, ours, theirs in zip(state._fields, state, state_r, strict=True):
+        if name == "tallies":
+            ours, theirs = ours[0] - ours[1], theirs[0]
+        scale = np.max(np.abs(theirs), initial=1e-300)
+        error = np.max(np.abs(ours - theirs), initial=0.0) / scale
+        assert error < 1e-10, f"{name}: {error:.2e} of its largest entry"
+    np.testing.assert_allclose(fields, fields_r, atol=1e-10 * np.max(np.abs(fields_r)))
+    scale = np.max(np.abs(rows_r), axis=0) + 1e-12 * np.max(np.abs(rows_r[:, WIDTH - 1]))
+    names = [channel.name for channel in CHANNELS] + ["probe"] * (rows.shape[1] - WIDTH)
+    error = np.max(np.abs(rows - rows_r) / scale, axis=0)
+    assert error.max() < 1e-9, f"{names[int(error.argmax())]}: {error.max():.2e}"
+    if case.startswith("slack"):
+        assert state.counts[1] > 0, "the case meant to go slack did not"
+
+
+@pytest.mark.parametrize("model", LAWS)
+@pytest.mark.parametrize("tension_only", [False, True])
+@pytest.mark.parametrize("size", [1e-6, 1e-3, 0.02, 0.3])
+def test_the_compiled_laws_equal_the_readable_ones(model, tension_only, size):
+    """Also beyond the range of the polynomial that stands for the root, and where segments are slack."""
+    if model == "linear" and tension_only:
+        pytest.skip("a linear cable cannot go slack")
+    law = cable_law(LOOP.cable, model, tension_only=tension_only)
+    x = np.cumsum(np.random.default_rng(1).uniform(-size, size, (3, 500)), axis=1)
+    p = np.zeros((3, 499))
+    number = list(LAWS).index(model)
+    slack = segment_tensions(
+        number, tension_only, law.pretension, law.axial_rigidity, x, np.full(499, 1.0), p
+    )
+    gradients = np.diff(x, axis=1)
+    expected = np.stack(law.excess_components(*gradients))
+    np.testing.assert_allclose(p, expected, rtol=1e-12, atol=2e-15 * np.max(np.abs(expected)))
+    assert slack == np.sum(law.strain(*gradients) < law.slack_strain)
+    largest = np.max(np.abs((1.0 + gradients[0]) ** 2 + gradients[1] ** 2 + gradients[2] ** 2 - 1.0))
+    assert (largest > LARGEST_Z) == (size > 0.01), "the sizes are meant to lie on both sides of the range"
+
+
+@pytest.mark.parametrize("smooth", [0.0, 0.05])
+@pytest.mark.parametrize("seed", range(30))
+def test_shafts_stick_and_slip_as_the_readable_ones(seed, smooth):
+    """Random inertias, joint damping, friction and pushes, stuck and slipping alike."""
+    rng = np.random.default_rng(seed)
+    joint = rng.uniform(0.0, 3.0)
+    matrix = np.diag(rng.uniform(0.5, 2.0, 3)) + joint * np.array([[1, 0, -1], [0, 0, 0], [-1, 0, 1]])
+    matrix[0, 1] = matrix[1, 0] = -rng.uniform(0.0, 0.3) * (seed % 2)
+    table = np.zeros((6, 3))
+    table[COULOMB] = rng.uniform(0.0, 1.0, 3) * rng.integers(0, 2, 3)
+    table[SMOOTH], table[TURNS] = smooth, rng.integers(0, 4, 3) > 0
+    shaft = np.zeros((5, 3))
+    shaft[OLD] = rng.uniform(-1.0, 1.0, 3) * table[TURNS]
+    shaft[RIGHT] = rng.uniform(-1.5, 1.5, 3)
+    solve_shafts(matrix, table, shaft)
+    new, friction = solve_shafts_reference(matrix, table, shaft[RIGHT], shaft[OLD])
+    np.testing.assert_allclose(shaft[NEW], new, atol=1e-13)
+    np.testing.assert_allclose(shaft[FRICTION], friction, atol=1e-12)
+    if smooth == 0.0:
+        assert (np.abs(shaft[FRICTION]) <= table[COULOMB] * (1.0 + 1e-12)).all()
