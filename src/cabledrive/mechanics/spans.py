@@ -59,7 +59,8 @@ def longitudinal_chains(drive: Drive) -> tuple[LabelledChain, ...]:
     """Chains that carry the longitudinal motion of a drive.
 
     Pulleys enter with J / r^2, carriages with their mass; a rigidly joined motor adds to its pulley, one
-    behind a flexible joint hangs on the drive pulley as spring and mass.
+    behind a flexible joint hangs on the drive pulley as spring and mass. Force balance at the joints is that
+    of Eqs. (3.9), (3.16), (3.22), (3.37), with EA per unstretched metre.
 
     Parameters
     ----------
@@ -83,6 +84,8 @@ def longitudinal_chains(drive: Drive) -> tuple[LabelledChain, ...]:
 
 def transverse_chains(drive: Drive) -> tuple[LabelledChain, ...]:
     """Strings that carry the transverse motion: each span, cut where a guided carriage holds it.
+
+    Each piece between two joints obeys Eq. (3.27).
 
     Parameters
     ----------

@@ -62,7 +62,9 @@ class Mode:
     def shape(self, span: str, positions: Array) -> Array:
         r"""Displacement along a span, from the exact solution between the joints.
 
-        .. math:: u(s) = \frac{u_a \sin k(l - s) + u_b \sin ks}{\sin kl} \qquad \text{Eq. (3.11)}
+        .. math:: u(s) = \frac{u_a \sin k(l - s) + u_b \sin ks}{\sin kl}
+
+        which is Eqs. (3.11), (3.18), (3.24), (3.28) with the displacements of both ends for constants.
 
         Parameters
         ----------
