@@ -1,0 +1,214 @@
+"""Mode shapes obey the mechanics they come from: masses, energies, boundary conditions, by quadrature."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from machines import machine, ring_of, some_cable, uneven_machine
+from numpy.polynomial import chebyshev, legendre
+
+import cabledrive as cd
+
+NODES, WEIGHTS = legendre.leggauss(80)
+MODES = 8
+
+
+class Sampled:
+    """A mode's displacement and slope at the quadrature points of every stretch, from `Mode.shape` alone."""
+
+    def __init__(self, drive, mode, kind):
+        self.drive, self.mode, self.kind = drive, mode, kind
+        self.omega = 2 * np.pi * mode.frequency
+        spans = drive.spans if kind == "longitudinal" else (mode.span,)
+        self.pieces = [piece for span in spans for piece in self.sample(span)]
+
+    def sample(self, span):
+        """Weights, displacements, slopes and end slopes of each stretch between joints."""
+        stops = [0.0, *(c.position for c in self.drive.carriages_on(span)), self.drive.span_length]
+        for start, end in pairwise(stops):
+            half = 0.5 * (end - start)
+            u = self.mode.shape(span, start + half * (1 + NODES))
+            interpolant = chebyshev.chebfit(NODES, u.T, 70)
+            slope = chebyshev.chebder(interpolant) / half
+            yield {
+                "span": span,
+                "weights": half * WEIGHTS,
+                "u": u,
+                "slope": chebyshev.chebval(NODES, slope),
+                "ends": (chebyshev.chebval(-1.0, slope), chebyshev.chebval(1.0, slope)),
+            }
+
+    def masses(self):
+        """Masses at joints with their displacement, (mass, displacement of each shape)."""
+        joints = self.mode.joints
+        carried = [(c.mass, f"carriage {i}") for i, c in enumerate(self.drive.carriage)]
+        if self.kind == "longitudinal":
+            motor = self.drive.motor
+            rims = [pulley.inertia / pulley.radius**2 for pulley in self.drive.pulley]
+            if motor is not None:
+                at_rim = motor.inertia / self.drive.pulley[0].radius ** 2
+                if motor.joint_stiffness is None:
+                    rims[0] += at_rim
+                else:
+                    carried.append((at_rim, "motor"))
+            carried += [(rims[0], "drive pulley"), (rims[1], "load pulley")]
+        resting = np.zeros(self.mode.multiplicity)
+        return [(mass, joints.get(name, resting)) for mass, name in carried]
+
+    def modal_mass(self, other):
+        """Cross modal mass with another mode of the same kind, shape (multiplicity, multiplicity)."""
+        cable = sum(
+            (a["u"] * a["weights"]) @ b["u"].T for a, b in zip(self.pieces, other.pieces, strict=True)
+        )
+        lumped = sum(np.outer(m * a, b) for (m, a), (_, b) in zip(self.masses(), other.masses(), strict=True))
+        return self.drive.cable.mass_per_length * cable + lumped
+
+    def stiffness(self):
+        """Twice the strain energy, shape (multiplicity, multiplicity)."""
+        cable = self.drive.cable
+        rigid = (
+            cable.axial_rigidity
+            if self.kind == "longitudinal"
+            else cable.pretension / (1.0 + cable.pretension / cable.axial_rigidity)
+        )
+        total = rigid * sum((p["slope"] * p["weights"]) @ p["slope"].T for p in self.pieces)
+        if "motor" in self.mode.joints:
+            twist = self.mode.joints["motor"] - self.mode.joints["drive pulley"]
+            total = total + self.drive.motor.joint_stiffness / self.drive.pulley[0].radius ** 2 * np.outer(
+                twist, twist
+            )
+        return total
+
+
+def sampled(drive, kind="longitudinal"):
+    modes = cd.modes(drive, count=MODES)
+    return [Sampled(drive, mode, kind) for mode in getattr(modes, kind)[:MODES]]
+
+
+def drives():
+    drawn = [machine(np.random.default_rng(seed), contrast=1e3) for seed in range(12)]
+    return [*(pytest.param(drive, id=f"machine-{i}") for i, drive in enumerate(drawn)), even_ring()]
+
+
+def even_ring():
+    cable = some_cable(np.random.default_rng(0))
+    return ring_of([0.5] * 8, [0.3 * cable.mass_per_length] * 8, cable)
+
+
+@pytest.mark.parametrize("drive", drives())
+def test_shapes_have_unit_modal_mass_and_are_orthogonal(drive):
+    """Integral of rho0 u_i u_j ds + sum of m u_i u_j = delta_ij, shapes of one multiple mode included."""
+    found = sampled(drive)
+    for i, a in enumerate(found):
+        for b in found[: i + 1]:
+            together = a.modal_mass(b)
+            expected = np.eye(len(together)) if a is b else np.zeros(together.shape)
+            assert np.max(np.abs(together - expected)) < 1e-8, f"{a.mode.frequency}: {together - expected}"
+
+
+@pytest.mark.parametrize("drive", drives())
+def test_rayleigh_quotient_of_each_shape_is_its_squared_frequency(drive):
+    for found in sampled(drive):
+        energy = found.stiffness() / found.omega**2
+        assert np.max(np.abs(energy - np.eye(len(energy)))) < 1e-7, f"{energy}"
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_transverse_shapes_have_unit_modal_mass_and_the_right_energy(seed):
+    """Strings under T0 with hanging carriages; shapes of one section are orthogonal."""
+    rng = np.random.default_rng(seed)
+    drive = uneven_machine(rng, contrast=100.0)
+    drive = replace(
+        drive, carriage=tuple(replace(c, guided=bool(rng.random() < 0.3)) for c in drive.carriage)
+    )
+    found = sampled(drive, "transverse")
+    for i, a in enumerate(found):
+        assert a.stiffness()[0, 0] / a.omega**2 == pytest.approx(1.0, abs=1e-7)
+        for b in found[: i + 1]:
+            if (a.mode.span, a.mode.section, a.mode.plane) == (b.mode.span, b.mode.section, b.mode.plane):
+                assert a.modal_mass(b)[0, 0] == pytest.approx(float(a is b), abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    "name", ["dissertation-1", "dissertation-2", "dissertation-transporter", "printer-belt"]
+)
+def test_pulleys_and_carriages_obey_their_equations_of_motion(name):
+    """Eq. (3.9) and (3.16): -omega^2 m u = EA (slope after - slope before); the cable sticks to the rims."""
+    drive = cd.load_drive(name)
+    for found in sampled(drive):
+        mode, rigidity = found.mode, drive.cable.axial_rigidity
+        upper = [p for p in found.pieces if p["span"] == "upper"]
+        lower = [p for p in found.pieces if p["span"] == "lower"]
+        rims = [p.inertia / p.radius**2 for p in drive.pulley]
+        if drive.motor is not None and drive.motor.joint_stiffness is None:
+            rims[0] += drive.motor.inertia / drive.pulley[0].radius ** 2
+        forces = {
+            "drive pulley": (rims[0], upper[0]["ends"][0] - lower[-1]["ends"][1]),
+            "load pulley": (rims[1], lower[0]["ends"][0] - upper[-1]["ends"][1]),
+        }
+        for i, c in enumerate(drive.carriage):
+            pieces = upper if c.span == "upper" else lower
+            after = sum(other.position <= c.position for other in drive.carriages_on(c.span))
+            jump = pieces[after]["ends"][0] - pieces[after - 1]["ends"][1]
+            forces[f"carriage {i}"] = c.mass, jump
+        scale = rigidity * max(np.max(np.abs(p["slope"])) for p in found.pieces)
+        for joint, (mass, jump) in forces.items():
+            left = -(found.omega**2) * mass * mode.joints[joint]
+            assert np.max(np.abs(left - rigidity * jump)) < 1e-7 * scale, joint
+        length = drive.span_length
+        for span, first, last in (("upper", "drive", "load"), ("lower", "load", "drive")):
+            ends = mode.shape(span, [0.0, length])
+            np.testing.assert_allclose(
+                ends[:, 0], mode.joints[f"{first} pulley"], atol=1e-12 * np.max(np.abs(ends) + 1)
+            )
+            np.testing.assert_allclose(
+                ends[:, 1], mode.joints[f"{last} pulley"], atol=1e-12 * np.max(np.abs(ends) + 1)
+            )
+
+
+@pytest.mark.parametrize("drive", drives())
+def test_shapes_satisfy_the_wave_equation(drive):
+    """u'' = -(omega/c)^2 u on every stretch: slope and displacement turn into each other."""
+    speed = np.sqrt(drive.cable.axial_rigidity / drive.cable.mass_per_length)
+    for found in sampled(drive):
+        k = found.omega / speed
+        for piece in found.pieces:
+            invariant = piece["u"] ** 2 + (piece["slope"] / k) ** 2
+            assert np.all(np.ptp(invariant, axis=1) <= 1e-6 * invariant.max(axis=1)), piece["span"]
+
+
+def test_shapes_of_a_double_mode_are_independent_and_orthogonal():
+    """Gram matrix by modal mass is the identity: a basis, not one shape twice."""
+    doubles = [found for found in sampled(even_ring()) if found.mode.multiplicity == 2]
+    assert len(doubles) >= 3
+    for found in doubles:
+        gram = found.modal_mass(found)
+        np.testing.assert_allclose(gram, np.eye(2), atol=1e-9)
+        joints = np.array(list(found.mode.joints.values()))
+        assert np.linalg.svd(joints, compute_uv=False)[1] > 0.1 * np.linalg.norm(joints)
+
+
+@pytest.mark.parametrize("drive", drives())
+def test_kinetic_shares_sum_to_one_and_are_those_of_the_shapes(drive):
+    """Shares of the joints are m u^2; what is left is the cable's, by quadrature."""
+    for found in sampled(drive):
+        shares = found.mode.kinetic_shares
+        assert sum(shares.values()) == pytest.approx(1.0, abs=1e-12)
+        assert min(shares.values()) > -1e-9
+        density = drive.cable.mass_per_length
+        cable = density * sum(np.mean((p["u"] ** 2) @ p["weights"]) for p in found.pieces)
+        assert shares["cable"] == pytest.approx(cable, abs=1e-8)
+
+
+def test_shape_beyond_the_mode_is_zero_and_at_joints_the_joints():
+    """A transverse mode lives on its own span and section alone."""
+    drive = cd.load_drive("dissertation-transporter")
+    s = np.linspace(0.0, drive.span_length, 50)
+    for mode in cd.modes(drive, count=12).transverse:
+        other = {"upper": "lower", "lower": "upper"}[mode.span]
+        assert not np.any(mode.shape(other, s))
+        start, end = mode.section
+        outside = (s < start) | (s > end)
+        assert not np.any(mode.shape(mode.span, s[outside]))
+        assert np.any(mode.shape(mode.span, s[~outside]))
