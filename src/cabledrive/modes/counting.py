@@ -21,10 +21,11 @@ from typing import Any
 import numpy as np
 
 from cabledrive.mechanics.chain import Chain, split_at_antinodes
+from cabledrive.mechanics.compiled import njit_strict
 from cabledrive.mechanics.dynamic_stiffness import dynamic_stiffness, free_joints
 from cabledrive.modes import counting_kernels
+from cabledrive.modes.refinement import LONG_CHAIN
 
-LONG_CHAIN = 150
 _CUT_SHARES = ((0.382, 0.146), (0.236, 0.71), (0.618, 0.31), (0.09, 0.854))
 _CLEAR = 1e-13
 
@@ -65,7 +66,7 @@ class ModeCounter:
         return int(_kernel("count_line", self._chain)(omega, *self._arguments[0]))
 
     def _ring(self, omega: float) -> int:
-        """Cut the ring at two places; where the count is not clear of round-off, cut elsewhere, keep the clearest."""
+        """Cut the ring at two places; where round-off clouds the count, cut elsewhere, keep the clearest."""
         best, clearest = 0, -1.0
         kernel = _kernel("count_ring", self._chain)
         for number in range(1 + len(_CUT_SHARES)):
@@ -89,7 +90,7 @@ def _arguments(chain: Chain, long: bool, *ends: int) -> tuple[Any, ...]:
 
 
 def _cut_rings(chain: Chain) -> Iterator[tuple[Chain, int]]:
-    """The ring cut at joint 0 and half way; then cut inside two segments, at one pair of shares after another."""
+    """The ring cut at joint 0 and half way; then inside two segments, at one pair of shares after another."""
     n = chain.masses.size
     yield chain, (n + 1) // 2
     other = max(1, round(0.38 * n))
@@ -97,16 +98,14 @@ def _cut_rings(chain: Chain) -> Iterator[tuple[Chain, int]]:
         pieces = ([(1 - share) * chain.lengths[0]], chain.lengths[1:other])
         cut = chain.lengths[other] * np.array([other_share, 1 - other_share])
         lengths = np.concatenate((*pieces, cut, chain.lengths[other + 1 :], [share * chain.lengths[0]]))
-        masses = np.concatenate(([0.0], chain.masses[1 : other + 1], [0.0], chain.masses[other + 1 :], chain.masses[:1]))
+        masses = np.insert(np.roll(chain.masses, -1), (0, other), 0.0)
         yield replace(chain, lengths=lengths, masses=masses, pendant_joint=masses.size - 1), other + 1
 
 
 @cache
 def _compiled(name: str) -> Callable[..., Any]:
-    import numba
-
-    compiled: Callable[..., Any] = numba.njit(cache=True, error_model="numpy")(getattr(counting_kernels, name))
-    return compiled
+    kernel: Callable[..., Any] = njit_strict(getattr(counting_kernels, name))
+    return kernel
 
 
 def _is_long(chain: Chain) -> bool:

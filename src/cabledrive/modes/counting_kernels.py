@@ -6,12 +6,24 @@ modes hidden inside segments (Wittrick and Williams). A segment longer than 2 ra
 `cabledrive.modes.counting.modes_below_reference`.
 """
 
-from math import floor, pi, sin, tan
+from collections.abc import Sequence
+from math import floor, pi, tan
 
 TINY = 1e-30
 
 
-def count_line(omega, times, masses, impedance, spring, pendant_mass, pendant_joint, first_fixed, last_fixed):  # noqa: D103
+def count_line(
+    omega: float,
+    times: Sequence[float],
+    masses: Sequence[float],
+    impedance: float,
+    spring: float,
+    pendant_mass: float,
+    pendant_joint: int,
+    first_fixed: bool,
+    last_fixed: bool,
+) -> int:
+    """Modes of a line below omega: negative pivots from joint to joint, and modes inside segments."""
     count = 0
     pendant = 0.0
     if spring > 0.0:
@@ -36,8 +48,9 @@ def count_line(omega, times, masses, impedance, spring, pendant_mass, pendant_jo
         for part in range(parts):
             if part == 1:
                 phase = rest
-            link = impedance / sin(phase)
-            edge = -impedance * tan(phase / 2)
+            half = tan(0.5 * phase)
+            link = 0.5 * impedance * (half + 1.0 / half)
+            edge = -impedance * half
             if held:
                 ground = edge + link
                 held = False
@@ -53,7 +66,17 @@ def count_line(omega, times, masses, impedance, spring, pendant_mass, pendant_jo
     return count
 
 
-def count_ring(omega, times, masses, impedance, spring, pendant_mass, pendant_joint, second_cut):  # noqa: D103
+def count_ring(
+    omega: float,
+    times: Sequence[float],
+    masses: Sequence[float],
+    impedance: float,
+    spring: float,
+    pendant_mass: float,
+    pendant_joint: int,
+    second_cut: int,
+) -> tuple[int, float]:
+    """Modes of a ring below omega, and the count's relative distance from round-off: two joints are left."""
     count = 0
     worst = 1.0
     pendant = 0.0
@@ -85,8 +108,9 @@ def count_ring(omega, times, masses, impedance, spring, pendant_mass, pendant_jo
             if part == 1:
                 phase = rest
                 joint_ground = 0.0
-            new_link = impedance / sin(phase)
-            edge = -impedance * tan(phase / 2)
+            half = tan(0.5 * phase)
+            new_link = 0.5 * impedance * (half + 1.0 / half)
+            edge = -impedance * half
             if fresh:
                 link, near, far = new_link, edge, edge
                 fresh = False

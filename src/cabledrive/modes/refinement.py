@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from cabledrive.mechanics.chain import Array, Chain
 from cabledrive.mechanics.dynamic_stiffness import DynamicStiffness, dynamic_stiffness, free_joints, links
 
+LONG_CHAIN = 300
 _STEPS = 12
 _CONVERGED = 1e-13
 _CLUSTER = 1e-6
@@ -15,7 +16,9 @@ _SETTLED = 1e-9
 _STAY = 1e-12
 
 
-def inverse_iteration(split: Chain, start: float, modes: int, low: float, high: float) -> tuple[Array, Array] | None:
+def inverse_iteration(
+    split: Chain, start: float, modes: int, low: float, high: float
+) -> tuple[Array, Array] | None:
     r"""Refine the modes nearest to a frequency.
 
     Subspace iteration :math:`\hat K(\omega_k)\,Y = -\hat K'(\omega_k)\,X` with Rayleigh-Ritz,
@@ -41,6 +44,10 @@ def inverse_iteration(split: Chain, start: float, modes: int, low: float, high: 
         Displacements of the joints (the pendant's last), of unit modal mass.
         Or None, if the iteration leaves the interval.
     """
+    if modes == 1 and split.lengths.size > LONG_CHAIN:
+        polished = _polish(split, start, low, high)
+        if polished is not None:
+            return polished
     band = FoldedBand(split)
     if modes > band.free.size:
         return None
@@ -62,6 +69,38 @@ def inverse_iteration(split: Chain, start: float, modes: int, low: float, high: 
     return None
 
 
+def _polish(split: Chain, start: float, low: float, high: float) -> tuple[Array, Array] | None:
+    """One mode of a long chain, in machine code."""
+    from cabledrive.modes.polish_kernels import polish
+
+    n = split.masses.size
+    first = 1 if split.closed or split.fixed[0] else 0
+    last = n - 2 if split.fixed[1] else n - 1
+    pendant = (*(split.pendant or (0.0, 0.0)), float(split.pendant_joint))
+    shape = np.cos((1.0 + np.sqrt(2.0)) * np.arange(1, n + 1))
+    shape[[*range(first), *range(last + 1, n)]] = float(split.closed)
+    masses = np.ascontiguousarray(split.masses)
+    omega = polish(
+        start,
+        low,
+        high,
+        split.travel_times,
+        masses,
+        split.impedance,
+        pendant,
+        split.closed,
+        first,
+        last,
+        shape,
+    )
+    if not np.isfinite(omega):
+        return None
+    if split.pendant is not None:
+        spring, mass = split.pendant
+        shape = np.append(shape, shape[split.pendant_joint] / (1.0 - omega**2 * mass / spring))
+    return np.array([omega]), shape[:, None]
+
+
 def _rayleigh_ritz(stiffness: DynamicStiffness, band: "FoldedBand", shapes: Array) -> tuple[Array, Array]:
     """Shapes of unit modal mass within their span, and how far each mode is from here [rad/s]."""
     energy, rate = stiffness.energies(band.spread(shapes))
@@ -73,7 +112,7 @@ def _rayleigh_ritz(stiffness: DynamicStiffness, band: "FoldedBand", shapes: Arra
 
 
 class FoldedBand:
-    """Order of the unknowns that keeps a ring's matrix in a band of two: both sides of the ring in turn.
+    """Order of the unknowns that keeps a ring's matrix in a narrow band: both sides of the ring in turn.
 
     Parameters
     ----------
@@ -85,7 +124,7 @@ class FoldedBand:
         self._total = split.masses.size + (split.pendant is not None)
         self._place = _places(split, self.free)
         self._order = self.free[np.argsort(self._place[self.free])]
-        self._width = 2 if split.closed or split.pendant is not None else 1
+        self._width = 1 + split.closed + (split.pendant is not None)
         self._left, self._right = (self._place[joints] for joints in links(split))
         self._both = (self._left >= 0) & (self._right >= 0)
         near, far = self._left[self._both], self._right[self._both]
@@ -154,7 +193,7 @@ class FoldedBand:
         Returns
         -------
         callable
-            Takes loads, shape (free joints, k), to displacements with orthonormal columns (or largest entry 1).
+            Takes loads, shape (free joints, k), to displacements: orthonormal, or one of largest entry 1.
         """
         from scipy.linalg.lapack import dgbtrf, dgbtrs
 
@@ -162,7 +201,8 @@ class FoldedBand:
         factors, pivots, info = dgbtrf(self._assemble(stiffness.link, stiffness.ground), width, width)
         if info:  # the frequency is exact to the last bit: step aside by round-off
             band = self._assemble(stiffness.link, stiffness.ground)
-            band[2 * width] += 1e-13 * np.max(np.abs(band), axis=0)
+            parts = self._assemble(np.abs(stiffness.link), np.abs(stiffness.ground))
+            band[2 * width] += 1e-13 * parts[2 * width]
             factors, pivots, info = dgbtrf(band, width, width)
 
         def solve(load: Array) -> Array:
@@ -177,7 +217,8 @@ class FoldedBand:
         both = -link[self._both]
         values = (ground[self.free], link[self._left >= 0], link[self._right >= 0], both, both)
         rows = 3 * self._width + 1
-        return np.bincount(self._index, np.concatenate(values), rows * self.free.size).reshape(-1, rows).T
+        entries = np.bincount(self._index, np.concatenate(values), rows * self.free.size)
+        return np.asarray(entries, dtype=np.float64).reshape(-1, rows).T
 
 
 def _places(split: Chain, free: NDArray[np.intp]) -> NDArray[np.intp]:
