@@ -1,0 +1,244 @@
+"""What mechanics demands of every list of modes: limits, scaling, interlacing, and lists that agree."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from machines import machine, pulley, some_cable, uneven_machine
+
+import cabledrive as cd
+from cabledrive.parameters import Carriage, Drive, InputRefused, Layout
+
+SEEDS = range(12)
+
+
+def drawn(seed, contrast=1e3):
+    return machine(np.random.default_rng(seed), contrast)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_longitudinal_frequencies_do_not_depend_on_pretension(seed):
+    """At one unstretched span c_u/Le = sqrt(EA/rho0)/L; the pretension drops out, to the last bit."""
+    drive = drawn(seed)
+    slack, taut = (
+        cd.natural_frequencies(replace(drive, cable=replace(drive.cable, pretension=t)), count=10)
+        for t in (1e-3, 1e3)
+    )
+    np.testing.assert_array_equal(slack, taut)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_transverse_frequencies_grow_with_the_root_of_the_pretension(seed):
+    """omega ~ sqrt(T0/(1 + eps0)) at one unstretched span."""
+    drive = drawn(seed)
+    stiff = replace(drive.cable, youngs_modulus=1e15)
+    low, high = (
+        cd.modes(replace(drive, cable=replace(stiff, pretension=t)), count=10).transverse for t in (1.0, 4.0)
+    )
+    ratio = [b.frequency / a.frequency for a, b in zip(low, high, strict=True)]
+    np.testing.assert_allclose(ratio, 2.0, rtol=1e-6)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_scaling_stiffness_masses_and_lengths_scales_the_frequencies(seed):
+    """EA and k_m by s: sqrt(s). All masses by s: 1/sqrt(s). All lengths by s, masses per length kept: 1/s."""
+    drive = drawn(seed)
+    base = cd.natural_frequencies(drive, count=10)
+    stiffer = replace(
+        drive,
+        cable=replace(drive.cable, youngs_modulus=4.0 * drive.cable.youngs_modulus),
+        motor=scaled_motor(drive.motor, stiffness=4.0),
+    )
+    np.testing.assert_allclose(cd.natural_frequencies(stiffer, count=10), 2.0 * base, rtol=1e-13)
+    np.testing.assert_allclose(cd.natural_frequencies(heavier(drive, 4.0), count=10), base / 2.0, rtol=1e-13)
+    np.testing.assert_allclose(cd.natural_frequencies(longer(drive, 4.0), count=10), base / 4.0, rtol=1e-13)
+
+
+def scaled_motor(motor, stiffness=1.0, inertia=1.0):
+    if motor is None:
+        return None
+    joint = motor.joint_stiffness
+    joint = None if joint is None else stiffness * joint
+    return replace(motor, inertia=inertia * motor.inertia, joint_stiffness=joint)
+
+
+def heavier(drive, factor):
+    return replace(
+        drive,
+        cable=replace(drive.cable, mass_per_length=factor * drive.cable.mass_per_length),
+        pulley=tuple(replace(p, inertia=factor * p.inertia) for p in drive.pulley),
+        carriage=tuple(replace(c, mass=factor * c.mass) for c in drive.carriage),
+        motor=scaled_motor(drive.motor, inertia=factor),
+    )
+
+
+def longer(drive, factor):
+    """Lengths by a factor, and every mass with its length of cable; the joint as the spans: EA/L."""
+    return replace(
+        drive,
+        layout=Layout(span_length=factor * drive.layout.span_length),
+        pulley=tuple(replace(p, inertia=factor * p.inertia) for p in drive.pulley),
+        carriage=tuple(
+            replace(c, mass=factor * c.mass, position=factor * c.position) for c in drive.carriage
+        ),
+        motor=scaled_motor(drive.motor, stiffness=1 / factor, inertia=factor),
+    )
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_added_mass_lowers_every_frequency_and_the_old_ones_interlace(seed):
+    """Rayleigh: one more mass at one place, f_k(with) <= f_k(without) <= f_(k+1)(with)."""
+    rng = np.random.default_rng(seed)
+    drive = uneven_machine(rng, 1e3)
+    mass = drive.cable.mass_per_length * drive.span_length * 10 ** rng.uniform(-3, 3)
+    place = rng.uniform(0.05, 0.95) * drive.span_length
+    loaded = replace(drive, carriage=(*drive.carriage, Carriage(mass=mass, position=place)))
+    without, with_mass = cd.natural_frequencies(drive, count=12), cd.natural_frequencies(loaded, count=13)
+    slack = 1 + 1e-12
+    assert np.all(with_mass[:12] <= without[:12] * slack)
+    assert np.all(without[:12] <= with_mass[1:13] * slack)
+    assert np.any(with_mass[:12] < without[:12] * (1 - 1e-9))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_holding_a_pulley_raises_every_frequency_and_interlaces(seed):
+    """A constraint: f_k(free) <= f_k(held) <= f_(k+1)(free), the rigid-body mode among the free ones."""
+    rng = np.random.default_rng(seed)
+    drive = uneven_machine(rng, 1e3)
+    free = replace(drive, pulley=tuple(replace(p, fixed=False) for p in drive.pulley))
+    held = replace(free, pulley=(free.pulley[0], replace(free.pulley[1], fixed=True)))
+    above, below = (
+        cd.natural_frequencies(held, count=11),
+        np.append(0.0, cd.natural_frequencies(free, count=12)),
+    )
+    assert np.all(below[:11] <= above[:11] * (1 + 1e-12))
+    assert np.all(above[:11] <= below[1:12] * (1 + 1e-12))
+
+
+@pytest.mark.parametrize("kind", ["loop", "line"])
+def test_heavy_pulleys_become_rigid_supports(kind):
+    """J -> infinity leaves n c_u/(2 Le), from above by a share of the cable's mass over the pulley's."""
+    cable = some_cable(np.random.default_rng(3))
+    heavy = 1e9 * cable.mass_per_length
+    drive = Drive(
+        name="heavy",
+        kind=kind,
+        cable=cable,
+        layout=Layout(span_length=1.0),
+        pulley=(pulley(heavy), pulley(heavy)),
+    )
+    spans = len(drive.spans)
+    frequencies = cd.natural_frequencies(drive, count=1 + 4 * spans)[
+        1:
+    ]  # the pulleys against each other first
+    half_wave = cable.axial_wave_speed / (2 * drive.pulley_distance)
+    np.testing.assert_allclose(frequencies, half_wave * np.repeat([1, 2, 3, 4], spans), rtol=1e-8)
+
+
+def test_midpoint_carriage_leaves_the_fundamental_alone_up_to_its_crossing():
+    """Up to chi_m = m/(2 Le rho) = 16.59 the mass sits at a node; then the in-phase mode is the lower one."""
+    drive = cd.load_drive("dissertation-1")
+    empty = cd.natural_frequencies(drive, count=1)[0]
+    assert loaded_fundamental(drive, 16.58) == pytest.approx(empty, rel=1e-13)
+    assert loaded_fundamental(drive, 16.60) < empty * (1 - 1e-5)
+    assert loaded_fundamental(drive, 50.0) == pytest.approx(94.5, abs=0.05)
+    low, high = 16.0, 17.0
+    while high - low > 1e-6:
+        middle = 0.5 * (low + high)
+        low, high = (
+            (middle, high) if loaded_fundamental(drive, middle) >= empty * (1 - 1e-12) else (low, middle)
+        )
+    assert low == pytest.approx(16.59, abs=0.005)
+
+
+def loaded_fundamental(drive, ratio):
+    mass = ratio * 2 * drive.span_length * drive.cable.mass_per_length
+    carriage = Carriage(mass=mass, position=0.5 * drive.span_length)
+    return cd.natural_frequencies(replace(drive, carriage=(carriage,)), count=1)[0]
+
+
+def test_carriages_of_no_mass_change_nothing():
+    """m -> 0: the frequencies of the empty drive, to first order in the mass."""
+    drive = cd.load_drive("dissertation-2")
+    light = 1e-13 * drive.cable.mass_per_length * drive.span_length
+    carriages = [Carriage(mass=light, position=p, span=s) for p, s in ((0.1, "upper"), (0.7, "lower"))]
+    np.testing.assert_allclose(
+        cd.natural_frequencies(replace(drive, carriage=tuple(carriages)), count=10),
+        cd.natural_frequencies(drive, count=10),
+        rtol=1e-11,
+    )
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_drive_seen_from_its_other_end_has_the_same_modes(seed):
+    """Pulleys changed about, every carriage where it was as seen from there: a rotated plan."""
+    drive = replace(drawn(seed), motor=None)
+    length = drive.span_length
+    other = {"upper": "lower", "lower": "upper"}
+    if drive.kind == "loop":
+        carriages = tuple(replace(c, span=other[c.span]) for c in drive.carriage)
+    else:
+        carriages = tuple(replace(c, position=length - c.position) for c in drive.carriage)
+    turned = replace(drive, pulley=drive.pulley[::-1], carriage=carriages)
+    np.testing.assert_allclose(
+        cd.natural_frequencies(turned, count=10), cd.natural_frequencies(drive, count=10), rtol=1e-11
+    )
+
+
+@pytest.mark.parametrize(
+    "name", ["dissertation-1", "dissertation-3", "ropeway", "printer-belt"]
+)
+def test_count_and_below_give_the_same_list(name):
+    """The first modes of each kind, and all below the last of them."""
+    drive = cd.load_drive(name)
+    by_count = cd.modes(drive, count=9)
+    by_limit = cd.modes(drive, below=by_count.certificate.below)
+    limit = by_count.certificate.below
+    listed = [
+        (m.frequency, m.kind, m.multiplicity, m.plane, m.span) for m in by_count.modes if m.frequency < limit
+    ]
+    again = [(m.frequency, m.kind, m.multiplicity, m.plane, m.span) for m in by_limit.modes]
+    assert [entry[1:] for entry in listed] == [entry[1:] for entry in again]
+    np.testing.assert_allclose([e[0] for e in listed], [e[0] for e in again], rtol=1e-13)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_certificate_counts_the_modes_listed_in_both_planes(seed):
+    modes = cd.modes(drawn(seed), below=float(cd.natural_frequencies(drawn(seed), count=6)[-1] * 1.01))
+    assert modes.certified
+    assert modes.certificate.longitudinal == sum(m.multiplicity for m in modes.longitudinal)
+    assert modes.certificate.transverse == sum(m.multiplicity for m in modes.transverse)
+    assert modes.certificate.count == sum(m.multiplicity for m in modes.modes)
+    assert len([m for m in modes.transverse if m.plane == "v"]) * 2 == len(modes.transverse)
+
+
+def test_transverse_modes_are_listed_once_for_each_section_and_plane():
+    """A guided carriage holds the span, whose two sections ring by themselves."""
+    drive = cd.load_drive("dissertation-transporter")
+    quarter = drive.carriage[0].position
+    modes = cd.modes(drive, count=20).transverse
+    first = [m for m in modes if m.span == "upper"][:2]
+    assert {m.plane for m in first} == {"v", "w"}
+    assert {m.section for m in modes if m.span == "upper"} == {(0.0, quarter), (quarter, drive.span_length)}
+    assert {m.section for m in modes if m.span == "lower"} == {(0.0, drive.span_length)}
+    assert all(m.multiplicity == 1 for m in modes)
+
+
+def test_below_a_mode_leaves_it_out_and_above_takes_it_in():
+    drive = cd.load_drive("dissertation-1")
+    fundamental = cd.natural_frequencies(drive, count=1)[0]
+    assert cd.natural_frequencies(drive, below=fundamental * (1 - 1e-9)).size == 0
+    assert cd.natural_frequencies(drive, below=fundamental * (1 + 1e-9)).size == 1
+    at = cd.modes(drive, below=float(fundamental))
+    assert at.certified
+    assert at.certificate.below <= fundamental
+
+
+@pytest.mark.parametrize(
+    "limits",
+    [{"below": 0.0}, {"below": -1.0}, {"below": np.nan}, {"below": np.inf}, {"count": 0}, {"count": 10**6}],
+)
+def test_limits_that_mean_nothing_are_refused_in_one_line(limits):
+    with pytest.raises(InputRefused) as refusal:
+        cd.modes(cd.load_drive("dissertation-1"), **limits)
+    assert "\n" not in str(refusal.value)
