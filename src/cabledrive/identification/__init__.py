@@ -1,0 +1,1 @@
+"""From a log to parameters with intervals: inverse dynamics, frequency response, output error."""

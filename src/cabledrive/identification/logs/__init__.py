@@ -1,0 +1,1 @@
+"""Logs of any common format as channels in SI, with a report of what was found in them."""

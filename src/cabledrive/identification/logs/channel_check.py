@@ -1,0 +1,167 @@
+"""One channel: missing values, steps of an encoder, wraps, lost counts, saturation."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.parameters import InputRefused
+
+Array = NDArray[np.float64]
+LONGEST_HOLE = 5
+MOST_HOLES = 0.02
+MANY_LEVELS = 20
+
+
+def fill_holes(values: Array, name: str, source: str, repaired: list[str]) -> Array:
+    """Replace few missing values by straight lines.
+
+    Parameters
+    ----------
+    values : ndarray, shape (samples,)
+    name, source : str
+        For words and refusals.
+    repaired : list of str
+        Grows by what was done.
+
+    Returns
+    -------
+    ndarray, shape (samples,)
+
+    Raises
+    ------
+    InputRefused
+        If more is missing than `LONGEST_HOLE` in a row or `MOST_HOLES` of all, or a value is infinite.
+    """
+    if np.isinf(values).any():
+        row = int(np.argmax(np.isinf(values)))
+        raise InputRefused(f"{source}: {name} is infinite at row {row + 1}: correct it")
+    hole = np.isnan(values)
+    if not hole.any():
+        return values
+    longest = _longest_run(hole)
+    if longest > LONGEST_HOLE or hole.mean() > MOST_HOLES:
+        raise InputRefused(
+            f"{source}: {name} has {hole.sum()} missing values ({100 * hole.mean():.2g} %, {longest} in a "
+            f"row); at most {LONGEST_HOLE} in a row and {100 * MOST_HOLES:g} % are filled: cut the log there"
+        )
+    repaired.append(f"{int(hole.sum())} missing values of {name} filled by straight lines")
+    rows = np.arange(values.size)
+    return np.interp(rows, rows[~hole], values[~hole])
+
+
+def quantum_of(values: Array) -> float:
+    """Step of which all values are multiples, up to a common offset; 0 where there is none.
+
+    Parameters
+    ----------
+    values : ndarray, shape (samples,)
+
+    Returns
+    -------
+    float
+        In the channel's unit.
+    """
+    levels = np.unique(values[:: max(1, values.size // 200_000)])
+    if levels.size < 3:
+        return 0.0
+    gaps = np.diff(levels)
+    tiny = 1e-9 * max(np.abs(levels[0]), np.abs(levels[-1]))
+    gaps = gaps[gaps > 4 * tiny]
+    if gaps.size < 2:
+        return 0.0
+    step = float(np.median(gaps[gaps < 1.5 * gaps.min()]))
+    counts = gaps / step
+    tolerance = np.maximum(1e-3, 4.0 * tiny / step)
+    return step if np.abs(counts - np.rint(counts)).max() < max(0.01, tolerance) and step > 50 * tiny else 0.0
+
+
+def unwrap(values: Array, name: str, quantum: float, repaired: list[str]) -> Array:
+    """Undo the wraps of an encoder: jumps by one and the same large amount, forth and back.
+
+    Parameters
+    ----------
+    values : ndarray, shape (samples,)
+        Angle [rad].
+    name : str
+    quantum : float
+        Step of the encoder [rad]; 0: none.
+    repaired : list of str
+        Grows by what was done.
+
+    Returns
+    -------
+    ndarray, shape (samples,)
+    """
+    steps = np.diff(values)
+    span = np.ptp(values)
+    far = np.abs(steps) > 0.6 * span
+    if not far.any() or span <= 20.0 * quantum or far.sum() > 0.2 * steps.size:
+        return values
+    usual = np.abs(steps[~far]).max(initial=0.0)
+    if span < 8.0 * usual:
+        return values
+    turn = _whole_turn(span + max(quantum, usual / 2))
+    repaired.append(f"{int(far.sum())} wraps of {name} by {turn:.5g} rad undone")
+    return values - np.concatenate(([0.0], np.cumsum(np.where(far, np.sign(steps) * turn, 0.0))))
+
+
+def lost_counts(values: Array, quantum: float) -> int:
+    """Number of samples at which a position jumps, as an encoder does that loses counts.
+
+    A jump shows as two neighbouring second differences, equal and opposite, far outside the others.
+
+    Parameters
+    ----------
+    values : ndarray, shape (samples,)
+    quantum : float
+
+    Returns
+    -------
+    int
+    """
+    bend = np.diff(values, 2)
+    if bend.size < 10:
+        return 0
+    scale = max(float(np.median(np.abs(bend))), 0.5 * quantum, 1e-300)
+    usual = np.quantile(np.abs(bend), 0.99)
+    large = np.abs(bend) > max(12.0 * scale, 4.0 * usual)
+    pairs = large[:-1] & large[1:] & (np.abs(bend[:-1] + bend[1:]) < 0.5 * np.abs(bend[:-1]))
+    return int(pairs.sum())
+
+
+def saturated(values: Array) -> NDArray[np.bool_]:
+    """Samples that stand at an end of the channel's range for three or more in a row.
+
+    A channel of few levels, like a square wave, does not saturate.
+
+    Parameters
+    ----------
+    values : ndarray, shape (samples,)
+
+    Returns
+    -------
+    ndarray of bool, shape (samples,)
+    """
+    top = (values == values.max()) | (values == values.min())
+    few = np.unique(values[:: max(1, values.size // 20_000)]).size <= MANY_LEVELS
+    if few or top.sum() < 3:
+        return np.zeros(values.size, dtype=bool)
+    inner = top.copy()
+    inner[1:] &= top[:-1]
+    inner[:-1] &= top[1:]
+    stands = inner.copy()
+    stands[1:] |= inner[:-1]
+    stands[:-1] |= inner[1:]
+    return stands & top if stands.sum() >= 0.001 * values.size else np.zeros(values.size, dtype=bool)
+
+
+def _whole_turn(jump: float) -> float:
+    """The amount of a wrap: a whole turn where it is near one, else what was seen."""
+    turns = jump / (2 * np.pi)
+    return (
+        2 * np.pi * round(turns) if round(turns) >= 1 and abs(turns - round(turns)) < 0.05 * turns else jump
+    )
+
+
+def _longest_run(flags: NDArray[np.bool_]) -> int:
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], flags.astype(np.int8), [0]))))
+    return int((edges[1::2] - edges[::2]).max(initial=0))

@@ -1,0 +1,203 @@
+"""Which column is which channel: from a small TOML file, from the command line, or from the heads alone."""
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from cabledrive.identification.logs.quantities import UNITS, recognise
+from cabledrive.identification.logs.table import Table
+from cabledrive.parameters import InputRefused
+from cabledrive.parameters.fields import nearest
+from cabledrive.parameters.units import to_si
+
+KEYS = ("columns", "sample_rate", "counts_per_revolution", "resample", "start", "end")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Column:
+    """Where a channel comes from.
+
+    Attributes
+    ----------
+    column : str
+        Column of the file.
+    unit : str
+        Its unit; empty: what the file states, else SI.
+    scale : float or str
+        Factor applied after the unit, or the name of a single number in the file.
+    """
+
+    column: str
+    unit: str = ""
+    scale: float | str = 1.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ColumnMap:
+    """How a log is to be read.
+
+    Attributes
+    ----------
+    columns : mapping of str to Column
+        By channel; empty: recognised from the heads.
+    sample_rate : float or None
+        [Hz]; where the log has no time, or a coarse one.
+    counts_per_revolution : int or None
+    resample : bool
+        Whether uneven samples may be put onto an even grid.
+    start, end : float or None
+        Part of the log to use [s].
+    """
+
+    columns: Mapping[str, Column] = field(default_factory=dict)
+    sample_rate: float | None = None
+    counts_per_revolution: int | None = None
+    resample: bool = False
+    start: float | None = None
+    end: float | None = None
+
+
+def load_column_map(path: Path) -> ColumnMap:
+    """Read the ``[log]`` table of a TOML file.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    ColumnMap
+
+    Raises
+    ------
+    InputRefused
+        If the file or a key in it is not understood.
+    """
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise InputRefused(f"{path.name}: {error}: write TOML with a table [log]") from None
+    return column_map(content.get("log", {}))
+
+
+def column_map(table: Mapping[str, Any]) -> ColumnMap:
+    """Read how a log is to be read from a table of TOML.
+
+    Parameters
+    ----------
+    table : mapping
+
+    Returns
+    -------
+    ColumnMap
+
+    Raises
+    ------
+    InputRefused
+        If a key is unknown.
+    """
+    return ColumnMap(**_fields(table))
+
+
+def _fields(table: Mapping[str, Any]) -> dict[str, Any]:
+    for key in table:
+        if key not in KEYS:
+            raise InputRefused(f"log.{key}: unknown key{nearest(key, KEYS)}")
+    found: dict[str, Any] = {
+        "columns": {name: _column(name, entry) for name, entry in table.get("columns", {}).items()}
+    }
+    if "sample_rate" in table:
+        found["sample_rate"] = to_si(str(table["sample_rate"]), "Hz")
+    for key in ("start", "end"):
+        if key in table:
+            found[key] = to_si(str(table[key]), "s")
+    if "counts_per_revolution" in table:
+        found["counts_per_revolution"] = int(table["counts_per_revolution"])
+    if "resample" in table:
+        found["resample"] = table["resample"] is True
+    return found
+
+
+def _column(name: str, entry: Any) -> Column:
+    _known(name)
+    if isinstance(entry, str):
+        return Column(column=entry)
+    if not isinstance(entry, Mapping) or "column" not in entry or set(entry) - {"column", "unit", "scale"}:
+        raise InputRefused(f'log.columns.{name}: write {{column = "...", unit = "...", scale = 1.0}}')
+    return Column(column=str(entry["column"]), unit=str(entry.get("unit", "")), scale=entry.get("scale", 1.0))
+
+
+def _known(name: str) -> None:
+    if recognise(name) is None:
+        raise InputRefused(f'"{name}" is no channel{nearest(name, UNITS)}')
+
+
+def with_choices(base: ColumnMap, choices: Sequence[str]) -> ColumnMap:
+    """Add choices of the command line, ``torque=tau:N mm``.
+
+    Parameters
+    ----------
+    base : ColumnMap
+    choices : sequence of str
+        CHANNEL=COLUMN[:UNIT[*SCALE]].
+
+    Returns
+    -------
+    ColumnMap
+
+    Raises
+    ------
+    InputRefused
+        If a choice has another form.
+    """
+    columns = dict(base.columns)
+    for choice in choices:
+        channel, equals, rest = choice.partition("=")
+        if not equals or not rest:
+            raise InputRefused(
+                f'"{choice}" is no choice of a column: write CHANNEL=COLUMN:UNIT, as torque=tau:N mm'
+            )
+        _known(channel)
+        column, _, unit = rest.partition(":")
+        unit, _, scale = unit.partition("*")
+        columns[channel] = Column(column=column, unit=unit.strip(), scale=_scale(scale))
+    return replace(base, columns=columns)
+
+
+def _scale(text: str) -> float | str:
+    try:
+        return float(text) if text else 1.0
+    except ValueError:
+        return text.strip()
+
+
+def recognised_columns(table: Table) -> dict[str, Column]:
+    """Channels that the heads of a file name.
+
+    Parameters
+    ----------
+    table : Table
+
+    Returns
+    -------
+    dict of str to Column
+
+    Raises
+    ------
+    InputRefused
+        If two columns name one channel.
+    """
+    found: dict[str, Column] = {}
+    for name in table.names:
+        seen = recognise(name)
+        if seen is None:
+            continue
+        if seen.channel in found:
+            first = found[seen.channel].column
+            raise InputRefused(
+                f'{table.source}: columns "{first}" and "{name}" are both {seen.channel}: choose one'
+            )
+        found[seen.channel] = Column(column=name)
+    return found

@@ -1,0 +1,163 @@
+"""A log in memory: evenly sampled channels in SI, and what was found in them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.parameters import InputRefused
+from cabledrive.parameters.fields import nearest
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DataReport:
+    """What was found in a log, and what was repaired.
+
+    Attributes
+    ----------
+    rows : int
+    duration : float
+        [s].
+    interval : float
+        Time between samples [s].
+    jitter : float
+        Standard deviation of the time stamps about an even grid, in intervals.
+    quantum : mapping of str to float
+        Smallest step of each channel that has one, in SI.
+    repaired : tuple of str
+        What was changed, in words.
+    findings : tuple of str
+        What else a reader should know, in words.
+    """
+
+    rows: int
+    duration: float
+    interval: float
+    jitter: float = 0.0
+    quantum: Mapping[str, float] = field(default_factory=dict)
+    repaired: tuple[str, ...] = ()
+    findings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Log:
+    """Channels at even intervals.
+
+    Attributes
+    ----------
+    source : str
+        Name of the file, or what made it.
+    time : ndarray, shape (samples,)
+        [s].
+    channels : mapping of str to ndarray
+        In SI; every one as long as the time.
+    units : mapping of str to str
+        SI units.
+    saturated : mapping of str to ndarray of bool
+        Samples at which a channel stands at the end of its range, where that was found.
+    report : DataReport
+    """
+
+    source: str
+    time: Array
+    channels: Mapping[str, Array]
+    units: Mapping[str, str]
+    report: DataReport
+    saturated: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict)
+
+    @property
+    def interval(self) -> float:
+        """Time between samples [s]."""
+        return self.report.interval
+
+    @property
+    def sample_rate(self) -> float:
+        """Samples per second [Hz]."""
+        return 1.0 / self.report.interval
+
+    def __len__(self) -> int:
+        return self.time.size
+
+    def channel(self, name: str) -> Array:
+        """One channel.
+
+        Parameters
+        ----------
+        name : str
+
+        Returns
+        -------
+        ndarray, shape (samples,)
+
+        Raises
+        ------
+        InputRefused
+            If the log has no such channel.
+        """
+        if name not in self.channels:
+            raise InputRefused(f'{self.source}: no channel "{name}"{nearest(name, self.channels)}')
+        return self.channels[name]
+
+    def part(self, start: float | None = None, end: float | None = None) -> "Log":
+        """The log between two times.
+
+        Parameters
+        ----------
+        start, end : float, optional
+            [s]; the end is not part of it.
+
+        Returns
+        -------
+        Log
+
+        Raises
+        ------
+        InputRefused
+            If nothing is left.
+        """
+        keep = np.ones(self.time.size, dtype=bool)
+        if start is not None:
+            keep &= self.time >= start - 0.5 * self.interval
+        if end is not None:
+            keep &= self.time < end - 0.5 * self.interval
+        if keep.sum() < 2:
+            raise InputRefused(
+                f"{self.source}: nothing between {start} s and {end} s: the log has {self.time[-1]:.4g} s"
+            )
+        return replace(
+            self,
+            time=self.time[keep],
+            channels={name: values[keep] for name, values in self.channels.items()},
+            saturated={name: values[keep] for name, values in self.saturated.items()},
+            report=replace(self.report, rows=int(keep.sum()), duration=float(np.ptp(self.time[keep]))),
+        )
+
+
+def log_of(time: Array, channels: Mapping[str, Array], units: Mapping[str, str], source: str = "log") -> Log:
+    """Put channels that are in memory, and known to be even, together.
+
+    Parameters
+    ----------
+    time : ndarray, shape (samples,)
+        [s], even.
+    channels : mapping of str to ndarray
+    units : mapping of str to str
+    source : str
+
+    Returns
+    -------
+    Log
+
+    Raises
+    ------
+    InputRefused
+        If the channels differ in length.
+    """
+    if any(np.shape(values) != np.shape(time) for values in channels.values()) or time.size < 3:
+        raise InputRefused(f"{source}: needs at least 3 samples and channels as long as the time")
+    interval = float(time[-1] - time[0]) / (time.size - 1)
+    report = DataReport(rows=time.size, duration=float(time[-1] - time[0]), interval=interval)
+    return Log(source=source, time=time, channels=dict(channels), units=dict(units), report=report)

@@ -1,0 +1,268 @@
+"""A log of any format is the same log; what is wrong with it is repaired and said, or refused in one line."""
+
+import json
+
+import numpy as np
+import pytest
+from scipy import io
+
+from cabledrive.identification.logs.column_map import Column, ColumnMap, load_column_map, with_choices
+from cabledrive.identification.logs.reading import open_log, read_log
+from cabledrive.parameters import InputRefused
+
+N, DT = 2000, 1e-3
+TIME = DT * np.arange(N)
+TORQUE = 0.2 * np.sin(2 * np.pi * 3 * TIME + 0.3)
+QUANTUM = 2 * np.pi / 2600
+ANGLE = QUANTUM * np.floor(0.5 * np.sin(2 * np.pi * 3 * TIME) / QUANTUM)
+
+
+def text(
+    head="time [s],torque [N m],angle [rad]", delimiter=",", columns=(TIME, TORQUE, ANGLE), rows=slice(None)
+):
+    lines = [delimiter.join(repr(float(x)) for x in row) for row in np.column_stack(columns)[rows]]
+    return "\n".join([head, *lines]) + "\n"
+
+
+def is_the_log(log):
+    np.testing.assert_allclose(log.channel("torque"), TORQUE, atol=1e-12)
+    np.testing.assert_allclose(log.channel("angle"), ANGLE, atol=1e-12)
+    assert log.interval == pytest.approx(DT, rel=1e-9)
+
+
+def written(tmp_path, content, name="log.csv"):
+    path = tmp_path / name
+    path.write_text(content) if isinstance(content, str) else path.write_bytes(content)
+    return path
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        text(),
+        "# made by a logger\n" + text(),
+        text("time [ms];torque [N mm];angle [deg]", ";", (1e3 * TIME, 1e3 * TORQUE, np.degrees(ANGLE))),
+        text("time [s];torque [Nm];angle [rad]", ";").replace(".", ","),
+        text("time\ttorque\tangle\ns\tN m\trad", "\t"),
+        text("t tau theta", " "),
+        text("\ufefftime (s),torque (N m),angle (turn)", columns=(TIME, TORQUE, ANGLE / (2 * np.pi))),
+    ],
+    ids=[
+        "csv",
+        "comment",
+        "other units",
+        "decimal comma",
+        "tsv with units below",
+        "white space",
+        "bom and brackets",
+    ],
+)
+def test_dialects_and_units_are_recognised(tmp_path, content):
+    is_the_log(read_log(written(tmp_path, content)))
+
+
+def test_parquet_is_the_same_log(tmp_path):
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    table = pa.table({"time [s]": TIME, "torque [N m]": TORQUE, "angle [deg]": np.degrees(ANGLE)})
+    parquet.write_table(table, tmp_path / "log.parquet")
+    is_the_log(read_log(tmp_path / "log.parquet"))
+
+
+def test_matlab_5_is_the_same_log_by_a_map(tmp_path):
+    io.savemat(
+        tmp_path / "log.mat", {"rec": {"t": TIME, "both": np.vstack([TORQUE, ANGLE])}, "gain": 2.0, "n": "x"}
+    )
+    choices = ["time=rec.t", "torque=rec.both[0]:N m*gain", "angle=rec.both[1]:rad"]
+    log = read_log(tmp_path / "log.mat", with_choices(ColumnMap(), choices))
+    np.testing.assert_allclose(log.channel("torque"), 2 * TORQUE)
+    np.testing.assert_allclose(log.channel("angle"), ANGLE)
+
+
+def test_matlab_7_3_and_netcdf_4_are_the_same_log(tmp_path):
+    import h5py
+
+    for name, head in (("log.mat", b"MATLAB 7.3 MAT-file".ljust(512)), ("log.nc", b"")):
+        with h5py.File(tmp_path / name, "w", userblock_size=len(head)) as file:
+            for channel, values, unit in (
+                ("time", TIME, "s"),
+                ("torque", TORQUE, "N m"),
+                ("angle", ANGLE, "rad"),
+            ):
+                data = file.create_dataset(channel, data=values[None] if head else values)
+                data.attrs["units"] = unit
+        if head:
+            with (tmp_path / name).open("r+b") as file:
+                file.write(head)
+        is_the_log(read_log(tmp_path / name))
+
+
+def test_classic_netcdf_is_the_same_log(tmp_path):
+    with io.netcdf_file(str(tmp_path / "log.nc"), "w") as file:
+        file.createDimension("time", N)
+        for name, values, unit in (("time", TIME, "s"), ("torque", TORQUE, "N m"), ("angle", ANGLE, "rad")):
+            variable = file.createVariable(name, "d", ("time",))
+            variable[:] = values
+            variable.units = unit
+    is_the_log(read_log(tmp_path / "log.nc"))
+
+
+def test_mcap_is_the_same_log_and_topics_are_not_mixed(tmp_path):
+    writing = pytest.importorskip("mcap.writer", reason="needs the extra mcap")
+    with (tmp_path / "log.mcap").open("wb") as stream:
+        writer = writing.Writer(stream)
+        writer.start()
+        schema = writer.register_schema(name="s", encoding="jsonschema", data=b"{}")
+        topics = [
+            writer.register_channel(schema_id=schema, topic=t, message_encoding="json")
+            for t in ("/axis", "/x")
+        ]
+        for k in range(N):
+            message = json.dumps({"torque": TORQUE[k], "angle": ANGLE[k]}).encode()
+            writer.add_message(topics[0], log_time=k * 1_000_000, publish_time=k, data=message)
+            writer.add_message(
+                topics[1], log_time=k * 1_000_000 + 300, publish_time=k, data=b'{"torque": 1.0}'
+            )
+        writer.finish()
+    choices = ["time=axis.log_time", "torque=axis.torque", "angle=axis.angle"]
+    is_the_log(read_log(tmp_path / "log.mcap", with_choices(ColumnMap(), choices)))
+    mixed = with_choices(ColumnMap(), [*choices[:2], "angle=x.torque:rad"])
+    with pytest.raises(InputRefused, match="several topics"):
+        read_log(tmp_path / "log.mcap", mixed)
+
+
+def test_the_map_is_read_from_toml(tmp_path):
+    content = '[log]\nsample_rate = "1 kHz"\ncounts_per_revolution = 2600\nstart = "0.5 s"\n[log.columns]\n'
+    content += 'torque = {column = "a", unit = "N mm"}\nangle = {column = "b", unit = "counts"}\n'
+    columns = load_column_map(written(tmp_path, content, "map.toml"))
+    log = read_log(written(tmp_path, text("a,b", columns=(1e3 * TORQUE, np.rint(ANGLE / QUANTUM)))), columns)
+    np.testing.assert_allclose(log.channel("angle"), ANGLE[500:], atol=1e-12)
+    np.testing.assert_allclose(log.channel("torque"), TORQUE[500:], atol=1e-12)
+
+
+def test_the_quantum_of_an_encoder_is_found(tmp_path):
+    report = read_log(written(tmp_path, text())).report
+    assert report.quantum["angle"] == pytest.approx(QUANTUM, rel=1e-9)
+    assert "torque" not in report.quantum
+
+
+def test_a_wrapped_angle_is_unwrapped_and_said(tmp_path):
+    angle = QUANTUM * np.floor(8.0 * TIME / QUANTUM)
+    wrapped = np.mod(angle, 2 * np.pi)
+    log = read_log(written(tmp_path, text(columns=(TIME, TORQUE, wrapped))))
+    np.testing.assert_allclose(log.channel("angle"), angle, atol=2 * QUANTUM)
+    assert "2 wraps" in log.report.repaired[0]
+
+
+def test_few_missing_rows_are_filled_and_said(tmp_path):
+    rows = np.delete(np.arange(N), [100, 101, 700, 1500])
+    log = read_log(written(tmp_path, text(rows=rows)))
+    assert len(log) == N
+    assert np.abs(log.channel("torque") - TORQUE).max() < 1e-3
+    assert "4 missing rows" in log.report.repaired[0]
+
+
+def test_missing_values_are_filled_and_said(tmp_path):
+    torque = TORQUE.copy()
+    torque[[5, 6, 900]] = np.nan
+    log = read_log(written(tmp_path, text(columns=(TIME, torque, ANGLE)).replace("nan", "")))
+    assert np.abs(log.channel("torque") - TORQUE).max() < 1e-3
+    assert "3 missing values of torque" in log.report.repaired[0]
+
+
+def test_lost_counts_and_saturation_are_found(tmp_path):
+    lost = ANGLE.copy()
+    lost[1000:] += 40 * QUANTUM
+    clipped = np.clip(TORQUE, -0.15, 0.15)
+    report = read_log(written(tmp_path, text(columns=(TIME, clipped, lost)))).report
+    assert any("angle jumps at 1 samples" in finding for finding in report.findings), report.findings
+    assert any("torque stands at the end" in finding for finding in report.findings), report.findings
+
+
+def test_a_sound_log_has_no_findings(tmp_path):
+    report = read_log(written(tmp_path, text())).report
+    assert (report.findings, report.repaired) == ((), ())
+
+
+def test_jitter_is_told_and_uneven_samples_are_not_resampled_unasked(tmp_path):
+    rng = np.random.default_rng(4)
+    slight = TIME + rng.uniform(-0.05, 0.05, N) * DT
+    assert "jitter" in read_log(written(tmp_path, text(columns=(slight, TORQUE, ANGLE)))).report.findings[0]
+    strong = TIME + rng.uniform(-0.45, 0.45, N) * DT
+    path = written(tmp_path, text(columns=(strong, 0.2 * np.sin(2 * np.pi * 3 * strong + 0.3), ANGLE)))
+    with pytest.raises(InputRefused, match="uneven"):
+        read_log(path)
+    log = read_log(path, ColumnMap(resample=True))
+    shifted = 0.2 * np.sin(2 * np.pi * 3 * log.time + 0.3)
+    assert np.abs(log.channel("torque") - shifted)[:-1].max() < 1e-4
+    assert "as asked" in log.report.repaired[-1]
+
+
+BAD = {
+    "empty": ("", "empty"),
+    "only a head": ("time [s],torque [N m]\n", "no row of numbers"),
+    "one column": ("torque [N m]\n1.0\n2.0\n3.0\n", "one column|no row"),
+    "text in a number column": (
+        text().replace(repr(float(TORQUE[50])), "high", 1),
+        'line 52, column "torque" holds "high"',
+    ),
+    "a short row": (text().replace("\n" + repr(float(TIME[70])) + ",", "\n", 1), "line 72 has 2 cells"),
+    "mixed units": (text("time [s],torque [rad],angle [N m]"), "torque"),
+    "no time": (text("a [s],torque [N m],angle [rad]"), "no column"),
+    "no channel": (text("a,b,c"), "no column head names a channel"),
+    "time backwards": (text(rows=np.r_[0:500, 400:N]), "backwards at row 501"),
+    "a long gap": (text(rows=np.r_[0:500, 600:N]), "100 of 2000 rows are missing"),
+    "a tenth dropped": (text(rows=np.arange(N)[np.arange(N) % 10 != 3]), "rows are missing"),
+    "binary": (b"\x00\x01\x02" * 50, "not text"),
+    "two of a kind": (text("time [s],torque [N m],torque [N mm]"), "two columns|both torque"),
+    "infinite": (text().replace(repr(float(TORQUE[50])), "inf", 1), "infinite"),
+}
+
+
+@pytest.mark.parametrize("content, words", BAD.values(), ids=BAD.keys())
+def test_a_bad_log_is_refused_in_one_line(tmp_path, content, words):
+    with pytest.raises(InputRefused, match=words) as refusal:
+        read_log(written(tmp_path, content))
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize("name", ["log.parquet", "log.mat", "log.nc", "log.mcap"])
+def test_a_corrupt_file_is_refused_in_one_line(tmp_path, name):
+    head = {
+        "log.parquet": b"PAR1",
+        "log.mat": b"MATLAB 5.0",
+        "log.nc": b"\x89HDF\r\n\x1a\n",
+        "log.mcap": b"\x89MCAP0\r\n",
+    }
+    with pytest.raises(InputRefused, match=name):
+        read_log(written(tmp_path, head[name] + bytes(range(200)) * 9, name))
+
+
+def test_a_matlab_file_of_objects_only_is_refused(tmp_path):
+    io.savemat(tmp_path / "log.mat", {"cell": np.array(["a", "b"], dtype=object), "word": "x"})
+    with pytest.raises(InputRefused, match="no vector of numbers"):
+        read_log(tmp_path / "log.mat", ColumnMap(sample_rate=1.0))
+
+
+def test_a_compressed_container_is_refused(tmp_path):
+    with pytest.raises(InputRefused, match="unpack"):
+        read_log(written(tmp_path, b"\x1f\x8b", "log.csv.gz"))
+
+
+def test_a_mistyped_column_is_named_with_the_nearest(tmp_path):
+    columns = ColumnMap(columns={"torque": Column(column="torqe")})
+    with pytest.raises(InputRefused, match='did you mean "torque"'):
+        open_log(written(tmp_path, text()), columns)
+
+
+def test_emps_is_read_by_its_own_gain(shared_data):
+    columns = with_choices(ColumnMap(), ["time=t", "position=qm", "force=vir:N*gtau"])
+    log = read_log(shared_data("emps/DATA_EMPS.mat"), columns)
+    assert len(log) == 24841
+    assert log.channel("force")[0] / 35.15065188 == pytest.approx(2.5386, rel=1e-3)
+
+
+def test_a_file_that_holds_objects_beside_numbers_is_read(shared_data):
+    columns = with_choices(ColumnMap(), ["time=rec.time_cont", "angle=rec.act_pos_mot_deg[0]:deg"])
+    assert len(read_log(shared_data("kuka_kr300/run_a.mat"), columns)) == 2501
