@@ -1,6 +1,6 @@
 """The natural modes of a drive as a table to read."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from cabledrive.modes.mode_rows import ModeRow, mode_rows
 from cabledrive.modes.natural import Modes
@@ -22,7 +22,8 @@ def mode_table(found: Modes) -> str:
     """
     rows = [HEADER, *(_cells(row) for row in mode_rows(found))]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return "\n".join([*(_line(row, widths) for row in rows), "", certificate_line(found)])
+    below = [certificate_line(found), *_remarks(found)]
+    return "\n".join([*(_line(row, widths) for row in rows), "", *below])
 
 
 def certificate_line(found: Modes) -> str:
@@ -39,10 +40,18 @@ def certificate_line(found: Modes) -> str:
     proof = found.certificate
     held = f"{proof.count} modes below {proof.below:.8g} Hz ({proof.longitudinal} longitudinal, "
     held += f"{proof.transverse} transverse)"
-    rigid = f"Motions that strain nothing, not listed: {found.rigid_body_modes}."
     if found.certified:
-        return f"Certified: {held}, none is missing. {rigid}"
-    return f"NOT certified: the count gives {held}; the list does not hold them all. {rigid}"
+        return f"Certified: {held}, none is missing."
+    return f"NOT certified: the count gives {held}; the list does not hold them all."
+
+
+def _remarks(found: Modes) -> Iterator[str]:
+    """What the rows do not tell."""
+    above = {mode.kind for mode in found.modes if mode.frequency > found.certificate.below}
+    if above:
+        yield f"Above that frequency the list holds {' and '.join(sorted(above))} modes only."
+    if found.rigid_body_modes:
+        yield f"Not listed: motions of the whole drive that strain nothing ({found.rigid_body_modes})."
 
 
 def _cells(row: ModeRow) -> tuple[str, ...]:
