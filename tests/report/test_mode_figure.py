@@ -1,0 +1,76 @@
+"""The picture of the modes shows what the list holds: a rung for each frequency, and the mode's own shape."""
+
+import numpy as np
+import pytest
+
+import cabledrive as cd
+from cabledrive.modes.mode_rows import mode_rows
+from cabledrive.report.mode_figure import mode_figure, mode_picture
+from cabledrive.report.style import family_colour
+
+
+def panels(name, count=6, most=10):
+    """The modes of a drive, and the panels that show them by kind."""
+    drive = cd.load_drive(name)
+    found = cd.modes(drive, count=count)
+    axes = mode_figure(drive, found, most=most).axes
+    return drive, found, {axis.get_title(loc="left").split()[0]: axis for axis in axes}
+
+
+def rungs(axis):
+    """Frequencies of the rungs: the level lines that start at the left edge."""
+    lines = [line.get_xydata() for line in axis.lines]
+    return sorted(xy[0, 1] for xy in lines if xy.shape == (2, 2) and xy[0, 0] == 0.0 and xy[0, 1] == xy[1, 1])
+
+
+@pytest.mark.parametrize("name", cd.packaged_drives())
+def test_every_frequency_has_its_rung(name):
+    _, found, shown = panels(name)
+    for kind, axis in shown.items():
+        rows = mode_rows([mode for mode in found.modes if mode.kind == kind])
+        assert rungs(axis) == [row.frequency for row in rows]
+
+
+def test_families_are_told_by_word_and_colour():
+    _, found, shown = panels("elevator")
+    words = [text.get_text() for text in shown["longitudinal"].texts]
+    colours = [line.get_color() for line in shown["longitudinal"].lines]
+    for mode in found.longitudinal:
+        assert mode.family in words
+        assert f"{mode.frequency:.6g} Hz" in words
+        assert family_colour(mode.family) in colours
+
+
+def test_shapes_are_those_of_the_modes():
+    """Each curve, about its line of rest and to its own scale, is proportional to the exact shape."""
+    drive, found, shown = panels("dissertation-transporter", count=4)
+    curves = [line.get_ydata() for line in shown["longitudinal"].lines if len(line.get_ydata()) > 10]
+    assert len(curves) == 2 * 4  # two spans each
+    positions = np.linspace(0.0, drive.span_length, len(curves[0]))
+    for number, mode in enumerate(found.longitudinal):
+        drawn = np.concatenate(curves[2 * number : 2 * number + 2])
+        exact = np.concatenate([mode.shape(span, positions)[0] for span in drive.spans])
+        slope, rest = np.polyfit(exact, drawn, 1)
+        assert slope > 0.0
+        np.testing.assert_allclose(drawn, rest + slope * exact, atol=1e-9 * np.ptp(drawn))
+
+
+def test_what_is_left_out_is_said():
+    _, _, shown = panels("ropeway", count=12, most=3)
+    assert shown["longitudinal"].get_title(loc="left") == "longitudinal modes, the first 3 of 12 frequencies"
+    assert len(rungs(shown["longitudinal"])) == 3
+
+
+def test_drive_whose_name_looks_like_a_formula_is_drawn():
+    drive = cd.load_drive("elevator", overrides=["title=$\\\\frac{a}$ lift"])
+    assert drive.title == "$\\\\frac{a}$ lift"
+    assert mode_picture(drive, cd.modes(drive, count=1), "svg").startswith(b"<?xml")
+
+
+def test_drawing_leaves_the_settings_of_others_alone():
+    import matplotlib
+
+    before = dict(matplotlib.rcParams)
+    drive = cd.load_drive("camera-line")
+    mode_picture(drive, cd.modes(drive, count=2), "png")
+    assert dict(matplotlib.rcParams) == before
