@@ -3,6 +3,7 @@
 from cabledrive.modes.hanging_equilibrium import HangingEquilibrium, elastic_equilibrium, linear_equilibrium
 from cabledrive.modes.hanging_mass import DrivenMass, driven_mass
 from cabledrive.modes.lateral import LateralMode, lateral_mode
+from cabledrive.modes.lumped import against_lumped_springs
 from cabledrive.modes.mode import Mode
 from cabledrive.modes.natural import Certificate, Modes, longitudinal_modes, modes, natural_frequencies
 from cabledrive.modes.rigid_supports import Comparison, against_rigid_supports
@@ -15,6 +16,7 @@ __all__ = [
     "LateralMode",
     "Mode",
     "Modes",
+    "against_lumped_springs",
     "against_rigid_supports",
     "driven_mass",
     "elastic_equilibrium",
