@@ -185,9 +185,7 @@ def test_drive_seen_from_its_other_end_has_the_same_modes(seed):
     )
 
 
-@pytest.mark.parametrize(
-    "name", ["dissertation-1", "dissertation-3", "ropeway", "printer-belt"]
-)
+@pytest.mark.parametrize("name", ["dissertation-1", "dissertation-3", "ropeway", "printer-belt"])
 def test_count_and_below_give_the_same_list(name):
     """The first modes of each kind, and all below the last of them."""
     drive = cd.load_drive(name)
