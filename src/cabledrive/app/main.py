@@ -3,7 +3,7 @@
 import pkgutil
 from collections.abc import Sequence
 from importlib import import_module
-from typing import Any, NoReturn
+from typing import Any
 
 import click
 
@@ -111,7 +111,7 @@ class Door(click.Group):
 
     def main(  # type: ignore[override]
         self, args: Sequence[str] | None = None, prog_name: str | None = None, **extra: Any
-    ) -> NoReturn:
+    ) -> None:
         """Run the command and exit with its status.
 
         Parameters

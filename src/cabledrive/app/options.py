@@ -243,7 +243,11 @@ def answering(function: Function) -> Function:
     Returns
     -------
     callable
-        Raises `NotComputed` once an incomplete answer has been shown.
+
+    Raises
+    ------
+    NotComputed
+        By the command, once it has shown an incomplete answer.
     """
 
     @click.option("--json", "as_json", is_flag=True, help="Print one JSON object, in SI.")
