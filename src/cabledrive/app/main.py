@@ -18,7 +18,7 @@ Example:
   cabledrive modes dissertation-2 --below 1000
 \b
 DRIVE is the path of a drive file or the name of a packaged drive.
-Completion of commands, options and drives in bash (zsh and fish likewise):
+Completion of commands, options and drives in bash (zsh: zsh_source):
   eval "$(_CABLEDRIVE_COMPLETE=bash_source cabledrive)"
 """
 
