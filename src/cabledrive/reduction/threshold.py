@@ -1,0 +1,238 @@
+r"""How much torque it takes: threshold, growth rate and tongue of the internal resonance.
+
+With :math:`\mu = |k_jQ|` and the pulley mode at its forced amplitude :math:`|Q| = |f|/|{-c/2} + i\delta|`, a
+vanishing transverse motion grows where
+
+.. math:: \mu^2 > \tfrac14\Gamma^2 + \Big(\delta_j + \frac{\mu^2}{4\nu}\Big)^2, \qquad \text{Eq. (A.22)}
+
+the last term being the third harmonic's share. Without damping of the pulley mode the amplitude grows without
+bound at its own frequency, and the threshold is zero.
+"""
+
+from math import log, pi
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cabledrive.parameters import InputRefused
+from cabledrive.reduction.autoparametric import AutoparametricModel
+from cabledrive.reduction.averaging import AveragedCoefficients, averaged_coefficients
+
+Array = NDArray[np.float64]
+
+_INSTANTS = 2001
+
+
+def critical_pumping(c: AveragedCoefficients, *, second: bool = True) -> Array:
+    r"""Smallest :math:`\mu` at which each transverse mode grows, from Eq. (A.22).
+
+    Parameters
+    ----------
+    c : AveragedCoefficients
+    second : bool, default True
+        With the third harmonic's share.
+
+    Returns
+    -------
+    ndarray, shape (J, ...)
+        [rad/s]; infinite where no amplitude makes it grow.
+    """
+    nu = 0.5 * c.forcing
+    least = 0.25 * c.transverse_damping**2 + c.transverse_detuning**2
+    if not second:
+        return np.sqrt(least)
+    linear = 1.0 - 0.5 * c.transverse_detuning / nu
+    inside = linear**2 - least / (4 * nu**2)
+    with np.errstate(invalid="ignore"):
+        squared = 2.0 * least / (linear + np.sqrt(inside))
+    return np.sqrt(np.where((inside >= 0.0) & (linear > 0.0), squared, np.inf))
+
+
+def threshold_torque(
+    model: AutoparametricModel, forcing: ArrayLike | None = None, *, second: bool = True
+) -> Array:
+    r"""Amplitude of a steady torque above which a vanishing transverse motion grows, Eq. (A.23).
+
+    .. math:: \tau_\mathrm{th} = \min_j \frac{\mu_j}{|k_j|\,|Q|/\tau}
+
+    Parameters
+    ----------
+    model : AutoparametricModel
+        Its arrays may end in an axis of lanes.
+    forcing : array_like, shape (...), optional
+        Omega [rad/s]; the pulley mode's own unless given.
+    second : bool, default True
+        To second order.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        [N m]; zero at the frequency of an undamped pulley mode.
+    """
+    c = averaged_coefficients(model, torque=1.0, forcing=forcing, drift=False)
+    per_torque = np.abs(c.force) * np.abs(c.pump)
+    torque = critical_pumping(c, second=second) * np.abs(-0.5 * c.damping + 1j * c.detuning) / per_torque
+    return np.asarray(np.min(torque, axis=0))
+
+
+def pulley_amplitude(c: AveragedCoefficients, build_up: float = np.inf) -> Array:
+    """Amplitude of the pulley mode under its torque, the spans at rest.
+
+    Parameters
+    ----------
+    c : AveragedCoefficients
+    build_up : float, default inf
+        Time since the torque was switched on [s].
+
+    Returns
+    -------
+    ndarray, shape (...)
+        [m].
+    """
+    rate = -0.5 * c.damping + 1j * c.detuning
+    still = np.abs(rate) < 1e-12 * c.forcing
+    safe = np.where(still, 1.0, rate)
+    if np.isinf(build_up):
+        return np.where(still, np.where(c.force == 0.0, 0.0, np.inf), np.abs(c.force / safe))
+    grown = np.where(still, build_up, np.expm1(safe * build_up) / safe)
+    return np.asarray(np.abs(c.force * grown))
+
+
+def growth_rates(c: AveragedCoefficients, amplitude: ArrayLike) -> Array:
+    r"""Growth rate of each transverse mode while the pulley mode swings with a given amplitude, Eq. (A.24).
+
+    .. math:: \sqrt{\mu^2 - (\delta_j + \mu^2/4\nu)^2} - \tfrac12\Gamma
+
+    Parameters
+    ----------
+    c : AveragedCoefficients
+    amplitude : array_like, shape (...)
+        |Q| [m].
+
+    Returns
+    -------
+    ndarray, shape (J, ...)
+        [1/s]; minus half of Gamma outside the tongue.
+    """
+    pumping = np.abs(c.pump) * np.asarray(amplitude, dtype=float)
+    shifted = c.transverse_detuning + pumping**2 / (2.0 * c.forcing)
+    return np.sqrt(np.maximum(pumping**2 - shifted**2, 0.0)) - 0.5 * c.transverse_damping
+
+
+def tongue_half_width(c: AveragedCoefficients, amplitude: ArrayLike) -> Array:
+    r"""Half-width of the tongue of instability in :math:`\delta_j`, :math:`\sqrt{\mu^2 - \Gamma^2/4}`.
+
+    Parameters
+    ----------
+    c : AveragedCoefficients
+    amplitude : array_like, shape (...)
+        |Q| [m].
+
+    Returns
+    -------
+    ndarray, shape (J, ...)
+        [rad/s]; zero below the threshold.
+    """
+    pumping = np.abs(c.pump) * np.asarray(amplitude, dtype=float)
+    return np.sqrt(np.maximum(pumping**2 - 0.25 * c.transverse_damping**2, 0.0))
+
+
+def required_detuning(model: AutoparametricModel, torque: float, forcing: float | None = None) -> float:
+    """Distance from tuning beyond which a torque cannot make the spans grow.
+
+    Parameters
+    ----------
+    model : AutoparametricModel
+    torque : float
+        [N m].
+    forcing : float, optional
+        Omega [rad/s]; the pulley mode's own unless given.
+
+    Returns
+    -------
+    float
+        Largest half-width of the tongue [rad/s]; infinite where the pulley mode is undamped.
+    """
+    c = averaged_coefficients(model, torque=torque, forcing=forcing, drift=False)
+    return float(np.max(tongue_half_width(c, pulley_amplitude(c))))
+
+
+def growth_torque(
+    model: AutoparametricModel, factor: float, duration: float, forcing: float | None = None
+) -> float:
+    r"""Torque, switched on at rest, that multiplies a small transverse motion within a time, Eq. (A.25).
+
+    .. math:: \int_0^T\operatorname{Re}\sqrt{\mu^2 - (\delta_j + \mu^2/4\nu)^2}\,\mathrm{d}t - \tfrac12\Gamma T
+              = \ln F, \qquad \mu = |k_j f|\,\Big|\frac{e^{\lambda t} - 1}{\lambda}\Big|, \quad
+              \lambda = -\tfrac12 c + i\delta
+
+    Without dampings and detunings: :math:`|k_jf|T^2/2 = \ln F`. Of a pluck at rest about 0.7 grows, the rest
+    dies out.
+
+    Parameters
+    ----------
+    model : AutoparametricModel
+    factor : float
+        F, above 1.
+    duration : float
+        T [s].
+    forcing : float, optional
+        Omega [rad/s]; the pulley mode's own unless given.
+
+    Returns
+    -------
+    float
+        [N m]; infinite where no torque below slack does it.
+
+    Raises
+    ------
+    InputRefused
+        If the factor is not above 1 or the duration not positive.
+    """
+    if not factor > 1.0:
+        raise InputRefused(f"factor = {factor:.6g} must be above 1: 10 for tenfold growth")
+    if not duration > 0.0:
+        raise InputRefused(f"duration = {duration:.6g} s must be positive")
+    c = averaged_coefficients(model, torque=1.0, forcing=forcing, drift=False)
+    time = np.linspace(0.0, duration, _INSTANTS)
+    unit = np.array([pulley_amplitude(c, t) for t in time]).reshape(-1)
+    wide = c._replace(**{key: getattr(c, key)[:, None] for key in ("pump", "transverse_detuning")})
+
+    def _missing(torque: float) -> float:
+        rates = growth_rates(wide, torque * unit)
+        return float(np.max(np.trapezoid(rates, time, axis=1))) - log(factor)
+
+    return _first_root(_missing, model.slack_amplitude / max(float(unit.max()), 1e-300))
+
+
+def _first_root(function, top: float) -> float:  # type: ignore[no-untyped-def]
+    from scipy.optimize import brentq
+
+    trial = np.linspace(0.0, top, 65)[1:]
+    values = [function(float(torque)) for torque in trial]
+    for low, high, value in zip(np.append(0.0, trial), trial, values, strict=False):
+        if value >= 0.0:
+            return float(brentq(function, low, high, xtol=1e-14, rtol=1e-13))
+    return float("inf")
+
+
+def coulomb_onset_torque(model: AutoparametricModel) -> float:
+    r"""Torque below which Coulomb friction keeps the pulley mode from growing, Eq. (A.26).
+
+    A friction force of constant size takes :math:`4/\pi` of its amount from a swing's driving force:
+
+    .. math:: \tau_c = \frac{4}{\pi}\,\frac{r_1}{|\phi_\tau|}\sum\frac{c_i|\phi_i|}{r_i}
+
+    It does not hold while the drive turns one way faster than it vibrates: there the friction is constant and
+    damps nothing.
+
+    Parameters
+    ----------
+    model : AutoparametricModel
+
+    Returns
+    -------
+    float
+        [N m].
+    """
+    return 4.0 / pi * model.coulomb_force / abs(model.torque_arm)

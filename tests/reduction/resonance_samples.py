@@ -1,0 +1,89 @@
+"""Models of internal resonance that the tests share."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+
+import cabledrive as cd
+from cabledrive.reduction.autoparametric import AutoparametricModel, autoparametric_model
+from cabledrive.reduction.averaging import averaged_coefficients
+from cabledrive.reduction.transverse_sections import TransverseMode
+
+TUNED = cd.load_drive("dissertation-2", overrides=["cable.pretension=3.2837727209", "layout.gravity=0"])
+LOAD_SHARE = 1.3043e5
+"""c_q per viscous friction of the load pulley [1/s / (N m s)]."""
+
+
+def damped(transverse, pulley, drive=TUNED):
+    """The tuned drive with Gamma and c_q [1/s], the latter by friction at the load pulley."""
+    load = replace(drive.load_pulley, viscous_friction=pulley / LOAD_SHARE)
+    cable = replace(drive.cable, transverse_damping=transverse)
+    return replace(drive, cable=cable, pulley=(drive.drive_pulley, load))
+
+
+def bare_model(modes=1, **changes):
+    """Oscillators of unit masses: W = 2, w = 1, G = 1, no cubic terms, no damping."""
+    signs = np.array([1.0, -1.0] * modes)[:modes]
+    fields = dict(
+        natural=2.0,
+        modal_mass=1.0,
+        modal_damping=0.0,
+        rims=(0.0, 1.0),
+        torque_arm=1.0,
+        rigid_arm=0.0,
+        rigid_mass=np.inf,
+        rigid_damping=0.0,
+        cross_damping=0.0,
+        coulomb_force=0.0,
+        modes=tuple(
+            TransverseMode(span="upper", plane="w", section=(0.0, 1.0), number=1) for _ in range(modes)
+        ),
+        transverse=np.ones(modes),
+        transverse_mass=np.ones(modes),
+        transverse_damping=0.0,
+        coupling=signs,
+        stiffening=np.zeros((modes, modes)),
+        slack_amplitude=1.0,
+        uneven=np.zeros(modes),
+        load_radius=1.0,
+        pretension=1.0,
+        axial_rigidity=100.0,
+        tension_offset=np.zeros(modes),
+    )
+    return AutoparametricModel(**(fields | changes))
+
+
+def settings(transverse, pulley, pulley_detuning, transverse_detuning, force, cubic=True):
+    """Averaged coefficients of configuration 2 with given dampings, detunings [1/s] and f [m/s], no drift."""
+    c = _tuned_coefficients()
+    share = 1.0 if cubic else 0.0
+    return c._replace(
+        transverse_damping=np.array(transverse),
+        damping=np.array(pulley),
+        detuning=np.array(pulley_detuning),
+        transverse_detuning=np.array([transverse_detuning, transverse_detuning]),
+        force=np.array(force + 0j),
+        cubic=share * c.cubic,
+        static=share * c.static,
+    )
+
+
+@cache
+def _tuned_coefficients():
+    return averaged_coefficients(autoparametric_model(TUNED), torque=0.01, drift=False)
+
+
+def one_span(c):
+    """The same coefficients without the second section."""
+    single = ("transverse_detuning", "feedback", "pump", "drift", "passive", "back_third", "third", "offset")
+    cut = {name: getattr(c, name)[:1] for name in single}
+    return c._replace(**cut, cubic=c.cubic[:1, :1], static=c.static[:1, :1])
+
+
+def real(state):
+    return np.concatenate((state.real, state.imag))
+
+
+def complex_of(x):
+    return x[: x.size // 2] + 1j * x[x.size // 2 :]
