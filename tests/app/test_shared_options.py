@@ -203,4 +203,4 @@ def test_colours_only_on_a_terminal_and_not_under_no_color(environment, coloured
 def test_text_survives_a_terminal_of_few_letters():
     done = run("check", "elevator", env={"PYTHONIOENCODING": "ascii"})
     assert (done.returncode, done.stderr) == (0, "")
-    assert re.search(r"span, unstretched +90.m\n", done.stdout)
+    assert re.search(r"Mass of the whole cable +828.kg\n", done.stdout)
