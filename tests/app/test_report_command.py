@@ -1,4 +1,4 @@
-"""`cabledrive report`: one page about the drives that are named, or about those that come with the package."""
+"""`cabledrive report`: one page about the drives that are named, or about all packaged ones."""
 
 import os
 
