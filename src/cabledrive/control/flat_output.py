@@ -1,0 +1,124 @@
+r"""The flat output of a row of inertias: angles and motor torque are polynomials in s times it.
+
+Of inertias :math:`J_1` (motor) to :math:`J_N` (load), joined by springs :math:`k_i` with dampers :math:`b_i`,
+:math:`D_i = 1 + (b_i/k_i)s`. From the load backwards, without a polynomial division:
+
+.. math::
+    R_N = 1, \quad a_N = J_N s^2, \qquad
+    R_i = D_i R_{i+1} + a_{i+1}/k_i, \quad a_i = J_i s^2 R_i + D_i a_{i+1}
+
+Then :math:`\theta_i = D_1 \cdots D_{i-1} R_i z`, link 1 carries :math:`D_1 a_2 z`, and the motor needs
+:math:`J_1 s^2 R_1 z + D_1 a_2 z` besides its friction. Without dampers z is the load angle.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.parameters import InputRefused
+from cabledrive.reduction.lumped_chain import LumpedChain
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FlatOutput:
+    """Polynomials of a row of n inertias, coefficients of rising powers of s, all of length 2n + 1.
+
+    Attributes
+    ----------
+    angles : ndarray, shape (n, 2n + 1)
+        Each angle per flat output.
+    inertial : ndarray, shape (2n + 1,)
+        Acceleration of the first inertia per flat output, s^2 R_1 [1/s^2].
+    elastic : ndarray, shape (2n + 1,)
+        Torque of the first link per flat output, D_1 a_2 [N m].
+    time_constants : ndarray, shape (n - 1,)
+        b_i / k_i of the links [s]: the load is z through 1 + (b_i / k_i) s.
+    states : ndarray, shape (2n, 2n)
+        Angles, then speeds, per z and its first 2n - 1 derivatives.
+    """
+
+    angles: Array
+    inertial: Array
+    elastic: Array
+    time_constants: Array
+    states: Array
+
+    @property
+    def size(self) -> int:
+        """Number of inertias."""
+        return int(self.angles.shape[0])
+
+    @property
+    def leading(self) -> float:
+        """Coefficient c of the highest derivative in the first inertia's acceleration; mu is J_1 c."""
+        return float(self.inertial[-1])
+
+    @property
+    def from_states(self) -> Array:
+        """Z and its first 2n - 1 derivatives per angles, then speeds, shape (2n, 2n)."""
+        inverse: Array = np.linalg.inv(self.states)
+        return inverse
+
+
+def flat_output(chain: LumpedChain, *, damped: bool = True) -> FlatOutput:
+    """Polynomials of a row of inertias.
+
+    Parameters
+    ----------
+    chain : LumpedChain
+        All links between equal angles, see `cabledrive.reduction.reflected`. Its viscous friction beyond the
+        first inertia is counted, that of the first is the control law's business.
+    damped : bool, default True
+        Whether the dampers of the links are counted; the laws of the dissertation leave them out.
+
+    Returns
+    -------
+    FlatOutput
+
+    Raises
+    ------
+    InputRefused
+        If a link joins unequal angles.
+    """
+    if any(ratio != (1.0, 1.0) for ratio in chain.ratios):
+        raise InputRefused("a link joins unequal angles: reflect the row of inertias to its first shaft")
+    n = chain.size
+    length = 2 * n + 1
+    times = np.array(chain.damping) / np.array(chain.stiffness) if damped else np.zeros(n - 1)
+    rest = np.zeros(length)
+    rest[0] = 1.0
+    torque = _moved(rest, chain, n - 1, damped)
+    carried = np.zeros(length)
+    angles = np.zeros((n, length))
+    angles[n - 1] = rest
+    for i in range(n - 2, -1, -1):
+        rest, carried = _through(rest, times[i]) + torque / chain.stiffness[i], _through(torque, times[i])
+        angles[i] = rest
+        torque = _moved(rest, chain, i, damped) + carried
+    for i in range(1, n):
+        for time in times[:i]:
+            angles[i] = _through(angles[i], time)
+    inertial = _shifted(rest, 2)
+    states = np.zeros((2 * n, 2 * n))
+    states[:n] = angles[:, : 2 * n]
+    states[n:, 1:] = angles[:, : 2 * n - 1]
+    return FlatOutput(angles=angles, inertial=inertial, elastic=carried, time_constants=times, states=states)
+
+
+def _through(polynomial: Array, time: float) -> Array:
+    """(1 + time s) polynomial."""
+    return polynomial + time * _shifted(polynomial, 1)
+
+
+def _shifted(polynomial: Array, power: int) -> Array:
+    """s^power polynomial, cut to its length."""
+    return np.concatenate((np.zeros(power), polynomial[:-power]))
+
+
+def _moved(polynomial: Array, chain: LumpedChain, i: int, damped: bool) -> Array:
+    """Torque that moves inertia i along the polynomial."""
+    friction = chain.viscous[i] if damped else 0.0
+    return chain.inertias[i] * _shifted(polynomial, 2) + friction * _shifted(polynomial, 1)

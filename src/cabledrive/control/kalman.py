@@ -1,0 +1,249 @@
+r"""Kalman filter on a row of inertias, with states for a disturbance and for the encoders' offsets.
+
+States are angles, speeds, a torque on the motor that walks at random, and the offset of each encoder but the
+last, which walks very slowly. Friction and offset torque of the motor are taken off its torque as known.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import expm
+
+from cabledrive.control.observer_numbers import KALMAN, ObserverNumbers
+from cabledrive.mechanics.compiled import njit
+from cabledrive.parameters import InputRefused
+from cabledrive.reduction.lumped_chain import LumpedChain, state_space
+
+Array = NDArray[np.float64]
+LONGEST_SCHEDULE = 20_000
+SETTLED = 1e-7
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KalmanTuning:
+    """Noise of the filter, as spectral densities.
+
+    Attributes
+    ----------
+    torque : float, default 1e-6
+        Of the motor's torque [(N m)^2 s].
+    disturbance : float, default 1e-2
+        Of the rate of the disturbance [(N m)^2 / s].
+    load_acceleration : float, default 0.0
+        At the last inertia [(rad/s^2)^2 s].
+    offsets : tuple of float, default (1e-6, 1e-7)
+        Of the rate of each offset, from the motor's encoder on; the last encoder has none [rad^2/s]. None at
+        all where empty.
+    cancels : bool, default False
+        Whether the law subtracts the estimated disturbance.
+    friction_slope : float, default 20.0
+        K of c tanh(K w) in the friction taken off the torque [s/rad].
+    """
+
+    torque: float = 1e-6
+    disturbance: float = 1e-2
+    load_acceleration: float = 0.0
+    offsets: tuple[float, ...] = (1e-6, 1e-7)
+    cancels: bool = False
+    friction_slope: float = 20.0
+
+
+QUIET = KalmanTuning()
+EAGER = KalmanTuning(disturbance=1.0, load_acceleration=0.1, cancels=True)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sampling:
+    """When the filter sees what.
+
+    Attributes
+    ----------
+    interval : float
+        Sample time [s].
+    delay : float, default 0.0
+        From sampling to torque [s].
+    current_rate : float, default 0.0
+        Bandwidth of the torque loop [rad/s]; 0: none, torque is the command.
+    """
+
+    interval: float
+    delay: float = 0.0
+    current_rate: float = 0.0
+
+
+def kalman_filter(
+    chain: LumpedChain,
+    encoders: Sequence[int],
+    counts: Sequence[float],
+    sampling: Sampling,
+    *,
+    chosen: Sequence[int],
+    tuning: KalmanTuning = QUIET,
+) -> ObserverNumbers:
+    """Design the filter.
+
+    Parameters
+    ----------
+    chain : LumpedChain
+        Links between equal angles.
+    encoders : sequence of int, length m
+        Inertia that each encoder reads; the last one is the datum of all angles.
+    counts : sequence of float, length m
+        One count of each, at the first shaft [rad].
+    sampling : Sampling
+    chosen : sequence of int
+        Inertias whose angles and speeds the law takes.
+    tuning : KalmanTuning, optional
+
+    Returns
+    -------
+    ObserverNumbers
+
+    Raises
+    ------
+    InputRefused
+        If there is no encoder, or the drive cannot be observed through those there are.
+    """
+    if not encoders:
+        raise InputRefused("encoders: 0 given, the filter needs at least 1: fit the load encoder")
+    walks = np.zeros(0) if not tuning.offsets else np.array(tuning.offsets)[: len(encoders) - 1]
+    system, columns = _continuous(chain, len(walks), sampling.current_rate)
+    transition, inputs, shaft = _sampled(system, columns, sampling)
+    noise = _process_noise(system, chain, walks, tuning, sampling.interval)
+    output = np.zeros((len(encoders), system.shape[0]))
+    for j, inertia in enumerate(encoders):
+        output[j, inertia] = 1.0
+        if j < len(walks):
+            output[j, 2 * chain.size + 1 + j] = 1.0
+    variance = np.array(counts, dtype=float) ** 2 / 12.0
+    start = _start(chain, variance, len(walks))
+    gains = _schedule(transition, noise, output, np.diag(variance), start)
+    n = chain.size
+    return ObserverNumbers(
+        kind=KALMAN,
+        chosen=np.array([*chosen, *(n + i for i in chosen)], dtype=np.int64),
+        places=np.array([n, 2 * n], dtype=np.int64),
+        model=np.hstack((transition, inputs)),
+        output=output,
+        gains=gains,
+        scalars=np.array(
+            [
+                sampling.interval,
+                0.0,
+                *shaft,
+                chain.coulomb[0],
+                tuning.friction_slope,
+                chain.offsets[0],
+                tuning.cancels,
+            ]
+        ),
+    )
+
+
+def _continuous(chain: LumpedChain, offsets: int, current_rate: float) -> tuple[Array, Array]:
+    """Rates of angles, speeds, disturbance, offsets; the column of a torque on the motor."""
+    n = chain.size
+    a, b = state_space(chain)
+    system = np.zeros((2 * n + 1 + offsets, 2 * n + 1 + offsets))
+    system[: 2 * n, : 2 * n] = a
+    system[: 2 * n, 2 * n] = b[:, 0]
+    column = np.zeros(system.shape[0])
+    column[: 2 * n] = b[:, 0]
+    return system, column
+
+
+def _sampled(system: Array, column: Array, sampling: Sampling) -> tuple[Array, Array, Array]:
+    """Transition, inputs (torque at the sample, older and newer command, load), current loop's factors.
+
+    A torque loop of rate w follows the command by tau' = w (u - tau); without one the torque is the command.
+    """
+    n, w = system.shape[0], sampling.current_rate
+    late = sampling.delay % sampling.interval
+    full = np.zeros((n + 2, n + 2))  # states, shaft torque, command
+    full[:n, :n], full[:n, n] = system, column
+    if w > 0.0:
+        full[n, n], full[n, n + 1] = -w, w
+    else:
+        full[:n, n], full[:n, n + 1] = 0.0, column
+    first, second = expm(full * late), expm(full * (sampling.interval - late))
+    for step in (first, second):
+        if w == 0.0:
+            step[n, :] = 0.0
+            step[n, n + 1] = 1.0
+    older, newer = np.zeros(n + 2), np.zeros(n + 2)
+    older[n + 1] = newer[n + 1] = 1.0
+    by_before = second[:, : n + 1] @ (first @ older)[: n + 1] if late > 0.0 else np.zeros(n + 2)
+    by_after = second @ newer
+    initial = np.zeros(n + 2)
+    initial[n] = 1.0
+    by_torque = second[:, : n + 1] @ (first @ initial if late > 0.0 else initial)[: n + 1]
+    loaded = np.zeros((n + 1, n + 1))
+    loaded[:n, :n], loaded[:n, n] = system, column
+    by_load = expm(loaded * sampling.interval)[:n, n]
+    inputs = np.column_stack((by_torque[:n], by_before[:n], by_after[:n], by_load))
+    return expm(system * sampling.interval), inputs, np.array([by_torque[n], by_before[n], by_after[n]])
+
+
+def _process_noise(
+    system: Array, chain: LumpedChain, walks: Array, tuning: KalmanTuning, interval: float
+) -> Array:
+    """Covariance gathered over one sample, by Van Loan's block exponential."""
+    n, size = chain.size, system.shape[0]
+    density = np.zeros(size)
+    density[n] = tuning.torque / chain.inertias[0] ** 2
+    density[2 * n - 1] += tuning.load_acceleration
+    density[2 * n] = tuning.disturbance
+    density[2 * n + 1 :] = walks
+    block = np.zeros((2 * size, 2 * size))
+    block[:size, :size], block[:size, size:], block[size:, size:] = -system, np.diag(density), system.T
+    power = expm(block * interval)
+    noise = power[size:, size:].T @ power[:size, size:]
+    return 0.5 * (noise + noise.T)
+
+
+def _start(chain: LumpedChain, variance: Array, offsets: int) -> Array:
+    """Covariance at rest: angles within the last encoder's count, offsets within both counts."""
+    n = chain.size
+    diagonal = np.zeros(2 * n + 1 + offsets)
+    diagonal[2 * n] = (chain.coulomb[0] + abs(chain.offsets[0])) ** 2 + 1e-12
+    diagonal[2 * n + 1 :] = variance[:offsets] + variance[-1]
+    start = np.diag(diagonal)
+    start[:n, :n] = variance[-1]
+    return start
+
+
+def _schedule(transition: Array, noise: Array, output: Array, reading: Array, start: Array) -> Array:
+    gains = np.zeros((LONGEST_SCHEDULE, transition.shape[0], output.shape[0]))
+    used = gain_schedule(transition, noise, output, reading, start, gains, SETTLED)
+    if not np.all(np.isfinite(gains[: used + 1])):
+        raise InputRefused(
+            f"{output.shape[0]} encoders do not let the filter see the drive: fit the load encoder"
+        )
+    return gains[: used + 1].copy()
+
+
+@njit
+def gain_schedule(
+    transition: Array,
+    noise: Array,
+    output: Array,
+    reading: Array,
+    start: Array,
+    gains: Array,
+    settled: float,
+) -> int:
+    """Covariance recursion in Joseph's form; writes each sample's gain, returns the number of the last."""
+    covariance = start.copy()
+    identity = np.eye(start.shape[0])
+    for k in range(gains.shape[0]):
+        spread = output @ covariance @ output.T + reading
+        gain = np.linalg.solve(spread, output @ covariance).T
+        gains[k] = gain
+        kept = identity - gain @ output
+        covariance = kept @ covariance @ kept.T + gain @ reading @ gain.T
+        covariance = transition @ covariance @ transition.T + noise
+        if k > 100 and np.max(np.abs(gains[k] - gains[k - 100])) <= settled * np.max(np.abs(gains[k])):
+            return k
+    return gains.shape[0] - 1

@@ -1,0 +1,125 @@
+"""Compiled steps of the control laws; `cabledrive.control.darc` and its neighbours hold the readable ones."""
+
+from math import isfinite, tanh
+
+from cabledrive.control.backstepping_kernels import backstepping_command
+from cabledrive.control.numbers import Array
+from cabledrive.mechanics.compiled import njit
+
+
+@njit
+def adapt(learning: Array, interval: float, estimate: Array, regressor: Array, sigma: float) -> None:
+    """Estimates one sample on, by projected and limited adaptation; ``estimate`` is changed."""
+    for i in range(learning.shape[1]):
+        rate = learning[3, i] * regressor[i] * sigma
+        rate = min(max(rate, -learning[4, i]), learning[4, i])
+        estimate[i] = min(max(estimate[i] + interval * rate, learning[1, i]), learning[2, i])
+
+
+@njit
+def darc_command(
+    to_flat: Array,
+    rows: Array,
+    learning: Array,
+    scalars: Array,
+    estimate: Array,
+    states: Array,
+    reference: Array,
+    k: int,
+    regressor: Array,
+) -> tuple[float, float]:
+    """Command and sliding variable of the law of the chain at row k; writes the regressor that adapts."""
+    n2 = to_flat.shape[0]
+    sigma, z_eq, u, q = 0.0, reference[k, n2], 0.0, 0.0
+    for i in range(n2):
+        z = 0.0
+        for j in range(n2):
+            z += to_flat[i, j] * states[j]
+        e = z - reference[k, i]
+        sigma += rows[0, i] * e
+        if i > 0:
+            z_eq -= rows[0, i - 1] * e
+        u += rows[1, i] * z
+        q += rows[2, i] * z
+    q += rows[2, n2] * z_eq
+    speed, speed_d = states[n2 // 2], reference[k, n2 + 1]
+    friction = tanh(scalars[2] * (speed_d if scalars[3] > 0.0 else speed))
+    u += estimate[2] * friction - estimate[3] - scalars[1] * sigma
+    if scalars[4] > 0.0:
+        q_d = reference[k, n2 + 2]
+        u += learning[0, 0] * (q - q_d) + estimate[0] * q_d
+        u += learning[0, 1] * (speed - speed_d) + estimate[1] * speed_d
+        q, speed = q_d, speed_d
+    else:
+        u += estimate[0] * q + estimate[1] * speed
+    regressor[0], regressor[1], regressor[2], regressor[3] = -q, -speed, -friction, 1.0
+    return u, sigma
+
+
+@njit
+def linear_command(
+    matrix: Array,
+    row: Array,
+    memory: Array,
+    states: Array,
+    reference: Array,
+    k: int,
+    last: float,
+    fresh: Array,
+) -> float:
+    """Feedback of a linear law on the errors of angles and speeds, added to the reference's own torque."""
+    m, n2 = memory.size, states.size
+    u = reference[k, n2]
+    for i in range(m):
+        u += row[0, i] * memory[i]
+    for j in range(n2):
+        u += row[0, m + j] * (states[j] - reference[k, j])
+    for i in range(m):
+        value = matrix[i, m + n2] * last
+        for j in range(m):
+            value += matrix[i, j] * memory[j]
+        for j in range(n2):
+            value += matrix[i, m + j] * (states[j] - reference[k, j])
+        fresh[i] = value
+    for i in range(m):
+        memory[i] = fresh[i]
+    return u
+
+
+@njit
+def law_step(
+    kind: int,
+    matrix: Array,
+    rows: Array,
+    learning: Array,
+    scalars: Array,
+    estimate: Array,
+    memory: Array,
+    states: Array,
+    reference: Array,
+    k: int,
+    last: float,
+    regressor: Array,
+    work: Array,
+) -> tuple[float, float, bool]:
+    """One sample of any law: command [N m], its sliding variable or first error, and whether it could.
+
+    Where a state is not a number the last command is kept and nothing is learnt.
+    """
+    for j in range(states.size):
+        if not isfinite(states[j]):
+            return last, 0.0, False
+    sigma = 0.0
+    if kind == 0:
+        u, sigma = darc_command(matrix, rows, learning, scalars, estimate, states, reference, k, regressor)
+        if isfinite(u):
+            adapt(learning, scalars[0], estimate, regressor, sigma)
+    elif kind == 1:
+        u = linear_command(matrix, rows, memory, states, reference, k, last, work)
+    else:
+        u, sigma = backstepping_command(rows, scalars, estimate, states, reference, k, regressor)
+        if isfinite(u):
+            adapt(learning, scalars[0], estimate, regressor, 1.0)
+    if not isfinite(u):
+        return last, sigma, False
+    return u, sigma, True

@@ -1,0 +1,68 @@
+"""Frozen numbers of a control law, laid out so that one compiled step serves every law.
+
+A compiled step takes the arrays one by one: passing them in a tuple would count references at every sample.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+DARC, LINEAR, BACKSTEPPING = 0, 1, 2
+SURFACE, ELASTIC, INERTIAL = 0, 1, 2
+NOMINAL, LOW, HIGH, GAIN, LIMIT = 0, 1, 2, 3, 4
+INTERVAL, K_SIGMA, SLOPE, BY_REFERENCE, DESIRED, MU, BETA = 0, 1, 2, 3, 4, 5, 6
+
+
+class LawNumbers(NamedTuple):
+    """One control law.
+
+    Attributes
+    ----------
+    kind : int
+        DARC, LINEAR or BACKSTEPPING.
+    matrix : ndarray
+        DARC: (2n, 2n), from angles and speeds to z and its derivatives. Linear: (m, m + 2n + 1), the
+        memory's next value from itself, the errors of angles and speeds, and the last command.
+    rows : ndarray
+        DARC: (3, 2n + 1), the sliding surface, elastic torque and inertial acceleration in powers of s.
+        Linear: (1, m + 2n), the command from memory and errors. Backstepping: (1, gains).
+    learning : ndarray, shape (5, p)
+        Of each estimate: nominal value, lower and upper bound, adaptation gain, rate limit.
+    scalars : ndarray, shape (7,)
+        Interval [s], K_sigma, K of tanh(K w) [s/rad], whether friction goes by the reference, whether the
+        regressor does, mu, beta_n.
+    """
+
+    kind: int
+    matrix: Array
+    rows: Array
+    learning: Array
+    scalars: Array
+
+    @property
+    def mu(self) -> float:
+        """Inertia of the sliding variable."""
+        return float(self.scalars[MU])
+
+    @property
+    def k_sigma(self) -> float:
+        """K_sigma."""
+        return float(self.scalars[K_SIGMA])
+
+
+def learning_table(nominal: Array, low: Array, high: Array, gain: Array, limit: Array | None = None) -> Array:
+    """What the adaptation needs of each estimate.
+
+    Parameters
+    ----------
+    nominal, low, high, gain : ndarray, shape (p,)
+    limit : ndarray, shape (p,), optional
+        Largest rates; none unless told.
+
+    Returns
+    -------
+    ndarray, shape (5, p)
+    """
+    return np.array([nominal, low, high, gain, np.full(len(nominal), np.inf) if limit is None else limit])

@@ -1,0 +1,42 @@
+"""Frozen numbers of an observer as its compiled step takes them."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+IDEAL, DIFFERENCE, KALMAN = 0, 1, 2
+
+
+class ObserverNumbers(NamedTuple):
+    """What turns m readings into the 2n angles and speeds of a law.
+
+    Attributes
+    ----------
+    kind : int
+        IDEAL, DIFFERENCE or KALMAN.
+    chosen : ndarray of int, shape (2n,)
+        Which of the estimated quantities the law takes.
+    places : ndarray of int, shape (2,)
+        Of the Kalman filter's states, the motor's speed and the disturbance.
+    model : ndarray, shape (states, states + 4)
+        Kalman: transition, then inputs: shaft torque at the sample, the commands before and after the delay
+        has passed, friction and offset.
+    output : ndarray, shape (m, states)
+    gains : ndarray, shape (samples, states, m)
+        Of which the last one stays.
+    scalars : ndarray, shape (9,)
+        Interval [s]; share of the newest slope in a filtered difference; the current loop's factors of
+        torque, older and newer command; Coulomb friction, K of tanh(K w), offset torque; whether the law is
+        to cancel the disturbance.
+    """
+
+    kind: int
+    chosen: Integers
+    places: Integers
+    model: Array
+    output: Array
+    gains: Array
+    scalars: Array

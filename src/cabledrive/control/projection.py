@@ -1,0 +1,74 @@
+r"""The projection that keeps estimates within their bounds, and a rate limit."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def projected_rate(rate: Array, estimate: Array, low: Array, high: Array) -> Array:
+    r"""Rate of the estimates that does not leave their bounds, Eq. (6.24).
+
+    It has property P1, estimates within bounds, and for diagonal :math:`\Gamma` property P2,
+    :math:`\tilde p^T(\Gamma^{-1}\mathrm{Proj}(\Gamma\tau) - \tau) \le 0`.
+
+    Parameters
+    ----------
+    rate : ndarray, shape (m,)
+        Gamma tau, as the adaptation wants it [unit of p / s].
+    estimate : ndarray, shape (m,)
+    low, high : ndarray, shape (m,)
+        Bounds.
+
+    Returns
+    -------
+    ndarray, shape (m,)
+    """
+    outwards = ((estimate >= high) & (rate > 0.0)) | ((estimate <= low) & (rate < 0.0))
+    return np.where(outwards, 0.0, rate)
+
+
+def limited_rate(rate: Array, limit: Array) -> Array:
+    r"""Each component cut to its largest rate: :math:`\max(-l_i, \min(l_i, \dot p_i))`.
+
+    The theorems speak of a rate limited law and define none; this is the definition used here. P1 stays; P2
+    holds while no limit acts, and part (B) of the theorems with it.
+
+    Parameters
+    ----------
+    rate : ndarray, shape (m,)
+    limit : ndarray, shape (m,)
+        Not negative; infinite for none.
+
+    Returns
+    -------
+    ndarray, shape (m,)
+    """
+    return np.clip(rate, -limit, limit)
+
+
+def adapted(
+    estimate: Array, rate: Array, low: Array, high: Array, interval: float, limit: Array | None = None
+) -> Array:
+    """Estimates after one sample; a step that would cross a bound ends on it.
+
+    Parameters
+    ----------
+    estimate : ndarray, shape (m,)
+        Within the bounds.
+    rate : ndarray, shape (m,)
+        Gamma tau.
+    low, high : ndarray, shape (m,)
+    interval : float
+        Sample time [s].
+    limit : ndarray, shape (m,), optional
+        Largest rates; none unless told.
+
+    Returns
+    -------
+    ndarray, shape (m,)
+    """
+    allowed = projected_rate(rate, estimate, low, high)
+    if limit is not None:
+        allowed = limited_rate(allowed, limit)
+    return np.clip(estimate + interval * allowed, low, high)

@@ -1,0 +1,87 @@
+"""The reference as a law takes it: flat output and derivatives that lead to the wanted load angle."""
+
+from math import exp
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.control.flat_output import FlatOutput
+
+Array = NDArray[np.float64]
+
+
+def lagged(signal: Array, time: float, interval: float) -> Array:
+    r"""A sampled signal through :math:`1/(1 + Ts)`, exact for straight lines between samples.
+
+    It starts at rest on its first value. A derivative of the signal gives the derivative of the result:
+    nothing is differenced.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (..., samples)
+    time : float
+        Time constant T [s]; 0 returns the signal.
+    interval : float
+        Sample time [s].
+
+    Returns
+    -------
+    ndarray, shape (..., samples)
+    """
+    if time == 0.0:
+        return signal
+    from scipy.signal import lfilter
+
+    fading = exp(-interval / time)
+    mean = time / interval * (1.0 - fading)
+    coefficients = [1.0 - mean, mean - fading]
+    start = (signal[..., :1] * (1.0 - coefficients[0])).astype(float)
+    return lfilter(coefficients, [1.0, -fading], signal, axis=-1, zi=start)[0]
+
+
+def flat_reference(flat: FlatOutput, reference: Array, interval: float) -> Array:
+    r"""Flat output and its derivatives that lead to a wanted load angle.
+
+    .. math:: z_d = \frac{y_d}{D_1 \cdots D_{n-1}}
+
+    causal, stable and of unit gain; each derivative is filtered by itself. Two more rows follow: speed and
+    acceleration of the first inertia that go with it.
+
+    Parameters
+    ----------
+    flat : FlatOutput
+    reference : ndarray, shape (2n + 1, samples)
+        Wanted load angle at the first shaft and its derivatives [rad/s^k].
+    interval : float
+        Sample time [s].
+
+    Returns
+    -------
+    ndarray, shape (samples, 2n + 3)
+        z_d to its 2n-th derivative, motor speed [rad/s], motor acceleration [rad/s^2].
+    """
+    z = reference
+    for time in flat.time_constants:
+        z = lagged(z, float(time), interval)
+    speed = flat.angles[0, :-1] @ z[1:]
+    return np.column_stack((z.T, speed, flat.inertial @ z))
+
+
+def joint_motion(flat: FlatOutput, flat_rows: Array) -> tuple[Array, Array]:
+    """Angles and speeds of every inertia along the reference, and the torque it needs without friction.
+
+    Parameters
+    ----------
+    flat : FlatOutput
+    flat_rows : ndarray, shape (samples, >= 2n + 1)
+        From `flat_reference`.
+
+    Returns
+    -------
+    states : ndarray, shape (samples, 2n)
+        Angles, then speeds.
+    elastic : ndarray, shape (samples,)
+        Torque of the first link [N m].
+    """
+    n2 = 2 * flat.size
+    return flat_rows[:, :n2] @ flat.states.T, flat_rows[:, : n2 + 1] @ flat.elastic

@@ -1,0 +1,1 @@
+"""The drive as a laboratory sees it: sampled, counted, delayed, limited, with friction that sticks."""

@@ -1,0 +1,93 @@
+"""The plant of the rig: a row of inertias made ready for exact steps."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import expm
+
+from cabledrive.parameters import InputRefused
+from cabledrive.reduction.lumped_chain import LumpedChain, state_space
+from cabledrive.rig.plant_kernels import PlantNumbers
+
+Array = NDArray[np.float64]
+SLOPE = 50.0
+
+
+def plant_numbers(
+    chain: LumpedChain, interval: float, *, current_rate: float = 0.0, substeps: int = 1
+) -> PlantNumbers:
+    """Exact transitions of a row of inertias over one internal step.
+
+    Coulomb friction of the motor is set-valued; that of the load is c tanh(50 w), held over an internal step.
+
+    Parameters
+    ----------
+    chain : LumpedChain
+        Links between equal angles.
+    interval : float
+        Sample time [s].
+    current_rate : float, default 0.0
+        Bandwidth of the torque loop [rad/s]; 0: none.
+    substeps : int, default 1
+        Internal steps per sample.
+
+    Returns
+    -------
+    PlantNumbers
+
+    Raises
+    ------
+    InputRefused
+        If an inertia between motor and load has Coulomb friction of its own.
+    """
+    n = chain.size
+    if any(c > 0.0 for c in chain.coulomb[1:-1]):
+        raise InputRefused(
+            f"Coulomb friction {max(chain.coulomb[1:-1]):.4g} N m of the {chain.names[1]} pulley "
+            "beside a flexible joint is not followed here: add it to the motor's, or make the joint rigid"
+        )
+    rates = _rates(chain, current_rate)
+    held = rates.copy()
+    held[n] = 0.0
+    step = interval / substeps
+    load_coulomb = chain.coulomb[-1] if n > 1 else 0.0
+    return PlantNumbers(
+        rates=rates,
+        tables=np.array([_over(held, step), _over(rates, step)]),
+        scalars=np.array(
+            [
+                step,
+                chain.inertias[0],
+                chain.coulomb[0],
+                chain.offsets[0],
+                load_coulomb,
+                SLOPE,
+                current_rate,
+                _norm(rates[:, : 2 * n + 1]),
+            ]
+        ),
+    )
+
+
+def _rates(chain: LumpedChain, current_rate: float) -> Array:
+    n = chain.size
+    a, b = state_space(chain)
+    rates = np.zeros((2 * n + 1, 2 * n + 4))
+    rates[: 2 * n, : 2 * n], rates[: 2 * n, 2 * n] = a, b[:, 0]
+    rates[2 * n, 2 * n : 2 * n + 2] = -current_rate, current_rate
+    rates[: 2 * n, 2 * n + 2], rates[: 2 * n, 2 * n + 3] = b[:, 0], b[:, -1]
+    return rates
+
+
+def _over(rates: Array, time: float) -> Array:
+    """States after a time, from states and inputs."""
+    m = rates.shape[0]
+    block = np.zeros((m + 3, m + 3))
+    block[:m] = rates
+    return expm(block * time)[:m]
+
+
+def _norm(rates: Array) -> float:
+    """A rate [1/s] that bounds the growth of the power series' terms."""
+    from scipy.linalg import matrix_balance
+
+    return float(np.linalg.norm(matrix_balance(rates, permute=False)[0], 1))

@@ -1,0 +1,269 @@
+"""Compiled motion of a linear row of inertias whose motor sticks and slips, exact between any two instants.
+
+States are angles, speeds and the torque at the shaft. Over a whole internal step the exact transition is a
+table; a step in which the motor starts, stops or turns is followed by the power series of the exponential,
+whose terms are summed to round-off, and the instant is found on that series.
+"""
+
+from math import tanh
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.mechanics.compiled import njit
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+MOST_EVENTS, MOST_TERMS, PROBES, HALVINGS = 64, 40, 6, 60
+STUCK = 0
+
+
+class PlantNumbers(NamedTuple):
+    """A row of n inertias; m = 2n + 1 states.
+
+    Attributes
+    ----------
+    rates : ndarray, shape (m, m + 3)
+        Rates of the states from the states, the command, a torque on the motor, a torque on the load.
+    tables : ndarray, shape (2, m, m + 3)
+        States after one internal step from the same; the motor held, the motor free.
+    scalars : ndarray, shape (8,)
+        Internal step [s]; motor's inertia, Coulomb friction and offset torque; Coulomb friction of the load,
+        smoothed by tanh(K w), and K; bandwidth of the torque loop [rad/s], 0: none; bound of the rates [1/s].
+    """
+
+    rates: Array
+    tables: Array
+    scalars: Array
+
+    @property
+    def size(self) -> int:
+        """Number of inertias."""
+        return (self.rates.shape[0] - 1) // 2
+
+
+@njit
+def motor_load(rates: Array, inertia: float, x: Array, force: float) -> float:
+    """Torque on the motor without its Coulomb friction."""
+    n = x.size // 2
+    rate = 0.0
+    for j in range(x.size):
+        rate += rates[n, j] * x[j]
+    return inertia * rate + force
+
+
+@njit
+def series(
+    rates: Array,
+    norm: float,
+    x: Array,
+    held: bool,
+    u: float,
+    motor: float,
+    load: float,
+    time: float,
+    terms: Array,
+) -> int:
+    """Terms of x(s time), s from 0 to 1, in powers of s; returns how many are needed."""
+    m = x.size
+    kept = m // 2 if held else -1
+    for i in range(m):
+        terms[0, i] = x[i]
+        value = rates[i, m] * u + rates[i, m + 1] * motor + rates[i, m + 2] * load
+        for j in range(m):
+            value += rates[i, j] * x[j]
+        terms[1, i] = 0.0 if i == kept else value * time
+    power = 1.0
+    reach = norm * time
+    for k in range(2, terms.shape[0]):
+        for i in range(m):
+            value = 0.0
+            for j in range(m):
+                value += rates[i, j] * terms[k - 1, j]
+            terms[k, i] = 0.0 if i == kept else value * time / k
+        power *= reach / k
+        if power < 1e-18:
+            return k + 1
+    return terms.shape[0]
+
+
+@njit
+def at(terms: Array, count: int, i: int, s: float) -> float:
+    """Quantity i at the share s of the time."""
+    value = terms[count - 1, i]
+    for k in range(count - 2, -1, -1):
+        value = value * s + terms[k, i]
+    return value
+
+
+@njit
+def margin(
+    rates: Array,
+    inertia: float,
+    coulomb: float,
+    terms: Array,
+    count: int,
+    slip: int,
+    motor: float,
+    s: float,
+    x: Array,
+) -> float:
+    """What is left before the motor changes: speed in its direction, or friction that is not used up."""
+    m = terms.shape[1]
+    if slip != STUCK:
+        return slip * at(terms, count, m // 2, s)
+    rate = 0.0
+    for i in range(m):
+        rate += rates[m // 2, i] * at(terms, count, i, s)
+    return coulomb - abs(inertia * rate + motor)
+
+
+@njit
+def first_change(
+    rates: Array, inertia: float, coulomb: float, terms: Array, count: int, slip: int, motor: float, x: Array
+) -> float:
+    """Share of the time at which the motor changes for the first time; above 1 if it does not."""
+    low = 0.0
+    for probe in range(1, PROBES + 1):
+        high = probe / PROBES
+        if margin(rates, inertia, coulomb, terms, count, slip, motor, high, x) < 0.0:
+            for _ in range(HALVINGS):
+                middle = 0.5 * (low + high)
+                if margin(rates, inertia, coulomb, terms, count, slip, motor, middle, x) < 0.0:
+                    high = middle
+                else:
+                    low = middle
+            return high
+        low = high
+    return 2.0
+
+
+@njit
+def settle(load: float, coulomb: float) -> int:
+    """Stick or slip of a motor at rest; it slips the way of a load that friction cannot hold."""
+    if abs(load) <= coulomb * (1.0 + 1e-13):
+        return STUCK
+    return 1 if load > 0.0 else -1
+
+
+@njit
+def advance_exactly(
+    rates: Array,
+    scalars: Array,
+    x: Array,
+    slip: int,
+    u: float,
+    motor: float,
+    load: float,
+    time: float,
+    terms: Array,
+    work: Array,
+) -> int:
+    """Move the row on by any time, event by event; ``x`` is changed, the new slip returned."""
+    m = x.size
+    n = m // 2
+    inertia, coulomb, norm = scalars[1], scalars[2], scalars[7]
+    rest = time
+    for _ in range(MOST_EVENTS):
+        if slip == STUCK:
+            slip = settle(motor_load(rates, inertia, x, motor), coulomb)
+        held = slip == STUCK
+        part = rest if norm * rest < 2.0 else 2.0 / norm
+        count = series(rates, norm, x, held, u, motor - slip * coulomb, load, part, terms)
+        s = 2.0
+        if coulomb > 0.0:
+            s = first_change(rates, inertia, coulomb, terms, count, slip, motor, work)
+        changed = s <= 1.0
+        s = min(s, 1.0)
+        for i in range(m):
+            x[i] = at(terms, count, i, s)
+        rest -= s * part
+        if changed:
+            if not held:
+                x[n] = 0.0
+            now = motor_load(rates, inertia, x, motor)
+            slip = (1 if now > 0.0 else -1) if held else settle(now, coulomb)
+        if rest <= 1e-15 * time:
+            return slip
+    x[n] = 0.0
+    count = series(rates, norm, x, True, u, motor, load, rest, terms)
+    for i in range(m):
+        x[i] = at(terms, count, i, 1.0)
+    return STUCK
+
+
+@njit
+def table_step(
+    rates: Array,
+    tables: Array,
+    scalars: Array,
+    x: Array,
+    slip: int,
+    u: float,
+    motor: float,
+    load: float,
+    terms: Array,
+    work: Array,
+) -> int:
+    """One internal step by the table; event by event where the motor changes in it."""
+    m = x.size
+    n = m // 2
+    step, inertia, coulomb = scalars[0], scalars[1], scalars[2]
+    held = slip == STUCK and coulomb > 0.0
+    before = motor_load(rates, inertia, x, motor)
+    if held and abs(before) > coulomb:
+        return advance_exactly(rates, scalars, x, slip, u, motor, load, step, terms, work)
+    which = 0 if held else 1
+    friction = motor - slip * coulomb
+    for i in range(m):
+        value = tables[which, i, m] * u + tables[which, i, m + 1] * friction + tables[which, i, m + 2] * load
+        for j in range(m):
+            value += tables[which, i, j] * x[j]
+        work[i] = value
+    if coulomb > 0.0:
+        after = motor_load(rates, inertia, work, motor)
+        if held:
+            changes = abs(after) > coulomb
+        else:
+            start, end = slip * before - coulomb, slip * after - coulomb
+            turns = start < 0.0 < end and -start * step > inertia * slip * x[n]
+            changes = slip * work[n] < 0.0 or turns
+        if changes:
+            return advance_exactly(rates, scalars, x, slip, u, motor, load, step, terms, work)
+    for i in range(m):
+        x[i] = work[i]
+    return slip
+
+
+@njit
+def advance(
+    rates: Array,
+    tables: Array,
+    scalars: Array,
+    x: Array,
+    slip: int,
+    u: float,
+    motor: float,
+    load: float,
+    time: float,
+    terms: Array,
+    work: Array,
+) -> int:
+    """Move the row on under a constant command, by the table where nothing happens; returns the new slip."""
+    m, step = x.size, scalars[0]
+    if scalars[6] == 0.0:
+        x[m - 1] = u
+    motor += scalars[3]
+    done = 0.0
+    while done < time * (1.0 - 1e-12):
+        part = min(step, time - done)
+        pull = load
+        if scalars[4] > 0.0:
+            pull -= scalars[4] * tanh(scalars[5] * x[m - 2])
+        if part < step * (1.0 - 1e-9):
+            slip = advance_exactly(rates, scalars, x, slip, u, motor, pull, part, terms, work)
+        else:
+            slip = table_step(rates, tables, scalars, x, slip, u, motor, pull, terms, work)
+        done += part
+    return slip

@@ -1,0 +1,128 @@
+"""What is asked of the rig: the motion, the sensors, the disturbances, as frozen options."""
+
+from dataclasses import dataclass, field
+from math import isfinite, pi
+
+from cabledrive.parameters import Drive, InputRefused
+from cabledrive.trajectories import Trajectory, pulse
+
+DEGREE = pi / 180.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Motion:
+    """Pulses (6.1)-(6.8) of the load pulley.
+
+    Attributes
+    ----------
+    angle : float
+        [deg].
+    rise, dwell : float
+        [s].
+    pulses : int
+    order : int
+        Odd order of the rise.
+    """
+
+    angle: float = 45.0
+    rise: float = 0.5
+    dwell: float = 0.5
+    pulses: int = 1
+    order: int = 9
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """The motion of the load pulley [rad]."""
+        return pulse(self.angle * DEGREE, self.rise, self.dwell, pulses=self.pulses, order=self.order)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Disturbance:
+    """A torque that steps in.
+
+    Attributes
+    ----------
+    torque : float
+        [N m], at the first shaft.
+    start, end : float
+        [s].
+    on : {"motor", "load"}
+    """
+
+    torque: float
+    start: float
+    end: float
+    on: str = "load"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RigOptions:
+    """How the rig differs from an ideal one.
+
+    Attributes
+    ----------
+    observer : {"kalman", "difference"}
+    feedback : {"motor", "drive"}
+        Encoder that stands for theta_1 in Models 1 and 3.
+    encoder_phase : {"random", "centred"}
+        Where in its count each encoder starts.
+    ideal_sensors : bool
+        The law sees true angles and speeds.
+    smooth_friction : bool
+        c tanh(50 w) in the plant instead of stick-slip.
+    jitter : float
+        Standard deviation of the sample times [s].
+    disturbances : tuple of Disturbance
+    substeps : int
+        Internal steps of the plant per sample; the result does not depend on them.
+    forbid_slack : bool
+        Whether a span that goes slack ends the run.
+    blind : tuple of (str, float, float), or None
+        Encoder ("motor", "drive", "load") that gives NaN from one time to another [s].
+    """
+
+    observer: str = "kalman"
+    feedback: str = "motor"
+    encoder_phase: str = "random"
+    ideal_sensors: bool = False
+    smooth_friction: bool = False
+    jitter: float = 0.0
+    disturbances: tuple[Disturbance, ...] = field(default=())
+    substeps: int = 1
+    forbid_slack: bool = True
+    blind: tuple[str, float, float] | None = None
+
+    def __post_init__(self) -> None:
+        for name, words in (
+            ("observer", ("kalman", "difference")),
+            ("feedback", ("motor", "drive")),
+            ("encoder_phase", ("random", "centred")),
+        ):
+            if getattr(self, name) not in words:
+                raise InputRefused(
+                    f"{name} = {getattr(self, name)!r} is not known: take {' or '.join(words)}"
+                )
+        if not isfinite(self.jitter) or self.jitter < 0.0:
+            raise InputRefused(f"jitter = {self.jitter:.4g} s must not be negative: give a time in seconds")
+
+
+def sample_interval(drive: Drive) -> float:
+    """Sample time of a drive.
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    float
+        [s].
+
+    Raises
+    ------
+    InputRefused
+        If the drive names no sample rate.
+    """
+    if drive.sensors is None or drive.sensors.sample_rate is None:
+        raise InputRefused('sensors.sample_rate is missing: add it, such as sample_rate = "5 kHz"')
+    return 1.0 / drive.sensors.sample_rate

@@ -1,0 +1,174 @@
+"""One derivation gives the printed laws of Models 1 to 4, and its compiled twin the same numbers.
+
+Compiled modules under test: cabledrive.control.law_kernels.
+"""
+
+import numpy as np
+import pytest
+from scipy.signal import TransferFunction, freqresp
+
+from cabledrive.control.darc import darc_numbers, darc_step
+from cabledrive.control.darc_gains import Bounds, DarcGains, darc_gains, printed_bounds
+from cabledrive.control.flat_output import flat_output
+from cabledrive.control.law_kernels import law_step
+from cabledrive.control.numbers import K_SIGMA, LawNumbers
+from cabledrive.control.reference import flat_reference, joint_motion, lagged
+from cabledrive.parameters import InputRefused
+from cabledrive.reduction.lumped_chain import state_space
+from cabledrive.trajectories import pulse
+from control_chains import INTERVAL, errata_module, model, row_of
+
+pytestmark = pytest.mark.kernel
+
+ORACLES = errata_module("test_control_darc_laws")
+FLEXIBLE_JOINT = {1: False, 2: True, 3: False, 4: True}
+
+
+def law_of(number: int, *, damped: bool = False, bandwidth: float = 12.0, **options) -> LawNumbers:
+    chain = model(number)
+    flat = flat_output(chain, damped=damped)
+    y = pulse(0.785, 0.5, 0.5)(np.arange(0.0, 2.0, INTERVAL), 2 * chain.size)
+    bounds = printed_bounds(chain, flexible_joint=FLEXIBLE_JOINT[number])
+    gains = darc_gains(number, bandwidth)
+    return darc_numbers(flat, gains, bounds, flat_reference(flat, y, INTERVAL), INTERVAL, **options)
+
+
+@pytest.mark.parametrize("number", [1, 2, 3, 4])
+def test_undamped_law_is_the_printed_law(number):
+    """(6.20), (6.43), (6.53), (6.63) at random states, to 1e-11 of the largest term."""
+    law, rng = law_of(number), np.random.default_rng(number)
+    machine = ORACLES.Machine(
+        *(float(getattr(ORACLES.Machine, f)) for f in ("J11", "J12", "J2", "kk", "k_m"))
+    )
+    n = model(number).size
+    for _ in range(20):
+        states, y = rng.normal(size=2 * n), rng.normal(size=2 * n + 1)
+        estimate = law.learning[0] * rng.uniform(0.5, 1.5, 4)
+        friction = np.tanh(0.5 * states[n])
+        printed = ORACLES.LAWS[number](
+            machine, ORACLES.printed_states(states), y, estimate, 2 * np.pi * 12.0, law.k_sigma, friction
+        )
+        ours = darc_step(law, estimate, states, np.append(y, (0.0, 0.0)))
+        u, sigma, phi, mu = printed
+        assert law.mu == pytest.approx(mu, rel=1e-12)
+        assert ours.sigma == pytest.approx(sigma, rel=1e-11, abs=1e-11 * abs(law.rows[0]).max())
+        np.testing.assert_allclose(
+            ours.regressor, phi.astype(float), rtol=1e-10, atol=1e-11 * np.abs(phi).max()
+        )
+        scale = max(abs(u), law.k_sigma * abs(sigma))
+        assert abs(ours.command - u) < 1e-11 * scale, f"observed {abs(ours.command - u) / scale:.2e}"
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 4, 5])
+def test_sigma_obeys_its_dynamics_on_a_damped_row_of_any_length(n):
+    """mu sigma' + K_sigma sigma = -phi^T p~ along the true motion of the row, friction of the motor known."""
+    rng = np.random.default_rng(n)
+    chain = row_of(n, rng)
+    flat = flat_output(chain)
+    nominal = np.array([chain.inertias[0], chain.viscous[0], chain.coulomb[0], chain.offsets[0]])
+    bounds = Bounds(nominal=nominal, low=nominal - 1.0, high=nominal + 1.0)
+    gains = DarcGains(bandwidth=80.0, sliding_rate=90.0)
+    row = rng.normal(size=2 * n + 3)
+    law = darc_numbers(flat, gains, bounds, row[None, :], INTERVAL)
+    states, error = 1e-3 * rng.normal(size=2 * n), nominal * rng.uniform(-0.3, 0.3, 4)
+    step = darc_step(law, nominal + error, states, row)
+    a, b = state_space(chain)
+    speed = states[n]
+    net = step.command - nominal[2] * np.tanh(0.5 * speed) + nominal[3]
+    rate = a @ states + b[:, 0] * net
+    z_rate = law.matrix @ rate
+    sigma_rate = law.rows[0, : 2 * n] @ (z_rate - row[1 : 2 * n + 1])
+    residual = law.mu * sigma_rate + law.k_sigma * step.sigma + step.regressor @ error
+    scale = max(abs(law.mu * sigma_rate), abs(law.k_sigma * step.sigma), 1e-3)
+    assert abs(residual) < 1e-8 * scale, f"observed {abs(residual) / scale:.2e}"
+
+
+@pytest.mark.parametrize("number", [1, 2, 3, 4])
+@pytest.mark.parametrize("options", [{}, {"damped": True, "friction_by_reference": True, "desired": True}])
+def test_compiled_step_is_the_readable_step(number, options):
+    law, rng = law_of(number, **options), np.random.default_rng(5)
+    n2 = law.matrix.shape[0]
+    for _ in range(10):
+        states, row = rng.normal(size=n2) * 1e-2, rng.normal(size=n2 + 3)
+        estimate = law.learning[1] + rng.random(4) * (law.learning[2] - law.learning[1])
+        readable = darc_step(law, estimate, states, row)
+        compiled, regressor = estimate.copy(), np.zeros(4)
+        u, sigma, valid = law_step(
+            *law, compiled, np.zeros(0), states, row[None, :], 0, 0.0, regressor, np.zeros(12)
+        )
+        assert valid
+        assert u == pytest.approx(readable.command, rel=1e-10)
+        assert sigma == pytest.approx(readable.sigma, rel=1e-10)
+        np.testing.assert_allclose(regressor, readable.regressor, rtol=1e-9, atol=1e-9 * abs(regressor).max())
+        np.testing.assert_allclose(compiled, readable.estimate, rtol=1e-12)
+
+
+def test_a_state_that_is_not_a_number_keeps_the_last_command_and_learns_nothing():
+    law = law_of(4)
+    estimate = law.learning[0].copy()
+    states = np.full(6, np.nan)
+    u, _, valid = law_step(
+        *law, estimate, np.zeros(0), states, np.zeros((1, 9)), 0, 0.123, np.zeros(4), np.zeros(12)
+    )
+    assert (u, valid) == (0.123, False)
+    np.testing.assert_array_equal(estimate, law.learning[0])
+
+
+def test_flat_output_gives_the_response_of_the_row():
+    """theta_i / torque = D_1 .. D_(i-1) R_i / (J_1 s^2 R_1 + D_1 a_2), against the state matrix."""
+    chain = row_of(4, np.random.default_rng(4))
+    flat = flat_output(chain)
+    a, b = state_space(chain)
+    torque = chain.inertias[0] * flat.inertial + flat.elastic
+    torque += chain.viscous[0] * np.concatenate(([0.0], flat.angles[0, :-1]))
+    for s in 2j * np.pi * np.array([0.7, 5.0, 40.0]):
+        angles = np.linalg.solve(s * np.eye(8) - a, b[:, 0])[:4]
+        found = flat.angles @ s ** np.arange(9) / (torque @ s ** np.arange(9))
+        np.testing.assert_allclose(found, angles, rtol=1e-9)
+
+
+def test_reference_through_the_dampers_leads_to_the_wanted_load_angle():
+    """theta_N of the filtered reference is y_d, to the order of the straight lines between samples."""
+    chain = model(4)
+    flat = flat_output(chain)
+    y = pulse(0.785, 0.5, 0.5)(np.arange(0.0, 2.0, INTERVAL), 6)
+    states, _ = joint_motion(flat, flat_reference(flat, y, INTERVAL))
+    worst = np.abs(states[:, 2] - y[0]).max()
+    assert worst < 3e-7, f"observed {worst:.2e} rad"
+
+
+def test_lag_is_exact_for_a_ramp():
+    t = np.arange(0.0, 0.1, 1e-3)
+    time = 0.02
+    exact = t - time * (1.0 - np.exp(-t / time))
+    np.testing.assert_allclose(lagged(t, time, 1e-3), exact, atol=1e-15)
+    response = freqresp(TransferFunction([1.0], [time, 1.0]), [0.0])[1]
+    assert response[0] == pytest.approx(1.0)
+
+
+def test_printed_gains_and_bounds_are_those_of_sections_6_5_1_and_6_6_1():
+    three = printed_bounds(model(3), flexible_joint=False)
+    np.testing.assert_allclose(three.low, [0.00165, 0.0029, 0.035, -0.01], rtol=1e-9)
+    np.testing.assert_allclose(three.high, [0.00185, 0.0033, 0.04, 0.01], rtol=1e-9)
+    four = printed_bounds(model(4), flexible_joint=True)
+    np.testing.assert_allclose([four.low[0], four.high[0]], [0.0009, 0.0013], rtol=1e-9)
+    beta = 2 * 850 * 0.04**2 / 0.00235
+    law = law_of(4, bandwidth=23.0)
+    assert law.scalars[K_SIGMA] == pytest.approx(2 * np.pi * 25 * 0.0011 * 0.000642 / (beta * 135), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "call, words",
+    [
+        (lambda: darc_gains(2, 5.0), "below 12 Hz"),
+        (lambda: darc_gains(4, -3.0), "must be finite and above 0"),
+        (lambda: darc_gains(4, float("nan")), "must be finite and above 0"),
+        (
+            lambda: Bounds(nominal=np.ones(4), low=np.array([2.0, 0, 0, 0]), high=np.full(4, 3.0)),
+            "lies outside its bounds 2 to 3",
+        ),
+    ],
+)
+def test_gains_and_bounds_that_cannot_be_are_refused(call, words):
+    with pytest.raises(InputRefused, match=words):
+        call()

@@ -1,0 +1,45 @@
+"""Machines and helpers that the tests of the control laws share."""
+
+import importlib.util
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from cabledrive.parameters import load_drive
+from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.reduction.models import lumped_model
+from cabledrive.reduction.reflected import reflected
+
+DRIVE = load_drive("dissertation-3")
+INTERVAL = 1.0 / 5000.0
+
+
+def errata_module(name: str):
+    """A test file of the errata, whose printed laws serve as oracles."""
+    path = Path(__file__).resolve().parent / "errata" / f"{name}.py"
+    spec = importlib.util.spec_from_file_location(f"errata_{name}", path)
+    module = importlib.util.module_from_spec(spec)
+
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def model(number: int) -> LumpedChain:
+    """Model of dissertation-3, in angles of the motor's shaft."""
+    return reflected(lumped_model(DRIVE, number))[0]
+
+
+def row_of(n: int, rng: np.random.Generator) -> LumpedChain:
+    """A damped row of n inertias with random, plausible numbers."""
+    return LumpedChain(
+        names=tuple(f"shaft {i}" for i in range(n)),
+        inertias=tuple(rng.uniform(5e-4, 3e-3, n)),
+        viscous=(0.003, *rng.uniform(0.0, 1e-3, n - 1)),
+        coulomb=(0.04, *(0.0,) * (n - 1)),
+        offsets=(0.001, *(0.0,) * (n - 1)),
+        stiffness=tuple(rng.uniform(2.0, 200.0, n - 1)),
+        damping=tuple(rng.uniform(0.005, 0.05, n - 1)),
+        ratios=((1.0, 1.0),) * (n - 1),
+    )
