@@ -1,16 +1,15 @@
-r"""Sag of a level span between held ends, in closed form."""
+r"""Sag of a span between held ends, in closed form."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from math import asinh, hypot
-
-from scipy.optimize import brentq
+from math import asinh, cos, hypot
 
 from cabledrive.parameters.drive import Drive
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sag:
-    """Shape of a level span under its own weight.
+    """Shape of a span under its own weight.
 
     Attributes
     ----------
@@ -31,19 +30,20 @@ def parabola_sag(drive: Drive) -> Sag:
               H = T_0 + K \frac{1}{L_e}\int_0^{L_e} \tfrac12 w'^2\,dx
                 = T_0 + \frac{K}{24}\Big(\frac{\rho g L_e}{H}\Big)^2
 
-    This is the static limit of `ConsistentWeakLaw`.
+    This is the static limit of `ConsistentWeakLaw`. On a slope the part of the weight across the span counts,
+    and H is the tension along it.
 
     Parameters
     ----------
     drive : Drive
-        Level, without carriages on the span.
+        Without carriages on the span.
 
     Returns
     -------
     Sag
     """
     cable, length = drive.cable, drive.pulley_distance
-    weight = cable.stretched_mass_per_length * drive.layout.gravity * length
+    weight = cable.stretched_mass_per_length * drive.layout.gravity * length * cos(drive.layout.inclination)
     stiffness = cable.axial_rigidity + cable.pretension
     if weight == 0.0:
         return Sag(midpoint=0.0, horizontal_tension=cable.pretension)
@@ -52,7 +52,7 @@ def parabola_sag(drive: Drive) -> Sag:
         return tension - cable.pretension - stiffness / 24.0 * (weight / tension) ** 2
 
     highest = cable.pretension + (stiffness * weight**2 / 24.0) ** (1.0 / 3.0)
-    tension = float(brentq(excess, cable.pretension, highest, xtol=1e-300, rtol=1e-15))
+    tension = _root(excess, cable.pretension, highest)
     return Sag(midpoint=weight * length / (8.0 * tension), horizontal_tension=tension)
 
 
@@ -87,7 +87,19 @@ def catenary_sag(drive: Drive) -> Sag:
         arc = 2.0 * tension * length / weight * asinh(weight / (2.0 * tension))
         return tension * length / rigidity + arc - drive.pulley_distance
 
-    tension = float(brentq(too_long, 1e-9 * weight, rigidity + weight, xtol=1e-300, rtol=1e-15))
+    tension = _root(too_long, 1e-9 * weight, rigidity + weight)
     half = weight / (2.0 * tension)
     dip = tension * length / weight * half**2 / (hypot(1.0, half) + 1.0)
     return Sag(midpoint=dip + weight * length / (8.0 * rigidity), horizontal_tension=tension)
+
+
+def _root(function: Callable[[float], float], low: float, high: float) -> float:
+    """Root of a function that is negative below it, by bisection to the last bit."""
+    while True:
+        middle = 0.5 * (low + high)
+        if not low < middle < high:
+            return middle
+        if function(middle) < 0.0:
+            low = middle
+        else:
+            high = middle

@@ -1,1 +1,40 @@
 """The nonlinear cable loop in time, with an audit of its own error."""
+
+from cabledrive.simulation.audit import SlackEvent
+from cabledrive.simulation.case import CarriageForce, Recording
+from cabledrive.simulation.error_estimate import ErrorEstimate
+from cabledrive.simulation.result import SimulationResult
+from cabledrive.simulation.scheme import Scheme
+from cabledrive.simulation.signals import (
+    Constant,
+    FromFunction,
+    Multisine,
+    Sampled,
+    Signal,
+    Sine,
+    Sweep,
+)
+from cabledrive.simulation.simulate import simulate
+from cabledrive.simulation.start import Pluck, Start
+from cabledrive.simulation.stopped import SimulationInterrupted, SimulationStopped
+
+__all__ = [
+    "CarriageForce",
+    "Constant",
+    "ErrorEstimate",
+    "FromFunction",
+    "Multisine",
+    "Pluck",
+    "Recording",
+    "Sampled",
+    "Scheme",
+    "Signal",
+    "SimulationInterrupted",
+    "SimulationResult",
+    "SimulationStopped",
+    "Sine",
+    "SlackEvent",
+    "Start",
+    "Sweep",
+    "simulate",
+]

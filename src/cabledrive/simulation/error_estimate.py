@@ -1,0 +1,112 @@
+"""Discretisation error of a run, estimated from the same run with a half and a quarter of its segments."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from math import log2
+
+import numpy as np
+
+from cabledrive.mechanics.cable_law import Array
+from cabledrive.mechanics.mesh import FEWEST_SEGMENTS
+from cabledrive.parameters.errors import InputRefused
+from cabledrive.simulation.case import Case
+from cabledrive.simulation.channels import COLUMN, probe_columns
+from cabledrive.simulation.records import RecordsInMemory
+from cabledrive.simulation.run import march_through
+from cabledrive.simulation.scheme import Scheme
+
+ORDER_AT_LEAST, ORDER_AT_MOST = 0.5, 2.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Estimate:
+    """Estimated error of one quantity over the run.
+
+    Attributes
+    ----------
+    error : float
+        Largest estimated error, in the quantity's unit.
+    relative : float
+        The same over the quantity's largest size [-]; 0 if it did not move.
+    order : float or None
+        Order of convergence seen between the three resolutions; None if the differences do not fall.
+    """
+
+    error: float
+    relative: float
+    order: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ErrorEstimate:
+    """Discretisation error of a run.
+
+    Attributes
+    ----------
+    segments : tuple of int
+        Segments per span of the runs compared, the run's own first.
+    load_angle : Estimate
+        Of the angle of the load pulley [rad].
+    upper_midpoint : Estimate
+        Of w at the midpoint of the upper span [m].
+    """
+
+    segments: tuple[int, ...]
+    load_angle: Estimate
+    upper_midpoint: Estimate
+
+
+def error_estimate_of(rows: Array, prepare: Callable[[Scheme], Case], scheme: Scheme) -> ErrorEstimate:
+    r"""Estimate the discretisation error of a run by Richardson's extrapolation.
+
+    With the differences :math:`D_1 = |x_n - x_{n/2}|` and :math:`D_2 = |x_{n/2} - x_{n/4}|`, largest over the
+    records, the order seen is :math:`p = \log_2(D_2/D_1)`, and the error of :math:`x_n` about
+    :math:`D_1/(2^p - 1)`. The order is taken as at most 2 and at least 1/2, below which the runs do not
+    converge yet.
+
+    Parameters
+    ----------
+    rows : ndarray, shape (records, columns)
+        Records of the run.
+    prepare : callable
+        Gives the same run with another scheme.
+    scheme : Scheme
+        The run's own.
+
+    Returns
+    -------
+    ErrorEstimate
+
+    Raises
+    ------
+    InputRefused
+        If the run has too few segments to be halved twice.
+    """
+    if scheme.segments // 4 < FEWEST_SEGMENTS:
+        raise InputRefused(
+            f"segments = {scheme.segments}: an error estimate halves them twice and needs "
+            f"{4 * FEWEST_SEGMENTS}: use more"
+        )
+    counts = (scheme.segments, scheme.segments // 2, scheme.segments // 4)
+    runs = [rows, *(_rows(prepare(replace(scheme, segments=n, step=None))) for n in counts[1:])]
+    whole = min(len(run) for run in runs)
+    columns = {"load_angle": COLUMN["load_angle"], "upper_midpoint": probe_columns(0).stop - 1}
+    estimates = {name: _estimate(*(run[:whole, column] for run in runs)) for name, column in columns.items()}
+    return ErrorEstimate(segments=counts, **estimates)
+
+
+def _rows(case: Case) -> Array:
+    records = RecordsInMemory(case)
+    march_through(case, records)
+    return records.arrays()[0]
+
+
+def _estimate(fine: Array, middle: Array, coarse: Array) -> Estimate:
+    first = float(np.max(np.abs(fine - middle), initial=0.0))
+    second = float(np.max(np.abs(middle - coarse), initial=0.0))
+    size = float(np.max(np.abs(fine), initial=0.0))
+    seen = log2(second / first) if first > 0.0 and second > 0.0 else None
+    order = min(max(seen or ORDER_AT_LEAST, ORDER_AT_LEAST), ORDER_AT_MOST)
+    error = first / (2.0**order - 1.0)
+    converges = seen is not None and seen > ORDER_AT_LEAST
+    return Estimate(error=error, relative=error / size if size else 0.0, order=seen if converges else None)

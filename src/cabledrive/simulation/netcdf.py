@@ -1,0 +1,70 @@
+"""A result as a NetCDF file, written block by block so that it need not fit into memory."""
+
+import os
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cabledrive.simulation.labels import Variable, attributes, coordinates, variables, words
+from cabledrive.simulation.result import SimulationResult
+
+RECORDS_PER_BLOCK = 50_000
+
+
+def write_netcdf(result: SimulationResult, path: Path) -> None:
+    """Write a result; the file appears whole or not at all.
+
+    Parameters
+    ----------
+    result : SimulationResult
+    path : Path
+        A file there is replaced.
+
+    Raises
+    ------
+    OSError
+        If the disk refuses.
+    """
+    temporary = path.with_name(f".{path.name}.new")
+    try:
+        _write(result, temporary)
+        os.replace(temporary, path)
+    finally:
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+
+
+def _write(result: SimulationResult, path: Path) -> None:
+    import h5netcdf
+
+    with h5netcdf.File(path, "w") as file:
+        described = [*coordinates(result), *variables(result)]
+        for variable in described:
+            for name, size in zip(variable.dimensions, variable.values.shape, strict=True):
+                if name not in file.dimensions:
+                    file.dimensions[name] = size
+        file.dimensions.setdefault("plane", 3)
+        for name, (dimension, values) in words(result).items():
+            text = file.create_variable(name, (dimension,), dtype=_text())
+            text[:] = np.array(values, dtype=object)
+        for variable in described:
+            _fill(file, variable)
+        for key, value in attributes(result).items():
+            file.attrs[key] = value
+
+
+def _text() -> Any:
+    import h5py
+
+    return h5py.string_dtype(encoding="utf-8")
+
+
+def _fill(file: Any, variable: Variable) -> None:
+    stored = file.create_variable(variable.name, variable.dimensions, dtype=np.float64)
+    for first in range(0, len(variable.values), RECORDS_PER_BLOCK):
+        block = slice(first, first + RECORDS_PER_BLOCK)
+        stored[block] = variable.values[block]
+    stored.attrs["units"] = variable.unit
+    stored.attrs["long_name"] = variable.meaning

@@ -1,0 +1,55 @@
+"""A line on standard error that tells how far a run is and how long it will take."""
+
+import sys
+import time
+
+
+class Progress:
+    """Progress of a run, rewritten in place at most twice a second.
+
+    Parameters
+    ----------
+    duration : float
+        Length of the run [s].
+    shown : bool or None
+        Whether to show it; None: where standard error is a terminal.
+    """
+
+    def __init__(self, duration: float, shown: bool | None) -> None:
+        self._duration = duration
+        self._shown = sys.stderr.isatty() if shown is None else shown
+        self._began = self._last = time.monotonic()
+        self._from: float | None = None
+        self._written = False
+
+    def at(self, simulated: float) -> None:
+        """Tell how far the run is.
+
+        Parameters
+        ----------
+        simulated : float
+            Time reached in the run [s].
+        """
+        now = time.monotonic()
+        if self._from is None:
+            self._from, self._began = simulated, now
+        if not self._shown or now - self._last < 0.5 or simulated <= self._from:
+            return
+        self._last = now
+        left = (now - self._began) * (self._duration - simulated) / (simulated - self._from)
+        share = 100.0 * simulated / self._duration
+        line = f"{simulated:.4g} s of {self._duration:.4g} s ({share:.0f} %), {_spelled(left)} left"
+        print(f"\r{line:<60}", end="", file=sys.stderr, flush=True)
+        self._written = True
+
+    def end(self) -> None:
+        """Clear the line."""
+        if self._written:
+            print(f"\r{'':<60}\r", end="", file=sys.stderr, flush=True)
+
+
+def _spelled(seconds: float) -> str:
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    minutes = seconds / 60.0
+    return f"{minutes:.0f} min" if minutes < 90.0 else f"{minutes / 60.0:.1f} h"

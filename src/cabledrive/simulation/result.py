@@ -1,0 +1,183 @@
+"""What comes out of a run."""
+
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from cabledrive.mechanics.cable_law import Array
+from cabledrive.simulation.audit import SlackEvent
+from cabledrive.simulation.channels import COLUMN, probe_columns
+
+if TYPE_CHECKING:
+    import xarray
+
+    from cabledrive.simulation.error_estimate import ErrorEstimate
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SimulationResult:
+    r"""A run with its audit.
+
+    Attributes
+    ----------
+    time : ndarray, shape (records,)
+        Times of the records [s].
+    rows : ndarray, shape (records, columns)
+        The records, one column per `cabledrive.simulation.channels.CHANNELS`, then u, v, w of each probe.
+    probes : tuple of (str, float)
+        Span and distance from its start [m] of each probe; the first ones are the midpoints of the spans.
+    field_time : ndarray, shape (field records,)
+        Times of the whole fields [s].
+    fields : ndarray, shape (field records, 3, nodes)
+        Displacements u, v, w of all nodes, round the loop from the drive rim [m].
+    spans : tuple of str
+        Names of the spans.
+    position : ndarray, shape (spans, n + 1)
+        Distance of the nodes of each span from its start [m].
+    steps : int
+        Steps taken.
+    step : float
+        Time step [s].
+    cfl : float
+        Step over the largest stable one [-].
+    energy_handled : float
+        Largest energy the run had to do with [J]: initial energy above rest, plus work done on the drive.
+    slack_events : tuple of SlackEvent
+        Where and when spans went slack.
+    extremes : dict
+        Over all steps, recorded or not: least and largest angle of each shaft [rad], largest \|v\| and \|w\|
+        of each midpoint [m].
+    provenance : dict
+        Version, drive, method and settings, as plain data.
+    stopped : str or None
+        Why the run ended early, in one line; None if it did not.
+    wall_time : float
+        How long it took [s].
+    error_estimate : ErrorEstimate or None
+        Discretisation error, if it was asked for.
+    path : Path or None
+        File of the result, if it was written to one.
+    """
+
+    time: Array
+    rows: Array
+    probes: tuple[tuple[str, float], ...]
+    field_time: Array
+    fields: Array
+    spans: tuple[str, ...]
+    position: Array
+    steps: int
+    step: float
+    cfl: float
+    energy_handled: float
+    slack_events: tuple[SlackEvent, ...]
+    extremes: dict[str, float]
+    provenance: dict[str, Any]
+    stopped: str | None
+    wall_time: float
+    error_estimate: "ErrorEstimate | None" = None
+    path: Path | None = None
+
+    def channel(self, name: str) -> Array:
+        """One column of the records.
+
+        Parameters
+        ----------
+        name : str
+            Its name in `cabledrive.simulation.channels.CHANNELS`.
+
+        Returns
+        -------
+        ndarray, shape (records,)
+        """
+        return self.rows[:, COLUMN[name]]
+
+    def probe(self, number: int) -> Array:
+        """Displacements of a probe.
+
+        Parameters
+        ----------
+        number : int
+            Which one, from 0; the midpoints of the spans come first.
+
+        Returns
+        -------
+        ndarray, shape (records, 3)
+            u, v, w [m].
+        """
+        return self.rows[:, probe_columns(number)]
+
+    def midpoint(self, span: str = "upper") -> Array:
+        """Displacements of the midpoint of a span.
+
+        Parameters
+        ----------
+        span : {"upper", "lower"}, default "upper"
+
+        Returns
+        -------
+        ndarray, shape (records, 3)
+            u, v, w [m].
+        """
+        return self.probe(self.spans.index(span))
+
+    @property
+    def load_angle(self) -> Array:
+        """Angle of the load pulley at each record [rad]."""
+        return self.channel("load_angle")
+
+    @property
+    def drive_angle(self) -> Array:
+        """Angle of the drive pulley at each record [rad]."""
+        return self.channel("drive_angle")
+
+    @cached_property
+    def budget_error(self) -> Array:
+        """Error of the energy budget at each record [J], zero at the start."""
+        balance = self.channel("balance")
+        return balance - balance[:1]
+
+    @property
+    def energy_budget_error(self) -> float:
+        """Largest error of the energy budget over the largest energy handled [-]; 0 if nothing moved."""
+        largest = float(np.max(np.abs(self.budget_error), initial=0.0))
+        return largest / self.energy_handled if self.energy_handled > 0.0 else 0.0
+
+    @cached_property
+    def dataset(self) -> "xarray.Dataset":
+        """Everything as one labelled dataset with units; read from the file as needed if there is one."""
+        from cabledrive.simulation.dataset import dataset_of
+
+        return dataset_of(self)
+
+    def summary(self) -> dict[str, Any]:
+        """What the command answers with: plain data, SI.
+
+        Returns
+        -------
+        dict
+            No NaN and no infinity in it.
+        """
+        extremes = self.extremes
+        return {
+            "energy_budget_error": self.energy_budget_error,
+            "steps": self.steps,
+            "step": self.step,
+            "cfl": self.cfl,
+            "slack_events": [asdict(event) for event in self.slack_events],
+            "load_angle": {"peak_to_peak": extremes["load_angle_max"] - extremes["load_angle_min"]},
+            "drive_angle": {"peak_to_peak": extremes["drive_angle_max"] - extremes["drive_angle_min"]},
+            **{f"{span}_midpoint": {"peak": extremes[f"{span}_w_peak"]} for span in self.spans},
+            "least_tension": self._least_tension(),
+            "stopped": self.stopped,
+            "error_estimate": asdict(self.error_estimate) if self.error_estimate else None,
+            "wall_time": self.wall_time,
+            **self.provenance,
+        }
+
+    def _least_tension(self) -> float | None:
+        columns = [COLUMN[f"least_tension_{span}"] for span in self.spans]
+        return float(np.min(self.rows[:, columns])) if len(self.rows) else None

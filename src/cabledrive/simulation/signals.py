@@ -1,0 +1,295 @@
+"""Signals in time: torques and forces, given as a formula, as samples, or as a function."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from hashlib import sha256
+from math import isfinite, log, pi
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cabledrive.mechanics.cable_law import Array
+from cabledrive.parameters.errors import InputRefused
+
+Function = Callable[[Array], ArrayLike]
+
+
+class Signal(ABC):
+    """A number that changes in time."""
+
+    @abstractmethod
+    def at(self, time: Array) -> Array:
+        """Values of the signal.
+
+        Parameters
+        ----------
+        time : ndarray, shape (n,)
+            Times from the start of the run [s].
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            N m for a torque, N for a force.
+        """
+
+    @property
+    def lasts(self) -> float:
+        """Time up to which the signal is defined [s]."""
+        return float("inf")
+
+    @property
+    def fingerprint(self) -> str:
+        """Text that is the same for the same signal, by which a resumed run knows its input."""
+        return repr(self)
+
+
+@dataclass(frozen=True, slots=True)
+class Constant(Signal):
+    """A signal that stays as it is."""
+
+    value: float
+
+    def __post_init__(self) -> None:
+        _check_finite(self, "value")
+
+    def at(self, time: Array) -> Array:
+        """Values of the signal, see `Signal.at`."""
+        return np.full(time.size, self.value)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sine(Signal):
+    r"""``amplitude * sin(2 pi frequency t + phase)``.
+
+    Attributes
+    ----------
+    amplitude : float
+        Largest value [N m or N].
+    frequency : float
+        Frequency [Hz].
+    phase : float, default 0.0
+        Phase at the start [rad].
+    """
+
+    amplitude: float
+    frequency: float
+    phase: float = 0.0
+
+    def __post_init__(self) -> None:
+        _check_finite(self, "amplitude", "frequency", "phase")
+
+    def at(self, time: Array) -> Array:
+        """Values of the signal, see `Signal.at`."""
+        return self.amplitude * np.sin(2.0 * pi * self.frequency * time + self.phase)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sweep(Signal):
+    """A sine whose frequency goes from one value to another, and stays there.
+
+    Attributes
+    ----------
+    amplitude : float
+        Largest value [N m or N].
+    start, end : float
+        Frequencies at the beginning and the end of the sweep [Hz].
+    duration : float
+        How long the sweep takes [s].
+    logarithmic : bool, default False
+        Whether the frequency grows by equal factors instead of equal steps.
+    """
+
+    amplitude: float
+    start: float
+    end: float
+    duration: float
+    logarithmic: bool = False
+
+    def __post_init__(self) -> None:
+        _check_finite(self, "amplitude", "start", "end", "duration")
+        if self.duration <= 0.0:
+            raise InputRefused(f"sweep: duration = {self.duration:.6g} s must be above 0: give its length")
+        if self.logarithmic and (self.start <= 0.0 or self.end <= 0.0):
+            raise InputRefused("sweep: a logarithmic sweep needs frequencies above 0 Hz: raise them")
+
+    def at(self, time: Array) -> Array:
+        """Values of the signal, see `Signal.at`."""
+        inside = np.minimum(time, self.duration)
+        rate = self.end / self.start if self.logarithmic else 1.0
+        if rate != 1.0:
+            turns = self.start * self.duration / log(rate) * np.expm1(inside / self.duration * log(rate))
+        else:
+            turns = self.start * inside + 0.5 * (self.end - self.start) / self.duration * inside**2
+        turns = turns + self.end * (time - inside)
+        return self.amplitude * np.sin(2.0 * pi * turns)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Multisine(Signal):
+    """A sum of sines.
+
+    Attributes
+    ----------
+    amplitudes, frequencies, phases : tuple of float
+        Of each sine [N m or N], [Hz], [rad]; phases are zero if left out.
+    """
+
+    amplitudes: tuple[float, ...]
+    frequencies: tuple[float, ...]
+    phases: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        if len(self.amplitudes) != len(self.frequencies) or len(self.phases) not in (0, len(self.amplitudes)):
+            raise InputRefused(
+                f"multisine: {len(self.amplitudes)} amplitudes, {len(self.frequencies)} frequencies and "
+                f"{len(self.phases)} phases: give one of each per sine"
+            )
+        if not np.isfinite([*self.amplitudes, *self.frequencies, *self.phases]).all():
+            raise InputRefused("multisine: a number is not finite: give finite ones")
+
+    def at(self, time: Array) -> Array:
+        """Values of the signal, see `Signal.at`."""
+        phases = self.phases or (0.0,) * len(self.amplitudes)
+        total = np.zeros(time.size)
+        for amplitude, frequency, phase in zip(self.amplitudes, self.frequencies, phases, strict=True):
+            total += amplitude * np.sin(2.0 * pi * frequency * time + phase)
+        return total
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Sampled(Signal):
+    """Values at equal intervals from the start of the run.
+
+    Attributes
+    ----------
+    values : ndarray, shape (n,)
+        The samples [N m or N].
+    rate : float
+        Samples per second [Hz].
+    hold : bool, default False
+        Whether a sample holds until the next one, as from a digital controller, instead of a straight line.
+    """
+
+    values: Array
+    rate: float
+    hold: bool = False
+
+    def __post_init__(self) -> None:
+        values = np.array(self.values, dtype=np.float64)
+        if values.ndim != 1 or values.size == 0:
+            raise InputRefused(
+                f"sampled signal: shape {values.shape}, not a row of samples: give one number per time"
+            )
+        if not np.isfinite(values).all():
+            bad = int(np.flatnonzero(~np.isfinite(values))[0])
+            raise InputRefused(f"sampled signal: sample {bad} is {values[bad]}: give finite numbers")
+        if not (isfinite(self.rate) and self.rate > 0.0):
+            raise InputRefused(f"sampled signal: rate = {self.rate} Hz must be above 0 and finite")
+        object.__setattr__(self, "values", values)
+
+    @property
+    def lasts(self) -> float:
+        """Time of the last sample, or the end of its hold [s]."""
+        return (self.values.size - (0 if self.hold else 1)) / self.rate
+
+    @property
+    def fingerprint(self) -> str:
+        """Rate, kind, and a digest of the samples."""
+        return f"Sampled({self.rate!r}, {self.hold}, {sha256(self.values.tobytes()).hexdigest()})"
+
+    def at(self, time: Array) -> Array:
+        """Values of the signal, see `Signal.at`."""
+        place = np.clip(time * self.rate, 0.0, self.values.size - 1.0)
+        # a time meant to be that of a sample must not fall into the interval before it by rounding
+        nearest = np.rint(place)
+        place = np.where(np.abs(place - nearest) < 1e-9 * np.maximum(nearest, 1.0), nearest, place)
+        before = np.floor(place).astype(np.intp)
+        if self.hold:
+            return self.values[before]
+        after = np.minimum(before + 1, self.values.size - 1)
+        share = place - before
+        return (1.0 - share) * self.values[before] + share * self.values[after]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FromFunction(Signal):
+    """A signal computed by a function of time, of one time or of an array of them."""
+
+    function: Function
+
+    @property
+    def fingerprint(self) -> str:
+        """Name of the function: what it computes cannot be told from outside."""
+        module, name = (getattr(self.function, key, "?") for key in ("__module__", "__qualname__"))
+        return f"FromFunction({module}.{name})"
+
+    def at(self, time: Array) -> Array:
+        """Values of the signal, see `Signal.at`."""
+        try:
+            values = np.asarray(self.function(time), dtype=np.float64)
+        except (TypeError, ValueError):  # a function of one time
+            values = np.array([self.function(t) for t in time], dtype=np.float64)
+        return np.broadcast_to(values, time.shape).copy()
+
+
+def signal_of(given: Signal | float | Function, what: str) -> Signal:
+    """Signal from what a caller gives.
+
+    Parameters
+    ----------
+    given : Signal, float or callable
+        A number stands for a constant, a callable for a function of time.
+    what : str
+        What it is, for the refusal.
+
+    Returns
+    -------
+    Signal
+
+    Raises
+    ------
+    InputRefused
+        If it is none of these.
+    """
+    if isinstance(given, Signal):
+        return given
+    if callable(given):
+        return FromFunction(given)
+    try:
+        return Constant(float(given))
+    except (TypeError, ValueError):
+        raise InputRefused(
+            f"{what} is a {type(given).__name__}: give a number, a function of time, or Sampled(...)"
+        ) from None
+
+
+def check_lasts(signal: Signal, duration: float, what: str) -> None:
+    """Refuse a signal that ends before the run.
+
+    Parameters
+    ----------
+    signal : Signal
+    duration : float
+        Length of the run [s].
+    what : str
+        What it is, for the refusal.
+
+    Raises
+    ------
+    InputRefused
+        If it is too short.
+    """
+    if signal.lasts < duration * (1.0 - 1e-12):
+        raise InputRefused(
+            f"{what} ends at {signal.lasts:.9g} s, before the run of {duration:.9g} s: give more samples"
+        )
+
+
+def _check_finite(signal: Signal, *names: str) -> None:
+    for name in names:
+        value = getattr(signal, name)
+        if not isfinite(value):
+            raise InputRefused(
+                f"{type(signal).__name__.lower()}: {name} = {value} must be finite: give a number"
+            )

@@ -1,0 +1,235 @@
+"""How a run starts: plucks, angles and speeds, from the straight cable or from where it hangs."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import isfinite
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cabledrive.mechanics.cable_law import Array, CableLaw
+from cabledrive.mechanics.mesh import Mesh
+from cabledrive.mechanics.mesh_forces import gradients
+from cabledrive.mechanics.statics import equilibrium
+from cabledrive.parameters.errors import InputRefused
+
+PLANES = ("u", "v", "w")
+Profile = ArrayLike | Callable[[Array], ArrayLike]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Pluck:
+    """A displacement of one span at the start, zero at both pulleys and at guided carriages.
+
+    Attributes
+    ----------
+    height : float, default 1.0
+        Largest displacement of a named shape, factor of a profile [m; with a profile in m: 1].
+    span : {"upper", "lower"}, default "upper"
+    plane : {"u", "v", "w"}, default "w"
+    shape : str, array or callable, default "triangle"
+        "triangle" with its corner at `place`, Section 5.2.1; "half-sine"; "sine-2", "sine-3", ... for the
+        higher modes of a string; an array of displacements at equal distances from pulley to pulley, both
+        included; or a function of the distance [m]. A named shape reaches from pulley to pulley, or to the
+        guided carriages on both sides of `place`.
+    place : float, default 0.5
+        Where the corner of a triangle is, as a share of the span.
+    """
+
+    height: float = 1.0
+    span: str = "upper"
+    plane: str = "w"
+    shape: str | Profile = "triangle"
+    place: float = 0.5
+
+    def __post_init__(self) -> None:
+        if self.plane not in PLANES:
+            raise InputRefused(f'pluck: plane = "{self.plane}" is not one of its values: write u, v or w')
+        if not isfinite(self.height):
+            raise InputRefused(f"pluck: height = {self.height} m must be finite: give a number")
+        if not 0.0 < self.place < 1.0:
+            raise InputRefused(f"pluck: place = {self.place} must lie between 0 and 1, inside the span")
+
+    @property
+    def smooth(self) -> bool:
+        """Whether the shape has no corner by construction."""
+        return self.shape != "triangle"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Start:
+    """Where everything is at t = 0.
+
+    Attributes
+    ----------
+    plucks : tuple of Pluck
+        Added to each other and to the state of rest.
+    drive_angle, load_angle : float, default 0.0
+        Angles of the pulleys [rad]; the cable between them follows linearly.
+    drive_speed, load_speed : float, default 0.0
+        Angular speeds of the pulleys [rad/s]; the cable between them follows linearly, the motor goes along
+        with the drive pulley.
+    from_equilibrium : bool, default False
+        Start from where the cable hangs under gravity and carriages instead of the straight cable.
+    hold : {"none", "drive", "both"}, default "none"
+        Pulleys held while that equilibrium is sought, see `cabledrive.mechanics.statics.equilibrium`.
+    """
+
+    plucks: tuple[Pluck, ...] = ()
+    drive_angle: float = 0.0
+    load_angle: float = 0.0
+    drive_speed: float = 0.0
+    load_speed: float = 0.0
+    from_equilibrium: bool = False
+    hold: str = "none"
+
+    def __post_init__(self) -> None:
+        for name, unit in (
+            ("drive_angle", "rad"),
+            ("load_angle", "rad"),
+            ("drive_speed", "rad/s"),
+            ("load_speed", "rad/s"),
+        ):
+            if not isfinite(getattr(self, name)):
+                raise InputRefused(
+                    f"start: {name} = {getattr(self, name)} {unit} must be finite: give a number"
+                )
+
+
+def displacement_at_start(mesh: Mesh, law: CableLaw, start: Start) -> Array:
+    """Displacements at t = 0.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    law : CableLaw
+    start : Start
+
+    Returns
+    -------
+    ndarray, shape (3, nodes)
+        u, v, w [m].
+
+    Raises
+    ------
+    InputRefused
+        If a pluck does not fit the drive, or the cable would start slack though it may not go slack.
+    """
+    total = _following_rims(mesh, start.drive_angle, start.load_angle, "angle")
+    if start.from_equilibrium:
+        total += equilibrium(mesh, law, hold=start.hold).displacement
+    for pluck in start.plucks:
+        total[PLANES.index(pluck.plane)] += _plucked(mesh, pluck)
+    _check_taut(mesh, law, total)
+    return total
+
+
+def velocity_at_start(mesh: Mesh, start: Start) -> Array:
+    """Velocities at t = 0.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    start : Start
+
+    Returns
+    -------
+    ndarray, shape (3, nodes)
+        Of u, v, w [m/s].
+
+    Raises
+    ------
+    InputRefused
+        If a fixed pulley is given a speed.
+    """
+    return _following_rims(mesh, start.drive_speed, start.load_speed, "speed")
+
+
+def _following_rims(mesh: Mesh, drive: float, load: float, what: str) -> Array:
+    """Displacements or velocities that follow the rims linearly from pulley to pulley."""
+    rims = []
+    for shaft, turn in zip(mesh.shafts, (drive, load), strict=False):
+        if shaft.fixed and turn != 0.0:
+            raise InputRefused(
+                f"start: the {shaft.name} pulley is fixed, so its {what} must be 0: leave it out"
+            )
+        rims.append(turn * shaft.radius)
+    total = np.zeros((3, mesh.nodes))
+    for number, span in enumerate(mesh.spans):
+        share = mesh.position[number] / mesh.position[number, -1]
+        first, last = rims[number], rims[1 - number]
+        total[0, mesh.span_nodes(span)] = first + (last - first) * share
+    return total
+
+
+def _plucked(mesh: Mesh, pluck: Pluck) -> Array:
+    """Displacement of all nodes by one pluck."""
+    if pluck.span not in mesh.spans:
+        raise InputRefused(f"pluck: there is no {pluck.span} span: write {' or '.join(mesh.spans)}")
+    nodes = mesh.span_nodes(pluck.span)
+    x = mesh.position[mesh.spans.index(pluck.span)]
+    held = ~mesh.sways[nodes]
+    if pluck.plane == "u":
+        held[1:-1] = False  # a guided carriage moves along its rail
+    shape = pluck.height * _shape(pluck, x, x[held])
+    size = float(np.max(np.abs(shape)))
+    if not size < x[-1]:
+        raise InputRefused(
+            f"pluck: {size:.6g} m on the {pluck.span} span is longer than the span of {x[-1]:.6g} m: lower it"
+        )
+    moved = np.flatnonzero(held & (np.abs(shape) > 1e-9 * size))
+    if moved.size:
+        raise InputRefused(
+            f"pluck: {shape[moved[0]]:.6g} m at x = {x[moved[0]]:.6g} m of the {pluck.span} span, where a "
+            "pulley or a guided carriage holds it: make the profile zero there"
+        )
+    total = np.zeros(mesh.nodes)
+    total[nodes] = np.where(held, 0.0, shape)
+    return total
+
+
+def _shape(pluck: Pluck, x: Array, held: Array) -> Array:
+    """Profile of a pluck; a named shape reaches between the held points on both sides of its place."""
+    if isinstance(pluck.shape, str):
+        place = pluck.place * x[-1]
+        beyond = int(np.searchsorted(held, place, side="right"))
+        first, last = held[beyond - 1], held[beyond]
+        if not first < place:
+            raise InputRefused(
+                f"pluck: its place, x = {place:.6g} m, is held by a guided carriage: pluck beside it"
+            )
+        inside = (x > first) & (x < last)
+        return np.where(inside, _named_shape(pluck.shape, x, first, place, last), 0.0)
+    values = pluck.shape(x) if callable(pluck.shape) else pluck.shape
+    profile = np.asarray(values, dtype=np.float64)
+    if profile.ndim != 1 or profile.size < 3 or not np.isfinite(profile).all():
+        raise InputRefused(
+            f"pluck: the profile needs 3 or more finite numbers in a row; its shape is {profile.shape}"
+        )
+    if callable(pluck.shape):
+        return profile
+    return np.interp(x / x[-1], np.linspace(0.0, 1.0, profile.size), profile)
+
+
+def _named_shape(name: str, x: Array, first: float, place: float, last: float) -> Array:
+    if name == "triangle":
+        return np.minimum((x - first) / (place - first), (last - x) / (last - place))
+    waves = {"half-sine": "1"}.get(name, name.removeprefix("sine-"))
+    if not waves.isdecimal() or int(waves) == 0:
+        raise InputRefused(
+            f'pluck: shape = "{name}" is not one of its values: write "triangle", "half-sine", "sine-2", ...'
+        )
+    return np.sin(int(waves) * np.pi * (x - first) / (last - first))
+
+
+def _check_taut(mesh: Mesh, law: CableLaw, displacement: Array) -> None:
+    if law.tension_only:
+        return
+    tension = law.tension(*gradients(mesh, displacement))
+    least = int(np.argmin(tension))
+    if tension[least] < 0.0:
+        span, place = divmod(least, mesh.segments)
+        raise InputRefused(
+            f"start: the {mesh.spans[span]} span is slack at x = {mesh.position[span, place]:.6g} m "
+            f"({tension[least]:.4g} N): lower the pluck, raise cable.pretension or allow slack"
+        )

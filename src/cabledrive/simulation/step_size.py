@@ -1,0 +1,140 @@
+r"""The largest stable step, and the grid of times a run takes.
+
+Leapfrog is stable up to :math:`\omega_{max} \Delta t = 2` with the highest frequency of the chain. For a
+uniform cable that is :math:`c_u \Delta t = \Delta x`, a CFL number of 1: Eq. (2.31) with the wave speed that
+stands under (2.15).
+"""
+
+from dataclasses import dataclass
+from math import ceil, isfinite, sqrt
+
+import numpy as np
+
+from cabledrive.mechanics.cable_law import CableLaw
+from cabledrive.mechanics.mesh import Mesh
+from cabledrive.parameters.errors import InputRefused
+
+MOST_STEPS = 10**12
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TimeGrid:
+    """Steps and records of a run.
+
+    Attributes
+    ----------
+    step : float
+        Time step [s].
+    largest_step : float
+        Largest stable step [s].
+    every : int
+        Steps per record.
+    records : int
+        Recording intervals; the run ends with one more record.
+    """
+
+    step: float
+    largest_step: float
+    every: int
+    records: int
+
+    @property
+    def cfl(self) -> float:
+        """Step over largest stable step, the CFL number of a uniform cable [-]."""
+        return self.step / self.largest_step
+
+    @property
+    def steps(self) -> int:
+        """Steps of the whole run."""
+        return self.every * self.records
+
+    @property
+    def interval(self) -> float:
+        """Time from record to record [s]."""
+        return self.step * self.every
+
+
+def largest_stable_step(mesh: Mesh, law: CableLaw) -> float:
+    r"""Largest step for which leapfrog is stable on a taut cable.
+
+    The squares of the chain's frequencies are the eigenvalues of
+    :math:`S^{1/2} D M^{-1} D^T S^{1/2}` over the springs (segments and motor joint); the row sums of its
+    moduli bound them from above, sharply for a uniform cable.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    law : CableLaw
+
+    Returns
+    -------
+    float
+        Step [s].
+    """
+    mobility = 1.0 / mesh.axial_mass
+    for node, shaft in zip(mesh.rims, mesh.shafts, strict=False):
+        mobility[node] *= 0.0 if shaft.fixed else 1.0
+    if mesh.closed:
+        mobility[-1] = mobility[0]
+    root = np.sqrt(law.stiffness / mesh.spacing)
+    before, after = np.roll(root, 1), np.roll(root, -1)
+    if not mesh.closed:
+        before[0] = after[-1] = 0.0
+    joint, joint_mobility = 0.0, 0.0
+    if mesh.joint is not None:
+        square = mesh.shafts[0].radius ** 2
+        joint, joint_mobility = sqrt(mesh.joint.stiffness / square), 1.0 / mesh.shafts[2].rim_mass
+    before[0] += joint
+    if mesh.closed:
+        after[-1] += joint
+    rows = root * ((root + before) * mobility[:-1] + (root + after) * mobility[1:])
+    beside = root[0] + (root[-1] if mesh.closed else 0.0)
+    joint_row = joint * (joint * (mobility[0] + joint_mobility) + beside * mobility[0])
+    return 2.0 / sqrt(max(float(np.max(rows)), joint_row))
+
+
+def time_grid(
+    duration: float, largest_step: float, *, step: float | None, cfl: float, rate: float
+) -> TimeGrid:
+    """Steps and records of a run, the last record exactly at its end.
+
+    Parameters
+    ----------
+    duration : float
+        Length of the run [s].
+    largest_step : float
+        Largest stable step [s].
+    step : float or None
+        Step asked for [s].
+    cfl : float
+        Share of the largest step to take if none was asked for.
+    rate : float
+        Least number of records per second [Hz].
+
+    Returns
+    -------
+    TimeGrid
+
+    Raises
+    ------
+    InputRefused
+        If the run has no end, the step is not stable, or the run takes too many steps.
+    """
+    if not (isfinite(duration) and duration > 0.0):
+        raise InputRefused(f"duration = {duration} s must be above 0 and finite: give the length of the run")
+    if not (isfinite(rate) and rate > 0.0):
+        raise InputRefused(f"rate = {rate} Hz must be above 0 and finite: give the records per second")
+    if step is not None and step > largest_step * (1.0 + 1e-12):
+        raise InputRefused(
+            f"step = {step:.6g} s is not stable: at most {largest_step:.6g} s (CFL 1), or fewer segments"
+        )
+    wanted = min(cfl * largest_step if step is None else step, duration)
+    if duration / wanted > MOST_STEPS:
+        raise InputRefused(
+            f"duration = {duration:.6g} s takes {duration / wanted:.3g} steps of {wanted:.3g} s, at most "
+            f"{MOST_STEPS:.0e} are taken: shorten the run or use fewer segments"
+        )
+    records = max(1, ceil(duration * rate * (1.0 - 1e-12)))
+    interval = duration / records
+    every = max(1, ceil(interval / wanted * (1.0 - 1e-12)))
+    return TimeGrid(step=interval / every, largest_step=largest_step, every=every, records=records)

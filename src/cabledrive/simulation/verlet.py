@@ -1,0 +1,43 @@
+"""Stoermer-Verlet on the staggered conservative chain: the default method."""
+
+from dataclasses import dataclass
+from typing import ClassVar, final
+
+from cabledrive.mechanics.cable_law import Array
+from cabledrive.mechanics.compiled import numba_at_hand
+from cabledrive.simulation.method import Method
+from cabledrive.simulation.plan import Plan
+from cabledrive.simulation.state import State
+from cabledrive.simulation.workspace import Workspace
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class StoermerVerlet(Method):
+    r"""Leapfrog on segments that carry tension between nodes that carry mass.
+
+    Strains are taken on the segments, half-way between the nodes; the rims have the inertia of their pulley
+    and the half cells of cable on both sides. Order 2 in space and time; symplectic without damping, so that
+    the energy error stays bounded; a damping is taken at the mean of the velocities before and after, which
+    dissipates whatever the step.
+    """
+
+    name: ClassVar[str] = "verlet"
+
+    def march(
+        self,
+        plan: Plan,
+        state: State,
+        work: Workspace,
+        torque: Array,
+        forces: Array,
+        every: int,
+        rows: Array,
+        fields: Array,
+    ) -> int:
+        """Take a step for each entry of `torque`, see `Method.march`."""
+        if numba_at_hand():
+            from cabledrive.simulation.kernels.verlet import march
+        else:
+            from cabledrive.simulation.readable.verlet import march_reference as march
+        return march(plan, state, work, torque, forces, every, rows, fields)
