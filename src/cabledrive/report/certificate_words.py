@@ -1,0 +1,70 @@
+"""What the certificate of a list of modes says, in plain words."""
+
+from cabledrive.modes import Modes
+from cabledrive.report.numbers import number
+
+_SMALL = (
+    "no",
+    "one",
+    "two",
+    "three",
+    "four",
+    "five",
+    "six",
+    "seven",
+    "eight",
+    "nine",
+    "ten",
+    "eleven",
+    "twelve",
+)
+
+
+def count_words(count: int, what: str) -> str:
+    """A count with its noun.
+
+    Parameters
+    ----------
+    count : int
+    what : str
+        Noun in the singular, regular in the plural.
+
+    Returns
+    -------
+    str
+        "one mode", "157 modes".
+    """
+    shown = _SMALL[count] if count < len(_SMALL) else f"{count}"
+    return f"{shown} {what}" if count == 1 else f"{shown} {what}s"
+
+
+def certificate_words(modes: Modes) -> str:
+    """The certificate of a list of modes as a reader takes it.
+
+    Parameters
+    ----------
+    modes : Modes
+
+    Returns
+    -------
+    str
+    """
+    proof = modes.certificate
+    below = f"{number(proof.below, 6)} Hz"
+    held = (
+        f"Below {below} this machine has exactly {count_words(proof.count, 'natural mode')}: "
+        f"{proof.longitudinal} along the cable and {proof.transverse} across it, both planes counted"
+    )
+    rigid = (
+        "Besides them it has one motion that strains nothing, at 0 Hz: everything turns together."
+        if modes.rigid_body_modes
+        else "No motion leaves the cable unstrained: an end is held."
+    )
+    if modes.certified:
+        return (
+            f"{held}. The list holds all of them. That number comes from a count that does not look at the "
+            f"list, and two such counts, {number(proof.enclosure, 1)} of the frequency to either side, "
+            f"enclose every mode. {rigid}"
+        )
+    return f"{held}. The list could not be proven to hold all of them; do not rely on its being complete. "
+    f"{rigid}"

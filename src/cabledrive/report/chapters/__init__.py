@@ -1,0 +1,77 @@
+"""The chapters of the report, one file each.
+
+A chapter is a module here with a number ``PLACE`` that orders it and a function ``chapter(context)`` that
+returns a `Chapter`, or None where it has nothing to say about the drives of this report. Adding the file adds
+the chapter.
+"""
+
+import pkgutil
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from itertools import pairwise
+
+from cabledrive.report.blocks import Chapter
+from cabledrive.report.context import ReportContext
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChapterEntry:
+    """A chapter in the registry.
+
+    Attributes
+    ----------
+    place : int
+        Chapters follow one another in ascending order.
+    name : str
+        Name of the module.
+    write : callable
+        The function ``chapter(context)`` of the module.
+    """
+
+    place: int
+    name: str
+    write: Callable[[ReportContext], Chapter | None]
+
+
+def registry() -> tuple[ChapterEntry, ...]:
+    """All chapters in the order in which they are read.
+
+    Returns
+    -------
+    tuple of ChapterEntry
+
+    Raises
+    ------
+    ValueError
+        If two chapters claim one place.
+    """
+    entries = []
+    for found in pkgutil.iter_modules(__path__):
+        module = import_module(f"{__name__}.{found.name}")
+        entries.append(ChapterEntry(place=module.PLACE, name=found.name, write=module.chapter))
+    entries.sort(key=lambda entry: entry.place)
+    for first, second in pairwise(entries):
+        if first.place == second.place:
+            raise ValueError(f"chapters {first.name} and {second.name} both have PLACE = {first.place}")
+    return tuple(entries)
+
+
+def write_chapters(context: ReportContext) -> tuple[Chapter, ...]:
+    """Let every chapter be written that has something to say.
+
+    Parameters
+    ----------
+    context : ReportContext
+
+    Returns
+    -------
+    tuple of Chapter
+    """
+    written = []
+    for entry in registry():
+        context.progress(f"chapter: {entry.name.replace('_', ' ')}")
+        chapter = entry.write(context)
+        if chapter is not None:
+            written.append(chapter)
+    return tuple(written)

@@ -1,0 +1,196 @@
+"""Chapter "Natural modes": every mode of every machine, its proof, its shape."""
+
+from collections.abc import Sequence
+
+from markupsafe import Markup
+
+from cabledrive.modes import Mode, Modes
+from cabledrive.modes.mode_rows import ModeRow, mode_rows
+from cabledrive.parameters import Drive
+from cabledrive.report import formula as f
+from cabledrive.report.blocks import (
+    Block,
+    Cell,
+    Chapter,
+    Column,
+    Equation,
+    Figure,
+    Note,
+    Paragraph,
+    RowGroup,
+    Section,
+    Table,
+)
+from cabledrive.report.certificate_words import certificate_words
+from cabledrive.report.context import ReportContext
+from cabledrive.report.figures.ladder import ladder_picture
+from cabledrive.report.figures.shapes import shapes_picture
+from cabledrive.report.numbers import decimals_for, fixed, number
+
+PLACE = 200
+SHOWN_SHAPES, SHOWN_ACROSS = 4, 6
+_PARTS = ("drive pulley", "load pulley", "motor", "carriages", "cable")
+
+
+def chapter(context: ReportContext) -> Chapter:
+    """The natural modes of every machine.
+
+    Parameters
+    ----------
+    context : ReportContext
+
+    Returns
+    -------
+    Chapter
+    """
+    parts = zip(context.drives, context.anchors, context.modes, strict=True)
+    return Chapter(
+        title="Natural modes",
+        anchor="natural-modes",
+        blocks=_introduction(),
+        sections=tuple(
+            Section(title=drive.name, anchor=f"modes-{name}", blocks=_about(drive, name, modes))
+            for drive, name, modes in parts
+        ),
+        methods=(
+            "Natural modes: exact dynamic stiffness of every span; roots isolated by Wittrick-Williams "
+            "counts and refined by inverse iteration, each enclosed between two counts. Friction, damping "
+            "and sag do not enter.",
+        ),
+    )
+
+
+def _introduction() -> tuple[Block, ...]:
+    omega = f.inline("ω")
+    return (
+        Paragraph(
+            text="Along the cable, every span carries waves, every pulley enters with its inertia and every "
+            "carriage with its mass; nothing is divided into elements. Across the cable, a span is a string "
+            "under its pretension, held at the pulleys and at guided carriages; each of its modes exists in "
+            "both planes."
+        ),
+        Paragraph(
+            text=Markup(
+                "A list of frequencies is complete only if something other than the search says how long it "
+                "must be. That is the count of Wittrick and Williams: the number of natural frequencies "
+                "below {} is the number of negative eigenvalues of the dynamic stiffness {}, plus those that "
+                "the segments of length {} have between held ends, where waves run at speed {}:"
+            ).format(omega, f.inline("K"), f.inline(f.sub("l", "i")), f.inline("c"))
+        ),
+        Equation(
+            formula=f.row(
+                "J", "(", "ω", ")", "=", "s", "{", "K", "(", "ω", ")", "}", "+",
+                f.total("i", "⌊", f.fraction(f.row("ω", f.sub("l", "i")), f.row("π", "c")), "⌋"),
+            ),
+            words="J of omega is the sign count of K of omega, plus the sum over all segments of the whole "
+            "part of omega times the length of the segment over pi times the wave speed",
+        ),
+        Paragraph(
+            text="It misses no mode and counts a double one twice. In the staircases below the line is this "
+            "count and the dots are the list: a mode that the search had missed would leave a step without "
+            "its dot. On the ladder under each staircase a rung across the cable stands for both planes."
+        ),
+        Paragraph(
+            text="Shapes are drawn with the cable unrolled. Dots are the rims of the pulleys, squares the "
+            "carriages; displacements count in the direction of each span, and the largest is scaled to one. "
+            "Modes are named by what moves: the pulleys against each other (out of phase), with each other "
+            "(in phase) or not at all (at rest), mainly a carriage, or mainly the motor against its joint."
+        ),
+    )  # fmt: skip
+
+
+def _about(drive: Drive, name: str, modes: Modes) -> tuple[Block, ...]:
+    tone = "good" if modes.certified else "warning"
+    head = Markup("<strong>{}</strong> ").format("Complete." if modes.certified else "Not proven complete.")
+    blocks: list[Block] = [Note(text=head + certificate_words(modes), tone=tone)]
+    if modes.longitudinal:
+        blocks += [_ladder(drive, name, modes), _along(modes)]
+    return (*blocks, _across(modes), _shapes(drive, name, modes))
+
+
+def _ladder(drive: Drive, name: str, modes: Modes) -> Figure:
+    picture = ladder_picture(f"ladder-{name}", drive, modes)
+    steps = ", ".join(f"{number(mode.frequency)} Hz" for mode in modes.longitudinal)
+    below = f"{number(modes.certificate.below)} Hz"
+    return Figure(
+        name=f"ladder-{name}",
+        alt=f"Staircase of the number of modes along the cable below a frequency, up to {below}; it rises at "
+        f"{steps}. Below it every mode as a rung, {len(modes.transverse)} of them across the cable.",
+        caption=f"{drive.name}: modes along the cable, counted up to {below} (line) and listed (dots); "
+        "below, every mode of both kinds as a rung.",
+        wide=picture.wide,
+        narrow=picture.narrow,
+    )
+
+
+def _along(modes: Modes) -> Table:
+    rows = [(mode, _shares(mode)) for mode in modes.longitudinal]
+    parts = [part for part in _PARTS if any(part in shares for _, shares in rows)]
+    decimals = _decimals([mode.frequency for mode, _ in rows])
+    cells: list[tuple[Cell, ...]] = [
+        (
+            fixed(mode.frequency, decimals),
+            f"{mode.family} ×{mode.multiplicity}" if mode.multiplicity > 1 else mode.family,
+            *(shares.get(part, 0.0) for part in parts),
+        )
+        for mode, shares in rows
+    ]
+    return Table(
+        caption="Modes along the cable, and where their kinetic energy is.",
+        columns=(
+            Column(title="Frequency", unit="Hz", numeric=True),
+            Column(title="What moves"),
+            *(Column(title=part.removesuffix(" pulley"), unit="%", bar=True) for part in parts),
+        ),
+        groups=(RowGroup(rows=tuple(cells)),),
+    )
+
+
+def _shares(mode: Mode) -> dict[str, float]:
+    """Shares of the kinetic energy, all carriages taken together."""
+    shares: dict[str, float] = {}
+    for name, share in mode.kinetic_shares.items():
+        part = "carriages" if name.startswith("carriage") else name
+        shares[part] = shares.get(part, 0.0) + share
+    return shares
+
+
+def _decimals(frequencies: Sequence[float]) -> int:
+    """Enough decimals for five digits of the lowest and seven of the highest."""
+    return min(8, max(decimals_for(min(frequencies), 5), decimals_for(max(frequencies), 7)))
+
+
+def _across(modes: Modes) -> Table:
+    rows = mode_rows(modes.transverse)
+    decimals = _decimals([row.frequency for row in rows[:SHOWN_ACROSS]])
+    more = f"The lowest {SHOWN_ACROSS} of {len(rows)} frequencies." if len(rows) > SHOWN_ACROSS else ""
+    return Table(
+        caption="Modes across the cable.",
+        columns=(
+            Column(title="Frequency", unit="Hz", numeric=True),
+            Column(title="Modes", numeric=True),
+            Column(title="Where"),
+        ),
+        groups=(RowGroup(rows=tuple(_across_cells(row, decimals) for row in rows[:SHOWN_ACROSS])),),
+        note=more,
+    )
+
+
+def _across_cells(row: ModeRow, decimals: int) -> tuple[Cell, ...]:
+    carried = "the carriages swing; " if row.family == "carriage-dominated" else ""
+    return fixed(row.frequency, decimals), str(row.count), carried + row.where
+
+
+def _shapes(drive: Drive, name: str, modes: Modes) -> Figure:
+    across = [row.modes[0] for row in mode_rows(m for m in modes.transverse if m.plane == "w")]
+    shown = [*modes.longitudinal[:SHOWN_SHAPES], *across[:2]]
+    picture = shapes_picture(f"shapes-{name}", drive, shown)
+    seen = "; ".join(f"{number(m.frequency)} Hz, {m.family}" for m in shown)
+    what = "drive to load" if drive.kind == "line" else "drive, load and back to the drive"
+    return Figure(
+        name=f"shapes-{name}",
+        alt=f"Displacement along the unrolled cable in {len(shown)} modes: {seen}.",
+        caption=f"{drive.name}: shapes of the lowest modes along and across, the cable unrolled ({what}).",
+        wide=picture.wide,
+        narrow=picture.narrow,
+    )

@@ -1,0 +1,92 @@
+"""Chapter "In short": the answer before the reasons."""
+
+from markupsafe import Markup
+
+from cabledrive.mechanics import practitioner_warnings
+from cabledrive.modes import Modes
+from cabledrive.parameters import Drive
+from cabledrive.report.blocks import Block, Cell, Chapter, Column, Figure, Paragraph, RowGroup, Table
+from cabledrive.report.certificate_words import count_words
+from cabledrive.report.context import ReportContext
+from cabledrive.report.figures.overview import overview_picture
+from cabledrive.report.numbers import number
+
+PLACE = 0
+
+
+def chapter(context: ReportContext) -> Chapter:
+    """The lowest frequencies of every machine, and whether its list of modes is complete.
+
+    Parameters
+    ----------
+    context : ReportContext
+
+    Returns
+    -------
+    Chapter
+    """
+    blocks: list[Block] = [Paragraph(text=_verdict(context.modes))]
+    if len(context.drives) > 1:
+        blocks.append(_overview(context))
+    return Chapter(title="In short", anchor="in-short", blocks=(*blocks, _table(context)))
+
+
+def _verdict(all_modes: tuple[Modes, ...]) -> Markup:
+    listed = sum(modes.certificate.count for modes in all_modes)
+    open_lists = sum(not modes.certified for modes in all_modes)
+    machines = "this machine" if len(all_modes) == 1 else f"these {count_words(len(all_modes), 'machine')}"
+    head = f"{listed} natural modes of {machines} were computed, along the cable and across it, each machine "
+    "to a little "
+    head += "beyond its fifth mode along the cable."
+    if not open_lists:
+        return Markup("{} <strong>Every list is proven complete: no mode is missing.</strong>").format(head)
+    return Markup("{} <strong>{} not proven complete; see below.</strong>").format(
+        head, count_words(open_lists, "list") + (" is" if open_lists == 1 else " are")
+    )
+
+
+def _overview(context: ReportContext) -> Figure:
+    names = [drive.name for drive in context.drives]
+    picture = overview_picture("overview", names, context.modes)
+    return Figure(
+        name="overview",
+        alt="Lowest frequency along and across the cable for each machine on a logarithmic axis; the numbers "
+        "are in the table below.",
+        caption="The lowest mode along the cable and the lowest across it. Where the second lies near half "
+        "the first, motion along the cable can feed motion across it.",
+        wide=picture.wide,
+        narrow=picture.narrow,
+    )
+
+
+def _table(context: ReportContext) -> Table:
+    parts = zip(context.drives, context.anchors, context.modes, strict=True)
+    return Table(
+        caption="Lowest natural frequencies; each machine leads to its modes.",
+        columns=(
+            Column(title="Machine"),
+            Column(title="Along", unit="Hz", numeric=True),
+            Column(title="What moves"),
+            Column(title="Across", unit="Hz", numeric=True),
+            Column(title="All modes below", unit="Hz", numeric=True),
+            Column(title="Modes", numeric=True),
+            Column(title="Remarks", numeric=True),
+        ),
+        groups=(RowGroup(rows=tuple(_row(drive, name, modes) for drive, name, modes in parts)),),
+        note="Across: lowest mode of all spans. Modes: along and across, both planes. Remarks: what a "
+        "practitioner would look at twice, told with each machine's data.",
+    )
+
+
+def _row(drive: Drive, name: str, modes: Modes) -> tuple[Cell, ...]:
+    along = modes.longitudinal[0] if modes.longitudinal else None
+    remarks = len(practitioner_warnings(drive))
+    return (
+        Markup('<a href="#modes-{}">{}</a>').format(name, drive.name),
+        number(along.frequency) if along else None,
+        along.family if along else None,
+        number(modes.transverse[0].frequency) if modes.transverse else None,
+        number(modes.certificate.below, 6),
+        f"{modes.certificate.count}",
+        Markup('<a href="#drive-{}">{}</a>').format(name, remarks) if remarks else "none",
+    )

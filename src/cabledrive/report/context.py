@@ -1,0 +1,77 @@
+"""What every chapter is given: the drives, and what has been computed of them once for all."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from cabledrive.modes import Modes, modes, natural_frequencies
+from cabledrive.parameters import Drive, InputRefused, content_hash
+from cabledrive.report.names import anchors
+
+SHOWN_MODES = 5
+_ROOM = 1.08
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ReportContext:
+    """The drives of a report.
+
+    Attributes
+    ----------
+    drives : tuple of Drive
+    progress : callable
+        Called with a line of text when a longer part of the work begins.
+    """
+
+    drives: tuple[Drive, ...]
+    progress: Callable[[str], None]
+
+    @cached_property
+    def anchors(self) -> tuple[str, ...]:
+        """A name for each drive that is unique on the page and fit for a link."""
+        return anchors([drive.name for drive in self.drives])
+
+    @cached_property
+    def hashes(self) -> tuple[str, ...]:
+        """Content hash of each drive."""
+        return tuple(content_hash(drive) for drive in self.drives)
+
+    @cached_property
+    def modes(self) -> tuple[Modes, ...]:
+        """Certified modes of each drive, both kinds, a little beyond its fifth longitudinal one."""
+        return tuple(self._modes(drive) for drive in self.drives)
+
+    def _modes(self, drive: Drive) -> Modes:
+        self.progress(f"natural modes: {drive.name}")
+        return modes(drive, below=_round_up(_ROOM * natural_frequencies(drive, count=SHOWN_MODES)[-1]))
+
+
+def make_context(drives: Sequence[Drive], progress: Callable[[str], None] | None = None) -> ReportContext:
+    """Take up the drives of a report.
+
+    Parameters
+    ----------
+    drives : sequence of Drive
+    progress : callable, optional
+        Called with a line of text when a longer part of the work begins.
+
+    Returns
+    -------
+    ReportContext
+
+    Raises
+    ------
+    InputRefused
+        If there is no drive.
+    """
+    if not drives:
+        raise InputRefused("0 drives given, but a report is about at least 1: name a drive")
+    return ReportContext(drives=tuple(drives), progress=progress or (lambda line: None))
+
+
+def _round_up(value: float) -> float:
+    """The next number of two significant digits."""
+    digits = f"{value:.1e}"
+    rounded = float(digits)
+    step = 10.0 ** (int(digits.split("e")[1]) - 1)
+    return rounded if rounded >= value else float(f"{rounded + step:.1e}")

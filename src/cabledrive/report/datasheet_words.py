@@ -1,0 +1,38 @@
+"""The derived quantities of a drive in words, in the order in which a reader wants them."""
+
+DATASHEET: dict[str, tuple[tuple[str, str, str], ...]] = {
+    "Cable": (
+        ("axial_rigidity", "Axial rigidity EA", "N"),
+        ("prestrain", "Strain under the pretension, T₀/EA", "1"),
+        ("cable_stiffness", "Stiffness of one span, EA/L", "N/m"),
+        ("cable_mass", "Mass of the whole cable", "kg"),
+        ("pulley_distance", "Span under pretension, Lₑ", "m"),
+        ("axial_wave_speed", "Speed of waves along the cable", "m/s"),
+        ("transverse_wave_speed", "Speed of waves across it", "m/s"),
+    ),
+    "Torque": (
+        ("slack_torque", "Torque at the drive pulley at which a span goes slack", "N m"),
+        ("no_slip_torque_drive", "Torque at which the cable slips on the drive pulley", "N m"),
+        ("no_slip_torque_load", "Torque at which the cable slips on the load pulley", "N m"),
+    ),
+    "At rest": (
+        ("lowest_static_tension", "Lowest tension at rest", "N"),
+        ("static_sag", "Largest sag of a free stretch, tension kept at T₀", "m"),
+        ("irvine_parameter", "Irvine parameter λ²; sag is small well below 1", "1"),
+    ),
+    "Inertias": (
+        ("chi1", "Drive pulley over cable, χ₁ = J₁/(r₁² m)", "1"),
+        ("chi2", "Load pulley over cable, χ₂ = J₂/(r₂² m)", "1"),
+        ("reflected_rotor_inertia", "Rotor through the gear, at the output shaft", "kg m^2"),
+    ),
+    "Estimates without the cable's mass": (
+        ("cable_mode_frequency_hz", "Pulleys against each other", "Hz"),
+        ("joint_mode_frequency_hz", "Motor against drive pulley", "Hz"),
+    ),
+    "Resolution": (
+        ("motor_encoder_resolution", "Motor encoder, one count at the output shaft", "rad"),
+        ("drive_encoder_resolution", "Drive encoder, one count", "rad"),
+        ("load_encoder_resolution", "Load encoder, one count", "rad"),
+    ),
+}
+"""For each heading: name in `DerivedQuantities`, words, SI unit."""

@@ -1,0 +1,1 @@
+"""Pictures of machines and of their modes, drawn from the numbers they show."""

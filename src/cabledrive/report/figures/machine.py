@@ -1,0 +1,209 @@
+"""A drawing of the machine: pulleys, spans, carriages, motor, joint, supports, slope."""
+
+from math import cos, degrees, hypot, pi, sin
+
+from cabledrive.parameters import Carriage, Drive
+from cabledrive.report.figures.machine_layout import MachineLayout, machine_layout
+from cabledrive.report.figures.sheet import Point, Sheet
+from cabledrive.report.numbers import number, quantity
+from cabledrive.report.picture import Picture
+from cabledrive.report.style import NARROW, SMALL, WIDE
+
+SPAN_COLOURS = {"upper": "blue", "lower": "orange"}
+FEW = 4
+NAME_PLACES = (0.5, 0.62, 0.38, 0.72, 0.28, 0.8, 0.2)
+
+
+def machine_picture(drive: Drive) -> Picture:
+    """Draw a machine from its data: spans, places of carriages and slope to scale.
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    Picture
+    """
+    pictures = []
+    for width in (WIDE, NARROW):
+        sheet, layout = Sheet(), machine_layout(drive, width, width == NARROW)
+        _cable(sheet, drive, layout)
+        _pulleys(sheet, drive, layout)
+        if drive.motor is not None:
+            _motor(sheet, drive, layout, width == NARROW)
+        for span in drive.spans:
+            _carriages(sheet, drive.carriages_on(span), drive.span_length, span, layout)
+            _span_name(sheet, drive, span, layout)
+        _length(sheet, drive, layout)
+        _gravity(sheet, drive, layout)
+        pictures.append(sheet.svg(layout.size))
+    return Picture(wide=pictures[0], narrow=pictures[1])
+
+
+def _cable(sheet: Sheet, drive: Drive, layout: MachineLayout) -> None:
+    """The spans in their colours, the cable on the pulleys in ink; of a line, both ends on the drums."""
+    r1, r2 = layout.radii
+    (u1, u2), (l1, l2) = layout.tangent("upper"), layout.tangent("lower")
+    if drive.kind == "loop":
+        _arc(sheet, l1, u1, r1, r1 > r2)
+        _arc(sheet, u2, l2, r2, r2 > r1)
+        sheet.line(l2, l1, colour=SPAN_COLOURS["lower"], width=2.6)
+    else:
+        for axle, r, side, tangent in ((layout.drive, r1, -1, u1), (layout.load, r2, 1, u2)):
+            end = layout.off(axle, side * r * sin(4.2), r * cos(4.2))
+            _arc(sheet, *((end, tangent) if side < 0 else (tangent, end)), r, True)
+            sheet.circle(end, 2.6, fill="ink")
+    sheet.line(u1, u2, colour=SPAN_COLOURS["upper"], width=2.6)
+
+
+def _arc(sheet: Sheet, start: Point, end: Point, radius: float, large: bool) -> None:
+    sheet.path(
+        f"M{start[0]:.1f} {start[1]:.1f} A{radius:.2f} {radius:.2f} 0 {int(large)} 1 {end[0]:.1f} "
+        f"{end[1]:.1f}",
+        width=2.6,
+    )
+
+
+def _pulleys(sheet: Sheet, drive: Drive, layout: MachineLayout) -> None:
+    names = ("drive pulley", "load pulley") if drive.kind == "loop" else ("drive drum", "load drum")
+    for axle, r, pulley, name in zip(
+        (layout.drive, layout.load), layout.radii, drive.pulley, names, strict=True
+    ):
+        if pulley.fixed:
+            _support(sheet, axle, r)
+        else:
+            sheet.circle(axle, r - 2.2, colour="quiet", width=1, fill="card")
+            sheet.circle(axle, 2.2, fill="ink")
+        words = (f"{name}, fixed" if pulley.fixed else name, f"r = {quantity(pulley.radius, 'm')}")
+        for line, text in enumerate(words):
+            at, anchor = _beside(layout, axle, r, line)
+            sheet.words(text, at, anchor=anchor, colour="quiet" if line else "ink")
+
+
+def _beside(layout: MachineLayout, axle: Point, radius: float, line: int) -> tuple[Point, str]:
+    """Where the words about a pulley stand: below it in a level machine, to its right in a standing one."""
+    if layout.level:
+        return (axle[0], axle[1] + radius + layout.hanging + 20 + 15 * line), "middle"
+    return (axle[0] + radius + 12, axle[1] + 15 * line - 4), "start"
+
+
+def _support(sheet: Sheet, axle: Point, radius: float) -> None:
+    """A rigid support: a hatched block instead of a pulley."""
+    sheet.box(axle, (2 * radius - 4, 2 * radius - 4))
+    x, y, a = axle[0], axle[1], radius - 2
+    for step in (-1.0, -0.5, 0.0, 0.5, 1.0):
+        first, last = max(-1.0, step - 1), min(1.0, step + 1)
+        sheet.line((x + a * first, y + a * (step - first)), (x + a * last, y + a * (step - last)), width=0.8)
+
+
+def _motor(sheet: Sheet, drive: Drive, layout: MachineLayout, narrow: bool) -> None:
+    """The motor on the drive pulley's shaft, behind a zigzag where the joint is flexible."""
+    assert drive.motor is not None
+    r, reach = layout.radii[0], 40.0 if narrow else 62.0
+    place = layout.off(layout.drive, -(r + reach), 0.0)
+    rim = layout.off(layout.drive, -(r + 4), 0.0)
+    if drive.motor.joint_stiffness is None:
+        sheet.line(layout.drive, place, width=2)
+    else:
+        steps = [layout.off(rim, -(reach - 20) * k / 8, 5 * sin(pi * k / 2)) for k in range(9)]
+        sheet.line(layout.drive, *steps, place, width=1.4)
+        if not narrow:
+            stiffness = quantity(drive.motor.joint_stiffness, "N m/rad", 3)
+            sheet.words(stiffness, (place[0] + 8, place[1] - 22), colour="quiet", size=SMALL)
+    sheet.box(place, (30, 26))
+    sheet.words("M", (place[0], place[1] + 4.5), size=13)
+    at = (place[0], place[1] + 29) if layout.level else (place[0] + 22, place[1] + 4)
+    sheet.words("motor", at, anchor="middle" if layout.level else "start")
+
+
+def _carriages(
+    sheet: Sheet, carriages: tuple[Carriage, ...], length: float, span: str, layout: MachineLayout
+) -> None:
+    """Boxes on the cable: on rails where guided, on hangers where they hang."""
+    few = len(carriages) <= FEW
+    outward = 1.0 if span == "upper" else -1.0
+    for carriage in carriages:
+        at = layout.on_span(span, carriage.position / length)
+        box = ((28, 16) if layout.level else (16, 28)) if few else (8, 8)
+        if carriage.guided:
+            rail = [layout.off(at, along, -outward * 12) for along in (-28, 28)] if few else []
+            if rail:
+                sheet.line(*rail, colour="quiet")
+            middle = at
+        else:
+            drop = 20.0 if few else 13.0
+            sheet.line(at, (at[0], at[1] + drop - box[1] / 2))
+            middle = (at[0], at[1] + drop)
+        sheet.box(middle, box, colour="green")
+        if few:
+            _mass(sheet, carriage, middle, at, outward, layout)
+
+
+def _mass(
+    sheet: Sheet, carriage: Carriage, middle: Point, at: Point, outward: float, layout: MachineLayout
+) -> None:
+    text = quantity(carriage.mass, "kg")
+    if not layout.level:
+        anchor = "start" if outward > 0 else "end"
+        sheet.words(text, (middle[0] + outward * 14, middle[1] + 4), anchor=anchor, colour="green")
+    elif outward > 0:
+        sheet.words(text, (at[0], at[1] - 14), colour="green")
+    else:
+        sheet.words(text, (at[0], middle[1] + 22), colour="green")
+
+
+def _span_name(sheet: Sheet, drive: Drive, span: str, layout: MachineLayout) -> None:
+    """Name of a span where no carriage is in the way; an arrow in the direction of its coordinate."""
+    carriages = drive.carriages_on(span)
+    taken = [9.0, *(carriage.position / drive.span_length for carriage in carriages)]
+    (x1, y1), (x2, y2) = layout.drive, layout.load
+    enough = (90.0 if layout.level else 36.0) / max(hypot(x2 - x1, y2 - y1), 1.0)
+    places = sorted(NAME_PLACES, key=lambda place: -min(enough, *(abs(place - t) for t in taken)))
+    share = places[0] if len(carriages) <= FEW else 0.5
+    a, b = (layout.on_span(span, share + step) for step in (-0.02, 0.03))
+    gap = max(hypot(b[0] - a[0], b[1] - a[1]), 1e-9)
+    tip = (a[0] + (b[0] - a[0]) * 14 / gap, a[1] + (b[1] - a[1]) * 14 / gap)
+    sheet.arrow(a, tip, colour=SPAN_COLOURS[span], width=2.6)
+    text = f"{span} span, {len(carriages)} carriages"
+    if len(carriages) <= FEW or enough > 0.3:
+        text = f"{span} span"
+    outward = 1.0 if span == "upper" else -1.0
+    if layout.level:
+        below = 20.0 + layout.hanging
+        at = layout.off(layout.on_span(span, share), 0.0, 11.0 if outward > 0 else -below)
+        sheet.words(text, at, colour=SPAN_COLOURS[span])
+    else:
+        at = layout.off(layout.on_span(span, share), 0.0, outward * 12)
+        sheet.words(text, at, anchor="start" if outward > 0 else "end", colour=SPAN_COLOURS[span])
+
+
+def _length(sheet: Sheet, drive: Drive, layout: MachineLayout) -> None:
+    """The length of the spans, and how much too large the pulleys are."""
+    gap = -(max(layout.radii) + (50.0 + layout.hanging if layout.level else 96.0))
+    ends = [layout.off(axle, 0.0, gap) for axle in (layout.drive, layout.load)]
+    middle = ((ends[0][0] + ends[1][0]) / 2, (ends[0][1] + ends[1][1]) / 2)
+    for end in ends:
+        sheet.line(layout.off(end, 0, 5), layout.off(end, 0, -5), colour="line")
+    sheet.line(*ends, colour="line")
+    text = f"L = {quantity(drive.span_length, 'm')}"
+    if layout.level:
+        sheet.words(text, (middle[0], middle[1] - 6), colour="quiet")
+    else:
+        sheet.words(text, (ends[0][0], min(end[1] for end in ends) - 9), colour="quiet")
+    if layout.enlarged > 1.0:
+        note = f"Pulleys drawn {number(layout.enlarged, 2)} times too large."
+        sheet.words(note, (0, layout.size[1] - 3), anchor="start", colour="quiet", size=SMALL)
+
+
+def _gravity(sheet: Sheet, drive: Drive, layout: MachineLayout) -> None:
+    """The direction of gravity, and the slope of a machine that neither lies nor stands."""
+    if drive.layout.gravity > 0.0:
+        x = layout.size[0] - 12
+        sheet.arrow((x, 4), (x, 34), colour="quiet")
+        sheet.words("g", (x - 8, 20), anchor="end", colour="quiet")
+    if 0.01 < abs(layout.slope) < 1.5:
+        x, y = layout.drive
+        sheet.line((x, y), (x + layout.radii[0] + 60, y), colour="line", dashes="3 4")
+        slope = f"{number(degrees(layout.slope), 3)}°"
+        sheet.words(slope, (x + layout.radii[0] + 64, y + 4), anchor="start", colour="quiet")

@@ -1,0 +1,157 @@
+"""Where the parts of a machine stand on the sheet: lengths to one scale, pulleys enlarged where too small."""
+
+from dataclasses import dataclass
+from math import asin, cos, pi, sin, sqrt
+
+from cabledrive.parameters import Drive
+from cabledrive.report.figures.sheet import Point
+
+SMALLEST_PULLEY, PULLEY = 15.0, 24.0  # px
+MOTOR_ROOM = {False: 112.0, True: 84.0}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MachineLayout:
+    """Places on the sheet [px].
+
+    Attributes
+    ----------
+    size : (float, float)
+        Of the sheet.
+    drive, load : (float, float)
+        Axles of the pulleys.
+    radii : (float, float)
+        Of the two pulleys as drawn.
+    enlarged : float
+        How many times too large the pulleys are drawn; 1 where everything is to scale.
+    slope : float
+        Of the line from drive to load pulley [rad].
+    hanging : float
+        Room below the lower span that hanging carriages take [px].
+    """
+
+    size: Point
+    drive: Point
+    load: Point
+    radii: Point
+    enlarged: float
+    slope: float
+    hanging: float
+
+    @property
+    def level(self) -> bool:
+        """Whether the machine lies rather than stands."""
+        return abs(self.slope) < pi / 4
+
+    def off(self, point: Point, along: float, across: float) -> Point:
+        """A point moved along the machine and across it.
+
+        Parameters
+        ----------
+        point : (float, float)
+        along : float
+            Towards the load pulley [px].
+        across : float
+            To the side of the upper span [px].
+
+        Returns
+        -------
+        (float, float)
+        """
+        c, s = cos(self.slope), sin(self.slope)
+        return point[0] + along * c - across * s, point[1] - along * s - across * c
+
+    def tangent(self, span: str) -> tuple[Point, Point]:
+        """Where a span leaves the drive pulley and where it leaves the load pulley.
+
+        Parameters
+        ----------
+        span : {"upper", "lower"}
+
+        Returns
+        -------
+        pair of (float, float)
+        """
+        side = 1.0 if span == "upper" else -1.0
+        distance = sqrt((self.load[0] - self.drive[0]) ** 2 + (self.load[1] - self.drive[1]) ** 2)
+        tilt = asin(max(-1.0, min(1.0, (self.radii[0] - self.radii[1]) / distance)))
+        first, second = (
+            self.off(axle, radius * sin(tilt), side * radius * cos(tilt))
+            for axle, radius in zip((self.drive, self.load), self.radii, strict=True)
+        )
+        return first, second
+
+    def on_span(self, span: str, share: float) -> Point:
+        """A point of a span.
+
+        Parameters
+        ----------
+        span : {"upper", "lower"}
+        share : float
+            Share of its length, from the pulley where it starts.
+
+        Returns
+        -------
+        (float, float)
+        """
+        a, b = self.tangent(span)
+        share = share if span == "upper" else 1.0 - share
+        return a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])
+
+
+def machine_layout(drive: Drive, width: float, narrow: bool) -> MachineLayout:
+    """Lay out a machine on a sheet of given width.
+
+    Parameters
+    ----------
+    drive : Drive
+    width : float
+        Of the sheet [px].
+    narrow : bool
+        Whether margins are small.
+
+    Returns
+    -------
+    MachineLayout
+    """
+    slope = drive.layout.inclination
+    c, s = abs(cos(slope)), abs(sin(slope))
+    ends = (MOTOR_ROOM[narrow] if drive.motor else 36.0, 36.0)
+    side = 62.0 if c > s else 120.0
+    room = (width - sum(ends) * c - 2 * side * s, 330.0 - sum(ends) * s)
+    true = [pulley.radius for pulley in drive.pulley]
+    length = drive.span_length
+    whole = min(room[0] / c if c > 1e-6 else 1e9, room[1] / s if s > 1e-6 else 1e9)
+    scale = whole / (length + sum(true))
+    enlarged = 1.0
+    if max(true) * scale < SMALLEST_PULLEY:
+        scale = (whole - PULLEY * sum(true) / max(true)) / length
+        enlarged = PULLEY / (max(true) * scale)
+    radii = (max(true[0] * scale * enlarged, 5.0), max(true[1] * scale * enlarged, 5.0))
+    hanging = 22.0 if any(not carriage.guided for carriage in drive.carriages_on("lower")) else 0.0
+    return _placed(slope, length * scale, radii, enlarged, ends, width, hanging)
+
+
+def _placed(
+    slope: float, distance: float, radii: Point, enlarged: float, ends: Point, width: float, hanging: float
+) -> MachineLayout:
+    """Put the machine in the middle of the sheet, with room for words above and below."""
+    dx, dy = distance * cos(slope), -distance * sin(slope)
+    reach = max(radii)
+    level = abs(slope) < pi / 4
+    above = 46.0 + reach if level else ends[0] + reach
+    below = (80.0 if enlarged > 1.0 else 58.0) + hanging + reach if level else ends[1] + reach
+    if not level and slope > 0:
+        above, below = below, above
+    height = above + abs(dy) + below
+    left = ends[0] + radii[0] if level else (width - dx) / 2 if abs(dx) > 1 else width / 2
+    drive = (left, above if dy >= 0 else above - dy)
+    return MachineLayout(
+        size=(width, height),
+        drive=drive,
+        load=(drive[0] + dx, drive[1] + dy),
+        radii=radii,
+        enlarged=enlarged,
+        slope=slope,
+        hanging=hanging,
+    )

@@ -1,0 +1,128 @@
+"""Numbers as people read them: the customary unit, few digits, a true minus sign and real powers of ten."""
+
+from math import degrees, floor, isfinite, log10, pi
+
+SPACE = "\N{NARROW NO-BREAK SPACE}"
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_PREFIXES = {3: "k", 6: "M", 9: "G", 12: "T"}
+_PREFIXED = {"N", "Pa", "Hz", "N/m", "N m", "N m/rad"}
+
+
+def number(value: float, digits: int = 5) -> str:
+    """A number with a given count of significant digits, trailing zeros dropped.
+
+    Parameters
+    ----------
+    value : float
+    digits : int, default 5
+        Significant digits.
+
+    Returns
+    -------
+    str
+        "0.03", "116.33", "7.316 × 10⁻⁶".
+    """
+    if not isfinite(value):
+        return "infinite" if value > 0 else "minus infinite" if value < 0 else "not a number"
+    rounded = float(f"{value:.{digits}g}")
+    if rounded == 0.0 or 1e-3 <= abs(rounded) < 1e6:
+        return f"{rounded:.{max(digits, 6)}g}".replace("-", "−")
+    exponent = floor(log10(abs(value)))
+    mantissa = f"{value / 10.0**exponent:.{digits}g}"
+    if abs(float(mantissa)) >= 10.0:  # 9.99999 rounds up
+        mantissa, exponent = f"{float(mantissa) / 10:.{digits}g}", exponent + 1
+    return f"{mantissa} × 10{str(exponent).translate(_RAISED)}".replace("-", "−")
+
+
+def fixed(value: float, decimals: int) -> str:
+    """A number with a given count of decimals, for columns that line up.
+
+    Parameters
+    ----------
+    value : float
+    decimals : int
+
+    Returns
+    -------
+    str
+    """
+    return f"{value:.{decimals}f}".replace("-", "−")
+
+
+def decimals_for(largest: float, digits: int = 6) -> int:
+    """Decimals that give the largest number of a column this many digits.
+
+    Parameters
+    ----------
+    largest : float
+    digits : int, default 6
+        Significant digits of the largest number.
+
+    Returns
+    -------
+    int
+        At least 1.
+    """
+    return max(1, digits - 1 - floor(log10(abs(largest)))) if largest else 1
+
+
+def unit_name(unit: str) -> str:
+    """A unit as it is printed.
+
+    Parameters
+    ----------
+    unit : str
+        As in a drive file: "kg m^2".
+
+    Returns
+    -------
+    str
+        "kg m²"; nothing for a plain number.
+    """
+    if unit == "1":
+        return ""
+    head, *powers = unit.split("^")
+    return head + "".join(p[0].translate(_RAISED) + p[1:] for p in powers)
+
+
+def quantity(value: float, unit: str, digits: int = 5) -> str:
+    """A quantity in the unit people use for its size.
+
+    Parameters
+    ----------
+    value : float
+        In the SI unit.
+    unit : str
+        The SI unit, as in a drive file.
+    digits : int, default 5
+        Significant digits.
+
+    Returns
+    -------
+    str
+        "2.6 GPa", "0.49 g/m", "3 cm", "1092 rpm".
+    """
+    value, unit = _customary(value, unit)
+    name = unit_name(unit)
+    gap = "" if name.startswith("°") else SPACE
+    return f"{number(value, digits)}{gap}{name}" if name else number(value, digits)
+
+
+def _customary(value: float, unit: str) -> tuple[float, str]:
+    size = abs(value)
+    if unit == "rad":
+        return degrees(value), "°"
+    if unit == "rad/s":
+        return value * 30 / pi, "rpm"
+    if unit == "m^2" and size < 1e-2:
+        return value * 1e6, "mm^2"
+    if unit == "m" and 0 < size < 0.1:
+        return (value * 1e3, "mm") if size >= 1e-4 else (value * 1e6, "µm")
+    if unit in ("kg", "kg/m") and 0 < size < 0.1:
+        return value * 1e3, unit.replace("kg", "g")
+    if unit in _PREFIXED and size >= 1e3:
+        power = min(3 * floor(log10(size) / 3 + 1e-12), 12)
+        return value / 10.0**power, _PREFIXES[power] + unit
+    if unit in ("N", "N m") and 0 < size < 0.1:
+        return value * 1e3, "m" + unit
+    return value, unit

@@ -1,0 +1,109 @@
+"""A figure as part of the page: drawn for wide and for narrow pages, as SVG that follows the page's colours.
+
+Text stays text, in the page's own typeface; every colour of the style becomes a variable of the page. Nothing
+in the picture depends on the time or on chance.
+"""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from io import BytesIO
+from typing import TYPE_CHECKING
+
+from markupsafe import Markup
+
+from cabledrive.report.style import COLOURS, NARROW, WIDE, house_style
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Picture:
+    """One picture for wide pages and one for narrow ones.
+
+    Attributes
+    ----------
+    wide, narrow : Markup
+        Inline SVG.
+    """
+
+    wide: Markup
+    narrow: Markup
+
+
+def picture(
+    name: str,
+    draw: Callable[["Figure", bool], None],
+    *,
+    wide: float,
+    narrow: float,
+) -> Picture:
+    """Draw a figure twice, for wide and for narrow pages.
+
+    Parameters
+    ----------
+    name : str
+        Unique on the page.
+    draw : callable
+        ``draw(figure, narrow)`` puts axes on an empty figure.
+    wide, narrow : float
+        Heights of the two [px].
+
+    Returns
+    -------
+    Picture
+    """
+    return Picture(
+        wide=_drawn(f"{name}-w", draw, False, (WIDE, wide)),
+        narrow=_drawn(f"{name}-n", draw, True, (NARROW, narrow)),
+    )
+
+
+def _drawn(
+    name: str, draw: Callable[["Figure", bool], None], narrow: bool, size: tuple[float, float]
+) -> Markup:
+    import matplotlib
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+    from matplotlib.figure import Figure
+
+    with house_style():
+        matplotlib.rcParams["svg.hashsalt"] = name
+        figure = Figure(figsize=(size[0] / 72, size[1] / 72), layout="constrained")
+        FigureCanvasSVG(figure)
+        draw(figure, narrow)
+        buffer = BytesIO()
+        figure.savefig(buffer, format="svg", metadata={"Date": None})
+    return inline_svg(buffer.getvalue().decode(), name, size)
+
+
+def inline_svg(text: str, name: str, size: tuple[float, float]) -> Markup:
+    """An SVG file as part of a page: no prolog, no metadata, no foreign names, colours as variables.
+
+    Parameters
+    ----------
+    text : str
+        SVG document.
+    name : str
+        Put before the names inside the picture that are referred to; the others are dropped.
+    size : (float, float)
+        Width and height [px].
+
+    Returns
+    -------
+    Markup
+    """
+    body = text[text.index("<svg") : text.rindex("</svg>")]
+    body = re.sub(r"<svg\b[^>]*>", "", body, count=1)
+    body = re.sub(r"<metadata>.*?</metadata>|<!--.*?-->", "", body, flags=re.S)
+    body = body.replace("xlink:href=", "href=")
+    referred = set(re.findall(r'(?:href="|url\()#([^")]+)', body))
+    body = re.sub(r' id="([^"]*)"', lambda m: f' id="{name}-{m[1]}"' if m[1] in referred else "", body)
+    body = re.sub(r'(href="|url\()#', rf"\1#{name}-", body)
+    body = re.sub(r"font: ([^;\"]*?)([\d.]+px) [^;\"]*", r"font: \1\2 var(--sans)", body)
+    for colour, (light, _) in COLOURS.items():
+        body = body.replace(light, f"var(--{colour})")
+    body = re.sub(r"\s*\n\s*", "\n", body)
+    width, height = size
+    head = f'<svg viewBox="0 0 {width:g} {height:g}" style="max-width: {width:g}px" aria-hidden="true">'
+    return Markup(f"{head}{body}</svg>")

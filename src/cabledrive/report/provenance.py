@@ -1,0 +1,59 @@
+"""Where the numbers of a report come from: versions, hashes, methods, time."""
+
+import platform
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib.metadata import version
+
+from cabledrive import __version__
+from cabledrive.report.blocks import Chapter
+from cabledrive.report.context import ReportContext
+
+_PACKAGES = ("numpy", "scipy", "xarray", "matplotlib", "Jinja2")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Provenance:
+    """What is needed to make a report again.
+
+    Attributes
+    ----------
+    written_at : datetime
+        Time of the run, in UTC.
+    versions : tuple of (str, str)
+        Programs and their versions, `cabledrive` first.
+    hashes : tuple of (str, str)
+        Name and content hash of every drive.
+    methods : tuple of str
+        How the numbers were computed.
+    """
+
+    written_at: datetime
+    versions: tuple[tuple[str, str], ...]
+    hashes: tuple[tuple[str, str], ...]
+    methods: tuple[str, ...]
+
+
+def provenance(context: ReportContext, chapters: Sequence[Chapter], written_at: datetime) -> Provenance:
+    """Collect the provenance of a report.
+
+    Parameters
+    ----------
+    context : ReportContext
+    chapters : sequence of Chapter
+    written_at : datetime
+        Time of the run; one without a time zone is taken as UTC.
+
+    Returns
+    -------
+    Provenance
+    """
+    zoned = written_at if written_at.tzinfo else written_at.replace(tzinfo=UTC)
+    packages = tuple((name, version(name)) for name in _PACKAGES)
+    return Provenance(
+        written_at=zoned.astimezone(UTC),
+        versions=(("cabledrive", __version__), ("Python", platform.python_version()), *packages),
+        hashes=tuple(zip((drive.name for drive in context.drives), context.hashes, strict=True)),
+        methods=tuple(method for chapter in chapters for method in chapter.methods),
+    )

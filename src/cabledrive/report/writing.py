@@ -1,0 +1,104 @@
+"""The report of some drives as a file."""
+
+from collections.abc import Callable, Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+
+from cabledrive.parameters import Drive
+from cabledrive.parameters.files import check_writable, write_whole
+from cabledrive.report.chapters import write_chapters
+from cabledrive.report.context import make_context
+from cabledrive.report.page import Page, render
+from cabledrive.report.provenance import provenance
+
+
+def write_report(
+    drives: Sequence[Drive],
+    path: str | Path,
+    *,
+    force: bool = False,
+    written_at: datetime | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> Path:
+    """Write the report of some drives as one HTML file that needs nothing else.
+
+    Parameters
+    ----------
+    drives : sequence of Drive
+        At least one.
+    path : path-like
+        File to write; it appears whole or not at all.
+    force : bool, default False
+        Whether an existing file may be replaced.
+    written_at : datetime, optional
+        Time that the report states; now where it is not given. Everything else follows from the drives.
+    progress : callable, optional
+        Called with a line of text when a longer part of the work begins.
+
+    Returns
+    -------
+    Path
+        Where it was written.
+
+    Raises
+    ------
+    InputRefused
+        If there is no drive, the file exists (without `force`), or it cannot be written; before any work.
+    NotComputed
+        If the modes of a drive could not be computed.
+    """
+    path = check_writable(path, force=force)
+    return write_whole(path, report_html(drives, written_at=written_at, progress=progress), force=force)
+
+
+def report_html(
+    drives: Sequence[Drive],
+    *,
+    written_at: datetime | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> str:
+    """The report of some drives as text.
+
+    Parameters
+    ----------
+    drives : sequence of Drive
+        At least one.
+    written_at : datetime, optional
+        Time that the report states; now where it is not given.
+    progress : callable, optional
+        Called with a line of text when a longer part of the work begins.
+
+    Returns
+    -------
+    str
+        HTML.
+
+    Raises
+    ------
+    InputRefused
+        If there is no drive.
+    NotComputed
+        If the modes of a drive could not be computed.
+    """
+    context = make_context(drives, progress)
+    chapters = write_chapters(context)
+    return render(
+        Page(
+            title=_title(drives),
+            subtitle=_subtitle(drives),
+            chapters=chapters,
+            provenance=provenance(context, chapters, written_at or datetime.now(UTC)),
+        )
+    )
+
+
+def _title(drives: Sequence[Drive]) -> str:
+    return drives[0].name if len(drives) == 1 else f"{len(drives)} cable drives and their natural modes"
+
+
+def _subtitle(drives: Sequence[Drive]) -> str:
+    if len(drives) == 1:
+        return drives[0].title
+    return (
+        "What each machine is made of, at which frequencies it vibrates, and the proof that none is missing"
+    )

@@ -1,0 +1,113 @@
+"""The page stands alone, is well formed, and can be read by everyone."""
+
+import re
+from itertools import pairwise
+
+import pytest
+from report_page import DRIVES, TIME, page, read
+
+from cabledrive.parameters import content_hash, load_drive
+
+
+def attributes(name: str) -> list[tuple[str, str]]:
+    """Every use of an attribute on the page: element and value."""
+    everything = [e for tag in set(re.findall(r"<(\w+)", page())) for e in read().root.all(tag.lower())]
+    return [(e.tag, e.attributes[name]) for e in everything if name in e.attributes]
+
+
+def test_the_page_is_well_formed():
+    assert read().faults == []
+    assert page().lstrip().startswith("<!DOCTYPE html>")
+
+
+def test_the_page_refers_to_no_other_file_and_no_network():
+    links = [
+        value for name in ("href", "src", "xlink:href", "data", "action") for _, value in attributes(name)
+    ]
+    outside = [value for value in links if not value.startswith("#") and value != "data:,"]
+    assert outside == []
+    assert re.findall(r"(?:https?:)?//[^\s\"<]+|@import|url\((?!#)", page()) == []
+
+
+def test_the_page_runs_no_script():
+    assert read().root.all("script") == []
+    assert [name for name in re.findall(r"\s(on\w+)=", page())] == []
+
+
+def test_every_link_leads_to_a_place_on_the_page_and_no_place_has_two_names():
+    names = [value for _, value in attributes("id")]
+    assert sorted(set(names)) == sorted(names), {name for name in names if names.count(name) > 1}
+    inside = [value[1:] for _, value in attributes("href") if value.startswith("#")]
+    assert len(inside) > 20
+    assert set(inside) <= set(names), set(inside) - set(names)
+
+
+def test_every_figure_says_what_is_seen_and_what_it_says():
+    drawings = [e for e in read().root.all("div") if e.attributes.get("role") == "img"]
+    figures = [e for e in read().root.all("figure") if e.attributes.get("class") != "table"]
+    assert len(drawings) == 2 * len(figures) > 20  # each for wide and for narrow pages
+    assert [e for e in drawings if len(e.attributes.get("aria-label", "")) < 20] == []
+    assert [e for e in read().root.all("figure") if not e.all("figcaption")[0].text] == []
+
+
+def test_headings_descend_one_step_at_a_time():
+    levels = [int(level) for level in re.findall(r"<h([1-6])", page())]
+    assert levels[0] == 1
+    assert levels.count(1) == 1
+    assert all(below - above <= 1 for above, below in pairwise(levels)), levels
+
+
+def test_every_table_names_its_columns_and_rows():
+    for table in read().root.all("table"):
+        assert all(th.attributes.get("scope") for th in table.all("th"))
+        columns = len(table.all("thead")[0].all("th"))
+        for row in table.all("tbody")[0].all("tr"):
+            spans = sum(int(cell.attributes.get("colspan", 1)) for cell in row.children)
+            assert spans == columns, row.text
+
+
+def test_the_page_names_its_language_and_fits_a_phone():
+    html = read().root.all("html")[0]
+    assert html.attributes["lang"] == "en"
+    viewport = [
+        m.attributes["content"] for m in read().root.all("meta") if m.attributes.get("name") == "viewport"
+    ]
+    assert viewport == ["width=device-width, initial-scale=1"]
+
+
+def test_drawings_take_their_colours_from_the_page():
+    """A colour written into a picture would not follow the page from light to dark."""
+    drawings = "".join(re.findall(r"<svg.*?</svg>", page(), re.S))
+    assert re.findall(r"#[0-9a-fA-F]{6}\b|\brgb\(", drawings) == []
+
+
+def test_provenance_tells_time_versions_hashes_and_methods():
+    told = next(e for e in read().root.all("section") if e.attributes.get("id") == "provenance").text
+    assert TIME.strftime("%H:%M:%S") in told
+    assert "3 February 2020" in told
+    for name in DRIVES:
+        assert content_hash(load_drive(name)) in told
+    for word in ("cabledrive", "numpy", "matplotlib", "Wittrick-Williams"):
+        assert word in told
+
+
+def test_the_same_drives_and_the_same_time_give_the_same_bytes():
+    first = page("dissertation-1")
+    page.cache_clear()
+    assert page("dissertation-1") == first
+
+
+@pytest.mark.parametrize("name", ["<script>alert(1)</script>", 'a "quoted" & odd name', "Überseil ü"])
+def test_words_of_a_drive_file_are_shown_as_they_are(name):
+    """What a drive file says is text, never markup."""
+    from dataclasses import replace
+
+    from report_page import Reader
+
+    from cabledrive.report import report_html
+
+    drive = replace(load_drive("dissertation-1"), name=name, title=name, source=name)
+    reader = Reader(report_html([drive], written_at=TIME))
+    assert reader.faults == []
+    assert reader.root.all("script") == []
+    assert reader.root.all("h1")[0].text == name

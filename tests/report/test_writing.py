@@ -1,0 +1,55 @@
+"""The report appears whole or not at all, and replaces nothing unasked."""
+
+import pytest
+from report_page import TIME, page
+
+from cabledrive.parameters import InputRefused, NotComputed, load_drive
+from cabledrive.report import write_report, writing
+
+
+def drives():
+    return [load_drive("dissertation-1")]
+
+
+def test_the_file_is_the_page(tmp_path):
+    written = write_report(drives(), tmp_path / "report.html", written_at=TIME)
+    assert written.read_text(encoding="utf-8") == page("dissertation-1")
+
+
+def test_an_existing_file_is_refused_before_any_work_and_kept(tmp_path, monkeypatch):
+    path = tmp_path / "report.html"
+    path.write_text("mine")
+    monkeypatch.setattr(writing, "report_html", lambda *a, **k: pytest.fail("worked before it looked"))
+    with pytest.raises(InputRefused, match="exists and is not overwritten"):
+        write_report(drives(), path)
+    assert path.read_text() == "mine"
+
+
+def test_force_replaces_an_existing_file(tmp_path):
+    path = tmp_path / "report.html"
+    path.write_text("old")
+    write_report(drives(), path, force=True, written_at=TIME)
+    assert path.read_text(encoding="utf-8") == page("dissertation-1")
+
+
+def test_a_report_that_fails_on_the_way_leaves_nothing(tmp_path, monkeypatch):
+    def fail(*args, **kwargs):
+        raise NotComputed("no")
+
+    monkeypatch.setattr(writing, "write_chapters", fail)
+    with pytest.raises(NotComputed):
+        write_report(drives(), tmp_path / "report.html")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_report_about_nothing_is_refused(tmp_path):
+    with pytest.raises(InputRefused, match="at least 1"):
+        write_report([], tmp_path / "report.html")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_progress_names_every_drive_and_chapter(tmp_path):
+    lines = []
+    write_report(drives(), tmp_path / "report.html", progress=lines.append)
+    assert "natural modes: Dissertation, configuration 1" in lines
+    assert "chapter: the drive" in lines
