@@ -2,7 +2,7 @@
 
 import dataclasses
 from dataclasses import dataclass
-from math import cos, pi
+from math import pi
 from typing import Any
 
 import numpy as np
@@ -177,7 +177,7 @@ def _cable_mass(drive: Drive) -> float:
 def _of_the_sag(drive: Drive) -> dict[str, Any]:
     """Sag of the free stretches; what belongs to the whole span is that of the worse one."""
     cable, layout = drive.cable, drive.layout
-    weight = layout.gravity * cos(layout.inclination)
+    weight = layout.gravity_across
     line_load = cable.stretched_mass_per_length * weight
     sags = dict.fromkeys(drive.spans, 0.0)
     shears = dict.fromkeys(drive.spans, 0.0)

@@ -7,7 +7,6 @@ own, with equal segments between neighbouring carriages and rims, so that its pl
 """
 
 from dataclasses import dataclass
-from math import cos, sin
 
 import numpy as np
 from numpy.typing import NDArray
@@ -217,8 +216,7 @@ def _cells(
     drive: Drive, position: Array, density: float, carriage_mass: Array
 ) -> tuple[Array, tuple[Array, Array]]:
     """Cable mass of each node, and its weight along u and w; a rim node has half a cell in each span."""
-    slope = drive.layout.inclination
-    pull = drive.layout.gravity * np.array([sin(slope), cos(slope)])
+    pull = np.array([drive.layout.gravity_along, drive.layout.gravity_across])
     cable_mass = np.zeros(carriage_mass.size)
     weight = np.zeros((2, carriage_mass.size))
     segments = position.shape[1] - 1

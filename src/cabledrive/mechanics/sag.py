@@ -2,7 +2,7 @@ r"""Sag of a span between held ends, in closed form."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import asinh, cos, hypot
+from math import asinh, hypot
 
 from cabledrive.parameters.drive import Drive
 
@@ -43,7 +43,7 @@ def parabola_sag(drive: Drive) -> Sag:
     Sag
     """
     cable, length = drive.cable, drive.pulley_distance
-    weight = cable.stretched_mass_per_length * drive.layout.gravity * length * cos(drive.layout.inclination)
+    weight = cable.stretched_mass_per_length * drive.layout.gravity_across * length
     stiffness = cable.axial_rigidity + cable.pretension
     if weight == 0.0:
         return Sag(midpoint=0.0, horizontal_tension=cable.pretension)

@@ -1,7 +1,5 @@
 r"""Tension of the drive at rest when its line is inclined: the upper end carries what is below it."""
 
-from math import sin
-
 from cabledrive.parameters.drive import Drive
 
 
@@ -29,7 +27,7 @@ def lowest_static_tension(drive: Drive) -> float:
         Lowest tension [N]; zero or less means that a span hangs slack at rest.
     """
     length = drive.span_length
-    pull = -drive.layout.gravity * sin(drive.layout.inclination)
+    pull = -drive.layout.gravity_along
     masses, moments = [], []
     for span in drive.spans:
         carriages = drive.carriages_on(span)

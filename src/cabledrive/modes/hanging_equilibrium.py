@@ -1,7 +1,6 @@
 """Where a hanging mass rests: as printed, and with the stretch of the cable it pulls down."""
 
 from dataclasses import dataclass
-from math import cos, sin
 
 import numpy as np
 
@@ -66,7 +65,7 @@ def linear_equilibrium(drive: Drive, carriage: int = 0) -> HangingEquilibrium:
         If the sag is so deep that a sine would exceed 1.
     """
     hanging = hanging_carriage(drive, carriage)
-    sag = hanging.mass * drive.layout.gravity * cos(drive.layout.inclination) / hanging.lateral_stiffness
+    sag = hanging.mass * drive.layout.gravity_across / hanging.lateral_stiffness
     shorter = min(hanging.before, hanging.after)
     if sag >= shorter:
         raise NotComputed(
@@ -154,8 +153,9 @@ class _Pieces:
         run = (0.0, 1.0, -1.0) if upper else (-1.0, 0.0, 1.0)
         self.along = np.array([[1.0, 0.0, run[0]], [-1.0, 0.0, run[1]], [0.0, 0.0, run[2]]])
         self.across = np.array([[0.0, 1.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0]])
-        weight, slope = hanging.mass * drive.layout.gravity, drive.layout.inclination
-        self.load = np.array([weight * sin(slope) * (-1.0 if upper else 1.0), weight * cos(slope), 0.0])
+        weight = hanging.mass * drive.layout.gravity
+        along, across = hanging.mass * drive.layout.gravity_along, hanging.mass * drive.layout.gravity_across
+        self.load = np.array([-along if upper else along, across, 0.0])
         self.tolerance = 1e-12 * max(hanging.tension, weight) + 1e-14 * drive.cable.axial_rigidity
 
     def _geometry(self, place: Array) -> tuple[Array, Array, Array]:

@@ -1,6 +1,7 @@
 """Where the pulleys stand: one length, gravity, inclination."""
 
 from dataclasses import dataclass
+from math import cos, pi, sin
 
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import check_fields, quantity
@@ -36,3 +37,13 @@ class Layout:
             raise InputRefused(
                 f"span_length [m, unstretched] or pulley_distance [m, pretensioned]: {given} given; give one"
             )
+
+    @property
+    def gravity_along(self) -> float:
+        """Component of gravity from the load pulley towards the drive pulley [m/s^2]."""
+        return self.gravity * sin(self.inclination)
+
+    @property
+    def gravity_across(self) -> float:
+        """Component of gravity across the spans, in the plane of the loop [m/s^2]; exactly 0 if vertical."""
+        return 0.0 if abs(self.inclination) == pi / 2 else self.gravity * cos(self.inclination)

@@ -200,5 +200,5 @@ def _gravity(drive: Drive, sines: int) -> Array:
     """Projection of -g on w1 and +g on w2 onto the sines, (2.26), (2.27), shape (2, m) [m/s^2]."""
     m = np.arange(1, sines + 1)
     per_sine = 2.0 * (1.0 - np.cos(m * pi)) / (m * pi)
-    across = drive.layout.gravity * np.cos(drive.layout.inclination)
+    across = drive.layout.gravity_across
     return np.outer([-across, across], per_sine)
