@@ -16,6 +16,7 @@ from cabledrive.parameters import Drive, InputRefused, content_hash
 
 DEFAULT_COUNT = 10
 MOST_MODES = 20_000
+LOWEST_BELOW, HIGHEST_BELOW = 1e-30, 1e30
 PLANES = ("v", "w")
 
 
@@ -252,6 +253,11 @@ def _check_below(below: float, count: int | None, *bands: _Band) -> None:
         raise InputRefused(f"below = {below:.9g} Hz and count = {count} are both given: give one of the two")
     if not (isfinite(below) and below > 0.0):
         raise InputRefused(f"below = {below:.9g} Hz must be positive and finite: give the upper end in Hz")
+    if not LOWEST_BELOW <= below <= HIGHEST_BELOW:
+        raise InputRefused(
+            f"below = {below:.9g} Hz must lie between {LOWEST_BELOW:g} and {HIGHEST_BELOW:g} Hz: "
+            "no machine rings there"
+        )
     held = sum(band.count(2 * pi * below) for band in bands)
     if held > MOST_MODES:
         about = below * MOST_MODES / held

@@ -48,12 +48,12 @@ def inverse_iteration(
         polished = _polish(split, start, low, high)
         if polished is not None:
             return polished
-    band = FoldedBand(split)
+    stiffness = dynamic_stiffness(split, start)
+    band = FoldedBand(split, stiffness.ground_rate)
     if modes > band.free.size:
         return None
-    stiffness = dynamic_stiffness(split, start)
     solve = band.solver(stiffness)
-    shapes = solve(band.rate_load(stiffness, solve(band.rough_load(stiffness, modes))))
+    shapes = solve(band.rate_load(stiffness, solve(band.rough_load(modes))))
     omega, slack = start, _STAY * high
     for _ in range(_STEPS):
         shapes, shifts = _rayleigh_ritz(stiffness, band, shapes)
@@ -112,14 +112,18 @@ def _rayleigh_ritz(stiffness: DynamicStiffness, band: "FoldedBand", shapes: Arra
 
 
 class FoldedBand:
-    """Order of the unknowns that keeps a ring's matrix in a narrow band: both sides of the ring in turn.
+    r"""Order of the unknowns that keeps a ring's matrix in a narrow band: both sides of the ring in turn.
+
+    The unknowns are :math:`y = \sqrt{m}\,u`: round-off then counts by its energy, however unlike the masses.
 
     Parameters
     ----------
     split : Chain
+    masses : ndarray, shape (joints,)
+        Masses m that weigh the unknowns, cable included [kg].
     """
 
-    def __init__(self, split: Chain) -> None:
+    def __init__(self, split: Chain, masses: Array) -> None:
         self.free = free_joints(split)
         self._total = split.masses.size + (split.pendant is not None)
         self._place = _places(split, self.free)
@@ -133,29 +137,32 @@ class FoldedBand:
         places = [rows * place + middle for place in diagonal]
         places += [rows * column + middle + row - column for row, column in ((near, far), (far, near))]
         self._index = np.concatenate(places)
+        scale = 1.0 / np.sqrt(masses[self._order])
+        self._scale = scale[:, None]
+        weights = [scale[place] ** 2 for place in diagonal] + 2 * [scale[near] * scale[far]]
+        self._weights = np.concatenate(weights)
 
     def spread(self, shapes: Array) -> Array:
-        """Shapes at all joints, held ones at rest, from those at the unknowns.
+        """Displacements of all joints, held ones at rest, from the unknowns.
 
         Parameters
         ----------
         shapes : ndarray, shape (free joints, k)
-            In band order.
+            Unknowns, in band order.
 
         Returns
         -------
         ndarray, shape (joints, k)
         """
         out = np.zeros((self._total, shapes.shape[1]))
-        out[self.free] = shapes[self._place[self.free]]
+        out[self.free] = (self._scale * shapes)[self._place[self.free]]
         return out
 
-    def rough_load(self, stiffness: DynamicStiffness, modes: int) -> Array:
-        """Loads that no mode is orthogonal to, weighted by the masses so that low modes dominate.
+    def rough_load(self, modes: int) -> Array:
+        """Loads that no mode is orthogonal to.
 
         Parameters
         ----------
-        stiffness : DynamicStiffness
         modes : int
             Number of columns k.
 
@@ -165,10 +172,10 @@ class FoldedBand:
             In band order.
         """
         waves = np.outer(np.arange(1, self.free.size + 1), 1.0 + np.sqrt(2.0) * np.arange(1, modes + 1))
-        return np.cos(waves) * stiffness.ground_rate[self._order][:, None]
+        return np.cos(waves)
 
     def rate_load(self, stiffness: DynamicStiffness, shapes: Array) -> Array:
-        """Minus the derivative of the stiffness times the shapes.
+        """Minus the derivative of the stiffness times the unknowns.
 
         Parameters
         ----------
@@ -193,7 +200,7 @@ class FoldedBand:
         Returns
         -------
         callable
-            Takes loads, shape (free joints, k), to displacements: orthonormal, or one of largest entry 1.
+            Takes loads, shape (free joints, k), to unknowns: orthonormal, or one of largest entry 1.
         """
         from scipy.linalg.lapack import dgbtrf, dgbtrs
 
@@ -217,7 +224,8 @@ class FoldedBand:
         both = -link[self._both]
         values = (ground[self.free], link[self._left >= 0], link[self._right >= 0], both, both)
         rows = 3 * self._width + 1
-        entries = np.bincount(self._index, np.concatenate(values), rows * self.free.size)
+        weighted = self._weights * np.concatenate(values)
+        entries = np.bincount(self._index, weighted, rows * self.free.size)
         return np.asarray(entries, dtype=np.float64).reshape(-1, rows).T
 
 

@@ -17,7 +17,6 @@ MULTIPLE = 1e-10
 ENCLOSURE = 1e-12
 """Half-width, relative, of the interval in which each mode is proven to lie by two counts."""
 
-_CLUSTER = 1e-7
 _START = 2.0**-6
 
 
@@ -132,7 +131,7 @@ def _isolate(bracket: Bracket, count: ModeCounter, chain: Chain) -> Iterator[Bra
         if item.modes == 0:
             continue
         narrow = (item.high - item.low) * longest <= 0.5 or item.high * longest <= 2.0
-        if narrow and (item.modes == 1 or item.high - item.low <= _CLUSTER * item.high):
+        if narrow and (item.modes == 1 or item.high - item.low <= MULTIPLE * item.high):
             yield item
         else:
             stack.extend(reversed(item.halves(count)))
@@ -160,9 +159,9 @@ def _refine(bracket: Bracket, count: ModeCounter, chain: Chain) -> list[ChainMod
 
 
 def _narrow(bracket: Bracket, count: ModeCounter, share: float) -> Bracket:
-    """Bisect on the count down to a share of the width, as long as the modes stay together."""
+    """Bisect on the count to a share of the width and clear of zero, as long as the modes stay together."""
     width = share * (bracket.high - bracket.low)
-    while bracket.high - bracket.low > max(width, 1e-15 * bracket.high):
+    while bracket.high - bracket.low > max(min(width, 0.5 * bracket.high), 1e-15 * bracket.high):
         holding = [half for half in bracket.halves(count) if half.modes]
         if len(holding) > 1:
             break
