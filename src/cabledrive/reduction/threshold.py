@@ -71,8 +71,9 @@ def threshold_torque(
     """
     c = averaged_coefficients(model, torque=1.0, forcing=forcing, drift=False)
     per_torque = np.abs(c.force) * np.abs(c.pump)
-    torque = critical_pumping(c, second=second) * np.abs(-0.5 * c.damping + 1j * c.detuning) / per_torque
-    return np.asarray(np.min(torque, axis=0))
+    resistance = np.abs(-0.5 * c.damping + 1j * c.detuning)
+    pumping = np.where(resistance == 0.0, 0.0, critical_pumping(c, second=second))
+    return np.asarray(np.min(pumping * resistance / per_torque, axis=0))
 
 
 def pulley_amplitude(c: AveragedCoefficients, build_up: float = np.inf) -> Array:
@@ -162,7 +163,8 @@ def growth_torque(
 ) -> float:
     r"""Torque, switched on at rest, that multiplies a small transverse motion within a time, Eq. (A.25).
 
-    .. math:: \int_0^T\operatorname{Re}\sqrt{\mu^2 - (\delta_j + \mu^2/4\nu)^2}\,\mathrm{d}t - \tfrac12\Gamma T
+    .. math:: \int_0^T\operatorname{Re}\sqrt{\mu^2 - (\delta_j + \mu^2/4\nu)^2}\,\mathrm{d}t
+              - \tfrac12\Gamma T
               = \ln F, \qquad \mu = |k_j f|\,\Big|\frac{e^{\lambda t} - 1}{\lambda}\Big|, \quad
               \lambda = -\tfrac12 c + i\delta
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import ceil, pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,7 +63,7 @@ def nearest_section(chain: LabelledChain, pulley: float, number: int | None) -> 
     -------
     Section
     """
-    found = section_modes(chain, number or HIGHEST_NUMBER)
+    found = section_modes(chain, number or _enough(chain, pulley))
     chosen = found[number - 1] if number else min(found, key=lambda mode: abs(mode.omega - 0.5 * pulley))
     pieces = waves(chain, chosen)
     largest = max(wave.largest_displacement for wave in pieces)
@@ -74,6 +75,12 @@ def nearest_section(chain: LabelledChain, pulley: float, number: int | None) -> 
     )
     unit = tuple(replace(wave, slope=wave.slope / largest) for wave in pieces)
     return Section(label=label, omega=chosen.omega, mass=largest**-2, waves=unit)
+
+
+def _enough(chain: LabelledChain, pulley: float) -> int:
+    """How many modes reach beyond half the pulley mode: no more than of a string without masses."""
+    turns = 0.5 * pulley * float(chain.chain.travel_times.sum()) / pi
+    return min(HIGHEST_NUMBER, ceil(turns) + chain.chain.masses.size - 1)
 
 
 def coupling_of(drive: Drive, along: Sequence[Wave], sections: Sequence[Section]) -> Array:

@@ -1,0 +1,91 @@
+"""The map of the internal resonance as one interactive page that needs no other file and no network."""
+
+import json
+from importlib import resources
+
+import jinja2
+import numpy as np
+from markupsafe import Markup
+
+from cabledrive.report.numbers import number, quantity
+from cabledrive.report.style import theme_css
+from cabledrive.studies.resonance_map import GrowthMap
+
+_TEMPLATES = resources.files("cabledrive.report") / "templates"
+
+
+def resonance_map_page(growth: GrowthMap, referee: str = "") -> str:
+    """Set the map as a page.
+
+    Parameters
+    ----------
+    growth : GrowthMap
+    referee : str, default ""
+        What the exact loop says at some points of the map; put into the caption.
+
+    Returns
+    -------
+    str
+        HTML.
+    """
+    from cabledrive import __version__
+
+    text = (_TEMPLATES / "resonance_map.html").read_text(encoding="utf-8")
+    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
+    return environment.from_string(text).render(
+        map=growth,
+        css=Markup(theme_css() + (_TEMPLATES / "report.css").read_text(encoding="utf-8")),
+        data=Markup(_data(growth).replace("<", "\\u003c")),
+        summary=summary_line(growth),
+        referee=referee,
+        number=number,
+        version=__version__,
+    )
+
+
+def summary_line(growth: GrowthMap) -> str:
+    """The map in one sentence.
+
+    Parameters
+    ----------
+    growth : GrowthMap
+
+    Returns
+    -------
+    str
+    """
+    finite = growth.growth[np.isfinite(growth.growth)]
+    reach = f"grows up to {number(float(finite.max()))} times" if finite.size else "is slack everywhere"
+    slack = (
+        f"; a span goes slack in {100 * float(np.mean(growth.slack)):.3g} % of it"
+        if growth.slack.any()
+        else ""
+    )
+    return (
+        f"Between {quantity(float(growth.pretension[0]), 'N')} and "
+        f"{quantity(float(growth.pretension[-1]), 'N')}, torque up to "
+        f"{quantity(float(growth.torque[-1]), 'N m')}, a small transverse motion {reach} in "
+        f"{number(growth.duration)} s{slack}."
+    )
+
+
+def _data(growth: GrowthMap) -> str:
+    finite = growth.growth[np.isfinite(growth.growth)]
+    return json.dumps(
+        {
+            "pretension": _rounded(growth.pretension),
+            "torque": _rounded(growth.torque),
+            "growth": [_rounded(row) for row in growth.growth],
+            "pulley": [_rounded(row) for row in growth.pulley],
+            "threshold": _rounded(growth.threshold),
+            "tuned": list(growth.tuned),
+            "own_pretension": growth.own_pretension,
+            "own_torque": growth.own_torque,
+            "highest": float(finite.max()) if finite.size else 10.0,
+        },
+        allow_nan=False,
+    )
+
+
+def _rounded(values: np.ndarray) -> list[float | None]:
+    return [float(f"{value:.6g}") if np.isfinite(value) else None for value in values]

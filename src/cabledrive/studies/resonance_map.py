@@ -1,0 +1,182 @@
+"""Growth over pretension and torque: the map of the internal resonance, with the drive's own point on it."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cabledrive.modes.tuning import resonant_pairs
+from cabledrive.parameters import Drive, InputRefused, content_hash
+from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension, autoparametric_model
+from cabledrive.reduction.averaging import averaged_coefficients
+from cabledrive.reduction.ensembles import averaged_ensemble, oscillator_ensemble
+from cabledrive.reduction.oscillators import oscillator_coefficients
+from cabledrive.reduction.start_map import plucked
+from cabledrive.reduction.threshold import threshold_torque
+
+Array = NDArray[np.float64]
+
+POINTS = 100
+STEPS_PER_PERIOD = 12
+SPREAD = 0.25
+"""Pretensions of the map reach so far beyond the drive's own and the tuned one."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class GrowthMap:
+    """Largest transverse amplitude after a time, over pretension and torque.
+
+    Attributes
+    ----------
+    drive : str
+        Name.
+    drive_hash : str
+    pretension : ndarray, shape (p,)
+        [N].
+    torque : ndarray, shape (t,)
+        [N m].
+    growth : ndarray, shape (t, p)
+        Largest amplitude of any section over the pluck [-]; NaN where a span went slack.
+    pulley : ndarray, shape (t, p)
+        Largest q [m]; NaN likewise.
+    slack : ndarray of bool, shape (t, p)
+        Where a span went slack on the way: the model ends there.
+    threshold : ndarray, shape (p,)
+        Threshold torque [N m].
+    own_pretension, own_torque : float
+        The drive's point.
+    tuned : tuple of float
+        Tuned pretensions within the map [N].
+    pluck, duration : float
+        Half-sine pluck of the first section [m], half of it on the next; time of the map [s].
+    method : {"oscillators", "averaged"}
+    """
+
+    drive: str
+    drive_hash: str
+    pretension: Array
+    torque: Array
+    growth: Array
+    pulley: Array
+    slack: NDArray[np.bool_]
+    threshold: Array
+    own_pretension: float
+    own_torque: float
+    tuned: tuple[float, ...]
+    pluck: float
+    duration: float
+    method: str
+
+
+def growth_map(
+    drive: Drive,
+    *,
+    torque: float,
+    pretensions: ArrayLike | None = None,
+    torques: ArrayLike | None = None,
+    duration: float = 1.0,
+    pluck: float | None = None,
+    method: str = "oscillators",
+    threads: int = 2,
+) -> GrowthMap:
+    """Largest motion over pretension and torque at the pulley mode's frequency, from a small unequal pluck.
+
+    The unstretched lengths are kept while the tension changes. Of more than two sections the two that come
+    nearest to resonance at the drive's own pretension are taken.
+
+    Parameters
+    ----------
+    drive : Drive
+    torque : float
+        The drive's own torque [N m]; the map goes to three times it unless told.
+    pretensions, torques : array_like, optional
+        Axes of the map [N], [N m]; 100 each unless given.
+    duration : float, default 1.0
+        [s].
+    pluck : float, optional
+        [m]; 1e-4 of the span unless given.
+    method : {"oscillators", "averaged"}, default "oscillators"
+    threads : int, default 2
+
+    Returns
+    -------
+    GrowthMap
+
+    Raises
+    ------
+    InputRefused
+        If the drive has no pulley mode, or an axis is empty, negative or not finite.
+    """
+    tuned = tuple(sorted({pair.tuned_pretension for pair in resonant_pairs(drive) if pair.tuned_pretension}))
+    tension = _axis(pretensions, _tension_range(drive, tuned), "pretensions", positive=True)
+    taus = _axis(torques, (0.0, 3.0 * torque if torque > 0.0 else 1.0), "torques", positive=False)
+    height = 1e-4 * drive.span_length if pluck is None else pluck
+    nearest = min(
+        tuned, key=lambda value: abs(value - drive.cable.pretension), default=drive.cable.pretension
+    )
+    model = _nearest_two(autoparametric_model(replace(drive, cable=replace(drive.cable, pretension=nearest))))
+    lanes = at_pretension(model, np.repeat(tension[None], taus.size, axis=0).ravel())
+    amplitude = np.repeat(taus, tension.size)
+    plucks = np.outer(height * np.array([1.0, 0.5])[: model.coupling.size], np.ones(amplitude.size))
+    if method == "averaged":
+        c = averaged_coefficients(lanes, torque=amplitude)
+        largest = averaged_ensemble(c, plucked(c, plucks, second=False), duration, threads=threads)
+    elif method == "oscillators":
+        step = 2 * np.pi / model.natural / STEPS_PER_PERIOD
+        oscillators = oscillator_coefficients(lanes, step, torque=amplitude)
+        largest = oscillator_ensemble(oscillators, plucks, int(np.ceil(duration / step)), threads=threads)
+    else:
+        raise InputRefused(f'method = "{method}" must be "oscillators" or "averaged"')
+    shape = (taus.size, tension.size)
+    pulley = largest.pulley.reshape(shape)
+    slack = ~(pulley <= np.asarray(at_pretension(model, tension).slack_amplitude)[None])
+    return GrowthMap(
+        drive=drive.name,
+        drive_hash=content_hash(drive),
+        pretension=tension,
+        torque=taus,
+        growth=np.where(slack, np.nan, np.max(largest.spans, axis=0).reshape(shape) / height),
+        pulley=np.where(slack, np.nan, pulley),
+        slack=slack,
+        threshold=threshold_torque(at_pretension(model, tension)),
+        own_pretension=drive.cable.pretension,
+        own_torque=torque,
+        tuned=tuple(value for value in tuned if tension[0] <= value <= tension[-1]),
+        pluck=height,
+        duration=duration,
+        method=method,
+    )
+
+
+def _tension_range(drive: Drive, tuned: tuple[float, ...]) -> tuple[float, float]:
+    own = drive.cable.pretension
+    nearest = min(tuned, key=lambda value: abs(np.log(value / own)), default=own)
+    low, high = min(own, nearest), max(own, nearest)
+    return low / (1 + SPREAD), high * (1 + SPREAD)
+
+
+def _axis(given: ArrayLike | None, span: tuple[float, float], name: str, *, positive: bool) -> Array:
+    axis = np.linspace(*span, POINTS) if given is None else np.asarray(given, dtype=float)
+    good = axis.ndim == 1 and axis.size > 0 and bool(np.all(np.isfinite(axis)))
+    if not good or np.any(axis < 0.0) or (positive and np.any(axis <= 0.0)):
+        bound = "positive" if positive else "not negative"
+        raise InputRefused(f"{name}: a list of finite numbers, {bound}, is needed: give one or more")
+    return np.sort(axis)
+
+
+def _nearest_two(model: AutoparametricModel) -> AutoparametricModel:
+    """The two sections that a torque reaches first."""
+    if model.coupling.size <= 2:
+        return model
+    c = averaged_coefficients(model, torque=1.0, drift=False)
+    order = np.argsort(np.abs(c.transverse_detuning) / np.abs(c.pump))[:2]
+    return replace(
+        model,
+        modes=tuple(model.modes[i] for i in order),
+        transverse=model.transverse[order],
+        transverse_mass=model.transverse_mass[order],
+        coupling=model.coupling[order],
+        stiffening=model.stiffening[np.ix_(order, order)],
+        uneven=model.uneven[order],
+        tension_offset=model.tension_offset[order],
+    )

@@ -1,0 +1,228 @@
+"""What would bring a drive out of its internal resonance, and how much of it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.parameters import Drive
+from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension, autoparametric_model
+from cabledrive.reduction.averaging import AveragedCoefficients, averaged_coefficients
+from cabledrive.reduction.threshold import threshold_torque
+from cabledrive.studies.resonance import CLOSE, SAFE, standing_of
+
+Array = NDArray[np.float64]
+
+REACH = 1.0
+"""Pretension and inertia are sought up to so many times their value away."""
+
+_TRIALS = 48
+_HALVINGS = 24
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Remedy:
+    """One change that makes the verdict safe.
+
+    Attributes
+    ----------
+    change : {"raise pretension", "lower pretension", "add inertia", "add damping", "limit torque"}
+    value : float or None
+        New pretension [N], inertia to add at the load pulley [kg m^2], viscous friction to add there [N m
+        s/rad], or largest torque [N m]; None where none does within reach.
+    relative : float or None
+        Change of the quantity, relative to its value.
+    text : str
+        In words.
+    """
+
+    change: str
+    value: float | None
+    relative: float | None
+    text: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sensitivity:
+    """How the distance from tuning and the threshold move.
+
+    Attributes
+    ----------
+    detuning_per_pretension : float
+        Of the deciding mode [rad/s per N].
+    detuning_per_inertia : float
+        At the load pulley [rad/s per kg m^2].
+    threshold_per_transverse_damping, threshold_per_friction : float
+        Relative change of the threshold at the drive's own pretension, per 1/s of Gamma, and per N m s/rad of
+        friction at the load pulley.
+    """
+
+    detuning_per_pretension: float
+    detuning_per_inertia: float
+    threshold_per_transverse_damping: float
+    threshold_per_friction: float
+
+
+def remedies(drive: Drive, torque: float) -> tuple[Remedy, ...]:
+    """Changes, each by itself, that make a drive safe under a torque.
+
+    Parameters
+    ----------
+    drive : Drive
+        Not safe.
+    torque : float
+        [N m].
+
+    Returns
+    -------
+    tuple of Remedy
+    """
+    model = autoparametric_model(drive)
+    return (
+        _pretension(drive, torque, +1),
+        _pretension(drive, torque, -1),
+        _inertia(drive, torque),
+        _damping(drive, model, torque),
+        _torque(model),
+    )
+
+
+def sensitivity(drive: Drive, torque: float) -> Sensitivity:
+    """Derivatives of detuning and threshold by what a designer can change.
+
+    Parameters
+    ----------
+    drive : Drive
+    torque : float
+        Of the verdict [N m]; it chooses the deciding mode.
+
+    Returns
+    -------
+    Sensitivity
+    """
+    model = autoparametric_model(drive)
+    mode = standing_of(model, torque).mode
+    step = 1e-4 * model.pretension
+    above, below = (at_pretension(model, model.pretension + sign * step) for sign in (1, -1))
+    slope = (above.transverse[mode] - below.transverse[mode]) / (2 * step)
+    load = drive.load_pulley
+    inertia = model.natural * (model.rims[1] / load.radius) ** 2 / (4 * model.modal_mass)
+    return Sensitivity(
+        detuning_per_pretension=float(slope),
+        detuning_per_inertia=inertia,
+        threshold_per_transverse_damping=_relative_slope(
+            lambda more: replace(model, transverse_damping=model.transverse_damping + more), 1e-3
+        ),
+        threshold_per_friction=_relative_slope(
+            lambda more: replace(
+                model, modal_damping=model.modal_damping + _damping_per_friction(drive, model) * more
+            ),
+            1e-3 / _damping_per_friction(drive, model),
+        ),
+    )
+
+
+def _relative_slope(changed: Callable[[float], AutoparametricModel], step: float) -> float:
+    low, high = (float(threshold_torque(changed(more))) for more in (0.0, step))
+    return (high - low) / (step * high) if np.isfinite(high) and high > 0.0 else 0.0
+
+
+def _damping_per_friction(drive: Drive, model: AutoparametricModel) -> float:
+    """c_q per viscous friction at the load pulley [1/s / (N m s)]."""
+    return (model.rims[1] / drive.load_pulley.radius) ** 2 / model.modal_mass
+
+
+def _safe(drive: Drive, torque: float) -> bool:
+    return standing_of(autoparametric_model(drive), torque).verdict == SAFE
+
+
+def _first_safe(trial: Callable[[float], Drive], torque: float) -> float | None:
+    """Smallest share of the reach at which the drive is safe, refined by halving."""
+    shares = REACH * (np.arange(1, _TRIALS + 1) / _TRIALS) ** 2
+    last = 0.0
+    for share in shares:
+        if _safe(trial(float(share)), torque):
+            low, high = last, float(share)
+            for _ in range(_HALVINGS):
+                if high - low < 1e-3 * high:
+                    break
+                middle = 0.5 * (low + high)
+                low, high = (low, middle) if _safe(trial(middle), torque) else (middle, high)
+            return high
+        last = float(share)
+    return None
+
+
+def _pretension(drive: Drive, torque: float, sign: int) -> Remedy:
+    cable = drive.cable
+
+    def _trial(share: float) -> Drive:
+        factor = 1.0 + share if sign > 0 else 1.0 / (1.0 + share)
+        return replace(drive, cable=replace(cable, pretension=cable.pretension * factor))
+
+    word = "raise" if sign > 0 else "lower"
+    share = _first_safe(_trial, torque)
+    if share is None:
+        return Remedy(
+            change=f"{word} pretension",
+            value=None,
+            relative=None,
+            text=f"no {word}ed pretension within a factor {1 + REACH:.3g} makes it safe".replace("eed", "ed"),
+        )
+    new = _trial(share).cable.pretension
+    relative = new / cable.pretension - 1.0
+    limit = cable.strain_limit
+    beyond = limit is not None and new / cable.axial_rigidity > limit
+    return Remedy(
+        change=f"{word} pretension",
+        value=new,
+        relative=relative,
+        text=f"{word} the pretension by {abs(100 * relative):.3g} % to {new:.4g} N"
+        + (" (above the cable's elastic range)" if beyond else ""),
+    )
+
+
+def _inertia(drive: Drive, torque: float) -> Remedy:
+    load = drive.load_pulley
+
+    def _trial(share: float) -> Drive:
+        heavier = replace(load, inertia=load.inertia * (1.0 + share))
+        return replace(drive, pulley=(drive.drive_pulley, heavier))
+
+    share = None if load.fixed else _first_safe(_trial, torque)
+    if share is None:
+        text = f"no inertia up to {REACH:.3g} times the load pulley's own, added to it, makes it safe"
+        return Remedy(change="add inertia", value=None, relative=None, text=text)
+    added = load.inertia * share
+    text = f"add {added:.4g} kg m^2 to the load pulley (+{100 * share:.3g} %)"
+    return Remedy(change="add inertia", value=added, relative=share, text=text)
+
+
+def _damping(drive: Drive, model: AutoparametricModel, torque: float) -> Remedy:
+    """Friction at the load pulley that lifts the safe torque at the drive's own pretension."""
+    c = averaged_coefficients(model, torque=torque, drift=False)
+    with np.errstate(divide="ignore"):
+        needed = np.max(np.abs(c.force) * np.abs(c.pump) / _safe_pumping(c))
+    if drive.load_pulley.fixed or not np.isfinite(needed):
+        text = "no friction at the load pulley makes it safe: the cable is undamped at exact tuning"
+        return Remedy(change="add damping", value=None, relative=None, text=text)
+    wanted = 2.0 * float(np.sqrt(max(needed**2 - float(c.detuning) ** 2, 0.0)))
+    friction = max(0.0, wanted - model.modal_damping) / _damping_per_friction(drive, model)
+    text = f"damp the load pulley by {friction:.3g} N m s/rad more"
+    return Remedy(change="add damping", value=friction, relative=None, text=text)
+
+
+def _torque(model: AutoparametricModel) -> Remedy:
+    c = averaged_coefficients(model, torque=1.0, drift=False)
+    resistance = float(np.abs(-0.5 * c.damping + 1j * c.detuning))
+    limit = float(np.min(_safe_pumping(c) * resistance / (np.abs(c.force) * np.abs(c.pump))))
+    text = f"keep the torque at the pulley mode's frequency below {limit:.3g} N m"
+    if limit == 0.0:
+        text = "no torque at the pulley mode's frequency is small enough: the threshold is zero"
+    return Remedy(change="limit torque", value=limit, relative=None, text=text)
+
+
+def _safe_pumping(c: AveragedCoefficients) -> Array:
+    """Strength of pumping at which each mode lies just outside the margin of the tongue [rad/s]."""
+    return np.hypot(c.transverse_detuning / CLOSE, 0.5 * c.transverse_damping)
