@@ -23,7 +23,27 @@ def count_line(
     first_fixed: bool,
     last_fixed: bool,
 ) -> int:
-    """Modes of a line below omega: negative pivots from joint to joint, and modes inside segments."""
+    """Modes of a line below omega: negative pivots from joint to joint, and modes inside segments.
+
+    Parameters
+    ----------
+    omega : float
+        Angular frequency [rad/s].
+    times, masses : sequence of float
+        Travel times of the segments [s] and masses of the joints [kg].
+    impedance : float
+        Wave impedance [kg/s].
+    spring, pendant_mass : float
+        The pendant's stiffness [N/m] and mass [kg]; 0 if there is none.
+    pendant_joint : int
+        Where it hangs.
+    first_fixed, last_fixed : bool
+        Whether the ends are held.
+
+    Returns
+    -------
+    int
+    """
     count = 0
     pendant = 0.0
     if spring > 0.0:
@@ -76,7 +96,29 @@ def count_ring(
     pendant_joint: int,
     second_cut: int,
 ) -> tuple[int, float]:
-    """Modes of a ring below omega, and the count's relative distance from round-off: two joints are left."""
+    """Modes of a ring below omega: both halves eliminated, the two joints between them counted last.
+
+    Parameters
+    ----------
+    omega : float
+        Angular frequency [rad/s].
+    times, masses : sequence of float
+        Travel times of the segments [s] and masses of the joints [kg].
+    impedance : float
+        Wave impedance [kg/s].
+    spring, pendant_mass : float
+        The pendant's stiffness [N/m] and mass [kg]; 0 if there is none.
+    pendant_joint : int
+        Where it hangs.
+    second_cut : int
+        Joint that parts the halves, joint 0 being the other one.
+
+    Returns
+    -------
+    count : int
+    margin : float
+        Distance of the count from round-off, relative.
+    """
     count = 0
     worst = 1.0
     pendant = 0.0

@@ -213,6 +213,7 @@ class FoldedBand:
             factors, pivots, info = dgbtrf(band, width, width)
 
         def solve(load: Array) -> Array:
+            """Unknowns under a load."""
             solution = dgbtrs(factors, width, width, load, pivots)[0]
             solution /= np.max(np.abs(solution), axis=0)
             return np.linalg.qr(solution)[0] if load.shape[1] > 1 else solution
