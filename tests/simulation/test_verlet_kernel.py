@@ -3,7 +3,8 @@
 What it calls, and is tested with it: `cabledrive.simulation.kernels.segments`,
 `cabledrive.simulation.kernels.shafts`, `cabledrive.simulation.kernels.steps`,
 `cabledrive.simulation.kernels.axial_damping`, `cabledrive.simulation.kernels.observe`, all compiled by
-`cabledrive.mechanics.compiled`.
+`cabledrive.mechanics.compiled`. The node-centred scheme, `cabledrive.simulation.kernels.node_centred`, shares
+all but the equations at the nodes.
 """
 
 from dataclasses import replace
@@ -16,10 +17,12 @@ from cabledrive.mechanics.mesh import mesh_of
 from cabledrive.parameters.carriage import Carriage
 from cabledrive.parameters.drive_file import load_drive
 from cabledrive.simulation.channels import CHANNELS, WIDTH
+from cabledrive.simulation.kernels import node_centred
 from cabledrive.simulation.kernels.segments import LARGEST_Z, segment_tensions
 from cabledrive.simulation.kernels.shafts import solve_shafts
 from cabledrive.simulation.kernels.verlet import march
 from cabledrive.simulation.plan import COULOMB, SMOOTH, TURNS, plan_of
+from cabledrive.simulation.readable import node_centred as readable_node_centred
 from cabledrive.simulation.readable.shafts import solve_shafts_reference
 from cabledrive.simulation.readable.verlet import march_reference
 from cabledrive.simulation.state import copy_state, new_state
@@ -100,12 +103,19 @@ def taken(function, plan, start, torque, forces):
     return code, state, rows, fields
 
 
-@pytest.mark.parametrize("case", CASES)
-def test_the_compiled_march_equals_the_readable_one(case):
+NODE_CENTRED = [*LAWS, "line", "damped", "sloped", "held load", "stick-slip", "smoothed", "motor", "steep"]
+
+
+@pytest.mark.parametrize(
+    ("case", "compiled", "readable"),
+    [(case, march, march_reference) for case in CASES]
+    + [(case, node_centred.march, readable_node_centred.march_reference) for case in NODE_CENTRED],
+)
+def test_the_compiled_march_equals_the_readable_one(case, compiled, readable):
     """Displacements, velocities, tallies, extremes, events, records, fields after 36 steps, to round-off."""
     inputs = setting(case)
-    code, state, rows, fields = taken(march, *inputs)
-    code_r, state_r, rows_r, fields_r = taken(march_reference, *inputs)
+    code, state, rows, fields = taken(compiled, *inputs)
+    code_r, state_r, rows_r, fields_r = taken(readable, *inputs)
     assert code == code_r == 0
     for name, ours, theirs in zip(state._fields, state, state_r, strict=True):
         if name == "tallies":

@@ -133,9 +133,8 @@ def attributes(result: SimulationResult) -> dict[str, Any]:
     dict
         No time of day and no wall time in it: the same run gives the same file.
     """
-    whole = {
-        key: value for key, value in result.summary().items() if key not in ("wall_time", "error_estimate")
-    }
+    whole = {**result.provenance, **result.summary()}
+    del whole["wall_time"], whole["error_estimate"]
     return {
         key: value if isinstance(value, int | float | str) else json.dumps(value)
         for key, value in whole.items()

@@ -3,9 +3,10 @@
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import nearest
 from cabledrive.simulation.method import Method
+from cabledrive.simulation.node_centred import NodeCentred
 from cabledrive.simulation.verlet import StoermerVerlet
 
-METHODS: dict[str, Method] = {method.name: method for method in (StoermerVerlet(),)}
+METHODS: dict[str, Method] = {method.name: method for method in (StoermerVerlet(), NodeCentred())}
 
 
 def method_named(name: str) -> Method:

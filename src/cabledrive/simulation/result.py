@@ -175,7 +175,6 @@ class SimulationResult:
             "stopped": self.stopped,
             "error_estimate": asdict(self.error_estimate) if self.error_estimate else None,
             "wall_time": self.wall_time,
-            **self.provenance,
         }
 
     def _least_tension(self) -> float | None:

@@ -137,9 +137,9 @@ def _run_to_file(
 
 
 def _how_to_go_on(result: SimulationResult, output: str | Path | None) -> str:
-    reached = f"interrupted at t = {result.steps * result.step:.6g} s"
+    reached = f"{result.steps * result.step:.6g} s were simulated"
     if output is None:
-        return f"{reached}; with an output file it could be resumed"
+        return f"{reached}; with an output file the run could be resumed"
     return f"{reached}; go on with the same command and --resume"
 
 

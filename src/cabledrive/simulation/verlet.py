@@ -35,7 +35,18 @@ class StoermerVerlet(Method):
         rows: Array,
         fields: Array,
     ) -> int:
-        """Take a step for each entry of `torque`, see `Method.march`."""
+        """Take a step for each entry of `torque`, see `Method.march`.
+
+        Parameters
+        ----------
+        plan, state, work, torque, forces, every, rows, fields
+            See `Method.march`.
+
+        Returns
+        -------
+        int
+            See `Method.march`.
+        """
         if numba_at_hand():
             from cabledrive.simulation.kernels.verlet import march
         else:

@@ -2,7 +2,7 @@
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import njit, njit_inlined
-from cabledrive.simulation.channels import COULOMB_LOSS, JOINT_LOSS, TORQUE_WORK, VISCOUS_LOSS
+from cabledrive.simulation.channels import COULOMB_LOSS, JOINT_LOSS, TALLIES, TORQUE_WORK, VISCOUS_LOSS
 from cabledrive.simulation.kernels.segments import segment_strain
 from cabledrive.simulation.kernels.shafts import SHAFTS, add_to, solve_shafts
 from cabledrive.simulation.plan import INVERSE_SPACING, VISCOUS, WEIGHT_U, Integers, Plan
@@ -23,6 +23,27 @@ def keep_extremes(segments: int, spans: int, probe: Array, x: Array, motor: Arra
         for axis in range(1, 3):
             size = abs((1.0 - share) * x[axis, i] + share * x[axis, i + 1])
             extremes[5 + 2 * span + axis] = max(extremes[5 + 2 * span + axis], size)
+
+
+@njit_inlined
+def keep_before(
+    x: Array,
+    x_t: Array,
+    motor: Array,
+    tallies: Array,
+    before: Array,
+    before_motor: Array,
+    before_tallies: Array,
+) -> None:
+    """Keep what a record needs from before the kick."""
+    for axis in range(3):
+        for i in range(x.shape[1]):
+            before[0, axis, i] = x[axis, i]
+            before[1, axis, i] = x_t[axis, i]
+    for i in range(2):
+        before_motor[i] = motor[i]
+        for k in range(TALLIES):
+            before_tallies[i, k] = tallies[i, k]
 
 
 @njit

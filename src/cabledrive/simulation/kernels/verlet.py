@@ -6,12 +6,13 @@ equal segments without carriages; the long ones everything else.
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import njit, njit_inlined
-from cabledrive.simulation.channels import AXIAL_LOSS, BALANCE, FORCE_WORK, TALLIES, TRANSVERSE_LOSS
+from cabledrive.simulation.channels import AXIAL_LOSS, BALANCE, FORCE_WORK, TRANSVERSE_LOSS
 from cabledrive.simulation.kernels.axial_damping import solve_span, strain_directions
 from cabledrive.simulation.kernels.observe import observe
 from cabledrive.simulation.kernels.segments import segment_tensions
 from cabledrive.simulation.kernels.shafts import SHAFTS, add_to
 from cabledrive.simulation.kernels.steps import (
+    keep_before,
     keep_extremes,
     note_slack,
     shaft_forces,
@@ -62,7 +63,7 @@ def march(
         keep_extremes(n, plan.spans, plan.probe, x, motor, state.extremes)
         recording = j % every == 0
         if recording:
-            _keep(x, x_t, motor, tallies, work.before, work.before_motor, work.before_tallies)
+            keep_before(x, x_t, motor, tallies, work.before, work.before_motor, work.before_tallies)
         slack = segment_tensions(
             plan.law, plan.tension_only, plan.pretension, plan.rigidity, x, inverse_spacing, p
         )
@@ -93,27 +94,6 @@ def march(
                 return NOT_FINITE
             record += 1
     return DONE
-
-
-@njit_inlined
-def _keep(
-    x: Array,
-    x_t: Array,
-    motor: Array,
-    tallies: Array,
-    before: Array,
-    before_motor: Array,
-    before_tallies: Array,
-) -> None:
-    """Keep what a record needs from before the kick."""
-    for axis in range(3):
-        for i in range(x.shape[1]):
-            before[0, axis, i] = x[axis, i]
-            before[1, axis, i] = x_t[axis, i]
-    for i in range(2):
-        before_motor[i] = motor[i]
-        for k in range(TALLIES):
-            before_tallies[i, k] = tallies[i, k]
 
 
 @njit_inlined

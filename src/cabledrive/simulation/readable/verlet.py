@@ -102,7 +102,7 @@ def step_reference(
     old, motor_old = state.x_t.copy(), float(state.motor[1])
     new = _kicked(plan, old, excess, forces)
     shaft_old = np.array([*old[0, [0, plan.segments]], motor_old])
-    shaft_force = _shaft_forces(plan, state, excess[0], torque)
+    shaft_force = shaft_forces_reference(plan, state, excess[0], torque)
     matrix = plan.shaft_matrices[0]
     direction = damper_directions(plan, law, state.x)
     if plan.axial_damping > 0.0:
@@ -116,7 +116,7 @@ def step_reference(
     new[0, [0, plan.segments]] = shaft_new[:2]
     if plan.closed:
         new[0, -1] = new[0, 0]
-    _tally(plan, state, old, new, 0.5 * (shaft_old + shaft_new), friction, torque, forces)
+    tally_reference(plan, state, old, new, 0.5 * (shaft_old + shaft_new), friction, torque, forces)
     state.x_t[:] = new
     state.x[:] += plan.step * new
     state.motor[1] = shaft_new[2]
@@ -138,7 +138,7 @@ def _kicked(plan: Plan, old: Array, excess: Array, forces: Array) -> Array:
     return new
 
 
-def _shaft_forces(plan: Plan, state: State, pull: Array, torque: float) -> Array:
+def shaft_forces_reference(plan: Plan, state: State, pull: Array, torque: float) -> Array:
     """Forces on drive rim, load rim and motor at the step's time."""
     n = plan.segments
     twisted = plan.joint_stiffness * (state.x[0, 0] - state.motor[0])
@@ -188,7 +188,7 @@ def _damp(plan: Plan, state: State, direction: Array, old: Array, new: Array, ri
     state.tallies[0, AXIAL_LOSS] += plan.step * np.sum(plan.segment[COMPLIANCE] * q**2)
 
 
-def _tally(
+def tally_reference(
     plan: Plan,
     state: State,
     old: Array,

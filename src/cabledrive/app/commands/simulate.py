@@ -1,0 +1,174 @@
+"""`cabledrive simulate`: the nonlinear cable loop in time, with an audit of its own error."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from cabledrive.app.messages import QUIET, note
+from cabledrive.app.options import (
+    NewFile,
+    NewFileType,
+    Quantity,
+    Subcommand,
+    answering,
+    drive_argument,
+    force_option,
+)
+from cabledrive.app.results import Answer, provenance
+from cabledrive.parameters import Drive, InputRefused
+from cabledrive.simulation import (
+    Constant,
+    Pluck,
+    Recording,
+    Scheme,
+    Signal,
+    SimulationResult,
+    SimulationStopped,
+    Sine,
+    Start,
+    simulate,
+)
+
+
+@click.command(
+    cls=Subcommand,
+    example="cabledrive simulate dissertation-2 --duration 1 --torque-amplitude 0.02 --torque-frequency 81.7 "
+    "--pluck-upper '1 mm' -o run.nc",
+    short_help="March the nonlinear cable loop in time.",
+)
+@answering
+@force_option
+@click.option(
+    "-o", "--output", type=NewFileType(".nc"), metavar="RUN.nc", help="Write everything to RUN.nc (NetCDF)."
+)
+@drive_argument
+@click.option("--duration", type=Quantity("s"), required=True, metavar="S", help="Length of the run.")
+@click.option("--torque-amplitude", type=Quantity("N m"), metavar="NM", help="Torque of the motor, a sine.")
+@click.option(
+    "--torque-frequency", type=Quantity("Hz"), metavar="HZ", help="Its frequency; 0: a constant torque."
+)
+@click.option(
+    "--pluck-upper", type=Quantity("m"), default=0.0, metavar="M", help="Height of a pluck in w, at midspan."
+)
+@click.option(
+    "--pluck-lower", type=Quantity("m"), default=0.0, metavar="M", help="The same on the lower span."
+)
+@click.option(
+    "--pluck-shape", type=click.Choice(["triangle", "half-sine"]), default="triangle", show_default=True
+)
+@click.option(
+    "--model",
+    type=click.Choice(["exact", "weak", "weak-consistent", "linear"]),
+    default="exact",
+    show_default=True,
+    help="What is kept of the cable's geometry.",
+)
+@click.option(
+    "--method", default="verlet", show_default=True, help="How it is marched: verlet, node-centred."
+)
+@click.option("--segments", type=int, default=Scheme().segments, show_default=True, help="Segments per span.")
+@click.option("--step", type=Quantity("s"), metavar="S", help="Time step; chosen by stability unless told.")
+@click.option(
+    "--rate",
+    type=Quantity("Hz"),
+    default=10_000.0,
+    metavar="HZ",
+    help="Records per second; 10 kHz unless told.",
+)
+@click.option("--fields", type=int, default=0, metavar="N", help="Keep all nodes at every N-th record.")
+@click.option("--from-equilibrium", is_flag=True, help="Start from where the cable hangs.")
+@click.option("--tension-only", is_flag=True, help="Let the cable go slack instead of stopping the run.")
+@click.option("--smooth-friction", is_flag=True, help="Smooth Coulomb friction instead of stick-slip.")
+@click.option("--error-estimate", is_flag=True, help="Estimate the discretisation error by coarser runs.")
+@click.option("--resume", is_flag=True, help="Go on with an interrupted run.")
+def command(drive: Drive, output: NewFile | None, **options: Any) -> Answer:
+    """March the nonlinear cable loop of DRIVE in time, from the straight cable at rest or plucked."""
+    quiet = click.get_current_context().meta.get(QUIET)
+    try:
+        result = simulate(
+            drive,
+            options["duration"],
+            torque=_torque(options["torque_amplitude"], options["torque_frequency"]),
+            start=_start(drive, options),
+            scheme=_scheme(options),
+            recording=Recording(rate=options["rate"], fields=options["fields"]),
+            error_estimate=options["error_estimate"],
+            output=output and output.path,
+            force=output is not None and output.force,
+            resume=options["resume"],
+            progress=False if quiet else None,
+        )
+    except SimulationStopped as stopped:
+        result = stopped.result
+    if result.path is not None:
+        note(f"written to {result.path}")
+    return _answer(drive, result)
+
+
+def _torque(amplitude: float | None, frequency: float | None) -> Signal:
+    if (amplitude is None) != (frequency is None):
+        missing = "--torque-frequency" if frequency is None else "--torque-amplitude"
+        raise InputRefused(f"{missing} is missing: a torque needs both its amplitude and its frequency")
+    if amplitude is None or frequency is None:
+        return Constant(0.0)
+    return Sine(amplitude=amplitude, frequency=frequency) if frequency else Constant(amplitude)
+
+
+def _start(drive: Drive, options: dict[str, Any]) -> Start:
+    heights = {"upper": options["pluck_upper"], "lower": options["pluck_lower"]}
+    plucks = tuple(
+        Pluck(height=height, span=span, shape=options["pluck_shape"])
+        for span, height in heights.items()
+        if height
+    )
+    return Start(plucks=plucks, from_equilibrium=options["from_equilibrium"])
+
+
+def _scheme(options: dict[str, Any]) -> Scheme:
+    return Scheme(
+        model=options["model"],
+        method=options["method"],
+        segments=options["segments"],
+        step=options["step"],
+        slack="tension-only" if options["tension_only"] else "stop",
+        friction="smoothed" if options["smooth_friction"] else "stick-slip",
+    )
+
+
+def _answer(drive: Drive, result: SimulationResult) -> Answer:
+    return Answer(
+        data=result.summary(),
+        text=_text(drive, result, result.path),
+        provenance=provenance(drive, method=_method(result), step=result.step) | result.provenance,
+        incomplete=result.stopped,
+    )
+
+
+def _method(result: SimulationResult) -> str:
+    method = result.provenance["method"]
+    words = f"{method['name']}, {method['model']} cable, {method['segments']} segments per span"
+    return f"{words}, {method['friction']} friction"
+
+
+def _text(drive: Drive, result: SimulationResult, path: Path | None) -> str:
+    found = result.summary()
+    lines = [
+        f"{drive.title or drive.name}: {result.steps * result.step:.6g} s",
+        f"{result.steps} steps of {result.step:.4g} s, {100.0 * result.cfl:.0f} % of the stable one",
+        _method(result),
+        f"load angle, peak to peak    {found['load_angle']['peak_to_peak']:.6g} rad",
+        *(
+            f"{span} midpoint, peak of |w|  {found[f'{span}_midpoint']['peak']:.6g} m"
+            for span in result.spans
+        ),
+        f"energy budget error         {result.energy_budget_error:.2e}",
+    ]
+    if result.error_estimate is not None:
+        for name in ("load_angle", "upper_midpoint"):
+            estimate = getattr(result.error_estimate, name)
+            lines.append(
+                f"estimated error of {name.replace('_', ' ')}: {100.0 * estimate.relative:.2g} % of its peak"
+            )
+    lines += [f"slack: {event.span} span at {event.time:.6g} s" for event in result.slack_events[:5]]
+    return "\n".join(lines)

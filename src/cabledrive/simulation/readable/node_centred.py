@@ -1,0 +1,98 @@
+r"""Readable march of the dissertation's node-centred scheme, Eqs. (2.32)-(2.38), corrected.
+
+Corrected: :math:`\Delta x = L_e/n` in (2.31), second differences over :math:`\Delta x^2` in (2.34), gravity
+with the signs of (2.26)-(2.27), and the rims. There (2.37) and (2.38) leave open what u' is at a boundary node:
+here a pulley carries the half cells of cable on both sides, and takes the tension at their far ends, half a
+segment away, which is of second order and the same as a ghost node.
+"""
+
+import numpy as np
+
+from cabledrive.mechanics.cable_law import Array, CableLaw
+from cabledrive.mechanics.expanded_equations import accelerations
+from cabledrive.simulation.channels import BALANCE
+from cabledrive.simulation.plan import FALL_U, FALL_W, INVERSE_SPACING, KEEP_T, KICK_T, KICK_U, Plan
+from cabledrive.simulation.readable.observe import observe_reference
+from cabledrive.simulation.readable.shafts import solve_shafts_reference
+from cabledrive.simulation.readable.verlet import (
+    DONE,
+    NOT_FINITE,
+    SLACK,
+    keep_extremes_reference,
+    law_of,
+    note_slack_reference,
+    shaft_forces_reference,
+    tally_reference,
+)
+from cabledrive.simulation.state import STEPS, State, copy_state
+from cabledrive.simulation.workspace import Workspace
+
+
+def march_reference(
+    plan: Plan,
+    state: State,
+    work: Workspace,
+    torque: Array,
+    forces: Array,
+    every: int,
+    rows: Array,
+    fields: Array,
+) -> int:
+    """Twin of `cabledrive.simulation.kernels.node_centred.march`; needs no work space."""
+    law = law_of(plan)
+    for j in range(torque.size):
+        keep_extremes_reference(plan, state)
+        before = copy_state(state)
+        gradients = np.diff(state.x, axis=1) * plan.segment[INVERSE_SPACING]
+        slack = note_slack_reference(plan, law, state, gradients)
+        if slack and plan.stop_when_slack:
+            return SLACK
+        step_reference(plan, law, state, gradients, torque[j], forces[j])
+        if j % every == 0:
+            observe_reference(
+                plan, law, np.stack([before.x, before.x_t]), state.x_t,
+                np.stack([before.motor, state.motor]), np.stack([before.tallies, state.tallies]),
+                torque[j], rows[j // every],
+            )  # fmt: skip
+            if fields.shape[0] > 0:
+                fields[j // every] = before.x
+            if not abs(rows[j // every, BALANCE]) < 1e300:
+                return NOT_FINITE
+    return DONE
+
+
+def step_reference(
+    plan: Plan, law: CableLaw, state: State, gradients: Array, torque: float, forces: Array
+) -> None:
+    """One step of Eqs. (2.32) and (2.37)."""
+    old, motor_old = state.x_t.copy(), float(state.motor[1])
+    rims = [0, plan.segments]
+    shaft_old = np.array([*old[0, rims], motor_old])
+    pull = law.excess_components(*gradients)[0]
+    right = shaft_forces_reference(plan, state, pull, torque) + plan.shaft_matrices[1] @ shaft_old
+    shaft_new, friction = solve_shafts_reference(plan.shaft_matrices[0], plan.shaft, right, shaft_old)
+    new = _kicked(plan, law, state.x, old)
+    new[0, rims] = shaft_new[:2]
+    if plan.closed:
+        new[:, -1] = new[:, 0]
+    tally_reference(plan, state, old, new, 0.5 * (shaft_old + shaft_new), friction, torque, forces)
+    state.x_t[:] = new
+    state.x[:] += plan.step * new
+    state.motor[1] = shaft_new[2]
+    state.motor[0] += plan.step * shaft_new[2]
+    state.counts[STEPS] += 1
+
+
+def _kicked(plan: Plan, law: CableLaw, x: Array, old: Array) -> Array:
+    """Velocities after the step; differences as in Eqs. (2.33) and (2.34)."""
+    spacing = 1.0 / plan.segment[INVERSE_SPACING, 0]
+    first = (x[:, 2:] - x[:, :-2]) / (2.0 * spacing)
+    second = (x[:, 2:] - 2.0 * x[:, 1:-1] + x[:, :-2]) / spacing**2
+    gained = plan.step * np.stack(accelerations(law, plan.density, tuple(first), tuple(second)))
+    inner, new = slice(1, -1), old.copy()
+    moves = plan.node[KICK_U, inner] > 0.0
+    share = np.where(moves, plan.node[KICK_T, inner] / np.where(moves, plan.node[KICK_U, inner], 1.0), 0.0)
+    new[0, inner] += np.where(moves, gained[0] + plan.node[FALL_U, inner], 0.0)
+    new[1:, inner] = plan.node[KEEP_T, inner] * old[1:, inner] + share * gained[1:]
+    new[2, inner] += plan.node[FALL_W, inner]
+    return new
