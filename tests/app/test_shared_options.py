@@ -22,7 +22,7 @@ EXAMPLES = {name: main.get_command(Context(main), name).epilog.split("Example:\n
 
 
 def test_contract_has_these_commands_so_far():
-    assert COMMANDS == ["check", "drives", "modes", "report", "schema"]
+    assert COMMANDS == ["check", "drives", "modes", "report", "resonance", "schema", "simulate"]
 
 
 @pytest.mark.parametrize("name", COMMANDS)
