@@ -49,7 +49,7 @@ class ModeRow:
         """Spans and planes of a string; of a longitudinal mode where its kinetic energy is."""
         if self.kind == LONGITUDINAL:
             return _energy(self.modes[0].kinetic_shares)
-        spans = _SPANS[tuple(dict.fromkeys(mode.span or "" for mode in self.modes))]
+        spans = _SPANS[tuple(sorted({mode.span or "" for mode in self.modes}, reverse=True))]
         planes = _PLANES[tuple(sorted({mode.plane or "" for mode in self.modes}))]
         return f"{spans}{_section(self.modes)}; {planes}"
 
