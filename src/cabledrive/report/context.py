@@ -3,12 +3,16 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from math import pi
 
+from cabledrive.mechanics.spans import transverse_chains
 from cabledrive.modes import Modes, modes, natural_frequencies
+from cabledrive.modes.counting import ModeCounter
 from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.report.names import anchors
 
 SHOWN_MODES = 5
+MOST_LISTED = 10_000
 _ROOM = 1.08
 
 
@@ -38,12 +42,19 @@ class ReportContext:
 
     @cached_property
     def modes(self) -> tuple[Modes, ...]:
-        """Certified modes of each drive, both kinds, a little beyond its fifth longitudinal one."""
+        """Certified modes of each drive, both kinds, a little beyond its fifth longitudinal one.
+
+        Where that would list more than ten thousand transverse modes, the first five of each kind instead.
+        """
         return tuple(self._modes(drive) for drive in self.drives)
 
     def _modes(self, drive: Drive) -> Modes:
         self.progress(f"natural modes: {drive.name}")
-        return modes(drive, below=_round_up(_ROOM * natural_frequencies(drive, count=SHOWN_MODES)[-1]))
+        below = _round_up(_ROOM * natural_frequencies(drive, count=SHOWN_MODES)[-1])
+        strings = [ModeCounter(labelled.chain) for labelled in transverse_chains(drive)]
+        if 2 * sum(count(2 * pi * below) for count in strings) > MOST_LISTED:
+            return modes(drive, count=SHOWN_MODES)
+        return modes(drive, below=below)
 
 
 def make_context(drives: Sequence[Drive], progress: Callable[[str], None] | None = None) -> ReportContext:

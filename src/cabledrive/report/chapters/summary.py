@@ -10,6 +10,7 @@ from cabledrive.report.certificate_words import count_words
 from cabledrive.report.context import ReportContext
 from cabledrive.report.figures.overview import overview_picture
 from cabledrive.report.numbers import number
+from cabledrive.report.style import short_family
 
 PLACE = 0
 
@@ -35,9 +36,7 @@ def _verdict(all_modes: tuple[Modes, ...]) -> Markup:
     listed = sum(modes.certificate.count for modes in all_modes)
     open_lists = sum(not modes.certified for modes in all_modes)
     machines = "this machine" if len(all_modes) == 1 else f"these {count_words(len(all_modes), 'machine')}"
-    head = f"{listed} natural modes of {machines} were computed, along the cable and across it, each machine "
-    "to a little "
-    head += "beyond its fifth mode along the cable."
+    head = f"{listed} natural modes of {machines} were computed, along the cable and across it."
     if not open_lists:
         return Markup("{} <strong>Every list is proven complete: no mode is missing.</strong>").format(head)
     return Markup("{} <strong>{} not proven complete; see below.</strong>").format(
@@ -66,9 +65,9 @@ def _table(context: ReportContext) -> Table:
         columns=(
             Column(title="Machine"),
             Column(title="Along", unit="Hz", numeric=True),
-            Column(title="What moves"),
+            Column(title="Mode"),
             Column(title="Across", unit="Hz", numeric=True),
-            Column(title="All modes below", unit="Hz", numeric=True),
+            Column(title="Complete to", unit="Hz", numeric=True),
             Column(title="Modes", numeric=True),
             Column(title="Remarks", numeric=True),
         ),
@@ -84,7 +83,7 @@ def _row(drive: Drive, name: str, modes: Modes) -> tuple[Cell, ...]:
     return (
         Markup('<a href="#modes-{}">{}</a>').format(name, drive.name),
         number(along.frequency) if along else None,
-        along.family if along else None,
+        short_family(along.family) if along else None,
         number(modes.transverse[0].frequency) if modes.transverse else None,
         number(modes.certificate.below, 6),
         f"{modes.certificate.count}",
