@@ -35,6 +35,8 @@ def meeting_rows(data):
         ("dissertation-transporter", "carriage.0.position", np.linspace(0.02, 0.98, 11)),
         ("dissertation-transporter", "carriage.0.mass", np.geomspace(1e-5, 1.0, 9)),
         ("dissertation-3", "motor.joint_stiffness", np.geomspace(1.0, 1e5, 9)),
+        ("printer-belt", "carriage.0.position", np.linspace(0.02, 0.28, 15)),
+        ("camera-line", "carriage.0.position", np.linspace(2.0, 36.0, 9)),
         ("linear-axis", "carriage.0.position", None),
         ("elevator", "carriage.0.mass", None),
     ],

@@ -7,7 +7,7 @@ clearly above it, or two curves change order, the step is halved.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ DECISIVE = 0.75
 TOUCHING = 1e-9
 """Relative gap of two frequencies below which curves that change order cross."""
 
+_GUARDS = 2
 _SMALLEST_STEP = 1e-12
 _MOST_STATIONS = 20_000
 
@@ -40,12 +41,15 @@ class Station:
         Mass-weighted shapes of unit length.
     family : tuple of str
         Family of each mode.
+    places : ndarray of int, shape (curves,)
+        Place of each mode in the ascending list of all.
     """
 
     value: float
     frequency: Array
     shapes: Array
     family: tuple[str, ...]
+    places: NDArray[np.intp]
 
 
 class Follower:
@@ -125,6 +129,9 @@ class Follower:
     def step(self, here: Station, value: float) -> tuple[Station, bool]:
         """Follow from a station to another value, and say whether there is no doubt.
 
+        The modes that are not followed, up to a few above the highest that is, are matched as well: a curve
+        must not jump over one of them unnoticed.
+
         Parameters
         ----------
         here : Station
@@ -138,19 +145,35 @@ class Follower:
             Whether every shape is found again and no two curves changed order on the way.
         """
         curves = here.frequency.size
-        count = curves + 2
+        beside = self._beside(here)
+        found = self._partners(np.hstack((here.shapes, beside.shapes)), value)
+        overlap = here.shapes.T @ found.shapes
+        found = _aligned(found, overlap)
+        overlap = np.vstack((here.shapes.T @ found.shapes, beside.shapes.T @ found.shapes)) ** 2
+        chosen = _assignment(overlap)
+        certain = overlap[np.arange(chosen.size), chosen] >= DECISIVE
+        sure = bool(certain[:curves].all()) and not _order_changed(
+            np.concatenate((here.frequency, beside.frequency))[certain],
+            found.frequency[chosen][certain],
+            curves,
+        )
+        return _part(found, chosen[:curves]), sure
+
+    def _beside(self, here: Station) -> Station:
+        """The modes at a station that are not followed, up to a few above the highest that is."""
+        count = int(here.places.max()) + 1 + _GUARDS
+        known = self.modes_at(here.value, count)
+        return _part(known, np.setdiff1d(np.arange(count), here.places))
+
+    def _partners(self, shapes: Array, value: float) -> Station:
+        """So many modes at a value that most of each shape is among them."""
+        count = shapes.shape[1] + _GUARDS
         while True:
             found = self.modes_at(value, count)
-            overlap = here.shapes.T @ found.shapes
-            if count >= 4 * curves + 16 or np.sum(overlap**2, axis=1).min() >= DECISIVE:
-                break
+            caught = np.sum((shapes[:, : -_GUARDS or None].T @ found.shapes) ** 2, axis=1)
+            if caught.min() >= DECISIVE or count >= 4 * shapes.shape[1] + 16:
+                return found
             count *= 2
-        found = _aligned(found, overlap)
-        overlap = (here.shapes.T @ found.shapes) ** 2
-        chosen = _assignment(overlap)
-        there = _part(found, chosen)
-        decisive = overlap[np.arange(curves), chosen].min() >= DECISIVE
-        return there, bool(decisive) and not _order_changed(here, there)
 
 
 def _station(value: float, drive: Drive, count: int, cells: int) -> Station:
@@ -158,7 +181,8 @@ def _station(value: float, drive: Drive, count: int, cells: int) -> Station:
     repeats = [mode.multiplicity for mode in modes]
     frequency = np.repeat([mode.frequency for mode in modes], repeats)
     family = tuple(mode.family for mode in modes for _ in range(mode.multiplicity))
-    return Station(value, frequency, mass_weighted_shapes(drive, modes, cells), family)
+    places = np.arange(frequency.size)
+    return Station(value, frequency, mass_weighted_shapes(drive, modes, cells), family, places)
 
 
 def mass_weighted_shapes(drive: Drive, modes: tuple[Mode, ...], cells: int) -> Array:
@@ -195,7 +219,8 @@ def mass_weighted_shapes(drive: Drive, modes: tuple[Mode, ...], cells: int) -> A
 
 def _part(station: Station, chosen: NDArray[np.intp]) -> Station:
     family = tuple(station.family[i] for i in chosen)
-    return Station(station.value, station.frequency[chosen], station.shapes[:, chosen], family)
+    places = station.places[chosen]
+    return Station(station.value, station.frequency[chosen], station.shapes[:, chosen], family, places)
 
 
 def _aligned(found: Station, overlap: Array) -> Station:
@@ -212,7 +237,7 @@ def _aligned(found: Station, overlap: Array) -> Station:
         left, _, right = np.linalg.svd(part[np.sort(nearest)], full_matrices=True)
         rotation = np.vstack((left @ right[: left.shape[0]], right[left.shape[0] :]))
         shapes[:, group] = shapes[:, group] @ rotation.T
-    return Station(found.value, frequency, shapes, found.family)
+    return replace(found, shapes=shapes)
 
 
 def _assignment(overlap: Array) -> NDArray[np.intp]:
@@ -221,10 +246,9 @@ def _assignment(overlap: Array) -> NDArray[np.intp]:
     return np.asarray(linear_sum_assignment(-overlap)[1])
 
 
-def _order_changed(here: Station, there: Station) -> bool:
-    """Whether two curves changed order with a gap at either end that is more than round-off."""
-    before = here.frequency[:, None] - here.frequency
-    after = there.frequency[:, None] - there.frequency
-    open_before = np.abs(before) > TOUCHING * here.frequency
-    open_after = np.abs(after) > TOUCHING * there.frequency
-    return bool(np.any((before * after < 0.0) & open_before & open_after))
+def _order_changed(before: Array, after: Array, curves: int) -> bool:
+    """Whether a curve and another mode changed order, both gaps wider than round-off; curves come first."""
+    gap_before = before[:curves, None] - before
+    gap_after = after[:curves, None] - after
+    wide = (np.abs(gap_before) > TOUCHING * before) & (np.abs(gap_after) > TOUCHING * after)
+    return bool(np.any((gap_before * gap_after < 0.0) & wide))
