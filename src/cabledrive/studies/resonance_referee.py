@@ -1,4 +1,4 @@
-"""The exact loop as referee of the averaged equations: the same motion by both, and how far they are apart."""
+"""The exact loop as referee of the averaged equations: the same motion by both, and how far they differ."""
 
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -135,7 +135,7 @@ def averaged_motion(case: ForcedCase, time: Array, *, second: bool = True) -> Se
     third = (c.pump[0] / (2 * omega) * q * z[0] * wave**3).real if second else 0.0
     across = (z[0] * wave).real + third
     if case.shape == "triangle":
-        across = across + _harmonics(case, model, c, time, np.abs(z) ** 2 + passive)
+        across = across + _harmonics(case, model, c, time, np.abs(z) ** 2 + passive, q)
     rim = model.rims[1] * along + rigid_rotation(model, time, case.torque, omega)
     return SeenMotion(time=time, load_angle=rim / model.load_radius, midpoint=across)
 
@@ -157,14 +157,22 @@ def _coefficients(case: ForcedCase, model: AutoparametricModel) -> tuple[Average
 
 
 def _harmonics(
-    case: ForcedCase, model: AutoparametricModel, c: AveragedCoefficients, time: Array, size: Array
+    case: ForcedCase,
+    model: AutoparametricModel,
+    c: AveragedCoefficients,
+    time: Array,
+    size: Array,
+    q: Complex,
 ) -> Array:
-    """Sines 3, 5, ... of the upper span at midspan: they decay, and follow the mean tension."""
+    """Sines 3, 5, ... of the upper span at midspan: they decay, follow the tension, bear side bands of q."""
     shift = (0.5 * c.cubic - c.static)[0] @ size + c.drift[0] * np.exp(-float(c.drift_decay) * time)
     rate = model.transverse[0] + shift
     phase = np.concatenate(([0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time))))
     height = 8 / np.pi**2 * case.plucks[0] * np.exp(-0.5 * float(c.transverse_damping) * time)
-    return height * np.sum(np.cos(np.outer(HARMONICS, phase)) / HARMONICS[:, None] ** 2, axis=0)
+    omega, m = float(c.forcing), HARMONICS[:, None]
+    strength = m**2 * c.pump[0] * q * np.exp(1j * omega * time) / omega
+    side = 1.0 + strength / (m + 1) - strength.conj() / (m - 1)
+    return height * np.sum((side * np.exp(1j * m * phase)).real / m**2, axis=0)
 
 
 def averaged_history(
@@ -204,7 +212,7 @@ def averaged_history(
         three = averaged_rates(c, state + 0.5 * h * two, t + 0.5 * h, second=second)
         four = averaged_rates(c, state + h * three, t + h, second=second)
         states.append(state + h / 6 * (one + 2 * two + 2 * three + four))
-    return h * np.arange(steps + 1), np.swapaxes(np.array(states), 0, 1)
+    return np.asarray(h * np.arange(steps + 1), dtype=float), np.swapaxes(np.array(states), 0, 1)
 
 
 def envelope(time: Array, signal: Array, window: float) -> Array:
