@@ -1,5 +1,9 @@
 """Machines driven by flexible cables, belts and tendons: modes, resonance, identification, control."""
 
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from cabledrive.mechanics import DerivedQuantities, derived_quantities, practitioner_warnings
 from cabledrive.modes import Certificate, Mode, Modes, modes, natural_frequencies
 from cabledrive.parameters import (
     Cable,
@@ -14,17 +18,31 @@ from cabledrive.parameters import (
     Pulley,
     Sensors,
     content_hash,
+    drive_schema,
     load_drive,
     packaged_drives,
     save_drive,
 )
+from cabledrive.parameters.version import __version__
 
-__version__ = "0.1.0.dev0"
+if TYPE_CHECKING:
+    from cabledrive.report import write_report
+    from cabledrive.simulation import simulate
+    from cabledrive.studies import frequency_against, frequency_against_carriage_position
+
+# Loaded when first asked for, with the libraries they need.
+_ON_DEMAND = {
+    "frequency_against": "cabledrive.studies",
+    "frequency_against_carriage_position": "cabledrive.studies",
+    "simulate": "cabledrive.simulation",
+    "write_report": "cabledrive.report",
+}
 
 __all__ = [
     "Cable",
     "Carriage",
     "Certificate",
+    "DerivedQuantities",
     "Drive",
     "Goal",
     "InputRefused",
@@ -36,10 +54,28 @@ __all__ = [
     "NotComputed",
     "Pulley",
     "Sensors",
+    "__version__",
     "content_hash",
+    "derived_quantities",
+    "drive_schema",
+    "frequency_against",
+    "frequency_against_carriage_position",
     "load_drive",
     "modes",
     "natural_frequencies",
     "packaged_drives",
+    "practitioner_warnings",
     "save_drive",
+    "simulate",
+    "write_report",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _ON_DEMAND:
+        return getattr(import_module(_ON_DEMAND[name]), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(set(globals()) | set(__all__))

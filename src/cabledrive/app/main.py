@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from cabledrive import __version__
+from cabledrive.parameters.version import __version__
 from cabledrive.app import commands
 from cabledrive.app.failures import status_of, watched_output
 from cabledrive.parameters import InputRefused

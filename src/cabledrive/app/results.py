@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from cabledrive import __version__
+from cabledrive.parameters.version import __version__
 from cabledrive.app.messages import colours
 from cabledrive.parameters import Drive, content_hash
 

@@ -106,7 +106,7 @@ def _compile(function: F, fast_math: Any, **options: Any) -> F:
 @cache
 def _cache_folder(sources: Path) -> str:
     """A folder for compiled kernels that can be written and is nobody else's; empty if there is none."""
-    from cabledrive import __version__
+    from cabledrive.parameters.version import __version__
 
     digest = hashlib.sha256()
     for path in sorted(sources.glob("*.py")):

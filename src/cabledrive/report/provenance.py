@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
 
-from cabledrive import __version__
+from cabledrive.parameters.version import __version__
 from cabledrive.report.blocks import Chapter
 from cabledrive.report.context import ReportContext
 

@@ -28,7 +28,7 @@ def resonance_map_page(growth: GrowthMap, referee: str = "") -> str:
     str
         HTML.
     """
-    from cabledrive import __version__
+    from cabledrive.parameters.version import __version__
 
     text = (_TEMPLATES / "resonance_map.html").read_text(encoding="utf-8")
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)

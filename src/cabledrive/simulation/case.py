@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive import __version__
+from cabledrive.parameters.version import __version__
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import cable_law
 from cabledrive.mechanics.mesh import Mesh, mesh_of

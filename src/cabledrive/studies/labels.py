@@ -24,7 +24,7 @@ def stamped(data: "xr.Dataset", drive: Drive, title: str) -> "xr.Dataset":
     xarray.Dataset
         The same data with attributes.
     """
-    from cabledrive import __version__
+    from cabledrive.parameters.version import __version__
 
     return data.assign_attrs(
         title=title,

@@ -4,7 +4,7 @@ import json
 
 import click
 
-from cabledrive import __version__
+from cabledrive.parameters.version import __version__
 from cabledrive.app.options import Subcommand, answering, saves_answer
 from cabledrive.app.results import Answer
 from cabledrive.parameters import drive_schema
