@@ -63,7 +63,7 @@ class Wave:
 
 
 def waves(chain: LabelledChain, solved: ChainMode, shape: int = 0) -> tuple[Wave, ...]:
-    """Pieces of one shape of a mode, in the order of the chain.
+    """Pieces of one shape of a mode, in the order of the chain, Eq. (A.3).
 
     Parameters
     ----------

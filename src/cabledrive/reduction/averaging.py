@@ -33,7 +33,7 @@ Complex = NDArray[np.complex128]
 
 
 class AveragedCoefficients(NamedTuple):
-    """Coefficients of Eqs. (A.14), (A.15) for J transverse modes; every array may end in an axis of lanes.
+    """Coefficients of `averaged_rates` for J transverse modes; every array may end in an axis of lanes.
 
     Attributes
     ----------

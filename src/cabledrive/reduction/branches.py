@@ -23,7 +23,7 @@ Kind = Literal["one", "both"]
 
 
 def effective_cubic(c: AveragedCoefficients, kind: Kind) -> float:
-    """Coefficient n of Eq. (A.27): detuning per squared amplitude.
+    """Detuning per squared amplitude, n of `quadratic`.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def effective_cubic(c: AveragedCoefficients, kind: Kind) -> float:
 
 
 def quadratic(c: AveragedCoefficients, kind: Kind) -> Array:
-    """Left side minus right side of Eq. (A.27) as a polynomial in X.
+    """Condition for a steady state as a polynomial in X, Eq. (A.27).
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def quadratic(c: AveragedCoefficients, kind: Kind) -> Array:
 
 
 def _linear_parts(c: AveragedCoefficients, kind: Kind) -> tuple[Array, Array]:
-    """The two brackets of Eq. (A.27), each as slope and value at X = 0."""
+    """The two brackets of `quadratic`, each as slope and value at X = 0."""
     n, detuning, gamma = (
         effective_cubic(c, kind),
         float(c.transverse_detuning[0]),
@@ -147,7 +147,7 @@ def steady_state(c: AveragedCoefficients, squared: float, kind: Kind) -> Complex
 
 
 def jacobian(c: AveragedCoefficients, state: Complex) -> Array:
-    """Derivative of the first-order rates, Eq. (A.14), by real and imaginary parts.
+    """Derivative of the first-order rates by real and imaginary parts.
 
     Parameters
     ----------

@@ -13,7 +13,7 @@ from cabledrive.modes.waves import Wave
 
 
 def _phase_integral(wave_number: float, length: float) -> complex:
-    """E(p) of Eq. (A.5)."""
+    """E(p) of the module."""
     half = 0.5 * wave_number * length
     return length * exp(1j * half) * _sinc(half)
 

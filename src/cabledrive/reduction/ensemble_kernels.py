@@ -30,7 +30,7 @@ OSCILLATOR_ROWS = 40
 @njit
 def first_order_rates(damp, tune, fr, fi, decay, t1, t2, back1, back2, k1, k2, e11, e12, e21, e22,
                       n11, n12, n21, n22, qr, qi, ar, ai, br, bi):  # fmt: skip
-    """Real form of Eq. (A.14) for two sections in one plane."""
+    """Real form of the averaged equations for two sections in one plane."""
     a2, b2 = ar * ar + ai * ai, br * br + bi * bi
     asr, asi = ar * ar - ai * ai, 2.0 * ar * ai
     bsr, bsi = br * br - bi * bi, 2.0 * br * bi
@@ -109,7 +109,7 @@ def march_averaged(cells, first, last, steps, h):
 
 @njit
 def march_oscillators(cells, first, last, steps):
-    """Steps of Eq. (A.20) on blocks `first` to `last`: half a kick, exact flow, half a kick."""
+    """Steps of the oscillators on blocks `first` to `last`: half a kick, exact flow, half a kick."""
     for block in range(first, last):
         o = block * OSCILLATOR_ROWS * LANES
         for n in range(steps + 1):

@@ -24,7 +24,7 @@ _INSTANTS = 2001
 
 
 def critical_pumping(c: AveragedCoefficients, *, second: bool = True) -> Array:
-    r"""Smallest :math:`\mu` at which each transverse mode grows, from Eq. (A.22).
+    r"""Smallest :math:`\mu` at which each transverse mode grows, Eq. (A.22).
 
     Parameters
     ----------

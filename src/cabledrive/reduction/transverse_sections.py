@@ -146,7 +146,7 @@ def stiffening_of(
 
 
 def _per_length(drive: Drive) -> float:
-    """1 / Lambda of Eq. (A.11) [1/m]."""
+    """1 / Lambda of `stiffening_of` [1/m]."""
     (labelled,) = longitudinal_chains(drive)
     chain = labelled.chain
     if chain.rigid_body_modes and not chain.closed:
