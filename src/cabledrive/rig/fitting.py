@@ -100,6 +100,8 @@ def fit_observer(
     options: RigOptions,
     sampling: Sampling,
     tuning: KalmanTuning = QUIET,
+    *,
+    own: bool = False,
 ) -> tuple[ObserverNumbers, Integers, Array]:
     """The observer of a law, what its encoders read of the plant, and their counts.
 
@@ -116,6 +118,8 @@ def fit_observer(
     options : RigOptions
     sampling : Sampling
     tuning : KalmanTuning, optional
+    own : bool, default False
+        Only the encoders of the law's shafts are read.
 
     Returns
     -------
@@ -126,6 +130,8 @@ def fit_observer(
         [rad].
     """
     fitted = fitted_encoders(drive)
+    if own:
+        fitted = {shaft: count for shaft, count in fitted.items() if shaft in shafts}
     read = np.array([place(plant, shaft) for shaft in fitted], dtype=np.int64)
     counts = np.array(list(fitted.values()))
     if options.ideal_sensors:

@@ -13,7 +13,7 @@ SLOPE = 50.0
 
 
 def plant_numbers(
-    chain: LumpedChain, interval: float, *, current_rate: float = 0.0, substeps: int = 1
+    chain: LumpedChain, interval: float, *, current_rate: float = 0.0, substeps: int = 1, smooth: bool = False
 ) -> PlantNumbers:
     """Exact transitions of a row of inertias over one internal step.
 
@@ -29,6 +29,8 @@ def plant_numbers(
         Bandwidth of the torque loop [rad/s]; 0: none.
     substeps : int, default 1
         Internal steps per sample.
+    smooth : bool, default False
+        The motor's friction as well is c tanh(50 w).
 
     Returns
     -------
@@ -63,6 +65,7 @@ def plant_numbers(
                 SLOPE,
                 current_rate,
                 _norm(rates[:, : 2 * n + 1]),
+                SLOPE if smooth else 0.0,
             ]
         ),
     )
@@ -81,8 +84,9 @@ def _rates(chain: LumpedChain, current_rate: float) -> Array:
 def _over(rates: Array, time: float) -> Array:
     """States after a time, from states and inputs."""
     m = rates.shape[0]
-    block = np.zeros((m + 3, m + 3))
-    block[:m] = rates
+    block = np.zeros((m + 4, m + 4))
+    block[:m, : m + 3] = rates
+    block[m + 1, m + 3] = 1.0 / time  # the motor's torque, rising
     return expm(block * time)[:m]
 
 

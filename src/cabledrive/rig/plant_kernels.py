@@ -26,11 +26,13 @@ class PlantNumbers(NamedTuple):
     ----------
     rates : ndarray, shape (m, m + 3)
         Rates of the states from the states, the command, a torque on the motor, a torque on the load.
-    tables : ndarray, shape (2, m, m + 3)
-        States after one internal step from the same; the motor held, the motor free.
-    scalars : ndarray, shape (8,)
+    tables : ndarray, shape (2, m, m + 4)
+        States after one internal step from the same; the motor held, the motor free. The last column is of a
+        torque on the motor that rises from 0 to 1 in the step.
+    scalars : ndarray, shape (9,)
         Internal step [s]; motor's inertia, Coulomb friction and offset torque; Coulomb friction of the load,
-        smoothed by tanh(K w), and K; bandwidth of the torque loop [rad/s], 0: none; bound of the rates [1/s].
+        smoothed by tanh(K w), and K; bandwidth of the torque loop [rad/s], 0: none; bound of the rates
+        [1/s]; K of the motor's friction c tanh(K w), 0: it sticks and slips.
     """
 
     rates: Array
@@ -46,10 +48,10 @@ class PlantNumbers(NamedTuple):
 @njit
 def motor_load(rates: Array, inertia: float, x: Array, force: float) -> float:
     """Torque on the motor without its Coulomb friction."""
-    n = x.size // 2
+    m = rates.shape[0]
     rate = 0.0
-    for j in range(x.size):
-        rate += rates[n, j] * x[j]
+    for j in range(m):
+        rate += rates[m // 2, j] * x[j]
     return inertia * rate + force
 
 
@@ -237,6 +239,39 @@ def table_step(
 
 
 @njit
+def smooth_step(
+    tables: Array, scalars: Array, x: Array, u: float, motor: float, load: float, work: Array
+) -> None:
+    """One internal step with friction c tanh(K w) on a straight line, of order 2 in the step."""
+    m = x.size
+    n = m // 2
+    coulomb, slope = scalars[2], scalars[8]
+    before = coulomb * tanh(slope * x[n])
+    for i in range(m):
+        value = tables[1, i, m] * u + tables[1, i, m + 1] * (motor - before) + tables[1, i, m + 2] * load
+        for j in range(m):
+            value += tables[1, i, j] * x[j]
+        work[i] = value
+    rise = before - coulomb * tanh(slope * work[n])
+    for i in range(m):
+        x[i] = work[i] + tables[1, i, m + 3] * rise
+
+
+@njit
+def smooth_part(
+    rates: Array, scalars: Array, x: Array, u: float, motor: float, load: float, time: float, terms: Array
+) -> None:
+    """Part of an internal step with smoothed friction held, in pieces short enough for the series."""
+    norm, rest = scalars[7], time
+    while rest > 0.0:
+        part = rest if norm * rest < 2.0 else 2.0 / norm
+        count = series(rates, norm, x, False, u, motor, load, part, terms)
+        for i in range(x.size):
+            x[i] = at(terms, count, i, 1.0)
+        rest -= part
+
+
+@njit
 def advance(
     rates: Array,
     tables: Array,
@@ -262,7 +297,13 @@ def advance(
         if scalars[4] > 0.0:
             pull -= scalars[4] * tanh(scalars[5] * x[m - 2])
         if part < step * (1.0 - 1e-9):
-            slip = advance_exactly(rates, scalars, x, slip, u, motor, pull, part, terms, work)
+            if scalars[8] > 0.0:
+                friction = scalars[2] * tanh(scalars[8] * x[m // 2])
+                smooth_part(rates, scalars, x, u, motor - friction, pull, part, terms)
+            else:
+                slip = advance_exactly(rates, scalars, x, slip, u, motor, pull, part, terms, work)
+        elif scalars[8] > 0.0:
+            smooth_step(tables, scalars, x, u, motor, pull, work)
         else:
             slip = table_step(rates, tables, scalars, x, slip, u, motor, pull, terms, work)
         done += part

@@ -65,7 +65,7 @@ class RigOptions:
     feedback : {"motor", "drive"}
         Encoder that stands for theta_1 in Models 1 and 3.
     encoder_phase : {"random", "centred"}
-        Where in its count each encoder starts.
+        Where in its count each encoder starts; where it is known, the filter has no states for offsets.
     ideal_sensors : bool
         The law sees true angles and speeds.
     smooth_friction : bool

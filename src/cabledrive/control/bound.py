@@ -1,0 +1,190 @@
+r"""What the theorems bound: the sliding variable by the uncertainty, and the error of the load by both.
+
+All uncertainty acts as a torque of at most :math:`h = \sum_i (p_{max} - p_{min})_i|\varphi_i| + \delta`, so
+that
+:math:`\mu|\sigma|' \le -K_\sigma|\sigma| + h`.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.control.numbers import GAIN, HIGH, LOW, LawNumbers
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ErrorBound:
+    """Bounds of the load's error, at the first shaft.
+
+    Attributes
+    ----------
+    tube : ndarray, shape (samples,)
+        Bound at every sample, with weighted uncertainty, run along the motion [rad].
+    steady : float
+        h / (K_sigma lambda^(2n-1)) with the largest weighted uncertainty [rad].
+    printed : float
+        The same with the printed product of norms, which adds kg m^2 to N m [rad].
+    """
+
+    tube: Array
+    steady: float
+    printed: float
+
+
+def uncertainty(regressor: Array, spread: Array, delta: Array | float) -> Array:
+    r"""Largest torque of all uncertainty, each parameter weighted by its own regressor.
+
+    Parameters
+    ----------
+    regressor : ndarray, shape (samples, 4)
+    spread : ndarray, shape (4,)
+        Widths of the bounds of p2 to p5.
+    delta : ndarray, shape (samples,), or float
+        Bound of the disturbance [N m]; with friction that sticks at least its Coulomb torque.
+
+    Returns
+    -------
+    ndarray, shape (samples,)
+        h [N m].
+    """
+    return np.abs(regressor) @ spread + delta
+
+
+def printed_uncertainty(regressor: Array, spread: Array, delta: Array | float) -> Array:
+    r"""The same by :math:`\|p_{max} - p_{min}\|\,\|\varphi\| + \delta`, as (6.22) takes it.
+
+    Parameters
+    ----------
+    regressor : ndarray, shape (samples, 4)
+    spread : ndarray, shape (4,)
+    delta : ndarray, shape (samples,), or float
+
+    Returns
+    -------
+    ndarray, shape (samples,)
+    """
+    return np.linalg.norm(regressor, axis=1) * np.linalg.norm(spread) + delta
+
+
+def error_bound(
+    law: LawNumbers,
+    bandwidth: float,
+    regressor: Array,
+    delta: Array | float,
+    interval: float,
+    times: Array,
+) -> ErrorBound:
+    r"""Bounds of the load's error along a motion, the consequence of Eq. (6.27) for the output.
+
+    :math:`\sigma` passes :math:`1/(s + \lambda)` as often as the surface has roots, which keeps a bound a
+    bound because the impulse response is positive; each damper's :math:`1 + T_i s` goes with one of them.
+
+    Parameters
+    ----------
+    law : LawNumbers
+        A law of the chain.
+    bandwidth : float
+        lambda [rad/s].
+    regressor : ndarray, shape (samples, 4)
+        phi along the motion.
+    delta : ndarray, shape (samples,), or float
+        Bound of the disturbance [N m].
+    interval : float
+        Sample time [s].
+    times : ndarray, shape (n - 1,)
+        b_i / k_i of the links [s].
+
+    Returns
+    -------
+    ErrorBound
+    """
+    spread, order = law.learning[HIGH] - law.learning[LOW], law.matrix.shape[0] - 1
+    h = uncertainty(regressor, spread, delta)
+    bound = _lag(h / law.k_sigma, law.k_sigma / law.mu, interval)
+    for i in range(order):
+        slow = _lag(bound / bandwidth, bandwidth, interval)
+        time = times[i] if i < len(times) else 0.0
+        bound = time * bound + abs(1.0 - time * bandwidth) * slow
+    scale = 1.0 / (law.k_sigma * bandwidth**order)
+    return ErrorBound(
+        tube=bound,
+        steady=float(h.max() * scale),
+        printed=float(printed_uncertainty(regressor, spread, delta).max() * scale),
+    )
+
+
+def _lag(signal: Array, rate: float, interval: float) -> Array:
+    """Signal through rate / (s + rate), held at the larger of the two samples beside each interval."""
+    from scipy.signal import lfilter
+
+    fading = np.exp(-rate * interval)
+    upper = np.maximum(signal[:-1], signal[1:]) if len(signal) > 1 else signal
+    return lfilter([0.0, 1.0 - fading], [1.0, -fading], np.append(upper, upper[-1]))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobustConditions:
+    r"""Whether a constant gain meets the conditions (6.21) on the robust term along a motion.
+
+    Attributes
+    ----------
+    epsilon : float
+        The smallest one for which Condition 1 holds, :math:`\max h^2/(4k_{\sigma s})` [N m rad/s^(2n-1)].
+    worst : float
+        Largest value of :math:`|\sigma|h - k_{\sigma s}\sigma^2` that was met.
+    dissipative : bool
+        Condition 2.
+    """
+
+    epsilon: float
+    worst: float
+    dissipative: bool
+
+
+def robust_conditions(
+    law: LawNumbers, sigma: Array, regressor: Array, delta: Array | float, *, share: float = 0.5
+) -> RobustConditions:
+    r"""Hold the robust term against its two conditions along a motion, Eqs. (6.21), (6.44), (6.54), (6.64).
+
+    The corrected example of (6.22) is :math:`u_{s2} = -\sigma h^2/(4\epsilon)`; with a constant gain
+    :math:`k_{\sigma s}` the condition holds for every :math:`\epsilon \ge h^2/(4k_{\sigma s})`.
+
+    Parameters
+    ----------
+    law : LawNumbers
+    sigma : ndarray, shape (samples,)
+    regressor : ndarray, shape (samples, 4)
+    delta : ndarray, shape (samples,), or float
+        [N m].
+    share : float, default 0.5
+        k_sigma_s over K_sigma; one half gives the best bound.
+
+    Returns
+    -------
+    RobustConditions
+    """
+    gain = share * law.k_sigma
+    h = uncertainty(regressor, law.learning[HIGH] - law.learning[LOW], delta)
+    met = np.abs(sigma) * h - gain * sigma**2
+    return RobustConditions(
+        epsilon=float(np.max(h**2) / (4.0 * gain)),
+        worst=float(np.max(met)),
+        dissipative=bool(gain >= 0.0 and np.all(-gain * sigma**2 <= 0.0)),
+    )
+
+
+def adapts(law: LawNumbers) -> bool:
+    """Whether any estimate of a law moves.
+
+    Parameters
+    ----------
+    law : LawNumbers
+
+    Returns
+    -------
+    bool
+    """
+    return bool(np.any(law.learning[GAIN] > 0.0))

@@ -1,0 +1,302 @@
+"""One closed loop put together from a drive, a law and the rig's options, and run."""
+
+from dataclasses import dataclass, replace
+from math import pi
+
+import numpy as np
+
+from cabledrive.control.kalman import Sampling
+from cabledrive.control.observer_numbers import ObserverNumbers
+from cabledrive.parameters import Drive, InputRefused
+from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.reduction.models import highest_model, lumped_model
+from cabledrive.reduction.reflected import reflected
+from cabledrive.rig.controllers import Controller
+from cabledrive.rig.fitting import Array, fit_observer, fitted_encoders, load_gear
+from cabledrive.rig.loop_kernels import run_loop
+from cabledrive.rig.loop_numbers import ESTIMATES, Integers, LoopState, RigNumbers, new_state
+from cabledrive.rig.plant import plant_numbers
+from cabledrive.rig.plant_kernels import PlantNumbers
+from cabledrive.rig.setting import Motion, RigOptions, sample_interval
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Loop:
+    """Everything that a run needs.
+
+    Attributes
+    ----------
+    plant : PlantNumbers
+    chain : LumpedChain
+        The row that is the plant, at the first shaft.
+    observer : ObserverNumbers
+    controller : Controller
+    rig : RigNumbers
+    target : ndarray, shape (samples,)
+        Wanted load angle at the first shaft [rad].
+    twist_limit : float
+        Twist across the cable at which a span goes slack [rad]; infinite where that is let pass.
+    slack : float
+        Twist across the cable at which a span goes slack [rad].
+    gear : float
+        Angle of the first shaft per angle of the load.
+    """
+
+    plant: PlantNumbers
+    chain: LumpedChain
+    observer: ObserverNumbers
+    controller: Controller
+    rig: RigNumbers
+    target: Array
+    twist_limit: float
+    slack: float
+    gear: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Run:
+    """What a run left.
+
+    Attributes
+    ----------
+    ended : int
+        Sample at which it ended.
+    state : LoopState
+    log : ndarray, shape (samples or 0, columns)
+    """
+
+    ended: int
+    state: LoopState
+    log: Array
+
+
+def slack_twist(drive: Drive, chain: LumpedChain) -> float:
+    """Twist between the pulleys at which one span carries no tension [rad].
+
+    Parameters
+    ----------
+    drive : Drive
+    chain : LumpedChain
+        The plant; without a flexible cable nothing goes slack.
+
+    Returns
+    -------
+    float
+    """
+    if drive.kind != "loop" or "load" not in chain.names or chain.size < 2:
+        return float("inf")
+    return 2.0 * drive.drive_pulley.radius * drive.cable.pretension / chain.stiffness[-1]
+
+
+def encoder_phases(drive: Drive, options: RigOptions, generator: np.random.Generator) -> Array:
+    """Where in its count each encoder starts.
+
+    Parameters
+    ----------
+    drive : Drive
+    options : RigOptions
+    generator : numpy.random.Generator
+
+    Returns
+    -------
+    ndarray, shape (m,)
+        From -1/2 to 1/2; zero where they are asked to be centred.
+    """
+    drawn = generator.uniform(-0.5, 0.5, len(fitted_encoders(drive)))
+    return drawn if options.encoder_phase == "random" and not options.ideal_sensors else np.zeros(len(drawn))
+
+
+def plant_chain(drive: Drive, model: int | None) -> LumpedChain:
+    """The row of inertias that is controlled, at the first shaft.
+
+    Parameters
+    ----------
+    drive : Drive
+    model : {1, 2, 3, 4}, optional
+        Default: the highest that the drive's data allow.
+
+    Returns
+    -------
+    LumpedChain
+    """
+    return reflected(lumped_model(drive, model))[0]
+
+
+def close_loop(
+    design_drive: Drive,
+    plant_drive: Drive,
+    controller: Controller,
+    motion: Motion,
+    options: RigOptions,
+    generator: np.random.Generator,
+    *,
+    plant_model: int | None = None,
+) -> Loop:
+    """Put a loop together.
+
+    Parameters
+    ----------
+    design_drive : Drive
+        As the observer believes it to be.
+    plant_drive : Drive
+        As it is.
+    controller : Controller
+    motion : Motion
+    options : RigOptions
+    generator : numpy.random.Generator
+        For encoder phases and jitter.
+    plant_model : {1, 2, 3, 4}, optional
+
+    Returns
+    -------
+    Loop
+    """
+    interval = sample_interval(plant_drive)
+    chain = plant_chain(plant_drive, plant_model)
+    centred = options.encoder_phase == "centred"
+    tuning = replace(controller.tuning, offsets=()) if centred else controller.tuning
+    own = controller.filter_model if not options.ideal_sensors and options.observer == "kalman" else None
+    design = plant_chain(design_drive, own or highest_model(design_drive))
+    rate = current_rate(plant_drive)
+    delay = plant_drive.sensors.delay if plant_drive.sensors else 0.0
+    sampling = Sampling(interval=interval, delay=delay, current_rate=current_rate(design_drive))
+    observer, encoders, counts = fit_observer(
+        design,
+        chain,
+        plant_drive,
+        controller.shafts,
+        options,
+        sampling,
+        tuning,
+        own=own is not None,
+    )
+    samples = len(controller.reference)
+    shown = [
+        i for i, shaft in enumerate(fitted_encoders(plant_drive)) if own is None or shaft in controller.shafts
+    ]
+    gear = load_gear(plant_drive)
+    target = gear * motion.trajectory(interval * np.arange(samples))[0]
+    rig = RigNumbers(
+        interval=interval,
+        encoders=encoders,
+        counts=counts,
+        phases=encoder_phases(plant_drive, options, generator)[shown],
+        torque_limit=_torque_limit(plant_drive),
+        late_samples=int(delay // interval),
+        late_part=float(delay % interval),
+        jitter=_jitter(options, interval, samples, generator),
+        forces=_forces(options, interval, samples),
+        first_end=round(2.0 * (motion.rise + motion.dwell) / interval),
+        blind=_blind(plant_drive, options, interval, shown),
+    )
+    slack = slack_twist(plant_drive, chain)
+    return Loop(
+        plant=plant_numbers(
+            chain, interval, current_rate=rate, substeps=options.substeps, smooth=options.smooth_friction
+        ),
+        chain=chain,
+        observer=observer,
+        controller=controller,
+        rig=rig,
+        target=target,
+        twist_limit=slack if options.forbid_slack else float("inf"),
+        slack=slack,
+        gear=gear,
+    )
+
+
+def run(loop: Loop, *, log: bool = True, state: LoopState | None = None, first: int = 0) -> Run:
+    """Run a loop from rest, or on from where another ended.
+
+    Parameters
+    ----------
+    loop : Loop
+    log : bool, default True
+        Whether every sample is kept.
+    state : LoopState, optional
+    first : int, default 0
+        Sample to begin with.
+
+    Returns
+    -------
+    Run
+    """
+    controller, samples = loop.controller, len(loop.target)
+    if state is None:
+        state = new_state(2 * loop.chain.size + 1, loop.observer, controller.law, loop.rig, controller.start)
+    kept = np.zeros((samples if log else 0, log_width(loop)))
+    ended = run_loop(
+        loop.plant,
+        loop.observer,
+        controller.law,
+        loop.rig,
+        controller.reference,
+        loop.target,
+        first,
+        samples,
+        loop.twist_limit,
+        state,
+        kept,
+    )
+    return Run(ended=int(ended), state=state, log=kept)
+
+
+def log_width(loop: Loop) -> int:
+    """Columns of a log: states, readings, command, slip, sigma, estimates, regressor, states of the law.
+
+    Parameters
+    ----------
+    loop : Loop
+
+    Returns
+    -------
+    int
+    """
+    return 2 * loop.chain.size + 1 + len(loop.rig.encoders) + 3 + 2 * ESTIMATES + len(loop.observer.chosen)
+
+
+def current_rate(drive: Drive) -> float:
+    """Bandwidth of the torque loop [rad/s]; 0 where it is ideal.
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    float
+    """
+    hertz = drive.motor.current_bandwidth if drive.motor else None
+    return 0.0 if hertz is None else 2.0 * pi * hertz
+
+
+def _torque_limit(drive: Drive) -> float:
+    limit = drive.motor.torque_limit if drive.motor else None
+    return float("inf") if limit is None else limit
+
+
+def _jitter(options: RigOptions, interval: float, samples: int, generator: np.random.Generator) -> Array:
+    if options.jitter == 0.0:
+        return np.zeros(0)
+    drawn = generator.normal(0.0, options.jitter, samples + 1)
+    return np.clip(drawn, -0.4 * interval, 0.4 * interval)
+
+
+def _forces(options: RigOptions, interval: float, samples: int) -> Array:
+    forces = np.zeros((samples, 2))
+    for step in options.disturbances:
+        column = {"motor": 0, "load": 1}.get(step.on)
+        if column is None:
+            raise InputRefused(f"disturbance on {step.on!r} is not known: take motor or load")
+        forces[round(step.start / interval) : round(step.end / interval), column] += step.torque
+    return forces
+
+
+def _blind(drive: Drive, options: RigOptions, interval: float, shown: list[int]) -> Integers:
+    if options.blind is None:
+        return np.array([-1, 0, 0], dtype=np.int64)
+    shaft, start, end = options.blind
+    names = [name for i, name in enumerate(fitted_encoders(drive)) if i in shown]
+    if shaft not in names:
+        raise InputRefused(f"blind encoder {shaft!r} is not fitted: take one of {', '.join(names)}")
+    return np.array([names.index(shaft), round(start / interval), round(end / interval)], dtype=np.int64)

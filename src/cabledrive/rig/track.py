@@ -1,0 +1,145 @@
+"""`track`: run a control law on the virtual rig and say how well the load followed."""
+
+from typing import Any
+
+import numpy as np
+
+from cabledrive.parameters import Drive, InputRefused
+from cabledrive.rig.controllers import Wish, design
+from cabledrive.rig.loop import close_loop, run
+from cabledrive.rig.setting import DEGREE, Motion, RigOptions, sample_interval
+from cabledrive.rig.tracking import Tracking, told
+from cabledrive.trajectories import move_limits, peak_demand
+
+PLANTS = {f"model-{number}": number for number in (1, 2, 3, 4)}
+
+
+def track(
+    drive: Drive,
+    *,
+    controller: str | None = None,
+    bandwidth: float | None = None,
+    plant: str | None = None,
+    motion: Motion | None = None,
+    options: RigOptions | None = None,
+    plant_drive: Drive | None = None,
+    seed: int = 0,
+    gains: str = "printed",
+    adapt: bool = True,
+) -> Tracking:
+    """Let a control law follow pulses on the virtual rig.
+
+    Parameters
+    ----------
+    drive : Drive
+        As the law believes it to be.
+    controller : str, optional
+        Name of the law; by default the one that the drive's joint calls for.
+    bandwidth : float, optional
+        lambda/(2 pi) [Hz] instead of the printed one.
+    plant : {"model-1", "model-2", "model-3", "model-4"}, optional
+        Default: the highest model that the drive's data allow.
+    motion : Motion, optional
+        Default: one pulse of 45 deg in 0.5 s with 0.5 s dwell.
+    options : RigOptions, optional
+        Default: encoders with random phases, Kalman filter, stick-slip.
+    plant_drive : Drive, optional
+        The drive as it is, where that differs.
+    seed : int, default 0
+        Of encoder phases and jitter.
+    gains : {"printed", "best"}
+    adapt : bool, default True
+        Whether estimates move.
+
+    Returns
+    -------
+    Tracking
+
+    Raises
+    ------
+    InputRefused
+        If a name is unknown, data are missing, or the motion exceeds what the drive can do.
+    """
+    motion, options = motion or Motion(), options or RigOptions()
+    actual = plant_drive or drive
+    if gains not in ("printed", "best"):
+        raise InputRefused(f"gains = {gains!r} is not known: take printed or best")
+    check_motion(actual, motion)
+    wish = wish_for(
+        drive, motion, bandwidth=bandwidth, feedback=options.feedback, adapt=adapt, best=gains == "best"
+    )
+    made = design(controller, wish)
+    loop = close_loop(
+        drive, actual, made, motion, options, np.random.default_rng(seed), plant_model=plant_number(plant)
+    )
+    done = run(loop)
+    return told(loop, done, drive, actual, motion, options, seed)
+
+
+def wish_for(drive: Drive, motion: Motion, **choices: Any) -> Wish:
+    """What a law is designed for, from a drive and a motion.
+
+    Parameters
+    ----------
+    drive : Drive
+    motion : Motion
+    **choices
+        Bandwidth, feedback, adapt, best; see `Wish`.
+
+    Returns
+    -------
+    Wish
+    """
+    interval = sample_interval(drive)
+    trajectory = motion.trajectory
+    samples = round(trajectory.duration / interval) + 1
+    return Wish(drive=drive, trajectory=trajectory, interval=interval, samples=samples, **choices)
+
+
+def plant_number(plant: str | None) -> int | None:
+    """Number of the model that is the plant.
+
+    Parameters
+    ----------
+    plant : str or None
+
+    Returns
+    -------
+    int or None
+        None: the highest that the drive's data allow.
+
+    Raises
+    ------
+    InputRefused
+        If there is no such plant.
+    """
+    if plant is None:
+        return None
+    if plant not in PLANTS:
+        raise InputRefused(f"plant = {plant!r} is not known: take one of {', '.join(PLANTS)}")
+    return PLANTS[plant]
+
+
+def check_motion(drive: Drive, motion: Motion) -> None:
+    """Refuse a motion beyond the speed, the torque or the slack torque of a drive.
+
+    Parameters
+    ----------
+    drive : Drive
+    motion : Motion
+
+    Raises
+    ------
+    InputRefused
+    """
+    limits = move_limits(drive)
+    demand = peak_demand(limits, motion.angle * DEGREE, motion.rise, motion.order)
+    bounds = {"speed": "rad/s", "torque": "N m"}
+    if drive.kind == "loop":
+        bounds["slack_torque"] = "N m"
+    for name, unit in bounds.items():
+        if demand[name] > getattr(limits, name):
+            raise InputRefused(
+                f"{motion.angle:.4g} deg in {motion.rise:.4g} s asks for a {name.replace('_', ' ')} of up to "
+                f"{demand[name]:.4g} {unit}, above {getattr(limits, name):.4g} {unit}: take longer, turn less"
+            )

@@ -1,0 +1,373 @@
+"""What a run of the rig says: peaks, the bound of the theorem, and the assumptions that did not hold."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from cabledrive.control.bound import ErrorBound, error_bound
+from cabledrive.control.numbers import DARC, HIGH, LOW
+from cabledrive.parameters import Drive
+from cabledrive.rig.controllers import Controller
+from cabledrive.rig.fitting import Array
+from cabledrive.rig.loop import Loop, Run
+from cabledrive.rig.loop_numbers import ESTIMATES, SUMMARY
+from cabledrive.rig.setting import DEGREE, Motion, RigOptions
+
+OBSERVERS = {0: "none, ideal states", 1: "filtered difference", 2: "Kalman filter"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Tracking:
+    """A run of the rig.
+
+    Attributes
+    ----------
+    summary : dict
+        What `cabledrive track --json` prints.
+    time : ndarray, shape (samples,)
+        [s].
+    reference, load_angle, error : ndarray, shape (samples,)
+        Wanted and true angle of the load and their difference at the same instant [rad].
+    torque : ndarray, shape (samples,)
+        Limited command [N m].
+    sigma : ndarray, shape (samples,)
+        Sliding variable of a law of the chain, first error of backstepping.
+    estimates : ndarray, shape (samples, p)
+    angles, speeds : ndarray, shape (samples, n)
+        True ones of every inertia, at the first shaft [rad], [rad/s].
+    readings : ndarray, shape (samples, m)
+        Of the encoders, at the first shaft [rad].
+    stuck : ndarray of bool, shape (samples,)
+        Whether the motor stood still by friction.
+    bound : ndarray, shape (samples,), or None
+        The tube of the theorem for the error [rad].
+    incomplete : str or None
+        Why the run ended early.
+    """
+
+    summary: dict[str, Any]
+    time: Array
+    reference: Array
+    load_angle: Array
+    error: Array
+    torque: Array
+    sigma: Array
+    estimates: Array
+    angles: Array
+    speeds: Array
+    readings: Array
+    stuck: Array
+    bound: Array | None
+    incomplete: str | None
+
+
+def told(
+    loop: Loop, done: Run, drive: Drive, actual: Drive, motion: Motion, options: RigOptions, seed: int
+) -> Tracking:
+    """Put a run into words and arrays.
+
+    Parameters
+    ----------
+    loop : Loop
+    done : Run
+    drive, actual : Drive
+        As believed, as it is.
+    motion : Motion
+    options : RigOptions
+    seed : int
+
+    Returns
+    -------
+    Tracking
+    """
+    n, m, ended = loop.chain.size, len(loop.rig.encoders), done.ended
+    log, made = done.log[:ended], loop.controller
+    column = 2 * n + 1 + m
+    count = made.law.learning.shape[1]
+    estimates = log[:, column + 3 : column + 3 + count]
+    regressor = log[:, column + 3 + ESTIMATES : column + 3 + ESTIMATES + count]
+    error = (log[:, n - 1] - loop.target[:ended]) / loop.gear
+    broken = broken_assumptions(loop, drive, actual, options, done)
+    bound = bound_of(loop, log[:, 2 * n], log[:, column], regressor) if ended > 1 else None
+    incomplete = why_ended(loop, done)
+    summary = summary_of(loop, done, error, motion, options, seed)
+    summary |= bound_words(bound, error, broken, loop.gear)
+    summary["estimates_within_bounds"] = within(estimates, made)
+    if incomplete:
+        summary["ended_at"] = ended * loop.rig.interval
+    return Tracking(
+        summary=summary,
+        time=loop.rig.interval * np.arange(ended),
+        reference=loop.target[:ended] / loop.gear,
+        load_angle=log[:, n - 1] / loop.gear,
+        error=error,
+        torque=log[:, column],
+        sigma=log[:, column + 2],
+        estimates=estimates,
+        angles=log[:, :n],
+        speeds=log[:, n : 2 * n],
+        readings=log[:, 2 * n + 1 : column],
+        stuck=log[:, column + 1] == 0.0,
+        bound=None if bound is None else bound.tube / loop.gear,
+        incomplete=incomplete,
+    )
+
+
+def summary_of(
+    loop: Loop, done: Run, error: Array, motion: Motion, options: RigOptions, seed: int
+) -> dict[str, Any]:
+    """Peaks of a run and what was run.
+
+    Parameters
+    ----------
+    loop : Loop
+    done : Run
+    error : ndarray, shape (samples,)
+        Of the load [rad].
+    motion : Motion
+    options : RigOptions
+    seed : int
+
+    Returns
+    -------
+    dict
+    """
+    score = dict(zip(SUMMARY, (float(v) for v in done.state.summary), strict=True))
+    samples = max(len(error), 1)
+    several = motion.pulses > 1 and len(error) > loop.rig.first_end
+
+    def degrees(value: float) -> float:
+        return value / loop.gear / DEGREE
+
+    return {
+        "controller": loop.controller.name,
+        "gains": loop.controller.gains,
+        "plant": f"model-{plant_model(loop)}",
+        "friction": "smooth, c tanh(50 w)" if options.smooth_friction else "stick-slip Coulomb",
+        "observer": OBSERVERS[loop.observer.kind],
+        "feedback": list(loop.controller.shafts),
+        "peak_error_deg": degrees(score["peak"]),
+        "first_pulse_error_deg": degrees(score["first_peak"]),
+        "later_pulses_error_deg": degrees(score["later_peak"]) if several else None,
+        "rms_error_deg": degrees(float(np.sqrt(score["square"] / samples))),
+        "encoder_error_deg": degrees(score["own_peak"]),
+        "peak_torque": score["peak_torque"],
+        "saturated_fraction": score["saturated"] / samples,
+        "invalid_samples": int(score["invalid"]),
+        "slack_share": float(score["twist"] / slack_of(loop)) if np.isfinite(slack_of(loop)) else None,
+        "encoder_phases": [float(v) for v in loop.rig.phases],
+        "motion": {
+            "angle_deg": motion.angle,
+            "rise": motion.rise,
+            "dwell": motion.dwell,
+            "pulses": motion.pulses,
+            "order": motion.order,
+        },
+        "delay": loop.rig.late_samples * loop.rig.interval + loop.rig.late_part,
+        "sample_rate": 1.0 / loop.rig.interval,
+        "internal_step": float(loop.plant.scalars[0]),
+        "seed": seed,
+    }
+
+
+def slack_of(loop: Loop) -> float:
+    """Twist at which a span goes slack, whether or not that ends the run [rad].
+
+    Parameters
+    ----------
+    loop : Loop
+
+    Returns
+    -------
+    float
+    """
+    return loop.slack
+
+
+def plant_model(loop: Loop) -> int:
+    """Number of the model that is the plant.
+
+    Parameters
+    ----------
+    loop : Loop
+
+    Returns
+    -------
+    int
+    """
+    joint, cable = "drive" in loop.chain.names and loop.chain.size > 1, "load" in loop.chain.names
+    joint = joint and loop.chain.names[0] == "motor"
+    return 1 + joint + 2 * cable
+
+
+def bound_of(loop: Loop, shaft: Array, command: Array, regressor: Array) -> ErrorBound | None:
+    """Bound of the theorem along a run; None for laws that have none here.
+
+    What the actuator makes of the command counts as disturbance, and so does friction at rest.
+
+    Parameters
+    ----------
+    loop : Loop
+    shaft : ndarray, shape (samples,)
+        Torque at the motor's shaft [N m].
+    command : ndarray, shape (samples,)
+        [N m].
+    regressor : ndarray, shape (samples, 4)
+
+    Returns
+    -------
+    ErrorBound or None
+    """
+    made = loop.controller
+    if made.law.kind != DARC or made.bandwidth is None or made.flat is None:
+        return None
+    late = np.abs(np.append(shaft[1:], shaft[-1]) - command)
+    delta = made.law.learning[HIGH][2] + late
+    return error_bound(
+        made.law, made.bandwidth, regressor, delta, loop.rig.interval, made.flat.time_constants
+    )
+
+
+def bound_words(bound: ErrorBound | None, error: Array, broken: list[str], gear: float) -> dict[str, Any]:
+    """The bound, whether the error kept it, and which assumptions of the theorem did not hold.
+
+    Parameters
+    ----------
+    bound : ErrorBound or None
+    error : ndarray, shape (samples,)
+        [rad].
+    broken : list of str
+    gear : float
+        Angle of the first shaft per angle of the load.
+
+    Returns
+    -------
+    dict
+    """
+    if bound is None:
+        return {
+            "theory_bound_deg": None,
+            "theory_bound_deg_reason": "the theorem bounds the laws of the chain only",
+            "within_bound": None,
+            "within_bound_reason": "no bound",
+            "broken_assumptions": broken,
+        }
+    tube = bound.tube / gear
+    inside = bool(np.all(np.abs(error) <= tube + 1e-12))
+    words: dict[str, Any] = {
+        "theory_bound_deg": float(tube.max()) / DEGREE,
+        "printed_norm_bound_deg": bound.printed / gear / DEGREE,
+        "within_bound": None if broken else inside,
+        "inside_tube": inside,
+        "broken_assumptions": broken,
+    }
+    if broken:
+        words["within_bound_reason"] = "; ".join(broken)
+    return words
+
+
+def broken_assumptions(loop: Loop, drive: Drive, actual: Drive, options: RigOptions, done: Run) -> list[str]:
+    """Assumptions of the theorem that did not hold in a run.
+
+    Parameters
+    ----------
+    loop : Loop
+    drive, actual : Drive
+        As the law believes it to be, as it is.
+    options : RigOptions
+    done : Run
+
+    Returns
+    -------
+    list of str
+    """
+    made, broken = loop.controller, []
+    if not options.ideal_sensors:
+        broken.append("states come from encoders")
+    if loop.rig.late_samples or loop.rig.late_part > 0.0:
+        broken.append(f"delay of {1e3 * actual.sensors.delay:.4g} ms" if actual.sensors else "delay")
+    lacks = set(FLEXIBLE[plant_model(loop)]) - set(FLEXIBLE[made.model])
+    if lacks:
+        broken.append(f"the {' and the '.join(sorted(lacks))} of the plant bend, those of the law do not")
+    if not made.damped and any(loop.chain.damping):
+        broken.append("damping of the plant's joint or cable is neglected")
+    if unmatched(drive, actual):
+        broken.append("unmatched: what the cable drives differs from what the law believes")
+    if done.state.summary[5] > 0:
+        broken.append("torque at its limit")
+    if loop.rig.forces.any() and loop.rig.forces[:, 1].any():
+        broken.append("disturbance at the load")
+    if done.state.summary[6] > 0:
+        broken.append("a sensor failed")
+    if made.law.kind == DARC and loop.chain.coulomb[-1] > 0.0 and loop.chain.size > 1:
+        broken.append("Coulomb friction at the load")
+    return broken
+
+
+FLEXIBLE = {1: (), 2: ("joint",), 3: ("cable",), 4: ("joint", "cable")}
+
+
+def unmatched(drive: Drive, actual: Drive) -> bool:
+    """Whether anything but the motor's inertia, friction and offset differs between two drives.
+
+    Parameters
+    ----------
+    drive, actual : Drive
+
+    Returns
+    -------
+    bool
+    """
+    from cabledrive.reduction.models import lumped_model
+
+    ours, theirs = lumped_model(drive), lumped_model(actual)
+    return (
+        ours.inertias[1:] != theirs.inertias[1:]
+        or ours.stiffness != theirs.stiffness
+        or ours.damping != theirs.damping
+    )
+
+
+def within(estimates: Array, made: Controller) -> bool | None:
+    """Whether every estimate kept its bounds; None for laws without estimates.
+
+    Parameters
+    ----------
+    estimates : ndarray, shape (samples, p)
+    made : Controller
+
+    Returns
+    -------
+    bool or None
+    """
+    if estimates.shape[1] == 0:
+        return None
+    low, high = made.law.learning[LOW], made.law.learning[HIGH]
+    return bool(np.all((estimates >= low) & (estimates <= high)))
+
+
+def why_ended(loop: Loop, done: Run) -> str | None:
+    """Why a run ended before its time, if it did.
+
+    Parameters
+    ----------
+    loop : Loop
+    done : Run
+
+    Returns
+    -------
+    str or None
+    """
+    if done.ended >= len(loop.target):
+        return None
+    time = done.ended * loop.rig.interval
+    x, n = done.state.x, loop.chain.size
+    twist = abs(x[n - 2] - x[n - 1]) if n > 1 else 0.0
+    if np.isfinite(twist) and twist > loop.twist_limit:
+        torque = loop.slack * loop.chain.stiffness[-1]
+        return (
+            f"a span went slack at t = {time:.4g} s: the cable carried over {torque:.4g} N m; slow down, "
+            "raise cable.pretension, or take --tension-only"
+        )
+    return f"the plant diverged at t = {time:.4g} s: lower the bandwidth, or feed back the motor's encoder"

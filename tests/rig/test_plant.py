@@ -1,0 +1,97 @@
+"""The plant of the rig: exact between samples, with friction that sticks.
+
+Compiled modules under test: cabledrive.rig.plant_kernels.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cabledrive.parameters import InputRefused
+from cabledrive.reduction.friction_march import march_chain
+from cabledrive.rig.plant import plant_numbers
+from cabledrive.rig.plant_kernels import MOST_TERMS, advance
+from control_chains import INTERVAL, model
+
+pytestmark = pytest.mark.kernel
+
+CHAIN = model(4)
+
+
+def motion(commands, *, substeps=1, rate=0.0, smooth=False, chain=CHAIN, hold=INTERVAL):
+    """States after each command, from rest."""
+    numbers = plant_numbers(chain, hold, current_rate=rate, substeps=substeps, smooth=smooth)
+    x, slip = np.zeros(2 * chain.size + 1), 0
+    terms, work, states = np.zeros((MOST_TERMS, len(x))), np.zeros(len(x)), []
+    for u in commands:
+        slip = advance(*numbers, x, slip, u, 0.0, 0.0, hold, terms, work)
+        states.append(x.copy())
+    return np.array(states)
+
+
+def wave(samples):
+    t = INTERVAL * np.arange(samples)
+    return 0.12 * np.sin(2 * np.pi * 2.0 * t) + 0.05 * np.sin(2 * np.pi * 9.0 * t)
+
+
+@pytest.mark.parametrize("rate", [0.0, 2 * np.pi * 1000.0])
+def test_motion_does_not_depend_on_the_internal_step(rate):
+    """Sticking, breaking loose and turning are found on the exact motion, not at steps."""
+    one = motion(wave(1500), rate=rate)
+    for substeps in (3, 10):
+        other = motion(wave(1500), rate=rate, substeps=substeps)
+        worst = np.abs(one - other)[:, :3].max()
+        assert worst < 1e-10, f"{substeps} steps: observed {worst:.2e} rad"
+
+
+def test_motion_is_that_of_small_runge_kutta_steps():
+    u = wave(1500)
+    fine = march_chain(CHAIN, np.append(u, 0.0), INTERVAL, substeps=8, hold="step")
+    worst = np.abs(fine.angles[1:] - motion(u)[:, :3]).max()
+    assert worst < 1e-8, f"observed {worst:.2e} rad"
+
+
+def test_torque_below_the_friction_moves_nothing_and_a_load_lets_it_go():
+    held = motion(np.full(200, 0.9 * CHAIN.coulomb[0]))
+    assert np.all(held[:, :6] == 0.0)
+    loose = motion(np.full(200, 1.1 * CHAIN.coulomb[0] + abs(CHAIN.offsets[0])))
+    assert loose[-1, 0] > 0.0
+
+
+def test_torque_loop_of_first_order_follows_its_time_constant():
+    """After one time constant the shaft has 1 - 1/e of the command."""
+    rate = 2 * np.pi * 100.0
+    states = motion(np.full(1, 0.2), rate=rate, hold=1.0 / rate)
+    assert states[0, -1] == pytest.approx(0.2 * (1 - np.exp(-1.0)), rel=1e-12)
+
+
+def test_smoothed_friction_is_of_second_order_in_the_step():
+    u = wave(1000)
+    fine = motion(u, smooth=True, substeps=64)[-1, 2]
+    errors = [abs(motion(u, smooth=True, substeps=k)[-1, 2] - fine) for k in (1, 2, 4)]
+    assert errors[0] < 1e-5
+    assert errors[1] < errors[0] / 3.0, f"observed {errors}"
+    assert errors[2] < errors[1] / 3.0, f"observed {errors}"
+
+
+def test_energy_only_falls_without_torque():
+    """Stored energy after each sample, from a wound-up cable with the motor stuck and free."""
+    chain = replace(CHAIN, offsets=(0.0, 0.0, 0.0))
+    numbers = plant_numbers(chain, INTERVAL)
+    x, slip = np.zeros(7), 0
+    x[2] = 0.2
+    terms, work, energy = np.zeros((MOST_TERMS, 7)), np.zeros(7), []
+    for _ in range(2000):
+        slip = advance(*numbers, x, slip, 0.0, 0.0, 0.0, INTERVAL, terms, work)
+        theta, omega = x[:3], x[3:6]
+        stored = theta @ chain.stiffness_matrix @ theta + omega @ np.diag(chain.inertias) @ omega
+        energy.append(0.5 * stored)
+    rises = np.diff(energy).max()
+    assert rises < 1e-15, f"observed {rises:.2e} J"
+    assert slip == 0
+
+
+def test_friction_of_a_pulley_inside_the_row_is_refused():
+    with pytest.raises(InputRefused, match="beside a flexible joint"):
+        plant_numbers(replace(CHAIN, coulomb=(0.03, 0.01, 0.0)), INTERVAL)
