@@ -97,16 +97,18 @@ def split_at_antinodes(chain: Chain, omega: float) -> tuple[Chain, NDArray[np.in
         Where the joints of `chain` are among those of `split`.
     """
     phase = omega * chain.travel_times
-    long = np.flatnonzero(phase > 2.0)
-    if not long.size:
+    long = phase > 2.0
+    if not long.any():
         return chain, np.arange(chain.masses.size)
     half_turns = np.rint(phase[long] / np.pi)
     first = ((half_turns - 1) // 2 + 0.5) * np.pi + (phase[long] - half_turns * np.pi) / 2
     share = first / phase[long]
-    lengths = chain.lengths.copy()
-    lengths[long] *= 1.0 - share
-    lengths = np.insert(lengths, long, chain.lengths[long] * share)
-    masses = np.insert(chain.masses, long + 1, 0.0)
-    joints = np.arange(chain.masses.size) + np.searchsorted(long, np.arange(chain.masses.size))
+    ends = np.cumsum(1 + long)
+    lengths = np.repeat(chain.lengths, 1 + long)
+    lengths[ends[long] - 2] *= share
+    lengths[ends[long] - 1] *= 1.0 - share
+    joints = np.concatenate(([0], ends))[: chain.masses.size]
+    masses = np.zeros(lengths.size if chain.closed else lengths.size + 1)
+    masses[joints] = chain.masses
     pendant_joint = int(joints[chain.pendant_joint])
     return replace(chain, lengths=lengths, masses=masses, pendant_joint=pendant_joint), joints

@@ -1,181 +1,176 @@
-r"""Inverse iteration in machine code, for one mode of a long chain: the loops behind `inverse_iteration`.
+r"""Inverse iteration for one mode, plain arithmetic: run as Python for short chains, compiled for long ones.
 
 A chain is a row of springs (links) from joint to joint and to the ground, so elimination from one end is the
 series connection of springs: what stands behind joint i acts as
 :math:`s_{i+1} = g_{i+1} + s_i k_i/(s_i + k_i)`. A ring is a line between two images of its joint 0, which
-is put in last.
+is put in last. The readable oracle, for multiple modes too, is the general part of
+`cabledrive.modes.refinement.inverse_iteration`.
 """
 
-from math import tan
-
-import numpy as np
+from collections.abc import Sequence
+from math import nan, sqrt, tan
 
 from cabledrive.mechanics.chain import Array
-from cabledrive.mechanics.compiled import njit_strict
-
-Pendant = tuple[float, float, float]
-"""Spring over the joint, mass behind it, number of the joint (a float too: kernels take one kind)."""
 
 STEPS, REPEATS = 8, 6
-SETTLED, CONVERGED, CLEAR = 1e-9, 1e-13, 1e-9
+SETTLED, CONVERGED, CLEAR = 1e-15, 1e-13, 1e-9
+Floats = list[float] | Array
 
 
-@njit_strict
-def springs(
-    omega: float,
-    times: Array,
-    masses: Array,
-    impedance: float,
-    pendant: Pendant,
-    closed: bool,
-    link: Array,
-    link_rate: Array,
-    ground: Array,
-    ground_rate: Array,
-) -> None:
-    """Springs of the exact stiffness over omega and minus their rates, as in `dynamic_stiffness`."""
-    n = masses.size
-    for i in range(n):
-        ground[i] = -omega * masses[i]
-        ground_rate[i] = masses[i]
-    spring, mass, joint = pendant
-    if spring > 0.0:
-        rest = spring - omega * omega * mass
-        ground[int(joint)] -= mass * spring * omega / rest
-        ground_rate[int(joint)] += mass * spring * (spring + omega * omega * mass) / (rest * rest)
-    for i in range(times.size):
-        far = 0 if closed and i == n - 1 else i + 1
-        t = tan(0.5 * omega * times[i])
-        unit = impedance * (1.0 + t * t) / (2.0 * t)
-        link[i] = unit
-        link_rate[i] = unit * times[i] * (1.0 - t * t) / (2.0 * t)
-        for j in (i, far):
-            ground[j] -= impedance * t
-            ground_rate[j] += 0.5 * impedance * times[i] * (1.0 + t * t)
-
-
-@njit_strict
-def eliminate(
-    link: Array, ground: Array, first: int, last: int, closed: bool, pivot: Array, ratio: Array
-) -> float:
-    """Pivots of joints first..last and the shares that successors take; the smallest pivot, relative."""
-    smallest = 1.0
-    behind = ground[first]
-    if first > 0:
-        behind += link[first - 1]
-    for i in range(first, last + 1):
-        reaches_on = i < last or closed or last < ground.size - 1
-        pivot[i] = behind + link[i] if reaches_on else behind
-        if reaches_on:
-            smallest = min(smallest, abs(pivot[i]) / (abs(behind) + abs(link[i])))
-        if pivot[i] == 0.0:
-            pivot[i] = 1e-30 * abs(link[max(i - 1, 0)])
-        ratio[i] = link[i] / pivot[i] if reaches_on else 0.0
-        if i < last:
-            behind = ground[i + 1] + behind * ratio[i]
-    return smallest
-
-
-@njit_strict
-def substitute(pivot: Array, ratio: Array, first: int, last: int, x: Array) -> None:
-    """Solve for joints first..last in place, all others held."""
-    for i in range(first, last):
-        x[i + 1] += ratio[i] * x[i]
-    x[last] /= pivot[last]
-    for i in range(last - 1, first - 1, -1):
-        x[i] = x[i] / pivot[i] + ratio[i] * x[i + 1]
-
-
-@njit_strict
-def close_ring(link: Array, ground: Array, pivot: Array, ratio: Array, x: Array, image: Array) -> None:
-    """Put in joint 0 of a ring: x holds the load, then the solution; image is scratch."""
-    last = ground.size - 1
-    image[:] = 0.0
-    image[1] += link[0]
-    image[last] += link[last]
-    substitute(pivot, ratio, 1, last, image)
-    substitute(pivot, ratio, 1, last, x)
-    own = ground[0] + link[0] * (1.0 - image[1]) + link[last] * (1.0 - image[last])
-    if own == 0.0:
-        own = 1e-30 * link[0]
-    x[0] = (x[0] + link[0] * x[1] + link[last] * x[last]) / own
-    for i in range(1, last + 1):
-        x[i] += x[0] * image[i]
-
-
-@njit_strict
-def form(link: Array, ground: Array, closed: bool, x: Array) -> float:
-    """Quadratic form of springs, without cancellation."""
-    total = 0.0
-    n = ground.size
-    for i in range(n):
-        total += ground[i] * x[i] * x[i]
-    for i in range(link.size):
-        stretch = x[i] - x[0 if closed and i == n - 1 else i + 1]
-        total += link[i] * stretch * stretch
-    return total
-
-
-@njit_strict
-def load(link: Array, ground: Array, closed: bool, x: Array, out: Array) -> None:
-    """Forces of springs for displacements x."""
-    n = ground.size
-    for i in range(n):
-        out[i] = ground[i] * x[i]
-    for i in range(link.size):
-        far = 0 if closed and i == n - 1 else i + 1
-        force = link[i] * (x[i] - x[far])
-        out[i] += force
-        out[far] -= force
-
-
-@njit_strict
 def polish(
     omega: float,
     low: float,
     high: float,
-    times: Array,
-    masses: Array,
+    times: Floats,
+    masses: Floats,
     impedance: float,
-    pendant: Pendant,
+    pendant: tuple[float, float, int],
     closed: bool,
     first: int,
     last: int,
-    x: Array,
+    x: Floats,
+    work: Sequence[Floats],
 ) -> float:
-    """Inverse iteration from omega and the load x: frequency or NaN; x becomes the shape of unit modal mass.
+    """Inverse iteration from omega and the load x.
 
-    The solution is repeated at one frequency until its Rayleigh quotient lies between low and high.
+    Parameters
+    ----------
+    omega : float
+        Where to begin [rad/s].
+    low, high : float
+        Interval the mode must lie in [rad/s].
+    times, masses : sequence of float
+        Travel times of the segments [s], none near a pole, and masses of the joints [kg].
+    impedance : float
+        Wave impedance [kg/s].
+    pendant : (float, float, int)
+        Stiffness [N/m], mass [kg] and joint of the pendant; a stiffness of 0 if there is none.
+    closed : bool
+        Whether the chain is a ring; its joint 0 is then none of `first` to `last`.
+    first, last : int
+        The joints that move.
+    x : sequence of float
+        A load on every joint; becomes the shape of unit modal mass [kg^-1/2].
+    work : sequence of seven sequences of float
+        Scratch, as long as `masses`.
+
+    Returns
+    -------
+    float
+        Natural frequency [rad/s]; NaN if the iteration leaves the interval or loses its digits.
     """
-    work = np.empty((8, masses.size))
-    link, link_rate, ground, ground_rate, pivot, ratio, image, force = work
-    link, link_rate = link[: times.size], link_rate[: times.size]
+    link, link_rate, ground, ground_rate, pivot, ratio, image = work
+    n = len(masses)
+    segments = len(times)
+    spring, mass, joint = pendant
     settled = False
     for _ in range(STEPS):
-        springs(omega, times, masses, impedance, pendant, closed, link, link_rate, ground, ground_rate)
-        if not settled and eliminate(link, ground, first, last, closed, pivot, ratio) < CLEAR:
-            return np.nan  # elimination without exchange of rows has lost the digits
-        for _ in range(0 if settled else REPEATS):
-            load(link_rate, ground_rate, closed, x, force)
-            x[first : last + 1] = force[first : last + 1]
+        # the springs of `dynamic_stiffness`, over omega, and minus their rates
+        for i in range(n):
+            ground[i] = -omega * masses[i]
+            ground_rate[i] = masses[i]
+        if spring > 0.0:
+            rest = spring - omega * omega * mass
+            if rest == 0.0:
+                return nan
+            ground[joint] -= mass * spring * omega / rest
+            ground_rate[joint] += mass * spring * (spring + omega * omega * mass) / (rest * rest)
+        for i in range(segments):
+            far = i + 1 if i + 1 < n else 0
+            time = times[i]
+            t = tan(0.5 * omega * time)
+            over = 1.0 / t
+            link[i] = 0.5 * impedance * (over + t)
+            link_rate[i] = 0.5 * link[i] * time * (over - t)
+            edge = impedance * t
+            edge_rate = 0.5 * impedance * time * (1.0 + t * t)
+            ground[i] -= edge
+            ground[far] -= edge
+            ground_rate[i] += edge_rate
+            ground_rate[far] += edge_rate
+        if not settled:
+            # pivots, and the share of each that its successor takes
+            smallest = 1.0
+            behind = ground[first] + (link[first - 1] if first > 0 else 0.0)
+            for i in range(first, last + 1):
+                onward = link[i] if i < segments else 0.0
+                pivot[i] = behind + onward
+                if onward != 0.0:
+                    smallest = min(smallest, abs(pivot[i]) / (abs(behind) + abs(onward)))
+                if pivot[i] == 0.0:
+                    pivot[i] = 1e-16 * abs(link[i if i < segments else i - 1])
+                ratio[i] = onward / pivot[i]
+                if i < last:
+                    behind = ground[i + 1] + behind * ratio[i]
+            if smallest < CLEAR:
+                return nan  # elimination without exchange of rows has lost the digits
+            own = 1.0
             if closed:
-                x[0] = force[0]
-                close_ring(link, ground, pivot, ratio, x, image)
-            else:
-                substitute(pivot, ratio, first, last, x)
-            x /= np.max(np.abs(x))
-            rate = form(link_rate, ground_rate, closed, x)
-            shift = form(link, ground, closed, x) / rate
+                # the ring's answer to joint 0 moving by one, and the stiffness it meets
+                for i in range(first, last + 1):
+                    image[i] = 0.0
+                image[first] += link[0]
+                image[last] += link[last]
+                for i in range(first, last):
+                    image[i + 1] += ratio[i] * image[i]
+                image[last] /= pivot[last]
+                for i in range(last - 1, first - 1, -1):
+                    image[i] = image[i] / pivot[i] + ratio[i] * image[i + 1]
+                own = ground[0] + link[0] * (1.0 - image[first]) + link[last] * (1.0 - image[last])
+                if own == 0.0:
+                    own = 1e-16 * abs(link[0])
+        shift = rate = 0.0
+        for _ in range(1 if settled else REPEATS):
+            if not settled:
+                # the load of the last shape, carried forward, then the new shape backward
+                start = here = x[0]
+                force = link_rate[n - 1] * (start - x[n - 1]) if closed else 0.0
+                for i in range(n):
+                    after = x[i + 1] if i + 1 < n else start
+                    onward = link_rate[i] * (here - after) if i < segments else 0.0
+                    x[i] = ground_rate[i] * here + force + onward
+                    force, here = -onward, after
+                if not closed:
+                    for i in range(first):
+                        x[i] = 0.0
+                    for i in range(last + 1, n):
+                        x[i] = 0.0
+                for i in range(first, last):
+                    x[i + 1] += ratio[i] * x[i]
+                x[last] /= pivot[last]
+                for i in range(last - 1, first - 1, -1):
+                    x[i] = x[i] / pivot[i] + ratio[i] * x[i + 1]
+                if closed:
+                    x[0] = (x[0] + link[0] * x[first] + link[last] * x[last]) / own
+                    for i in range(first, last + 1):
+                        x[i] += x[0] * image[i]
+                largest = 0.0
+                for i in range(n):
+                    largest = max(largest, abs(x[i]))
+                for i in range(n):
+                    x[i] /= largest
+            # Rayleigh quotient
+            energy = rate = 0.0
+            for i in range(n):
+                square = x[i] * x[i]
+                energy += ground[i] * square
+                rate += ground_rate[i] * square
+            for i in range(segments):
+                stretch = x[i] - x[i + 1 if i + 1 < n else 0]
+                square = stretch * stretch
+                energy += link[i] * square
+                rate += link_rate[i] * square
+            shift = energy / rate
             if low <= omega + shift <= high:
                 break
-        if settled:
-            rate = form(link_rate, ground_rate, closed, x)
-            shift = form(link, ground, closed, x) / rate
-        if not (low <= omega + shift <= high):
-            return np.nan
+        if not low <= omega + shift <= high:
+            return nan
         omega += shift
         if abs(shift) <= CONVERGED * omega:
-            x *= np.sqrt(2.0 / rate)
+            scale = sqrt(2.0 / rate)
+            for i in range(n):
+                x[i] *= scale
             return omega
-        settled = abs(shift) <= SETTLED * omega
-    return np.nan
+        # other modes lie beyond the interval: their share in the shape moves the quotient by shift^2/gap
+        settled = shift * shift <= SETTLED * omega * min(omega - low, high - omega)
+    return nan

@@ -17,7 +17,7 @@ MULTIPLE = 1e-10
 ENCLOSURE = 1e-12
 """Half-width, relative, of the interval in which each mode is proven to lie by two counts."""
 
-_START = 2.0**-6
+_START = 2.0**-4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
