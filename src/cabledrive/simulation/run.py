@@ -187,19 +187,17 @@ def slack_line(case: Case, state: State) -> str:
 
 
 def _not_finite_line(case: Case, state: State, work: Workspace, torque: Array, forces: Array) -> str:
-    """Repeat the chunk step by step to the first number that is not finite."""
+    """Repeat the chunk step by step up to the first energy that is not finite."""
     rows, no_fields = np.zeros((1, case.width)), np.zeros((0, 3, case.mesh.nodes))
     for j in range(torque.size):
-        case.method.march(case.plan, state, work, torque[j : j + 1], forces[j : j + 1], 1, rows, no_fields)
-        bad = np.flatnonzero(~np.isfinite(state.x).all(axis=0))
-        if bad.size:
-            span, segment = divmod(int(bad[0]), case.mesh.segments)
-            span = min(span, len(case.mesh.spans) - 1)
-            place = case.mesh.position[span, segment]
-            return (
-                f"diverged: the {case.mesh.spans[span]} span is not finite at x = {place:.4g} m from "
-                f"t = {state.counts[STEPS] * case.grid.step:.6g} s on: check the input, or lower cfl"
-            )
+        inputs = torque[j : j + 1], forces[j : j + 1]
+        if case.method.march(case.plan, state, work, *inputs, 1, rows, no_fields) != DONE:
+            break
+    size = np.max(np.abs(state.x), axis=0)
+    farthest = int(np.argmax(np.where(np.isfinite(size), size, np.inf)))
+    span, segment = divmod(min(farthest, case.mesh.spacing.size - 1), case.mesh.segments)
     return (
-        f"diverged: the energy is not finite at t = {state.counts[STEPS] * case.grid.step:.6g} s: lower cfl"
+        f"diverged: the energy is not finite from t = {state.counts[STEPS] * case.grid.step:.6g} s on, motion "
+        f"largest in the {case.mesh.spans[span]} span at x = {case.mesh.position[span, segment]:.4g} m: "
+        "check the input, or lower cfl"
     )

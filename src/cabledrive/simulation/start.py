@@ -63,7 +63,9 @@ class Start:
     Attributes
     ----------
     plucks : tuple of Pluck
-        Added to each other and to the state of rest.
+        Displacements, added to each other and to the state of rest.
+    kicks : tuple of Pluck
+        Velocities of the same shapes, their heights in m/s: with a pluck in the other plane, a whirl.
     drive_angle, load_angle : float, default 0.0
         Angles of the pulleys [rad]; the cable between them follows linearly.
     drive_speed, load_speed : float, default 0.0
@@ -76,6 +78,7 @@ class Start:
     """
 
     plucks: tuple[Pluck, ...] = ()
+    kicks: tuple[Pluck, ...] = ()
     drive_angle: float = 0.0
     load_angle: float = 0.0
     drive_speed: float = 0.0
@@ -119,7 +122,9 @@ def displacement_at_start(mesh: Mesh, law: CableLaw, start: Start) -> Array:
     if start.from_equilibrium:
         total += equilibrium(mesh, law, hold=start.hold).displacement
     for pluck in start.plucks:
-        total[PLANES.index(pluck.plane)] += _plucked(mesh, pluck)
+        shape = _shaped(mesh, pluck)
+        _check_height(mesh, pluck, shape)
+        total[PLANES.index(pluck.plane)] += shape
     _check_taut(mesh, law, total)
     return total
 
@@ -140,9 +145,12 @@ def velocity_at_start(mesh: Mesh, start: Start) -> Array:
     Raises
     ------
     InputRefused
-        If a fixed pulley is given a speed.
+        If a fixed pulley is given a speed, or a kick does not fit the drive.
     """
-    return _following_rims(mesh, start.drive_speed, start.load_speed, "speed")
+    total = _following_rims(mesh, start.drive_speed, start.load_speed, "speed")
+    for kick in start.kicks:
+        total[PLANES.index(kick.plane)] += _shaped(mesh, kick)
+    return total
 
 
 def _following_rims(mesh: Mesh, drive: float, load: float, what: str) -> Array:
@@ -162,8 +170,17 @@ def _following_rims(mesh: Mesh, drive: float, load: float, what: str) -> Array:
     return total
 
 
-def _plucked(mesh: Mesh, pluck: Pluck) -> Array:
-    """Displacement of all nodes by one pluck."""
+def _check_height(mesh: Mesh, pluck: Pluck, shape: Array) -> None:
+    size, length = float(np.max(np.abs(shape))), float(mesh.position[0, -1])
+    if not size < length:
+        raise InputRefused(
+            f"pluck: {size:.6g} m on the {pluck.span} span is longer than the span of {length:.6g} m: "
+            "lower it"
+        )
+
+
+def _shaped(mesh: Mesh, pluck: Pluck) -> Array:
+    """Displacement or velocity of all nodes by one pluck or kick."""
     if pluck.span not in mesh.spans:
         raise InputRefused(f"pluck: there is no {pluck.span} span: write {' or '.join(mesh.spans)}")
     nodes = mesh.span_nodes(pluck.span)
@@ -172,15 +189,10 @@ def _plucked(mesh: Mesh, pluck: Pluck) -> Array:
     if pluck.plane == "u":
         held[1:-1] = False  # a guided carriage moves along its rail
     shape = pluck.height * _shape(pluck, x, x[held])
-    size = float(np.max(np.abs(shape)))
-    if not size < x[-1]:
-        raise InputRefused(
-            f"pluck: {size:.6g} m on the {pluck.span} span is longer than the span of {x[-1]:.6g} m: lower it"
-        )
-    moved = np.flatnonzero(held & (np.abs(shape) > 1e-9 * size))
+    moved = np.flatnonzero(held & (np.abs(shape) > 1e-9 * np.max(np.abs(shape))))
     if moved.size:
         raise InputRefused(
-            f"pluck: {shape[moved[0]]:.6g} m at x = {x[moved[0]]:.6g} m of the {pluck.span} span, where a "
+            f"pluck: {shape[moved[0]]:.6g} at x = {x[moved[0]]:.6g} m of the {pluck.span} span, where a "
             "pulley or a guided carriage holds it: make the profile zero there"
         )
     total = np.zeros(mesh.nodes)

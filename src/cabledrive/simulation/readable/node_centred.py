@@ -2,8 +2,8 @@ r"""Readable march of the dissertation's node-centred scheme, Eqs. (2.32)-(2.38)
 
 Corrected: :math:`\Delta x = L_e/n` in (2.31), second differences over :math:`\Delta x^2` in (2.34), gravity
 with the signs of (2.26)-(2.27), and the rims. There (2.37) and (2.38) leave open what u' is at a boundary
-node: here a pulley carries the half cells of cable on both sides, and takes the tension at their far ends, half a
-segment away, which is of second order and the same as a ghost node.
+node: here a pulley carries the half cells of cable on both sides, and takes the tension at their far ends,
+half a segment away, which is of second order and the same as a ghost node.
 """
 
 import numpy as np

@@ -1,0 +1,223 @@
+"""What must not change: energy, angular momentum, symmetry, rest."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cabledrive.mechanics.cable_laws import LAWS
+from cabledrive.parameters.carriage import Carriage
+from cabledrive.parameters.drive_file import load_drive
+from cabledrive.simulation import CarriageForce, Pluck, Recording, Scheme, Sine, Start, simulate
+from cabledrive.simulation.channels import AXIAL, WEIGHT_ENERGY
+
+LOOP = load_drive("dissertation-2")
+MOTORED = load_drive("dissertation-3")
+WEIGHTLESS = replace(LOOP, layout=replace(LOOP.layout, gravity=0.0))
+FORCED = Sine(amplitude=0.02, frequency=81.74)
+HALF_SINE = Pluck(height=1e-3, shape="half-sine")
+DAMPED = replace(WEIGHTLESS, cable=replace(LOOP.cable, transverse_damping=2.0))
+RUBBED = replace(
+    MOTORED,
+    cable=replace(MOTORED.cable, axial_damping=2.0, transverse_damping=3.0),
+    pulley=tuple(replace(p, viscous_friction=1e-3, coulomb_friction=2e-3) for p in MOTORED.pulley),
+    carriage=(Carriage(mass=1e-3, position=0.3, guided=False),),
+    layout=replace(MOTORED.layout, inclination=0.1),
+)
+
+
+def run(drive, duration, *, segments=40, torque=FORCED, plucks=(HALF_SINE,), **scheme):
+    return simulate(
+        drive,
+        duration,
+        torque=torque,
+        start=Start(plucks=plucks),
+        scheme=Scheme(segments=segments, **scheme),
+        recording=Recording(rate=2000.0),
+    )
+
+
+def energy(result):
+    return np.sum(result.rows[:, AXIAL : WEIGHT_ENERGY + 1], axis=1)
+
+
+def test_a_linear_cable_keeps_its_budget_to_round_off():
+    """The leapfrog's own energy of a linear drive is an exact invariant, also with torque and dampings."""
+    for drive in (LOOP, RUBBED):
+        result = run(drive, 0.2, model="linear")
+        assert result.energy_budget_error < 1e-11, f"{drive.name}: {result.energy_budget_error:.1e}"
+
+
+@pytest.mark.parametrize("friction", ["stick-slip", "smoothed"])
+def test_with_every_loss_and_every_input_the_budget_closes(friction):
+    """Joint, carriage on a slope with a force on it, both frictions, both dampings of the cable."""
+    result = simulate(
+        RUBBED,
+        0.2,
+        torque=Sine(amplitude=0.1, frequency=30.0),
+        forces=[
+            CarriageForce(signal=Sine(amplitude=0.05, frequency=50.0), plane="w"),
+            CarriageForce(signal=0.02),
+        ],
+        start=Start(plucks=(HALF_SINE,)),
+        scheme=Scheme(segments=40, friction=friction),
+        recording=Recording(rate=2000.0),
+    )
+    assert result.energy_budget_error < 1e-6, f"{result.energy_budget_error:.1e}"
+    for name in ("transverse_loss", "axial_loss", "viscous_loss", "coulomb_loss", "joint_loss"):
+        loss = result.channel(name)
+        assert loss[-1] > 0.0, f"{name} is {loss[-1]:.2e} J"
+        # a step that brings a shaft to rest takes its friction at the new speed, against the mean one
+        assert np.min(np.diff(loss)) > -1e-6 * loss[-1], f"{name} falls by {np.min(np.diff(loss)):.1e} J"
+    for name in ("torque_work", "force_work"):
+        assert result.channel(name)[-1] != 0.0
+
+
+def test_verlet_energy_error_is_bounded_and_does_not_drift():
+    """Undamped forced loop, 10 s: slope of the balance zero within its scatter, halves of the run alike."""
+    result = run(LOOP, 10.0, torque=Sine(amplitude=0.02, frequency=60.0))
+    assert result.steps > 600_000
+    slope, spread = drift(result.time, result.budget_error)
+    change = slope * result.time[-1]
+    assert abs(change) < 3.0 * spread, f"drift {change:.2e}, scatter {spread:.2e} J"
+    early, late = np.array_split(result.budget_error, 2)
+    assert np.ptp(late) < 1.5 * np.ptp(early)
+    assert result.energy_budget_error < 1e-6, f"{result.energy_budget_error:.1e}"
+
+
+def test_verlet_energy_error_stays_bounded_while_the_drive_resonates():
+    """Forced at resonance: the error follows the energy up and down, below 1e-4 of it."""
+    result = run(LOOP, 5.0)
+    present = np.maximum.accumulate(energy(result) - energy(result)[0]) + result.energy_handled * 1e-3
+    share = np.abs(result.budget_error) / present
+    assert share.max() < 1e-4, f"{share.max():.1e} of the energy so far"
+
+
+@pytest.mark.verify
+def test_verlet_energy_error_does_not_drift_over_a_million_steps_at_the_default_resolution():
+    result = run(LOOP, 10.0, segments=100, torque=Sine(amplitude=0.02, frequency=60.0))
+    assert result.steps >= 10**6
+    slope, spread = drift(result.time, result.budget_error)
+    change = slope * result.time[-1]
+    assert abs(change) < 3.0 * spread, f"drift {change:.2e}, scatter {spread:.2e} J"
+
+
+def drift(time, error):
+    """Slope of a straight line through an error, and the scatter of blocks of a tenth of the run about it."""
+    blocks = error[: error.size // 10 * 10].reshape(10, -1).mean(axis=1)
+    centres = time[: error.size // 10 * 10].reshape(10, -1).mean(axis=1)
+    slope, offset = np.polyfit(centres, blocks, 1)
+    return slope, np.std(blocks - slope * centres - offset) + np.std(error) / 10.0
+
+
+def test_the_error_of_the_energy_falls_with_the_square_of_the_step():
+    """A chain of its own, marched with ever smaller steps: the Hamiltonian is kept to second order."""
+    errors = []
+    cfls = (0.8, 0.4, 0.2)
+    for cfl in cfls:
+        total = energy(run(WEIGHTLESS, 0.05, torque=0.0, cfl=cfl))
+        errors.append(np.max(np.abs(total - total[0])))
+    order = np.polyfit(np.log(cfls), np.log(errors), 1)[0]
+    assert order == pytest.approx(2.0, abs=0.15), f"order {order:.2f}, errors {errors}"
+
+
+@pytest.mark.parametrize("gamma", [0.0, 2.0])
+def test_axial_angular_momentum_of_a_span_decays_as_the_damping_alone_says(gamma):
+    """The pulleys exert no moment about the span's axis: exp(-Gamma t), whatever the torque does."""
+    drive = replace(WEIGHTLESS, cable=replace(LOOP.cable, transverse_damping=gamma))
+    result = simulate(
+        drive,
+        0.3,
+        torque=Sine(amplitude=0.05, frequency=81.74),
+        start=Start(
+            plucks=(HALF_SINE, Pluck(height=5e-4, plane="v", shape="sine-2")),
+            kicks=(Pluck(height=0.3, plane="v", shape="half-sine"), Pluck(height=-0.2, shape="sine-2")),
+        ),
+        scheme=Scheme(segments=20),
+        recording=Recording(rate=40_000.0, fields=1),
+    )
+    assert result.steps == len(result.time) - 1, "every step is meant to be recorded"
+    v, w = result.fields[:, 1, :21], result.fields[:, 2, :21]
+    momentum = np.sum(v[:-1] * w[1:] - w[:-1] * v[1:], axis=1)  # of leapfrog, times step over mass of a node
+    damped = 0.5 * gamma * result.step
+    expected = momentum[0] * ((1.0 - damped) / (1.0 + damped)) ** np.arange(momentum.size)
+    error = np.max(np.abs(momentum - expected)) / abs(momentum[0])
+    assert error < 1e-10, f"{error:.1e} of the momentum"
+    elapsed = result.time[-1] - result.step
+    assert momentum[-1] / momentum[0] == pytest.approx(np.exp(-gamma * elapsed), rel=1e-9)
+    assert np.ptp(result.load_angle) > 1e-3
+
+
+@pytest.mark.parametrize("model", LAWS)
+@pytest.mark.parametrize("method", ["verlet", "node-centred"])
+def test_equal_plucks_of_both_spans_leave_the_pulleys_at_rest(model, method):
+    """The pull of the two spans is the same at every instant; without gravity, which would part them."""
+    plucks = (HALF_SINE, replace(HALF_SINE, span="lower"), Pluck(height=4e-4, plane="v"))
+    plucks += (Pluck(height=4e-4, plane="v", span="lower"),)
+    result = run(WEIGHTLESS, 0.1, torque=0.0, plucks=plucks, model=model, method=method)
+    turned = result.extremes["load_angle_max"] - result.extremes["load_angle_min"]
+    assert turned < 1e-15, f"the load pulley turned {turned:.1e} rad"
+    assert result.midpoint("upper")[:, 2].std() > 1e-4
+
+
+def test_plucks_alike_against_gravity_leave_the_pulleys_at_rest():
+    """Upper span plucked up by as much as the lower one is (w2 points down): both stretch alike."""
+    plucks = (HALF_SINE, replace(HALF_SINE, span="lower", height=-1e-3))
+    result = run(LOOP, 0.1, torque=0.0, plucks=plucks)
+    assert result.extremes["load_angle_max"] - result.extremes["load_angle_min"] < 1e-15
+
+
+@pytest.mark.parametrize("method", ["verlet", "node-centred"])
+def test_a_mirrored_input_gives_the_mirrored_output(method):
+    """v -> -v, w -> -w leaves the pulleys alone; upper <-> lower with the torque turned turns the pulleys."""
+    plucks = (Pluck(height=1e-3), Pluck(height=5e-4, plane="v", shape="sine-2"))
+    first = run(WEIGHTLESS, 0.05, plucks=plucks, method=method)
+    flipped = run(WEIGHTLESS, 0.05, plucks=tuple(replace(p, height=-p.height) for p in plucks), method=method)
+    np.testing.assert_array_equal(first.load_angle, flipped.load_angle)
+    np.testing.assert_array_equal(first.midpoint()[:, 1:], -flipped.midpoint()[:, 1:])
+    swapped = run(
+        WEIGHTLESS,
+        0.05,
+        torque=replace(FORCED, amplitude=-FORCED.amplitude),
+        plucks=(
+            Pluck(height=1e-3, span="lower"),
+            Pluck(height=-5e-4, plane="v", shape="sine-2", span="lower"),
+        ),
+        method=method,
+    )
+    np.testing.assert_allclose(swapped.load_angle, -first.load_angle, atol=1e-13 * np.ptp(first.load_angle))
+    np.testing.assert_allclose(
+        swapped.midpoint("lower")[:, 2], first.midpoint("upper")[:, 2], atol=1e-12 * 1e-3
+    )
+
+
+def test_a_drive_at_rest_stays_at_rest():
+    """Zero input, zero pluck: exactly zero motion without gravity, rest at the equilibrium with it."""
+    still = run(WEIGHTLESS, 0.05, torque=0.0, plucks=())
+    assert not still.rows[:, AXIAL:WEIGHT_ENERGY].any()
+    hanging = simulate(
+        LOOP,
+        0.05,
+        start=Start(from_equilibrium=True),
+        scheme=Scheme(segments=40),
+        recording=Recording(rate=2000.0),
+    )
+    sag = hanging.midpoint()[:, 2]
+    assert sag[0] < -1e-4
+    assert np.ptp(sag) < 1e-9 * abs(sag[0]), f"it moves by {np.ptp(sag):.1e} m"
+
+
+def test_friction_holds_a_shaft_below_its_limit():
+    """A torque below the Coulomb friction turns nothing; one above it does."""
+    drive = replace(WEIGHTLESS, pulley=tuple(replace(p, coulomb_friction=0.05) for p in LOOP.pulley))
+    held = run(drive, 0.05, torque=0.049, plucks=())
+    assert np.all(held.drive_angle == 0.0)
+    assert run(drive, 0.05, torque=0.051, plucks=()).drive_angle[-1] > 0.0
+
+
+def test_a_motor_offset_acts_like_a_torque():
+    offset = replace(MOTORED, motor=replace(MOTORED.motor, offset_torque=0.2, coulomb_friction=0.0))
+    plain = replace(MOTORED, motor=replace(MOTORED.motor, offset_torque=0.0, coulomb_friction=0.0))
+    first, second = run(offset, 0.02, torque=0.0), run(plain, 0.02, torque=0.2)
+    np.testing.assert_allclose(first.load_angle, second.load_angle, rtol=1e-12)
+    assert first.load_angle[-1] > 0.0

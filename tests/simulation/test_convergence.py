@@ -1,0 +1,137 @@
+"""Order of convergence in space and time, of every chain method, on smooth data."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cabledrive.parameters.carriage import Carriage
+from cabledrive.parameters.drive_file import load_drive
+from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
+
+DURATION = 1e-3  # s; longitudinal waves cross a span one and a half times
+SEGMENTS, REFERENCE = np.array([128, 256, 512]), 4096
+COARSER = ("both dampings",)  # smooth enough at a quarter of that, and costly: one linear system per step
+LOOP = load_drive("dissertation-2")
+MOTORED = load_drive("dissertation-3")
+DAMPED = replace(LOOP, cable=replace(LOOP.cable, transverse_damping=50.0, axial_damping=0.05))
+CARRIED = replace(
+    LOOP,
+    carriage=(
+        Carriage(mass=2e-3, position=0.25),
+        Carriage(mass=1e-3, position=0.5, span="lower", guided=False),
+    ),
+)
+FRICTIONLESS = replace(MOTORED, motor=replace(MOTORED.motor, coulomb_friction=0.0))
+RUBBED = replace(LOOP, pulley=tuple(replace(p, coulomb_friction=0.01) for p in LOOP.pulley))
+
+CASES = {
+    "exact": (LOOP, {}),
+    "weak": (LOOP, {"model": "weak"}),
+    "weak-consistent": (LOOP, {"model": "weak-consistent"}),
+    "linear": (LOOP, {"model": "linear"}),
+    "node-centred, exact": (LOOP, {"method": "node-centred"}),
+    "node-centred, weak": (LOOP, {"method": "node-centred", "model": "weak"}),
+    "both dampings": (DAMPED, {}),
+    "carriages": (CARRIED, {}),
+    "motor joint": (FRICTIONLESS, {}),
+    "line": (replace(LOOP, kind="line"), {}),
+    "smoothed friction": (RUBBED, {"friction": "smoothed", "smoothing_speed": 5.0}),
+}
+
+
+def smooth_torque(time):
+    return 0.3 * np.sin(2.0 * np.pi * 125.0 * time) ** 4
+
+
+def bump(length, held):
+    """Vanishes at both ends of the part of the span behind a carriage, with three derivatives."""
+    return lambda x: np.where(x > held, np.sin(np.pi * (x - held) / (length - held)) ** 4, 0.0)
+
+
+def end_of_run(drive, segments, options):
+    length = drive.pulley_distance
+    upper, lower = (0.25 * length, 0.5 * length) if drive.carriage else (0.0, 0.0)
+    plucks = [Pluck(height=5e-3, shape=bump(length, upper))]
+    if drive.kind == "loop":
+        plucks.append(Pluck(height=-2.5e-3, span="lower", plane="v", shape=bump(length, lower)))
+    result = simulate(
+        drive,
+        DURATION,
+        torque=smooth_torque,
+        start=Start(plucks=tuple(plucks)),
+        scheme=Scheme(segments=segments, cfl=0.8, **options),
+        recording=Recording(rate=1.0 / DURATION, fields=1),
+    )
+    return result.fields[-1]
+
+
+def observed_orders(drive, options, segments, reference):
+    """Order of the largest nodal error of u, v, w between neighbouring resolutions."""
+    fine = end_of_run(drive, reference, options)
+    errors = np.array(
+        [
+            np.max(np.abs(end_of_run(drive, int(n), options) - fine[:, :: reference // n]), axis=1)
+            for n in segments
+        ]
+    )
+    errors = errors[:, np.max(np.abs(fine), axis=1) > 0.0]
+    return np.log2(errors[:-1] / errors[1:]), errors
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_space_and_time_converge_with_order_two(case):
+    """All n doubled at a fixed CFL number: errors of u, v and w fall fourfold."""
+    drive, options = CASES[case]
+    coarser = 4 if case in COARSER else 1
+    orders, errors = observed_orders(drive, options, SEGMENTS // coarser, REFERENCE // coarser)
+    assert orders[-1] == pytest.approx(2.0, abs=0.1), f"observed orders\n{orders}\nof errors\n{errors}"
+
+
+def test_time_alone_converges_with_order_two():
+    """n = 64, the step halved twice, against a very small one: errors fall fourfold."""
+
+    def at(cfl):
+        result = simulate(
+            LOOP,
+            DURATION,
+            torque=smooth_torque,
+            start=Start(plucks=(Pluck(height=5e-3, shape=bump(LOOP.pulley_distance, 0.0)),)),
+            scheme=Scheme(segments=64, cfl=cfl),
+            recording=Recording(rate=1.0 / DURATION, fields=1),
+        )
+        return result.fields[-1], result.step
+
+    fine, _ = at(0.002)
+    runs = [at(cfl) for cfl in (0.2, 0.1, 0.05)]
+    errors = np.array([np.max(np.abs(field - fine)) for field, _ in runs])
+    steps = np.array([step for _, step in runs])
+    order = np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert order == pytest.approx(2.0, abs=0.1), f"observed order {order:.3f}, errors {errors}"
+
+
+def test_stick_slip_converges_with_order_one_at_least():
+    """Friction set-valued at the speed after the step: a change to or from rest costs one order in time."""
+    errors = []
+    fine = stuck_and_slipping(2048)
+    for n in SEGMENTS:
+        errors.append(np.max(np.abs(stuck_and_slipping(int(n)) - fine)) / np.max(np.abs(fine)))
+    order = -np.polyfit(np.log(SEGMENTS), np.log(errors), 1)[0]
+    assert 0.9 < order < 2.1, f"observed order {order:.3f}, errors {errors}"
+    assert errors[-1] < 1e-3
+
+
+def stuck_and_slipping(segments):
+    """Load angle of a drive whose pulleys stick, slip and turn back under a torque above their friction."""
+    drive_pulley, load_pulley = LOOP.pulley
+    pulleys = replace(drive_pulley, coulomb_friction=0.02), replace(load_pulley, coulomb_friction=5e-4)
+    result = simulate(
+        replace(LOOP, pulley=pulleys),
+        0.02,
+        torque=lambda time: 0.2 * np.sin(2.0 * np.pi * 100.0 * time),
+        scheme=Scheme(segments=segments, cfl=0.8),
+        recording=Recording(rate=2000.0),
+    )
+    assert np.any(result.channel("load_speed")[1:] == 0.0), "the load pulley never sticks"
+    assert np.any(result.channel("load_speed") != 0.0), "the load pulley never slips"
+    return result.load_angle
