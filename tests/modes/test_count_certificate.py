@@ -9,7 +9,7 @@ from machines import machine, ring_of, some_cable, spread, symmetric_loop
 from cabledrive.mechanics.chain import Chain
 from cabledrive.mechanics.compiled import njit_strict
 from cabledrive.mechanics.spans import longitudinal_chains
-from cabledrive.modes import counting, counting_kernels, refinement
+from cabledrive.modes import counting, counting_kernels, polish, refinement
 from cabledrive.modes.counting import ModeCounter, modes_below_reference
 from cabledrive.modes.solver import chain_modes
 
@@ -110,7 +110,7 @@ def line_arguments(rng, fixed):
 @pytest.mark.kernel
 @pytest.mark.parametrize("seed", range(3))
 def test_long_chains_in_machine_code_have_the_modes_of_the_general_solver(seed, monkeypatch):
-    """`cabledrive.modes.refinement` compiles inverse iteration, `cabledrive.modes.counting` the count.
+    """`cabledrive.modes.polish` compiles inverse iteration, `cabledrive.modes.counting` the count.
 
     The general solver is LAPACK's elimination with exchange of rows; its counts run as Python here.
     """
@@ -118,10 +118,10 @@ def test_long_chains_in_machine_code_have_the_modes_of_the_general_solver(seed, 
     chain = long_chain(rng, closed=seed < 2, pendant=seed > 0)
     top = 40.0 / chain.travel_times.sum()
     fast = chain_modes(chain, top)
-    for module in (counting, refinement):
+    for module in (counting, polish):
         monkeypatch.setattr(module, "LONG_CHAIN", 10**9)
     plain = chain_modes(chain, top)
-    monkeypatch.setattr(refinement, "_polish", lambda *arguments: None)
+    monkeypatch.setattr(refinement, "polished", lambda *arguments: None)
     general = chain_modes(chain, top)
     assert len(fast) > 10
     for other in (plain, general):
@@ -142,7 +142,7 @@ def test_short_chains_have_the_modes_of_the_general_solver(seed, monkeypatch):
     """Elimination from joint to joint gives way to LAPACK's where it would lose digits, and changes none."""
     chain = some_ring(np.random.default_rng(seed))
     fast = chain_modes(chain, 30.0 / chain.travel_times.sum())
-    monkeypatch.setattr(refinement, "_polish", lambda *arguments: None)
+    monkeypatch.setattr(refinement, "polished", lambda *arguments: None)
     check_frequencies(fast, chain_modes(chain, 30.0 / chain.travel_times.sum()))
 
 
@@ -152,7 +152,7 @@ def check_frequencies(some, others):
 
 
 def long_chain(rng, closed, pendant):
-    n = refinement.LONG_CHAIN + 50
+    n = polish.LONG_CHAIN + 50
     return Chain(
         rigidity=1.0,
         density=1.0,

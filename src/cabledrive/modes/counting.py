@@ -24,7 +24,7 @@ from cabledrive.mechanics.chain import Chain, split_at_antinodes
 from cabledrive.mechanics.compiled import njit_strict
 from cabledrive.mechanics.dynamic_stiffness import dynamic_stiffness, free_joints
 from cabledrive.modes import counting_kernels
-from cabledrive.modes.refinement import LONG_CHAIN
+from cabledrive.modes.polish import LONG_CHAIN
 
 _CUT_SHARES = ((0.382, 0.146), (0.236, 0.71), (0.618, 0.31), (0.09, 0.854))
 _CLEAR = 1e-13

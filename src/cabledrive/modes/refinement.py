@@ -1,20 +1,14 @@
 """Inverse iteration on the exact dynamic stiffness: frequency and shapes to the last digits."""
 
 from collections.abc import Callable
-from dataclasses import replace
-from functools import cache
-from math import isfinite, nan
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.chain import Array, Chain
-from cabledrive.mechanics.compiled import njit_strict
 from cabledrive.mechanics.dynamic_stiffness import DynamicStiffness, dynamic_stiffness, free_joints, links
-from cabledrive.modes.polish_kernels import polish
+from cabledrive.modes.polish import polished
 
-LONG_CHAIN = 300
 _STEPS = 12
 _CONVERGED = 1e-13
 _CLUSTER = 1e-6
@@ -51,9 +45,9 @@ def inverse_iteration(
         Or None, if the iteration leaves the interval.
     """
     if modes == 1:
-        polished = _polish(split, start, low, high)
-        if polished is not None:
-            return polished
+        found = polished(split, start, low, high)
+        if found is not None:
+            return found
     stiffness = dynamic_stiffness(split, start)
     band = FoldedBand(split, stiffness.ground_rate)
     if modes > band.free.size:
@@ -73,50 +67,6 @@ def inverse_iteration(
         if shift**2 > _SETTLED * omega * min(omega - low, high - omega):  # other modes lie beyond
             shapes = band.solver(stiffness)(band.rate_load(stiffness, shapes))
     return None
-
-
-def _polish(split: Chain, start: float, low: float, high: float) -> tuple[Array, Array] | None:
-    """One mode by elimination from joint to joint; of a ring from the next joint on if one is at rest."""
-    omega, shape = _polish_line(split, start, low, high)
-    if split.closed and not isfinite(omega):
-        omega, turned = _polish_line(_turned(split), start, low, high)
-        shape = np.concatenate((turned[-1:], turned[:-1]))
-    if not isfinite(omega):
-        return None
-    if split.pendant is not None:
-        spring, mass = split.pendant
-        shape = np.append(shape, shape[split.pendant_joint] / (1.0 - omega**2 * mass / spring))
-    return np.array([omega]), shape[:, None]
-
-
-def _turned(ring: Chain) -> Chain:
-    """The same ring, numbered from its next joint."""
-    lengths, masses = (np.concatenate((array[1:], array[:1])) for array in (ring.lengths, ring.masses))
-    joint = (ring.pendant_joint - 1) % ring.masses.size
-    return replace(ring, lengths=lengths, masses=masses, pendant_joint=joint)
-
-
-def _polish_line(split: Chain, start: float, low: float, high: float) -> tuple[float, Array]:
-    """As Python on a short chain, in machine code on a long one; NaN where elimination loses the digits."""
-    n = split.masses.size
-    first = 1 if split.closed or split.fixed[0] else 0
-    last = n - 2 if split.fixed[1] else n - 1
-    shape = np.cos((1.0 + np.sqrt(2.0)) * np.arange(1, n + 1))
-    if last < first:
-        return nan, shape
-    long = split.lengths.size > LONG_CHAIN
-    arrays = [split.travel_times, split.masses, shape, *np.empty((7, n))]
-    times, masses, x, *work = arrays if long else [array.tolist() for array in arrays]
-    pendant = (*(split.pendant or (0.0, 0.0)), split.pendant_joint)
-    kernel = _compiled_polish() if long else polish
-    ends = split.closed, first, last
-    omega = kernel(start, low, high, times, masses, split.impedance, pendant, *ends, x, tuple(work))
-    return omega, np.asarray(x)
-
-
-@cache
-def _compiled_polish() -> Callable[..., Any]:
-    return njit_strict(polish)
 
 
 def _rayleigh_ritz(stiffness: DynamicStiffness, band: "FoldedBand", shapes: Array) -> tuple[Array, Array]:
