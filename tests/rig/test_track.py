@@ -14,7 +14,7 @@ from cabledrive.rig.controllers import design
 from cabledrive.rig.loop import close_loop, run
 from cabledrive.rig.loop_reference import run_reference
 from cabledrive.rig.setting import Disturbance, Motion, RigOptions
-from cabledrive.rig.track import track, wish_for
+from cabledrive.rig.trial import track, wish_for
 
 pytestmark = pytest.mark.kernel
 

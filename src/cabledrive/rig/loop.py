@@ -40,6 +40,8 @@ class Loop:
         Twist across the cable at which a span goes slack [rad].
     gear : float
         Angle of the first shaft per angle of the load.
+    encoder_shafts : tuple of str
+        Shafts whose encoders are read.
     """
 
     plant: PlantNumbers
@@ -51,6 +53,7 @@ class Loop:
     twist_limit: float
     slack: float
     gear: float
+    encoder_shafts: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -202,6 +205,7 @@ def close_loop(
         twist_limit=slack if options.forbid_slack else float("inf"),
         slack=slack,
         gear=gear,
+        encoder_shafts=tuple(s for i, s in enumerate(fitted_encoders(plant_drive)) if i in shown),
     )
 
 

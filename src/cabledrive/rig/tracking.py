@@ -38,6 +38,8 @@ class Tracking:
         True ones of every inertia, at the first shaft [rad], [rad/s].
     readings : ndarray, shape (samples, m)
         Of the encoders, at the first shaft [rad].
+    encoder_angles : ndarray, shape (samples, m)
+        The same at each encoder's own shaft [rad].
     stuck : ndarray of bool, shape (samples,)
         Whether the motor stood still by friction.
     bound : ndarray, shape (samples,), or None
@@ -57,6 +59,7 @@ class Tracking:
     angles: Array
     speeds: Array
     readings: Array
+    encoder_angles: Array
     stuck: Array
     bound: Array | None
     incomplete: str | None
@@ -108,6 +111,7 @@ def told(
         angles=log[:, :n],
         speeds=log[:, n : 2 * n],
         readings=log[:, 2 * n + 1 : column],
+        encoder_angles=log[:, 2 * n + 1 : column] / np.array([1.0] * (m - 1) + [loop.gear]),
         stuck=log[:, column + 1] == 0.0,
         bound=None if bound is None else bound.tube / loop.gear,
         incomplete=incomplete,
@@ -147,6 +151,7 @@ def summary_of(
         "friction": "smooth, c tanh(50 w)" if options.smooth_friction else "stick-slip Coulomb",
         "observer": OBSERVERS[loop.observer.kind],
         "feedback": list(loop.controller.shafts),
+        "encoders": list(loop.encoder_shafts),
         "peak_error_deg": degrees(score["peak"]),
         "first_pulse_error_deg": degrees(score["first_peak"]),
         "later_pulses_error_deg": degrees(score["later_peak"]) if several else None,

@@ -6,6 +6,7 @@ import numpy as np
 
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.rig.controllers import Wish, design
+from cabledrive.rig.draws import draw_words, run_draws
 from cabledrive.rig.loop import close_loop, run
 from cabledrive.rig.setting import DEGREE, Motion, RigOptions, sample_interval
 from cabledrive.rig.tracking import Tracking, told
@@ -26,6 +27,7 @@ def track(
     seed: int = 0,
     gains: str = "printed",
     adapt: bool = True,
+    draws: int = 0,
 ) -> Tracking:
     """Let a control law follow pulses on the virtual rig.
 
@@ -50,6 +52,8 @@ def track(
     gains : {"printed", "best"}
     adapt : bool, default True
         Whether estimates move.
+    draws : int, default 0
+        How many plants to draw from what is known of the drive, besides the run that is kept.
 
     Returns
     -------
@@ -72,8 +76,12 @@ def track(
     loop = close_loop(
         drive, actual, made, motion, options, np.random.default_rng(seed), plant_model=plant_number(plant)
     )
-    done = run(loop)
-    return told(loop, done, drive, actual, motion, options, seed)
+    if draws < 0:
+        raise InputRefused(f"draws = {draws} must not be negative: ask for 0 or more")
+    found = told(loop, run(loop), drive, actual, motion, options, seed)
+    if draws:
+        found.summary["over_draws"] = draw_words(run_draws(loop, options, draws, seed))
+    return found
 
 
 def wish_for(drive: Drive, motion: Motion, **choices: Any) -> Wish:
@@ -132,6 +140,7 @@ def check_motion(drive: Drive, motion: Motion) -> None:
     ------
     InputRefused
     """
+    assert motion.trajectory.duration > 0.0  # refuses what is no motion
     limits = move_limits(drive)
     demand = peak_demand(limits, motion.angle * DEGREE, motion.rise, motion.order)
     bounds = {"speed": "rad/s", "torque": "N m"}

@@ -1,0 +1,190 @@
+"""Many plants at random within what is known of a drive, each run with encoder phases of its own."""
+
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cabledrive.control.darc_gains import printed_bounds
+from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.rig.fitting import Array
+from cabledrive.rig.loop import Loop, run
+from cabledrive.rig.loop_numbers import SUMMARY, new_state
+from cabledrive.rig.plant import plant_numbers
+from cabledrive.rig.setting import DEGREE, RigOptions
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Spreads:
+    """Relative half widths of what the bounds of p2 to p5 do not say.
+
+    Attributes
+    ----------
+    cable_stiffness, load_inertia : float
+    cable_damping, joint_damping, joint_stiffness, drive_inertia : float
+    """
+
+    cable_stiffness: float = 0.05
+    load_inertia: float = 0.05
+    cable_damping: float = 0.2
+    joint_damping: float = 0.2
+    joint_stiffness: float = 0.1
+    drive_inertia: float = 0.05
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Draws:
+    """Peaks of many runs.
+
+    Attributes
+    ----------
+    scores : ndarray, shape (draws, scores)
+        As `SUMMARY` names them, angles in rad at the load.
+    failed : int
+        Runs that ended before their time.
+    """
+
+    scores: Array
+    failed: int
+
+    def degrees(self, name: str) -> Array:
+        """A peak of every run [deg].
+
+        Parameters
+        ----------
+        name : {"peak", "first_peak", "later_peak", "own_peak"}
+
+        Returns
+        -------
+        ndarray, shape (draws,)
+        """
+        return self.scores[:, SUMMARY.index(name)] / DEGREE
+
+
+def drawn_chain(
+    chain: LumpedChain, generator: np.random.Generator, spreads: Spreads | None = None
+) -> LumpedChain:
+    """One plant at random: motor within the printed bounds, the rest within its spreads, all uniform.
+
+    Parameters
+    ----------
+    chain : LumpedChain
+        The nominal plant, at the first shaft.
+    generator : numpy.random.Generator
+    spreads : Spreads, optional
+
+    Returns
+    -------
+    LumpedChain
+    """
+    spreads = spreads or Spreads()
+    bounds = printed_bounds(chain, flexible_joint="drive" in chain.names[1:])
+    inertia, viscous, coulomb, offset = bounds.low + generator.random(4) * bounds.spread
+
+    def about(value: float, spread: float) -> float:
+        return value * (1.0 + spread * generator.uniform(-1.0, 1.0))
+
+    inertias, stiffness, damping = [inertia], [], []
+    for i in range(1, chain.size):
+        last = i == chain.size - 1 and "load" in chain.names
+        inertias.append(about(chain.inertias[i], spreads.load_inertia if last else spreads.drive_inertia))
+        stiffness.append(
+            about(chain.stiffness[i - 1], spreads.cable_stiffness if last else spreads.joint_stiffness)
+        )
+        damping.append(about(chain.damping[i - 1], spreads.cable_damping if last else spreads.joint_damping))
+    return replace(
+        chain,
+        inertias=tuple(inertias),
+        viscous=(viscous, *chain.viscous[1:]),
+        coulomb=(coulomb, *chain.coulomb[1:]),
+        offsets=(offset, *chain.offsets[1:]),
+        stiffness=tuple(stiffness),
+        damping=tuple(damping),
+    )
+
+
+def drawn_loops(loop: Loop, options: RigOptions, draws: int, seed: int) -> Iterator[Loop]:
+    """The same law and filter on one plant after another.
+
+    Parameters
+    ----------
+    loop : Loop
+    options : RigOptions
+    draws : int
+    seed : int
+
+    Yields
+    ------
+    Loop
+    """
+    rate = float(loop.plant.scalars[6])
+    random = options.encoder_phase == "random" and not options.ideal_sensors
+    for generator in np.random.default_rng(seed).spawn(draws):
+        chain = drawn_chain(loop.chain, generator)
+        phases = generator.uniform(-0.5, 0.5, len(loop.rig.phases))
+        numbers = plant_numbers(
+            chain,
+            loop.rig.interval,
+            current_rate=rate,
+            substeps=options.substeps,
+            smooth=options.smooth_friction,
+        )
+        rig = loop.rig._replace(phases=phases) if random else loop.rig
+        yield replace(loop, chain=chain, plant=numbers, rig=rig)
+
+
+def run_draws(loop: Loop, options: RigOptions, draws: int, seed: int, *, threads: int = 2) -> Draws:
+    """Run many plants, in threads.
+
+    Parameters
+    ----------
+    loop : Loop
+        Nominal, as `cabledrive.rig.loop.close_loop` makes it.
+    options : RigOptions
+    draws : int
+    seed : int
+    threads : int, default 2
+
+    Returns
+    -------
+    Draws
+    """
+
+    def score(one: Loop) -> tuple[Array, bool]:
+        law = one.controller.law
+        state = new_state(2 * one.chain.size + 1, one.observer, law, one.rig, one.controller.start)
+        done = run(one, log=False, state=state)
+        return done.state.summary, done.ended < len(one.target)
+
+    with ThreadPoolExecutor(threads) as pool:
+        results = list(pool.map(score, drawn_loops(loop, options, draws, seed)))
+    scores = np.array([result for result, _ in results])
+    angles = [SUMMARY.index(name) for name in ("peak", "first_peak", "later_peak", "own_peak")]
+    scores[:, angles] /= loop.gear
+    return Draws(scores=scores, failed=sum(ended for _, ended in results))
+
+
+def draw_words(found: Draws) -> dict[str, object]:
+    """Peaks of many runs in words.
+
+    Parameters
+    ----------
+    found : Draws
+
+    Returns
+    -------
+    dict
+        Of the draws: number, median, 99 % and worst peak error [deg], largest torque [N m], failures.
+    """
+    peak = found.degrees("peak")
+    return {
+        "draws": len(peak),
+        "median_peak_error_deg": float(np.median(peak)),
+        "peak_error_99_deg": float(np.quantile(peak, 0.99)),
+        "worst_peak_error_deg": float(peak.max()),
+        "worst_first_pulse_error_deg": float(found.degrees("first_peak").max()),
+        "worst_later_pulses_error_deg": float(found.degrees("later_peak").max()),
+        "worst_torque": float(found.scores[:, SUMMARY.index("peak_torque")].max()),
+        "failed": found.failed,
+    }
