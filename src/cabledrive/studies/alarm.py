@@ -139,7 +139,7 @@ class _Course:
 
 
 def alarm(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5, limit: float = 5e-4) -> AlarmResult:
-    """Whether a motion makes transverse vibrations grow beyond a limit, Eqs. (A.32), (A.33).
+    """Whether a motion makes transverse vibrations grow beyond a limit.
 
     Parameters
     ----------
@@ -386,7 +386,7 @@ def _remedy(verdict: str, worst: ModeAlarm, floor: float, limit: float) -> str:
     less = worst.gain + MARGIN - np.log(limit / floor)
     duration = max(worst.end - worst.start, 1e-9)
     return (
-        f"between {worst.start:.3g} s and {worst.end:.3g} s mode {worst.number} of the {worst.span} span grows: "
-        f"damp the cable by {2 * less / duration:.3g} 1/s more, take {100 * less / (worst.gain + MARGIN):.3g} % off "
-        "the torque's ripple there, or move the pretension away from this pair's tuning"
+        f"between {worst.start:.3g} s and {worst.end:.3g} s mode {worst.number} of the {worst.span} span "
+        f"grows: damp the cable by {2 * less / duration:.3g} 1/s more, take "
+        f"{100 * less / (worst.gain + MARGIN):.3g} % off the torque's ripple there, or move the pretension away from this pair's tuning"
     )

@@ -1,0 +1,127 @@
+r"""Damping from a decay: Gamma of a plucked span, or the pulley mode's damping from its own ringing.
+
+.. math:: \ln A(t) = \ln A_0 - \tfrac12\Gamma t \qquad \text{Eq. (A.35)}
+
+with the amplitude A demodulated at the mode's own frequency, while it is well above its own floor.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cabledrive.parameters import InputRefused, NotComputed
+
+Array = NDArray[np.float64]
+
+PERIODS = 6
+GUESS = 0.01
+"""Share of critical damping to assume where nothing has been measured: a guess, to be named as one."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DecayEstimate:
+    """Damping of one mode.
+
+    Attributes
+    ----------
+    damping : float
+        Gamma or c_q, twice the decay rate of the amplitude [1/s].
+    standard_error : float
+        Of the straight line [1/s]; it knows nothing of damping that is not viscous.
+    frequency : float
+        Of the mode, from the phase [Hz].
+    curvature : float
+        Change of the damping from the first half of the decay to the second [1/s]; of viscous damping zero
+        within its error, positive where Coulomb friction ends the decay.
+    """
+
+    damping: float
+    standard_error: float
+    frequency: float
+    curvature: float
+
+
+def damping_from_decay(time: ArrayLike, signal: ArrayLike, frequency: float) -> DecayEstimate:
+    """Viscous damping of a mode from its free decay, Eq. (A.35).
+
+    Parameters
+    ----------
+    time : array_like, shape (n,)
+        At equal intervals [s].
+    signal : array_like, shape (n,)
+        Displacement or angle, in any unit.
+    frequency : float
+        Of the mode, roughly [Hz].
+
+    Returns
+    -------
+    DecayEstimate
+
+    Raises
+    ------
+    InputRefused
+        If the times are not equally spaced, or the record holds fewer than 30 periods.
+    NotComputed
+        If the mode is not there.
+    """
+    t, x = np.asarray(time, dtype=float), np.asarray(signal, dtype=float)
+    steps = np.diff(t)
+    if (
+        t.ndim != 1
+        or t.shape != x.shape
+        or t.size < 8
+        or np.ptp(steps) > 1e-6 * steps.mean()
+        or steps.mean() <= 0
+    ):
+        raise InputRefused("decay: time and signal must be equally long, at equal ascending intervals")
+    if (t[-1] - t[0]) * frequency < 30:
+        raise InputRefused(
+            f"decay: {(t[-1] - t[0]) * frequency:.3g} periods of {frequency:.4g} Hz are recorded, 30 are needed"
+        )
+    centre, turned = _demodulated(t, x - np.mean(x), 2 * np.pi * frequency)
+    size = np.abs(turned)
+    kept = size > max(3.0 * float(np.min(size)), 1e-12) if np.min(size) < 0.05 * size[0] else size > 0.0
+    last = int(np.argmin(kept)) if not kept.all() else kept.size
+    if last < 6 or not size[0] > 0.0:
+        raise NotComputed(f"decay: no mode near {frequency:.4g} Hz rings long enough above the floor")
+    centre, turned = centre[:last], turned[:last]
+    line, covariance = np.polyfit(centre, np.log(np.abs(turned)), 1, cov=True)
+    half = last // 2
+    first, second = (
+        np.polyfit(centre[part], np.log(np.abs(turned[part])), 1)[0]
+        for part in (slice(half), slice(half, None))
+    )
+    drift = np.polyfit(centre, np.unwrap(np.angle(turned)), 1)[0]
+    return DecayEstimate(
+        damping=float(-2 * line[0]),
+        standard_error=float(2 * np.sqrt(covariance[0, 0])),
+        frequency=frequency + float(drift) / (2 * np.pi),
+        curvature=float(-2 * (second - first)),
+    )
+
+
+def _demodulated(t: Array, x: Array, omega: float) -> tuple[Array, NDArray[np.complex128]]:
+    interval = t[1] - t[0]
+    length = round(PERIODS * 2 * np.pi / omega / interval)
+    weight = np.hanning(length + 1)[:-1]
+    starts = np.arange(0, t.size - length, max(1, length // 2))
+    rows = starts[:, None] + np.arange(length)
+    turned = 2.0 * (x[rows] * np.exp(-1j * omega * t[rows]) * weight).sum(axis=1) / weight.sum()
+    return t[starts] + 0.5 * length * interval, turned
+
+
+def guessed_damping(frequency: float) -> float:
+    """Damping to assume where none is known: one per cent of critical, a guess.
+
+    Parameters
+    ----------
+    frequency : float
+        Of the mode [Hz].
+
+    Returns
+    -------
+    float
+        [1/s].
+    """
+    return 2.0 * GUESS * 2 * np.pi * frequency

@@ -1,0 +1,178 @@
+r"""A slow sweep of the pretension through the resonance, as in Fig. 5.5: when does the cable begin to swing?
+
+The onset is not the edge of the tongue. Starting from a floor at the edge, the amplitude has to grow to what can be
+seen, and the sweep goes on meanwhile. Without a stated floor the onset is an artefact of how far outside the sweep
+began.
+"""
+
+from dataclasses import dataclass
+from math import log, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.parameters import InputRefused, NotComputed
+from cabledrive.reduction.motion_kernels import transitions
+
+Array = NDArray[np.float64]
+
+STEPS_PER_PERIOD = 64
+FAR = 1e3
+"""The sweep is not followed beyond so many times the level."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sweep:
+    """A sweep of the transverse detuning while the pulley mode swings with a constant amplitude.
+
+    Attributes
+    ----------
+    pumping : float
+        mu = |k Q| [rad/s].
+    damping : float
+        Gamma [1/s].
+    rate : float
+        Of the detuning, upwards [rad/s^2].
+    floor, level : float
+        Amplitude when the sweep enters the tongue, and the amplitude that counts as onset [m].
+    half_forcing : float
+        nu [rad/s].
+    """
+
+    pumping: float
+    damping: float
+    rate: float
+    floor: float
+    level: float
+    half_forcing: float
+
+    def __post_init__(self) -> None:
+        if not self.pumping > 0.5 * self.damping:
+            raise InputRefused(
+                f"pumping = {self.pumping:.4g} rad/s does not exceed half of Gamma = {self.damping:.4g} 1/s: "
+                "there is no tongue to sweep through; raise the torque"
+            )
+        if not (self.rate > 0.0 and 0.0 < self.floor < self.level):
+            raise InputRefused(
+                f"rate = {self.rate:.4g} rad/s^2, floor = {self.floor:.4g} m, level = {self.level:.4g} m: "
+                "give a positive rate and 0 < floor < level"
+            )
+
+    @property
+    def half_width(self) -> float:
+        """Half-width of the tongue [rad/s]."""
+        return sqrt(self.pumping**2 - 0.25 * self.damping**2)
+
+    @property
+    def entry(self) -> float:
+        """Detuning at which the sweep enters the tongue, second order [rad/s]."""
+        return -self.half_width - self.pumping**2 / (4 * self.half_forcing)
+
+
+def onset_by_growth_integral(sweep: Sweep) -> float:
+    r"""Detuning at which the amplitude reaches the level, by the growth integral, Eq. (A.34).
+
+    .. math:: \int \Big[S - \tfrac12\Gamma\Big]\frac{\mathrm{d}\delta}{r} - \tfrac12\ln\frac{2S}{\Gamma}
+              = \ln\frac{\text{level}}{\text{floor}}, \qquad S = \sqrt{\mu^2 - (\delta + \mu^2/4\nu)^2}
+
+    The logarithm is the share of the growing motion that the turning of its phase costs: the geometric factor of
+    the first adiabatic correction. It is left out where the cable is undamped, whose edge is singular.
+
+    Parameters
+    ----------
+    sweep : Sweep
+
+    Returns
+    -------
+    float
+        [rad/s].
+
+    Raises
+    ------
+    NotComputed
+        If the sweep leaves the tongue before.
+    """
+    from scipy.optimize import brentq
+
+    mu, half = sweep.pumping, sweep.half_width
+
+    def _grown(inner: float) -> float:
+        fast = sqrt(mu**2 - inner**2)
+        area = 0.5 * (inner * fast + mu**2 * np.arcsin(inner / mu)) - 0.5 * sweep.damping * inner
+        turned = 0.5 * log(2 * fast / sweep.damping) if sweep.damping > 0.0 else 0.0
+        return float(area - sweep.rate * turned)
+
+    needed = sweep.rate * log(sweep.level / sweep.floor)
+    place = np.linspace(-half, half, 401)
+    grown = np.array([_grown(x) - _grown(-half) for x in place])
+    reached = np.flatnonzero(grown >= needed)
+    if reached.size == 0:
+        raise NotComputed(
+            f"the sweep leaves the tongue before the amplitude reaches {sweep.level:.4g} m: "
+            f"{grown.max() / sweep.rate:.3g} of {needed / sweep.rate:.3g} in its logarithm"
+        )
+    low, high = place[reached[0] - 1], place[reached[0]]
+    inner = brentq(lambda x: _grown(x) - _grown(-half) - needed, low, high, xtol=1e-12)
+    return float(inner - mu**2 / (4 * sweep.half_forcing))
+
+
+def swept_amplitude(sweep: Sweep) -> tuple[Array, Array]:
+    """Amplitude along the sweep by Hill's equation itself, from the floor at the edge of the tongue.
+
+    Parameters
+    ----------
+    sweep : Sweep
+
+    Returns
+    -------
+    detuning : ndarray, shape (n,)
+        Through the tongue, or until it is far above the level [rad/s].
+    amplitude : ndarray, shape (n,)
+        [m].
+    """
+    nu, mu = sweep.half_forcing, sweep.pumping
+    duration = 2 * sweep.half_width / sweep.rate
+    steps = int(np.ceil(duration * nu / (2 * np.pi) * STEPS_PER_PERIOD))
+    h = duration / steps
+    time = h * np.arange(steps)
+    detuning = sweep.entry + sweep.rate * time
+    across = np.sqrt(nu**2 + 2 * nu * detuning)
+    edges = np.unique(np.append(np.arange(0, steps, STEPS_PER_PERIOD), steps))
+    out = np.empty((edges.size - 1, 2, 2))
+    transitions(across, np.full(steps, 4 * nu * mu), np.cos(2 * nu * time), sweep.damping, h, edges, out)
+    phase = -0.5 * np.angle((0.5 * sweep.damping - 1j * (sweep.entry + mu**2 / (4 * nu))) / (1j * mu))
+    state = sweep.floor * np.array([np.cos(phase), -np.sin(phase)])
+    sizes = [sweep.floor]
+    for matrix in out:
+        state = matrix @ state
+        sizes.append(float(np.hypot(*state)))
+        if sizes[-1] > FAR * sweep.level:
+            break
+    return sweep.entry + sweep.rate * h * edges[: len(sizes)], np.array(sizes)
+
+
+def onset(detuning: Array, amplitude: Array, level: float) -> float:
+    """Detuning at which an amplitude first reaches a level, between the samples in its logarithm.
+
+    Parameters
+    ----------
+    detuning, amplitude : ndarray, shape (n,)
+    level : float
+        [m].
+
+    Returns
+    -------
+    float
+        [rad/s].
+
+    Raises
+    ------
+    NotComputed
+        If it never does.
+    """
+    above = np.flatnonzero(amplitude >= level)
+    if above.size == 0 or above[0] == 0:
+        raise NotComputed(f"the amplitude never rises to {level:.4g} m along the sweep")
+    last = int(above[0])
+    share = np.log(level / amplitude[last - 1]) / np.log(amplitude[last] / amplitude[last - 1])
+    return float(detuning[last - 1] + share * (detuning[last] - detuning[last - 1]))

@@ -1,0 +1,197 @@
+"""The door to the internal resonance: summary, verdict, remedies, map, sweep, dampings from a decay."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import cabledrive as cd
+from cabledrive.reduction.autoparametric import autoparametric_model
+from cabledrive.reduction.decay import damping_from_decay, guessed_damping
+from cabledrive.reduction.threshold import threshold_torque
+from cabledrive.report.resonance_map_page import resonance_map_page
+from cabledrive.studies.resonance import CLOSE, resonance_summary, standing_of
+from cabledrive.studies.resonance_map import growth_map
+from cabledrive.studies.resonance_remedies import remedies, sensitivity
+from cabledrive.studies.tension_sweep import Sweep, onset, onset_by_growth_integral, swept_amplitude
+from resonance_samples import damped
+
+
+def at_tension(drive, tension):
+    return replace(drive, cable=replace(drive.cable, pretension=tension))
+
+
+def test_summary_of_configuration_2():
+    found = resonance_summary(cd.load_drive("dissertation-2"))
+    assert found.frequency_ratio == pytest.approx(50.394 / 81.7421, rel=1e-5)
+    assert found.detuning == found.frequency_ratio - 0.5
+    assert found.tuned_pretension == pytest.approx(3.28377, abs=5e-6)
+    assert found.threshold_torque == 0.0
+    assert found.verdict == "safe"
+    assert any("undamped" in reason for reason in found.reasons)
+
+
+@pytest.mark.parametrize("share, verdict", [(0.9, "safe"), (1.1, "resonant"), (5.0, "resonant")])
+def test_at_tuning_the_threshold_torque_divides_safe_from_resonant(share, verdict):
+    drive = damped(2.0, 5.0)
+    threshold = resonance_summary(drive).threshold_torque
+    assert resonance_summary(drive, torque=share * threshold).verdict == verdict
+
+
+def test_off_tuning_verdicts_change_at_one_and_two_half_widths():
+    drive, torque = damped(2.0, 5.0), 0.02
+    seen = []
+    for tension in np.linspace(3.29, 3.9, 60):
+        standing = standing_of(autoparametric_model(at_tension(drive, tension)), torque)
+        share = standing.distance / standing.half_width
+        seen.append(standing.verdict)
+        expected = "resonant" if share < 1 else "close" if share < CLOSE else "safe"
+        assert standing.verdict == expected
+        assert (standing.growth > 0) == (standing.verdict == "resonant")
+    assert set(seen) == {"resonant", "close", "safe"}
+
+
+def test_held_pulleys_give_nulls_with_reasons_and_a_safe_verdict():
+    drive = cd.load_drive("dissertation-2")
+    held = replace(drive, pulley=tuple(replace(p, fixed=True) for p in drive.pulley))
+    found = resonance_summary(held)
+    assert found.verdict == "safe"
+    assert found.frequency_ratio is None
+    assert "no pulley turns" in found.missing["tuned_pretension"]
+    assert found.reasons[0].startswith("no 1:2 pair in range")
+
+
+@pytest.mark.parametrize("name", [*cd.packaged_drives()])
+def test_every_packaged_drive_has_a_summary(name):
+    found = resonance_summary(cd.load_drive(name))
+    assert found.verdict in ("resonant", "close", "safe")
+    assert found.frequency_ratio > 0
+    assert found.reasons
+
+
+def test_negative_torque_is_refused():
+    with pytest.raises(cd.InputRefused, match="negative"):
+        resonance_summary(cd.load_drive("dissertation-2"), torque=-1.0)
+
+
+def test_each_remedy_makes_the_drive_safe():
+    drive, torque = damped(2.0, 5.0), 0.01
+    assert resonance_summary(drive, torque=torque).verdict == "resonant"
+    found = {remedy.change: remedy.value for remedy in remedies(drive, torque)}
+    for change in ("raise pretension", "lower pretension"):
+        assert resonance_summary(at_tension(drive, found[change]), torque=torque).verdict == "safe"
+    load = drive.load_pulley
+    heavier = replace(load, inertia=load.inertia + found["add inertia"])
+    slower = replace(load, viscous_friction=load.viscous_friction + 1.001 * found["add damping"])
+    for pulley in (heavier, slower):
+        changed = replace(drive, pulley=(drive.drive_pulley, pulley))
+        assert resonance_summary(changed, torque=torque).verdict == "safe"
+    assert resonance_summary(drive, torque=0.999 * found["limit torque"]).verdict == "safe"
+
+
+def test_sensitivities_are_derivatives():
+    """39.15 rad/s per N; a heavier load pulley slows the pulley mode by half its relative gain."""
+    drive = damped(2.0, 5.0)
+    found = sensitivity(drive, 0.01)
+    assert found.detuning_per_pretension == pytest.approx(39.15, rel=5e-3)
+    load = drive.load_pulley
+    models = [
+        autoparametric_model(
+            replace(drive, pulley=(drive.drive_pulley, replace(load, inertia=load.inertia * x)))
+        )
+        for x in (0.999, 1.001)
+    ]
+    slope = -(models[1].natural - models[0].natural) / 2 / (0.002 * load.inertia)
+    assert found.detuning_per_inertia == pytest.approx(slope, rel=5e-3)
+    assert found.threshold_per_transverse_damping == pytest.approx(1 / 2.0, rel=0.01)
+
+
+def test_map_shows_the_drive_growing_inside_the_tongue_and_not_outside():
+    drive = damped(2.0, 5.0)
+    found = growth_map(drive, torque=0.02, pretensions=[2.9, 3.28377, 3.9], torques=[0.0, 0.02, 0.04])
+    assert found.growth.shape == (3, 3)
+    assert found.growth[2, 1] > 10
+    assert np.all(found.growth[:, [0, 2]] < 1.5)
+    assert found.threshold[1] == pytest.approx(float(threshold_torque(autoparametric_model(drive))), rel=1e-3)
+
+
+def test_averaged_and_oscillating_maps_agree():
+    drive = damped(2.0, 5.0)
+    axes = dict(pretensions=np.linspace(3.2, 3.4, 12), torques=np.linspace(0.0, 0.03, 12))
+    maps = [
+        growth_map(drive, torque=0.02, method=method, **axes).growth for method in ("oscillators", "averaged")
+    ]
+    assert np.max(np.abs(maps[0] / maps[1] - 1)) < 0.05
+
+
+def test_slack_is_marked_on_the_map_and_not_interpolated():
+    found = growth_map(damped(0.0, 0.0), torque=0.2, pretensions=[3.28], torques=[1e-3, 0.6])
+    assert not found.slack[0, 0]
+    assert found.slack[1, 0]
+    assert np.isnan(found.growth[1, 0])
+    page = resonance_map_page(found)
+    assert "null" in page
+    assert "NaN" not in page
+
+
+@pytest.mark.parametrize("axis", [{"pretensions": [0.0, 1.0]}, {"torques": [-1.0]}, {"torques": []}])
+def test_axes_that_make_no_map_are_refused(axis):
+    with pytest.raises(cd.InputRefused, match=next(iter(axis))):
+        growth_map(damped(2.0, 5.0), torque=0.01, **axis)
+
+
+def test_map_page_stands_alone_and_shows_the_drives_point():
+    page = resonance_map_page(growth_map(damped(2.0, 5.0), torque=0.01), referee="The exact loop agrees.")
+    for word in ("http://", "https://", "src="):
+        assert word not in page.replace("http://www.w3.org/2000/svg", "")
+    assert '"own_torque": 0.01' in page
+    assert "The exact loop agrees." in page
+
+
+@pytest.mark.parametrize("rate, share", [(0.2, 0.02), (1.0, 0.02), (5.0, 0.05)])
+@pytest.mark.parametrize("pumping, damping", [(8.0, 2.0), (12.0, 1.0)])
+def test_growth_integral_finds_the_onset_of_a_sweep(pumping, damping, rate, share):
+    """10 um to 1 mm: within 2 % of the half-width up to 1 rad/s^2, 5 % at 5, against Hill's equation."""
+    sweep = Sweep(
+        pumping=pumping, damping=damping, rate=rate, floor=1e-5, level=1e-3, half_forcing=np.pi * 81.742
+    )
+    error = onset(*swept_amplitude(sweep), sweep.level) - onset_by_growth_integral(sweep)
+    assert abs(error) < share * sweep.half_width, f"{error / sweep.half_width:.4f}"
+
+
+def test_a_sweep_too_fast_for_the_level_is_told():
+    sweep = Sweep(pumping=3.0, damping=2.0, rate=50.0, floor=1e-5, level=1e-3, half_forcing=256.8)
+    with pytest.raises(cd.NotComputed, match="leaves the tongue"):
+        onset_by_growth_integral(sweep)
+
+
+def test_a_sweep_below_the_threshold_is_refused():
+    with pytest.raises(cd.InputRefused, match="no tongue"):
+        Sweep(pumping=1.0, damping=2.0, rate=1.0, floor=1e-5, level=1e-3, half_forcing=256.8)
+
+
+def test_damping_from_a_decay():
+    """Gamma 2 1/s at 40.9 Hz, a thousandth of noise."""
+    rng = np.random.default_rng(3)
+    time = np.arange(0, 2.5, 1 / 2000)
+    signal = np.exp(-time) * np.cos(2 * np.pi * 40.9 * time + 0.3) + 1e-3 * rng.standard_normal(time.size)
+    found = damping_from_decay(time, signal, 41.0)
+    assert found.damping == pytest.approx(2.0, rel=5e-3)
+    assert found.frequency == pytest.approx(40.9, abs=2e-3)
+    assert abs(found.curvature) < 0.05
+
+
+def test_coulomb_friction_bends_the_decay():
+    """A linear envelope has no constant logarithmic rate: the curvature says so."""
+    time = np.arange(0, 0.9, 1 / 2000)
+    signal = (1 - time) * np.cos(2 * np.pi * 80 * time)
+    assert damping_from_decay(time, signal, 80.0).curvature > 1.0
+
+
+def test_a_record_too_short_for_a_decay_is_refused():
+    with pytest.raises(cd.InputRefused, match="periods"):
+        damping_from_decay(np.arange(100) / 1000, np.zeros(100), 40.0)
+
+
+def test_guess_is_one_per_cent_of_critical():
+    assert guessed_damping(50.0) == pytest.approx(2 * 0.01 * 2 * np.pi * 50)
