@@ -3,9 +3,11 @@
 import sys
 import time
 
+SECONDS_BETWEEN = 0.5
+
 
 class Progress:
-    """Progress of a run, rewritten in place at most twice a second.
+    """Progress of a run, rewritten in place twice a second.
 
     Parameters
     ----------
@@ -33,7 +35,7 @@ class Progress:
         now = time.monotonic()
         if self._from is None:
             self._from, self._began = simulated, now
-        if not self._shown or now - self._last < 0.5 or simulated <= self._from:
+        if not self._shown or now - self._last < SECONDS_BETWEEN or simulated <= self._from:
             return
         self._last = now
         left = (now - self._began) * (self._duration - simulated) / (simulated - self._from)

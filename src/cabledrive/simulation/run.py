@@ -196,8 +196,8 @@ def _not_finite_line(case: Case, state: State, work: Workspace, torque: Array, f
     size = np.max(np.abs(state.x), axis=0)
     farthest = int(np.argmax(np.where(np.isfinite(size), size, np.inf)))
     span, segment = divmod(min(farthest, case.mesh.spacing.size - 1), case.mesh.segments)
+    time_there = state.counts[STEPS] * case.grid.step
     return (
-        f"diverged: the energy is not finite from t = {state.counts[STEPS] * case.grid.step:.6g} s on, motion "
-        f"largest in the {case.mesh.spans[span]} span at x = {case.mesh.position[span, segment]:.4g} m: "
-        "check the input, or lower cfl"
+        f"diverged: the energy is not finite from t = {time_there:.6g} s on, the motion largest in the "
+        f"{case.mesh.spans[span]} span at {case.mesh.position[span, segment]:.4g} m: lower cfl or the input"
     )

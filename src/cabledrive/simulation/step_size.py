@@ -59,9 +59,9 @@ def largest_stable_step(mesh: Mesh, law: CableLaw) -> float:
 
     The squares of the chain's frequencies are the eigenvalues of
     :math:`S^{1/2} D M^{-1} D^T S^{1/2}` over the springs (segments and motor joint); the row sums of its
-    moduli bound them from above, sharply for a uniform cable. A cable that may go slack is a chain of springs
-    with a kink, on which leapfrog is resonantly unstable where the shortest period takes few steps: there half
-    of that, six steps per shortest period.
+    moduli bound them from above, sharply for a uniform cable. A cable that may go slack is a chain of
+    springs with a kink, on which leapfrog is resonantly unstable where the shortest period takes few steps:
+    there half of that, six steps per shortest period.
 
     Parameters
     ----------

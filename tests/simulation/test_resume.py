@@ -1,0 +1,216 @@
+"""Long runs: on disk as they go, resumed bit for bit whatever ended them, nothing lost on a full disk."""
+
+import errno
+import os
+import signal
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cabledrive.parameters.drive_file import load_drive
+from cabledrive.parameters.errors import InputRefused
+from cabledrive.simulation import (
+    Pluck,
+    Recording,
+    Sampled,
+    Scheme,
+    SimulationInterrupted,
+    SimulationStopped,
+    Sine,
+    Start,
+    records,
+    run,
+    simulate,
+)
+
+DRIVE = load_drive("dissertation-2")
+DURATION = 0.05
+OPTIONS = {
+    "torque": Sine(amplitude=0.02, frequency=81.7),
+    "start": Start(plucks=(Pluck(height=1e-3),)),
+    "scheme": Scheme(segments=12),
+    "recording": Recording(rate=5000.0, fields=7, probes=(("lower", 0.3),)),
+}
+KILLED = """
+import os, signal
+from cabledrive.simulation import run, records
+import test_resume as t
+run.NODE_STEPS_PER_CHUNK, run.SECONDS_PER_COMMIT = 3000, 0.0
+commit, done = records.RecordsInFolder.commit, []
+def commit_and_die(self, state, number):
+    if len(done) == 3:
+        self._rows.write(b"half a record")  # written, but not committed
+        self._rows.flush()
+        os.kill(os.getpid(), signal.SIGKILL)
+    commit(self, state, number)
+    done.append(number)
+records.RecordsInFolder.commit = commit_and_die
+t.simulate(t.DRIVE, t.DURATION, output="run.nc", **t.OPTIONS)
+"""
+
+
+@pytest.fixture(autouse=True)
+def small_chunks(monkeypatch):
+    """A dozen chunks, each committed."""
+    monkeypatch.setattr(run, "NODE_STEPS_PER_CHUNK", 3000)
+    monkeypatch.setattr(run, "SECONDS_PER_COMMIT", 0.0)
+
+
+def at_call(function, number, action):
+    """The function, with something else in place of its n-th call."""
+    calls = []
+
+    def watched(*arguments):
+        calls.append(arguments)
+        return action(*arguments) if len(calls) == number else function(*arguments)
+
+    return watched
+
+
+def interrupt(*arguments):
+    raise KeyboardInterrupt
+
+
+def disk_full(*arguments):
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def uninterrupted(tmp_path):
+    path = tmp_path / "whole.nc"
+    simulate(DRIVE, DURATION, output=path, **OPTIONS)
+    return path.read_bytes()
+
+
+def test_the_same_run_gives_the_same_file_to_the_byte(tmp_path):
+    second = tmp_path / "second.nc"
+    simulate(DRIVE, DURATION, output=second, **OPTIONS)
+    assert uninterrupted(tmp_path) == second.read_bytes()
+    assert sorted(os.listdir(tmp_path)) == ["second.nc", "whole.nc"]
+
+
+def test_memory_and_disk_hold_the_same(tmp_path):
+    kept = simulate(DRIVE, DURATION, **OPTIONS)
+    written = simulate(DRIVE, DURATION, output=tmp_path / "run.nc", **OPTIONS)
+    np.testing.assert_array_equal(kept.rows, written.rows)
+    np.testing.assert_array_equal(kept.fields, written.fields)
+    assert kept.extremes == written.extremes
+    assert len(kept.field_time) == 36
+
+
+@pytest.mark.parametrize("call", [1, 2, 6])
+def test_an_interrupted_run_is_resumed_to_the_byte(tmp_path, monkeypatch, call):
+    path = tmp_path / "run.nc"
+    with monkeypatch.context() as patched:
+        patched.setattr(
+            records.RecordsInFolder, "append", at_call(records.RecordsInFolder.append, call, interrupt)
+        )
+        with pytest.raises(SimulationInterrupted, match="go on with the same command and --resume") as caught:
+            simulate(DRIVE, DURATION, output=path, **OPTIONS)
+    partial = caught.value.result
+    assert partial.time.size == 0 or partial.time[-1] < DURATION
+    assert os.listdir(tmp_path) == ["run.nc.part"]
+    resumed = simulate(DRIVE, DURATION, output=path, resume=True, **OPTIONS)
+    assert path.read_bytes() == uninterrupted(tmp_path)
+    assert resumed.steps == round(DURATION / resumed.step)
+
+
+def test_a_killed_run_is_resumed_to_the_byte(tmp_path):
+    """kill -9 in the middle of a chunk, half a record written behind the last commit."""
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([os.path.dirname(__file__), *sys.path])}
+    died = subprocess.run([sys.executable, "-c", KILLED], cwd=tmp_path, env=environment, capture_output=True)
+    assert died.returncode == -signal.SIGKILL, died.stderr.decode()
+    path = tmp_path / "run.nc"
+    assert not path.exists()
+    simulate(DRIVE, DURATION, output=path, resume=True, **OPTIONS)
+    assert path.read_bytes() == uninterrupted(tmp_path)
+
+
+@pytest.mark.parametrize("method", ["append", "commit"])
+def test_a_full_disk_stops_the_run_and_loses_nothing(tmp_path, monkeypatch, method):
+    path = tmp_path / "run.nc"
+    with monkeypatch.context() as patched:
+        original = getattr(records.RecordsInFolder, method)
+        patched.setattr(records.RecordsInFolder, method, at_call(original, 4, disk_full))
+        with pytest.raises(SimulationStopped, match="No space left on device") as caught:
+            simulate(DRIVE, DURATION, output=path, **OPTIONS)
+    assert "free space and resume" in str(caught.value)
+    assert 0.0 < caught.value.result.time[-1] < DURATION
+    simulate(DRIVE, DURATION, output=path, resume=True, **OPTIONS)
+    assert path.read_bytes() == uninterrupted(tmp_path)
+
+
+def test_a_disk_that_is_full_at_the_last_moment_loses_nothing(tmp_path, monkeypatch):
+    """The result itself cannot be written: the records stay, and a second try needs no step."""
+    path = tmp_path / "run.nc"
+    with monkeypatch.context() as patched:
+        patched.setattr(sys.modules["cabledrive.simulation.simulate"], "write_netcdf", disk_full)
+        with pytest.raises(SimulationStopped, match="No space left on device: free space and resume"):
+            simulate(DRIVE, DURATION, output=path, **OPTIONS)
+    assert os.listdir(tmp_path) == ["run.nc.part"]
+    simulate(DRIVE, DURATION, output=path, resume=True, **OPTIONS)
+    assert path.read_bytes() == uninterrupted(tmp_path)
+
+
+def test_another_run_is_not_resumed_with_this_one_s_records(tmp_path, monkeypatch):
+    path = tmp_path / "run.nc"
+    with monkeypatch.context() as patched:
+        patched.setattr(
+            records.RecordsInFolder, "append", at_call(records.RecordsInFolder.append, 3, interrupt)
+        )
+        with pytest.raises(SimulationInterrupted):
+            simulate(DRIVE, DURATION, output=path, **OPTIONS)
+    other = replace(DRIVE, cable=replace(DRIVE.cable, pretension=4.0))
+    with pytest.raises(InputRefused, match="holds a run with another drive_hash"):
+        simulate(other, DURATION, output=path, resume=True, **OPTIONS)
+    torque = {**OPTIONS, "torque": Sampled(values=np.zeros(1000), rate=10_000.0)}
+    with pytest.raises(InputRefused, match="holds a run with another torque"):
+        simulate(DRIVE, DURATION, output=path, resume=True, **torque)
+    with pytest.raises(InputRefused, match=r"left by an interrupted run: go on with it \(resume\)"):
+        simulate(DRIVE, DURATION, output=path, **OPTIONS)
+    simulate(DRIVE, DURATION, output=path, force=True, **OPTIONS)
+    assert path.read_bytes() == uninterrupted(tmp_path)
+
+
+def test_a_broken_checkpoint_is_refused(tmp_path, monkeypatch):
+    path = tmp_path / "run.nc"
+    with monkeypatch.context() as patched:
+        patched.setattr(
+            records.RecordsInFolder, "append", at_call(records.RecordsInFolder.append, 3, interrupt)
+        )
+        with pytest.raises(SimulationInterrupted):
+            simulate(DRIVE, DURATION, output=path, **OPTIONS)
+    (tmp_path / "run.nc.part" / records.CHECKPOINT).write_bytes(b"PK not a checkpoint")
+    with pytest.raises(InputRefused, match=r"run\.nc\.part: cannot be resumed"):
+        simulate(DRIVE, DURATION, output=path, resume=True, **OPTIONS)
+
+
+def test_resume_with_nothing_left_behind_is_a_fresh_run(tmp_path):
+    path = tmp_path / "run.nc"
+    simulate(DRIVE, DURATION, output=path, resume=True, **OPTIONS)
+    assert path.read_bytes() == uninterrupted(tmp_path)
+    with pytest.raises(InputRefused, match="resume needs the output"):
+        simulate(DRIVE, DURATION, resume=True, **OPTIONS)
+
+
+def test_an_existing_file_is_kept_unless_forced(tmp_path):
+    path = tmp_path / "run.nc"
+    path.write_text("precious")
+    with pytest.raises(InputRefused, match="exists and is not overwritten"):
+        simulate(DRIVE, DURATION, output=path, **OPTIONS)
+    assert path.read_text() == "precious"
+    assert os.listdir(tmp_path) == ["run.nc"]
+    simulate(DRIVE, DURATION, output=path, force=True, **OPTIONS)
+    assert path.read_bytes() == uninterrupted(tmp_path)
+
+
+def test_progress_tells_the_time_left_on_standard_error(capsys, monkeypatch):
+    monkeypatch.setattr("cabledrive.simulation.progress.SECONDS_BETWEEN", 0.0)
+    simulate(DRIVE, DURATION, progress=True, **OPTIONS)
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert "s left" in captured.err
+    simulate(DRIVE, DURATION, progress=False, **OPTIONS)
+    assert capsys.readouterr().err == ""
