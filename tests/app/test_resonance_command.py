@@ -44,8 +44,7 @@ def test_negative_torque_is_refused_in_one_line():
 
 def test_text_for_people_names_pairs_and_remedies():
     settings = ("--set", "cable.transverse_damping=2", "--set", "pulley.1.viscous_friction=2e-5")
-    text = call(
-        "resonance", "dissertation-2", *settings, "--set", "cable.pretension=3.3", "--torque=0.01"
-    ).stdout
+    settings += ("--set", "cable.pretension=3.3", "--torque=0.01")
+    text = call("resonance", "dissertation-2", *settings).stdout
     assert "raise the pretension" in text
     assert "tuned at 3.28" in text

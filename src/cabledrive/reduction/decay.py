@@ -67,18 +67,12 @@ def damping_from_decay(time: ArrayLike, signal: ArrayLike, frequency: float) -> 
     """
     t, x = np.asarray(time, dtype=float), np.asarray(signal, dtype=float)
     steps = np.diff(t)
-    if (
-        t.ndim != 1
-        or t.shape != x.shape
-        or t.size < 8
-        or np.ptp(steps) > 1e-6 * steps.mean()
-        or steps.mean() <= 0
-    ):
+    even = t.ndim == 1 and t.shape == x.shape and t.size >= 8 and np.ptp(steps) <= 1e-6 * steps.mean()
+    if not even or steps.mean() <= 0.0:
         raise InputRefused("decay: time and signal must be equally long, at equal ascending intervals")
-    if (t[-1] - t[0]) * frequency < 30:
-        raise InputRefused(
-            f"decay: {(t[-1] - t[0]) * frequency:.3g} periods of {frequency:.4g} Hz are recorded, 30 are needed"
-        )
+    periods = (t[-1] - t[0]) * frequency
+    if periods < 30:
+        raise InputRefused(f"decay: {periods:.3g} periods of {frequency:.4g} Hz recorded, 30 are needed")
     centre, turned = _demodulated(t, x - np.mean(x), 2 * np.pi * frequency)
     size = np.abs(turned)
     kept = size > max(3.0 * float(np.min(size)), 1e-12) if np.min(size) < 0.05 * size[0] else size > 0.0
@@ -87,11 +81,8 @@ def damping_from_decay(time: ArrayLike, signal: ArrayLike, frequency: float) -> 
         raise NotComputed(f"decay: no mode near {frequency:.4g} Hz rings long enough above the floor")
     centre, turned = centre[:last], turned[:last]
     line, covariance = np.polyfit(centre, np.log(np.abs(turned)), 1, cov=True)
-    half = last // 2
-    first, second = (
-        np.polyfit(centre[part], np.log(np.abs(turned[part])), 1)[0]
-        for part in (slice(half), slice(half, None))
-    )
+    halves = slice(last // 2), slice(last // 2, None)
+    first, second = (np.polyfit(centre[part], np.log(np.abs(turned[part])), 1)[0] for part in halves)
     drift = np.polyfit(centre, np.unwrap(np.angle(turned)), 1)[0]
     return DecayEstimate(
         damping=float(-2 * line[0]),

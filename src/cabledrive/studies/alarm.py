@@ -388,5 +388,6 @@ def _remedy(verdict: str, worst: ModeAlarm, floor: float, limit: float) -> str:
     return (
         f"between {worst.start:.3g} s and {worst.end:.3g} s mode {worst.number} of the {worst.span} span "
         f"grows: damp the cable by {2 * less / duration:.3g} 1/s more, take "
-        f"{100 * less / (worst.gain + MARGIN):.3g} % off the torque's ripple there, or move the pretension away from this pair's tuning"
+        f"{100 * less / (worst.gain + MARGIN):.3g} % off the torque's ripple there, or move the pretension "
+        "away from this pair's tuning"
     )

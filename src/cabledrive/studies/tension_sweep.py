@@ -1,8 +1,8 @@
 r"""A slow sweep of the pretension through the resonance, as in Fig. 5.5: when does the cable begin to swing?
 
-The onset is not the edge of the tongue. Starting from a floor at the edge, the amplitude has to grow to what can be
-seen, and the sweep goes on meanwhile. Without a stated floor the onset is an artefact of how far outside the sweep
-began.
+The onset is not the edge of the tongue. Starting from a floor at the edge, the amplitude has to grow to what
+can be seen, and the sweep goes on meanwhile. Without a stated floor the onset is an artefact of how far outside
+the sweep began.
 """
 
 from dataclasses import dataclass
@@ -75,8 +75,8 @@ def onset_by_growth_integral(sweep: Sweep) -> float:
     .. math:: \int \Big[S - \tfrac12\Gamma\Big]\frac{\mathrm{d}\delta}{r} - \tfrac12\ln\frac{2S}{\Gamma}
               = \ln\frac{\text{level}}{\text{floor}}, \qquad S = \sqrt{\mu^2 - (\delta + \mu^2/4\nu)^2}
 
-    The logarithm is the share of the growing motion that the turning of its phase costs: the geometric factor of
-    the first adiabatic correction. It is left out where the cable is undamped, whose edge is singular.
+    The logarithm is what the turning of its phase costs the growing motion, the geometric factor of the first
+    adiabatic correction. It is left out where the cable is undamped, whose edge is singular.
 
     Parameters
     ----------
