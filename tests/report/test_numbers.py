@@ -7,6 +7,10 @@ from hypothesis import strategies as st
 from cabledrive.report.numbers import decimals_for, fixed, number, quantity, unit_name
 
 
+def plain(text: str) -> str:
+    return text.replace("\N{NARROW NO-BREAK SPACE}", " ")
+
+
 @pytest.mark.parametrize(
     "value, shown",
     [
@@ -23,13 +27,13 @@ from cabledrive.report.numbers import decimals_for, fixed, number, quantity, uni
     ],
 )
 def test_a_number_has_five_digits_and_a_readable_size(value, shown):
-    assert number(value) == shown
+    assert plain(number(value)) == shown
 
 
 @given(st.floats(min_value=1e-25, max_value=1e25), st.booleans(), st.integers(2, 9))
 def test_a_shown_number_reads_back_to_its_digits(size, negative, digits):
     value = -size if negative else size
-    text = number(value, digits).replace("−", "-").replace(" × 10", "e")
+    text = plain(number(value, digits)).replace("−", "-").replace(" × 10", "e")
     text = text.translate(str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-"))
     assert float(text) == pytest.approx(value, rel=0.5000001 * 10.0 ** (1 - digits))
 
@@ -55,7 +59,7 @@ def test_a_shown_number_reads_back_to_its_digits(size, negative, digits):
     ],
 )
 def test_a_quantity_is_shown_in_the_unit_people_use(value, unit, shown):
-    assert quantity(value, unit).replace("\N{NARROW NO-BREAK SPACE}", " ") == shown
+    assert plain(quantity(value, unit)) == shown
 
 
 def test_columns_line_up_with_the_digits_asked_for():

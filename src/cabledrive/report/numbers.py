@@ -31,7 +31,7 @@ def number(value: float, digits: int = 5) -> str:
     mantissa = f"{value / 10.0**exponent:.{digits}g}"
     if abs(float(mantissa)) >= 10.0:  # 9.99999 rounds up
         mantissa, exponent = f"{float(mantissa) / 10:.{digits}g}", exponent + 1
-    return f"{mantissa} × 10{str(exponent).translate(_RAISED)}".replace("-", "−")
+    return f"{mantissa}{SPACE}×{SPACE}10{str(exponent).translate(_RAISED)}".replace("-", "−")
 
 
 def fixed(value: float, decimals: int) -> str:

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from math import log10
 from typing import TYPE_CHECKING, Any
 
-from cabledrive.report.numbers import number
+from cabledrive.report.numbers import SPACE, number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -194,6 +194,8 @@ def log_axis(axes: "Axes", which: str, pixels: float) -> None:
     roomy = plain and decade > (125.0 if which == "x" else 60.0)
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if roomy else (1.0,), numticks=20))
     axis.set_minor_locator(LogLocator(subs=tuple(range(1, 10)), numticks=40))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: number(value, 3).removeprefix("1 × ")))
+    axis.set_major_formatter(
+        FuncFormatter(lambda value, _: number(value, 3).removeprefix(f"1{SPACE}×{SPACE}"))
+    )
     axis.set_minor_formatter(NullFormatter())
     axes.set_xlim(limits) if which == "x" else axes.set_ylim(limits)

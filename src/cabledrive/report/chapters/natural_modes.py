@@ -4,6 +4,8 @@ from collections.abc import Sequence
 
 from markupsafe import Markup
 
+from cabledrive.mechanics import derived_quantities
+from cabledrive.mechanics.warnings import SMALL_IRVINE, SMALL_SAG
 from cabledrive.modes import Mode, Modes
 from cabledrive.modes.mode_rows import ModeRow, mode_rows
 from cabledrive.parameters import Drive
@@ -26,6 +28,7 @@ from cabledrive.report.context import ReportContext
 from cabledrive.report.figures.ladder import ladder_picture
 from cabledrive.report.figures.shapes import shapes_picture
 from cabledrive.report.numbers import decimals_for, fixed, number
+from cabledrive.report.simple_models import simple_models_table
 
 PLACE = 200
 SHOWN_SHAPES, SHOWN_ACROSS = 4, 6
@@ -105,7 +108,24 @@ def _about(drive: Drive, name: str, modes: Modes) -> tuple[Block, ...]:
     blocks: list[Block] = [Note(text=head + certificate_words(modes), tone=tone)]
     if modes.longitudinal:
         blocks += [_ladder(drive, name, modes), _along(modes)]
-    return (*blocks, _across(modes), _shapes(drive, name, modes))
+    return (*blocks, _across(modes), *_sag(drive), _shapes(drive, name, modes), simple_models_table(drive))
+
+
+def _sag(drive: Drive) -> tuple[Block, ...]:
+    """A reservation where the string is not straight."""
+    sheet = derived_quantities(drive)
+    if sheet.sag_ratio <= SMALL_SAG and sheet.irvine_parameter <= SMALL_IRVINE:
+        return ()
+    return (
+        Note(
+            text=Markup(
+                "<strong>For a straight cable.</strong> The modes across are those of a straight string. At "
+                "rest this cable sags by {} % of its span; its true modes across lie higher, most of all the "
+                "symmetric ones in the plane of gravity."
+            ).format(number(100.0 * sheet.sag_ratio, 2)),
+            tone="warning",
+        ),
+    )
 
 
 def _ladder(drive: Drive, name: str, modes: Modes) -> Figure:

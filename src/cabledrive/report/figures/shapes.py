@@ -41,7 +41,8 @@ def unrolled(mode: Mode, drive: Drive, shape: int = 0) -> dict[str, tuple[Array,
     positions = {span: _positions(drive, span) for span in drive.spans}
     shapes = {span: mode.shape(span, at)[shape] for span, at in positions.items()}
     values = np.concatenate(list(shapes.values()))
-    largest = values[np.argmax(np.abs(values) > (1 - 1e-9) * np.max(np.abs(values)))]
+    size = np.max(np.abs(values))
+    largest = size * np.sign(values[np.argmax(np.abs(values) > (1 - 1e-9) * size)])
     return {
         span: (start + positions[span] / drive.span_length, shapes[span] / largest)
         for start, span in enumerate(drive.spans)

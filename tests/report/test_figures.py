@@ -1,0 +1,172 @@
+"""What the figures draw is what was computed."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from cabledrive.mechanics.spans import DRIVE_PULLEY, LOAD_PULLEY
+from cabledrive.modes import modes, natural_frequencies
+from cabledrive.parameters import Carriage, load_drive, packaged_drives
+from cabledrive.report import picture as pictures
+from cabledrive.report.context import make_context
+from cabledrive.report.figures import followed, ladder, machine_layout, overview, shapes
+from cabledrive.report.figures.machine import machine_picture
+from cabledrive.studies import frequency_against
+
+
+@pytest.fixture
+def axes_of(monkeypatch):
+    """Draws a picture and gives the axes of its wide version."""
+
+    def draw(make, *arguments, **options):
+        figures = []
+        drawn = pictures._drawn
+
+        def keep(name, paint, narrow, size):
+            def painted(figure, narrow):
+                paint(figure, narrow)
+                figures.append(figure)
+
+            return drawn(name, painted, narrow, size)
+
+        monkeypatch.setattr(pictures, "_drawn", keep)
+        make(*arguments, **options)
+        return figures[0].axes
+
+    return draw
+
+
+def below_fifth(name: str):
+    drive = load_drive(name)
+    return drive, modes(drive, below=1.05 * natural_frequencies(drive, count=5)[-1])
+
+
+@pytest.mark.parametrize("name", packaged_drives())
+def test_the_staircase_rises_at_every_listed_mode_and_nowhere_else(name):
+    """The count knows nothing of the list, so a missed mode would show as a step without a mode."""
+    drive, found = below_fifth(name)
+    steps = ladder.staircase(drive, found)
+    rises = np.repeat(steps.frequency[1:], np.diff(steps.count).astype(int))
+    listed = [mode.frequency for mode in found.longitudinal for _ in range(mode.multiplicity)]
+    np.testing.assert_allclose(rises, listed, rtol=2e-9)
+    assert steps.count[0] == 0
+    assert steps.count[-1] == found.certificate.longitudinal
+
+
+def test_the_dots_of_the_staircase_are_the_listed_modes(axes_of):
+    drive, found = below_fifth("dissertation-1")
+    top, bottom = axes_of(ladder.ladder_picture, "x", drive, found)
+    dots = [line for line in top.lines if line.get_marker() == "o"]
+    np.testing.assert_array_equal(
+        [line.get_xdata()[0] for line in dots], [m.frequency for m in found.longitudinal]
+    )
+    assert [line.get_ydata()[0] for line in dots] == [1, 2, 3, 4, 5]
+    rungs = [sum(len(lane.get_segments()) for lane in bottom.collections if lane.get_segments() is not None)]
+    w = [m for m in found.transverse if m.plane == "w"]
+    assert rungs == [len(found.longitudinal) + len(w)]
+
+
+@pytest.mark.parametrize("name", packaged_drives())
+def test_a_drawn_shape_goes_from_rim_to_rim_as_the_pulleys_turn(name):
+    """The ends of the drawn spans are the displacements of the rims, to the scale of the drawing."""
+    drive, found = below_fifth(name)
+    for mode in found.longitudinal:
+        drawn = shapes.unrolled(mode, drive)
+        rims = {"upper": (DRIVE_PULLEY, LOAD_PULLEY), "lower": (LOAD_PULLEY, DRIVE_PULLEY)}
+        largest = max((mode.shape(span, x)[0] for span, x in spread(drive)), key=lambda u: np.abs(u).max())
+        scale = np.abs(largest).max()
+        for span, (x, u) in drawn.items():
+            ends = [mode.joints[rim][0] if rim in mode.joints else 0.0 for rim in rims[span]]
+            sign = np.sign(ends[0] * u[0]) or 1.0
+            np.testing.assert_allclose(u[[0, -1]], sign * np.array(ends) / scale, atol=1e-9)
+            assert np.abs(u).max() <= 1.0 + 1e-12
+            assert (x[0], x[-1]) == ((0.0, 1.0) if span == "upper" else (1.0, 2.0))
+
+
+def spread(drive):
+    for span in drive.spans:
+        carried = [carriage.position for carriage in drive.carriages_on(span)]
+        yield span, np.unique([*np.linspace(0.0, drive.span_length, shapes.POINTS), *carried])
+
+
+def test_followed_curves_are_drawn_through_the_computed_points(axes_of):
+    drive = load_drive("dissertation-2")
+    tension = drive.cable.pretension * np.geomspace(0.2, 5.0, 9)
+    data = frequency_against(drive, "cable.pretension", tension, modes=2)
+    (axes,) = axes_of(followed.followed_picture, "x", data, "pretension", unit="N")
+    solid = [line for line in axes.lines if len(line.get_xdata()) == tension.size]
+    np.testing.assert_array_equal(solid[0].get_ydata(), data["frequency"][0])
+    np.testing.assert_array_equal(solid[2].get_ydata(), data["lowest_transverse"])
+
+
+def test_the_marked_pretension_is_where_the_lowest_mode_across_is_half_the_lowest_along(axes_of):
+    """3.28377 N for configuration 2, with the density of the unstretched cable."""
+    drive = load_drive("dissertation-2")
+    data = frequency_against(drive, "cable.pretension", 5.0 * np.geomspace(0.1, 10.0, 61), modes=2)
+    (axes,) = axes_of(followed.followed_picture, "x", data, "pretension", unit="N")
+    marked = [line.get_xdata()[0] for line in axes.lines if line.get_marker() == "o"]
+    assert marked == [pytest.approx(3.28377, rel=1e-5)], marked
+    assert any("3.28 N" in text.get_text() for text in axes.texts)
+
+
+def test_the_overview_draws_the_lowest_frequency_of_each_kind(axes_of):
+    names = ("dissertation-1", "ropeway")
+    found = [below_fifth(name)[1] for name in names]
+    (axes,) = axes_of(overview.overview_picture, "x", names, found)
+    drawn = {line.get_xdata()[0] for line in axes.lines}
+    assert drawn == {
+        value for m in found for value in (m.longitudinal[0].frequency, m.transverse[0].frequency)
+    }
+
+
+@pytest.mark.parametrize("name", packaged_drives())
+@pytest.mark.parametrize("width", [350.0, 720.0])
+def test_the_drawing_keeps_the_proportions_of_the_machine(name, width):
+    """Spans to scale; pulleys to one scale of their own that is said where it differs."""
+    drive = load_drive(name)
+    layout = machine_layout.machine_layout(drive, width, width < 500)
+    distance = np.hypot(layout.load[0] - layout.drive[0], layout.load[1] - layout.drive[1])
+    per_metre = distance / drive.span_length
+    for drawn, pulley in zip(layout.radii, drive.pulley, strict=True):
+        assert drawn == pytest.approx(pulley.radius * per_metre * layout.enlarged, rel=1e-9)
+    said = "times too large" in machine_picture(drive).wide
+    assert said == (machine_layout.machine_layout(drive, 720, False).enlarged > 1.0)
+    for (x, y), r in zip((layout.drive, layout.load), layout.radii, strict=True):
+        assert r < x < layout.size[0] - r
+        assert r < y < layout.size[1] - r
+    for span in drive.spans:
+        shares = [carriage.position / drive.span_length for carriage in drive.carriages_on(span)]
+        places = [layout.on_span(span, share) for share in (0.0, *shares, 1.0)]
+        steps = [np.hypot(b[0] - a[0], b[1] - a[1]) for a, b in pairwise(places)]
+        np.testing.assert_allclose(steps, np.diff([0.0, *shares, 1.0]) * sum(steps), atol=1e-9)
+
+
+def test_the_upper_span_of_a_standing_machine_is_drawn_on_its_right():
+    """Turned by minus 90 degrees, what was up points to the right."""
+    layout = machine_layout.machine_layout(load_drive("elevator"), 720, False)
+    assert layout.drive[1] < layout.load[1]
+    assert layout.on_span("upper", 0.5)[0] > layout.drive[0] > layout.on_span("lower", 0.5)[0]
+
+
+def test_a_support_is_drawn_for_a_pulley_that_cannot_turn():
+    drive = load_drive("dissertation-1")
+    held = replace(drive, pulley=(drive.pulley[0], replace(drive.pulley[1], fixed=True)))
+    assert "load pulley, fixed" in machine_picture(held).wide
+    assert "fixed" not in machine_picture(drive).wide
+
+
+def test_a_cable_with_a_thousandth_of_a_percent_of_strain_is_listed_by_number():
+    """Transverse modes then crowd the band by the ten thousand; the first of each kind are shown instead."""
+    drive = load_drive("dissertation-1")
+    stiff = replace(drive, cable=replace(drive.cable, youngs_modulus=1e5 * drive.cable.youngs_modulus))
+    (found,) = make_context([stiff]).modes
+    assert len(found.longitudinal) == 5
+    assert found.certified
+
+
+def test_many_carriages_are_drawn_small_and_counted():
+    drive = load_drive("dissertation-1")
+    carried = tuple(Carriage(mass=0.001, position=0.02 * k, guided=True) for k in range(1, 40))
+    assert "upper span, 39 carriages" in machine_picture(replace(drive, carriage=carried)).wide
