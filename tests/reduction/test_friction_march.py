@@ -1,6 +1,6 @@
 """Set-valued friction against closed forms, and sensitivities against differences.
 
-Compiled module under test: cabledrive.reduction.chain_kernels.
+Compiled modules under test: cabledrive.reduction.chain_kernels, cabledrive.reduction.axis_kernels.
 """
 
 from dataclasses import replace
@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cabledrive.reduction.friction_march import FrictionLaw, direction, march_chain
+from cabledrive.reduction.friction_march import FrictionLaw, direction, march_chain, march_rigid_axis
 from cabledrive.reduction.lumped_chain import LumpedChain
 
 pytestmark = pytest.mark.kernel
@@ -123,3 +123,19 @@ def test_friction_at_rest_holds_more_than_friction_in_motion():
     law = FrictionLaw(excess=(0.02,), fading=(0.1,), slope=(0.0,))
     assert np.all(march_chain(ONE, np.full(100, 0.059), 1e-3, law=law).angles == 0.0)
     assert march_chain(ONE, np.full(100, 0.061), 1e-3, law=law).angles[-1, 0] > 0.0
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.5])
+def test_one_axis_alone_moves_as_a_row_of_one(slope):
+    u = wave(1500, 1e-3)
+    ways = [direction(1, name) for name in ("inertia", "viscous", "coulomb", "offset", "speed")]
+    law = FrictionLaw(excess=(0.0,), fading=(1.0,), slope=(slope,))
+    start = np.array([0.0, 1.0])
+    row = march_chain(ONE, u, 1e-3, law=law, start=start, directions=np.column_stack(ways))
+    speeds, sensitivities = march_rigid_axis(
+        np.array([0.002, 0.003, 0.04, 0.0]), u, 1e-3, start=1.0, slope=slope
+    )
+    np.testing.assert_allclose(speeds, row.speeds[:, 0], atol=1e-8)
+    scale = np.abs(sensitivities).max(axis=0)
+    error = np.abs(sensitivities - row.speed_sensitivities[:, 0]) / scale
+    assert np.quantile(error, 0.99) < 1e-5, f"{error.max(axis=0)}"

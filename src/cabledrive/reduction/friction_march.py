@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.parameters import InputRefused, NotComputed
+from cabledrive.reduction.axis_kernels import PARAMETERS, march_axis
 from cabledrive.reduction.chain_kernels import ChainNumbers, march
 from cabledrive.reduction.lumped_chain import LumpedChain
 
@@ -176,3 +177,41 @@ def _numbers(
         slope=np.array(law.slope, dtype=float),
         directions=np.zeros((9 * n - 2, 0)) if directions is None else np.array(directions, dtype=float),
     )
+
+
+def march_rigid_axis(
+    values: Array, torque: Array, interval: float, *, start: float = 0.0, slope: float = 0.0
+) -> tuple[Array, Array]:
+    """Move one rigid axis: what `march_chain` does for a row of one, several times quicker.
+
+    Parameters
+    ----------
+    values : ndarray, shape (4,)
+        Inertia, viscous friction, Coulomb friction, offset.
+    torque : ndarray, shape (samples,)
+        [N m], on straight lines between samples.
+    interval : float
+        [s].
+    start : float, default 0.0
+        Speed at the first sample [rad/s].
+    slope : float, default 0.0
+        K of c tanh(K w) [s/rad]; 0: set-valued friction.
+
+    Returns
+    -------
+    speeds : ndarray, shape (samples,)
+        [rad/s].
+    sensitivities : ndarray, shape (samples, 5)
+        By the four parameters and the speed at the start.
+
+    Raises
+    ------
+    NotComputed
+        If the motion leaves the finite numbers.
+    """
+    torque = np.ascontiguousarray(torque, dtype=float)
+    speeds, sensitivities = np.empty(torque.size), np.empty((torque.size, PARAMETERS))
+    march_axis(np.array(values, dtype=float), slope, torque, float(interval), start, speeds, sensitivities)
+    if not np.isfinite(speeds[-1]):
+        raise NotComputed("motion of the axis diverged: the viscous friction or the inertia is no machine's")
+    return speeds, sensitivities

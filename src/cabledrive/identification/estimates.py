@@ -1,0 +1,171 @@
+"""What an identification answers: parameters with intervals, what it cannot tell, what it noticed."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.identification.logs.log import DataReport
+
+Array = NDArray[np.float64]
+
+UNITS = {
+    "inertia": "kg m^2",
+    "mass": "kg",
+    "viscous_friction": "N m s/rad",
+    "coulomb_friction": "N m",
+    "stribeck_friction": "N m",
+    "offset_torque": "N m",
+    "offset_force": "N",
+}
+LINEAR_UNITS = {"viscous_friction": "N s/m", "coulomb_friction": "N", "stribeck_friction": "N"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Estimate:
+    """One parameter.
+
+    Attributes
+    ----------
+    value : float
+        NaN where the log does not tell.
+    unit : str
+    standard_error : float
+        Infinite where the log does not tell, as the bounds are.
+    low, high : float
+        Bounds of the 95 % interval.
+    reason : str
+        Why there is no number.
+    """
+
+    value: float
+    unit: str
+    standard_error: float
+    low: float
+    high: float
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Identification:
+    """Parameters of a model, identified from logs.
+
+    Attributes
+    ----------
+    model : str
+    parameters : mapping of str to Estimate
+    identifiable : bool
+        Whether every parameter has a number.
+    unidentifiable : tuple of str
+        Directions that the logs leave open, in words.
+    residual : mapping
+        ``rms`` [N m or N], ``relative`` to the measured torque, ``rows``.
+    condition_number : float
+        Of the regressor matrix.
+    method : mapping
+        How it was done, with every choice that was made from the data.
+    findings : tuple of str
+        What contradicts the model, in words.
+    reports : tuple of DataReport
+        Of each log.
+    covariance : ndarray, shape (p, p)
+        Of the parameters in their order.
+    freedom : int
+        Degrees of freedom of the intervals.
+    """
+
+    model: str
+    parameters: Mapping[str, Estimate]
+    identifiable: bool
+    unidentifiable: tuple[str, ...]
+    residual: Mapping[str, Any]
+    condition_number: float
+    method: Mapping[str, Any]
+    covariance: Array
+    freedom: int
+    findings: tuple[str, ...] = ()
+    reports: tuple[DataReport, ...] = field(default_factory=tuple)
+
+    def __getitem__(self, name: str) -> float:
+        return self.parameters[name].value
+
+    def as_dict(self) -> dict[str, Any]:
+        """The identification as JSON has it.
+
+        Returns
+        -------
+        dict
+            Numbers in SI; None with a reason beside it where there is none.
+        """
+        return {
+            "model": self.model,
+            "parameters": {name: estimate_dict(estimate) for name, estimate in self.parameters.items()},
+            "identifiable": self.identifiable,
+            "unidentifiable": list(self.unidentifiable),
+            "residual": dict(self.residual),
+            "condition_number": _finite(self.condition_number),
+            "findings": list(self.findings),
+            "method": dict(self.method),
+            "data": [report_dict(report) for report in self.reports],
+        }
+
+
+def estimate_dict(estimate: Estimate) -> dict[str, Any]:
+    """One parameter as JSON has it.
+
+    Parameters
+    ----------
+    estimate : Estimate
+
+    Returns
+    -------
+    dict
+    """
+    numbers = {name: _finite(getattr(estimate, name)) for name in ("value", "low", "high", "standard_error")}
+    reason = {"reason": estimate.reason} if estimate.reason else {}
+    return {"value": numbers.pop("value"), "unit": estimate.unit} | numbers | reason
+
+
+def report_dict(report: DataReport) -> dict[str, Any]:
+    """A data report as JSON has it.
+
+    Parameters
+    ----------
+    report : DataReport
+
+    Returns
+    -------
+    dict
+    """
+    return {
+        "rows": report.rows,
+        "duration": report.duration,
+        "interval": report.interval,
+        "jitter": report.jitter,
+        "quantum": dict(report.quantum),
+        "repaired": list(report.repaired),
+        "findings": list(report.findings),
+    }
+
+
+def unit_of(name: str, linear: bool) -> str:
+    """Unit of a parameter of one axis.
+
+    Parameters
+    ----------
+    name : str
+    linear : bool
+        Whether the axis slides.
+
+    Returns
+    -------
+    str
+    """
+    stem = name.removesuffix("_positive").removesuffix("_negative")
+    return LINEAR_UNITS.get(stem, UNITS[stem]) if linear else UNITS[stem]
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None

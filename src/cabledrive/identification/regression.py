@@ -1,0 +1,298 @@
+r"""Linear least squares by segments of time: orthogonal factors, robust standard errors, bootstrap.
+
+A log is cut into segments. Each is reduced by QR to the triangle of :math:`[\Phi_b\ y_b]`, which keeps all
+that least squares needs: a log of any length fits into memory, and no normal equations are formed.
+
+Standard errors survive coloured residuals: with the scores :math:`g_b = \Phi_b^T r_b` of segments that are
+longer than the residual's memory,
+
+.. math:: C = \frac{G}{G-p}\, (\Phi^T\Phi)^{-1} \Big(\sum_{b=1}^{G} g_b g_b^T\Big) (\Phi^T\Phi)^{-1},
+
+and intervals are those of Student's t with G - p degrees of freedom.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from cabledrive.parameters import InputRefused
+
+Array = NDArray[np.float64]
+
+RANK_TOLERANCE = 1e-9
+FEWEST_SEGMENTS = 12
+MOST_SEGMENTS = 60
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Factors:
+    """A regression reduced to one triangle per segment of time.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Parameters.
+    triangles : ndarray, shape (segments, p + 1, p + 1)
+        R of [Phi y] of each segment.
+    rows : int
+        Rows altogether.
+    """
+
+    names: tuple[str, ...]
+    triangles: Array
+    rows: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Fit:
+    """Estimate with its covariance.
+
+    Attributes
+    ----------
+    names : tuple of str
+    values : ndarray, shape (p,)
+        Zero along directions without information; see ``blind``.
+    covariance : ndarray, shape (p, p)
+        Robust, see the module.
+    freedom : int
+        Degrees of freedom of the intervals.
+    condition : float
+        Condition number of the regressor matrix as it stands (not scaled).
+    blind : ndarray, shape (directions, p)
+        Directions in parameter space about which the log says nothing, in units of the parameters.
+    residual, scale : float
+        Root mean square of the residual and of the left side.
+    rows : int
+    """
+
+    names: tuple[str, ...]
+    values: Array
+    covariance: Array
+    freedom: int
+    condition: float
+    blind: Array
+    residual: float
+    scale: float
+    rows: int
+
+    def half_width(self, level: float = 0.95) -> Array:
+        """Half of each interval.
+
+        Parameters
+        ----------
+        level : float, default 0.95
+
+        Returns
+        -------
+        ndarray, shape (p,)
+        """
+        return float(stats.t.ppf(0.5 + level / 2, self.freedom)) * np.sqrt(np.diag(self.covariance))
+
+
+def triangle(rows: Array) -> Array:
+    """R of the QR decomposition, of a stack of matrices too.
+
+    Parameters
+    ----------
+    rows : ndarray, shape (..., rows, columns)
+
+    Returns
+    -------
+    ndarray, shape (..., min(rows, columns), columns)
+    """
+    return np.asarray(np.linalg.qr(rows, mode="r"))
+
+
+def factor(regressors: Array, left: Array, names: tuple[str, ...], segments: int) -> Factors:
+    """Reduce rows to one triangle per segment, Eqs. (4.3), (4.6).
+
+    Parameters
+    ----------
+    regressors : ndarray, shape (rows, p)
+    left : ndarray, shape (rows,)
+    names : tuple of str
+    segments : int
+        Equal parts in time; a remainder goes to the last.
+
+    Returns
+    -------
+    Factors
+
+    Raises
+    ------
+    InputRefused
+        If there are fewer rows than a segment needs.
+    """
+    rows, p = regressors.shape
+    length = rows // segments
+    if length < p + 1:
+        raise InputRefused(
+            f"{rows} samples are too few for {p} parameters in {segments} segments: record longer"
+        )
+    whole = np.column_stack([regressors, left])
+    head = whole[: length * (segments - 1)].reshape(segments - 1, length, p + 1)
+    last = triangle(whole[length * (segments - 1) :])
+    triangles = np.concatenate([triangle(head), last[None]])
+    return Factors(names=names, triangles=triangles, rows=rows)
+
+
+def joined(parts: list[Factors]) -> Factors:
+    """Put segments of several blocks or logs together.
+
+    Parameters
+    ----------
+    parts : list of Factors
+        Of the same parameters.
+
+    Returns
+    -------
+    Factors
+    """
+    triangles = np.concatenate([part.triangles for part in parts])
+    return Factors(names=parts[0].names, triangles=triangles, rows=sum(part.rows for part in parts))
+
+
+def merged(factors: Factors, group: int) -> Factors:
+    """Join neighbouring segments into longer ones.
+
+    Parameters
+    ----------
+    factors : Factors
+    group : int
+        How many become one; a remainder goes to the last.
+
+    Returns
+    -------
+    Factors
+    """
+    count = max(1, factors.triangles.shape[0] // group)
+    edges = [*range(0, count * group, group), factors.triangles.shape[0]]
+    size = factors.triangles.shape[2]
+    triangles = [triangle(factors.triangles[a:b].reshape(-1, size)) for a, b in pairwise(edges)]
+    return Factors(names=factors.names, triangles=np.array(triangles), rows=factors.rows)
+
+
+def only(factors: Factors, names: tuple[str, ...]) -> Factors:
+    """The regression with fewer regressors.
+
+    Parameters
+    ----------
+    factors : Factors
+    names : tuple of str
+
+    Returns
+    -------
+    Factors
+    """
+    places = [*(factors.names.index(name) for name in names), len(factors.names)]
+    triangles = triangle(factors.triangles[:, :, places])
+    return Factors(names=names, triangles=triangles, rows=factors.rows)
+
+
+def solve(factors: Factors) -> Fit:
+    """Least squares by QR, with robust covariance and the directions that the log leaves open, Eq. (4.7).
+
+    Parameters
+    ----------
+    factors : Factors
+
+    Returns
+    -------
+    Fit
+    """
+    p = len(factors.names)
+    stacked = factors.triangles.reshape(-1, p + 1)
+    r = triangle(stacked)
+    upper, right = r[:p, :p], r[:p, p]
+    size = np.linalg.norm(upper, axis=0)
+    size[size == 0.0] = 1.0
+    u, s, vt = np.linalg.svd(upper / size)
+    sound = s > RANK_TOLERANCE * s[0]
+    inverse = (vt[sound].T / s[sound]) @ u[:, sound].T / size[:, None]
+    values = inverse @ right
+    left_norm = float(np.linalg.norm(r[:, p]))
+    residual = float(np.linalg.norm(np.append(right - upper @ values, r[p:, p])))
+    condition = float(np.linalg.cond(upper)) if sound.all() else float("inf")
+    covariance, freedom = _robust(factors.triangles, values, inverse)
+    return Fit(
+        names=factors.names,
+        values=values,
+        covariance=covariance,
+        freedom=freedom,
+        condition=condition,
+        blind=vt[~sound] / size,
+        residual=residual / np.sqrt(factors.rows),
+        scale=left_norm / np.sqrt(factors.rows),
+        rows=factors.rows,
+    )
+
+
+def _robust(triangles: Array, values: Array, inverse: Array) -> tuple[Array, int]:
+    p = values.size
+    count = triangles.shape[0]
+    upper, right = triangles[:, :, :p], triangles[:, :, p]
+    scores = np.einsum("bij,bi->bj", upper, right - upper @ values)
+    moved = scores @ inverse @ inverse.T
+    freedom = max(1, count - p)
+    return count / freedom * moved.T @ moved, freedom
+
+
+def suited_segments(factors: Factors) -> Factors:
+    """Segments long enough to forget one another, at most `MOST_SEGMENTS` and not under `FEWEST_SEGMENTS`.
+
+    Neighbours are joined until the scores of neighbouring segments correlate by less than 0.2 in the mean.
+
+    Parameters
+    ----------
+    factors : Factors
+        In short segments.
+
+    Returns
+    -------
+    Factors
+    """
+    count = factors.triangles.shape[0]
+    group = max(1, -(-count // MOST_SEGMENTS))
+    while True:
+        joint = merged(factors, group)
+        if joint.triangles.shape[0] // 2 < FEWEST_SEGMENTS or _correlation(joint) < 0.2:
+            return joint
+        group *= 2
+
+
+def _correlation(factors: Factors) -> float:
+    """Mean correlation of scores of neighbouring segments."""
+    p = len(factors.names)
+    fit = solve(factors)
+    upper, right = factors.triangles[:, :, :p], factors.triangles[:, :, p]
+    scores = np.einsum("bij,bi->bj", upper, right - upper @ fit.values)
+    power = (scores**2).sum(axis=0)
+    power[power == 0.0] = 1.0
+    return float(np.mean((scores[1:] * scores[:-1]).sum(axis=0) / power))
+
+
+def bootstrap(factors: Factors, repeats: int, rng: np.random.Generator) -> Array:
+    """Estimates from segments drawn with replacement.
+
+    Parameters
+    ----------
+    factors : Factors
+        In segments that forget one another.
+    repeats : int
+    rng : numpy.random.Generator
+
+    Returns
+    -------
+    ndarray, shape (repeats, p)
+    """
+    count, size = factors.triangles.shape[0], factors.triangles.shape[2]
+    found = np.empty((repeats, size - 1))
+    for start in range(0, repeats, 100):
+        draws = rng.integers(count, size=(min(100, repeats - start), count))
+        r = triangle(factors.triangles[draws].reshape(len(draws), -1, size))
+        upper, right = r[:, : size - 1, : size - 1], r[:, : size - 1, size - 1 :]
+        found[start : start + len(draws)] = np.linalg.solve(upper, right)[:, :, 0]
+    return found

@@ -1,0 +1,303 @@
+"""One rigid axis from its logs: inertia, viscous and Coulomb friction, offset, with intervals."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.identification.axis_equation import AxisEquation
+from cabledrive.identification.estimates import Estimate, Identification, unit_of
+from cabledrive.identification.filters import chosen_bandwidth
+from cabledrive.identification.friction_regressors import FrictionModel
+from cabledrive.identification.identifiability import (
+    blind_parameters,
+    blind_words,
+    readable,
+    weak_parameters,
+    weak_words,
+)
+from cabledrive.identification.inverse_dynamics import Rows, factors_of, rows_of
+from cabledrive.identification.logs.log import Log
+from cabledrive.identification.regression import Factors, Fit, joined, solve, suited_segments
+from cabledrive.parameters import InputRefused
+
+Array = NDArray[np.float64]
+
+BANDWIDTH_LIMITS = (5.0, 40.0)
+"""Bounds of the bandwidth chosen from the data [Hz]: above, an encoder's rounding outweighs the gain."""
+SHORT_SEGMENTS = 240
+LEAST_KEPT = 0.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AxisOptions:
+    """What may be chosen for one rigid axis.
+
+    Attributes
+    ----------
+    friction : FrictionModel
+    bandwidth : float or None
+        Of the filter on both sides [Hz]; None: from the data.
+    filter : {"zero-phase", "causal", "ideal"}
+    torque, position : str or None
+        Channels; None: "torque" and "angle", or "force" and "position".
+    """
+
+    friction: FrictionModel = field(default_factory=FrictionModel)
+    bandwidth: float | None = None
+    filter: str = "zero-phase"
+    torque: str | None = None
+    position: str | None = None
+
+
+def identify_rigid_axis(logs: Sequence[Log], options: AxisOptions | None = None) -> Identification:
+    r"""Identify one rigid axis by inverse dynamics, Eq. (4.16).
+
+    .. math:: J\ddot\theta = \tau - b\dot\theta - c\,S(\dot\theta) + d
+
+    Parameters
+    ----------
+    logs : sequence of Log
+        Each with torque and angle, or force and position.
+    options : AxisOptions, optional
+
+    Returns
+    -------
+    Identification
+
+    Raises
+    ------
+    InputRefused
+        If a log lacks a channel, or one that stands still.
+    """
+    options = options or AxisOptions()
+    if not logs:
+        raise InputRefused("no log given: name at least one")
+    torque, position = channels_of(logs[0], options)
+    equation = equation_for(logs, torque, position, options)
+    parts = [rows_for(log, torque, position, equation) for log in logs]
+    count = max(12, SHORT_SEGMENTS // len(parts))
+    kink = _kink(solve(joined([factors_of(rows, _segments(rows, count)) for rows in parts])), equation)
+    if kink > 0.0:
+        equation = replace(equation, kink=kink)
+        parts = [rows_for(log, torque, position, equation) for log in logs]
+    factors = suited_segments(joined([factors_of(rows, _segments(rows, count)) for rows in parts]))
+    sizes = np.sqrt(np.mean(np.vstack([rows.regressors for rows in parts]) ** 2, axis=0))
+    reports = tuple(log.report for log in logs)
+    return concluded(factors, equation, sizes, _method(equation, options, factors), _findings(parts), reports)
+
+
+def channels_of(log: Log, options: AxisOptions) -> tuple[str, str]:
+    """Channels of torque and angle, or force and position.
+
+    Parameters
+    ----------
+    log : Log
+    options : AxisOptions
+
+    Returns
+    -------
+    torque, position : str
+
+    Raises
+    ------
+    InputRefused
+        If the log has neither pair.
+    """
+    for torque, position in (("torque", "angle"), ("force", "position")):
+        torque, position = options.torque or torque, options.position or position
+        if torque in log.channels and position in log.channels:
+            return torque, position
+    raise InputRefused(
+        f'{log.source}: needs "torque [N m]" and "angle [rad]", or "force [N]" and "position [m]"; '
+        f"has {', '.join(log.channels)}: map the columns"
+    )
+
+
+def equation_for(logs: Sequence[Log], torque: str, position: str, options: AxisOptions) -> AxisEquation:
+    """The regression's equation, with what the data decide.
+
+    Parameters
+    ----------
+    logs : sequence of Log
+    torque, position : str
+        Channels.
+    options : AxisOptions
+
+    Returns
+    -------
+    AxisEquation
+
+    Raises
+    ------
+    InputRefused
+        If a channel stands still.
+    """
+    for log in logs:
+        for name in (torque, position):
+            if np.ptp(log.channel(name)) == 0.0:
+                raise InputRefused(f"{log.source}: {name} is constant: a log must move the axis")
+    bandwidth = options.bandwidth
+    if bandwidth is None:
+        found = [chosen_bandwidth(log.channel(position), log.interval) for log in logs]
+        bandwidth = float(np.clip(max(found), *BANDWIDTH_LIMITS))
+        bandwidth = min(bandwidth, *(0.2 * log.sample_rate for log in logs))
+    return AxisEquation(
+        linear=logs[0].units[torque] == "N",
+        bandwidth=bandwidth,
+        filter=options.filter,
+        friction=options.friction,
+        quantum=max(log.report.quantum.get(position, 0.0) for log in logs),
+    )
+
+
+def rows_for(log: Log, torque: str, position: str, equation: AxisEquation) -> Rows:
+    """Rows of one log, without the samples at which the torque saturates.
+
+    Parameters
+    ----------
+    log : Log
+    torque, position : str
+    equation : AxisEquation
+
+    Returns
+    -------
+    Rows
+
+    Raises
+    ------
+    InputRefused
+        If too little of the log is left.
+    """
+    masked = log.saturated.get(torque)
+    rows = rows_of(log.channel(position), log.channel(torque), equation, log.interval, masked)
+    if rows.keep.mean() < LEAST_KEPT or rows.left.size < 50:
+        why = "the torque saturates or the log is short"
+        raise InputRefused(
+            f"{log.source}: {100 * rows.keep.mean():.0f} % of it can be used ({why}): record again"
+        )
+    return rows
+
+
+def concluded(
+    factors: Factors,
+    equation: AxisEquation,
+    sizes: Array,
+    method: dict[str, Any],
+    findings: tuple[str, ...],
+    reports: tuple[Any, ...],
+) -> Identification:
+    """The identification from a solved regression: numbers where there are any, words where there are none.
+
+    Parameters
+    ----------
+    factors : Factors
+    equation : AxisEquation
+    sizes : ndarray, shape (p,)
+        Root mean square of each regressor.
+    method : dict
+    findings : tuple of str
+    reports : tuple of DataReport
+
+    Returns
+    -------
+    Identification
+    """
+    fit = solve(factors)
+    blind = blind_parameters(fit)
+    weak = set(weak_parameters(fit, sizes)) - blind
+    words = blind_words(fit) + tuple(weak_words(name) for name in fit.names if name in weak)
+    half = fit.half_width()
+    parameters = {
+        name: _estimate(fit, k, float(half[k]), unit_of(name, equation.linear), name in blind | weak)
+        for k, name in enumerate(fit.names)
+    }
+    relative = fit.residual / fit.scale if fit.scale > 0 else float("nan")
+    return Identification(
+        model=f"rigid-axis-{equation.friction.kind}",
+        parameters=parameters,
+        identifiable=not words,
+        unidentifiable=words,
+        residual={"rms": float(fit.residual), "relative": float(relative), "rows": fit.rows},
+        condition_number=fit.condition,
+        method=method,
+        covariance=fit.covariance,
+        freedom=fit.freedom,
+        findings=findings + implausible(parameters),
+        reports=reports,
+    )
+
+
+def implausible(parameters: dict[str, Estimate]) -> tuple[str, ...]:
+    """Numbers that no machine has: findings about the log, not results.
+
+    Parameters
+    ----------
+    parameters : dict of str to Estimate
+
+    Returns
+    -------
+    tuple of str
+    """
+    found = []
+    for name, estimate in parameters.items():
+        if not estimate.reason and estimate.high < 0.0 and not name.startswith("offset"):
+            hint = "are torque and angle swapped, or is one sign reversed?"
+            if name not in ("inertia", "mass"):
+                hint = "the friction model does not fit this axis"
+            found.append(
+                f"{readable(name)} comes out negative ({estimate.value:.4g} {estimate.unit}): {hint}"
+            )
+    return tuple(found)
+
+
+def _estimate(fit: Fit, k: int, half: float, unit: str, unknown: bool) -> Estimate:
+    if unknown:
+        infinite = float("inf")
+        return Estimate(
+            value=float("nan"),
+            unit=unit,
+            standard_error=infinite,
+            low=-infinite,
+            high=infinite,
+            reason="the log does not tell",
+        )
+    value = float(fit.values[k])
+    error = float(np.sqrt(fit.covariance[k, k]))
+    return Estimate(value=value, unit=unit, standard_error=error, low=value - half, high=value + half)
+
+
+def _kink(fit: Fit, equation: AxisEquation) -> float:
+    """Friction over inertia from a first pass; 0 where the friction has no jump."""
+    found = dict(zip(fit.names, fit.values, strict=True))
+    inertia = found[equation.inertia]
+    if equation.friction.kind in ("tanh", "viscous") or inertia <= 0.0:
+        return 0.0
+    frictions = [found[name] for name in found if name.startswith("coulomb_friction")]
+    return max(0.0, float(np.mean(frictions)) / float(inertia))
+
+
+def _segments(rows: Rows, count: int) -> int:
+    return max(2, min(count, rows.left.size // 20))
+
+
+def _method(equation: AxisEquation, options: AxisOptions, factors: Factors) -> dict[str, Any]:
+    return {
+        "name": "inverse dynamics, least squares by QR",
+        "bandwidth_hz": equation.bandwidth,
+        "bandwidth_from": "given" if options.bandwidth is not None else "data",
+        "filter": equation.filter,
+        "friction": equation.friction.kind,
+        "standard_errors": "scores of segments of time, Student's t",
+        "segments": int(factors.triangles.shape[0]),
+    }
+
+
+def _findings(parts: list[Rows]) -> tuple[str, ...]:
+    speeds = np.concatenate([rows.speed for rows in parts])
+    size = np.sqrt(np.mean(speeds**2))
+    if min((speeds > 0.05 * size).mean(), (speeds < -0.05 * size).mean()) < 0.01:
+        return ("the axis moves in one direction only: Coulomb friction and offset act alike",)
+    return ()

@@ -1,0 +1,77 @@
+"""The EMPS benchmark: the authors' figures by their recipe, ours by nothing but the log."""
+
+import numpy as np
+import pytest
+
+from cabledrive.identification.friction_regressors import FrictionModel
+from cabledrive.identification.logs.column_map import ColumnMap, with_choices
+from cabledrive.identification.logs.reading import read_log
+from cabledrive.identification.published_recipe import published_recipe
+from cabledrive.identification.rigid_axis import AxisOptions, identify_rigid_axis
+
+FILE = "emps/DATA_EMPS.mat"
+COLUMNS = with_choices(ColumnMap(), ["time=t", "position=qm", "force=vir:N*gtau"])
+PUBLISHED = {
+    "mass": 95.1089,
+    "viscous_friction": 203.5034,
+    "coulomb_friction": 20.3935,
+    "offset_force": 3.1648,
+}
+BOUNDS = {"mass": 0.01, "viscous_friction": 0.02, "coulomb_friction": 0.02, "offset_force": 0.05}
+
+
+@pytest.fixture
+def log(shared_data):
+    return read_log(shared_data(FILE), COLUMNS)
+
+
+def test_the_authors_recipe_gives_every_printed_digit(log):
+    found = published_recipe(log.channel("position"), log.channel("force"), 1e-3)
+    assert [f"{x:.4f}" for x in found.values] == ["95.1089", "203.5034", "20.3935", "-3.1648"]
+    assert [f"{x:.4f}" for x in found.deviations] == ["0.1085", "1.1460", "0.1012", "0.0444"]
+    assert (f"{found.condition:.4f}", f"{found.residual_norm:.4f}") == ("25.9883", "108.7569")
+    assert f"{100 * found.residual_relative:.4f}" == "4.0834"
+    assert (f"{found.residual_deviation:.4f}", found.rows) == ("2.1843", 2480)
+
+
+def test_the_authors_asymmetric_friction_gives_every_printed_digit(log):
+    found = published_recipe(log.channel("position"), log.channel("force"), 1e-3, asymmetric=True)
+    assert [f"{x:.4f}" for x in found.values] == ["95.1540", "166.7061", "20.1440", "240.4236", "20.6277"]
+    assert f"{100 * found.residual_relative:.4f}" == "3.1117"
+
+
+def test_our_defaults_are_near_the_published_figures(log):
+    """With nothing told: bandwidth, dead zone and segments come from the data."""
+    found = identify_rigid_axis([log])
+    deviations = {name: found[name] / value - 1 for name, value in PUBLISHED.items()}
+    assert all(abs(deviations[name]) < BOUNDS[name] for name in BOUNDS), deviations
+    assert found.identifiable
+    for name, value in PUBLISHED.items():
+        assert found.parameters[name].low < value < found.parameters[name].high
+
+
+def test_asymmetric_friction_beside_an_offset_is_not_identifiable_and_the_direction_is_named(log):
+    options = AxisOptions(friction=FrictionModel(kind="asymmetric-offset"))
+    found = identify_rigid_axis([log], options)
+    assert not found.identifiable
+    words = found.unidentifiable[0]
+    assert "coulomb friction (positive speed), coulomb friction (negative speed), offset force" in words
+    assert "cannot be told apart" in words
+    for name in ("coulomb_friction_positive", "coulomb_friction_negative", "offset_force"):
+        assert np.isnan(found[name])
+        assert found.parameters[name].high == float("inf")
+        assert found.as_dict()["parameters"][name]["value"] is None
+    assert found["mass"] == pytest.approx(95.1, rel=0.01)
+
+
+def test_asymmetric_friction_without_an_offset_is_found(log):
+    found = identify_rigid_axis([log], AxisOptions(friction=FrictionModel(kind="asymmetric")))
+    assert found["viscous_friction_positive"] == pytest.approx(166.7, rel=0.02)
+    assert found["viscous_friction_negative"] == pytest.approx(240.4, rel=0.02)
+
+
+@pytest.mark.parametrize("filter_", ["causal", "ideal"])
+def test_the_other_filters_agree_within_their_bounds(log, filter_):
+    found = identify_rigid_axis([log], AxisOptions(filter=filter_))
+    deviations = {name: found[name] / value - 1 for name, value in PUBLISHED.items()}
+    assert all(abs(deviations[name]) < 2 * BOUNDS[name] for name in BOUNDS), deviations

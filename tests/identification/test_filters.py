@@ -1,0 +1,59 @@
+"""The filters do what chapter 4 says of them."""
+
+import numpy as np
+import pytest
+
+from cabledrive.identification import filters
+from cabledrive.parameters import InputRefused
+
+DT = 1e-3
+T = DT * np.arange(6000)
+
+
+@pytest.mark.parametrize("frequency", [1.0, 5.0, 20.0, 60.0])
+def test_the_causal_filter_has_the_response_of_4_1(frequency):
+    """Gain and phase of (4.1) at zeta = 1, and s, s^2 times that, once the start has died away."""
+    w, wf = 2 * np.pi * frequency, 2 * np.pi * 20.0
+    found = filters.causal_filter(np.cos(w * T), DT, 20.0)
+    h = wf**2 / (wf**2 - w**2 + 2j * wf * w)
+    inner = T > 1.0
+    for k in range(3):
+        exact = np.real(h * (1j * w) ** k * np.exp(1j * w * T))
+        # Straight lines between samples differ from a cosine by (w dt)^2 / 12 in the mean.
+        size = abs(h) * max(w, wf) ** k
+        np.testing.assert_allclose(found[k][inner], exact[inner], atol=0.1 * (w * DT) ** 2 * size)
+
+
+def test_the_ideal_filter_keeps_what_is_below_and_removes_what_is_above():
+    low, high = np.sin(2 * np.pi * 5 * T), np.sin(2 * np.pi * 80 * T)
+    error = np.abs(filters.ideal_low_pass(low + high, DT, 50.0) - low)
+    assert error[500:-500].max() < 5e-3  # what the ends of the log do fades with the distance
+
+
+def test_forwards_and_backwards_leaves_no_phase():
+    wave = np.sin(2 * np.pi * 5 * T)
+    inner = slice(500, -500)
+    assert np.abs(filters.zero_phase(wave, DT, 60.0)[inner] - wave[inner]).max() < 1e-8
+
+
+def test_the_difference_is_of_order_eight():
+    errors = []
+    for dt in (4e-3, 2e-3):
+        t = dt * np.arange(1000)
+        exact = 80 * np.cos(80 * t)
+        errors.append(np.abs(filters.difference(np.sin(80 * t), dt) - exact)[8:-8].max())
+    order = np.log2(errors[0] / errors[1])
+    assert order == pytest.approx(8.0, abs=0.3), f"observed order {order:.2f}"
+
+
+def test_the_bandwidth_is_where_the_motion_meets_the_rounding_of_the_encoder():
+    quantum = 2 * np.pi / 2600
+    rng = np.random.default_rng(3)
+    lines = [np.sin(2 * np.pi * f * T + rng.uniform(0, 6)) for f in (1, 3, 7.3)]
+    angle = quantum * np.floor(0.3 * sum(lines) / quantum)
+    assert 7.3 <= filters.chosen_bandwidth(angle, DT) <= 10.0
+
+
+def test_a_bandwidth_above_half_the_sample_rate_is_refused():
+    with pytest.raises(InputRefused, match="half the sample rate"):
+        filters.zero_phase(T, DT, 600.0)

@@ -1,0 +1,101 @@
+"""Least squares by segments: one QR's estimate, errors that survive colour, blind directions in words."""
+
+import numpy as np
+import pytest
+from scipy import signal
+
+from cabledrive.identification.identifiability import blind_parameters, blind_words, weak_parameters
+from cabledrive.identification.regression import (
+    bootstrap,
+    factor,
+    joined,
+    merged,
+    only,
+    solve,
+    suited_segments,
+)
+
+NAMES = ("inertia", "viscous_friction", "coulomb_friction")
+TRUE = np.array([2.0, -1.0, 0.5])
+
+
+def coloured(rng, rows=6000, pole=0.9):
+    regressors = signal.lfilter([1.0], [1.0, -0.8], rng.normal(size=(rows, 3)), axis=0)
+    noise = signal.lfilter([1.0], [1.0, -pole], rng.normal(size=rows))
+    return regressors, regressors @ TRUE + noise
+
+
+def test_segments_give_the_estimate_of_all_rows():
+    phi, y = coloured(np.random.default_rng(1))
+    direct = np.linalg.lstsq(phi, y, rcond=None)[0]
+    parts = joined([factor(phi[:2500], y[:2500], NAMES, 7), factor(phi[2500:], y[2500:], NAMES, 11)])
+    for factors in (parts, merged(parts, 4)):
+        fit = solve(factors)
+        np.testing.assert_allclose(fit.values, direct, rtol=1e-11)
+        assert fit.residual == pytest.approx(np.sqrt(np.mean((y - phi @ direct) ** 2)), rel=1e-10)
+        assert fit.condition == pytest.approx(np.linalg.cond(phi), rel=1e-9)
+
+
+def test_a_nearly_collinear_regression_loses_half_of_the_digits_of_normal_equations():
+    """QR keeps condition number 1e7 where normal equations would square it to 1e14."""
+    rng = np.random.default_rng(2)
+    x = rng.normal(size=(400, 3))
+    x[:, 2] = x[:, 1] + 1e-7 * x[:, 2]
+    fit = solve(factor(x, x @ TRUE, NAMES, 5))
+    np.testing.assert_allclose(fit.values, TRUE, rtol=1e-7)
+
+
+def test_fewer_regressors_are_the_regression_without_the_others():
+    phi, y = coloured(np.random.default_rng(3))
+    fit = solve(only(factor(phi, y, NAMES, 9), ("inertia", "coulomb_friction")))
+    np.testing.assert_allclose(fit.values, np.linalg.lstsq(phi[:, [0, 2]], y, rcond=None)[0], rtol=1e-11)
+
+
+def test_intervals_of_coloured_residuals_cover_as_they_say():
+    """Residuals with memory, where plain errors would be too small by about 3; 300 runs of 3 parameters."""
+    rng = np.random.default_rng(4)
+    inside = []
+    for _ in range(300):
+        phi, y = coloured(rng, rows=3000)
+        fit = solve(suited_segments(factor(phi, y, NAMES, 240)))
+        inside.append(np.abs(fit.values - TRUE) < fit.half_width())
+    share = np.mean(inside)
+    assert 0.925 < share < 0.975, f"observed {share:.3f}"
+
+
+def test_the_bootstrap_spreads_as_the_standard_errors_say():
+    rng = np.random.default_rng(5)
+    phi, y = coloured(rng)
+    factors = suited_segments(factor(phi, y, NAMES, 240))
+    fit = solve(factors)
+    spread = bootstrap(factors, 1000, rng).std(axis=0)
+    np.testing.assert_allclose(spread, np.sqrt(np.diag(fit.covariance)), rtol=0.2)
+
+
+def test_two_regressors_that_are_one_are_named_and_get_no_number():
+    phi, y = coloured(np.random.default_rng(6))
+    phi[:, 2] = 3 * phi[:, 1]
+    fit = solve(factor(phi, y, NAMES, 9))
+    assert blind_parameters(fit) == {"viscous_friction", "coulomb_friction"}
+    assert blind_words(fit) == (
+        "viscous friction, coulomb friction cannot be told apart: moving them together "
+        "(- viscous friction + coulomb friction) changes nothing in the log",
+    )
+    assert fit.condition == float("inf")
+    assert fit.values[0] == pytest.approx(TRUE[0], rel=0.05)
+
+
+def test_a_parameter_that_nothing_moves_is_named():
+    phi, y = coloured(np.random.default_rng(7))
+    phi[:, 1] = 0.0
+    fit = solve(factor(phi, y, NAMES, 9))
+    assert "viscous friction cannot be told" in blind_words(fit)[0]
+
+
+def test_a_parameter_is_weak_only_if_its_uncertainty_matters():
+    rng = np.random.default_rng(8)
+    phi = rng.normal(size=(200, 3))
+    loud = solve(factor(phi, phi @ [1.0, 0.0, 1.0] + 30 * rng.normal(size=200), NAMES, 20))
+    quiet = solve(factor(phi, phi @ [1.0, 0.0, 1.0] + 0.01 * rng.normal(size=200), NAMES, 20))
+    assert "viscous_friction" in weak_parameters(loud, np.ones(3))
+    assert weak_parameters(quiet, np.ones(3)) == ()
