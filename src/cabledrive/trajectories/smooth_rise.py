@@ -65,7 +65,7 @@ def rise_coefficients(order: int) -> tuple[float, ...]:
 
 
 def smooth_rise(xi: Array, order: int = 9, derivatives: int = 0) -> Array:
-    r"""Rise from 0 to 1 and its derivatives, Eq. (6.1).
+    r"""Rise from 0 to 1 and its derivatives, Eqs. (6.1)-(6.7).
 
     Beyond the ends it rests. The upper half is taken by the symmetry :math:`s(\xi) = 1 - s(1 - \xi)`, so that
     no digits are lost near the end.

@@ -1,0 +1,179 @@
+"""The fast model behind the door of the exact one: same start, torque and record, its limits checked."""
+
+import time
+from dataclasses import dataclass, replace
+from math import pi
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.mechanics.cable_laws import cable_law
+from cabledrive.mechanics.mesh import Mesh, mesh_of
+from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.files import check_writable
+from cabledrive.reduction.fast_record import fast_result, fast_rows
+from cabledrive.reduction.uniform_tension import HIGHEST_SHARE, UniformTensionModel, uniform_tension_model
+from cabledrive.reduction.uniform_tension_march import coefficients, march
+from cabledrive.simulation import Recording, Signal, SimulationResult, SimulationStopped, Start
+from cabledrive.simulation.netcdf import write_netcdf
+from cabledrive.simulation.signals import Function, check_lasts, signal_of
+from cabledrive.simulation.start import displacement_at_start, velocity_at_start
+
+Array = NDArray[np.float64]
+
+HIDDEN_SHARE = 1e-3
+"""Largest share of the torque's energy that may lie above the model's frequencies."""
+
+_PER_PULLEY_PERIOD, _PER_SINE_RADIAN = 60.0, 2.0
+_PROJECTION_SEGMENTS = 512
+_MOST_STEPS = 200_000_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FastScheme:
+    """How the fast model is set up.
+
+    Attributes
+    ----------
+    sines : int, default 16
+        Transverse modes per span and plane; 1 is enough for half-sine plucks, a triangle wants more.
+    step : float or None, default None
+        Time step [s]; None: a sixtieth of the pulley mode's period or finer.
+    """
+
+    sines: int = 16
+    step: float | None = None
+
+
+def simulate_fast(
+    drive: Drive,
+    duration: float,
+    *,
+    torque: Signal | float | Function = 0.0,
+    start: Start | None = None,
+    scheme: FastScheme | None = None,
+    recording: Recording | None = None,
+    output: str | Path | None = None,
+    force: bool = False,
+) -> SimulationResult:
+    """Motion of the loop by the uniform-tension model, a hundred times faster than the chain.
+
+    It marches (R.1)-(R.3) by (R.4). Good below the first longitudinal resonance of a span, without slack, for
+    slopes below 0.05 and without questions of wave fronts; the first three limits are checked. All losses of
+    the longitudinal modes are in the channel "viscous_loss".
+
+    Parameters
+    ----------
+    drive : Drive
+        A loop without carriages, held pulleys and Coulomb friction.
+    duration : float
+        Length of the run [s].
+    torque : Signal, float or callable, default 0.0
+        Torque of the motor, of the drive pulley where there is none [N m].
+    start : Start, optional
+        Plucks in v and w, angles and speeds at t = 0; by default the straight cable at rest.
+    scheme : FastScheme, optional
+    recording : Recording, optional
+        Only its rate is used.
+    output : path-like, optional
+        NetCDF file to write.
+    force : bool, default False
+        Whether an existing file may be replaced.
+
+    Returns
+    -------
+    SimulationResult
+
+    Raises
+    ------
+    InputRefused
+        If the drive, the start or the torque does not fit the model.
+    SimulationStopped
+        If a span would go slack or the cable gets too steep; it carries the result.
+    """
+    began = time.perf_counter()
+    path = None if output is None else check_writable(output, force=force)
+    scheme, start, recording = scheme or FastScheme(), start or Start(), recording or Recording()
+    model = uniform_tension_model(drive, scheme.sines)
+    steps, stride, step = _grid(model, duration, scheme, recording)
+    signal = signal_of(torque, "torque")
+    check_lasts(signal, duration, "torque")
+    samples = signal.at(np.arange(steps + 1, dtype=np.float64) * step) + (
+        drive.motor.offset_torque if drive.motor else 0.0
+    )
+    _check_band(model, samples, step)
+    state = _start(drive, model, start)
+    recorded = march(coefficients(model, step), *state, samples, step, stride)
+    rows = fast_rows(model, recorded, samples[: steps + 1 : stride])
+    result = fast_result(drive, model, recorded, rows, grid=(steps, step, stride), torque=signal.fingerprint)
+    result = replace(result, wall_time=time.perf_counter() - began)
+    if path is not None:
+        write_netcdf(result, path)
+        result = replace(result, path=path)
+    if result.stopped is not None:
+        raise SimulationStopped(result.stopped, result)
+    return result
+
+
+def _grid(
+    model: UniformTensionModel, duration: float, scheme: FastScheme, recording: Recording
+) -> tuple[int, int, float]:
+    """Steps, steps per record, step."""
+    if not (np.isfinite(duration) and duration > 0.0):
+        raise InputRefused(f"duration = {duration:.9g} s must be positive and finite: give a time in seconds")
+    largest = pi / (2.0 * max(model.natural.max(), model.transverse.max()))
+    if scheme.step is not None and not 0.0 < scheme.step <= largest:
+        raise InputRefused(f"step = {scheme.step:.4g} s must be positive and at most {largest:.4g} s here")
+    finest = min(
+        2 * pi / (_PER_PULLEY_PERIOD * model.natural.max()), _PER_SINE_RADIAN / model.transverse.max()
+    )
+    steps = max(1, int(np.ceil(duration / (scheme.step or finest))))
+    if steps > _MOST_STEPS:
+        raise InputRefused(
+            f"duration = {duration:.4g} s takes {steps} steps, at most {_MOST_STEPS}: shorten it"
+        )
+    step = duration / steps
+    return steps, max(1, int(1.0 / (recording.rate * step))), step
+
+
+def _check_band(model: UniformTensionModel, samples: Array, step: float) -> None:
+    """Refuse a torque whose content lies where the model has no modes."""
+    if not np.all(np.isfinite(samples)):
+        raise InputRefused("torque must be finite at every step: repair the samples")
+    content = np.abs(np.fft.rfft(samples * np.hanning(samples.size))) ** 2
+    frequency = 2 * pi * np.fft.rfftfreq(samples.size, step)
+    top = HIGHEST_SHARE * model.span_resonance
+    hidden = content[frequency > top].sum() / max(content.sum(), 1e-300)
+    if hidden > HIDDEN_SHARE:
+        raise InputRefused(
+            f"torque: {100 * hidden:.2g} % of its energy lies above {top / (2 * pi):.4g} Hz, "
+            "where the fast model ends: use --model exact"
+        )
+
+
+def _start(drive: Drive, model: UniformTensionModel, start: Start) -> tuple[Array, Array, Array, Array]:
+    """Amplitudes and rates at t = 0: sines by projection, longitudinal modes by the rims."""
+    mesh = mesh_of(drive, _PROJECTION_SEGMENTS)
+    if any(pluck.plane == "u" for pluck in (*start.plucks, *start.kicks)):
+        raise InputRefused(
+            "pluck: plane = u does not fit the fast model, where u follows the rims: use --model exact"
+        )
+    place = displacement_at_start(mesh, cable_law(drive.cable), start)
+    speed = velocity_at_start(mesh, start)
+    sines = [_sines(mesh, field, model.transverse.size) for field in (place, speed)]
+    moving = 2 if any(np.any(part[1]) for part in sines) else 1
+    shapes = np.column_stack((model.rims, model.torque_shape * drive.drive_pulley.radius))
+    along = []
+    for field in (place, speed):
+        rims = field[0, [0, mesh.segments]]
+        along.append(np.linalg.lstsq(shapes.T, np.append(rims, rims[0]), rcond=None)[0])
+    return along[0], along[1], sines[0][:moving].copy(), sines[1][:moving].copy()
+
+
+def _sines(mesh: Mesh, field: Array, count: int) -> Array:
+    """Sine amplitudes of w and v on both spans, shape (2, 2, count)."""
+    n = mesh.segments
+    basis = np.sin(np.outer(np.arange(1, count + 1), np.arange(n + 1)) * pi / n)
+    spans = np.stack([field[:, mesh.span_nodes(span)] for span in mesh.spans])
+    return np.stack([2.0 / n * spans[:, plane] @ basis.T for plane in (2, 1)])
