@@ -1,16 +1,24 @@
 """The march of the uniform-tension model as arithmetic: one version for the reader, one for the machine."""
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from cabledrive.mechanics.compiled import njit
 
+Array = NDArray[np.float64]
+Arrays = tuple[Array, Array, Array, Array]
 
-def march_reference(c, q, p, a, b, torque, h, stride):
+
+def march_reference(
+    c: Any, q: Array, p: Array, a: Array, b: Array, torque: Array, h: float, stride: int
+) -> Arrays:
     """Readable twin of the compiled march.
 
     Parameters
     ----------
-    c : Coefficients
+    c : cabledrive.reduction.uniform_tension_march.Coefficients
     q, p : ndarray, shape (k,)
         Longitudinal amplitudes and their rates; changed in place.
     a, b : ndarray, shape (planes, 2, m)
@@ -25,7 +33,7 @@ def march_reference(c, q, p, a, b, torque, h, stride):
     Returns
     -------
     along, across, tallies, peaks : ndarray
-        As in `March`.
+        As in `cabledrive.reduction.uniform_tension_march.March`.
     """
     steps = torque.size - 1
     along, across, tallies = [], [], []
@@ -64,7 +72,9 @@ def march_reference(c, q, p, a, b, torque, h, stride):
 
 
 @njit
-def march_kernel(c, q, p, a, b, torque, h, stride):
+def march_kernel(
+    c: Any, q: Array, p: Array, a: Array, b: Array, torque: Array, h: float, stride: int
+) -> Arrays:
     """Arithmetic of the march; arguments and results as `march_reference`."""
     steps = torque.size - 1
     longitudinal = q.size

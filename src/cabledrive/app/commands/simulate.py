@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+from click.core import ParameterSource
 
 from cabledrive.app.messages import QUIET, note
 from cabledrive.app.options import (
@@ -59,10 +60,10 @@ from cabledrive.simulation import (
 )
 @click.option(
     "--model",
-    type=click.Choice(["exact", "weak", "weak-consistent", "linear"]),
+    type=click.Choice(["exact", "weak", "weak-consistent", "linear", "fast"]),
     default="exact",
     show_default=True,
-    help="What is kept of the cable's geometry.",
+    help="What is kept of the cable's geometry; fast: modes of uniform tension instead of the divided cable.",
 )
 @click.option(
     "--method", default="verlet", show_default=True, help="How it is marched: verlet, node-centred."
@@ -84,26 +85,54 @@ from cabledrive.simulation import (
 @click.option("--resume", is_flag=True, help="Go on with an interrupted run.")
 def command(drive: Drive, output: NewFile | None, **options: Any) -> Answer:
     """March the nonlinear cable loop of DRIVE in time, from the straight cable at rest or plucked."""
-    quiet = click.get_current_context().meta.get(QUIET)
+    run = _fast_run if options["model"] == "fast" else _exact_run
     try:
-        result = simulate(
-            drive,
-            options["duration"],
-            torque=_torque(options["torque_amplitude"], options["torque_frequency"]),
-            start=_start(drive, options),
-            scheme=_scheme(options),
-            recording=Recording(rate=options["rate"], fields=options["fields"]),
-            error_estimate=options["error_estimate"],
-            output=output and output.path,
-            force=output is not None and output.force,
-            resume=options["resume"],
-            progress=False if quiet else None,
-        )
+        result = run(drive, output, options)
     except SimulationStopped as stopped:
         result = stopped.result
     if result.path is not None:
         note(f"written to {result.path}")
     return _answer(drive, result)
+
+
+def _exact_run(drive: Drive, output: NewFile | None, options: dict[str, Any]) -> SimulationResult:
+    quiet = click.get_current_context().meta.get(QUIET)
+    return simulate(
+        drive,
+        options["duration"],
+        torque=_torque(options["torque_amplitude"], options["torque_frequency"]),
+        start=_start(drive, options),
+        scheme=_scheme(options),
+        recording=Recording(rate=options["rate"], fields=options["fields"]),
+        error_estimate=options["error_estimate"],
+        output=None if output is None else output.path,
+        force=output is not None and output.force,
+        resume=options["resume"],
+        progress=False if quiet else None,
+    )
+
+
+_NOT_FAST = ("method", "segments", "fields", "tension_only", "smooth_friction", "error_estimate", "resume")
+
+
+def _fast_run(drive: Drive, output: NewFile | None, options: dict[str, Any]) -> SimulationResult:
+    from cabledrive.reduction.fast_simulation import FastScheme, simulate_fast
+
+    context = click.get_current_context()
+    for name in _NOT_FAST:
+        if context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
+            option = name.replace("_", "-")
+            raise InputRefused(f"--{option} does not go with --model fast: leave it out or use --model exact")
+    return simulate_fast(
+        drive,
+        options["duration"],
+        torque=_torque(options["torque_amplitude"], options["torque_frequency"]),
+        start=_start(drive, options),
+        scheme=FastScheme(step=options["step"]),
+        recording=Recording(rate=options["rate"]),
+        output=None if output is None else output.path,
+        force=output is not None and output.force,
+    )
 
 
 def _torque(amplitude: float | None, frequency: float | None) -> Signal:
@@ -147,6 +176,8 @@ def _answer(drive: Drive, result: SimulationResult) -> Answer:
 
 def _method(result: SimulationResult) -> str:
     method = result.provenance["method"]
+    if method["model"] == "fast":
+        return f"{method['name']}, {method['sines']} sines per span, good below {method['ends_at_hz']:.4g} Hz"
     words = f"{method['name']}, {method['model']} cable, {method['segments']} segments per span"
     return f"{words}, {method['friction']} friction"
 
