@@ -1,14 +1,15 @@
 """The alarm of planned motions: no miss against the oscillators, no false alarm beyond the margin."""
 
 from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 import pytest
 
 import cabledrive as cd
+from cabledrive.modes.tuning import tuned_pretension
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.motion_kernels import exact_stiffness, linear_response, march_from, transitions
-from cabledrive.reduction.threshold import growth_torque
 from cabledrive.studies.alarm import ALARM, PlannedMotion, alarm, course_of, nonlinear_largest
 from resonance_samples import damped
 
@@ -22,36 +23,38 @@ def transporter():
 
 
 def drives():
-    return damped(2.0, 8.0), transporter(), cd.load_drive("printer-belt")
+    """Three machines, each near the tuning of its empty span."""
+    machines = damped(2.0, 8.0), transporter(), cd.load_drive("printer-belt")
+    return [replace(m, cable=replace(m.cable, pretension=tuned_pretension(m))) for m in machines]
 
 
 def random_motion(drive, rng, duration=2.0):
-    """A chirp near the pulley mode, a jerk on top, a drift of the tension, a travelling carriage."""
+    """A chirp near the pulley mode, a jerk on top, a drift of the tension, a travelling carriage.
+
+    Its size makes the pulley mode swing to 3-80 % of the amplitude at which a span goes slack.
+    """
     time = np.linspace(0.0, duration, 20_001)
     model = autoparametric_model(drive)
-    scale = growth_torque(
-        replace(model, transverse=np.full_like(model.transverse, model.natural / 2)), 50.0, 1.0
-    )
-    amplitude = min(scale, 1.0) * 10 ** rng.uniform(-1.5, 0.5)
-    ratio = np.linspace(rng.uniform(0.9, 1.05), rng.uniform(0.95, 1.1), time.size)
+    ratio = np.linspace(rng.uniform(0.96, 1.02), rng.uniform(0.98, 1.04), time.size)
     phase = model.natural * np.cumsum(ratio) * (time[1] - time[0])
-    jerk = 3 * amplitude * np.tanh((time - rng.uniform(0, duration)) / 0.01) * rng.integers(0, 2)
+    jerk = 3 * np.tanh((time - rng.uniform(0, duration)) / 0.01) * rng.integers(0, 2)
     tension = drive.cable.pretension * np.linspace(*rng.uniform(0.93, 1.07, 2), time.size)
     carriage = None
     if drive.carriage:
         ends = drive.carriage[0].position * rng.uniform(0.9, 1.1, 2)
         carriage = ends[0] + (ends[1] - ends[0]) * 0.5 * (1 - np.cos(np.pi * time / duration))
-    return PlannedMotion(
-        time=time, torque=amplitude * np.sin(phase) + jerk, pretension=tension, carriage=carriage
-    )
+    unit = PlannedMotion(time=time, torque=np.sin(phase) + jerk, pretension=tension, carriage=carriage)
+    course = course_of(drive, unit, 1)
+    share = 10 ** rng.uniform(-1.5, -0.1)
+    return replace(unit, torque=unit.torque * share * np.min(course.slack) / np.max(np.abs(course.q)))
 
 
 def true_largest(drive, motion):
-    """Nonlinear oscillators from a floor at forty instants, over two phases and each mode."""
+    """Nonlinear oscillators from a floor at two dozen instants, over two phases and each mode."""
     largest = 0.0
     for number in (1, 2, 3):
         course = course_of(drive, motion, number)
-        for start in np.linspace(0, course.time.size, 40, endpoint=False).astype(int):
+        for start in np.linspace(0, course.time.size, 24, endpoint=False).astype(int):
             for mode in range(course.across.shape[0]):
                 largest = max(largest, float(nonlinear_largest(course, mode, int(start), FLOOR)[mode]))
     return largest
@@ -84,7 +87,7 @@ def test_alarm_misses_nothing_of_a_few_motions():
 
 @pytest.mark.verify
 def test_alarm_on_fifty_motions_of_three_drives():
-    rows = list(judged(70, 0))[:50]
+    rows = list(islice(judged(80, 0), 50))
     assert len(rows) == 50
     assert sum(truth > LIMIT for _, _, truth in rows) >= 10
     check(rows)
