@@ -108,7 +108,8 @@ def fast_result(
     steps, step, stride = grid
     times = np.arange(rows.shape[0], dtype=np.float64) * (stride * step)
     events, stopped = _limits(model, recorded, rows, times)
-    handled = rows[:, COLUMN["balance"]][0] + np.max(np.abs(rows[:, COLUMN["torque_work"]]))
+    at_rest = -0.5 * model.transverse_mass * np.sum((model.gravity_load / model.transverse) ** 2)
+    handled = rows[0, COLUMN["balance"]] - at_rest + np.max(np.abs(rows[:, COLUMN["torque_work"]]))
     spans = ("upper", "lower")
     return SimulationResult(
         time=times,
