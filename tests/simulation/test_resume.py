@@ -147,7 +147,9 @@ def test_a_disk_that_is_full_at_the_last_moment_loses_nothing(tmp_path, monkeypa
     path = tmp_path / "run.nc"
     with monkeypatch.context() as patched:
         patched.setattr(sys.modules["cabledrive.simulation.simulate"], "write_netcdf", disk_full)
-        with pytest.raises(SimulationStopped, match="No space left on device: free space and resume"):
+        with pytest.raises(
+            SimulationStopped, match=r"cannot be written \(No space left on device\): free space and resume"
+        ):
             simulate(DRIVE, DURATION, output=path, **OPTIONS)
     assert os.listdir(tmp_path) == ["run.nc.part"]
     simulate(DRIVE, DURATION, output=path, resume=True, **OPTIONS)

@@ -2,6 +2,7 @@
 
 from cabledrive.simulation.audit import SlackEvent
 from cabledrive.simulation.case import CarriageForce, Recording
+from cabledrive.simulation.ensemble import Setting, simulate_ensemble
 from cabledrive.simulation.error_estimate import ErrorEstimate
 from cabledrive.simulation.result import SimulationResult
 from cabledrive.simulation.scheme import Scheme
@@ -28,6 +29,7 @@ __all__ = [
     "Recording",
     "Sampled",
     "Scheme",
+    "Setting",
     "Signal",
     "SimulationInterrupted",
     "SimulationResult",
@@ -37,4 +39,5 @@ __all__ = [
     "Start",
     "Sweep",
     "simulate",
+    "simulate_ensemble",
 ]

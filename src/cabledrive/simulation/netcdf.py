@@ -51,6 +51,8 @@ def _write(result: SimulationResult, path: Path) -> None:
             text[:] = np.array(values, dtype=object)
         for variable in described:
             _fill(file, variable)
+        beside = {v.name for v in coordinates(result)} | set(words(result))
+        file.attrs["coordinates"] = " ".join(sorted(beside - set(file.dimensions)))  # CF: not data
         for key, value in attributes(result).items():
             file.attrs[key] = value
 

@@ -1,0 +1,251 @@
+"""How runs start, which grids of time they take, and which starts and grids are refused."""
+
+from dataclasses import replace
+from math import pi
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.linalg import eigh
+
+from cabledrive.mechanics.cable_laws import cable_law
+from cabledrive.mechanics.mesh import mesh_of
+from cabledrive.mechanics.sag import catenary_sag
+from cabledrive.parameters.carriage import Carriage
+from cabledrive.parameters.drive_file import load_drive
+from cabledrive.parameters.errors import InputRefused
+from cabledrive.simulation import (
+    CarriageForce,
+    Pluck,
+    Recording,
+    Sampled,
+    Scheme,
+    SimulationStopped,
+    Start,
+    simulate,
+)
+from cabledrive.simulation.start import displacement_at_start, velocity_at_start
+from cabledrive.simulation.step_size import largest_stable_step, time_grid
+
+DRIVE = load_drive("dissertation-2")
+LENGTH = DRIVE.pulley_distance
+GUIDED = replace(DRIVE, carriage=(Carriage(mass=1e-3, position=0.25),))
+MOTORED = load_drive("dissertation-3")
+
+
+def displaced(*plucks, drive=DRIVE, segments=40, **start):
+    mesh = mesh_of(drive, segments)
+    return mesh, displacement_at_start(mesh, cable_law(drive.cable), Start(plucks=plucks, **start))
+
+
+def test_a_triangle_has_its_corner_at_its_place():
+    """Section 5.2.1: straight from pulley to corner to pulley."""
+    mesh, x = displaced(Pluck(height=1e-3, place=0.25))
+    np.testing.assert_allclose(
+        x[2, :41], 1e-3 * np.interp(mesh.position[0] / LENGTH, [0, 0.25, 1], [0, 1, 0])
+    )
+    assert not x[:2].any()
+    assert not x[2, 41:].any()
+
+
+@pytest.mark.parametrize(("shape", "waves"), [("half-sine", 1), ("sine-2", 2), ("sine-5", 5)])
+def test_sines_are_the_modes_of_a_string(shape, waves):
+    mesh, x = displaced(Pluck(height=2e-3, span="lower", plane="v", shape=shape))
+    np.testing.assert_allclose(x[1, 40:], 2e-3 * np.sin(waves * pi * mesh.position[1] / LENGTH), atol=1e-17)
+
+
+def test_profiles_come_as_samples_or_as_functions():
+    share = np.linspace(0.0, 1.0, 401)
+    _, sampled = displaced(Pluck(shape=1e-3 * share * (1.0 - share)))
+    _, computed = displaced(Pluck(shape=lambda x: 1e-3 * x * (LENGTH - x) / LENGTH**2))
+    np.testing.assert_allclose(sampled, computed, atol=1e-9)
+    np.testing.assert_allclose(computed[2, 20], 0.25e-3)
+
+
+def test_a_named_pluck_ends_at_a_guided_carriage():
+    """The carriage at a quarter of the span holds it: the triangle reaches from there to the load pulley."""
+    mesh, x = displaced(Pluck(height=1e-3), drive=GUIDED)
+    expected = np.interp(mesh.position[0] / LENGTH, [0, 0.25, 0.5, 1], [0, 0, 1, 0])
+    np.testing.assert_allclose(x[2, :41], 1e-3 * expected, atol=1e-17)
+
+
+def test_angles_and_speeds_take_the_cable_along_linearly():
+    mesh = mesh_of(DRIVE, 10)
+    start = Start(drive_angle=1e-3, load_angle=-2e-3, drive_speed=0.1, load_speed=0.3)
+    x = displacement_at_start(mesh, cable_law(DRIVE.cable), start)
+    r1, r2 = (pulley.radius for pulley in DRIVE.pulley)
+    np.testing.assert_allclose(x[0, :11], np.linspace(1e-3 * r1, -2e-3 * r2, 11))
+    np.testing.assert_allclose(x[0, 10:], np.linspace(-2e-3 * r2, 1e-3 * r1, 11))
+    speed = velocity_at_start(mesh, start)
+    np.testing.assert_allclose(speed[0, [0, 10, 20]], [0.1 * r1, 0.3 * r2, 0.1 * r1])
+
+
+def test_initial_speeds_are_those_of_the_record():
+    result = simulate(MOTORED, 1e-3, start=Start(drive_speed=0.2, load_speed=-0.1))
+    first = [result.channel(f"{name}_speed")[0] for name in ("drive", "load", "motor")]
+    np.testing.assert_allclose(first, [0.2, -0.1, 0.2], rtol=1e-12)
+
+
+def test_a_run_from_equilibrium_starts_where_the_cable_hangs():
+    mesh, x = displaced(from_equilibrium=True)
+    assert x[2].min() == pytest.approx(-catenary_sag(DRIVE).midpoint, rel=1e-4)
+    _, plucked = displaced(Pluck(height=1e-3), from_equilibrium=True)
+    np.testing.assert_allclose(plucked[2, 20] - x[2, 20], 1e-3)
+    assert mesh.segments == 40
+
+
+@given(
+    segments=st.integers(3, 40),
+    places=st.lists(st.floats(0.01, 0.99), max_size=3, unique_by=lambda x: round(x, 2)),
+    masses=st.lists(st.floats(1e-6, 1.0), min_size=3, max_size=3),
+    kind=st.sampled_from(["loop", "line"]),
+    motored=st.booleans(),
+)
+def test_the_largest_step_is_stable_and_not_far_below_the_limit(segments, places, masses, kind, motored):
+    """Any drive: highest frequency of the chain times step at most 2, and at least 1.4."""
+    drive = MOTORED if motored else DRIVE
+    carriages = tuple(Carriage(mass=m, position=p) for m, p in zip(masses, places, strict=False))
+    mesh, law = mesh_of(replace(drive, kind=kind, carriage=carriages), segments), cable_law(drive.cable)
+    nodes = mesh.nodes - mesh.closed
+    springs = np.zeros((nodes, nodes))
+    for i, stiffness in enumerate(law.stiffness / mesh.spacing):
+        ends = [i, (i + 1) % nodes]
+        springs[np.ix_(ends, ends)] += stiffness * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    highest = np.sqrt(eigh(springs, np.diag(mesh.axial_mass[:nodes]), eigvals_only=True)[-1])
+    product = highest * largest_stable_step(mesh, law)
+    assert 1.4 < product < 2.0 * (1.0 + 1e-12), f"{product:.3f}"
+
+
+def test_the_largest_step_of_a_bare_cable_is_that_of_cfl_one():
+    mesh = mesh_of(DRIVE, 100)
+    expected = mesh.spacing[0] / DRIVE.cable.axial_wave_speed
+    assert largest_stable_step(mesh, cable_law(DRIVE.cable)) == pytest.approx(expected, rel=1e-12)
+
+
+@given(
+    duration=st.floats(1e-4, 10.0),
+    limit=st.floats(1e-7, 1e-4),
+    rate=st.floats(100.0, 1e5),
+    cfl=st.floats(0.1, 1.0),
+)
+def test_the_last_record_is_at_the_end_and_no_step_is_too_long(duration, limit, rate, cfl):
+    grid = time_grid(duration, limit, step=None, cfl=cfl, rate=rate)
+    assert grid.records * grid.interval == pytest.approx(duration, rel=1e-12)
+    assert grid.step <= cfl * limit * (1.0 + 1e-9)
+    assert grid.interval <= (1.0 + 1e-9) / rate
+    assert grid.steps * grid.step == pytest.approx(duration, rel=1e-12)
+
+
+def test_one_run_and_its_two_halves_agree_at_the_end():
+    """State at 2 ms however often it is recorded: 2 ms at 10 kHz and at 1 kHz take the same steps."""
+    often, seldom = (
+        simulate(DRIVE, 2e-3, torque=0.1, recording=Recording(rate=rate), scheme=Scheme(step=5e-6))
+        for rate in (10_000.0, 1_000.0)
+    )
+    assert often.step == pytest.approx(seldom.step, rel=1e-12)
+    assert often.load_angle[-1] == pytest.approx(seldom.load_angle[-1], rel=1e-12)
+
+
+HELD = replace(DRIVE, pulley=(DRIVE.pulley[0], replace(DRIVE.pulley[1], fixed=True)))
+
+
+@pytest.mark.parametrize(
+    ("words", "options"),
+    [
+        ("step = 1e-05 s is not stable: at most 6.6513e-06 s", lambda: {"scheme": Scheme(step=1e-5)}),
+        ("cfl = 1.2: the method is stable above 0 and up to 1", lambda: {"scheme": Scheme(cfl=1.2)}),
+        ("cfl = nan", lambda: {"scheme": Scheme(cfl=np.nan)}),
+        ("step = -1e-06 s must be above 0", lambda: {"scheme": Scheme(step=-1e-6)}),
+        ("segments = 2 per span, but the cable needs at least 3", lambda: {"scheme": Scheme(segments=2)}),
+        ('model = "cubic" is no cable law', lambda: {"scheme": Scheme(model="cubic")}),
+        ('method = "euler" is not one of its values', lambda: {"scheme": Scheme(method="euler")}),
+        (
+            'slack = "stopp" is not one of its values .did you mean "stop"',
+            lambda: {"scheme": Scheme(slack="stopp")},
+        ),
+        ("smoothing_speed = 0 rad/s", lambda: {"scheme": Scheme(friction="smoothed", smoothing_speed=0)}),
+        ("duration = inf s must be above 0 and finite", lambda: {"duration": np.inf}),
+        ("duration = 0 s", lambda: {"duration": 0}),
+        ("takes 1.67e.13 steps", lambda: {"duration": 1e8}),
+        (
+            "torque ends at 0.009 s, before the run of 0.01 s",
+            lambda: {"torque": Sampled(values=np.zeros(10), rate=1e3)},
+        ),
+        ("sample 3 is nan", lambda: {"torque": Sampled(values=[0, 0, 0, np.nan], rate=1e3)}),
+        (
+            "2 m on the upper span is longer than the span of 1.00",
+            lambda: {"start": Start(plucks=(Pluck(height=2.0),))},
+        ),
+        ("height = nan m must be finite", lambda: {"start": Start(plucks=(Pluck(height=np.nan),))}),
+        ('plane = "x" is not one', lambda: {"start": Start(plucks=(Pluck(plane="x"),))}),
+        ("place = 1.5 must lie between 0 and 1", lambda: {"start": Start(plucks=(Pluck(place=1.5),))}),
+        (
+            'shape = "square" is not one',
+            lambda: {"start": Start(plucks=(Pluck(height=1e-3, shape="square"),))},
+        ),
+        (
+            "needs 3 or more finite numbers",
+            lambda: {"start": Start(plucks=(Pluck(shape=[0.0, np.nan, 0.0]),))},
+        ),
+        (
+            "where a pulley or a guided carriage holds it",
+            lambda: {"start": Start(plucks=(Pluck(shape=[0, 1e-3, 1e-3]),))},
+        ),
+        ("drive_speed = nan rad/s must be finite", lambda: {"start": Start(drive_speed=np.nan)}),
+        (
+            "the load pulley is fixed, so its speed must be 0",
+            lambda: {"drive": HELD, "start": Start(load_speed=1.0)},
+        ),
+        (
+            "there is no lower span",
+            lambda: {"drive": replace(DRIVE, kind="line"), "start": Start(plucks=(Pluck(span="lower"),))},
+        ),
+        (
+            "is held by a guided carriage",
+            lambda: {"drive": GUIDED, "start": Start(plucks=(Pluck(place=0.25),))},
+        ),
+        ("force on carriage 0, but the drive has 0", lambda: {"forces": [CarriageForce(signal=1.0)]}),
+        (
+            "which is guided: push along u",
+            lambda: {"drive": GUIDED, "forces": [CarriageForce(signal=1.0, plane="w")]},
+        ),
+        (
+            "force on carriage 0 ends at",
+            lambda: {"drive": GUIDED, "forces": [CarriageForce(signal=Sampled(values=[0.0, 1.0], rate=1e3))]},
+        ),
+        ("probe at 3.0 m of the upper span", lambda: {"recording": Recording(probes=(("upper", 3.0),))}),
+        ("rate = 0 Hz must be above 0", lambda: {"recording": Recording(rate=0)}),
+        ("fields = -1 must be a whole number", lambda: {"recording": Recording(fields=-1)}),
+        ("records of this run take .* GB", lambda: {"duration": 1e4, "recording": Recording(rate=1e5)}),
+        ("does not know carriages", lambda: {"drive": GUIDED, "scheme": Scheme(method="node-centred")}),
+        ("does not know slack", lambda: {"scheme": Scheme(method="node-centred", slack="tension-only")}),
+    ],
+)
+def test_a_run_that_makes_no_sense_is_refused_in_one_line(words, options):
+    with pytest.raises(InputRefused, match=words) as caught:
+        simulate(**{"drive": DRIVE, "duration": 0.01, **options()})
+    assert "\n" not in str(caught.value)
+
+
+def test_a_torque_function_that_fails_in_mid_run_stops_it_there():
+    """NaN from a callable at 6 ms: what came before is kept."""
+    with pytest.raises(SimulationStopped, match=r"is not finite at t = 0\.006\d* s") as caught:
+        simulate(DRIVE, 0.01, torque=lambda t: np.where(t < 6e-3, 0.1, np.nan))
+    assert caught.value.result.time[-1] == pytest.approx(6e-3, abs=2e-4)
+
+
+def test_a_run_that_diverges_stops_at_the_first_energy_that_is_not_finite():
+    """A torque beyond all bounds: the line says when and where, and the record before it is finite."""
+    with pytest.raises(
+        SimulationStopped, match=r"diverged: the energy is not finite from t = .* s on"
+    ) as caught:
+        simulate(
+            DRIVE,
+            0.1,
+            torque=lambda t: 1e150 * t,
+            scheme=Scheme(segments=10, slack="record", model="weak-consistent"),
+        )
+    result = caught.value.result
+    assert np.isfinite(result.rows).all()
+    assert result.stopped == str(caught.value)
