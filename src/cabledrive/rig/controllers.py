@@ -1,6 +1,5 @@
 """Control laws by name, made ready for a drive, a motion and the rig's sensors."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import pi
 from typing import Any
@@ -11,13 +10,12 @@ from cabledrive.control.backstepping import PRINTED_HZ, backstepping_gains, back
 from cabledrive.control.darc import darc_numbers
 from cabledrive.control.darc_gains import darc_gains, printed_bounds
 from cabledrive.control.flat_output import FlatOutput, flat_output
-from cabledrive.control.kalman import EAGER, QUIET, KalmanTuning
+from cabledrive.control.kalman import QUIET, KalmanTuning
 from cabledrive.control.numbers import LawNumbers
 from cabledrive.control.reference import flat_reference
-from cabledrive.parameters import Drive, InputRefused
-from cabledrive.parameters.fields import nearest
+from cabledrive.parameters import Drive
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.reduction.models import FLEXIBLE_JOINT, highest_model, lumped_model
+from cabledrive.reduction.models import FLEXIBLE_JOINT, lumped_model
 from cabledrive.reduction.reflected import reflected
 from cabledrive.rig.fitting import Array, law_shafts, load_gear
 from cabledrive.trajectories import Trajectory
@@ -258,67 +256,3 @@ def backstepping(wish: Wish) -> Controller:
         damped=False,
         filter_model=own_filter(3, wish.feedback),
     )
-
-
-CONTROLLERS: dict[str, Callable[[Wish], Controller]] = {
-    "darc-1": lambda wish: darc(wish, 1),
-    "darc-2": lambda wish: darc(wish, 2),
-    "darc-3": lambda wish: darc(wish, 3),
-    "darc-4": lambda wish: darc(wish, 4),
-    "darc-4-damped": darc_4_damped,
-    "backstepping": backstepping,
-}
-
-
-def design(name: str | None, wish: Wish) -> Controller:
-    """Design a control law by name.
-
-    Parameters
-    ----------
-    name : str, optional
-        Default: with a flexible motor joint "darc-4-damped", else "darc-3".
-    wish : Wish
-
-    Returns
-    -------
-    Controller
-
-    Raises
-    ------
-    InputRefused
-        If there is no such law, or the sample rate is too low for its bandwidth.
-    """
-    if name is None:
-        name = "darc-4-damped" if highest_model(wish.drive) == 4 else "darc-3"
-    if name not in CONTROLLERS:
-        raise InputRefused(
-            f"controller = {name!r} is not known{nearest(name, CONTROLLERS)}: see docs/control"
-        )
-    made = CONTROLLERS[name](wish)
-    check_sample_rate(made, wish.interval)
-    return made
-
-
-def check_sample_rate(controller: Controller, interval: float) -> None:
-    """Refuse a bandwidth that the sample rate does not carry.
-
-    Parameters
-    ----------
-    controller : Controller
-    interval : float
-        Sample time [s].
-
-    Raises
-    ------
-    InputRefused
-        If there are fewer than 20 samples per period of the bandwidth.
-    """
-    hertz = float(controller.gains.get("bandwidth_hz") or 0.0)
-    if hertz * interval > 1.0 / 20.0:
-        raise InputRefused(
-            f"sensors.sample_rate = {1.0 / interval:.6g} Hz is below 20 times the bandwidth {hertz:.4g} Hz: "
-            "sample faster, or lower --bandwidth"
-        )
-
-
-__all__ = ["CONTROLLERS", "EAGER", "Controller", "Wish", "chain_law", "check_sample_rate", "design"]

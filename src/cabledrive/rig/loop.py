@@ -209,7 +209,9 @@ def close_loop(
     )
 
 
-def run(loop: Loop, *, log: bool = True, state: LoopState | None = None, first: int = 0) -> Run:
+def run(
+    loop: Loop, *, log: bool = True, state: LoopState | None = None, first: int = 0, last: int | None = None
+) -> Run:
     """Run a loop from rest, or on from where another ended.
 
     Parameters
@@ -220,6 +222,8 @@ def run(loop: Loop, *, log: bool = True, state: LoopState | None = None, first: 
     state : LoopState, optional
     first : int, default 0
         Sample to begin with.
+    last : int, optional
+        Sample before which to end; the whole motion unless told.
 
     Returns
     -------
@@ -237,7 +241,7 @@ def run(loop: Loop, *, log: bool = True, state: LoopState | None = None, first: 
         controller.reference,
         loop.target,
         first,
-        samples,
+        samples if last is None else last,
         loop.twist_limit,
         state,
         kept,

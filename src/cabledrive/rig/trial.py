@@ -4,10 +4,13 @@ from typing import Any
 
 import numpy as np
 
+from cabledrive.control.load_equation import LoadEstimate
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.rig.controllers import Wish, design
+from cabledrive.rig.controllers import Wish
 from cabledrive.rig.draws import draw_words, run_draws
+from cabledrive.rig.indirect import NAME, run_indirect
 from cabledrive.rig.loop import close_loop, run
+from cabledrive.rig.registry import design
 from cabledrive.rig.setting import DEGREE, Motion, RigOptions, sample_interval
 from cabledrive.rig.tracking import Tracking, told
 from cabledrive.trajectories import move_limits, peak_demand
@@ -78,10 +81,41 @@ def track(
     )
     if draws < 0:
         raise InputRefused(f"draws = {draws} must not be negative: ask for 0 or more")
-    found = told(loop, run(loop), drive, actual, motion, options, seed)
+    number, learnt = plant_number(plant), None
+    if made.name == NAME:
+        loop, done, learnt = run_indirect(wish, actual, loop, motion, options, plant_model=number)
+    else:
+        done = run(loop)
+    found = told(loop, done, drive, actual, motion, options, seed)
+    if made.name == NAME:
+        found.summary["learnt"] = learnt_words(learnt)
     if draws:
         found.summary["over_draws"] = draw_words(run_draws(loop, options, draws, seed))
     return found
+
+
+def learnt_words(learnt: LoadEstimate | None) -> dict[str, Any] | None:
+    """What was identified in the loop.
+
+    Parameters
+    ----------
+    learnt : LoadEstimate or None
+
+    Returns
+    -------
+    dict or None
+        None: there was no second pulse to learn for.
+    """
+    if learnt is None:
+        return None
+    low, high = learnt.interval
+    return {
+        "beta": learnt.beta,
+        "beta_low": low,
+        "beta_high": high,
+        "gamma": learnt.gamma,
+        "used": learnt.excited,
+    }
 
 
 def wish_for(drive: Drive, motion: Motion, **choices: Any) -> Wish:

@@ -1,0 +1,150 @@
+"""Laws that a user would try first: PD, PID with a notch, LQ, each on top of the same feedforward."""
+
+from math import pi
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import expm, solve_discrete_are
+from scipy.signal import cont2discrete
+
+from cabledrive.control.flat_output import FlatOutput
+from cabledrive.control.numbers import LINEAR, LawNumbers
+from cabledrive.control.reference import joint_motion
+from cabledrive.reduction.lumped_chain import LumpedChain, state_space
+
+Array = NDArray[np.float64]
+FRICTION_SLOPE = 50.0
+
+
+def feedforward(chain: LumpedChain, flat: FlatOutput, reference: Array) -> Array:
+    """Motion of every inertia along the reference, and the motor torque that it takes, friction included.
+
+    Parameters
+    ----------
+    chain : LumpedChain
+    flat : FlatOutput
+        With dampers: the damped inverse; without: the undamped one; of one inertia: the rigid one.
+    reference : ndarray, shape (samples, 2n + 3)
+        From `cabledrive.control.reference.flat_reference`.
+
+    Returns
+    -------
+    ndarray, shape (samples, 2n + 1)
+        Angles, speeds, torque [N m].
+    """
+    states, elastic = joint_motion(flat, reference)
+    speed, acceleration = reference[:, -2], reference[:, -1]
+    friction = chain.viscous[0] * speed + chain.coulomb[0] * np.tanh(FRICTION_SLOPE * speed)
+    torque = chain.inertias[0] * acceleration + elastic + friction - chain.offsets[0]
+    return np.column_stack((states, torque))
+
+
+def rigid_inertia(chain: LumpedChain) -> float:
+    """Whole inertia of a row between equal angles [kg m^2].
+
+    Parameters
+    ----------
+    chain : LumpedChain
+
+    Returns
+    -------
+    float
+    """
+    return float(sum(chain.inertias))
+
+
+def pd_law(chain: LumpedChain, bandwidth: float, interval: float) -> LawNumbers:
+    r"""PD on the motor's angle, both poles of the rigid machine at one place: :math:`J(s + \omega)^2`.
+
+    Parameters
+    ----------
+    chain : LumpedChain
+    bandwidth : float
+        [Hz].
+    interval : float
+        Sample time [s].
+
+    Returns
+    -------
+    LawNumbers
+    """
+    j, w, n = rigid_inertia(chain), 2.0 * pi * bandwidth, chain.size
+    row = np.zeros((1, 2 * n))
+    row[0, 0], row[0, n] = -j * w**2, -2.0 * j * w
+    return _linear(np.zeros((0, 2 * n + 1)), row, interval)
+
+
+def pid_law(chain: LumpedChain, bandwidth: float, notch: float, interval: float) -> LawNumbers:
+    r"""PID on the load's angle, :math:`J(s + \omega)^3` for the rigid machine, with a notch.
+
+    Parameters
+    ----------
+    chain : LumpedChain
+    bandwidth : float
+        [Hz].
+    notch : float
+        [Hz]; zeros of damping ratio 0.1, poles of 1.
+    interval : float
+        Sample time [s].
+
+    Returns
+    -------
+    LawNumbers
+    """
+    j, w, n, v = rigid_inertia(chain), 2.0 * pi * bandwidth, chain.size, 2.0 * pi * notch
+    notched = (
+        np.array([[0.0, 1.0], [-(v**2), -2.0 * v]]),
+        np.array([[0.0], [1.0]]),
+        np.array([[0.0, -1.8 * v]]),
+        np.array([[1.0]]),
+    )
+    a, b, c, d, _ = cont2discrete(notched, interval, "bilinear")
+    error = np.zeros((1, 2 * n))
+    error[0, n - 1], error[0, 2 * n - 1] = 3.0 * j * w**2, 3.0 * j * w
+    integral = j * w**3
+    matrix = np.zeros((3, 3 + 2 * n + 1))
+    matrix[0, 0], matrix[0, 3 + n - 1] = 1.0, interval
+    matrix[1:, :1], matrix[1:, 1:3], matrix[1:, 3 : 3 + 2 * n] = integral * b, a, b @ error
+    row = -np.hstack((integral * d, c, d @ error))
+    return _linear(matrix, row, interval)
+
+
+def lq_law(chain: LumpedChain, error: float, torque: float, interval: float) -> LawNumbers:
+    """Linear-quadratic feedback of angles and speeds by Bryson's rule.
+
+    Parameters
+    ----------
+    chain : LumpedChain
+    error : float
+        Error of the load that weighs as much as `torque` [rad].
+    torque : float
+        [N m].
+    interval : float
+        Sample time [s].
+
+    Returns
+    -------
+    LawNumbers
+    """
+    n = chain.size
+    a, b = state_space(chain)
+    block = np.zeros((2 * n + 1, 2 * n + 1))
+    block[: 2 * n, : 2 * n], block[: 2 * n, 2 * n] = a, b[:, 0]
+    power = expm(block * interval)
+    ad, bd = power[: 2 * n, : 2 * n], power[: 2 * n, 2 * n :]
+    weight = np.zeros((2 * n, 2 * n))
+    weight[n - 1, n - 1] = 1.0 / error**2
+    cost = np.array([[1.0 / torque**2]])
+    value = solve_discrete_are(ad, bd, weight, cost)
+    gain = np.linalg.solve(cost + bd.T @ value @ bd, bd.T @ value @ ad)
+    return _linear(np.zeros((0, 2 * n + 1)), -gain, interval)
+
+
+def _linear(matrix: Array, row: Array, interval: float) -> LawNumbers:
+    return LawNumbers(
+        kind=LINEAR,
+        matrix=matrix,
+        rows=row,
+        learning=np.zeros((5, 0)),
+        scalars=np.array([interval, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0]),
+    )

@@ -1,0 +1,72 @@
+"""Every control law of the rig by its name."""
+
+from collections.abc import Callable
+
+from cabledrive.parameters import InputRefused
+from cabledrive.parameters.fields import nearest
+from cabledrive.reduction.models import highest_model
+from cabledrive.rig.baselines import BASELINES
+from cabledrive.rig.controllers import Controller, Wish, backstepping, darc, darc_4_damped
+from cabledrive.rig.indirect import NAME, indirect
+
+CONTROLLERS: dict[str, Callable[[Wish], Controller]] = {
+    "darc-1": lambda wish: darc(wish, 1),
+    "darc-2": lambda wish: darc(wish, 2),
+    "darc-3": lambda wish: darc(wish, 3),
+    "darc-4": lambda wish: darc(wish, 4),
+    "darc-4-damped": darc_4_damped,
+    "backstepping": backstepping,
+    NAME: indirect,
+    **BASELINES,
+}
+
+
+def design(name: str | None, wish: Wish) -> Controller:
+    """Design a control law by name.
+
+    Parameters
+    ----------
+    name : str, optional
+        Default: with a flexible motor joint "darc-4-damped", else "darc-3".
+    wish : Wish
+
+    Returns
+    -------
+    Controller
+
+    Raises
+    ------
+    InputRefused
+        If there is no such law, or the sample rate is too low for its bandwidth.
+    """
+    if name is None:
+        name = "darc-4-damped" if highest_model(wish.drive) == 4 else "darc-3"
+    if name not in CONTROLLERS:
+        raise InputRefused(
+            f"controller = {name!r} is not known{nearest(name, CONTROLLERS)}: see docs/control"
+        )
+    made = CONTROLLERS[name](wish)
+    check_sample_rate(made, wish.interval)
+    return made
+
+
+def check_sample_rate(controller: Controller, interval: float) -> None:
+    """Refuse a bandwidth that the sample rate does not carry.
+
+    Parameters
+    ----------
+    controller : Controller
+    interval : float
+        Sample time [s].
+
+    Raises
+    ------
+    InputRefused
+        If there are fewer than 20 samples per period of the bandwidth.
+    """
+    hertz = float(controller.gains.get("bandwidth_hz") or 0.0)
+    if hertz * interval > 1.0 / 20.0:
+        raise InputRefused(
+            f"sensors.sample_rate = {1.0 / interval:.6g} Hz is below 20 times the bandwidth {hertz:.4g} Hz: "
+            "sample faster, or lower --bandwidth"
+        )
