@@ -16,76 +16,71 @@ from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import njit
 
 Integers = NDArray[np.int64]
+Work = tuple[Array, Array, Array, Array, Array]
 MOST_EVENTS = 24
 CROSSING_STEPS = 12
 
 
 class ChainNumbers(NamedTuple):
-    """The row as arrays of length n (of links: n - 1), what is varied, and in which directions.
+    """The row in few arrays, since every array costs at every call; what is varied, and in which directions.
 
-    ``directions`` has one column per parameter and the rows inertia, viscous, coulomb, offset, gain (n each),
-    stiffness, damping (n - 1 each), initial angle, initial speed (n each).
+    ``body`` has a column per inertia and the rows INERTIA to SLOPE, ``link`` a column per link and the rows
+    STIFFNESS to Q. ``directions`` has one column per parameter; rows: inertia, viscous, coulomb, offset,
+    gain (n each), stiffness, damping (n - 1 each), initial angle, initial speed (n each).
     """
 
-    inertia: Array
-    viscous: Array
-    coulomb: Array
-    offset: Array
-    gain: Array
-    stiffness: Array
-    damping: Array
-    gap: Array
-    p: Array
-    q: Array
-    excess: Array
-    fading: Array
-    slope: Array
+    body: Array
+    link: Array
     directions: Array
+
+
+INERTIA, VISCOUS, COULOMB, OFFSET, GAIN, EXCESS, FADING, SLOPE = range(8)
+STIFFNESS, DAMPING, GAP, P, Q = range(5)
 
 
 @njit
 def link_force(c: ChainNumbers, j: int, x: Array, n: int) -> tuple[float, float]:
     """Force of link j: stretch beyond the gap times stiffness, and damping while it is in contact."""
-    stretch = c.p[j] * x[j] - c.q[j] * x[j + 1]
-    rate = c.p[j] * x[n + j] - c.q[j] * x[n + j + 1]
-    half = 0.5 * c.gap[j]
+    stretch = c.link[P, j] * x[j] - c.link[Q, j] * x[j + 1]
+    rate = c.link[P, j] * x[n + j] - c.link[Q, j] * x[n + j + 1]
+    half = 0.5 * c.link[GAP, j]
     if half > 0.0:
         if abs(stretch) <= half:
             return 0.0, 0.0
         beyond = stretch - half if stretch > 0.0 else stretch + half
-        force = c.stiffness[j] * beyond + c.damping[j] * rate
+        force = c.link[STIFFNESS, j] * beyond + c.link[DAMPING, j] * rate
         if force * beyond <= 0.0:
             return 0.0, 0.0
         return force, beyond
-    return c.stiffness[j] * stretch + c.damping[j] * rate, stretch
+    return c.link[STIFFNESS, j] * stretch + c.link[DAMPING, j] * rate, stretch
 
 
 @njit
 def load_on(c: ChainNumbers, i: int, x: Array, u: float, n: int) -> float:
     """Torque on inertia i without its Coulomb friction."""
-    load = c.gain[i] * u + c.offset[i] - c.viscous[i] * x[n + i]
+    load = c.body[GAIN, i] * u + c.body[OFFSET, i] - c.body[VISCOUS, i] * x[n + i]
     if i < n - 1:
-        load -= c.p[i] * link_force(c, i, x, n)[0]
+        load -= c.link[P, i] * link_force(c, i, x, n)[0]
     if i > 0:
-        load += c.q[i - 1] * link_force(c, i - 1, x, n)[0]
+        load += c.link[Q, i - 1] * link_force(c, i - 1, x, n)[0]
     return load
 
 
 @njit
 def coulomb_of(c: ChainNumbers, i: int, speed: float, slip: int) -> float:
     """Coulomb friction of inertia i that slips in direction ``slip``."""
-    if c.slope[i] > 0.0:
-        return c.coulomb[i] * tanh(c.slope[i] * speed)
-    friction = c.coulomb[i]
-    if c.excess[i] != 0.0:
-        friction += c.excess[i] * exp(-((speed / c.fading[i]) ** 2))
+    if c.body[SLOPE, i] > 0.0:
+        return c.body[COULOMB, i] * tanh(c.body[SLOPE, i] * speed)
+    friction = c.body[COULOMB, i]
+    if c.body[EXCESS, i] != 0.0:
+        friction += c.body[EXCESS, i] * exp(-((speed / c.body[FADING, i]) ** 2))
     return slip * friction
 
 
 @njit
 def derivative(c: ChainNumbers, x: Array, s: Array, slip: Integers, u: float, dx: Array, ds: Array) -> None:
     """Rates of the state ``x`` (2n) and of its sensitivities ``s`` (2n, m)."""
-    n = c.inertia.size
+    n = c.body.shape[1]
     m = s.shape[1]
     for i in range(n):
         dx[i] = x[n + i]
@@ -97,41 +92,41 @@ def derivative(c: ChainNumbers, x: Array, s: Array, slip: Integers, u: float, dx
                 ds[n + i, k] = 0.0
             continue
         speed = x[n + i]
-        acceleration = (load_on(c, i, x, u, n) - coulomb_of(c, i, speed, slip[i])) / c.inertia[i]
+        acceleration = (load_on(c, i, x, u, n) - coulomb_of(c, i, speed, slip[i])) / c.body[INERTIA, i]
         dx[n + i] = acceleration
         for k in range(m):
             force = c.directions[4 * n + i, k] * u + c.directions[3 * n + i, k]
-            force -= c.directions[n + i, k] * speed + c.viscous[i] * s[n + i, k]
+            force -= c.directions[n + i, k] * speed + c.body[VISCOUS, i] * s[n + i, k]
             force -= c.directions[i, k] * acceleration
-            if c.slope[i] > 0.0:
-                level = tanh(c.slope[i] * speed)
+            if c.body[SLOPE, i] > 0.0:
+                level = tanh(c.body[SLOPE, i] * speed)
                 force -= c.directions[2 * n + i, k] * level
-                force -= c.coulomb[i] * c.slope[i] * (1.0 - level * level) * s[n + i, k]
+                force -= c.body[COULOMB, i] * c.body[SLOPE, i] * (1.0 - level * level) * s[n + i, k]
             else:
                 force -= slip[i] * c.directions[2 * n + i, k]
-                if c.excess[i] != 0.0:
-                    ratio = speed / c.fading[i]
-                    fall = -2.0 * ratio / c.fading[i] * exp(-ratio * ratio)
-                    force -= slip[i] * c.excess[i] * fall * s[n + i, k]
+                if c.body[EXCESS, i] != 0.0:
+                    ratio = speed / c.body[FADING, i]
+                    fall = -2.0 * ratio / c.body[FADING, i] * exp(-ratio * ratio)
+                    force -= slip[i] * c.body[EXCESS, i] * fall * s[n + i, k]
             if i < n - 1:
-                force -= c.p[i] * link_sensitivity(c, i, x, s, k, n)
+                force -= c.link[P, i] * link_sensitivity(c, i, x, s, k, n)
             if i > 0:
-                force += c.q[i - 1] * link_sensitivity(c, i - 1, x, s, k, n)
-            ds[n + i, k] = force / c.inertia[i]
+                force += c.link[Q, i - 1] * link_sensitivity(c, i - 1, x, s, k, n)
+            ds[n + i, k] = force / c.body[INERTIA, i]
 
 
 @njit
 def link_sensitivity(c: ChainNumbers, j: int, x: Array, s: Array, k: int, n: int) -> float:
     """Derivative of the force of link j by parameter k."""
     force, beyond = link_force(c, j, x, n)
-    if beyond == 0.0 and force == 0.0 and c.gap[j] > 0.0:
+    if beyond == 0.0 and force == 0.0 and c.link[GAP, j] > 0.0:
         return 0.0
-    rate = c.p[j] * x[n + j] - c.q[j] * x[n + j + 1]
-    stretch_s = c.p[j] * s[j, k] - c.q[j] * s[j + 1, k]
-    rate_s = c.p[j] * s[n + j, k] - c.q[j] * s[n + j + 1, k]
+    rate = c.link[P, j] * x[n + j] - c.link[Q, j] * x[n + j + 1]
+    stretch_s = c.link[P, j] * s[j, k] - c.link[Q, j] * s[j + 1, k]
+    rate_s = c.link[P, j] * s[n + j, k] - c.link[Q, j] * s[n + j + 1, k]
     by_stiffness = c.directions[5 * n + j, k] * beyond
     by_damping = c.directions[6 * n - 1 + j, k] * rate
-    return by_stiffness + by_damping + c.stiffness[j] * stretch_s + c.damping[j] * rate_s
+    return by_stiffness + by_damping + c.link[STIFFNESS, j] * stretch_s + c.link[DAMPING, j] * rate_s
 
 
 @njit
@@ -145,28 +140,33 @@ def runge_kutta(
     h: float,
     xe: Array,
     se: Array,
-    work_x: Array,
-    work_s: Array,
+    work_x: Work,
+    work_s: Work,
 ) -> None:
     """One step of order 4 with the torque running linearly from u0 to u1; result in ``xe``, ``se``."""
-    n2 = x.size
-    m = s.shape[1]
+    k0, k1, k2, k3, xt = work_x
+    s0, s1, s2, s3, st = work_s
     um = 0.5 * (u0 + u1)
-    derivative(c, x, s, slip, u0, work_x[0], work_s[0])
-    for stage in range(1, 4):
-        part = h if stage == 3 else 0.5 * h
-        for a in range(n2):
-            work_x[4, a] = x[a] + part * work_x[stage - 1, a]
-            for k in range(m):
-                work_s[4, a, k] = s[a, k] + part * work_s[stage - 1, a, k]
-        u = u1 if stage == 3 else um
-        derivative(c, work_x[4], work_s[4], slip, u, work_x[stage], work_s[stage])
-    for a in range(n2):
-        slope = work_x[0, a] + 2.0 * (work_x[1, a] + work_x[2, a]) + work_x[3, a]
-        xe[a] = x[a] + h / 6.0 * slope
-        for k in range(m):
-            slope = work_s[0, a, k] + 2.0 * (work_s[1, a, k] + work_s[2, a, k]) + work_s[3, a, k]
-            se[a, k] = s[a, k] + h / 6.0 * slope
+    derivative(c, x, s, slip, u0, k0, s0)
+    advance(x, s, 0.5 * h, k0, s0, xt, st)
+    derivative(c, xt, st, slip, um, k1, s1)
+    advance(x, s, 0.5 * h, k1, s1, xt, st)
+    derivative(c, xt, st, slip, um, k2, s2)
+    advance(x, s, h, k2, s2, xt, st)
+    derivative(c, xt, st, slip, u1, k3, s3)
+    for a in range(x.size):
+        xe[a] = x[a] + h / 6.0 * (k0[a] + 2.0 * (k1[a] + k2[a]) + k3[a])
+        for k in range(s.shape[1]):
+            se[a, k] = s[a, k] + h / 6.0 * (s0[a, k] + 2.0 * (s1[a, k] + s2[a, k]) + s3[a, k])
+
+
+@njit
+def advance(x: Array, s: Array, part: float, dx: Array, ds: Array, xt: Array, st: Array) -> None:
+    """State and sensitivities after a part of a step at given rates."""
+    for a in range(x.size):
+        xt[a] = x[a] + part * dx[a]
+        for k in range(s.shape[1]):
+            st[a, k] = s[a, k] + part * ds[a, k]
 
 
 @njit
@@ -175,7 +175,7 @@ def first_crossing(c: ChainNumbers, x: Array, xe: Array, slip: Integers) -> tupl
     n = slip.size
     found, earliest = -1, 2.0
     for i in range(n):
-        if slip[i] != 0 and c.slope[i] == 0.0 and c.coulomb[i] + c.excess[i] > 0.0:
+        if slip[i] != 0 and c.body[SLOPE, i] == 0.0 and c.body[COULOMB, i] + c.body[EXCESS, i] > 0.0:
             before, after = slip[i] * x[n + i], slip[i] * xe[n + i]
             if after < 0.0:
                 part = before / (before - after) if before > 0.0 else 0.0
@@ -187,17 +187,17 @@ def first_crossing(c: ChainNumbers, x: Array, xe: Array, slip: Integers) -> tupl
 @njit
 def turn(c: ChainNumbers, x: Array, s: Array, slip: Integers, i: int, u: float) -> None:
     """At zero speed of inertia i: stick, or slip on; the sensitivity of its speed jumps accordingly."""
-    n = c.inertia.size
+    n = c.body.shape[1]
     x[n + i] = 0.0
     load = load_on(c, i, x, u, n)
-    most = c.coulomb[i] + c.excess[i]
-    before = (load - slip[i] * most) / c.inertia[i]
+    most = c.body[COULOMB, i] + c.body[EXCESS, i]
+    before = (load - slip[i] * most) / c.body[INERTIA, i]
     if abs(load) <= most:
         slip[i] = 0
         after = 0.0
     else:
         slip[i] = 1 if load > 0.0 else -1
-        after = (load - slip[i] * most) / c.inertia[i]
+        after = (load - slip[i] * most) / c.body[INERTIA, i]
     ratio = after / before if before != 0.0 else 0.0
     for k in range(s.shape[1]):
         s[n + i, k] *= ratio
@@ -206,11 +206,11 @@ def turn(c: ChainNumbers, x: Array, s: Array, slip: Integers, i: int, u: float) 
 @njit
 def release(c: ChainNumbers, x: Array, slip: Integers, u: float) -> None:
     """Let go every inertia whose load exceeds its friction."""
-    n = c.inertia.size
+    n = c.body.shape[1]
     for i in range(n):
         if slip[i] == 0:
             load = load_on(c, i, x, u, n)
-            if abs(load) > c.coulomb[i] + c.excess[i]:
+            if abs(load) > c.body[COULOMB, i] + c.body[EXCESS, i]:
                 slip[i] = 1 if load > 0.0 else -1
 
 
@@ -225,11 +225,11 @@ def step(
     h: float,
     xe: Array,
     se: Array,
-    work_x: Array,
-    work_s: Array,
+    work_x: Work,
+    work_s: Work,
 ) -> None:
     """One step with all turns and releases in it; ``x``, ``s`` and ``slip`` are moved on."""
-    n = c.inertia.size
+    n = c.body.shape[1]
     done = 0.0
     for _event in range(MOST_EVENTS):
         rest = h - done
@@ -284,7 +284,7 @@ def march(
 
     ``hold``: 0 for torque that stands from sample to sample, 1 for torque on straight lines between samples.
     """
-    n = c.inertia.size
+    n = c.body.shape[1]
     m = c.directions.shape[1]
     x = x0.copy()
     s = np.zeros((2 * n, m))
@@ -293,10 +293,12 @@ def march(
             s[i, k] = c.directions[7 * n - 2 + i, k]
             s[n + i, k] = c.directions[8 * n - 2 + i, k]
     xe, se = np.empty(2 * n), np.empty((2 * n, m))
-    work_x, work_s = np.empty((5, 2 * n)), np.empty((5, 2 * n, m))
+    nx, ns = 2 * n, (2 * n, m)
+    work_x = (np.empty(nx), np.empty(nx), np.empty(nx), np.empty(nx), np.empty(nx))
+    work_s = (np.empty(ns), np.empty(ns), np.empty(ns), np.empty(ns), np.empty(ns))
     slip = np.zeros(n, dtype=np.int64)
     for i in range(n):
-        if c.slope[i] > 0.0 or c.coulomb[i] + c.excess[i] <= 0.0:
+        if c.body[SLOPE, i] > 0.0 or c.body[COULOMB, i] + c.body[EXCESS, i] <= 0.0:
             slip[i] = 1
         elif x[n + i] != 0.0:
             slip[i] = 1 if x[n + i] > 0.0 else -1

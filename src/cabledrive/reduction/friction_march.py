@@ -161,20 +161,12 @@ def _numbers(
     zeros = (0.0,) * n
     law = law or FrictionLaw(excess=zeros, fading=(1.0,) * n, slope=zeros)
     ratios = np.array(chain.ratios, dtype=float).reshape(n - 1, 2)
+    body = [chain.inertias, chain.viscous, chain.coulomb, chain.offsets]
+    body += [gains if gains is not None else (1.0, *zeros[1:]), law.excess, law.fading, law.slope]
+    link = [chain.stiffness, chain.damping, gaps if gaps is not None else zeros[1:], *ratios.T]
     return ChainNumbers(
-        inertia=np.array(chain.inertias, dtype=float),
-        viscous=np.array(chain.viscous, dtype=float),
-        coulomb=np.array(chain.coulomb, dtype=float),
-        offset=np.array(chain.offsets, dtype=float),
-        gain=np.array(gains if gains is not None else (1.0, *zeros[1:]), dtype=float),
-        stiffness=np.array(chain.stiffness, dtype=float),
-        damping=np.array(chain.damping, dtype=float),
-        gap=np.array(gaps if gaps is not None else zeros[1:], dtype=float),
-        p=ratios[:, 0].copy(),
-        q=ratios[:, 1].copy(),
-        excess=np.array(law.excess, dtype=float),
-        fading=np.array(law.fading, dtype=float),
-        slope=np.array(law.slope, dtype=float),
+        body=np.array(body, dtype=float),
+        link=np.array(link, dtype=float).reshape(5, n - 1),
         directions=np.zeros((9 * n - 2, 0)) if directions is None else np.array(directions, dtype=float),
     )
 
