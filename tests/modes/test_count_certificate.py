@@ -48,6 +48,18 @@ def test_counts_of_a_thousand_rings_agree_with_eigenvalues_of_the_matrix():
     assert not wrong, "\n".join(wrong)
 
 
+@pytest.mark.parametrize("cut", range(5))
+def test_every_place_a_ring_can_be_cut_at_gives_the_same_count(cut):
+    """With a pendant on any joint; clear of modes no cut is preferred."""
+    rng = np.random.default_rng(7)
+    for _ in range(100):
+        chain = some_ring(rng)
+        counter = ModeCounter(chain)
+        for omega in 40.0 * rng.random(4) / chain.travel_times.sum():
+            counter._clear_cut = cut
+            assert counter(omega) == modes_below_reference(chain, omega)
+
+
 def test_counts_step_by_the_multiplicity_at_every_mode_and_nowhere_else():
     """Between the modes that the solver lists, the brute-force count is the number of those below."""
     rng = np.random.default_rng(2)

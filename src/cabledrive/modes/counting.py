@@ -40,9 +40,11 @@ class ModeCounter:
     """
 
     def __init__(self, chain: Chain) -> None:
-        self._chain = chain
-        self._cuts = _cut_rings(chain) if chain.closed else iter(())
+        self._chain, self._long = chain, chain.lengths.size > LONG_CHAIN
+        self._kernel = _kernel("count_ring" if chain.closed else "count_line", self._long)
+        self._cuts = _cut_rings(chain) if chain.closed else iter([(chain, chain.fixed)])
         self._arguments: list[tuple[Any, ...]] = []
+        self._clear_cut = 0
 
     def __call__(self, omega: float) -> int:
         """Number of natural frequencies below omega, rigid-body mode included.
@@ -58,27 +60,31 @@ class ModeCounter:
         """
         if omega <= 0.0:
             return 0
-        return self._ring(float(omega)) if self._chain.closed else self._line(float(omega))
-
-    def _line(self, omega: float) -> int:
-        if not self._arguments:
-            self._arguments.append(_arguments(self._chain, _is_long(self._chain), *self._chain.fixed))
-        return int(_kernel("count_line", self._chain)(omega, *self._arguments[0]))
+        if self._chain.closed:
+            return self._ring(float(omega))
+        return int(self._kernel(float(omega), *self._cut(0)))
 
     def _ring(self, omega: float) -> int:
-        """Cut the ring at two places; where round-off clouds the count, cut elsewhere, keep the clearest."""
+        """Cut the ring at two places; where round-off clouds the count, cut elsewhere, keep the clearest.
+
+        The cut that was clear last comes first: neighbouring modes are alike.
+        """
         best, clearest = 0, -1.0
-        kernel = _kernel("count_ring", self._chain)
-        for number in range(1 + len(_CUT_SHARES)):
-            if number == len(self._arguments):
-                ring, second_cut = next(self._cuts)
-                self._arguments.append(_arguments(ring, _is_long(self._chain), second_cut))
-            count, margin = kernel(omega, *self._arguments[number])
+        last = self._clear_cut
+        for number in (last, *(cut for cut in range(1 + len(_CUT_SHARES)) if cut != last)):
+            count, margin = self._kernel(omega, *self._cut(number))
+            if margin > _CLEAR:
+                self._clear_cut = number
+                return int(count)
             if margin > clearest:
                 best, clearest = int(count), margin
-            if margin > _CLEAR:
-                break
         return best
+
+    def _cut(self, number: int) -> tuple[Any, ...]:
+        while len(self._arguments) <= number:
+            chain, ends = next(self._cuts)
+            self._arguments.append(_arguments(chain, self._long, *ends))
+        return self._arguments[number]
 
 
 def _arguments(chain: Chain, long: bool, *ends: int) -> tuple[Any, ...]:
@@ -89,17 +95,18 @@ def _arguments(chain: Chain, long: bool, *ends: int) -> tuple[Any, ...]:
     return times, masses, chain.impedance, *pendant, chain.pendant_joint, *ends
 
 
-def _cut_rings(chain: Chain) -> Iterator[tuple[Chain, int]]:
+def _cut_rings(chain: Chain) -> Iterator[tuple[Chain, tuple[int]]]:
     """The ring cut at joint 0 and half way; then inside two segments, at one pair of shares after another."""
     n = chain.masses.size
-    yield chain, (n + 1) // 2
+    yield chain, ((n + 1) // 2,)
     other = max(1, round(0.38 * n))
     for share, other_share in _CUT_SHARES:
         pieces = ([(1 - share) * chain.lengths[0]], chain.lengths[1:other])
         cut = chain.lengths[other] * np.array([other_share, 1 - other_share])
         lengths = np.concatenate((*pieces, cut, chain.lengths[other + 1 :], [share * chain.lengths[0]]))
         masses = np.insert(np.roll(chain.masses, -1), (0, other), 0.0)
-        yield replace(chain, lengths=lengths, masses=masses, pendant_joint=masses.size - 1), other + 1
+        joint = chain.pendant_joint + int(chain.pendant_joint > other) if chain.pendant_joint else n + 1
+        yield replace(chain, lengths=lengths, masses=masses, pendant_joint=joint), (other + 1,)
 
 
 @cache
@@ -108,13 +115,9 @@ def _compiled(name: str) -> Callable[..., Any]:
     return kernel
 
 
-def _is_long(chain: Chain) -> bool:
-    return chain.lengths.size > LONG_CHAIN
-
-
-def _kernel(name: str, chain: Chain) -> Callable[..., Any]:
+def _kernel(name: str, long: bool) -> Callable[..., Any]:
     """Python for a short chain, machine code for a long one, where it pays for loading the compiler."""
-    return _compiled(name) if _is_long(chain) else getattr(counting_kernels, name)
+    return _compiled(name) if long else getattr(counting_kernels, name)
 
 
 def modes_below_reference(chain: Chain, omega: float) -> int:

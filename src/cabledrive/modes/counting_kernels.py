@@ -162,7 +162,9 @@ def count_ring(
                 if pivot == 0.0:
                     pivot = TINY * abs(new_link)
                 count += pivot < 0.0
-                worst = min(worst, abs(pivot) / (abs(link) + abs(new_link) + abs(ground)))
+                clear = abs(pivot) / (abs(link) + abs(new_link) + abs(ground))
+                if clear < worst:
+                    worst = clear
                 near += link * ground / pivot
                 far = edge + new_link * ground / pivot
                 link = link * new_link / pivot

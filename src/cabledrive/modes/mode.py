@@ -1,6 +1,7 @@
 """A natural mode of a drive: frequency, kind, family, and its shape on every span and joint."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from math import pi
 
 import numpy as np
@@ -22,8 +23,6 @@ class Mode:
     frequency : float
         Natural frequency [Hz].
     kind : {"longitudinal", "transverse"}
-    family : str
-        What mainly moves; see `family_of`.
     multiplicity : int
         Number of independent shapes at this frequency.
     span : str or None
@@ -38,7 +37,6 @@ class Mode:
 
     frequency: float
     kind: str
-    family: str
     multiplicity: int
     span: str | None = None
     plane: str | None = None
@@ -46,6 +44,11 @@ class Mode:
     proven: bool
     _chain: LabelledChain = field(repr=False)
     _solved: ChainMode = field(repr=False)
+
+    @cached_property
+    def family(self) -> str:
+        """What mainly moves, as `family_of` tells it."""
+        return family_of(self._chain, self._solved, self.kind)
 
     @property
     def kinetic_shares(self) -> dict[str, float]:
@@ -150,7 +153,6 @@ def make_mode(chain: LabelledChain, solved: ChainMode, kind: str, plane: str | N
     return Mode(
         frequency=solved.omega / (2 * pi),
         kind=kind,
-        family=family_of(chain, solved, kind),
         multiplicity=solved.multiplicity,
         span=where[0].span if where else None,
         plane=plane,
