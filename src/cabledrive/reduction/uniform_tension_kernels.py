@@ -46,7 +46,6 @@ def march_reference(
         stiffening = c.per_mass * np.einsum("k,kjm->jm", q, c.coupling) + stretched[:, None] * c.carried
         force = c.torque_shape * torque[n] - np.einsum("kjm,pjm->k", c.coupling, a**2)
         pull = -stiffening * a
-        pull[0] += c.gravity_load
         half = 0.0 if n == 0 else 0.5 * h
         speed, swing = p + half * force, b + half * pull
         power = np.array(
@@ -67,7 +66,9 @@ def march_reference(
         b += (half + rest) * pull
         if n < steps:
             q[:], p[:] = np.split(c.along @ np.concatenate((q, p)), 2)
+            a[0] -= c.sag
             a[:], b[:] = c.across[0] * a + c.across[1] * b, c.across[2] * a + c.across[3] * b
+            a[0] += c.sag
     return np.array(along), np.array(across), np.array(tallies), peaks
 
 
@@ -126,8 +127,6 @@ def march_kernel(
                 for m in range(sines):
                     x = a[plane, j, m]
                     pull = -stiffening[m] * x
-                    if plane == 0:
-                        pull += c.gravity_load[j, m]
                     v = b[plane, j, m] + half * pull
                     lost += v * v
                     if record >= 0:
@@ -135,8 +134,9 @@ def march_kernel(
                         across[record, 1, plane, j, m] = v
                     v += rest * pull
                     if n < steps:
-                        a[plane, j, m] = c.across[0, m] * x + c.across[1, m] * v
-                        v = c.across[2, m] * x + c.across[3, m] * v
+                        sag = c.sag[j, m] if plane == 0 else 0.0
+                        a[plane, j, m] = sag + c.across[0, m] * (x - sag) + c.across[1, m] * v
+                        v = c.across[2, m] * (x - sag) + c.across[3, m] * v
                     b[plane, j, m] = v
                 power[1] += c.loss_across * lost
         power[0] = 0.0

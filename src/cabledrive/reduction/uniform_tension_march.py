@@ -60,8 +60,8 @@ class Coefficients(NamedTuple):
         carrier kappa^2, tension stiffening per S [1/(m s^2)].
     stretching : ndarray, shape (m,)
         kappa^2 Le / 4, S per squared amplitude [1/m].
-    gravity_load : ndarray, shape (2, m)
-        Modal acceleration by gravity in w.
+    sag : ndarray, shape (2, m)
+        Where gravity holds the linear string, in w; the flow turns about it [m].
     tension_along : ndarray, shape (k, 2)
         Tension of each span per longitudinal amplitude [N kg^1/2].
     tension_across : float
@@ -79,7 +79,7 @@ class Coefficients(NamedTuple):
     per_mass: float
     carried: Array
     stretching: Array
-    gravity_load: Array
+    sag: Array
     tension_along: Array
     tension_across: float
     loss_along: Array
@@ -111,7 +111,7 @@ def coefficients(model: UniformTensionModel, step: float) -> Coefficients:
         per_mass=2.0 / model.transverse_mass,
         carried=model.carrier * model.wave_numbers**2,
         stretching=0.25 * model.wave_numbers**2 * model.span,
-        gravity_load=model.gravity_load,
+        sag=model.gravity_load / model.transverse**2,
         tension_along=model.stiffness / model.span * model.stretch,
         tension_across=model.axial_rigidity / model.span,
         loss_along=model.damping,
