@@ -22,7 +22,9 @@ MOST_SEGMENTS = 1_000_000
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Mesh:
-    """A drive in n segments per span. Lengths and masses per pretensioned metre.
+    """A drive in n segments per span, joined at the rims as Eqs. (2.29) and (2.30) say.
+
+    Lengths and masses are per pretensioned metre.
 
     Attributes
     ----------
@@ -215,7 +217,10 @@ def _carriage_nodes(drive: Drive, counts: list[NDArray[np.intp]], segments: int)
 def _cells(
     drive: Drive, position: Array, density: float, carriage_mass: Array
 ) -> tuple[Array, tuple[Array, Array]]:
-    """Cable mass of each node, and its weight along u and w; a rim node has half a cell in each span."""
+    """Cable mass of each node, and its weight along u and w with the signs of Eqs. (2.26) and (2.27).
+
+    A rim node has half a cell in each span.
+    """
     pull = np.array([drive.layout.gravity_along, drive.layout.gravity_across])
     cable_mass = np.zeros(carriage_mass.size)
     weight = np.zeros((2, carriage_mass.size))

@@ -48,11 +48,11 @@ def parabola_sag(drive: Drive) -> Sag:
     if weight == 0.0:
         return Sag(midpoint=0.0, horizontal_tension=cable.pretension)
 
-    def excess(tension: float) -> float:
+    def _excess(tension: float) -> float:
         return tension - cable.pretension - stiffness / 24.0 * (weight / tension) ** 2
 
     highest = cable.pretension + (stiffness * weight**2 / 24.0) ** (1.0 / 3.0)
-    tension = _root(excess, cable.pretension, highest)
+    tension = _root(_excess, cable.pretension, highest)
     return Sag(midpoint=weight * length / (8.0 * tension), horizontal_tension=tension)
 
 
@@ -83,11 +83,11 @@ def catenary_sag(drive: Drive) -> Sag:
     if weight == 0.0:
         return Sag(midpoint=0.0, horizontal_tension=cable.pretension)
 
-    def too_long(tension: float) -> float:
+    def _too_long(tension: float) -> float:
         arc = 2.0 * tension * length / weight * asinh(weight / (2.0 * tension))
         return tension * length / rigidity + arc - drive.pulley_distance
 
-    tension = _root(too_long, 1e-9 * weight, rigidity + weight)
+    tension = _root(_too_long, 1e-9 * weight, rigidity + weight)
     half = weight / (2.0 * tension)
     dip = tension * length / weight * half**2 / (hypot(1.0, half) + 1.0)
     return Sag(midpoint=dip + weight * length / (8.0 * rigidity), horizontal_tension=tension)

@@ -7,7 +7,7 @@ from cabledrive.parameters.drive import Drive
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shaft:
-    """One turning inertia with its friction.
+    """One turning inertia with its friction, Eq. (2.28).
 
     Attributes
     ----------

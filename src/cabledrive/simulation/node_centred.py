@@ -60,7 +60,7 @@ class NodeCentred(Method):
 
         Parameters
         ----------
-        plan, state, work, torque, forces, every, rows, fields
+        plan, state, work, torque, forces, every, rows, fields : object
             See `Method.march`.
 
         Returns

@@ -25,7 +25,6 @@ ROWS, FIELDS, CHECKPOINT, SETTING = "rows.f64", "fields.f64", "checkpoint.npz", 
 class Records(ABC):
     """Rows and fields of a run as they come in."""
 
-    @abstractmethod
     def append(self, rows: Array, fields: Array) -> None:
         """Add records.
 
@@ -34,8 +33,8 @@ class Records(ABC):
         rows : ndarray, shape (n, columns)
         fields : ndarray, shape (m, 3, nodes)
         """
+        self._append(rows, fields)
 
-    @abstractmethod
     def commit(self, state: State, records: int) -> None:
         """Make what was added so far the point from which a run can be resumed.
 
@@ -46,8 +45,8 @@ class Records(ABC):
         records : int
             Records up to there.
         """
+        self._commit(state, records)
 
-    @abstractmethod
     def arrays(self) -> tuple[Array, Array]:
         """All rows and all fields.
 
@@ -56,6 +55,16 @@ class Records(ABC):
         rows : ndarray, shape (records, columns)
         fields : ndarray, shape (field records, 3, nodes)
         """
+        return self._arrays()
+
+    @abstractmethod
+    def _append(self, rows: Array, fields: Array) -> None: ...
+
+    @abstractmethod
+    def _commit(self, state: State, records: int) -> None: ...
+
+    @abstractmethod
+    def _arrays(self) -> tuple[Array, Array]: ...
 
 
 class RecordsInMemory(Records):
@@ -72,16 +81,14 @@ class RecordsInMemory(Records):
         self._fields: list[Array] = []
         self._shapes: Shapes = (0, case.width), (0, 3, case.mesh.nodes)
 
-    def append(self, rows: Array, fields: Array) -> None:
-        """Add records, see `Records.append`."""
+    def _append(self, rows: Array, fields: Array) -> None:
         self._rows.append(rows.copy())
         self._fields.append(fields.copy())
 
-    def commit(self, state: State, records: int) -> None:
-        """Nothing to do: what is in memory ends with the process."""
+    def _commit(self, state: State, records: int) -> None:
+        pass  # what is in memory ends with the process
 
-    def arrays(self) -> tuple[Array, Array]:
-        """All rows and fields, see `Records.arrays`."""
+    def _arrays(self) -> tuple[Array, Array]:
         rows, fields = self._shapes
         return (
             np.concatenate([np.zeros(rows), *self._rows]),
@@ -144,13 +151,11 @@ class RecordsInFolder(Records):
         records = int(content.pop("records"))
         return State(**content), records
 
-    def append(self, rows: Array, fields: Array) -> None:
-        """Add records, see `Records.append`."""
+    def _append(self, rows: Array, fields: Array) -> None:
         self._rows.write(rows.tobytes())
         self._fields.write(fields.tobytes())
 
-    def commit(self, state: State, records: int) -> None:
-        """Make what was added so far the point to resume from, see `Records.commit`."""
+    def _commit(self, state: State, records: int) -> None:
         for file in (self._rows, self._fields):
             file.flush()
             os.fsync(file.fileno())
@@ -159,8 +164,7 @@ class RecordsInFolder(Records):
         np.savez(buffer, **content)
         _replace(self.folder / CHECKPOINT, buffer.getvalue())
 
-    def arrays(self) -> tuple[Array, Array]:
-        """All rows and fields that reached the files, see `Records.arrays`."""
+    def _arrays(self) -> tuple[Array, Array]:
         for file in (self._rows, self._fields):
             with suppress(OSError):
                 file.flush()

@@ -18,7 +18,6 @@ Function = Callable[[Array], ArrayLike]
 class Signal(ABC):
     """A number that changes in time."""
 
-    @abstractmethod
     def at(self, time: Array) -> Array:
         """Values of the signal.
 
@@ -32,6 +31,10 @@ class Signal(ABC):
         ndarray, shape (n,)
             N m for a torque, N for a force.
         """
+        return self._at(time)
+
+    @abstractmethod
+    def _at(self, time: Array) -> Array: ...
 
     @property
     def lasts(self) -> float:
@@ -53,8 +56,7 @@ class Constant(Signal):
     def __post_init__(self) -> None:
         _check_finite(self, "value")
 
-    def at(self, time: Array) -> Array:
-        """Values of the signal, see `Signal.at`."""
+    def _at(self, time: Array) -> Array:
         return np.full(time.size, self.value)
 
 
@@ -79,8 +81,7 @@ class Sine(Signal):
     def __post_init__(self) -> None:
         _check_finite(self, "amplitude", "frequency", "phase")
 
-    def at(self, time: Array) -> Array:
-        """Values of the signal, see `Signal.at`."""
+    def _at(self, time: Array) -> Array:
         return self.amplitude * np.sin(2.0 * pi * self.frequency * time + self.phase)
 
 
@@ -113,8 +114,7 @@ class Sweep(Signal):
         if self.logarithmic and (self.start <= 0.0 or self.end <= 0.0):
             raise InputRefused("sweep: a logarithmic sweep needs frequencies above 0 Hz: raise them")
 
-    def at(self, time: Array) -> Array:
-        """Values of the signal, see `Signal.at`."""
+    def _at(self, time: Array) -> Array:
         inside = np.minimum(time, self.duration)
         rate = self.end / self.start if self.logarithmic else 1.0
         if rate != 1.0:
@@ -148,8 +148,7 @@ class Multisine(Signal):
         if not np.isfinite([*self.amplitudes, *self.frequencies, *self.phases]).all():
             raise InputRefused("multisine: a number is not finite: give finite ones")
 
-    def at(self, time: Array) -> Array:
-        """Values of the signal, see `Signal.at`."""
+    def _at(self, time: Array) -> Array:
         phases = self.phases or (0.0,) * len(self.amplitudes)
         total = np.zeros(time.size)
         for amplitude, frequency, phase in zip(self.amplitudes, self.frequencies, phases, strict=True):
@@ -198,8 +197,7 @@ class Sampled(Signal):
         """Rate, kind, and a digest of the samples."""
         return f"Sampled({self.rate!r}, {self.hold}, {sha256(self.values.tobytes()).hexdigest()})"
 
-    def at(self, time: Array) -> Array:
-        """Values of the signal, see `Signal.at`."""
+    def _at(self, time: Array) -> Array:
         place = np.clip(time * self.rate, 0.0, self.values.size - 1.0)
         # a time meant to be that of a sample must not fall into the interval before it by rounding
         nearest = np.rint(place)
@@ -224,8 +222,7 @@ class FromFunction(Signal):
         module, name = (getattr(self.function, key, "?") for key in ("__module__", "__qualname__"))
         return f"FromFunction({module}.{name})"
 
-    def at(self, time: Array) -> Array:
-        """Values of the signal, see `Signal.at`."""
+    def _at(self, time: Array) -> Array:
         try:
             values = np.asarray(self.function(time), dtype=np.float64)
         except (TypeError, ValueError):  # a function of one time

@@ -39,7 +39,7 @@ class StoermerVerlet(Method):
 
         Parameters
         ----------
-        plan, state, work, torque, forces, every, rows, fields
+        plan, state, work, torque, forces, every, rows, fields : object
             See `Method.march`.
 
         Returns

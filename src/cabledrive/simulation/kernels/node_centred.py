@@ -91,7 +91,7 @@ def march(
 
 @njit
 def _kick_nodes(plan: Plan, x: Array, x_t: Array, tallies: Array, gained: Array) -> None:
-    """New velocities of the nodes between the rims, from Eqs. (2.15)-(2.17) or their truncations."""
+    """New velocities of the nodes between the rims, from the equations of motion as written out."""
     h = plan.segment[INVERSE_SPACING, 0]
     c_u2, c_w2 = (plan.rigidity + plan.pretension) / plan.density, plan.pretension / plan.density
     squares = 0.0

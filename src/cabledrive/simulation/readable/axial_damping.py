@@ -7,7 +7,20 @@ from cabledrive.simulation.plan import COMPLIANCE, INVERSE_SPACING, KICK_T, KICK
 
 
 def damper_directions(plan: Plan, law: CableLaw, x: Array) -> Array:
-    """Derivative of each segment's strain, shape (3, segments); zero where the cable is slack."""
+    """Directions along which the segments are damped.
+
+    Parameters
+    ----------
+    plan : Plan
+    law : CableLaw
+    x : ndarray, shape (3, nodes)
+        Displacements [m].
+
+    Returns
+    -------
+    ndarray, shape (3, segments)
+        Derivative of each segment's strain; zero where the cable is slack.
+    """
     gradients = np.diff(x, axis=1) * plan.segment[INVERSE_SPACING]
     direction = np.stack(law.strain_gradient(*gradients))
     slack = law.strain(*gradients) < law.slack_strain

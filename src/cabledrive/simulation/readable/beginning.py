@@ -29,7 +29,7 @@ from cabledrive.simulation.readable.verlet import law_of
 def half_step_before(
     plan: Plan, x: Array, x_t: Array, motor: tuple[float, float], torque: float, forces: Array
 ) -> tuple[Array, float]:
-    """Velocities half a step before the start.
+    """Velocities half a step before the start, Eq. (2.39).
 
     Parameters
     ----------

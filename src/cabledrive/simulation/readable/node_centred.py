@@ -64,7 +64,7 @@ def march_reference(
 def step_reference(
     plan: Plan, law: CableLaw, state: State, gradients: Array, torque: float, forces: Array
 ) -> None:
-    """One step of Eqs. (2.32) and (2.37)."""
+    """One step of the scheme, Eqs. (2.32) and (2.35)-(2.38)."""
     old, motor_old = state.x_t.copy(), float(state.motor[1])
     rims = [0, plan.segments]
     shaft_old = np.array([*old[0, rims], motor_old])
@@ -84,7 +84,7 @@ def step_reference(
 
 
 def _kicked(plan: Plan, law: CableLaw, x: Array, old: Array) -> Array:
-    """Velocities after the step; differences as in Eqs. (2.33) and (2.34)."""
+    """Velocities after the step, by central differences, Eqs. (2.33) and (2.34)."""
     spacing = 1.0 / plan.segment[INVERSE_SPACING, 0]
     first = (x[:, 2:] - x[:, :-2]) / (2.0 * spacing)
     second = (x[:, 2:] - 2.0 * x[:, 1:-1] + x[:, :-2]) / spacing**2
