@@ -106,8 +106,10 @@ def _about(drive: Drive, name: str, modes: Modes) -> tuple[Block, ...]:
     tone = "good" if modes.certified else "warning"
     head = Markup("<strong>{}</strong> ").format("Complete." if modes.certified else "Not proven complete.")
     blocks: list[Block] = [Note(text=head + certificate_words(modes), tone=tone)]
+    if any(mode.frequency < modes.certificate.below for mode in modes.longitudinal):
+        blocks.append(_ladder(drive, name, modes))
     if modes.longitudinal:
-        blocks += [_ladder(drive, name, modes), _along(modes)]
+        blocks.append(_along(modes))
     return (*blocks, _across(modes), *_sag(drive), _shapes(drive, name, modes), simple_models_table(drive))
 
 
@@ -130,8 +132,9 @@ def _sag(drive: Drive) -> tuple[Block, ...]:
 
 def _ladder(drive: Drive, name: str, modes: Modes) -> Figure:
     picture = ladder_picture(f"ladder-{name}", drive, modes)
-    steps = ", ".join(f"{number(mode.frequency)} Hz" for mode in modes.longitudinal)
-    below = f"{number(modes.certificate.below)} Hz"
+    bound = modes.certificate.below
+    steps = ", ".join(f"{number(mode.frequency)} Hz" for mode in modes.longitudinal if mode.frequency < bound)
+    below = f"{number(bound)} Hz"
     return Figure(
         name=f"ladder-{name}",
         alt=f"Staircase of the number of modes along the cable below a frequency, up to {below}; it rises at "

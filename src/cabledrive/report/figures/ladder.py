@@ -95,7 +95,7 @@ def ladder_picture(name: str, drive: Drive, modes: Modes) -> Picture:
     Picture
     """
     steps = staircase(drive, modes)
-    stairs, lanes = max(int(steps.count[-1]), 2) + 1.2, 1 + len(drive.spans)
+    stairs, lanes = max(int(steps.count[-1]), 4) + 1.2, 1 + len(drive.spans)
 
     def _draw(figure: "Figure", narrow: bool) -> None:
         top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[_STEP * stairs, _LANE * lanes])

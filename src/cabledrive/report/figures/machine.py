@@ -10,7 +10,8 @@ from cabledrive.report.picture import Picture
 from cabledrive.report.style import NARROW, SMALL, WIDE
 
 SPAN_COLOURS = {"upper": "blue", "lower": "orange"}
-FEW = 4
+FEW, MANY = 4, 80
+UPRIGHT = 1.5  # rad
 NAME_PLACES = (0.5, 0.62, 0.38, 0.72, 0.28, 0.8, 0.2)
 
 
@@ -82,7 +83,9 @@ def _pulleys(sheet: Sheet, drive: Drive, layout: MachineLayout) -> None:
 
 
 def _beside(layout: MachineLayout, axle: Point, radius: float, line: int) -> tuple[Point, str]:
-    """Where the words about a pulley stand: below it in a level machine, to its right in a standing one."""
+    """Where the words about a pulley stand: right of it in a standing machine; else below or above."""
+    if layout.level and abs(layout.slope) > 0.1 and axle[1] == min(layout.drive[1], layout.load[1]):
+        return (axle[0], axle[1] - radius - 24 + 15 * line), "middle"
     if layout.level:
         return (axle[0], axle[1] + radius + layout.hanging + 20 + 15 * line), "middle"
     return (axle[0] + radius + 12, axle[1] + 15 * line - 4), "start"
@@ -123,6 +126,10 @@ def _carriages(
     """Boxes on the cable: on rails where guided, on hangers where they hang."""
     few = len(carriages) <= FEW
     outward = 1.0 if span == "upper" else -1.0
+    if len(carriages) > MANY:
+        ends = [layout.on_span(span, carriages[end].position / length) for end in (0, -1)]
+        sheet.line(*((x, y + 7) for x, y in ends), colour="green", width=6)
+        return
     for carriage in carriages:
         at = layout.on_span(span, carriage.position / length)
         box = ((28, 16) if layout.level else (16, 28)) if few else (8, 8)
@@ -145,8 +152,9 @@ def _mass(
 ) -> None:
     text = quantity(carriage.mass, "kg")
     if not layout.level:
-        anchor = "start" if outward > 0 else "end"
-        sheet.words(text, (middle[0] + outward * 14, middle[1] + 4), anchor=anchor, colour="green")
+        right = layout.rightwards(outward)
+        anchor = "start" if right > 0 else "end"
+        sheet.words(text, (middle[0] + right * 14, middle[1] + 4), anchor=anchor, colour="green")
     elif outward > 0:
         sheet.words(text, (at[0], at[1] - 14), colour="green")
     else:
@@ -171,23 +179,33 @@ def _span_name(sheet: Sheet, drive: Drive, span: str, layout: MachineLayout) -> 
     outward = 1.0 if span == "upper" else -1.0
     if layout.level:
         below = 20.0 + layout.hanging
-        at = layout.off(layout.on_span(span, share), 0.0, 11.0 if outward > 0 else -below)
+        aslant = 40.0 * abs(sin(layout.slope))  # level words beside a slanting line
+        at = layout.off(
+            layout.on_span(span, share), 0.0, (11.0 if outward > 0 else -below) + outward * aslant
+        )
         sheet.words(text, at, colour=SPAN_COLOURS[span])
     else:
         at = layout.off(layout.on_span(span, share), 0.0, outward * 12)
-        sheet.words(text, at, anchor="start" if outward > 0 else "end", colour=SPAN_COLOURS[span])
+        anchor = "start" if layout.rightwards(outward) > 0 else "end"
+        sheet.words(text, at, anchor=anchor, colour=SPAN_COLOURS[span])
 
 
 def _length(sheet: Sheet, drive: Drive, layout: MachineLayout) -> None:
     """The length of the spans, and how much too large the pulleys are."""
-    gap = -(max(layout.radii) + (50.0 + layout.hanging if layout.level else 96.0))
+    below = -1.0 if layout.level else -layout.rightwards(1.0)  # on the left of a standing machine
+    aslant = 30.0 * abs(sin(layout.slope)) if layout.level else 0.0
+    gap = below * (max(layout.radii) + (50.0 + layout.hanging + aslant if layout.level else 96.0))
     ends = [layout.off(axle, 0.0, gap) for axle in (layout.drive, layout.load)]
     middle = ((ends[0][0] + ends[1][0]) / 2, (ends[0][1] + ends[1][1]) / 2)
-    for end in ends:
-        sheet.line(layout.off(end, 0, 5), layout.off(end, 0, -5), colour="line")
-    sheet.line(*ends, colour="line")
     text = f"L = {quantity(drive.span_length, 'm')}"
-    if layout.level:
+    slanting = not layout.level and abs(layout.slope) < UPRIGHT
+    if not slanting:
+        for end in ends:
+            sheet.line(layout.off(end, 0, 5), layout.off(end, 0, -5), colour="line")
+        sheet.line(*ends, colour="line")
+    if slanting:
+        sheet.words(text, (layout.size[0], 66), anchor="end", colour="quiet")
+    elif layout.level:
         sheet.words(text, (middle[0], middle[1] - 6), colour="quiet")
     else:
         sheet.words(text, (ends[0][0], min(end[1] for end in ends) - 9), colour="quiet")
@@ -202,8 +220,6 @@ def _gravity(sheet: Sheet, drive: Drive, layout: MachineLayout) -> None:
         x = layout.size[0] - 12
         sheet.arrow((x, 4), (x, 34), colour="quiet")
         sheet.words("g", (x - 8, 20), anchor="end", colour="quiet")
-    if 0.01 < abs(layout.slope) < 1.5:
-        x, y = layout.drive
-        sheet.line((x, y), (x + layout.radii[0] + 60, y), colour="line", dashes="3 4")
-        slope = f"{number(degrees(layout.slope), 3)}°"
-        sheet.words(slope, (x + layout.radii[0] + 64, y + 4), anchor="start", colour="quiet")
+    if 0.01 < abs(layout.slope) < UPRIGHT:
+        slope = f"slope {number(degrees(layout.slope), 3)}°"
+        sheet.words(slope, (layout.size[0], 50), anchor="end", colour="quiet")

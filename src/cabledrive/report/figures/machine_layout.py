@@ -43,6 +43,21 @@ class MachineLayout:
         """Whether the machine lies rather than stands."""
         return abs(self.slope) < pi / 4
 
+    def rightwards(self, across: float) -> float:
+        """Whether a side of the machine lies to the right on the sheet.
+
+        Parameters
+        ----------
+        across : float
+            1 for the side of the upper span, -1 for the other.
+
+        Returns
+        -------
+        float
+            1 where it does, else -1.
+        """
+        return 1.0 if self.off((0.0, 0.0), 0.0, across)[0] > 0.0 else -1.0
+
     def off(self, point: Point, along: float, across: float) -> Point:
         """A point moved along the machine and across it.
 
@@ -139,8 +154,9 @@ def _placed(
     dx, dy = distance * cos(slope), -distance * sin(slope)
     reach = max(radii)
     level = abs(slope) < pi / 4
-    above = 46.0 + reach if level else ends[0] + reach
+    above = (46.0 if abs(slope) < 0.1 else 66.0) + reach if level else ends[0] + reach
     below = (80.0 if enlarged > 1.0 else 58.0) + hanging + reach if level else ends[1] + reach
+    below += 26.0 * sin(abs(slope)) if level else 0.0
     if not level and slope > 0:
         above, below = below, above
     height = above + abs(dy) + below

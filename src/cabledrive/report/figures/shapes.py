@@ -93,7 +93,7 @@ def _draw_shape(axes: "Axes", mode: Mode, drive: Drive) -> None:
         axes.fill_between(x, u, color=SPAN_COLOURS[span], alpha=0.10, linewidth=0)
         axes.plot(x, u, color=SPAN_COLOURS[span])
         places = np.array([start + c.position / drive.span_length for c in drive.carriages_on(span)])
-        size = 5 if places.size <= 4 else 3
+        size = 5.0 if places.size <= 4 else 3.0 if places.size <= 80 else 0.0
         axes.plot(places, np.interp(places, x, u), "s", color=GREEN, markersize=size, linestyle="none")
         axes.plot(x[[0, -1]], u[[0, -1]], "o", color=INK, markersize=5.5, linestyle="none")
     axes.set_title(_title(mode))
