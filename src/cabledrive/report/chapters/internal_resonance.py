@@ -1,0 +1,194 @@
+"""Chapter "Internal resonance": chapter 5 beside what is computed, and where every machine stands."""
+
+from cabledrive.parameters import Drive, content_hash, load_drive
+from cabledrive.report.blocks import Block, Cell, Chapter, Column, Figure, Paragraph, RowGroup, Section, Table
+from cabledrive.report.context import ReportContext
+from cabledrive.report.figures.resonance import (
+    contours_picture,
+    forced_picture,
+    free_picture,
+    map_picture,
+    surfaces_picture,
+    swept_picture,
+)
+from cabledrive.report.numbers import number, quantity
+from cabledrive.report.picture import Picture
+from cabledrive.studies.chapter_5 import (
+    FLOOR,
+    FREE_PLUCKS,
+    GAMMA,
+    LEVEL,
+    PLUCKS,
+    PULLEY_DAMPING,
+    SWEEP_RATE,
+    TORQUE,
+    forced_response,
+    free_response,
+    swept_response,
+    tuned_drive,
+)
+from cabledrive.studies.resonance import resonance_summary
+from cabledrive.studies.resonance_map import growth_map
+
+PLACE = 500
+EXAMPLE = "dissertation-2"
+
+
+def chapter(context: ReportContext) -> Chapter:
+    """Where every machine stands, and the figures of chapter 5 where its rig is among the machines.
+
+    Parameters
+    ----------
+    context : ReportContext
+
+    Returns
+    -------
+    Chapter
+    """
+    context.progress("internal resonance")
+    digest = content_hash(load_drive(EXAMPLE))
+    rig = context.drives[context.hashes.index(digest)] if digest in context.hashes else None
+    return Chapter(
+        title="Internal resonance",
+        anchor="internal-resonance",
+        blocks=(
+            Paragraph(
+                text="Where the pulleys' own mode has twice the frequency of a mode across the cable, "
+                "torque at the pulleys pumps the cable, and the two exchange energy. The verdict is about "
+                "a torque at the pulley mode's frequency: the motor's limit, else one hundredth of what "
+                "makes a span slack."
+            ),
+            _standings(context),
+        ),
+        sections=() if rig is None else (_parameters(rig), *_responses(rig)),
+        methods=(
+            "Internal resonance: coupling by exact integrals over certified modes, averaged equations to "
+            "second order, maps by the oscillators themselves, responses by the exact nonlinear loop.",
+        ),
+    )
+
+
+def _standings(context: ReportContext) -> Table:
+    return Table(
+        caption="How near each machine is to its internal resonance.",
+        columns=(
+            Column(title="Machine"),
+            Column(title="Verdict"),
+            Column(title="Ratio", numeric=True),
+            Column(title="Tuned at", unit="N", numeric=True),
+            Column(title="Threshold, tuned", unit="N m", numeric=True),
+            Column(title="Torque", unit="N m", numeric=True),
+        ),
+        groups=(RowGroup(rows=tuple(_standing(drive) for drive in context.drives)),),
+        note="Ratio: lowest transverse mode of an empty span over the pulley mode; one half is the "
+        "resonance. The threshold is zero where the pulley mode or the cable has no damping in the drive "
+        "file.",
+    )
+
+
+def _standing(drive: Drive) -> tuple[Cell, ...]:
+    found = resonance_summary(drive)
+    shown = (found.frequency_ratio, found.tuned_pretension, found.threshold_torque)
+    numbers = ["none" if value is None else number(value) for value in shown]
+    return (drive.name, found.verdict, *numbers, number(found.torque))
+
+
+def _figure(name: str, picture: Picture, alt: str, caption: str) -> Figure:
+    return Figure(name=name, alt=alt, caption=caption, wide=picture.wide, narrow=picture.narrow)
+
+
+def _parameters(rig: Drive) -> Section:
+    damped = tuned_drive(rig)
+    growth = growth_map(damped, torque=TORQUE)
+    blocks: tuple[Block, ...] = (
+        _figure(
+            "resonance-surfaces",
+            surfaces_picture("resonance-surfaces", rig),
+            "Frequency ratio over the mass of the load pulley: it rises with the mass and with the tension.",
+            "As Fig. 5.2: frequency ratio over the mass ratios, cable of configuration 2. Full: light "
+            "drive pulley, chi1 = 1; dashed: heavy, chi1 = 1000. The line is the resonance, one half.",
+        ),
+        _figure(
+            "resonance-contours",
+            contours_picture("resonance-contours", rig),
+            "Contours of pulley masses in resonance, one for each tension, each with an asymptote at the "
+            "left.",
+            "As Fig. 5.3: pulleys in resonance, a contour for each tension, the cable's mass conserved. "
+            "The ring is configuration 2: it lies on the contour of its tuned pretension, 3.2838 N.",
+        ),
+        _figure(
+            "resonance-map",
+            map_picture("resonance-map", growth),
+            "Contours of growth over pretension and torque: a tongue that opens upwards at the tuned "
+            "pretension.",
+            f"Growth of a small pluck in {number(growth.duration)} s: contours of 1.5, 3 and 10 times. "
+            "Dashed: threshold. Ring: the forced response below. "
+            f"Dampings of {number(GAMMA)} 1/s across and {number(PULLEY_DAMPING)} 1/s of the pulley mode "
+            "are guesses.",
+        ),
+    )
+    return Section(title="When", anchor="resonance-when", blocks=blocks)
+
+
+def _responses(rig: Drive) -> tuple[Section, ...]:
+    drive = tuned_drive(rig)
+    forced, swept, free = forced_response(drive), swept_response(drive), free_response(drive)
+    claims = (
+        (
+            "Fig. 5.4",
+            "strong coupling of load pulley and cable, energy exchanged",
+            f"the load grows, then falls to {number(100 * forced.fallen, 2)} % of its peak as the cable "
+            "takes over",
+        ),
+        (
+            "Fig. 5.5",
+            "sudden increase as gamma approaches one half",
+            f"from {number(1e6 * FLOOR)} um to {number(1e3 * LEVEL)} mm at gamma = "
+            f"{number(swept.found, 4)}: steep growth, no jump",
+        ),
+        ("Fig. 5.6", "growth of both amplitudes, a kind of beats", "as Fig. 5.4"),
+        (
+            "Fig. 5.7",
+            "pulley largest when the upper span is least, dies out after 1 s",
+            f"spans swap through the pulleys, undamped period {quantity(free.period, 's')}",
+        ),
+    )
+    table = Table(
+        caption="What the captions and the text of chapter 5 claim, and what is found.",
+        columns=(Column(title="Figure"), Column(title="Claim"), Column(title="Found")),
+        groups=(RowGroup(rows=claims),),
+    )
+    plucks = " and ".join(number(1e3 * pluck) for pluck in PLUCKS)
+    free_plucks = " and ".join(number(1e3 * pluck) for pluck in FREE_PLUCKS)
+    forced_figure = _figure(
+        "resonance-forced",
+        forced_picture("resonance-forced", forced),
+        "Load angle and midpoint over time: both grow and exchange energy.",
+        f"As Figs. 5.4 and 5.6: torque of {quantity(TORQUE, 'N m')} at the pulley mode's frequency, "
+        f"triangular plucks of {plucks} mm, exact loop. The averaged equations differ by "
+        f"{number(100 * forced.errors[0], 2)} % in the load angle and {number(100 * forced.errors[1], 2)} "
+        "% at midspan.",
+    )
+    swept_figure = _figure(
+        "resonance-swept",
+        swept_picture("resonance-swept", swept),
+        "Amplitude over the frequency ratio: steep growth inside the tongue.",
+        f"As Fig. 5.5: tension rising so that the detuning changes by {number(SWEEP_RATE)} rad/s per "
+        f"second, from a floor of {number(1e6 * FLOOR)} um at the edge of the tongue; Hill's equation. "
+        "Back-action of the cable is left out.",
+    )
+    free_figure = _figure(
+        "resonance-free",
+        free_picture("resonance-free", free),
+        "Load angle, upper midpoint and shares of energy: the spans swap their energy through the pulleys.",
+        f"As Fig. 5.7: triangular plucks of {free_plucks} mm, no torque, exact loop. Closed form without "
+        f"damping: period {quantity(free.period, 's')}, largest load angle "
+        f"{number(free.stroke * 57.29578, 3)} deg.",
+    )
+    return (
+        Section(
+            title="How far",
+            anchor="resonance-how-far",
+            blocks=(table, forced_figure, swept_figure, free_figure),
+        ),
+    )
