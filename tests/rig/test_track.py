@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from cabledrive.parameters import InputRefused, load_drive
-from cabledrive.rig.controllers import design
+from cabledrive.rig.eigenvalues import closed_loop_poles
 from cabledrive.rig.loop import close_loop, run
 from cabledrive.rig.loop_reference import run_reference
+from cabledrive.rig.registry import design
 from cabledrive.rig.setting import Disturbance, Motion, RigOptions
 from cabledrive.rig.trial import track, wish_for
 
@@ -187,3 +188,44 @@ def test_model_4_needs_the_data_of_the_joint():
     plain = replace(DRIVE, motor=replace(DRIVE.motor, joint_stiffness=None))
     with pytest.raises(InputRefused, match=r"motor\.joint_stiffness"):
         track(plain, controller="darc-4")
+
+
+def test_poles_on_the_true_plant_are_those_designed_only_with_damping():
+    """Damping-aware: 23 Hz, five times, and 25 Hz; printed: pairs at 6.9 Hz (0.81) and 28.3 Hz (0.34)."""
+    wish = wish_for(DRIVE, Motion())
+    designed = closed_loop_poles(DRIVE, design("darc-4-damped", wish))
+    assert all(pole.damping_ratio > 0.99 for pole in designed)
+    assert all(21.0 < pole.frequency < 27.0 for pole in designed)
+    printed = [p for p in closed_loop_poles(DRIVE, design("darc-4", wish)) if p.damping_ratio < 0.95]
+    found = sorted((pole.frequency, pole.damping_ratio) for pole in printed)
+    assert found[0] == (pytest.approx(6.9, abs=0.1), pytest.approx(0.81, abs=0.02))
+    assert found[-1] == (pytest.approx(28.3, abs=0.1), pytest.approx(0.34, abs=0.02))
+
+
+@pytest.mark.parametrize(
+    "controller, limit", [("pd", 0.11), ("pid", 0.12), ("lqg", 0.06), ("dob", 0.2), ("shaper", 7.0)]
+)
+def test_baselines_follow_with_the_feedforward_they_tell(controller, limit):
+    said = track(DRIVE, controller=controller, options=CENTRED).summary
+    assert said["peak_error_deg"] < limit, f"observed {said['peak_error_deg']:.4f} deg"
+    assert said["gains"]["feedforward"]
+    assert said["theory_bound_deg"] is None
+
+
+def test_stiffness_learnt_from_one_pulse_repairs_a_wrong_design():
+    """Cable of 438 N/m under a design for 850: beta within 0.2 %, later error a tenth of the first."""
+    soft = load_drive("dissertation-3", overrides=["lumped.cable_stiffness=438"])
+    said = track(DRIVE, controller="darc-indirect", plant_drive=soft, motion=Motion(pulses=2), seed=4).summary
+    assert said["learnt"]["beta"] == pytest.approx(2 * 438 * 0.04**2 / 0.00235, rel=2e-3)
+    assert said["learnt"]["used"] is True
+    assert said["later_pulses_error_deg"] < 0.1 * said["first_pulse_error_deg"]
+
+
+def test_draws_stay_in_their_bounds_and_repeat_with_their_seed():
+    one, two = (
+        track(DRIVE, controller="darc-4", draws=6, seed=2, motion=SHORT).summary["over_draws"]
+        for _ in range(2)
+    )
+    assert one == two
+    assert one["failed"] == 0
+    assert one["median_peak_error_deg"] < one["worst_peak_error_deg"] < 1.0

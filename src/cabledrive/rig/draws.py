@@ -184,7 +184,6 @@ def draw_words(found: Draws) -> dict[str, object]:
         "peak_error_99_deg": float(np.quantile(peak, 0.99)),
         "worst_peak_error_deg": float(peak.max()),
         "worst_first_pulse_error_deg": float(found.degrees("first_peak").max()),
-        "worst_later_pulses_error_deg": float(found.degrees("later_peak").max()),
         "worst_torque": float(found.scores[:, SUMMARY.index("peak_torque")].max()),
         "failed": found.failed,
     }

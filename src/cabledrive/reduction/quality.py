@@ -1,0 +1,168 @@
+"""How good a model of few inertias is: frequencies and response beside the distributed cable's."""
+
+from dataclasses import dataclass, replace
+from math import pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.modes import natural_frequencies
+from cabledrive.parameters import Drive
+from cabledrive.reduction.lumped_chain import natural_frequencies_of, speed_response
+from cabledrive.reduction.models import highest_model, lumped_model, rim_spring
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+LOWEST_HZ, HIGHEST_HZ, POINTS = 0.05, 2000.0, 6000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ModelQuality:
+    """One model beside the distributed cable.
+
+    Attributes
+    ----------
+    model : int
+    frequencies : tuple of float
+        Its undamped natural frequencies [Hz].
+    exact : tuple of float
+        As many of the distributed drive [Hz].
+    holds_1, holds_5 : float
+        Up to which frequency its response from motor torque to load angle is right to 1 % and to 5 % [Hz].
+    """
+
+    model: int
+    frequencies: tuple[float, ...]
+    exact: tuple[float, ...]
+    holds_1: float
+    holds_5: float
+
+
+def with_measured_stiffness(drive: Drive) -> Drive:
+    """The distributed drive whose EA / L is the stiffness that the models have.
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    Drive
+    """
+    stiffness, damping = (value / len(drive.spans) for value in rim_spring(drive))
+    length = drive.span_length
+    modulus = stiffness * length / drive.cable.area
+    cable = replace(drive.cable, youngs_modulus=modulus, axial_damping=damping * length)
+    return replace(drive, cable=cable, lumped=None)
+
+
+def distributed_response(drive: Drive, omega: Array) -> ComplexArray:
+    r"""Response from motor torque to load angle of the linear distributed drive, friction viscous.
+
+    A span of length L between rims is, with :math:`\kappa = \omega\sqrt{\mu/(EA + i\omega\eta)}`,
+    :math:`Z = \sqrt{\mu(EA + i\omega\eta)}`, a link :math:`\omega Z/\sin\kappa L` and at each end a ground
+    :math:`-\omega Z\tan(\kappa L/2)`.
+
+    Parameters
+    ----------
+    drive : Drive
+        Without carriages; stiffness and damping of its cable as the models have them.
+    omega : ndarray, shape (m,)
+        [rad/s], not zero.
+
+    Returns
+    -------
+    ndarray, shape (m,)
+        [rad/(N m)].
+    """
+    machine, spans = with_measured_stiffness(drive), len(drive.spans)
+    cable, length = machine.cable, machine.span_length
+    s = 1j * omega
+    rigidity = cable.axial_rigidity + s * cable.axial_damping
+    impedance = np.sqrt(cable.mass_per_length * rigidity)
+    turns = omega * np.sqrt(cable.mass_per_length / rigidity) * length
+    link = spans * omega * impedance / np.sin(turns)
+    ground = -spans * omega * impedance * np.tan(0.5 * turns)
+    first, second, motor = drive.drive_pulley, drive.load_pulley, drive.motor
+    r1, r2 = first.radius, second.radius
+    load = s**2 * second.inertia + s * second.viscous_friction + r2**2 * (link + ground)
+    pulley = s**2 * first.inertia + s * first.viscous_friction + r1**2 * (link + ground)
+    cross = r1 * r2 * link
+    seen = pulley - cross**2 / load
+    if motor is None:
+        return cross / load / seen
+    own = s**2 * motor.inertia + s * motor.viscous_friction
+    if motor.joint_stiffness is None:
+        return cross / load / (seen + own)
+    joint = motor.joint_stiffness + s * motor.joint_damping
+    return cross / load * joint / ((own + joint) * (seen + joint) - joint**2)
+
+
+def model_response(drive: Drive, model: int, omega: Array) -> ComplexArray:
+    """Response from motor torque to load angle of one of the Models 1 to 4.
+
+    Parameters
+    ----------
+    drive : Drive
+    model : {1, 2, 3, 4}
+    omega : ndarray, shape (m,)
+        [rad/s], not zero.
+
+    Returns
+    -------
+    ndarray, shape (m,)
+        [rad/(N m)].
+    """
+    chain = lumped_model(drive, model)
+    angle = speed_response(chain, omega, speed_of=chain.size - 1) / (1j * omega)
+    rigid_cable = "load" not in chain.names
+    return angle * (drive.drive_pulley.radius / drive.load_pulley.radius if rigid_cable else 1.0)
+
+
+def model_quality(drive: Drive) -> tuple[ModelQuality, ...]:
+    """Every model that the drive's data allow, beside its distributed cable.
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    tuple of ModelQuality
+    """
+    hertz = np.geomspace(LOWEST_HZ, HIGHEST_HZ, POINTS)
+    omega = 2.0 * pi * hertz
+    exact = distributed_response(drive, omega)
+    models = (1, 2, 3, 4) if highest_model(drive) == 4 else (1, 3)
+    found = []
+    for model in models:
+        own = natural_frequencies_of(lumped_model(drive, model)) / (2.0 * pi)
+        error = np.abs(model_response(drive, model, omega) / exact - 1.0)
+        beside = _beside(drive, model, own)
+        found.append(
+            ModelQuality(
+                model=model,
+                frequencies=tuple(float(f) for f in own),
+                exact=beside,
+                holds_1=_until(hertz, error, 0.01),
+                holds_5=_until(hertz, error, 0.05),
+            )
+        )
+    return tuple(found)
+
+
+def _until(hertz: Array, error: Array, tolerance: float) -> float:
+    """Frequency below which an error stays within a tolerance."""
+    beyond = np.flatnonzero(error > tolerance)
+    if not beyond.size:
+        return float(hertz[-1])
+    return float(hertz[max(beyond[0] - 1, 0)])
+
+
+def _beside(drive: Drive, model: int, own: Array) -> tuple[float, ...]:
+    """Exact frequencies for a model's: Model 2 has the joint's mode, others count from the lowest."""
+    if own.size == 0:
+        return ()
+    skipped = 1 if model == 2 else 0
+    exact = natural_frequencies(with_measured_stiffness(drive), count=own.size + skipped)
+    return tuple(float(f) for f in exact[skipped : skipped + own.size])

@@ -1,0 +1,77 @@
+"""Eigenvalues of a law on the plant it really meets: most of what is seen in a run is in them."""
+
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+
+from cabledrive.control.darc import darc_step
+from cabledrive.control.numbers import DARC, LINEAR, NOMINAL
+from cabledrive.parameters import Drive, InputRefused
+from cabledrive.reduction.lumped_chain import state_space
+from cabledrive.rig.controllers import Controller
+from cabledrive.rig.fitting import place
+from cabledrive.rig.loop import plant_chain
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pole:
+    """A pole of the closed loop, or a pair.
+
+    Attributes
+    ----------
+    frequency : float
+        Its distance from the origin [Hz].
+    damping_ratio : float
+        1 and more: real; negative: unstable.
+    """
+
+    frequency: float
+    damping_ratio: float
+
+
+def closed_loop_poles(
+    drive: Drive, controller: Controller, *, plant_model: int | None = None
+) -> tuple[Pole, ...]:
+    """Poles of the linear closed loop with true states, fixed estimates, and no Coulomb friction.
+
+    Parameters
+    ----------
+    drive : Drive
+        The plant.
+    controller : Controller
+        A law of the chain, or a linear law without memory.
+    plant_model : {1, 2, 3, 4}, optional
+
+    Returns
+    -------
+    tuple of Pole
+        Ascending in frequency, one entry for each pair.
+
+    Raises
+    ------
+    InputRefused
+        If the law is of another kind.
+    """
+    chain = plant_chain(drive, plant_model)
+    a, b = state_space(chain)
+    n, law = chain.size, controller.law
+    places = [place(chain, shaft) for shaft in controller.shafts]
+    chosen = [*places, *(n + i for i in places)]
+    count = len(chosen)
+    if law.kind == DARC:
+        frozen = law.learning[NOMINAL].copy()
+        frozen[2:] = 0.0
+        rows = [darc_step(law, frozen, unit, np.zeros(count + 3)).command for unit in np.eye(count)]
+    elif law.kind == LINEAR and law.matrix.shape[0] == 0:
+        rows = list(law.rows[0])
+    else:
+        raise InputRefused(f"{controller.name} is no law of the chain: eigenvalues are told for those only")
+    feedback = np.zeros(2 * n)
+    np.add.at(feedback, chosen, rows)
+    values = np.linalg.eigvals(a + np.outer(b[:, 0], feedback))
+    kept = sorted((v for v in values if v.imag >= 0.0), key=abs)
+    return tuple(
+        Pole(frequency=abs(v) / (2.0 * pi), damping_ratio=float(-v.real / abs(v)) if abs(v) else 1.0)
+        for v in kept
+    )
