@@ -1,0 +1,158 @@
+"""cabledrive simulate: what it answers, what it writes, how it ends."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+import xarray
+
+from cabledrive.parameters import content_hash, load_drive
+from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, simulate
+from command import answer, call, object_of, refusal
+
+SHORT = ["--duration", "0.02", "--segments", "20"]
+FORCED = ["--torque-amplitude", "0.02", "--torque-frequency", "81.7"]
+HELD = ["--set", "pulley.1.fixed=true"]
+
+
+def test_json_answers_with_what_the_contract_lists():
+    found = answer("simulate", "dissertation-2", *SHORT, *FORCED, "--pluck-upper", "1 mm")
+    assert {
+        "energy_budget_error",
+        "steps",
+        "step",
+        "slack_events",
+        "load_angle",
+        "upper_midpoint",
+        "wall_time",
+    } <= set(found)
+    assert 0.0 < found["energy_budget_error"] < 1e-5
+    assert found["steps"] * found["step"] == pytest.approx(0.02)
+    assert found["slack_events"] == []
+    assert found["load_angle"]["peak_to_peak"] > 0.0
+    assert found["upper_midpoint"]["peak"] >= 1e-3
+    origin = found["provenance"]
+    assert origin["drive_hash"] == content_hash(load_drive("dissertation-2"))
+    assert origin["step"] == found["step"]
+    assert origin["method"]["model"] == "exact"
+
+
+def test_the_command_is_a_few_lines_over_the_public_function(tmp_path):
+    path = tmp_path / "run.nc"
+    options = ["--pluck-upper", "1 mm", "--pluck-lower", "0.5 mm", "--pluck-shape", "half-sine"]
+    found = answer("simulate", "dissertation-2", *SHORT, *FORCED, *options, "--fields", "10", "-o", str(path))
+    plucks = (Pluck(height=1e-3, shape="half-sine"), Pluck(height=5e-4, span="lower", shape="half-sine"))
+    result = simulate(
+        load_drive("dissertation-2"),
+        0.02,
+        torque=Sine(amplitude=0.02, frequency=81.7),
+        start=Start(plucks=plucks),
+        scheme=Scheme(segments=20),
+        recording=Recording(fields=10),
+    )
+    del found["wall_time"], found["provenance"]
+    expected = result.summary()
+    del expected["wall_time"]
+    assert found == expected
+    with xarray.open_dataset(path, engine="h5netcdf") as stored:
+        np.testing.assert_array_equal(stored["load_angle"], result.load_angle)
+        assert stored["field"].sizes["field_time"] == 21
+
+
+@pytest.mark.parametrize(
+    ("options", "change"),
+    [
+        (["--model", "linear"], {"model": "linear"}),
+        (["--method", "node-centred"], {"name": "node-centred"}),
+        (["--tension-only"], {"slack": "tension-only"}),
+        (["--smooth-friction"], {"friction": "smoothed"}),
+        (["--step", "1 us"], {"step": 1e-6}),
+    ],
+)
+def test_options_reach_the_run(options, change):
+    method = answer("simulate", "dissertation-2", *SHORT, *options)["provenance"]["method"]
+    for key, value in change.items():
+        assert method[key] == (pytest.approx(value) if isinstance(value, float) else value)
+
+
+def test_from_equilibrium_starts_at_the_sag_and_stays_there():
+    hanging = answer("simulate", "dissertation-2", *SHORT, "--from-equilibrium")
+    falling = answer("simulate", "dissertation-2", *SHORT)
+    assert hanging["upper_midpoint"]["peak"] == pytest.approx(1.207e-4, rel=1e-2)
+    assert falling["upper_midpoint"]["peak"] == pytest.approx(2.4e-4, rel=0.1)
+
+
+def test_an_error_estimate_comes_with_the_answer():
+    found = answer("simulate", "dissertation-2", *SHORT, *FORCED, "--error-estimate")["error_estimate"]
+    assert found["segments"] == [20, 10, 5]
+    assert 0.0 < found["load_angle"]["relative"] < 0.1
+
+
+def test_slack_ends_the_run_with_status_3_and_keeps_what_was_found(tmp_path):
+    path = tmp_path / "run.nc"
+    options = ["--duration", "1", "--segments", "20", "--torque-amplitude", "0.5", "--torque-frequency", "0"]
+    done = call("simulate", "dissertation-2", *HELD, *options, "--json", "-o", path)
+    assert done.exit_code == 3
+    found = object_of(done.stdout)
+    event = found["slack_events"][0]
+    assert event["span"] == "upper"
+    assert found["steps"] * found["step"] == pytest.approx(event["time"])
+    assert done.stderr.splitlines()[-1].startswith("cabledrive: the upper span goes slack at t = ")
+    with xarray.open_dataset(path, engine="h5netcdf") as stored:
+        assert stored["time"][-1] <= event["time"]
+    allowed = answer("simulate", "dissertation-2", *HELD, *options, "--tension-only", "--duration", "0.1")
+    assert allowed["slack_events"]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--duration", "0"], "duration = 0.0 s must be above 0"),
+        (["--duration", "inf"], "not a quantity"),
+        (["--duration", "1e9"], "takes"),
+        (["--duration", "1", "--step", "1 ms"], "is not stable: at most 6.65"),
+        (["--duration", "1", "--segments", "2"], "needs at least 3"),
+        (["--duration", "1", "--pluck-upper", "2 m"], "longer than the span"),
+        (["--duration", "1", "--pluck-upper", "2 s"], "of dimension [time]"),
+        (["--duration", "1", "--torque-amplitude", "1"], "--torque-frequency is missing"),
+        (["--duration", "1", "--torque-frequency", "1"], "--torque-amplitude is missing"),
+        (["--duration", "1", "--model", "cubic"], "'cubic' is not one of"),
+        (["--duration", "1", "--resume"], "resume needs the output"),
+        (["--duration", "1", "-o", "run.csv"], "does not end in .nc"),
+        ([], "missing option '--duration'"),
+    ],
+)
+def test_what_makes_no_sense_is_refused_in_one_line(options, words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert words in refusal("simulate", "dissertation-2", *options)
+    assert os.listdir(tmp_path) == []
+
+
+def test_an_interrupted_run_says_how_to_go_on_and_does(tmp_path):
+    """Ctrl-C in the middle: status 130, then --resume finishes it."""
+    command = [sys.executable, "-m", "cabledrive", "simulate", "dissertation-2", "-o", "run.nc"]
+    options = ["--duration", "20", "--segments", "60", "--rate", "500", "--torque-amplitude", "0.01"]
+    options += ["--torque-frequency", "60", "--quiet"]
+    running = subprocess.Popen(
+        [*command, *options], cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.PIPE
+    )
+    folder = tmp_path / "run.nc.part"
+    deadline = time.monotonic() + 120.0
+    while not (folder / "rows.f64").exists() or (folder / "rows.f64").stat().st_size == 0:
+        assert time.monotonic() < deadline, "the run never began to write"
+        assert running.poll() is None, running.communicate()[1].decode()
+        time.sleep(0.05)
+    running.send_signal(signal.SIGINT)
+    _, told = running.communicate(timeout=60)
+    assert running.returncode == 130
+    line = told.decode().splitlines()[-1]
+    assert line.startswith("cabledrive: interrupted; ")
+    assert "s were simulated; go on with the same command and --resume" in line
+    assert not (tmp_path / "run.nc").exists()
+    done = subprocess.run([*command, *options, "--resume"], cwd=tmp_path, capture_output=True)
+    assert done.returncode == 0, done.stderr.decode()
+    assert os.listdir(tmp_path) == ["run.nc"]
