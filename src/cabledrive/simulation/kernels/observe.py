@@ -94,78 +94,95 @@ def _observe_span(
 ) -> float:
     """Tensions and energies of the cable of one span; returns its part of the balance's correction."""
     first, last = span * plan.segments, (span + 1) * plan.segments
-    spacing, inverse_spacing = plan.segment[SPACING], plan.segment[INVERSE_SPACING]
-    length, mean, stored = _strain_sums(plan, before[0], spacing, inverse_spacing, tension, first, last)
-    least = tension[first]
-    for i in range(first, last):
-        least = min(least, tension[i])
-    row[MEAN_TENSION + span] = mean / length
-    row[LEAST_TENSION + span] = least
+    spacing = plan.segment[SPACING, first:last]
+    x = before[0, :, first : last + 1]
+    mean, stored = _strain_sums(
+        plan.law, plan.tension_only, plan.pretension, plan.rigidity,
+        x[0], x[1], x[2], spacing, plan.segment[INVERSE_SPACING, first:last], tension[first:last],
+    )  # fmt: skip
+    row[MEAN_TENSION + span] = mean / spacing.sum()
+    row[LEAST_TENSION + span] = least_of(tension[first:last])
     row[STRAIN + span] = stored
     correction = 0.0
     for axis in range(3):
-        kinetic, part = _motion_sums(
-            plan.density, plan.step, before[1, axis], after[axis], p[axis],
-            spacing, plan.node[CARRIAGE_MASS], first, last,
+        kinetic, changed, pull = _motion_sums(
+            0.5 * plan.density, before[1, axis, first : last + 1], after[axis, first : last + 1],
+            p[axis, first:last], spacing, plan.node[CARRIAGE_MASS, first : last + 1],
         )  # fmt: skip
         row[AXIAL + span if axis == 0 else TRANSVERSE + span] += kinetic
-        correction += part
+        correction += changed - 0.5 * plan.step * pull
     return correction
 
 
 @njit
 def _strain_sums(
-    plan: Plan, x: Array, spacing: Array, inverse_spacing: Array, tension: Array, first: int, last: int
-) -> tuple[float, float, float]:
-    """Length of a span, integral of its tension, energy stored in it; writes the tensions themselves."""
-    stiffness = plan.rigidity + plan.pretension
-    slack_energy = -0.5 * plan.pretension * plan.pretension / stiffness
-    length, mean, stored = 0.0, 0.0, 0.0
-    for i in range(first, last):
-        u_x = (x[0, i + 1] - x[0, i]) * inverse_spacing[i]
-        v_x = (x[1, i + 1] - x[1, i]) * inverse_spacing[i]
-        w_x = (x[2, i + 1] - x[2, i]) * inverse_spacing[i]
-        slopes = transverse_stretch(plan.law, u_x, v_x, w_x)
-        strain = u_x if plan.law == LINEAR else u_x + slopes
-        pull = plan.pretension + stiffness * strain
-        density = plan.pretension * slopes + 0.5 * stiffness * strain * strain
-        if plan.tension_only and pull < 0.0:
+    law: int,
+    tension_only: bool,
+    pretension: float,
+    rigidity: float,
+    u: Array,
+    v: Array,
+    w: Array,
+    spacing: Array,
+    inverse_spacing: Array,
+    tension: Array,
+) -> tuple[float, float]:
+    """Integral of the tension of a span and energy stored in it; writes the tensions themselves."""
+    stiffness = pretension + rigidity
+    mean, stored = 0.0, 0.0
+    for i in range(spacing.size):
+        u_x = (u[i + 1] - u[i]) * inverse_spacing[i]
+        v_x = (v[i + 1] - v[i]) * inverse_spacing[i]
+        w_x = (w[i + 1] - w[i]) * inverse_spacing[i]
+        slopes = transverse_stretch(law, u_x, v_x, w_x)
+        strain = u_x if law == LINEAR else u_x + slopes
+        pull = pretension + stiffness * strain
+        density = pretension * slopes + 0.5 * stiffness * strain * strain
+        if tension_only and pull < 0.0:
             pull = 0.0
-            density = slack_energy - plan.pretension * u_x
+            density = -pretension * (0.5 * pretension / stiffness + u_x)
         tension[i] = pull
-        length += spacing[i]
         mean += pull * spacing[i]
         stored += density * spacing[i]
-    return length, mean, stored
+    return mean, stored
+
+
+@njit
+def least_of(values: Array) -> float:
+    """Least of some numbers; four at once, since the compiler keeps minima in order."""
+    a = b = c = d = values[0]
+    for k in range(values.size // 4):
+        a = min(a, values[4 * k])
+        b = min(b, values[4 * k + 1])
+        c = min(c, values[4 * k + 2])
+        d = min(d, values[4 * k + 3])
+    for i in range(values.size - values.size % 4, values.size):
+        a = min(a, values[i])
+    return min(min(a, b), min(c, d))
 
 
 @njit
 def _motion_sums(
-    density: float,
-    step: float,
-    old: Array,
-    new: Array,
-    p: Array,
-    spacing: Array,
-    carriage: Array,
-    first: int,
-    last: int,
-) -> tuple[float, float]:
-    """Kinetic energy of one direction in a span, and its part of the correction.
+    half_density: float, old: Array, new: Array, p: Array, spacing: Array, carriage: Array
+) -> tuple[float, float, float]:
+    """Kinetic energies of mean velocity and of half its change in one direction of a span, and what pulls.
 
-    The half cells at both ends of a segment are counted with it.
+    The span has the half cells next to its rims.
     """
-    cells, carried, cell_changes, carried_changes, pull = 0.0, 0.0, 0.0, 0.0, 0.0
-    for i in range(first, last):
-        start, end = 0.5 * (new[i] - old[i]), 0.5 * (new[i + 1] - old[i + 1])
-        start_speed, end_speed = old[i] + start, old[i + 1] + end
-        cells += spacing[i] * (start_speed * start_speed + end_speed * end_speed)
-        carried += carriage[i] * start_speed * start_speed
-        cell_changes += spacing[i] * (start * start + end * end)
-        carried_changes += carriage[i] * start * start
-        pull += p[i] * (start - end)  # a segment pulls its ends together
-    kinetic = 0.25 * density * cells + 0.5 * carried
-    return kinetic, 0.25 * density * cell_changes + 0.5 * carried_changes - 0.5 * step * pull
+    end = spacing.size
+    kinetic, changed, pull = 0.0, 0.0, 0.0
+    for i in range(1, end):
+        half_mass = half_density * 0.5 * (spacing[i - 1] + spacing[i]) + 0.5 * carriage[i]
+        change, speed = 0.5 * (new[i] - old[i]), 0.5 * (new[i] + old[i])
+        kinetic += half_mass * speed * speed
+        changed += half_mass * change * change
+        pull += change * (p[i] - p[i - 1])
+    start_change, end_change = 0.5 * (new[0] - old[0]), 0.5 * (new[end] - old[end])
+    start_half, end_half = 0.5 * half_density * spacing[0], 0.5 * half_density * spacing[end - 1]
+    kinetic += start_half * (old[0] + start_change) ** 2 + end_half * (old[end] + end_change) ** 2
+    changed += start_half * start_change**2 + end_half * end_change**2
+    pull += start_change * p[0] - end_change * p[end - 1]
+    return kinetic, changed, pull
 
 
 @njit

@@ -23,10 +23,17 @@ def solve_shafts(matrix: Array, table: Array, shaft: Array) -> None:
     `Workspace`). The friction is in ``coulomb * Sgn(new)`` where the smoothing speed is zero, and otherwise
     ``coulomb * tanh((old + new) / 2 / smoothing speed)``.
     """
+    rubbing = False
     for i in range(SHAFTS):
         shaft[NEW, i] = shaft[OLD, i] * table[TURNS, i]
         shaft[FRICTION, i] = 0.0
+        rubbing = rubbing or table[COULOMB, i] > 0.0
     coupled = matrix[0, 1] != 0.0 or matrix[0, 2] != 0.0 or matrix[1, 2] != 0.0
+    if not (coupled or rubbing):
+        for i in range(SHAFTS):
+            if table[TURNS, i] > 0.0:
+                shaft[NEW, i] = shaft[RIGHT, i] / matrix[i, i]
+        return
     for _ in range(MOST_SWEEPS if coupled else 1):
         change = 0.0
         size = 0.0

@@ -1,15 +1,17 @@
 """Compiled Stoermer-Verlet march of the staggered chain. Twin: `cabledrive.simulation.readable.verlet`.
 
-One step: tensions of all segments, velocities half a step on, displacements a step on. The short loops serve
-equal segments without carriages; the long ones everything else.
+One step: tensions of all segments, velocities half a step on, displacements a step on. Equal segments without
+carriages under the exact law take a quick loop from record to record as long as they are taut; everything
+else takes the long one.
 """
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import njit, njit_inlined
+from cabledrive.mechanics.compiled import njit
 from cabledrive.simulation.channels import AXIAL_LOSS, BALANCE, FORCE_WORK, TRANSVERSE_LOSS
 from cabledrive.simulation.kernels.axial_damping import solve_span, strain_directions
+from cabledrive.simulation.kernels.equal_segments import gain_series, stays_in_plane, step_equal_segments
 from cabledrive.simulation.kernels.observe import observe
-from cabledrive.simulation.kernels.segments import segment_tensions
+from cabledrive.simulation.kernels.segments import EXACT, segment_tensions
 from cabledrive.simulation.kernels.shafts import SHAFTS, add_to
 from cabledrive.simulation.kernels.steps import (
     keep_before,
@@ -54,108 +56,123 @@ def march(
     Returns DONE, SLACK (before the step at whose start a span is slack) or NOT_FINITE (after the record that
     shows it).
     """
-    step, closed, n = plan.step, plan.closed, plan.segments
-    x, x_t, motor, tallies, p, shaft = state.x, state.x_t, state.motor, state.tallies, work.p, work.shaft
-    matrix, back = plan.shaft_matrices[0], plan.shaft_matrices[1]
+    if not plan.uniform or plan.law != EXACT:
+        return _march_any(plan, state, work, torque, forces, every, rows, fields)
+    series = gain_series(plan.rigidity, plan.segment[INVERSE_SPACING, 0])
+    planar = stays_in_plane(state.x, state.x_t)
+    for record in range((torque.size + every - 1) // every):
+        first = record * every
+        here = slice(first, min(first + every, torque.size))
+        row, field = rows[record : record + 1], fields[record : record + 1]
+        if _march_equal(plan, state, work, torque[here], series, planar, row, field):
+            if not abs(row[0, BALANCE]) < 1e300:
+                return NOT_FINITE
+            continue
+        code = _march_any(plan, state, work, torque[here], forces[here], every, row, field)
+        if code != DONE:
+            return code
+    return DONE
+
+
+@njit
+def _march_equal(
+    plan: Plan,
+    state: State,
+    work: Workspace,
+    torque: Array,
+    series: Array,
+    planar: bool,
+    row: Array,
+    field: Array,
+) -> bool:
+    """Steps from one record up to the next; False, and nothing changed, where the quick loop will not do."""
+    x, x_t, motor, tallies = state.x, state.x_t, state.motor, state.tallies
+    keep_before(x, x_t, motor, tallies, work.before, work.before_motor, work.before_tallies)
+    taken = _step_equal(plan, state, work, torque[:1], series, planar)
+    if taken:
+        _record(plan, work, x_t, motor, tallies, torque[0], row, field)
+        taken = _step_equal(plan, state, work, torque[1:], series, planar)
+    if taken:
+        state.counts[STEPS] += torque.size
+        state.counts[UPPER_SLACK] = 0
+        state.counts[LOWER_SLACK] = 0
+    else:
+        x[:], x_t[:] = work.before[0], work.before[1]
+        motor[:], tallies[:] = work.before_motor, work.before_tallies
+    return taken
+
+
+@njit
+def _step_equal(
+    plan: Plan, state: State, work: Workspace, torque: Array, series: Array, planar: bool
+) -> bool:
+    x, x_t = state.x, state.x_t
+    if planar:
+        return step_equal_segments(plan, state, work, torque, series, x[0], None, x[2], x_t[0], None, x_t[2])
+    return step_equal_segments(plan, state, work, torque, series, x[0], x[1], x[2], x_t[0], x_t[1], x_t[2])
+
+
+@njit
+def _record(
+    plan: Plan,
+    work: Workspace,
+    x_t: Array,
+    motor: Array,
+    tallies: Array,
+    torque: float,
+    row: Array,
+    field: Array,
+) -> None:
+    """Write the record of the step whose start was kept; ``row`` and ``field`` hold one or none."""
+    observe(
+        plan, work.before, x_t, work.before_motor, motor, work.before_tallies, tallies,
+        torque, work.p, work.q[0], row[0],
+    )  # fmt: skip
+    if field.shape[0] > 0:
+        field[0] = work.before[0]
+
+
+@njit
+def _march_any(
+    plan: Plan,
+    state: State,
+    work: Workspace,
+    torque: Array,
+    forces: Array,
+    every: int,
+    rows: Array,
+    fields: Array,
+) -> int:
+    """As `march`, for every law and every drive, slack or not."""
+    x, x_t, motor, tallies, shaft = state.x, state.x_t, state.motor, state.tallies, work.shaft
     inverse_spacing, radius = plan.segment[INVERSE_SPACING], plan.shaft[RADIUS, 0]
-    record = 0
     for j in range(torque.size):
-        keep_extremes(n, plan.spans, plan.probe, x, motor, state.extremes)
+        keep_extremes(plan.segments, plan.spans, plan.probe, x, motor, state.extremes)
         recording = j % every == 0
         if recording:
             keep_before(x, x_t, motor, tallies, work.before, work.before_motor, work.before_tallies)
         slack = segment_tensions(
-            plan.law, plan.tension_only, plan.pretension, plan.rigidity, x, inverse_spacing, p
+            plan.law, plan.tension_only, plan.pretension, plan.rigidity, x, inverse_spacing, work.p
         )
         if slack > 0 or state.counts[UPPER_SLACK] + state.counts[LOWER_SLACK] > 0:
             note_slack(plan, x, state.events, state.counts)
             if plan.stop_when_slack and slack > 0:
                 return SLACK
         push = torque[j] / radius
-        shaft_forces(closed, n, plan.joint_stiffness, plan.node, x, x_t, motor, p, plan.driven, push, shaft)
-        if plan.uniform:
-            turn_shafts(step, closed, n, matrix, back, plan.shaft, motor, x_t, shaft)
-            _move_alike(step, closed, n, plan.node, x, x_t, tallies, p, shaft)
-        else:
-            _move_each(plan, x, x_t, motor, tallies, forces[j], work)
-        tally_shafts(step, plan.joint_damping, plan.shaft, plan.driven, push, shaft, tallies)
+        shaft_forces(
+            plan.closed, plan.segments, plan.joint_stiffness, plan.node, x, x_t, motor, work.p,
+            plan.driven, push, shaft,
+        )  # fmt: skip
+        _move_each(plan, x, x_t, motor, tallies, forces[j], work)
+        tally_shafts(plan.step, plan.joint_damping, plan.shaft, plan.driven, push, shaft, tallies)
         state.counts[STEPS] += 1
         if recording:
-            row = rows[record]
-            observe(
-                plan, work.before, x_t, work.before_motor, motor, work.before_tallies, tallies,
-                torque[j], p, work.q[0], row,
-            )  # fmt: skip
-            if fields.shape[0] > 0:
-                for axis in range(3):
-                    for i in range(x.shape[1]):
-                        fields[record, axis, i] = work.before[0, axis, i]
-            if not abs(row[BALANCE]) < 1e300:
+            record = j // every
+            row, field = rows[record : record + 1], fields[record : record + 1]
+            _record(plan, work, x_t, motor, tallies, torque[j], row, field)
+            if not abs(row[0, BALANCE]) < 1e300:
                 return NOT_FINITE
-            record += 1
     return DONE
-
-
-@njit_inlined
-def _move_alike(
-    step: float,
-    closed: bool,
-    segments: int,
-    node: Array,
-    x: Array,
-    x_t: Array,
-    tallies: Array,
-    p: Array,
-    shaft: Array,
-) -> None:
-    """Kick and drift of equal segments: a loop for each direction; the load rim is put right after each."""
-    kick, keep = node[KICK_T, 1], node[KEEP_T, 1]
-    rim = x[0, segments] + step * shaft[NEW, 1]
-    _move_axially(x, x_t, p, node[KICK_U, 1], node, step)
-    squares = _move_transversely(1, x, x_t, p, kick, keep, node, False, step)
-    squares += _move_transversely(2, x, x_t, p, kick, keep, node, True, step)
-    squares -= x_t[1, segments] ** 2 + x_t[2, segments] ** 2
-    for axis in range(1, 3):
-        x[axis, segments] = 0.0
-        x_t[axis, segments] = 0.0
-    x[0, 0] += step * shaft[NEW, 0]
-    x[0, segments] = rim
-    x_t[0, segments] = shaft[NEW, 1]
-    if closed:
-        x[0, x.shape[1] - 1] = x[0, 0]
-    if node[DRAG, 1] > 0.0:
-        add_to(tallies, TRANSVERSE_LOSS, 0.25 * step * node[DRAG, 1] * squares)
-
-
-@njit_inlined
-def _move_axially(x: Array, x_t: Array, p: Array, kick: float, node: Array, step: float) -> None:
-    for i in range(1, p.shape[1]):
-        speed = x_t[0, i] + kick * (p[0, i] - p[0, i - 1]) + node[FALL_U, i]
-        x_t[0, i] = speed
-        x[0, i] += step * speed
-
-
-@njit_inlined
-def _move_transversely(
-    axis: int, x: Array, x_t: Array, p: Array, kick: float, keep: float, node: Array, falls: bool, step: float
-) -> float:
-    """Returns the sum of squares of old plus new velocities."""
-    squares = 0.0
-    if falls:
-        for i in range(1, p.shape[1]):
-            speed = keep * x_t[axis, i] + kick * (p[axis, i] - p[axis, i - 1]) + node[FALL_W, i]
-            twice = speed + x_t[axis, i]
-            squares += twice * twice
-            x_t[axis, i] = speed
-            x[axis, i] += step * speed
-    else:
-        for i in range(1, p.shape[1]):
-            speed = keep * x_t[axis, i] + kick * (p[axis, i] - p[axis, i - 1])
-            twice = speed + x_t[axis, i]
-            squares += twice * twice
-            x_t[axis, i] = speed
-            x[axis, i] += step * speed
-    return squares
 
 
 @njit

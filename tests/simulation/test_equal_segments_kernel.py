@@ -1,0 +1,84 @@
+"""The quick loop, `cabledrive.simulation.kernels.equal_segments`, equals the readable march."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cabledrive.mechanics.cable_laws import cable_law
+from cabledrive.mechanics.mesh import mesh_of
+from cabledrive.parameters.drive_file import load_drive
+from cabledrive.simulation.channels import WIDTH
+from cabledrive.simulation.kernels.equal_segments import gain_series, stays_in_plane, step_equal_segments
+from cabledrive.simulation.kernels.observe import least_of
+from cabledrive.simulation.kernels.verlet import march
+from cabledrive.simulation.plan import INVERSE_SPACING, plan_of
+from cabledrive.simulation.readable.verlet import march_reference
+from cabledrive.simulation.state import EVENTS, copy_state, new_state
+from cabledrive.simulation.workspace import new_workspace
+
+pytestmark = pytest.mark.kernel
+
+LOOP = load_drive("dissertation-2")
+SEGMENTS, STEPS, EVERY = 9, 60, 20
+
+
+def setting(kind, *, planar, speed):
+    """A start in motion; the faster the drive pulley turns, the sooner a span is slack."""
+    drive = replace(LOOP, kind=kind)
+    mesh, law = mesh_of(drive, SEGMENTS), cable_law(drive.cable)
+    step = 0.8 * mesh.spacing.min() / drive.cable.axial_wave_speed
+    plan = plan_of(mesh, law, step=step, transverse_damping=20.0, stop_when_slack=False)
+    x, x_t = np.zeros((3, mesh.nodes)), np.zeros((3, mesh.nodes))
+    rng = np.random.default_rng(3)
+    x[1 if not planar else 2 :, mesh.sways] = 1e-4 * rng.uniform(-1.0, 1.0, (2 - planar, mesh.sways.sum()))
+    x_t[0, 0] = x_t[0, -1 if mesh.closed else 0] = speed
+    return plan, new_state(x, x_t, (0.0, 0.0))
+
+
+def taken(function, plan, start):
+    state = copy_state(start)
+    rows, fields = np.zeros((STEPS // EVERY, WIDTH + 3 * len(plan.probe))), np.zeros((0, *state.x.shape))
+    torque = 0.2 * np.cos(np.arange(STEPS))
+    code = function(plan, state, new_workspace(plan), torque, np.zeros((STEPS, 0)), EVERY, rows, fields)
+    return code, state, rows
+
+
+@pytest.mark.parametrize("kind", ["loop", "line"])
+@pytest.mark.parametrize("planar", [True, False])
+@pytest.mark.parametrize("speed", [0.1, 6.0])
+def test_quick_steps_equal_the_readable_ones(kind, planar, speed):
+    """Taut all the time, or slack from the midst of the steps between two records on."""
+    plan, start = setting(kind, planar=planar, speed=speed)
+    code, state, rows = taken(march, plan, start)
+    code_r, state_r, rows_r = taken(march_reference, plan, start)
+    assert code == code_r == 0
+    for name in ("x", "x_t", "extremes", "events", "counts"):
+        ours, theirs = getattr(state, name), getattr(state_r, name)
+        error = np.max(np.abs(ours - theirs)) / np.max(np.abs(theirs), initial=1e-300)
+        assert error < 1e-10, f"{name}: {error:.2e}"
+    error = np.max(np.abs(rows - rows_r), axis=0) / (np.max(np.abs(rows_r), axis=0) + 1e-15)
+    assert error.max() < 1e-9, f"column {error.argmax()}: {error.max():.2e}"
+    goes_slack = speed > 1.0
+    assert (state.counts[EVENTS] > 0) == goes_slack
+    if goes_slack:
+        assert state.events[0, 0] % EVERY not in (0, EVERY - 1), "meant to go slack between records"
+
+
+@pytest.mark.parametrize("planar", [True, False])
+def test_quick_steps_are_taken_while_taut_and_refused_when_slack(planar):
+    for speed, expected in ((0.1, True), (6.0, False)):
+        plan, state = setting("loop", planar=planar, speed=speed)
+        series = gain_series(plan.rigidity, plan.segment[INVERSE_SPACING, 0])
+        x, x_t = state.x, state.x_t
+        assert stays_in_plane(x, x_t) == planar
+        v, v_t = (None, None) if planar else (x[1], x_t[1])
+        rows = x[0], v, x[2], x_t[0], v_t, x_t[2]
+        went = step_equal_segments(plan, state, new_workspace(plan), np.zeros(STEPS), series, *rows)
+        assert went == expected
+
+
+@pytest.mark.parametrize("size", range(1, 12))
+def test_the_least_of_any_number_of_values_is_found(size):
+    values = np.random.default_rng(size).uniform(-1.0, 1.0, size)
+    assert least_of(values) == values.min()
