@@ -1,0 +1,144 @@
+"""Pictures of the rig: errors of several laws over time, spectra, and the responses of the models."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from cabledrive.parameters import Drive
+from cabledrive.reduction.quality import distributed_response, model_response
+from cabledrive.report.picture import Picture, picture
+from cabledrive.report.style import BLUE, GREEN, INK, LINE, ORANGE, PURPLE, QUIET, RED, label, log_axis
+from cabledrive.rig import Tracking
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MODEL_COLOURS = {1: QUIET, 2: ORANGE, 3: GREEN, 4: BLUE}
+STYLES = ("-", "--", "-.", ":")
+_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, RED, INK)
+
+
+def responses_picture(name: str, drive: Drive, models: Sequence[int]) -> Picture:
+    """Magnitude from motor torque to load angle: the distributed cable and the models.
+
+    Parameters
+    ----------
+    name : str
+        Unique on the page.
+    drive : Drive
+    models : sequence of int
+
+    Returns
+    -------
+    Picture
+    """
+    hertz = np.geomspace(0.5, 500.0, 700)
+    omega = 2.0 * np.pi * hertz
+
+    def _draw(figure: "Figure", narrow: bool) -> None:
+        axes = figure.subplots()
+        axes.plot(hertz, np.abs(distributed_response(drive, omega)), color=INK, linewidth=3.0, alpha=0.35)
+        for number in models:
+            size = np.abs(model_response(drive, number, omega))
+            axes.plot(hertz, size, STYLES[number - 1], color=MODEL_COLOURS[number], linewidth=1.4)
+            at = 4.0 * 2.2 ** (number - 1)
+            label(axes, str(number), (at, np.interp(at, hertz, size)), (3, 4), color=MODEL_COLOURS[number])
+        axes.set_xlim(0.5, 500.0)
+        axes.set_ylim(np.abs(distributed_response(drive, omega)).min(), 1e3)
+        log_axis(axes, "x", 280.0 if narrow else 600.0)
+        log_axis(axes, "y", 200.0)
+        axes.set_xlabel("frequency [Hz]")
+        axes.set_ylabel("load angle per torque [rad/(N m)]")
+
+    return picture(name, _draw, wide=300.0, narrow=280.0)
+
+
+def errors_picture(name: str, runs: Sequence[Tracking]) -> Picture:
+    """Error of the load over time, one panel for each run, with the bound where there is one.
+
+    Parameters
+    ----------
+    name : str
+        Unique on the page.
+    runs : sequence of Tracking
+
+    Returns
+    -------
+    Picture
+    """
+
+    def _draw(figure: "Figure", narrow: bool) -> None:
+        panels = figure.subplots(len(runs), 1, sharex=True, squeeze=False)[:, 0]
+        for axes, run, colour in zip(panels, runs, _COLOURS, strict=False):
+            axes.axhline(0.0, color=LINE, linewidth=1.0)
+            axes.plot(run.time, np.degrees(run.error), color=colour, linewidth=1.2)
+            if run.bound is not None and np.degrees(run.bound.max()) < 0.3:
+                for sign in (-1.0, 1.0):
+                    axes.plot(run.time, sign * np.degrees(run.bound), ":", color=QUIET, linewidth=1.0)
+            axes.set_title(f"{run.summary['controller']}: {run.summary['peak_error_deg']:.3f} deg")
+            axes.set_ylabel("deg")
+        panels[-1].set_xlabel("time [s]")
+
+    height = 95.0 * len(runs) + 45.0
+    return picture(name, _draw, wide=height, narrow=height)
+
+
+def spectrum(run: Tracking, inertia: int, *, lowest: float = 2.0) -> tuple[np.ndarray, np.ndarray]:
+    """Amplitude spectrum of an angle's deviation from the reference in the last dwell.
+
+    Parameters
+    ----------
+    run : Tracking
+    inertia : int
+        Number of the inertia, from the motor.
+    lowest : float, default 2.0
+        [Hz].
+
+    Returns
+    -------
+    frequency : ndarray, shape (p,)
+        [Hz].
+    amplitude : ndarray, shape (p,)
+        [deg].
+    """
+    interval = run.time[1] - run.time[0]
+    still = run.time > run.time[-1] - run.summary["motion"]["dwell"]
+    signal = np.degrees(run.angles[still, inertia] - run.reference[still])
+    window = np.hanning(signal.size)
+    amplitude = 2.0 * np.abs(np.fft.rfft((signal - signal.mean()) * window, 8 * signal.size)) / window.sum()
+    frequency = np.fft.rfftfreq(8 * signal.size, interval)
+    kept = (frequency >= lowest) & (frequency <= 200.0)
+    return frequency[kept], amplitude[kept]
+
+
+def spectra_picture(name: str, runs: Sequence[tuple[str, Tracking]]) -> Picture:
+    """Spectra of the drive pulley and the load in the dwell after a pulse.
+
+    Parameters
+    ----------
+    name : str
+        Unique on the page.
+    runs : sequence of (str, Tracking)
+        What to call each run, and the run.
+
+    Returns
+    -------
+    Picture
+    """
+
+    def _draw(figure: "Figure", narrow: bool) -> None:
+        panels = figure.subplots(len(runs), 1, sharex=True, squeeze=False)[:, 0]
+        for axes, (words, run) in zip(panels, runs, strict=True):
+            for inertia, colour, style in ((-2, ORANGE, "-"), (-1, BLUE, "--")):
+                axes.plot(*spectrum(run, inertia), style, color=colour, linewidth=1.3)
+            axes.set_title(words)
+            axes.set_xlim(2.0, 200.0)
+            axes.set_ylim(1e-4, 3.0)
+            log_axis(axes, "x", 280.0 if narrow else 600.0)
+            log_axis(axes, "y", 80.0)
+            axes.set_ylabel("deg")
+        panels[-1].set_xlabel("frequency [Hz]; solid: drive pulley, dashed: load")
+
+    height = 105.0 * len(runs) + 45.0
+    return picture(name, _draw, wide=height, narrow=height)
