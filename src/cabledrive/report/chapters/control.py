@@ -59,10 +59,8 @@ def chapter(context: ReportContext) -> Chapter | None:
         ),
         sections=tuple(sections),
         methods=(
-            "Control: hybrid simulation, exact between samples; starts, stops and turns of the motor found "
-            "on the exact "
-            f"motion; {len(SEEDS)} runs of each law with encoder phases at random, seeds 0 to {len(SEEDS) - "
-            f"1}.",
+            "Control: hybrid simulation, exact between samples; starts, stops and turns of the motor found on the "
+            f"exact motion; {len(SEEDS)} runs of each law with encoder phases at random.",
         ),
     )
 
@@ -185,9 +183,8 @@ def _spectra(drive: Drive, name: str) -> Figure:
         alt="Amplitude spectra of drive pulley and load after a pulse under the laws of Models 1 and 2: a "
         "line near the "
         "anti-resonance of the cable, and at high bandwidth of Model 1 another of the joint.",
-        caption="What laws without the cable leave behind: spectra in the rest after a pulse, as Figs. 6.6, "
-        "6.8 and 6.10. "
-        "The line is the load ringing against a held pulley, not the natural frequency of the free drive.",
+        caption="What laws without the cable leave behind: spectra in the rest after a pulse, as Figs. 6.6, 6.8 and "
+        "6.10. The line is the load ringing against a held pulley, not the natural frequency of the free drive.",
         wide=picture.wide,
         narrow=picture.narrow,
     )
