@@ -59,7 +59,7 @@ class FlatOutput:
     @property
     def from_states(self) -> Array:
         """Z and its first 2n - 1 derivatives per angles, then speeds, shape (2n, 2n)."""
-        inverse: Array = np.linalg.inv(self.states)
+        inverse: Array = np.asarray(np.linalg.inv(self.states), dtype=np.float64)
         return inverse
 
 

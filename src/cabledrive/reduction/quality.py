@@ -116,7 +116,8 @@ def model_response(drive: Drive, model: int, omega: Array) -> ComplexArray:
     chain = lumped_model(drive, model)
     angle = speed_response(chain, omega, speed_of=chain.size - 1) / (1j * omega)
     rigid_cable = "load" not in chain.names
-    return angle * (drive.drive_pulley.radius / drive.load_pulley.radius if rigid_cable else 1.0)
+    ratio = drive.drive_pulley.radius / drive.load_pulley.radius if rigid_cable else 1.0
+    return np.asarray(angle * ratio, dtype=np.complex128)
 
 
 def model_quality(drive: Drive) -> tuple[ModelQuality, ...]:

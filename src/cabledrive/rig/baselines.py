@@ -14,7 +14,8 @@ from cabledrive.parameters import InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain, natural_frequencies_of, state_space
 from cabledrive.reduction.models import highest_model
 from cabledrive.rig.controllers import Controller, Wish
-from cabledrive.rig.fitting import Array, fitted_encoders
+from cabledrive.rig.fitting import fitted_encoders
+from cabledrive.rig.loop_numbers import Array
 
 PD_HZ, PID_HZ, LQ_TORQUE = 5.0, 2.0, 0.2
 INVERSE, RIGID = "damped inverse, friction by the reference", "rigid"

@@ -17,7 +17,8 @@ from cabledrive.parameters import Drive
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.models import FLEXIBLE_JOINT, lumped_model
 from cabledrive.reduction.reflected import reflected
-from cabledrive.rig.fitting import Array, law_shafts, load_gear
+from cabledrive.rig.fitting import law_shafts, load_gear
+from cabledrive.rig.loop_numbers import Array
 from cabledrive.trajectories import Trajectory
 
 DAMPED_SHARE = 0.1
@@ -123,7 +124,7 @@ class Wish:
         -------
         ndarray, shape (derivatives + 1, samples)
         """
-        time = self.interval * np.arange(self.samples)
+        time = np.asarray(self.interval * np.arange(self.samples), dtype=np.float64)
         return load_gear(self.drive) * self.trajectory(time, derivatives)
 
 

@@ -8,9 +8,8 @@ import numpy as np
 
 from cabledrive.control.darc_gains import printed_bounds
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.rig.fitting import Array
 from cabledrive.rig.loop import Loop, run
-from cabledrive.rig.loop_numbers import SUMMARY, new_state
+from cabledrive.rig.loop_numbers import SUMMARY, Array, new_state
 from cabledrive.rig.plant import plant_numbers
 from cabledrive.rig.setting import DEGREE, RigOptions
 

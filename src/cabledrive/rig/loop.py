@@ -12,9 +12,9 @@ from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.models import highest_model, lumped_model
 from cabledrive.reduction.reflected import reflected
 from cabledrive.rig.controllers import Controller
-from cabledrive.rig.fitting import Array, fit_observer, fitted_encoders, load_gear
+from cabledrive.rig.fitting import fit_observer, fitted_encoders, load_gear
 from cabledrive.rig.loop_kernels import run_loop
-from cabledrive.rig.loop_numbers import ESTIMATES, Integers, LoopState, RigNumbers, new_state
+from cabledrive.rig.loop_numbers import ESTIMATES, Array, Integers, LoopState, RigNumbers, new_state
 from cabledrive.rig.plant import plant_numbers
 from cabledrive.rig.plant_kernels import PlantNumbers
 from cabledrive.rig.setting import Motion, RigOptions, sample_interval
@@ -178,7 +178,7 @@ def close_loop(
         i for i, shaft in enumerate(fitted_encoders(plant_drive)) if own is None or shaft in controller.shafts
     ]
     gear = load_gear(plant_drive)
-    target = gear * motion.trajectory(interval * np.arange(samples))[0]
+    target = gear * motion.trajectory(np.asarray(interval * np.arange(samples), dtype=np.float64))[0]
     rig = RigNumbers(
         interval=interval,
         encoders=encoders,

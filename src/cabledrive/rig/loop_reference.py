@@ -5,8 +5,8 @@ import numpy as np
 from cabledrive.control.darc import darc_step
 from cabledrive.control.numbers import NOMINAL
 from cabledrive.control.observer_numbers import KALMAN
-from cabledrive.rig.fitting import Array
 from cabledrive.rig.loop import Loop
+from cabledrive.rig.loop_numbers import Array
 from cabledrive.rig.plant_kernels import MOST_TERMS, advance
 
 

@@ -9,9 +9,8 @@ from cabledrive.control.bound import ErrorBound, error_bound
 from cabledrive.control.numbers import DARC, HIGH, LOW
 from cabledrive.parameters import Drive
 from cabledrive.rig.controllers import Controller
-from cabledrive.rig.fitting import Array
 from cabledrive.rig.loop import Loop, Run
-from cabledrive.rig.loop_numbers import ESTIMATES, SUMMARY
+from cabledrive.rig.loop_numbers import ESTIMATES, SUMMARY, Array
 from cabledrive.rig.setting import DEGREE, Motion, RigOptions
 
 OBSERVERS = {0: "none, ideal states", 1: "filtered difference", 2: "Kalman filter"}
@@ -101,7 +100,7 @@ def told(
         summary["ended_at"] = ended * loop.rig.interval
     return Tracking(
         summary=summary,
-        time=loop.rig.interval * np.arange(ended),
+        time=np.asarray(loop.rig.interval * np.arange(ended), dtype=np.float64),
         reference=loop.target[:ended] / loop.gear,
         load_angle=log[:, n - 1] / loop.gear,
         error=error,

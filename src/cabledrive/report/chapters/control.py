@@ -47,20 +47,17 @@ def chapter(context: ReportContext) -> Chapter | None:
         blocks=(
             Paragraph(
                 text="Each law meets a rig that it does not know: a motor that sticks and slips, encoders "
-                "that count and "
-                "start anywhere within a count, a torque loop, a torque limit. The load follows pulses of "
-                "45 deg in 0.5 s "
-                "with 0.5 s rest; the error is that of the true load angle against the reference at the "
-                "same instant. "
-                "The pulses of the printed figures are not known, so that a printed figure beside a "
-                "computed one is a "
+                "that count and start anywhere within a count, a torque loop, a torque limit. The "
+                "load follows pulses of 45 deg in 0.5 s with 0.5 s rest; the error is that of the "
+                "true load angle against the reference at the same instant. The pulses of the "
+                "printed figures are not known, so that a printed figure beside a computed one is a "
                 "comparison and not a check."
             ),
         ),
         sections=tuple(sections),
         methods=(
-            "Control: hybrid simulation, exact between samples; starts, stops and turns of the motor found on the "
-            f"exact motion; {len(SEEDS)} runs of each law with encoder phases at random.",
+            "Control: hybrid simulation, exact between samples; starts, stops and turns of the motor "
+            f"found on the exact motion; {len(SEEDS)} runs of each law with encoder phases at random.",
         ),
     )
 
@@ -167,7 +164,7 @@ def _poles(drive: Drive) -> Table:
 
 def _spectra(drive: Drive, name: str) -> Figure:
     drive_side = RigOptions(feedback="drive", forbid_slack=False)
-    shown = [
+    shown: list[tuple[str, str, float | None, RigOptions]] = [
         (f"darc-1 at {hertz:g} Hz, drive pulley's encoder", "darc-1", hertz, drive_side)
         for hertz in (3.0, 5.0, 11.0)
     ]
@@ -181,10 +178,11 @@ def _spectra(drive: Drive, name: str) -> Figure:
     return Figure(
         name=f"spectra-{name}",
         alt="Amplitude spectra of drive pulley and load after a pulse under the laws of Models 1 and 2: a "
-        "line near the "
-        "anti-resonance of the cable, and at high bandwidth of Model 1 another of the joint.",
-        caption="What laws without the cable leave behind: spectra in the rest after a pulse, as Figs. 6.6, 6.8 and "
-        "6.10. The line is the load ringing against a held pulley, not the natural frequency of the free drive.",
+        "line near the anti-resonance of the cable, and at high bandwidth of Model 1 another of the "
+        "joint.",
+        caption="What laws without the cable leave behind: spectra in the rest after a pulse, as Figs. "
+        "6.6, 6.8 and 6.10. The line is the load ringing against a held pulley, not the natural "
+        "frequency of the free drive.",
         wide=picture.wide,
         narrow=picture.narrow,
     )

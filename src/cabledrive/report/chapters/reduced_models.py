@@ -51,11 +51,10 @@ def chapter(context: ReportContext) -> Chapter | None:
         anchor="reduced-models",
         blocks=(
             Paragraph(
-                text="A control law needs a model of few equations. Models 1 to 4 are rows of one to three "
-                "inertias: the "
-                "joint behind the motor and the cable are each rigid or a spring with a damper. What the "
-                "springs lack is "
-                "the cable's own mass; what a rigid part lacks is a whole mode."
+                text="A control law needs a model of few equations. Models 1 to 4 are rows of one to "
+                "three inertias: the joint behind the motor and the cable are each rigid or a spring "
+                "with a damper. What the springs lack is the cable's own mass; what a rigid part "
+                "lacks is a whole mode."
             ),
         ),
         sections=tuple(
@@ -93,10 +92,8 @@ def _about(drive: Drive, name: str) -> tuple[Block, ...]:
         blocks.append(
             Note(
                 text="The text to Fig. 6.3 reads 7 Hz and 120 Hz off the measured response. Its own Table "
-                "6.2 gives 8.27 Hz "
-                "and 92.2 Hz, with anti-resonances at 5.36 Hz and 73.7 Hz; 7 and 120 Hz would need k = 606 "
-                "N/m and "
-                "k_m = 229 N m/rad."
+                "6.2 gives 8.27 Hz and 92.2 Hz, with anti-resonances at 5.36 Hz and 73.7 Hz; 7 and "
+                "120 Hz would need k = 606 N/m and k_m = 229 N m/rad."
             )
         )
     return tuple(blocks)
@@ -115,8 +112,7 @@ def _table(quality: tuple[ModelQuality, ...]) -> Table:
     ]
     return Table(
         caption="Natural frequencies beside those of the distributed cable, and up to which frequency the "
-        "response from "
-        "motor torque to load angle is right to 1 % and to 5 %.",
+        "response from motor torque to load angle is right to 1 % and to 5 %.",
         columns=(
             Column(title="Model"),
             Column(title="Frequencies", unit="Hz"),
@@ -133,8 +129,8 @@ def _figure(drive: Drive, name: str, quality: tuple[ModelQuality, ...]) -> Figur
     return Figure(
         name=f"responses-{name}",
         alt=f"Magnitude of the response from motor torque to load angle over frequency for {len(quality)} "
-        f"models and the "
-        "distributed cable; each model follows it up to the first mode that it leaves out.",
+        "models and the distributed cable; each model follows it up to the first mode that it leaves "
+        "out.",
         caption="Load angle per motor torque. Grey: distributed cable; numbered lines: the models.",
         wide=picture.wide,
         narrow=picture.narrow,
