@@ -153,7 +153,7 @@ HELD = replace(DRIVE, pulley=(DRIVE.pulley[0], replace(DRIVE.pulley[1], fixed=Tr
 @pytest.mark.parametrize(
     ("words", "options"),
     [
-        ("step = 1e-05 s is not stable: at most 6.6513e-06 s", lambda: {"scheme": Scheme(step=1e-5)}),
+        ("step = 1e-05 s is not stable: at most 5.54275e-06 s", lambda: {"scheme": Scheme(step=1e-5)}),
         ("cfl = 1.2: the method is stable above 0 and up to 1", lambda: {"scheme": Scheme(cfl=1.2)}),
         ("cfl = nan", lambda: {"scheme": Scheme(cfl=np.nan)}),
         ("step = -1e-06 s must be above 0", lambda: {"scheme": Scheme(step=-1e-6)}),
@@ -167,7 +167,7 @@ HELD = replace(DRIVE, pulley=(DRIVE.pulley[0], replace(DRIVE.pulley[1], fixed=Tr
         ("smoothing_speed = 0 rad/s", lambda: {"scheme": Scheme(friction="smoothed", smoothing_speed=0)}),
         ("duration = inf s must be above 0 and finite", lambda: {"duration": np.inf}),
         ("duration = 0 s", lambda: {"duration": 0}),
-        ("takes 1.67e.13 steps", lambda: {"duration": 1e8}),
+        ("takes 2e.13 steps", lambda: {"duration": 1e8}),
         (
             "torque ends at 0.009 s, before the run of 0.01 s",
             lambda: {"torque": Sampled(values=np.zeros(10), rate=1e3)},
