@@ -10,6 +10,7 @@ from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.decay import damping_from_decay, guessed_damping
 from cabledrive.reduction.threshold import threshold_torque
 from cabledrive.report.resonance_map_page import resonance_map_page
+from cabledrive.studies.map_spot_checks import spot_check_line, spot_checks
 from cabledrive.studies.resonance import CLOSE, resonance_summary, standing_of
 from cabledrive.studies.resonance_map import growth_map
 from cabledrive.studies.resonance_remedies import remedies, sensitivity
@@ -118,6 +119,16 @@ def test_averaged_and_oscillating_maps_agree():
     maps = [growth_map(drive, torque=0.02, method=method, **axes).growth for method in methods]
     error = np.max(np.abs(np.log(maps[0] / maps[1])))
     assert error < 0.1, f"{error:.3f}"
+
+
+def test_exact_loop_agrees_with_the_map_at_random_points():
+    drive = damped(2.0, 5.0)
+    axes = dict(pretensions=np.linspace(3.2, 3.4, 9), torques=np.linspace(0.0, 0.03, 9))
+    checks = spot_checks(drive, growth_map(drive, torque=0.02, **axes), np.random.default_rng(1), points=2)
+    for check in checks:
+        assert check.growth == pytest.approx(check.exact, rel=0.03), f"{check}"
+    assert "2 random points" in spot_check_line(checks)
+    assert spot_checks(cd.load_drive("linear-axis"), growth_map(drive, torque=0.02, **axes), None) == ()
 
 
 def test_slack_is_marked_on_the_map_and_not_interpolated():

@@ -3,6 +3,7 @@
 from typing import Any
 
 import click
+import numpy as np
 
 from cabledrive.app.options import (
     NewFile,
@@ -19,6 +20,7 @@ from cabledrive.studies.resonance import BUILD_UP, SAFE, ResonanceSummary, reson
 from cabledrive.studies.resonance_remedies import Remedy, remedies, sensitivity
 
 METHOD = "certified modes, coupling by exact integrals, averaged equations to second order"
+SEED = 0
 NUMBERS = ("frequency_ratio", "tuned_pretension", "threshold_torque", "detuning")
 
 
@@ -52,9 +54,12 @@ def command(drive: Drive, torque: float | None, map_file: NewFile | None) -> Ans
     changes = () if found.verdict == SAFE else remedies(drive, found.torque)
     if map_file is not None:
         from cabledrive.report.resonance_map_page import resonance_map_page
+        from cabledrive.studies.map_spot_checks import spot_check_line, spot_checks
         from cabledrive.studies.resonance_map import growth_map
 
-        map_file.write(resonance_map_page(growth_map(drive, torque=found.torque)))
+        growth = growth_map(drive, torque=found.torque)
+        checks = spot_checks(drive, growth, np.random.default_rng(SEED))
+        map_file.write(resonance_map_page(growth, spot_check_line(checks)))
     return Answer(
         data=resonance_data(drive, found, changes),
         text=_text(drive, found, changes),
