@@ -27,7 +27,7 @@ COLOURS: dict[str, tuple[str, str]] = {
     "faint": ("#e6e9ed", "#2b3038"),
     "blue": ("#1a5fb4", "#7ab1f7"),
     "orange": ("#b04a00", "#f5a15b"),
-    "green": ("#00705a", "#57c7a8"),
+    "green": ("#00604f", "#57c7a8"),
     "purple": ("#8a3d86", "#dc97d6"),
     "ochre": ("#7a6200", "#d9bd4e"),
     "red": ("#b3261e", "#ff8f85"),

@@ -1,4 +1,6 @@
-"""Chapter "What moves the frequencies": pretension and inertia, for one machine."""
+"""Chapter "What moves the frequencies": pretension, inertia and the place of a carriage."""
+
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -10,12 +12,13 @@ from cabledrive.report.numbers import number, quantity
 from cabledrive.studies import frequency_against
 
 PLACE = 300
-EXAMPLE = "dissertation-2"
-POINTS = 61
+VARIED, TRAVELLED = "dissertation-2", "linear-axis"
+POINTS, FEWEST = 61, 13
+MOST_CARRIAGES = 500
 
 
 def chapter(context: ReportContext) -> Chapter:
-    """Frequencies of one machine against its pretension and its load inertia.
+    """Frequencies of a machine against pretension and load inertia, of another against its carriage's place.
 
     Parameters
     ----------
@@ -25,11 +28,13 @@ def chapter(context: ReportContext) -> Chapter:
     -------
     Chapter
     """
-    drive = _example(context)
+    drive = _packaged(context, VARIED) or context.drives[0]
+    travelled = _packaged(context, TRAVELLED)
+    blocks = [*_of_one(drive), *(_travel(travelled) if travelled else ())]
     return Chapter(
         title="What moves the frequencies",
         anchor="what-moves-them",
-        blocks=(*_pretension(drive), *_inertia(drive)),
+        blocks=tuple(blocks),
         methods=(
             "Frequencies against a quantity: certified modes at every value, followed by the overlap of "
             "their shapes; steps are halved until there is no doubt which is which.",
@@ -37,56 +42,97 @@ def chapter(context: ReportContext) -> Chapter:
     )
 
 
-def _example(context: ReportContext) -> Drive:
-    """The machine that is varied: the rig of the resonance if it is among them, else the first."""
-    digest = content_hash(load_drive(EXAMPLE))
-    return context.drives[context.hashes.index(digest)] if digest in context.hashes else context.drives[0]
+def _packaged(context: ReportContext, name: str) -> Drive | None:
+    """A packaged drive, if it is among those of the report."""
+    digest = content_hash(load_drive(name))
+    return context.drives[context.hashes.index(digest)] if digest in context.hashes else None
 
 
-def _pretension(drive: Drive) -> tuple[Block, ...]:
+def _of_one(drive: Drive) -> Iterator[Block]:
+    """Pretension and load inertia; what cannot be followed is said and left out."""
+    if len(drive.carriage) > MOST_CARRIAGES:
+        yield Note(
+            text=f"{drive.name} has more than {MOST_CARRIAGES} carriages: following its modes would take "
+            "minutes and is left out here; cabledrive.studies.frequency_against does it."
+        )
+        return
+    try:
+        yield from _pretension(drive)
+        if not drive.load_pulley.fixed:
+            yield from _inertia(drive)
+    except NotComputed as reason:
+        yield Note(text=f"The modes of {drive.name} could not be followed further: {reason}.", tone="warning")
+
+
+def _points(drive: Drive) -> int:
+    """Fewer values where every one of them takes longer."""
+    return max(FEWEST, POINTS * 50 // max(50, len(drive.carriage)))
+
+
+def _pretension(drive: Drive) -> Iterator[Block]:
     tension = drive.cable.pretension
-    data = frequency_against(drive, "cable.pretension", tension * np.geomspace(0.1, 10.0, POINTS), modes=3)
+    values = tension * np.geomspace(0.1, 10.0, _points(drive))
+    data = frequency_against(drive, "cable.pretension", values, modes=3)
     picture = followed_picture("against-pretension", data, "pretension", unit="N", here=tension)
-    return (
-        Paragraph(
-            text="Tightening the cable raises the modes across it, as the square root of the pretension, "
-            f"and leaves those along it where they are. {drive.name} shows what follows from that: its "
-            "lowest mode across passes one frequency ratio after another, and at a ratio of one half the "
-            "pulleys' motion feeds it."
-        ),
-        Figure(
-            name="against-pretension",
-            alt="Frequencies against pretension: the modes along the cable are level lines, the lowest "
-            "across rises.",
-            caption=f"{drive.name}: frequencies against pretension, from a tenth to ten times its "
-            f"{quantity(tension, 'N')}.",
-            wide=picture.wide,
-            narrow=picture.narrow,
-        ),
+    yield Paragraph(
+        text="Tightening the cable raises the modes across it, nearly as the square root of the pretension, "
+        f"and leaves those along it where they are. In {drive.name} the lowest mode across so passes one "
+        "frequency ratio after another; where it is half the lowest along, the motion of the pulleys can "
+        "feed it."
+    )
+    yield Figure(
+        name="against-pretension",
+        alt="Frequencies against pretension: the modes along the cable are level lines, the lowest across "
+        "rises.",
+        caption=f"{drive.name}: frequencies against pretension, from a tenth to ten times its "
+        f"{quantity(tension, 'N')}.",
+        wide=picture.wide,
+        narrow=picture.narrow,
     )
 
 
-def _inertia(drive: Drive) -> tuple[Block, ...]:
+def _inertia(drive: Drive) -> Iterator[Block]:
     inertia = drive.load_pulley.inertia
-    try:
-        data = frequency_against(
-            drive, "pulley.1.inertia", inertia * np.geomspace(0.01, 100.0, POINTS), modes=4
-        )
-    except NotComputed as reason:
-        return (
-            Note(
-                text=f"Frequencies against the load inertia could not be followed: {reason}", tone="warning"
-            ),
-        )
+    values = inertia * np.geomspace(0.01, 100.0, _points(drive))
+    data = frequency_against(drive, "pulley.1.inertia", values, modes=4)
     label = "inertia of the load pulley, relative to this drive's"
     picture = followed_picture("against-inertia", data, label, scale=inertia, here=inertia, across=False)
-    return (
-        Figure(
-            name="against-inertia",
-            alt="Frequencies against the inertia of the load pulley.",
-            caption=f"{drive.name}: {number(data.sizes['mode'])} modes followed by their shapes while the "
-            "load pulley grows from a hundredth to a hundred times its inertia.",
-            wide=picture.wide,
-            narrow=picture.narrow,
-        ),
+    ends = data["frequency"].to_numpy()[0]
+    yield Figure(
+        name="against-inertia",
+        alt=f"Frequencies of {data.sizes['mode']} modes against the inertia of the load pulley; the lowest "
+        f"goes from {number(ends[0], 3)} Hz to {number(ends[-1], 3)} Hz.",
+        caption=f"{drive.name}: {data.sizes['mode']} modes followed by their shapes while the load pulley "
+        "grows from a hundredth to a hundred times its inertia.",
+        wide=picture.wide,
+        narrow=picture.narrow,
+    )
+
+
+def _travel(drive: Drive) -> Iterator[Block]:
+    """The carriage on its way along its span."""
+    length, here = drive.span_length, drive.carriage[0].position
+    data = frequency_against(drive, "carriage.0.position", length * np.linspace(0.03, 0.97, 95), modes=4)
+    picture = followed_picture(
+        "against-position",
+        data,
+        "position of the carriage",
+        unit="m",
+        here=here,
+        logarithmic=False,
+        across=False,
+    )
+    yield Paragraph(
+        text="A machine whose carriage travels has other frequencies at every place. Where two curves come "
+        "near, they veer: they exchange their shapes and go on without touching. Without a symmetry "
+        "they do not cross."
+    )
+    yield Figure(
+        name="against-position",
+        alt=f"Frequencies of {data.sizes['mode']} modes against the position of the carriage, with "
+        f"{data.sizes['meeting']} places where two curves come near marked.",
+        caption=f"{drive.name}: modes followed by their shapes while the carriage goes from one pulley to "
+        "the other. Colours tell what moves; rings mark veerings.",
+        wide=picture.wide,
+        narrow=picture.narrow,
     )
