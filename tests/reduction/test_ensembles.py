@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from resonance_samples import damped
 
 import cabledrive as cd
 from cabledrive.reduction.autoparametric import at_pretension, autoparametric_model
@@ -17,6 +16,7 @@ from cabledrive.reduction.oscillators import oscillator_coefficients
 from cabledrive.reduction.start_map import plucked
 from cabledrive.reduction.uniform_tension import uniform_tension_model
 from cabledrive.reduction.uniform_tension_march import coefficients, march
+from resonance_samples import damped
 
 
 def lanes(count, seed=0):
