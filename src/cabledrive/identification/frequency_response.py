@@ -1,0 +1,288 @@
+r"""Frequency responses from logs: H1, H2, Hv with coherence, and averages over the periods of a multisine.
+
+With the cross and auto spectra of Welch's method over segments with windows,
+
+.. math:: H_1 = S_{uy}/S_{uu}, \qquad H_2 = S_{yy}/S_{yu}, \qquad \gamma^2 = |S_{uy}|^2/(S_{uu}S_{yy})
+
+H1 is unbiased under noise of the output, H2 under noise of the input, Hv (the eigenvector of the 2 by 2
+spectral matrix, both channels scaled to equal noise) under both. H1 is what MATLAB's ``tfestimate`` computes.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal
+
+from cabledrive.parameters import InputRefused
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+ESTIMATORS = ("H1", "H2", "Hv")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FrequencyResponse:
+    """Response at discrete frequencies.
+
+    Attributes
+    ----------
+    frequency : ndarray, shape (m,)
+        [Hz].
+    response : ndarray, shape (m,)
+        Output per input.
+    deviation : ndarray, shape (m,)
+        Standard deviation of the response, of real and imaginary part together.
+    coherence : ndarray, shape (m,)
+        Between 0 and 1; 1 where it is not estimated (one record).
+    averages : float
+        Independent averages behind each value.
+    nonlinear : ndarray or None, shape (m,)
+        Level of the nonlinear distortion in the output at each frequency, from lines that are not excited.
+    noise : ndarray or None, shape (m,)
+        Level of the noise in the output at each frequency, from the spread over periods.
+    left_out : int
+        Records that were left out as outliers.
+    """
+
+    frequency: Array
+    response: ComplexArray
+    deviation: Array
+    coherence: Array
+    averages: float
+    nonlinear: Array | None = None
+    noise: Array | None = None
+    left_out: int = 0
+
+    @property
+    def magnitude(self) -> Array:
+        """Absolute value."""
+        return np.abs(self.response)
+
+    @property
+    def phase(self) -> Array:
+        """Phase [deg], between -180 and 180."""
+        return np.degrees(np.angle(self.response))
+
+    def between(self, low: float, high: float) -> "FrequencyResponse":
+        """The part in a band.
+
+        Parameters
+        ----------
+        low, high : float
+            [Hz].
+
+        Returns
+        -------
+        FrequencyResponse
+        """
+        keep = (self.frequency >= low) & (self.frequency <= high)
+        return FrequencyResponse(
+            frequency=self.frequency[keep],
+            response=self.response[keep],
+            deviation=self.deviation[keep],
+            coherence=self.coherence[keep],
+            averages=self.averages,
+            nonlinear=None if self.nonlinear is None else self.nonlinear[keep],
+            noise=None if self.noise is None else self.noise[keep],
+            left_out=self.left_out,
+        )
+
+
+def response_by_segments(
+    input_: Array,
+    output: Array,
+    interval: float,
+    *,
+    segment: float = 1.0,
+    overlap: float = 0.2,
+    estimator: str = "H1",
+    robust: bool = True,
+) -> FrequencyResponse:
+    """Response by windowed segments, what `tfestimate` does, Eq. (4.15).
+
+    Parameters
+    ----------
+    input_, output : ndarray, shape (samples,)
+    interval : float
+        [s].
+    segment : float, default 1.0
+        Length of the Hann windows [s].
+    overlap : float, default 0.2
+        Of neighbouring windows [s].
+    estimator : {"H1", "H2", "Hv"}
+    robust : bool, default True
+        Leave out records whose output stands far outside the others.
+
+    Returns
+    -------
+    FrequencyResponse
+
+    Raises
+    ------
+    InputRefused
+        If the log is shorter than two windows, or the input stands still.
+    """
+    if estimator not in ESTIMATORS:
+        raise InputRefused(f'estimator "{estimator}" is unknown: take one of {", ".join(ESTIMATORS)}')
+    length = round(segment / interval)
+    hop = max(1, length - round(overlap / interval))
+    starts = np.arange(0, input_.size - length + 1, hop)
+    if length < 8 or starts.size < 2:
+        raise InputRefused(
+            f"{input_.size * interval:.4g} s hold {starts.size} windows of {segment:.4g} s: shorten them"
+        )
+    if np.ptp(input_) == 0.0:
+        raise InputRefused("the input is constant: a response needs an excitation")
+    window = signal.get_window("hann", length)
+    rows = starts[:, None] + np.arange(length)
+    u = np.fft.rfft(_centred(input_[rows]) * window, axis=1)[:, 1:]
+    y = np.fft.rfft(_centred(output[rows]) * window, axis=1)[:, 1:]
+    keep = ordinary_records(y) if robust else np.ones(starts.size, dtype=bool)
+    averages = _independent(int(keep.sum()), length, hop, window)
+    frequency = np.fft.rfftfreq(length, interval)[1:]
+    spectra = _spectra(u[keep], y[keep])
+    return _estimated(frequency, *spectra, averages, estimator, int((~keep).sum()))
+
+
+def ordinary_records(spectra: ComplexArray) -> NDArray[np.bool_]:
+    """Records whose power is not an outlier among the others.
+
+    Parameters
+    ----------
+    spectra : ndarray, shape (records, frequencies)
+
+    Returns
+    -------
+    ndarray of bool, shape (records,)
+        False where the logarithm of the mean power is farther than 5 scaled median deviations from the
+        median.
+    """
+    power = np.log(np.maximum((np.abs(spectra) ** 2).mean(axis=1), 1e-300))
+    off = np.abs(power - np.median(power))
+    spread = 1.4826 * np.median(off)
+    return off <= np.maximum(5.0 * spread, 0.5)
+
+
+def response_by_periods(
+    input_: Array, output: Array, interval: float, period: int, lines: NDArray[np.int64], skipped: int = 1
+) -> FrequencyResponse:
+    """Response to a periodic multisine: means over periods, no leakage, noise and distortion told apart.
+
+    Parameters
+    ----------
+    input_, output : ndarray, shape (samples,)
+    interval : float
+        [s].
+    period : int
+        Samples of one period.
+    lines : ndarray of int
+        Excited lines.
+    skipped : int, default 1
+        Periods left out at the start, in which the motion settles.
+
+    Returns
+    -------
+    FrequencyResponse
+        Distortion from lines in the excited band that are not excited; none where all are.
+
+    Raises
+    ------
+    InputRefused
+        If fewer than two periods are left.
+    """
+    count = input_.size // period - skipped
+    if count < 2:
+        raise InputRefused(
+            f"{input_.size / period:.2g} periods, {skipped} skipped: record at least {skipped + 2}"
+        )
+    part = slice(skipped * period, (skipped + count) * period)
+    u = np.fft.rfft(input_[part].reshape(count, period), axis=1) / period
+    y = np.fft.rfft(output[part].reshape(count, period), axis=1) / period
+    keep = ordinary_records(y)
+    u, y = u[keep], y[keep]
+    mean_u, mean_y = u.mean(axis=0), y.mean(axis=0)
+    h = mean_y[lines] / mean_u[lines]
+    noise = y.std(axis=0, ddof=1)
+    error = (y[:, lines] - h * u[:, lines]).std(axis=0, ddof=1) / np.sqrt(len(y))
+    return FrequencyResponse(
+        frequency=lines / (period * interval),
+        response=h,
+        deviation=error / np.abs(mean_u[lines]),
+        coherence=1.0 / (1.0 + (error / np.maximum(np.abs(mean_y[lines]), 1e-300)) ** 2),
+        averages=float(len(y)),
+        nonlinear=_distortion(mean_y, noise, lines, len(y)),
+        noise=noise[lines],
+        left_out=int((~keep).sum()),
+    )
+
+
+def _centred(rows: Array) -> Array:
+    return signal.detrend(rows, axis=1, type="linear")
+
+
+def _independent(records: int, length: int, hop: int, window: Array) -> float:
+    """Number of independent averages behind overlapping windows."""
+    shared = 0.0
+    power = window @ window
+    for k in range(1, records):
+        if k * hop >= length:
+            break
+        shared += (1 - k / records) * ((window[k * hop :] @ window[: length - k * hop]) / power) ** 2
+    return records / (1 + 2 * shared)
+
+
+def _spectra(u: ComplexArray, y: ComplexArray) -> tuple[Array, Array, ComplexArray]:
+    return (np.abs(u) ** 2).mean(axis=0), (np.abs(y) ** 2).mean(axis=0), (np.conj(u) * y).mean(axis=0)
+
+
+def _estimated(
+    frequency: Array,
+    uu: Array,
+    yy: Array,
+    uy: ComplexArray,
+    averages: float,
+    estimator: str,
+    left_out: int,
+) -> FrequencyResponse:
+    tiny = 1e-300
+    coherence = np.clip(np.abs(uy) ** 2 / np.maximum(uu * yy, tiny), 0.0, 1.0)
+    h1 = uy / np.maximum(uu, tiny)
+    if estimator == "H1":
+        h = h1
+    elif estimator == "H2":
+        h = yy / np.where(np.abs(uy) > 0, np.conj(uy), tiny)
+    else:
+        h = _total_least_squares(uu, yy, uy)
+    relative = np.sqrt((1 - coherence) / np.maximum(coherence, 1e-12) / averages)
+    return FrequencyResponse(
+        frequency=frequency,
+        response=h,
+        deviation=np.abs(h) * relative,
+        coherence=coherence,
+        averages=averages,
+        left_out=left_out,
+    )
+
+
+def _total_least_squares(uu: Array, yy: Array, uy: ComplexArray) -> ComplexArray:
+    """Hv: noise in both channels, alike once each is scaled by its mean spectrum."""
+    scale = np.sqrt(yy / np.maximum(uu, 1e-300))
+    scaled, power = yy / np.maximum(scale, 1e-300) ** 2, uu
+    cross = np.abs(uy) / np.maximum(scale, 1e-300)
+    gain = (scaled - power + np.sqrt((scaled - power) ** 2 + 4 * cross**2)) / (2 * np.maximum(cross, 1e-300))
+    return gain * scale * np.exp(1j * np.angle(uy))
+
+
+def _distortion(mean: ComplexArray, noise: Array, lines: NDArray[np.int64], periods: int) -> Array | None:
+    """Power at lines that are not excited, beyond the noise, carried over to the excited ones."""
+    silent = np.setdiff1d(np.arange(lines.min(), lines.max() + 1), lines)
+    if silent.size < 3:
+        return None
+    power = np.maximum(np.abs(mean[silent]) ** 2 - noise[silent] ** 2 / periods, 0.0)
+    width = max(3, silent.size // 20)
+    smooth = np.convolve(power, np.ones(width), "same") / np.convolve(
+        np.ones_like(power), np.ones(width), "same"
+    )
+    return np.sqrt(np.interp(lines, silent, smooth))

@@ -1,0 +1,186 @@
+"""A rig in numbers: set-valued friction, free play, encoders, a current loop with noise, a sampled log."""
+
+from dataclasses import dataclass, field
+from math import exp, pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.identification.logs.log import DataReport, Log
+from cabledrive.parameters import InputRefused
+from cabledrive.reduction.friction_march import FrictionLaw, march_chain, march_rigid_axis
+from cabledrive.reduction.lumped_chain import LumpedChain
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Imperfections:
+    """What a real rig adds to its equations of motion.
+
+    Attributes
+    ----------
+    amplifier_noise : float
+        Standard deviation of the torque that the amplifier adds, and that the axis feels [N m].
+    torque_noise : float
+        Standard deviation of the torque measurement [N m].
+    current_bandwidth : float or None
+        Of the torque loop [Hz]; None: ideal.
+    stribeck_excess, stribeck_speed : float
+        Friction of the motor at rest above its Coulomb friction [N m]; the speed at which that fades [rad/s].
+    smooth_slope : float
+        K of c tanh(K w) in (4.8) [s/rad]; 0: set-valued friction.
+    backlash : float
+        Free play of the first link [rad].
+    """
+
+    amplifier_noise: float = 0.005
+    torque_noise: float = 0.006
+    current_bandwidth: float | None = 1000.0
+    stribeck_excess: float = 0.0
+    stribeck_speed: float = 0.3
+    smooth_slope: float = 0.0
+    backlash: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VirtualRig:
+    """A row of inertias with its motor, encoders and sampling.
+
+    Attributes
+    ----------
+    chain : LumpedChain
+    torque_per_volt : float
+        [N m/V].
+    encoders : dict of str to int
+        Counts per revolution by channel: "angle" (the motor's), "drive_angle", "load_angle".
+    sample_rate : float
+        [Hz].
+    torque_limit : float or None
+        [N m].
+    imperfections : Imperfections
+    """
+
+    chain: LumpedChain
+    torque_per_volt: float = 1.0
+    encoders: dict[str, int] = field(default_factory=lambda: {"angle": 2600})
+    sample_rate: float = 1000.0
+    torque_limit: float | None = None
+    imperfections: Imperfections = field(default_factory=Imperfections)
+
+
+def run_rig(
+    rig: VirtualRig,
+    command: Array,
+    rng: np.random.Generator,
+    *,
+    oversampling: int = 4,
+    source: str = "virtual rig",
+) -> Log:
+    """Drive a rig by a voltage and log what its instruments say.
+
+    The command stands from sample to sample; the torque that acts follows it through the current loop, with
+    the amplifier's noise, and is logged as its mean over the interval centred on each time stamp, plus the
+    noise of its measurement. Each encoder stands at a random phase within a count.
+
+    Parameters
+    ----------
+    rig : VirtualRig
+    command : ndarray, shape (samples,)
+        [V].
+    rng : numpy.random.Generator
+    oversampling : int, default 4
+        Even; steps per sample.
+    source : str
+
+    Returns
+    -------
+    Log
+        Channels "torque", "command_voltage" and one per encoder.
+
+    Raises
+    ------
+    InputRefused
+        If the command is empty or not finite.
+    """
+    if command.size < 3 or not np.all(np.isfinite(command)):
+        raise InputRefused(
+            f"a command of {command.size} samples cannot be run: give at least 3 finite voltages"
+        )
+    fine = 1.0 / (rig.sample_rate * oversampling)
+    torque = acting_torque(rig, command, rng, oversampling)
+    angles = _angles(rig, torque, fine)
+    channels = {"command_voltage": command, "torque": _logged(torque, oversampling, rig, rng)}
+    units = {"command_voltage": "V", "torque": "N m"}
+    quanta = {}
+    for name, counts in rig.encoders.items():
+        quantum = 2 * pi / counts
+        number = rig.chain.names.index(
+            {"drive_angle": "drive", "load_angle": "load"}.get(name, rig.chain.names[0])
+        )
+        exact = angles[::oversampling, number]
+        channels[name] = quantum * np.floor(exact / quantum + rng.uniform())
+        units[name], quanta[name] = "rad", quantum
+    interval = 1.0 / rig.sample_rate
+    report = DataReport(
+        rows=command.size, duration=(command.size - 1) * interval, interval=interval, quantum=quanta
+    )
+    time = interval * np.arange(command.size)
+    return Log(source=source, time=time, channels=channels, units=units, report=report)
+
+
+def acting_torque(rig: VirtualRig, command: Array, rng: np.random.Generator, oversampling: int) -> Array:
+    """Torque at the motor: limited, through the current loop, with the amplifier's noise.
+
+    Parameters
+    ----------
+    rig : VirtualRig
+    command : ndarray, shape (samples,)
+        [V].
+    rng : numpy.random.Generator
+    oversampling : int
+
+    Returns
+    -------
+    ndarray, shape (samples * oversampling,)
+        [N m].
+    """
+    wanted = rig.torque_per_volt * command
+    if rig.torque_limit is not None:
+        wanted = np.clip(wanted, -rig.torque_limit, rig.torque_limit)
+    noise = rig.imperfections.amplifier_noise
+    steady = np.repeat(wanted + noise * rng.normal(size=command.size), oversampling)
+    if rig.imperfections.current_bandwidth is None:
+        return steady
+    from scipy import signal
+
+    pole = exp(-2 * pi * rig.imperfections.current_bandwidth / (rig.sample_rate * oversampling))
+    filtered, _ = signal.lfilter([1 - pole], [1, -pole], steady, zi=[pole * steady[0]])
+    return np.asarray(filtered)
+
+
+def _angles(rig: VirtualRig, torque: Array, fine: float) -> Array:
+    flaws = rig.imperfections
+    n = rig.chain.size
+    if n == 1 and flaws.stribeck_excess == 0.0:
+        values = [x[0] for x in (rig.chain.inertias, rig.chain.viscous, rig.chain.coulomb, rig.chain.offsets)]
+        speeds, _ = march_rigid_axis(np.array(values), torque, fine, slope=flaws.smooth_slope)
+        middle = 0.5 * (speeds[1:] + speeds[:-1]) * fine
+        return np.concatenate([[0.0], np.cumsum(middle)])[:, None]
+    law = FrictionLaw(
+        excess=(flaws.stribeck_excess, *(0.0,) * (n - 1)),
+        fading=(flaws.stribeck_speed,) * n,
+        slope=(flaws.smooth_slope, *(0.0,) * (n - 1)),
+    )
+    gaps = (flaws.backlash, *(0.0,) * (n - 2)) if n > 1 else ()
+    return march_chain(rig.chain, torque, fine, law=law, gaps=gaps).angles
+
+
+def _logged(torque: Array, oversampling: int, rig: VirtualRig, rng: np.random.Generator) -> Array:
+    """Mean over the interval centred on each stamp, with noise."""
+    half = oversampling // 2
+    weights = np.ones(oversampling + 1)
+    weights[[0, -1]] = 0.5  # the torque runs on straight lines between fine steps
+    padded = np.concatenate([np.full(half, torque[0]), torque, np.full(half, torque[-1])])
+    mean = np.convolve(padded, weights / oversampling, "valid")[::oversampling]
+    return mean + rig.imperfections.torque_noise * rng.normal(size=mean.size)
