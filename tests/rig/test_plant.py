@@ -1,6 +1,6 @@
 """The plant of the rig: exact between samples, with friction that sticks.
 
-Compiled modules under test: cabledrive.rig.plant_kernels.
+Compiled modules under test: cabledrive.rig.plant_kernels, cabledrive.rig.series_kernels.
 """
 
 from dataclasses import replace
@@ -13,8 +13,6 @@ from cabledrive.reduction.friction_march import march_chain
 from cabledrive.rig.plant import plant_numbers
 from cabledrive.rig.plant_kernels import MOST_TERMS, advance
 from control_chains import INTERVAL, model
-
-pytestmark = pytest.mark.kernel
 
 CHAIN = model(4)
 
@@ -52,6 +50,7 @@ def test_motion_is_that_of_small_runge_kutta_steps():
     assert worst < 1e-8, f"observed {worst:.2e} rad"
 
 
+@pytest.mark.kernel
 def test_torque_below_the_friction_moves_nothing_and_a_load_lets_it_go():
     held = motion(np.full(200, 0.9 * CHAIN.coulomb[0]))
     assert np.all(held[:, :6] == 0.0)
@@ -59,6 +58,7 @@ def test_torque_below_the_friction_moves_nothing_and_a_load_lets_it_go():
     assert loose[-1, 0] > 0.0
 
 
+@pytest.mark.kernel
 def test_torque_loop_of_first_order_follows_its_time_constant():
     """After one time constant the shaft has 1 - 1/e of the command."""
     rate = 2 * np.pi * 100.0

@@ -17,8 +17,6 @@ from cabledrive.rig.registry import design
 from cabledrive.rig.setting import Disturbance, Motion, RigOptions
 from cabledrive.rig.trial import track, wish_for
 
-pytestmark = pytest.mark.kernel
-
 DRIVE = load_drive("dissertation-3")
 IDEAL = RigOptions(ideal_sensors=True)
 CENTRED = RigOptions(encoder_phase="centred")
@@ -29,12 +27,13 @@ def peak(controller, options=IDEAL, **choices):
     return track(DRIVE, controller=controller, options=options, **choices).summary["peak_error_deg"]
 
 
+@pytest.mark.kernel
 @pytest.mark.parametrize("options", [IDEAL, CENTRED], ids=["ideal", "kalman"])
 def test_compiled_loop_is_the_readable_loop(options):
     wish = wish_for(DRIVE, SHORT)
     loop = close_loop(DRIVE, DRIVE, design("darc-4-damped", wish), SHORT, options, np.random.default_rng(0))
     commands, angles = run_reference(loop, 400)
-    done = run(loop)
+    done = run(loop, last=400)
     np.testing.assert_allclose(done.log[:400, 2], angles, atol=1e-9)
     np.testing.assert_allclose(done.log[:400, 10], commands, atol=1e-7)
 

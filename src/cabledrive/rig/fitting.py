@@ -128,6 +128,11 @@ def fit_observer(
         Inertia of the plant that each encoder reads.
     counts : ndarray, shape (m,)
         [rad].
+
+    Raises
+    ------
+    InputRefused
+        If the filtered difference lacks an encoder.
     """
     fitted = fitted_encoders(drive)
     if own:

@@ -1,20 +1,28 @@
 """One closed loop put together from a drive, a law and the rig's options, and run."""
 
 from dataclasses import dataclass, replace
-from math import pi
 
 import numpy as np
 
 from cabledrive.control.kalman import Sampling
 from cabledrive.control.observer_numbers import ObserverNumbers
-from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters import Drive
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.models import highest_model, lumped_model
 from cabledrive.reduction.reflected import reflected
+from cabledrive.rig.circumstances import (
+    blind_encoder,
+    current_rate,
+    disturbing_torques,
+    encoder_phases,
+    late_samples,
+    slack_twist,
+    torque_limit,
+)
 from cabledrive.rig.controllers import Controller
 from cabledrive.rig.fitting import fit_observer, fitted_encoders, load_gear
 from cabledrive.rig.loop_kernels import run_loop
-from cabledrive.rig.loop_numbers import ESTIMATES, Array, Integers, LoopState, RigNumbers, new_state
+from cabledrive.rig.loop_numbers import ESTIMATES, Array, LoopState, RigNumbers, new_state
 from cabledrive.rig.plant import plant_numbers
 from cabledrive.rig.plant_kernels import PlantNumbers
 from cabledrive.rig.setting import Motion, RigOptions, sample_interval
@@ -71,42 +79,6 @@ class Run:
     ended: int
     state: LoopState
     log: Array
-
-
-def slack_twist(drive: Drive, chain: LumpedChain) -> float:
-    """Twist between the pulleys at which one span carries no tension [rad].
-
-    Parameters
-    ----------
-    drive : Drive
-    chain : LumpedChain
-        The plant; without a flexible cable nothing goes slack.
-
-    Returns
-    -------
-    float
-    """
-    if drive.kind != "loop" or "load" not in chain.names or chain.size < 2:
-        return float("inf")
-    return 2.0 * drive.drive_pulley.radius * drive.cable.pretension / chain.stiffness[-1]
-
-
-def encoder_phases(drive: Drive, options: RigOptions, generator: np.random.Generator) -> Array:
-    """Where in its count each encoder starts.
-
-    Parameters
-    ----------
-    drive : Drive
-    options : RigOptions
-    generator : numpy.random.Generator
-
-    Returns
-    -------
-    ndarray, shape (m,)
-        From -1/2 to 1/2; zero where they are asked to be centred.
-    """
-    drawn = generator.uniform(-0.5, 0.5, len(fitted_encoders(drive)))
-    return drawn if options.encoder_phase == "random" and not options.ideal_sensors else np.zeros(len(drawn))
 
 
 def plant_chain(drive: Drive, model: int | None) -> LumpedChain:
@@ -184,13 +156,13 @@ def close_loop(
         encoders=encoders,
         counts=counts,
         phases=encoder_phases(plant_drive, options, generator)[shown],
-        torque_limit=_torque_limit(plant_drive),
+        torque_limit=torque_limit(plant_drive),
         late_samples=int(delay // interval),
         late_part=float(delay % interval),
-        jitter=_jitter(options, interval, samples, generator),
-        forces=_forces(options, interval, samples),
+        jitter=late_samples(options, interval, samples, generator),
+        forces=disturbing_torques(options, interval, samples),
         first_end=round(2.0 * (motion.rise + motion.dwell) / interval),
-        blind=_blind(plant_drive, options, interval, shown),
+        blind=blind_encoder(plant_drive, options, interval, shown),
     )
     slack = slack_twist(plant_drive, chain)
     return Loop(
@@ -261,50 +233,3 @@ def log_width(loop: Loop) -> int:
     int
     """
     return 2 * loop.chain.size + 1 + len(loop.rig.encoders) + 3 + 2 * ESTIMATES + len(loop.observer.chosen)
-
-
-def current_rate(drive: Drive) -> float:
-    """Bandwidth of the torque loop [rad/s]; 0 where it is ideal.
-
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    float
-    """
-    hertz = drive.motor.current_bandwidth if drive.motor else None
-    return 0.0 if hertz is None else 2.0 * pi * hertz
-
-
-def _torque_limit(drive: Drive) -> float:
-    limit = drive.motor.torque_limit if drive.motor else None
-    return float("inf") if limit is None else limit
-
-
-def _jitter(options: RigOptions, interval: float, samples: int, generator: np.random.Generator) -> Array:
-    if options.jitter == 0.0:
-        return np.zeros(0)
-    drawn = generator.normal(0.0, options.jitter, samples + 1)
-    return np.clip(drawn, -0.4 * interval, 0.4 * interval)
-
-
-def _forces(options: RigOptions, interval: float, samples: int) -> Array:
-    forces = np.zeros((samples, 2))
-    for step in options.disturbances:
-        column = {"motor": 0, "load": 1}.get(step.on)
-        if column is None:
-            raise InputRefused(f"disturbance on {step.on!r} is not known: take motor or load")
-        forces[round(step.start / interval) : round(step.end / interval), column] += step.torque
-    return forces
-
-
-def _blind(drive: Drive, options: RigOptions, interval: float, shown: list[int]) -> Integers:
-    if options.blind is None:
-        return np.array([-1, 0, 0], dtype=np.int64)
-    shaft, start, end = options.blind
-    names = [name for i, name in enumerate(fitted_encoders(drive)) if i in shown]
-    if shaft not in names:
-        raise InputRefused(f"blind encoder {shaft!r} is not fitted: take one of {', '.join(names)}")
-    return np.array([names.index(shaft), round(start / interval), round(end / interval)], dtype=np.int64)

@@ -8,6 +8,7 @@ import numpy as np
 from cabledrive.control.bound import ErrorBound, error_bound
 from cabledrive.control.numbers import DARC, HIGH, LOW
 from cabledrive.parameters import Drive
+from cabledrive.rig.assumptions import broken_assumptions, plant_model
 from cabledrive.rig.controllers import Controller
 from cabledrive.rig.loop import Loop, Run
 from cabledrive.rig.loop_numbers import ESTIMATES, SUMMARY, Array
@@ -159,7 +160,7 @@ def summary_of(
         "peak_torque": score["peak_torque"],
         "saturated_fraction": score["saturated"] / samples,
         "invalid_samples": int(score["invalid"]),
-        "slack_share": float(score["twist"] / slack_of(loop)) if np.isfinite(slack_of(loop)) else None,
+        "slack_share": float(score["twist"] / loop.slack) if np.isfinite(loop.slack) else None,
         "encoder_phases": [float(v) for v in loop.rig.phases],
         "motion": {
             "angle_deg": motion.angle,
@@ -173,36 +174,6 @@ def summary_of(
         "internal_step": float(loop.plant.scalars[0]),
         "seed": seed,
     }
-
-
-def slack_of(loop: Loop) -> float:
-    """Twist at which a span goes slack, whether or not that ends the run [rad].
-
-    Parameters
-    ----------
-    loop : Loop
-
-    Returns
-    -------
-    float
-    """
-    return loop.slack
-
-
-def plant_model(loop: Loop) -> int:
-    """Number of the model that is the plant.
-
-    Parameters
-    ----------
-    loop : Loop
-
-    Returns
-    -------
-    int
-    """
-    joint, cable = "drive" in loop.chain.names and loop.chain.size > 1, "load" in loop.chain.names
-    joint = joint and loop.chain.names[0] == "motor"
-    return 1 + joint + 2 * cable
 
 
 def bound_of(loop: Loop, shaft: Array, command: Array, regressor: Array) -> ErrorBound | None:
@@ -269,68 +240,6 @@ def bound_words(bound: ErrorBound | None, error: Array, broken: list[str], gear:
     if broken:
         words["within_bound_reason"] = "; ".join(broken)
     return words
-
-
-def broken_assumptions(loop: Loop, drive: Drive, actual: Drive, options: RigOptions, done: Run) -> list[str]:
-    """Assumptions of the theorem that did not hold in a run.
-
-    Parameters
-    ----------
-    loop : Loop
-    drive, actual : Drive
-        As the law believes it to be, as it is.
-    options : RigOptions
-    done : Run
-
-    Returns
-    -------
-    list of str
-    """
-    made, broken = loop.controller, []
-    if not options.ideal_sensors:
-        broken.append("states come from encoders")
-    if loop.rig.late_samples or loop.rig.late_part > 0.0:
-        broken.append(f"delay of {1e3 * actual.sensors.delay:.4g} ms" if actual.sensors else "delay")
-    lacks = set(FLEXIBLE[plant_model(loop)]) - set(FLEXIBLE[made.model])
-    if lacks:
-        broken.append(f"the {' and the '.join(sorted(lacks))} of the plant bend, those of the law do not")
-    if not made.damped and any(loop.chain.damping):
-        broken.append("damping of the plant's joint or cable is neglected")
-    if unmatched(drive, actual):
-        broken.append("unmatched: what the cable drives differs from what the law believes")
-    if done.state.summary[5] > 0:
-        broken.append("torque at its limit")
-    if loop.rig.forces.any() and loop.rig.forces[:, 1].any():
-        broken.append("disturbance at the load")
-    if done.state.summary[6] > 0:
-        broken.append("a sensor failed")
-    if made.law.kind == DARC and loop.chain.coulomb[-1] > 0.0 and loop.chain.size > 1:
-        broken.append("Coulomb friction at the load")
-    return broken
-
-
-FLEXIBLE = {1: (), 2: ("joint",), 3: ("cable",), 4: ("joint", "cable")}
-
-
-def unmatched(drive: Drive, actual: Drive) -> bool:
-    """Whether anything but the motor's inertia, friction and offset differs between two drives.
-
-    Parameters
-    ----------
-    drive, actual : Drive
-
-    Returns
-    -------
-    bool
-    """
-    from cabledrive.reduction.models import lumped_model
-
-    ours, theirs = lumped_model(drive), lumped_model(actual)
-    return (
-        ours.inertias[1:] != theirs.inertias[1:]
-        or ours.stiffness != theirs.stiffness
-        or ours.damping != theirs.damping
-    )
 
 
 def within(estimates: Array, made: Controller) -> bool | None:

@@ -1,0 +1,158 @@
+"""What a drive and the options make of the rig: limits, phases, jitter, disturbances, a blind encoder."""
+
+from math import pi
+
+import numpy as np
+
+from cabledrive.parameters import Drive, InputRefused
+from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.rig.fitting import fitted_encoders
+from cabledrive.rig.loop_numbers import Array, Integers
+from cabledrive.rig.setting import RigOptions
+
+
+def slack_twist(drive: Drive, chain: LumpedChain) -> float:
+    """Twist between the pulleys at which one span carries no tension [rad].
+
+    Parameters
+    ----------
+    drive : Drive
+    chain : LumpedChain
+        The plant; without a flexible cable nothing goes slack.
+
+    Returns
+    -------
+    float
+    """
+    if drive.kind != "loop" or "load" not in chain.names or chain.size < 2:
+        return float("inf")
+    return 2.0 * drive.drive_pulley.radius * drive.cable.pretension / chain.stiffness[-1]
+
+
+def encoder_phases(drive: Drive, options: RigOptions, generator: np.random.Generator) -> Array:
+    """Where in its count each encoder starts.
+
+    Parameters
+    ----------
+    drive : Drive
+    options : RigOptions
+    generator : numpy.random.Generator
+
+    Returns
+    -------
+    ndarray, shape (m,)
+        From -1/2 to 1/2; zero where they are asked to be centred.
+    """
+    drawn = generator.uniform(-0.5, 0.5, len(fitted_encoders(drive)))
+    return drawn if options.encoder_phase == "random" and not options.ideal_sensors else np.zeros(len(drawn))
+
+
+def current_rate(drive: Drive) -> float:
+    """Bandwidth of the torque loop [rad/s]; 0 where it is ideal.
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    float
+    """
+    hertz = drive.motor.current_bandwidth if drive.motor else None
+    return 0.0 if hertz is None else 2.0 * pi * hertz
+
+
+def torque_limit(drive: Drive) -> float:
+    """Largest torque [N m]; infinite where the drive names none.
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    float
+    """
+    limit = drive.motor.torque_limit if drive.motor else None
+    return float("inf") if limit is None else limit
+
+
+def late_samples(options: RigOptions, interval: float, samples: int, generator: np.random.Generator) -> Array:
+    """How late each sample is taken [s], at most 0.4 of a sample; nothing where there is no jitter.
+
+    Parameters
+    ----------
+    options : RigOptions
+    interval : float
+        Sample time [s].
+    samples : int
+    generator : numpy.random.Generator
+
+    Returns
+    -------
+    ndarray, shape (samples + 1,) or (0,)
+    """
+    if options.jitter == 0.0:
+        return np.zeros(0)
+    drawn = generator.normal(0.0, options.jitter, samples + 1)
+    return np.clip(drawn, -0.4 * interval, 0.4 * interval)
+
+
+def disturbing_torques(options: RigOptions, interval: float, samples: int) -> Array:
+    """Torque on motor and load from each sample to the next.
+
+    Parameters
+    ----------
+    options : RigOptions
+    interval : float
+        Sample time [s].
+    samples : int
+
+    Returns
+    -------
+    ndarray, shape (samples, 2)
+        [N m].
+
+    Raises
+    ------
+    InputRefused
+        If a disturbance acts on something else.
+    """
+    forces = np.zeros((samples, 2))
+    for step in options.disturbances:
+        column = {"motor": 0, "load": 1}.get(step.on)
+        if column is None:
+            raise InputRefused(f"disturbance on {step.on!r} is not known: take motor or load")
+        forces[round(step.start / interval) : round(step.end / interval), column] += step.torque
+    return forces
+
+
+def blind_encoder(drive: Drive, options: RigOptions, interval: float, shown: list[int]) -> Integers:
+    """Number of the encoder that gives NaN, first and last sample at which it does.
+
+    Parameters
+    ----------
+    drive : Drive
+    options : RigOptions
+    interval : float
+        Sample time [s].
+    shown : list of int
+        Numbers of the fitted encoders that are read.
+
+    Returns
+    -------
+    ndarray of int, shape (3,)
+        First entry -1: none is blind.
+
+    Raises
+    ------
+    InputRefused
+        If there is no such encoder.
+    """
+    if options.blind is None:
+        return np.array([-1, 0, 0], dtype=np.int64)
+    shaft, start, end = options.blind
+    names = [name for i, name in enumerate(fitted_encoders(drive)) if i in shown]
+    if shaft not in names:
+        raise InputRefused(f"blind encoder {shaft!r} is not fitted: take one of {', '.join(names)}")
+    return np.array([names.index(shaft), round(start / interval), round(end / interval)], dtype=np.int64)
