@@ -10,7 +10,9 @@ import cabledrive as cd
 from cabledrive.modes.tuning import tuned_pretension
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.motion_kernels import exact_stiffness, linear_response, march_from, transitions
-from cabledrive.studies.alarm import ALARM, PlannedMotion, alarm, course_of, nonlinear_largest
+from cabledrive.studies.alarm import ALARM, alarm
+from cabledrive.studies.parametric_growth import nonlinear_largest
+from cabledrive.studies.planned_motion import PlannedMotion, course_of
 from resonance_samples import damped
 
 FLOOR, LIMIT = 1e-5, 5e-4

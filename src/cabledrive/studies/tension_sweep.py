@@ -1,6 +1,6 @@
 r"""A slow sweep of the pretension through the resonance, as in Fig. 5.5: when does the cable begin to swing?
 
-The onset is not the edge of the tongue. From a floor at the edge the amplitude has to grow to what can be seen,
+The onset is not the edge of the tongue. From a floor at the edge the amplitude must grow to what can be seen,
 and the sweep goes on meanwhile. Without a stated floor the onset is an artefact of where the sweep began.
 """
 
