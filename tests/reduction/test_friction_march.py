@@ -1,6 +1,7 @@
 """Set-valued friction against closed forms, and sensitivities against differences.
 
-Compiled modules under test: cabledrive.reduction.chain_kernels, cabledrive.reduction.axis_kernels.
+Compiled modules under test: cabledrive.reduction.chain_kernels, cabledrive.reduction.row_motion_kernels,
+cabledrive.reduction.axis_kernels.
 """
 
 from dataclasses import replace

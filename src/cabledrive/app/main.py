@@ -7,11 +7,11 @@ from typing import Any
 
 import click
 
-from cabledrive.parameters.version import __version__
 from cabledrive.app import commands
 from cabledrive.app.failures import status_of, watched_output
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.fields import nearest
+from cabledrive.parameters.version import __version__
 
 EPILOG = """\b
 Example:

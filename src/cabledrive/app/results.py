@@ -9,9 +9,9 @@ from typing import Any
 
 import click
 
-from cabledrive.parameters.version import __version__
 from cabledrive.app.messages import colours
 from cabledrive.parameters import Drive, content_hash
+from cabledrive.parameters.version import __version__
 
 NOT_FINITE = "not a finite number"
 

@@ -263,7 +263,7 @@ def _or_reason(drive: Drive, place: int, number: int) -> tuple[float | None, str
 
 
 def _tuned(drive: Drive, frequency) -> float:  # type: ignore[no-untyped-def]
-    """Repeat the formula of `tuned_pretension`: once where the unstretched length is given, to a standstill where it is not."""
+    """Repeat the formula of `tuned_pretension`: to a standstill where the unstretched length is not given."""
     rigidity, current = drive.cable.axial_rigidity, drive
     for _ in range(_PASSES):
         cable = current.cable

@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.reduction.axis_kernels import PARAMETERS, march_axis
-from cabledrive.reduction.chain_kernels import ChainNumbers, march
+from cabledrive.reduction.chain_kernels import march
 from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.reduction.row_motion_kernels import ChainNumbers
 
 Array = NDArray[np.float64]
 QUANTITIES = ("inertia", "viscous", "coulomb", "offset", "gain", "stiffness", "damping", "angle", "speed")

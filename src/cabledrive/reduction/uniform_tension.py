@@ -115,7 +115,7 @@ def uniform_tension_model(drive: Drive, sines: int = 16) -> UniformTensionModel:
     kept = modes(drive, below=HIGHEST_SHARE * span_resonance / (2 * pi)).longitudinal
     shapes = _rim_shapes(drive, kept)
     natural = np.array([0.0, *(2 * pi * mode.frequency for mode in kept)])
-    wave_numbers = np.arange(1, sines + 1) * pi / length
+    wave_numbers = np.arange(1, sines + 1, dtype=np.float64) * pi / length
     stiffness = cable.axial_rigidity * (1.0 + cable.prestrain)
     density = cable.stretched_mass_per_length
     stretch = np.outer(shapes[:, 1] - shapes[:, 0], [1.0, -1.0])

@@ -127,8 +127,8 @@ def peak_factor(order: int, derivative: int) -> float:
 def derivative_jump(order: int) -> float:
     r"""Jump of the first derivative that does not rest at the ends, :math:`s^{(n+1)}(0) = (2n+1)!/n!`.
 
-    The 9th-order rise of (6.1) jumps in its fifth derivative, though Model 4 assumes six bounded ones; order 11
-    puts the jump into the sixth, order 13 beyond.
+    The 9th-order rise of (6.1) jumps in its fifth derivative, though Model 4 assumes six bounded ones; order
+    11 puts the jump into the sixth, order 13 beyond.
 
     Parameters
     ----------

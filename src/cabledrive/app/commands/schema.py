@@ -4,10 +4,10 @@ import json
 
 import click
 
-from cabledrive.parameters.version import __version__
 from cabledrive.app.options import Subcommand, answering, saves_answer
 from cabledrive.app.results import Answer
 from cabledrive.parameters import drive_schema
+from cabledrive.parameters.version import __version__
 
 
 @click.command(cls=Subcommand, example="cabledrive schema -o drive.schema.json")
