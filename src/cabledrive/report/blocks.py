@@ -54,6 +54,8 @@ class Figure:
         Inline SVG for a page of ordinary width.
     narrow : Markup or None
         Inline SVG for a narrow page; None: the wide one scrolls inside its box.
+    switch : Markup or None, default None
+        Before the drawings, what starts and stops a drawing that moves, its styles included.
     """
 
     kind: ClassVar[str] = "figure"
@@ -62,6 +64,7 @@ class Figure:
     caption: Text
     wide: Markup
     narrow: Markup | None = None
+    switch: Markup | None = None
 
     def __post_init__(self) -> None:
         if not self.alt.strip():

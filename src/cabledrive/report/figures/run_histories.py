@@ -1,0 +1,191 @@
+"""A run over time: load angle and midpoints, the spectrum of the load angle, the orbit of a midpoint."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from cabledrive.mechanics.cable_law import Array
+from cabledrive.modes import modes, natural_frequencies
+from cabledrive.parameters import Drive
+from cabledrive.report.picture import Picture, picture
+from cabledrive.report.style import BLUE, INK, ORANGE, QUIET, SPAN_COLOURS, label
+from cabledrive.simulation import SimulationResult
+from cabledrive.studies.spectrum import amplitude_spectrum
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+HEIGHT = 300.0  # px
+MOST_POINTS = 1500
+MOST_MARKS = 40
+DECADES = 5.0
+
+
+def spectrum_marks(drive: Drive, octaves: float = 3.0) -> tuple[tuple[float, str], ...]:
+    """Certified natural frequencies to mark in a spectrum.
+
+    Parameters
+    ----------
+    drive : Drive
+    octaves : float, default 3.0
+        Highest frequency over the lowest longitudinal one [-].
+
+    Returns
+    -------
+    tuple of (float, str)
+        Frequency [Hz], "longitudinal" or "transverse"; the transverse ones only where they are few.
+    """
+    top = octaves * float(natural_frequencies(drive, count=1)[0])
+    marks = [(float(frequency), "longitudinal") for frequency in natural_frequencies(drive, below=top)]
+    string = np.sqrt(drive.cable.pretension / drive.cable.stretched_mass_per_length)
+    if 2.0 * drive.pulley_distance * top / string <= MOST_MARKS:
+        across = {mode.frequency for mode in modes(drive, below=top).transverse}
+        marks += [(frequency, "transverse") for frequency in across]
+    return tuple(sorted(marks))
+
+
+def draw_histories(figure: "Figure", result: SimulationResult) -> None:
+    """Load angle and the midpoints in both planes over time, one above the other.
+
+    Parameters
+    ----------
+    figure : Figure
+        Empty, or a part of one.
+    result : SimulationResult
+    """
+    panels = figure.subplots(1 + len(result.spans), 1, sharex=True, squeeze=False)[:, 0]
+    _curve(panels[0], result.time, np.degrees(result.load_angle), INK)
+    panels[0].set_ylabel("load [deg]")
+    for axes, span in zip(panels[1:], result.spans, strict=True):
+        moved = 1e3 * result.midpoint(span)
+        _curve(axes, result.time, moved[:, 2], SPAN_COLOURS[span])
+        if np.any(moved[:, 1]):
+            _curve(axes, result.time, moved[:, 1], QUIET)
+            label(axes, "grey: v", (1.0, 1.0), (0, -2), xycoords="axes fraction", ha="right", va="top")
+        axes.set_ylabel(f"{span} w [mm]")
+    panels[-1].set_xlabel("time [s]")
+    panels[-1].set_xlim(result.time[0], result.time[-1])
+
+
+def draw_spectrum(figure: "Figure", result: SimulationResult, marks: Sequence[tuple[float, str]]) -> None:
+    """Amplitude spectrum of the load angle, Hann window, with natural frequencies marked.
+
+    Parameters
+    ----------
+    figure : Figure
+        Empty, or a part of one.
+    result : SimulationResult
+    marks : sequence of (float, str)
+        Frequency [Hz] and kind of mode, as `spectrum_marks` gives them.
+    """
+    spectrum = amplitude_spectrum(result.time, result.load_angle)
+    top = 1.05 * max((frequency for frequency, _ in marks), default=spectrum.frequency[-1])
+    shown = (spectrum.frequency >= 2.0 * spectrum.resolution) & (spectrum.frequency <= top)
+    amplitude = np.degrees(spectrum.amplitude[shown])
+    axes = figure.subplots()
+    highest = float(np.max(amplitude, initial=0.0)) or 1.0
+    axes.semilogy(
+        spectrum.frequency[shown],
+        np.maximum(amplitude, highest * 10.0**-DECADES),
+        color=BLUE,
+        linewidth=1.4,
+    )
+    for frequency, kind in marks:
+        along = kind == "longitudinal"
+        axes.axvline(
+            frequency,
+            ymin=0.93 if along else 0.97,
+            color=ORANGE if along else QUIET,
+            linewidth=2.0 if along else 1.0,
+        )
+        if along:
+            label(
+                axes,
+                f"{frequency:.1f} Hz",
+                (frequency, 1.0),
+                (4, -10),
+                xycoords=("data", "axes fraction"),
+                color=ORANGE,
+            )
+    axes.set_ylim(highest * 10.0**-DECADES, 10.0 * highest)
+    axes.set_xlim(0.0, min(top, spectrum.frequency[-1]))
+    axes.set_xlabel("frequency [Hz]")
+    axes.set_ylabel("load [deg]")
+
+
+def histories_picture(name: str, result: SimulationResult) -> Picture:
+    """Load angle and midpoints over time.
+
+    Parameters
+    ----------
+    name : str
+        Unique on the page.
+    result : SimulationResult
+
+    Returns
+    -------
+    Picture
+    """
+    return picture(
+        name, lambda figure, _: draw_histories(figure, result), wide=HEIGHT + 80, narrow=HEIGHT + 80
+    )
+
+
+def spectrum_picture(name: str, result: SimulationResult, marks: Sequence[tuple[float, str]]) -> Picture:
+    """Amplitude spectrum of the load angle with natural frequencies marked.
+
+    Parameters
+    ----------
+    name : str
+        Unique on the page.
+    result : SimulationResult
+    marks : sequence of (float, str)
+        Frequency [Hz] and kind of mode.
+
+    Returns
+    -------
+    Picture
+    """
+    return picture(name, lambda figure, _: draw_spectrum(figure, result, marks), wide=HEIGHT, narrow=HEIGHT)
+
+
+def orbit_picture(name: str, result: SimulationResult, span: str = "upper") -> Picture:
+    """Orbit of the midpoint of a span, v across the page and w up it, to one scale.
+
+    Parameters
+    ----------
+    name : str
+        Unique on the page.
+    result : SimulationResult
+    span : {"upper", "lower"}, default "upper"
+
+    Returns
+    -------
+    Picture
+    """
+    v, w = 1e3 * result.midpoint(span)[:, 1:].T
+
+    def _draw(figure: "Figure", narrow: bool) -> None:
+        axes = figure.add_subplot()
+        axes.plot(v, w, color=SPAN_COLOURS[span], linewidth=0.8)
+        axes.plot(v[:1], w[:1], "o", color=INK, markersize=6)
+        label(axes, "start", (v[0], w[0]), (8, 4), color=INK)
+        axes.set_aspect("equal", adjustable="datalim")
+        axes.set_xlabel("v at midspan [mm]")
+        axes.set_ylabel("w at midspan [mm]")
+
+    return picture(name, _draw, wide=HEIGHT + 40, narrow=HEIGHT)
+
+
+def _curve(axes: "Axes", time: Array, signal: Array, colour: str) -> None:
+    """A line, or the band that it fills where there are more points than the page can show."""
+    per = -(-time.size // MOST_POINTS)
+    if per < 4:
+        axes.plot(time, signal, color=colour, linewidth=1.2)
+        return
+    whole = time.size // per * per
+    rows = signal[:whole].reshape(-1, per)
+    middle = time[:whole].reshape(-1, per).mean(axis=1)
+    axes.fill_between(middle, rows.min(axis=1), rows.max(axis=1), color=colour, linewidth=0.6)

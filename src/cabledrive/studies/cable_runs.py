@@ -1,0 +1,255 @@
+"""Runs of the nonlinear loop for the report: plucked, forced, whirling, slackened, and one by every way."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cabledrive.mechanics.cable_law import Array
+from cabledrive.mechanics.cable_laws import cable_law
+from cabledrive.mechanics.mesh import mesh_of
+from cabledrive.mechanics.sag import catenary_sag, parabola_sag
+from cabledrive.mechanics.statics import equilibrium
+from cabledrive.modes import natural_frequencies
+from cabledrive.parameters import Drive
+from cabledrive.simulation import (
+    Pluck,
+    Recording,
+    Sampled,
+    Scheme,
+    SimulationResult,
+    SimulationStopped,
+    Sine,
+    Start,
+    simulate,
+)
+
+PLUCKS = (2e-3, 1e-3)  # m, upper and lower span
+TORQUE = 0.02  # N m
+SEGMENTS = 80
+WAYS = (
+    ("exact", "verlet"),
+    ("weak", "verlet"),
+    ("linear", "verlet"),
+    ("exact", "node-centred"),
+    ("exact", "energy-conserving"),
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SagTable:
+    """Sag of the midpoint of a level span by four ways [m].
+
+    Attributes
+    ----------
+    chain : float
+        The upper span of the divided loop, by Newton's method.
+    parabola, catenary : float
+        Closed forms.
+    unstretched : float
+        Parabola whose tension stays at the pretension.
+    """
+
+    chain: float
+    parabola: float
+    catenary: float
+    unstretched: float
+
+
+def sag_table(drive: Drive, segments: int = 200) -> SagTable:
+    """Sag of the upper span beside the closed forms.
+
+    Parameters
+    ----------
+    drive : Drive
+        A level loop without carriages.
+    segments : int, default 200
+        Segments per span; even, so that a node is at midspan.
+
+    Returns
+    -------
+    SagTable
+    """
+    mesh = mesh_of(drive, segments)
+    rest = equilibrium(mesh, cable_law(drive.cable)).displacement
+    cable = drive.cable
+    weight = cable.stretched_mass_per_length * drive.layout.gravity
+    return SagTable(
+        chain=float(abs(rest[2, segments // 2])),
+        parabola=parabola_sag(drive).midpoint,
+        catenary=catenary_sag(drive).midpoint,
+        unstretched=weight * drive.pulley_distance**2 / (8.0 * cable.pretension),
+    )
+
+
+def plucks(heights: tuple[float, float] = PLUCKS) -> Start:
+    """Triangular plucks at midspan, from where the cable hangs.
+
+    Parameters
+    ----------
+    heights : (float, float), default (0.002, 0.001)
+        Of upper and lower span [m].
+
+    Returns
+    -------
+    Start
+    """
+    upper, lower = heights
+    return Start(plucks=(Pluck(height=upper), Pluck(height=lower, span="lower")), from_equilibrium=True)
+
+
+def plucked_run(drive: Drive, duration: float, *, rate: float = 4000.0, fields: int = 0) -> SimulationResult:
+    """Free response to unequal plucks.
+
+    Parameters
+    ----------
+    drive : Drive
+    duration : float
+        [s].
+    rate : float, default 4000
+        Records per second [Hz].
+    fields : int, default 0
+        Keep all nodes at every so many records.
+
+    Returns
+    -------
+    SimulationResult
+    """
+    recording = Recording(rate=rate, fields=fields)
+    return simulate(drive, duration, start=plucks(), scheme=Scheme(segments=SEGMENTS), recording=recording)
+
+
+def forced_run(drive: Drive, duration: float) -> SimulationResult:
+    """Response to a torque at the frequency of the lowest longitudinal mode, from rest.
+
+    Parameters
+    ----------
+    drive : Drive
+    duration : float
+        [s].
+
+    Returns
+    -------
+    SimulationResult
+    """
+    frequency = float(natural_frequencies(drive, count=1)[0])
+    return simulate(
+        drive,
+        duration,
+        torque=Sine(amplitude=TORQUE, frequency=frequency),
+        start=Start(from_equilibrium=True),
+        scheme=Scheme(segments=SEGMENTS),
+        recording=Recording(rate=4000.0),
+    )
+
+
+def whirling_run(drive: Drive, duration: float) -> SimulationResult:
+    """A half-sine pluck in w and a kick in v that alone would swing three fifths as far.
+
+    Parameters
+    ----------
+    drive : Drive
+    duration : float
+        [s].
+
+    Returns
+    -------
+    SimulationResult
+    """
+    speed = (drive.cable.pretension / drive.cable.stretched_mass_per_length) ** 0.5
+    omega = np.pi * speed / drive.pulley_distance
+    start = Start(
+        plucks=(Pluck(height=PLUCKS[0], shape="half-sine"),),
+        kicks=(Pluck(height=0.6 * omega * PLUCKS[0], shape="half-sine", plane="v"),),
+        from_equilibrium=True,
+    )
+    return simulate(
+        drive, duration, start=start, scheme=Scheme(segments=40), recording=Recording(rate=2000.0)
+    )
+
+
+def slackened_run(drive: Drive, duration: float = 4.0) -> SimulationResult:
+    """Load pulley held, torque on the drive pulley raised in a line to twice the slack torque.
+
+    Parameters
+    ----------
+    drive : Drive
+    duration : float, default 4.0
+        [s]; many periods of the drive pulley on its two spans.
+
+    Returns
+    -------
+    SimulationResult
+        Ended where a span goes slack.
+    """
+    held = replace(drive, pulley=(drive.pulley[0], replace(drive.pulley[1], fixed=True)))
+    ramp = Sampled(values=np.array([0.0, 2.0 * slack_torque(drive)]), rate=1.0 / duration)
+    try:
+        return simulate(
+            held,
+            duration,
+            torque=ramp,
+            start=Start(from_equilibrium=True),
+            scheme=Scheme(segments=30),
+            recording=Recording(rate=500.0),
+        )
+    except SimulationStopped as stopped:
+        return stopped.result
+
+
+def slack_torque(drive: Drive) -> float:
+    """Torque that leaves no tension in one of two equal spans.
+
+    Parameters
+    ----------
+    drive : Drive
+        A loop.
+
+    Returns
+    -------
+    float
+        [N m].
+    """
+    return 2.0 * drive.drive_pulley.radius * drive.cable.pretension
+
+
+def by_every_way(drive: Drive, duration: float) -> Iterator[tuple[str, str, SimulationResult]]:
+    """The plucked run by several laws and methods, and by the fast model.
+
+    Parameters
+    ----------
+    drive : Drive
+    duration : float
+        [s].
+
+    Yields
+    ------
+    model, method : str
+    result : SimulationResult
+    """
+    from cabledrive.reduction.fast_simulation import simulate_fast
+
+    recording = Recording(rate=4000.0)
+    start = replace(plucks(), from_equilibrium=False)
+    for model, method in WAYS:
+        scheme = Scheme(model=model, method=method, segments=60)
+        yield model, method, simulate(drive, duration, start=start, scheme=scheme, recording=recording)
+    yield "fast", "modes", simulate_fast(drive, duration, start=start, recording=recording)
+
+
+def largest_difference(result: SimulationResult, reference: SimulationResult) -> float:
+    """Largest difference of two midpoints over the largest deflection of the reference.
+
+    Parameters
+    ----------
+    result, reference : SimulationResult
+        Runs of the same length.
+
+    Returns
+    -------
+    float
+        Of the upper midpoint, in w [-].
+    """
+    expected: Array = reference.midpoint("upper")[:, 2]
+    found = np.interp(reference.time, result.time, result.midpoint("upper")[:, 2])
+    return float(np.max(np.abs(found - expected)) / np.max(np.abs(expected)))

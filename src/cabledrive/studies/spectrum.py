@@ -1,0 +1,96 @@
+"""Amplitude spectrum of a record, and where it has its peaks."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cabledrive.mechanics.cable_law import Array
+from cabledrive.parameters import InputRefused
+
+PADDING = 8
+FEWEST_SAMPLES = 16
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Spectrum:
+    """Amplitudes of the sines in a record.
+
+    Attributes
+    ----------
+    frequency : ndarray, shape (p,)
+        Equally spaced from zero [Hz].
+    amplitude : ndarray, shape (p,)
+        In the unit of the record; a steady sine shows with its own amplitude.
+    resolution : float
+        One over the length of the record [Hz]: half of a peak's width at its foot.
+    """
+
+    frequency: Array
+    amplitude: Array
+    resolution: float
+
+    def peak(self, low: float, high: float) -> tuple[float, float]:
+        """The largest peak of a band, its place by a parabola through the logarithm.
+
+        Parameters
+        ----------
+        low, high : float
+            Ends of the band [Hz].
+
+        Returns
+        -------
+        frequency : float
+            [Hz].
+        amplitude : float
+            In the unit of the record.
+
+        Raises
+        ------
+        InputRefused
+            If the band holds less than three points of the spectrum.
+        """
+        inside = np.flatnonzero((self.frequency > low) & (self.frequency < high))
+        inside = inside[(inside > 0) & (inside < self.frequency.size - 1)]
+        if inside.size < 3:
+            raise InputRefused(
+                f"band from {low:.6g} to {high:.6g} Hz has no 3 points of a spectrum: widen it"
+            )
+        top = int(inside[np.argmax(self.amplitude[inside])])
+        before, at, after = np.log(self.amplitude[top - 1 : top + 2] + 1e-300)
+        bend = before - 2.0 * at + after
+        shift = float(np.clip(0.5 * (before - after) / bend, -0.5, 0.5)) if bend < 0.0 else 0.0
+        return float((top + shift) * self.frequency[1]), float(self.amplitude[top])
+
+
+def amplitude_spectrum(time: Array, signal: Array) -> Spectrum:
+    """Amplitude spectrum through a Hann window, without the straight line in the record.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Equally spaced [s].
+    signal : ndarray, shape (n,)
+
+    Returns
+    -------
+    Spectrum
+
+    Raises
+    ------
+    InputRefused
+        If there are less than 16 samples.
+    """
+    if signal.size < FEWEST_SAMPLES:
+        raise InputRefused(
+            f"spectrum of {signal.size} samples, at least {FEWEST_SAMPLES} are needed: record more of the run"
+        )
+    interval = float(time[1] - time[0])
+    window = np.hanning(signal.size)
+    level = np.polynomial.Polynomial.fit(time, signal, 1)(time)
+    padded = PADDING * signal.size
+    amplitude = 2.0 * np.abs(np.fft.rfft((signal - level) * window, padded)) / window.sum()
+    return Spectrum(
+        frequency=np.fft.rfftfreq(padded, interval),
+        amplitude=amplitude,
+        resolution=1.0 / (signal.size * interval),
+    )
