@@ -121,7 +121,10 @@ def modes(drive: Drive, *, below: float | None = None, count: int | None = None)
     parts = [band.count(bound) for band in (along, across)]
     complete = sum(mode.multiplicity for mode in listed if 2 * pi * mode.frequency < bound) == sum(parts)
     certificate = Certificate(
-        below=bound / (2 * pi), count=sum(parts), longitudinal=parts[0], transverse=parts[1]
+        below=below if below is not None and bound == 2 * pi * below else bound / (2 * pi),
+        count=sum(parts),
+        longitudinal=parts[0],
+        transverse=parts[1],
     )
     return Modes(
         modes=tuple(listed),
