@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 POINTS = 121
-_PANEL, _FOOT = 96.0, 34.0  # heights [px]
+_PANEL, _FOOT = 96.0, 24.0  # heights [px]
 
 
 def unrolled(mode: Mode, drive: Drive, shape: int = 0) -> dict[str, tuple[Array, Array]]:
@@ -73,7 +73,13 @@ def shapes_picture(name: str, drive: Drive, modes: Sequence[Mode]) -> Picture:
 
     def _draw(figure: "Figure", narrow: bool) -> None:
         columns = 1 if narrow else 2
-        grid = figure.subplots(-(-len(modes) // columns), columns, squeeze=False)
+        rows = -(-len(modes) // columns)
+        height = _PANEL * rows + _FOOT
+        sides = {"left": 0.02, "right": 0.98, "bottom": _FOOT / height, "top": 1.0 - 18.0 / height}
+        figure.set_layout_engine("none")  # equal panels: nothing to negotiate
+        grid = figure.subplots(
+            rows, columns, squeeze=False, gridspec_kw={**sides, "wspace": 0.06, "hspace": 0.3}
+        )
         for panel, axes in enumerate(grid.flat):
             if panel < len(modes):
                 _draw_shape(axes, modes[panel], drive)
