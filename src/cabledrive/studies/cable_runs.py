@@ -25,6 +25,7 @@ from cabledrive.simulation import (
 )
 
 PLUCKS = (2e-3, 1e-3)  # m, upper and lower span
+WHIRL = 8e-3  # m
 TORQUE = 0.02  # N m
 SEGMENTS = 80
 WAYS = (
@@ -159,8 +160,8 @@ def whirling_run(drive: Drive, duration: float) -> SimulationResult:
     speed = (drive.cable.pretension / drive.cable.stretched_mass_per_length) ** 0.5
     omega = np.pi * speed / drive.pulley_distance
     start = Start(
-        plucks=(Pluck(height=PLUCKS[0], shape="half-sine"),),
-        kicks=(Pluck(height=0.6 * omega * PLUCKS[0], shape="half-sine", plane="v"),),
+        plucks=(Pluck(height=WHIRL, shape="half-sine"),),
+        kicks=(Pluck(height=0.6 * omega * WHIRL, shape="half-sine", plane="v"),),
         from_equilibrium=True,
     )
     return simulate(
@@ -169,7 +170,7 @@ def whirling_run(drive: Drive, duration: float) -> SimulationResult:
 
 
 def slackened_run(drive: Drive, duration: float = 4.0) -> SimulationResult:
-    """Load pulley held, torque on the drive pulley raised in a line to twice the slack torque.
+    """Load pulley held, no weight, torque on the drive pulley raised in a line to twice the slack torque.
 
     Parameters
     ----------
@@ -182,14 +183,14 @@ def slackened_run(drive: Drive, duration: float = 4.0) -> SimulationResult:
     SimulationResult
         Ended where a span goes slack.
     """
-    held = replace(drive, pulley=(drive.pulley[0], replace(drive.pulley[1], fixed=True)))
+    pulleys = (drive.pulley[0], replace(drive.pulley[1], fixed=True))
+    held = replace(drive, pulley=pulleys, layout=replace(drive.layout, gravity=0.0))
     ramp = Sampled(values=np.array([0.0, 2.0 * slack_torque(drive)]), rate=1.0 / duration)
     try:
         return simulate(
             held,
             duration,
             torque=ramp,
-            start=Start(from_equilibrium=True),
             scheme=Scheme(segments=30),
             recording=Recording(rate=500.0),
         )

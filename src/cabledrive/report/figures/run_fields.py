@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 HEIGHT = 300.0  # px
 LEVELS = 4
+MOST_TIMES, MOST_PLACES = 120, 60
 ENERGIES = {
     "u": ("axial_energy", GREEN),
     "v and w": ("transverse_energy", ORANGE),
@@ -206,9 +207,10 @@ def slack_picture(name: str, result: SimulationResult) -> Picture:
             tension = result.channel(f"least_tension_{span}")
             axes.plot(torque, tension, color=colour)
             place = (torque[tension.size // 2], tension[tension.size // 2])
-            label(axes, f"{span} span", place, (8, 4), color=colour)
+            label(axes, f"{span} span", place, (8, 10 if span == event.span else -18), color=colour)
         axes.plot([at], [0.0], "o", color=INK, markersize=7)
-        label(axes, f"slack at {number(at, 4)} N m", (at, 0.0), (-10, 8), ha="right", color=INK)
+        label(axes, f"slack at {number(at, 4)} N m", (at, 0.0), (-8, -16), ha="right", color=INK)
+        axes.set_ylim(bottom=-0.12 * float(result.channel(f"least_tension_{event.span}").max()))
         axes.set_xlabel("torque on the drive pulley [N m]")
         axes.set_ylabel("least tension [N]")
 
@@ -219,6 +221,8 @@ def _map(axes: "Axes", figure: "Figure", time: Array, place: Array, values: Arra
     """Filled contours, symmetric about zero, in shades of two hues that follow the page."""
     from matplotlib.colors import to_rgba
 
+    later, further = -(-time.size // MOST_TIMES), max(1, place.size // MOST_PLACES)
+    time, place, values = time[::later], place[::further], values[::further, ::later]
     largest = float(np.max(np.abs(values))) or 1.0
     edges = largest * np.linspace(-1.0, 1.0, 2 * LEVELS + 2)
     shades = [to_rgba(ORANGE, k / LEVELS) for k in range(LEVELS, 0, -1)]

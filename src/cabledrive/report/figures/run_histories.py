@@ -9,7 +9,7 @@ from cabledrive.mechanics.cable_law import Array
 from cabledrive.modes import modes, natural_frequencies
 from cabledrive.parameters import Drive
 from cabledrive.report.picture import Picture, picture
-from cabledrive.report.style import BLUE, INK, ORANGE, QUIET, SPAN_COLOURS, label
+from cabledrive.report.style import BLUE, INK, ORANGE, QUIET, SPAN_COLOURS, label, log_axis
 from cabledrive.simulation import SimulationResult
 from cabledrive.studies.spectrum import amplitude_spectrum
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 HEIGHT = 300.0  # px
 MOST_POINTS = 1500
 MOST_MARKS = 40
-DECADES = 5.0
+DECADES = 4.0
 
 
 def spectrum_marks(drive: Drive, octaves: float = 3.0) -> tuple[tuple[float, str], ...]:
@@ -86,11 +86,11 @@ def draw_spectrum(figure: "Figure", result: SimulationResult, marks: Sequence[tu
     amplitude = np.degrees(spectrum.amplitude[shown])
     axes = figure.subplots()
     highest = float(np.max(amplitude, initial=0.0)) or 1.0
-    axes.semilogy(
+    axes.plot(
         spectrum.frequency[shown],
         np.maximum(amplitude, highest * 10.0**-DECADES),
         color=BLUE,
-        linewidth=1.4,
+        linewidth=1.0,
     )
     for frequency, kind in marks:
         along = kind == "longitudinal"
@@ -110,6 +110,7 @@ def draw_spectrum(figure: "Figure", result: SimulationResult, marks: Sequence[tu
                 color=ORANGE,
             )
     axes.set_ylim(highest * 10.0**-DECADES, 10.0 * highest)
+    log_axis(axes, "y", HEIGHT - 70.0)
     axes.set_xlim(0.0, min(top, spectrum.frequency[-1]))
     axes.set_xlabel("frequency [Hz]")
     axes.set_ylabel("load [deg]")
