@@ -2,11 +2,14 @@
 
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import nearest
+from cabledrive.simulation.energy_conserving import EnergyConserving
 from cabledrive.simulation.method import Method
 from cabledrive.simulation.node_centred import NodeCentred
 from cabledrive.simulation.verlet import StoermerVerlet
 
-METHODS: dict[str, Method] = {method.name: method for method in (StoermerVerlet(), NodeCentred())}
+METHODS: dict[str, Method] = {
+    method.name: method for method in (StoermerVerlet(), NodeCentred(), EnergyConserving())
+}
 
 
 def method_named(name: str) -> Method:

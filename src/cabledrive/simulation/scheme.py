@@ -18,7 +18,7 @@ class Scheme:
     ----------
     model : {"exact", "weak", "weak-consistent", "linear"}, default "exact"
         Cable law, see `cabledrive.mechanics.cable_laws`.
-    method : {"verlet", "node-centred"}, default "verlet"
+    method : {"verlet", "node-centred", "energy-conserving"}, default "verlet"
         Name of the method, see `cabledrive.simulation.methods`.
     segments : int, default 120
         Segments per span; more where carriages stand closer together.

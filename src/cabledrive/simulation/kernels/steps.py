@@ -97,6 +97,16 @@ def shaft_forces(
 
 
 @njit_inlined
+def speed_shafts(matrix: Array, back: Array, table: Array, shaft: Array) -> None:
+    """New speeds of the shafts from the forces."""
+    for i in range(SHAFTS):
+        shaft[RIGHT, i] = shaft[FORCE, i] + back[i, i] * shaft[OLD, i]
+    shaft[RIGHT, 0] += back[0, 2] * shaft[OLD, 2]  # the joint's damping
+    shaft[RIGHT, 2] += back[2, 0] * shaft[OLD, 0]
+    solve_shafts(matrix, table, shaft)
+
+
+@njit_inlined
 def turn_shafts(
     step: float,
     closed: bool,
@@ -109,11 +119,7 @@ def turn_shafts(
     shaft: Array,
 ) -> None:
     """New speeds of the shafts, and of the rim nodes, from the forces; the motor moves on at once."""
-    for i in range(SHAFTS):
-        shaft[RIGHT, i] = shaft[FORCE, i] + back[i, i] * shaft[OLD, i]
-    shaft[RIGHT, 0] += back[0, 2] * shaft[OLD, 2]  # the joint's damping
-    shaft[RIGHT, 2] += back[2, 0] * shaft[OLD, 0]
-    solve_shafts(matrix, table, shaft)
+    speed_shafts(matrix, back, table, shaft)
     motor[1] = shaft[NEW, 2]
     motor[0] += step * shaft[NEW, 2]
     x_t[0, 0] = shaft[NEW, 0]

@@ -88,7 +88,7 @@ def march_reference(
         slack = note_slack_reference(plan, law, state, gradients)
         if slack and plan.stop_when_slack:
             return SLACK
-        step_reference(plan, law, state, gradients, torque[j], forces[j])
+        step_reference(plan, law, state, np.stack(law.excess_components(*gradients)), torque[j], forces[j])
         if j % every == 0:
             record = j // every
             observe_reference(
@@ -104,10 +104,9 @@ def march_reference(
 
 
 def step_reference(
-    plan: Plan, law: CableLaw, state: State, gradients: Array, torque: float, forces: Array
+    plan: Plan, law: CableLaw, state: State, excess: Array, torque: float, forces: Array
 ) -> None:
-    """One step: kick of all nodes and shafts, tallies, drift."""
-    excess = np.stack(law.excess_components(*gradients))
+    """One step under given components of the segments: kick of all nodes and shafts, tallies, drift."""
     old, motor_old = state.x_t.copy(), float(state.motor[1])
     new = _kicked(plan, old, excess, forces)
     shaft_old = np.array([*old[0, [0, plan.segments]], motor_old])

@@ -1,0 +1,29 @@
+"""Compiled bookkeeping of the energy-conserving scheme: its stored energy and what rounding takes away.
+
+A rim turns far while the forces on it are large, so that the rounding of its displacement would be work that
+nobody does; like the stored energy it is summed with compensation.
+"""
+
+from cabledrive.mechanics.cable_law import Array
+from cabledrive.mechanics.compiled import njit, njit_strict
+
+# Entries of State.extra: E half a step before the state's time, C, and what rounding took from E and from the
+# displacements of drive rim, load rim and motor.
+STORED, SHIFT, STORED_LOST, DRIVE_LOST, LOAD_LOST, MOTOR_LOST = range(6)
+
+
+@njit
+def raised_shift(shift: float, lowest: float) -> float:
+    """Shift C, doubled until the energy stays half of it away from zero."""
+    while lowest + shift < 0.5 * shift:
+        shift *= 2.0
+    return shift
+
+
+@njit_strict
+def sum_with_loss(extra: Array, number: int, value: float, amount: float) -> float:
+    """Value plus amount, and what rounding took away last time; keeps what it takes away now."""
+    amount -= extra[number]
+    total = value + amount
+    extra[number] = (total - value) - amount
+    return total

@@ -1,0 +1,176 @@
+r"""Readable march of the energy-conserving scheme.
+
+The energy of the cable is split into the quadratic one of the linear law and the rest :math:`V(x)`, for the
+exact law :math:`\tfrac12 EA \int (\lambda^2 - u'^2)\,dx`. A scalar :math:`\psi` stands for
+:math:`\sqrt{2(V + C)}`, and every step is one of Stoermer-Verlet in which the nonlinear forces
+:math:`F = -\nabla V` are scaled by its mean over the step (L.1)-(L.3):
+
+.. math::
+    M\,\frac{\dot x_{j+1/2} - \dot x_{j-1/2}}{\Delta t}
+        &= F_{lin}(x_j) + c_j F(x_j) + \dots, \qquad
+    c_j = \frac{\psi_{j+1/2} + \psi_{j-1/2}}{2\sqrt{2(V(x_j) + C)}} \\
+    E_{j+1/2} - E_{j-1/2} &= -c_j F(x_j)\cdot\frac{x_{j+1} - x_{j-1}}{2} \\
+    \psi &= \sqrt{2(E + C)}
+
+Whatever the rest of the step does, damping and friction included,
+:math:`\tfrac12 \dot x^T M \dot x + \tfrac12 x_j^T K x_{j+1} + E` changes by the work done on it and no more.
+"""
+
+from collections.abc import Callable
+from math import sqrt
+
+import numpy as np
+
+from cabledrive.mechanics.cable_law import Array, CableLaw
+from cabledrive.mechanics.cable_laws import LinearLaw
+from cabledrive.simulation.channels import BALANCE
+from cabledrive.simulation.plan import INVERSE_SPACING, KICK_T, KICK_U, SPACING, Plan
+from cabledrive.simulation.readable.observe import observe_reference
+from cabledrive.simulation.readable.verlet import (
+    keep_extremes_reference,
+    law_of,
+    note_slack_reference,
+    step_reference,
+)
+from cabledrive.simulation.state import State, copy_state, set_state
+from cabledrive.simulation.workspace import Workspace
+
+DONE, SLACK, NOT_FINITE = range(3)
+
+# Entries of State.extra: E half a step before the state's time, C, and what rounding took from E and from the
+# displacements of drive rim, load rim and motor, which only the compiled march keeps.
+STORED, SHIFT = range(2)
+EXTRA = 6
+MOST_TRIALS = 20
+
+
+def _linear_part(plan: Plan, gradients: Array) -> Array:
+    """Components of the segments under the linear law."""
+    linear = LinearLaw(pretension=plan.pretension, axial_rigidity=plan.rigidity)
+    return np.stack(linear.excess_components(*gradients))
+
+
+def _nonlinear_energy(plan: Plan, law: CableLaw, gradients: Array) -> float:
+    """Elastic energy beyond that of the linear law, V [J]."""
+    u_x, v_x, w_x = gradients
+    quadratic = 0.5 * (law.stiffness * u_x**2 + law.pretension * (v_x**2 + w_x**2))
+    return float(np.sum(plan.segment[SPACING] * (law.energy_density(u_x, v_x, w_x) - quadratic)))
+
+
+def extra_at_start(plan: Plan, state: State) -> Array:
+    """E half a step before the start, and a shift C of half the pretension times the slack elongation.
+
+    Parameters
+    ----------
+    plan : Plan
+    state : State
+        At the start.
+
+    Returns
+    -------
+    ndarray, shape (6,)
+        `State.extra` of the scheme: energies [J], then what rounding took [J], [m].
+    """
+    law = law_of(plan)
+    before = state.x - plan.step * state.x_t
+    energies = [
+        _nonlinear_energy(plan, law, np.diff(x, axis=1) * plan.segment[INVERSE_SPACING])
+        for x in (state.x, before)
+    ]
+    length = float(np.sum(plan.segment[SPACING]))
+    extra = np.zeros(EXTRA)
+    extra[STORED] = 0.5 * sum(energies)
+    extra[SHIFT] = -0.5 * plan.pretension * plan.slack_strain * length
+    return extra
+
+
+def march_reference(
+    plan: Plan,
+    state: State,
+    work: Workspace,
+    torque: Array,
+    forces: Array,
+    every: int,
+    rows: Array,
+    fields: Array,
+) -> int:
+    """Twin of `cabledrive.simulation.kernels.energy_conserving.march`; needs no work space."""
+    law = law_of(plan)
+    for j in range(torque.size):
+        keep_extremes_reference(plan, state)
+        before = copy_state(state)
+        gradients = np.diff(state.x, axis=1) * plan.segment[INVERSE_SPACING]
+        slack = note_slack_reference(plan, law, state, gradients)
+        if slack and plan.stop_when_slack:
+            return SLACK
+        energy_step_reference(plan, law, state, gradients, torque[j], forces[j])
+        if j % every == 0:
+            record = j // every
+            _observe(plan, law, before, state, gradients, torque[j], rows[record])
+            if fields.shape[0] > 0:
+                fields[record] = before.x
+            if not abs(rows[record, BALANCE]) < 1e300:
+                return NOT_FINITE
+    return DONE
+
+
+def energy_step_reference(
+    plan: Plan, law: CableLaw, state: State, gradients: Array, torque: float, forces: Array
+) -> None:
+    """One step, Eqs. (L.1)-(L.3), repeated until force scale and velocities agree."""
+    linear = _linear_part(plan, gradients)
+    rest = np.stack(law.excess_components(*gradients)) - linear
+    energy = _nonlinear_energy(plan, law, gradients)
+    state.extra[SHIFT] = _raised_shift(state.extra[SHIFT], min(energy, state.extra[STORED]))
+    root = sqrt(2.0 * (energy + state.extra[SHIFT]))
+    old = sqrt(2.0 * (state.extra[STORED] + state.extra[SHIFT]))
+
+    def _trial(change: float) -> tuple[State, float]:
+        attempt = copy_state(state)
+        step_reference(plan, law, attempt, linear + (old + 0.5 * change) / root * rest, torque, forces)
+        stretch = np.diff(attempt.x_t + state.x_t, axis=1)
+        return attempt, 0.5 * plan.step / root * float(np.sum(rest * stretch))
+
+    force = np.diff(rest, axis=1)
+    kick = plan.node[[KICK_U, KICK_T, KICK_T], 1:-1]
+    change, attempt, result = _settled(_trial, 0.25 * plan.step / root**2 * float(np.sum(kick * force**2)))
+    set_state(state, attempt)
+    state.extra[STORED] += result * (old + 0.5 * change)
+
+
+def _settled(trial: Callable[[float], tuple[State, float]], answer: float) -> tuple[float, State, float]:
+    """Change of psi over the step that leads to itself.
+
+    The velocities of the nodes answer linearly to the force scale, which the substitution allows for; what is
+    left are shafts and axial damping, whose answer only makes it smaller.
+    """
+    change, miss = 0.0, np.inf
+    for _ in range(MOST_TRIALS):
+        attempt, result = trial(change)
+        if result == change or abs(result - change) >= miss:
+            break
+        miss = abs(result - change)
+        change += (result - change) / (1.0 + answer)
+    return change, attempt, result
+
+
+def _raised_shift(shift: float, lowest: float) -> float:
+    """Shift C, doubled until the energy stays half of it away from zero."""
+    while lowest + shift < 0.5 * shift:
+        shift *= 2.0
+    return shift
+
+
+def _observe(
+    plan: Plan, law: CableLaw, before: State, after: State, gradients: Array, torque: float, row: Array
+) -> None:
+    """The record of Stoermer-Verlet, with the balance of this scheme."""
+    observe_reference(
+        plan, law, np.stack([before.x, before.x_t]), after.x_t,
+        np.stack([before.motor, after.motor]), np.stack([before.tallies, after.tallies]),
+        torque, row,
+    )  # fmt: skip
+    rest = np.stack(law.excess_components(*gradients)) - _linear_part(plan, gradients)
+    stretching = np.diff(0.5 * (after.x_t - before.x_t), axis=1)
+    stored = 0.5 * (before.extra[STORED] + after.extra[STORED]) - _nonlinear_energy(plan, law, gradients)
+    row[BALANCE] += stored - 0.5 * plan.step * float(np.sum(rest * stretching))
