@@ -54,7 +54,7 @@ def mode_figure(drive: Drive, found: Modes, *, most: int = MOST_ROWS) -> "Figure
     kinds = {LONGITUDINAL: mode_rows(found.longitudinal), TRANSVERSE: mode_rows(found.transverse)}
     panels = {kind: rows for kind, rows in kinds.items() if rows}
     tallest = max(min(len(rows), most) for rows in panels.values())
-    with _file_style():
+    with file_style():
         size = (_PANEL_WIDTH * len(panels), _MARGINS + _ROW_HEIGHT * tallest)
         figure = Figure(figsize=size, layout="constrained")
         figure.suptitle(drive.title or drive.name, fontsize=TEXT + 1)
@@ -79,13 +79,19 @@ def mode_picture(drive: Drive, found: Modes, form: str, *, most: int = MOST_ROWS
     bytes
     """
     undated: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
-    with _file_style(), BytesIO() as file:
+    with file_style(), BytesIO() as file:
         mode_figure(drive, found, most=most).savefig(file, format=form, dpi=150, metadata=undated.get(form))
         return file.getvalue()
 
 
 @contextmanager
-def _file_style() -> Iterator[None]:
+def file_style() -> Iterator[None]:
+    """The look of the house for a file of its own, drawn inside the block.
+
+    Yields
+    ------
+    None
+    """
     import matplotlib
 
     with house_style():

@@ -82,9 +82,25 @@ from cabledrive.simulation import (
 @click.option("--tension-only", is_flag=True, help="Let the cable go slack instead of stopping the run.")
 @click.option("--smooth-friction", is_flag=True, help="Smooth Coulomb friction instead of stick-slip.")
 @click.option("--error-estimate", is_flag=True, help="Estimate the discretisation error by coarser runs.")
+@click.option(
+    "--plot",
+    type=NewFileType(".png", ".svg", ".pdf"),
+    metavar="FILE",
+    help="Draw time histories and spectrum: .png, .svg or .pdf.",
+)
+@click.option(
+    "--animate",
+    type=NewFileType(".gif", ".html"),
+    metavar="FILE",
+    help="Animate the first swings of the loop: .gif, or .html with a switch.",
+)
 @click.option("--resume", is_flag=True, help="Go on with an interrupted run.")
-def command(drive: Drive, output: NewFile | None, **options: Any) -> Answer:
+def command(
+    drive: Drive, output: NewFile | None, plot: NewFile | None, animate: NewFile | None, **options: Any
+) -> Answer:
     """March the nonlinear cable loop of DRIVE in time, from the straight cable at rest or plucked."""
+    if animate is not None:
+        options["fields"] = _fields_to_animate(drive, options)
     run = _fast_run if options["model"] == "fast" else _exact_run
     try:
         result = run(drive, output, options)
@@ -92,7 +108,29 @@ def command(drive: Drive, output: NewFile | None, **options: Any) -> Answer:
         result = stopped.result
     if result.path is not None:
         note(f"written to {result.path}")
+    if plot is not None:
+        from cabledrive.report.figures.run_histories import run_plot
+
+        plot.write(run_plot(drive, result, plot.path.suffix[1:].lower()))
+    if animate is not None:
+        _write_animation(drive, result, animate)
     return _answer(drive, result)
+
+
+def _fields_to_animate(drive: Drive, options: dict[str, Any]) -> int:
+    """Every how many records all nodes are kept: as asked for, else often enough to follow the motion."""
+    from cabledrive.report.animation import frame_interval
+
+    if options["model"] == "fast":
+        raise InputRefused("--animate does not go with --model fast: leave it out or use --model exact")
+    return options["fields"] or max(1, round(options["rate"] * frame_interval(drive)))
+
+
+def _write_animation(drive: Drive, result: SimulationResult, animate: NewFile) -> None:
+    from cabledrive.report.animation import animation_gif, animation_page
+
+    gif = animate.path.suffix.lower() == ".gif"
+    animate.write(animation_gif(drive, result) if gif else animation_page(drive, result))
 
 
 def _exact_run(drive: Drive, output: NewFile | None, options: dict[str, Any]) -> SimulationResult:

@@ -69,8 +69,8 @@ def chapter(context: ReportContext) -> Chapter | None:
             Paragraph(
                 text=f"{drive.name}: the exact nonlinear loop in time. Both spans are plucked at midspan, "
                 f"the upper one by {quantity(PLUCKS[0], 'm')} and the lower one by "
-                f"{quantity(PLUCKS[1], 'm')}, from where they hang. While a span swings, its tension rises and falls twice per swing; "
-                "the two spans pull unequally, and the pulleys turn."
+                f"{quantity(PLUCKS[1], 'm')}, from where they hang. While a span swings, its "
+                "tension rises and falls twice per swing; the two spans pull unequally, and the pulleys turn."
             ),
             _animation(drive, close),
         ),
@@ -214,7 +214,7 @@ def _forced(drive: Drive) -> Section:
             "Three curves over time: the load angle and both midpoints swing wider and wider.",
             f"Torque of {quantity(TORQUE, 'N m')} at the frequency of the lowest longitudinal mode, from "
             "rest. The midpoints follow the tension, which changes the sag; "
-            f"nothing damps it, and the load angle reaches {quantity(peak, 'rad', 3)} in "
+            f"nothing damps the motion, and the load angle reaches {quantity(peak, 'rad', 3)} in "
             f"{number(run.time[-1], 2)} s.",
         ),
         _figure(
@@ -279,7 +279,7 @@ def _ways(drive: Drive) -> Section:
         note="CFL: step over the largest stable one. Off the first: largest difference of the upper midpoint "
         "over its largest deflection. The linear law leaves the pulleys at rest: it knows nothing of the "
         "tension that a deflection makes. The weak law, as printed, has no potential, so its budget does not "
-        "close to the order of the step alone. The fast model marches 16 sines per span, so the corners of a "
-        "triangle are what it lacks.",
+        "close to the order of the step alone. The fast model marches 16 sines per span, and the corners of "
+        "a triangle are where it differs.",
     )
     return Section(title="By every way", anchor="cable-by-every-way", blocks=(table,))

@@ -210,7 +210,7 @@ def slack_picture(name: str, result: SimulationResult) -> Picture:
             label(axes, f"{span} span", place, (8, 10 if span == event.span else -18), color=colour)
         axes.plot([at], [0.0], "o", color=INK, markersize=7)
         label(axes, f"slack at {number(at, 4)} N m", (at, 0.0), (-8, -16), ha="right", color=INK)
-        axes.set_ylim(bottom=-0.12 * float(result.channel(f"least_tension_{event.span}").max()))
+        axes.set_ylim(bottom=-0.2 * float(result.channel(f"least_tension_{event.span}").max()))
         axes.set_xlabel("torque on the drive pulley [N m]")
         axes.set_ylabel("least tension [N]")
 

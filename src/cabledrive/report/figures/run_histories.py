@@ -1,21 +1,23 @@
 """A run over time: load angle and midpoints, the spectrum of the load angle, the orbit of a midpoint."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from io import BytesIO
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.modes import modes, natural_frequencies
 from cabledrive.parameters import Drive
+from cabledrive.report.mode_figure import file_style
 from cabledrive.report.picture import Picture, picture
-from cabledrive.report.style import BLUE, INK, ORANGE, QUIET, SPAN_COLOURS, label, log_axis
+from cabledrive.report.style import BLUE, INK, ORANGE, QUIET, SPAN_COLOURS, TEXT, label, log_axis
 from cabledrive.simulation import SimulationResult
 from cabledrive.studies.spectrum import amplitude_spectrum
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
 HEIGHT = 300.0  # px
 MOST_POINTS = 1500
@@ -46,7 +48,7 @@ def spectrum_marks(drive: Drive, octaves: float = 3.0) -> tuple[tuple[float, str
     return tuple(sorted(marks))
 
 
-def draw_histories(figure: "Figure", result: SimulationResult) -> None:
+def draw_histories(figure: "Figure | SubFigure", result: SimulationResult) -> None:
     """Load angle and the midpoints in both planes over time, one above the other.
 
     Parameters
@@ -69,7 +71,9 @@ def draw_histories(figure: "Figure", result: SimulationResult) -> None:
     panels[-1].set_xlim(result.time[0], result.time[-1])
 
 
-def draw_spectrum(figure: "Figure", result: SimulationResult, marks: Sequence[tuple[float, str]]) -> None:
+def draw_spectrum(
+    figure: "Figure | SubFigure", result: SimulationResult, marks: Sequence[tuple[float, str]]
+) -> None:
     """Amplitude spectrum of the load angle, Hann window, with natural frequencies marked.
 
     Parameters
@@ -114,6 +118,39 @@ def draw_spectrum(figure: "Figure", result: SimulationResult, marks: Sequence[tu
     axes.set_xlim(0.0, min(top, spectrum.frequency[-1]))
     axes.set_xlabel("frequency [Hz]")
     axes.set_ylabel("load [deg]")
+
+
+def run_plot(drive: Drive, result: SimulationResult, form: str) -> bytes:
+    """Histories and spectrum of a run as the content of a file, the same for the same run.
+
+    Parameters
+    ----------
+    drive : Drive
+        The one of the run.
+    result : SimulationResult
+    form : {"svg", "png", "pdf"}
+
+    Returns
+    -------
+    bytes
+
+    Raises
+    ------
+    InputRefused
+        If the run has too few records for a spectrum.
+    """
+    from matplotlib.figure import Figure
+
+    marks = spectrum_marks(drive)
+    undated: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
+    with file_style(), BytesIO() as file:
+        figure = Figure(figsize=(9.0, 8.0), layout="constrained")
+        figure.suptitle(drive.title or drive.name, fontsize=TEXT + 1)
+        above, below = figure.subfigures(2, 1, height_ratios=(1.5, 1.0))
+        draw_histories(above, result)
+        draw_spectrum(below, result, marks)
+        figure.savefig(file, format=form, dpi=150, metadata=undated.get(form))
+        return file.getvalue()
 
 
 def histories_picture(name: str, result: SimulationResult) -> Picture:
