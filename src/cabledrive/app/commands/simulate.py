@@ -66,7 +66,10 @@ from cabledrive.simulation import (
     help="What is kept of the cable's geometry; fast: modes of uniform tension instead of the divided cable.",
 )
 @click.option(
-    "--method", default="verlet", show_default=True, help="How it is marched: verlet, node-centred."
+    "--method",
+    default="verlet",
+    show_default=True,
+    help="How it is marched: verlet, node-centred, energy-conserving.",
 )
 @click.option("--segments", type=int, default=Scheme().segments, show_default=True, help="Segments per span.")
 @click.option("--step", type=Quantity("s"), metavar="S", help="Time step; chosen by stability unless told.")
