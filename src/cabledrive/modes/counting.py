@@ -69,16 +69,17 @@ class ModeCounter:
 
         The cut that was clear last comes first: neighbouring modes are alike.
         """
-        best, clearest = 0, -1.0
-        last = self._clear_cut
-        for number in (last, *(cut for cut in range(1 + len(_CUT_SHARES)) if cut != last)):
+        best, clearest = self._kernel(omega, *self._cut(self._clear_cut))
+        if clearest > _CLEAR:
+            return int(best)
+        for number in range(1 + len(_CUT_SHARES)):
             count, margin = self._kernel(omega, *self._cut(number))
+            if margin > clearest:
+                best, clearest = count, margin
             if margin > _CLEAR:
                 self._clear_cut = number
-                return int(count)
-            if margin > clearest:
-                best, clearest = int(count), margin
-        return best
+                break
+        return int(best)
 
     def _cut(self, number: int) -> tuple[Any, ...]:
         while len(self._arguments) <= number:

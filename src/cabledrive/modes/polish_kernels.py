@@ -64,6 +64,7 @@ def polish(
     segments = len(times)
     spring, mass, joint = pendant
     settled = False
+    fewest = 2  # solutions at one frequency; the first shape is a bad one
     for _ in range(STEPS):
         # the springs of `dynamic_stiffness`, over omega, and minus their rates
         for i in range(n):
@@ -120,7 +121,7 @@ def polish(
                 if own == 0.0:
                     own = 1e-16 * abs(link[0])
         shift = rate = 0.0
-        for _ in range(1 if settled else REPEATS):
+        for solutions in range(1 if settled else REPEATS):
             if not settled:
                 # the load of the last shape, carried forward, then the new shape backward
                 start = here = x[0]
@@ -149,6 +150,8 @@ def polish(
                     largest = max(largest, abs(x[i]))
                 for i in range(n):
                     x[i] /= largest
+            if not settled and solutions + 1 < fewest:
+                continue
             # Rayleigh quotient
             energy = rate = 0.0
             for i in range(n):
@@ -172,5 +175,6 @@ def polish(
                 x[i] *= scale
             return omega
         # other modes lie beyond the interval: their share in the shape moves the quotient by shift^2/gap
+        fewest = 1
         settled = shift * shift <= SETTLED * omega * min(omega - low, high - omega)
     return nan

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +18,10 @@ MULTIPLE = 1e-10
 ENCLOSURE = 1e-12
 """Half-width, relative, of the interval in which each mode is proven to lie by two counts."""
 
-_START = 2.0**-4
+_START = 2.0**-2
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Bracket:
+class Bracket(NamedTuple):
     """An interval of frequency with the counts at its ends.
 
     Attributes
@@ -173,7 +173,8 @@ def _prove(
     omegas: Array, shapes: Array, bracket: Bracket, count: ModeCounter, split: Chain, joints: NDArray[np.intp]
 ) -> list[ChainMode]:
     """Group what is closer than round-off can part, and prove each group by counts at both sides."""
-    groups = np.split(np.arange(omegas.size), np.flatnonzero(np.diff(omegas) > MULTIPLE * omegas[:-1]) + 1)
+    apart = np.flatnonzero(np.diff(omegas) > MULTIPLE * omegas[:-1]) + 1
+    groups = np.split(np.arange(omegas.size), apart) if apart.size else [np.arange(omegas.size)]
     modes = []
     for group in groups:
         low, high = omegas[group[0]] * (1 - ENCLOSURE), omegas[group[-1]] * (1 + ENCLOSURE)
