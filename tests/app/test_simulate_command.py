@@ -156,3 +156,28 @@ def test_an_interrupted_run_says_how_to_go_on_and_does(tmp_path):
     done = subprocess.run([*command, *options, "--resume"], cwd=tmp_path, capture_output=True)
     assert done.returncode == 0, done.stderr.decode()
     assert os.listdir(tmp_path) == ["run.nc"]
+
+
+def test_a_run_is_drawn_and_animated(tmp_path):
+    picture, moving, page = (tmp_path / name for name in ("run.png", "run.gif", "run.html"))
+    options = ["--pluck-upper", "1 mm", "--duration", "0.03", "--segments", "20"]
+    call("simulate", "dissertation-2", *options, "--plot", str(picture), "--animate", str(moving))
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert moving.read_bytes().startswith(b"GIF89a")
+    call("simulate", "dissertation-2", *options, "--animate", str(page))
+    assert "prefers-reduced-motion" in page.read_text()
+
+
+def test_the_same_run_gives_the_same_picture(tmp_path):
+    first, second = tmp_path / "a.svg", tmp_path / "b.svg"
+    for path in (first, second):
+        call("simulate", "dissertation-2", *SHORT, *FORCED, "--plot", str(path))
+    assert first.read_bytes() == second.read_bytes()
+
+
+def test_the_fast_model_has_nothing_to_animate(tmp_path):
+    line = refusal(
+        "simulate", "dissertation-2", *SHORT[:2], "--model", "fast", "--animate", str(tmp_path / "x.gif")
+    )
+    assert "--animate" in line
+    assert not list(tmp_path.iterdir())

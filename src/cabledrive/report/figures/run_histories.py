@@ -17,7 +17,7 @@ from cabledrive.studies.spectrum import amplitude_spectrum
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure, SubFigure
+    from matplotlib.figure import Figure
 
 HEIGHT = 300.0  # px
 MOST_POINTS = 1500
@@ -48,16 +48,15 @@ def spectrum_marks(drive: Drive, octaves: float = 3.0) -> tuple[tuple[float, str
     return tuple(sorted(marks))
 
 
-def draw_histories(figure: "Figure | SubFigure", result: SimulationResult) -> None:
+def draw_histories(panels: "Sequence[Axes]", result: SimulationResult) -> None:
     """Load angle and the midpoints in both planes over time, one above the other.
 
     Parameters
     ----------
-    figure : Figure
-        Empty, or a part of one.
+    panels : sequence of Axes
+        One, and one for each span.
     result : SimulationResult
     """
-    panels = figure.subplots(1 + len(result.spans), 1, sharex=True, squeeze=False)[:, 0]
     _curve(panels[0], result.time, np.degrees(result.load_angle), INK)
     panels[0].set_ylabel("load [deg]")
     for axes, span in zip(panels[1:], result.spans, strict=True):
@@ -67,19 +66,18 @@ def draw_histories(figure: "Figure | SubFigure", result: SimulationResult) -> No
             _curve(axes, result.time, moved[:, 1], QUIET)
             label(axes, "grey: v", (1.0, 1.0), (0, -2), xycoords="axes fraction", ha="right", va="top")
         axes.set_ylabel(f"{span} w [mm]")
+    for axes in panels:
+        axes.set_xlim(result.time[0], result.time[-1])
+        axes.tick_params(labelbottom=axes is panels[-1])
     panels[-1].set_xlabel("time [s]")
-    panels[-1].set_xlim(result.time[0], result.time[-1])
 
 
-def draw_spectrum(
-    figure: "Figure | SubFigure", result: SimulationResult, marks: Sequence[tuple[float, str]]
-) -> None:
+def draw_spectrum(axes: "Axes", result: SimulationResult, marks: Sequence[tuple[float, str]]) -> None:
     """Amplitude spectrum of the load angle, Hann window, with natural frequencies marked.
 
     Parameters
     ----------
-    figure : Figure
-        Empty, or a part of one.
+    axes : Axes
     result : SimulationResult
     marks : sequence of (float, str)
         Frequency [Hz] and kind of mode, as `spectrum_marks` gives them.
@@ -88,7 +86,6 @@ def draw_spectrum(
     top = 1.05 * max((frequency for frequency, _ in marks), default=spectrum.frequency[-1])
     shown = (spectrum.frequency >= 2.0 * spectrum.resolution) & (spectrum.frequency <= top)
     amplitude = np.degrees(spectrum.amplitude[shown])
-    axes = figure.subplots()
     highest = float(np.max(amplitude, initial=0.0)) or 1.0
     axes.plot(
         spectrum.frequency[shown],
@@ -144,11 +141,15 @@ def run_plot(drive: Drive, result: SimulationResult, form: str) -> bytes:
     marks = spectrum_marks(drive)
     undated: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
     with file_style(), BytesIO() as file:
-        figure = Figure(figsize=(9.0, 8.0), layout="constrained")
-        figure.suptitle(drive.title or drive.name, fontsize=TEXT + 1)
-        above, below = figure.subfigures(2, 1, height_ratios=(1.5, 1.0))
-        draw_histories(above, result)
-        draw_spectrum(below, result, marks)
+        figure = Figure(figsize=(9.0, 8.0))
+        figure.suptitle(drive.title or drive.name, fontsize=TEXT + 1, y=0.99)
+        rows = len(result.spans) + 1
+        heights = [0.50 / rows] * rows + [0.28]
+        feet = [0.96 - sum(heights[: row + 1]) - 0.02 * row for row in range(rows)] + [0.07]
+        panels = [figure.add_axes((0.1, y, 0.86, h)) for y, h in zip(feet, heights, strict=True)]
+        draw_histories(panels[:-1], result)
+        draw_spectrum(panels[-1], result, marks)
+        figure.align_ylabels(panels)
         figure.savefig(file, format=form, dpi=150, metadata=undated.get(form))
         return file.getvalue()
 
@@ -166,9 +167,11 @@ def histories_picture(name: str, result: SimulationResult) -> Picture:
     -------
     Picture
     """
-    return picture(
-        name, lambda figure, _: draw_histories(figure, result), wide=HEIGHT + 80, narrow=HEIGHT + 80
-    )
+
+    def _draw(figure: "Figure", narrow: bool) -> None:
+        draw_histories(figure.subplots(1 + len(result.spans), 1), result)
+
+    return picture(name, _draw, wide=HEIGHT + 80, narrow=HEIGHT + 80)
 
 
 def spectrum_picture(name: str, result: SimulationResult, marks: Sequence[tuple[float, str]]) -> Picture:
@@ -186,7 +189,11 @@ def spectrum_picture(name: str, result: SimulationResult, marks: Sequence[tuple[
     -------
     Picture
     """
-    return picture(name, lambda figure, _: draw_spectrum(figure, result, marks), wide=HEIGHT, narrow=HEIGHT)
+
+    def _draw(figure: "Figure", narrow: bool) -> None:
+        draw_spectrum(figure.add_subplot(), result, marks)
+
+    return picture(name, _draw, wide=HEIGHT, narrow=HEIGHT)
 
 
 def orbit_picture(name: str, result: SimulationResult, span: str = "upper") -> Picture:

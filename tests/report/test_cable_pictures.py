@@ -1,0 +1,154 @@
+"""Pictures, animation and chapter of the cable in time show what was computed."""
+
+import re
+from functools import cache
+from io import BytesIO
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from PIL import Image
+from report_page import Reader
+
+from cabledrive.modes import natural_frequencies
+from cabledrive.parameters import InputRefused, load_drive
+from cabledrive.report.animation import animation_gif, animation_page, animation_svg, motion_of
+from cabledrive.report.chapters import the_cable
+from cabledrive.report.context import make_context
+from cabledrive.report.figures import run_fields, run_histories
+from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
+from cabledrive.studies import cable_runs
+
+DRIVE = load_drive("dissertation-2")
+
+
+@cache
+def run(fields: int = 20):
+    plucks = (Pluck(height=2e-3), Pluck(height=1e-3, span="lower"), Pluck(height=1e-3, plane="v"))
+    return simulate(
+        DRIVE,
+        0.05,
+        start=Start(plucks=plucks),
+        scheme=Scheme(segments=20),
+        recording=Recording(rate=10_000.0, fields=fields),
+    )
+
+
+@cache
+def chapter():
+    return the_cable.chapter(make_context([DRIVE]))
+
+
+def test_histories_are_the_records():
+    load, upper, lower = panels = Figure().subplots(3, 1)
+    run_histories.draw_histories(panels, run())
+    np.testing.assert_array_equal(load.lines[0].get_ydata(), np.degrees(run().load_angle))
+    for axes, span in ((upper, "upper"), (lower, "lower")):
+        np.testing.assert_array_equal(axes.lines[0].get_ydata(), 1e3 * run().midpoint(span)[:, 2])
+    np.testing.assert_array_equal(upper.lines[1].get_ydata(), 1e3 * run().midpoint("upper")[:, 1])
+    assert len(lower.lines) == 1, "no v on the lower span: nothing to draw"
+
+
+def test_the_spectrum_marks_the_certified_modes():
+    marks = run_histories.spectrum_marks(DRIVE)
+    longitudinal = [frequency for frequency, kind in marks if kind == "longitudinal"]
+    assert longitudinal == [pytest.approx(natural_frequencies(DRIVE, count=1)[0])]
+    transverse = [frequency for frequency, kind in marks if kind == "transverse"]
+    np.testing.assert_allclose(transverse, transverse[0] * np.arange(1, 5), rtol=1e-9)
+    axes = Figure().add_subplot()
+    run_histories.draw_spectrum(axes, run(), marks)
+    assert sorted(line.get_xdata()[0] for line in axes.lines[1:]) == [frequency for frequency, _ in marks]
+
+
+def test_the_drawn_tension_is_the_recorded_one():
+    """Least over each span, at the times of the whole fields."""
+    tension = run_fields.tension_field(DRIVE, run())
+    at = np.searchsorted(run().time, run().field_time - 1e-9)
+    for number, span in enumerate(run().spans):
+        least = tension[:, 20 * number : 20 * (number + 1)].min(axis=1)
+        np.testing.assert_allclose(least, run().channel(f"least_tension_{span}")[at], rtol=1e-12)
+
+
+def test_the_field_of_a_span_has_the_recorded_midpoint_and_held_ends():
+    at = np.searchsorted(run().time, run().field_time - 1e-9)
+    for span in run().spans:
+        field = run_fields.span_field(run(), span)
+        np.testing.assert_allclose(field[:, 10], run().midpoint(span)[at, 2], atol=1e-15)
+        np.testing.assert_array_equal(field[:, [0, -1]], 0.0)
+
+
+def test_a_run_without_fields_is_not_animated():
+    with pytest.raises(InputRefused, match="0 whole fields kept"):
+        motion_of(run(fields=0))
+
+
+def test_a_frame_shows_the_pulleys_where_they_are():
+    motion = motion_of(run())
+    np.testing.assert_array_equal(motion.time, run().field_time)
+    expected = np.interp(motion.time, run().time, run().load_angle)
+    np.testing.assert_array_equal(motion.angles[:, 1], expected)
+
+
+def test_the_gif_has_a_frame_for_each_field_and_they_differ():
+    content = animation_gif(DRIVE, run())
+    assert len(content) < 1_500_000
+    with Image.open(BytesIO(content)) as picture:
+        assert picture.n_frames == len(run().fields)
+        first = np.asarray(picture.convert("L"), dtype=float)
+        picture.seek(5)
+        assert np.abs(np.asarray(picture.convert("L"), dtype=float) - first).max() > 100
+        assert picture.info["loop"] == 0
+
+
+def test_the_animation_on_a_page_needs_no_script_and_obeys_who_wants_less_motion():
+    html = animation_page(DRIVE, run())
+    reader = Reader(html)
+    assert reader.faults == []
+    assert reader.root.all("script") == []
+    assert re.findall(r"(?:https?:)?//|url\(|@import", html) == []
+    assert "@media (prefers-reduced-motion: reduce)" in html
+    (switch,) = reader.root.all("input")
+    assert switch.attributes["type"] == "checkbox"
+    assert [e.attributes["for"] for e in reader.root.all("label")] == [switch.attributes["id"]]
+    assert len(reader.root.all("g")) == len(run().fields)
+
+
+def test_frames_follow_one_another_without_gap():
+    _, wide, narrow = animation_svg("x", DRIVE, run())
+    for drawing in (wide, narrow):
+        delays = np.array([float(d) for d in re.findall(r"animation-delay: (-?[\d.]+)s", drawing)])
+        np.testing.assert_allclose(np.diff(delays), 1.0 / 16.0, atol=1.1e-4)
+        assert np.all(delays < 0.0)
+        assert re.findall(r"#[0-9a-fA-F]{6}\b", drawing) == []
+
+
+def test_the_chapter_has_its_figures_with_words_for_who_does_not_see_them():
+    figures = [block for block in chapter().all_blocks if block.kind == "figure"]
+    assert len(figures) == 9
+    for figure in figures:
+        assert len(figure.alt) > 40, figure.name
+        assert figure.narrow is not None
+        assert re.findall(r"#[0-9a-fA-F]{6}\b|\brgb\(", figure.wide) == [], figure.name
+
+
+def test_the_chapter_finds_the_load_pulleys_peak_near_the_printed_one():
+    """81.7 Hz, printed 81.6 Hz, resolution 0.5 Hz."""
+    (figure,) = [block for block in chapter().all_blocks if getattr(block, "name", "") == "cable-spectrum"]
+    found = float(re.search(r"peak stands at ([\d.]+) Hz", str(figure.caption))[1])
+    assert found == pytest.approx(81.742, abs=0.05), found
+
+
+def test_the_chapter_finds_slack_at_twice_radius_times_pretension():
+    (figure,) = [b for b in chapter().all_blocks if getattr(b, "name", "") == "cable-slack-torque"]
+    found = float(re.search(r"goes slack at ([\d.]+) N m", str(figure.caption))[1])
+    assert found == pytest.approx(cable_runs.slack_torque(DRIVE), rel=0.01), found
+
+
+def test_the_chapter_is_about_its_rig_alone():
+    assert the_cable.chapter(make_context([load_drive("dissertation-1")])) is None
+
+
+def test_sag_of_the_chain_approaches_the_catenary_with_the_square_of_the_segment():
+    sags = [cable_runs.sag_table(DRIVE, segments) for segments in (20, 40)]
+    errors = [abs(sag.chain / sag.catenary - 1.0) for sag in sags]
+    assert 3.5 < errors[0] / errors[1] < 4.5, errors
