@@ -16,6 +16,7 @@ SAME = {r"\dots": r"\ldots", r"\big": r"\bigl", r"\Big": r"\Bigl", r"\bigg": r"\
 def mathml(latex: str, block: bool) -> str:
     """One formula; names that the converter lacks are replaced by those it knows."""
     known = re.sub(r"\\[A-Za-z]+", lambda name: SAME.get(name[0], name[0]), latex)
+    known = re.sub(r"\\tag\{([^}]*)\}", r"\\qquad \\text{(\1)}", known)
     known = re.sub(r"(\\[dt]?frac)(\d)(\d)", r"\1{\2}{\3}", known)  # else \frac12 is 12 over what follows
     if block and (r"\\" in known or "&" in known) and r"\begin{" not in known:
         known = rf"\begin{{aligned}}{known}\end{{aligned}}"

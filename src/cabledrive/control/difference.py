@@ -14,8 +14,8 @@ def filtered_difference(
 ) -> ObserverNumbers:
     r"""Speeds by differences of successive readings through a first-order filter.
 
-    .. math:: \hat\omega_k = \hat\omega_{k-1} + (1 - e^{-2\pi f h})\,\big((y_k - y_{k-1})/h -
-    \hat\omega_{k-1}\big)
+    .. math::
+        \hat\omega_k = \hat\omega_{k-1} + (1 - e^{-2\pi f h})\,\big((y_k - y_{k-1})/h - \hat\omega_{k-1}\big)
 
     The second-order filter of (4.1) lags more and was worse in closed loop at every cut-off tried.
 

@@ -110,7 +110,7 @@ def fold(c: AveragedCoefficients, kind: Kind) -> tuple[float, float] | None:
     Returns
     -------
     (float, float) or None
-        |f| [m/s] and X [m^2] there; below it a large motion dies out. None: amplitudes grow from the
+        Size of f [m/s] and X [m^2] there; below it a large motion dies out. None: amplitudes grow from the
         threshold without a jump.
     """
     (a1, a0), (b1, b0) = _linear_parts(c, kind)
@@ -192,7 +192,7 @@ def growth_of(c: AveragedCoefficients, state: Complex) -> float:
 
 
 def hopf_torque_force(c: AveragedCoefficients) -> float | None:
-    r"""Force |f| at which one span's steady state gives way to permanent beats, Eq. (A.28).
+    r"""Size of the force f at which one span's steady state gives way to permanent beats, Eq. (A.28).
 
     With :math:`b = 2\alpha kX` and :math:`H = c^2 + 4\delta^2`
 

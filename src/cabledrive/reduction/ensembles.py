@@ -25,9 +25,9 @@ class Largest(NamedTuple):
     Attributes
     ----------
     pulley : ndarray, shape (lanes,)
-        Largest |q| [m].
+        Largest q, either way [m].
     spans : ndarray, shape (J, lanes)
-        Largest |a| of each section [m].
+        Largest amplitude a of each section [m].
     state : ndarray
         At the end: slow amplitudes, complex, or q and a, shape (1 + J, lanes).
     """

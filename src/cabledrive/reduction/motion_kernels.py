@@ -50,7 +50,7 @@ def transitions(across, lift, q, gamma, h, edges, out):
 
 @njit
 def march_from(first, natural, damping, force, push, across, lift, cubic, gamma, h, q, p, a, b, top):
-    """The oscillators with back-action from step `first` on; largest |a| of each mode in `top`."""
+    """The oscillators with back-action from step `first` on; largest amplitude of each mode in `top`."""
     modes = a.size
     loss_a = 0.5 * h * gamma
     for n in range(first, force.size):

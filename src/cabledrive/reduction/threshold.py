@@ -108,7 +108,7 @@ def growth_rates(c: AveragedCoefficients, amplitude: ArrayLike) -> Array:
     ----------
     c : AveragedCoefficients
     amplitude : array_like, shape (...)
-        |Q| [m].
+        Size of Q [m].
 
     Returns
     -------
@@ -127,7 +127,7 @@ def tongue_half_width(c: AveragedCoefficients, amplitude: ArrayLike) -> Array:
     ----------
     c : AveragedCoefficients
     amplitude : array_like, shape (...)
-        |Q| [m].
+        Size of Q [m].
 
     Returns
     -------

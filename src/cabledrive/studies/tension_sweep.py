@@ -27,7 +27,7 @@ class Sweep:
     Attributes
     ----------
     pumping : float
-        mu = |k Q| [rad/s].
+        mu, the size of k Q [rad/s].
     damping : float
         Gamma [1/s].
     rate : float
