@@ -12,10 +12,12 @@ from report_page import Reader
 
 from cabledrive.modes import natural_frequencies
 from cabledrive.parameters import InputRefused, load_drive
-from cabledrive.report.animation import animation_gif, animation_page, animation_svg, motion_of
+from cabledrive.report.animated_gif import animation_gif
+from cabledrive.report.animation import animation_page, animation_svg
 from cabledrive.report.chapters import the_cable
 from cabledrive.report.context import make_context
 from cabledrive.report.figures import run_fields, run_histories
+from cabledrive.report.motion import motion_of
 from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
 from cabledrive.studies import cable_runs
 

@@ -90,7 +90,7 @@ def amplitude_spectrum(time: Array, signal: Array) -> Spectrum:
     padded = PADDING * signal.size
     amplitude = 2.0 * np.abs(np.fft.rfft((signal - level) * window, padded)) / window.sum()
     return Spectrum(
-        frequency=np.fft.rfftfreq(padded, interval),
+        frequency=np.arange(amplitude.size, dtype=np.float64) / (padded * interval),
         amplitude=amplitude,
         resolution=1.0 / (signal.size * interval),
     )

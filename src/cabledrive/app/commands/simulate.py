@@ -122,7 +122,7 @@ def command(
 
 def _fields_to_animate(drive: Drive, options: dict[str, Any]) -> int:
     """Every how many records all nodes are kept: as asked for, else often enough to follow the motion."""
-    from cabledrive.report.animation import frame_interval
+    from cabledrive.report.motion import frame_interval
 
     if options["model"] == "fast":
         raise InputRefused("--animate does not go with --model fast: leave it out or use --model exact")
@@ -130,7 +130,8 @@ def _fields_to_animate(drive: Drive, options: dict[str, Any]) -> int:
 
 
 def _write_animation(drive: Drive, result: SimulationResult, animate: NewFile) -> None:
-    from cabledrive.report.animation import animation_gif, animation_page
+    from cabledrive.report.animated_gif import animation_gif
+    from cabledrive.report.animation import animation_page
 
     gif = animate.path.suffix.lower() == ".gif"
     animate.write(animation_gif(drive, result) if gif else animation_page(drive, result))

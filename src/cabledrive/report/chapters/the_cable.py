@@ -3,7 +3,7 @@
 import numpy as np
 
 from cabledrive.parameters import Drive, content_hash, load_drive
-from cabledrive.report.animation import animation_svg, frame_interval
+from cabledrive.report.animation import animation_svg
 from cabledrive.report.blocks import Chapter, Column, Figure, Paragraph, RowGroup, Section, Table
 from cabledrive.report.context import ReportContext
 from cabledrive.report.figures.run_fields import (
@@ -19,6 +19,7 @@ from cabledrive.report.figures.run_histories import (
     spectrum_marks,
     spectrum_picture,
 )
+from cabledrive.report.motion import frame_interval
 from cabledrive.report.numbers import number, quantity
 from cabledrive.report.picture import Picture
 from cabledrive.simulation import SimulationResult

@@ -229,7 +229,7 @@ def _map(axes: "Axes", figure: "Figure", time: Array, place: Array, values: Arra
     shades += [to_rgba(QUIET, 0.0), *(to_rgba(BLUE, k / LEVELS) for k in range(1, LEVELS + 1))]
     filled = axes.contourf(time, place, values, edges, colors=shades)
     bar = figure.colorbar(filled, ax=axes, label=words, format=lambda value, _: number(value, 2))
-    bar.outline.set_visible(False)  # type: ignore[operator]
+    bar.outline.set_visible(False)
     axes.set_xlabel("time [ms]")
 
 
