@@ -53,6 +53,25 @@ def njit_inlined(function: F) -> F:
     return _compile(function, FAST_MATH, inline="always")
 
 
+def njit_in_place(function: F) -> F:
+    """Compile a kernel that makes no arrays, only views of those it is given.
+
+    References to arrays are then not counted, which takes more time than the arithmetic where a kernel is
+    short.
+
+    Parameters
+    ----------
+    function : callable
+        Loops over floats and arrays.
+
+    Returns
+    -------
+    callable
+        As `njit`.
+    """
+    return _compile(function, FAST_MATH, **_uncounted())
+
+
 def njit_strict(function: F) -> F:
     """Compile a kernel whose rounding matters: no arithmetic is reordered.
 
@@ -84,6 +103,15 @@ def numba_at_hand() -> bool:
         return False
     config: Any = numba.config
     return not config.DISABLE_JIT
+
+
+def _uncounted() -> dict[str, bool]:
+    """Option that switches the counting of references off, where this version of numba has it."""
+    if not numba_at_hand():
+        return {}
+    from numba.core.options import DefaultOptions
+
+    return {"_nrt": False} if hasattr(DefaultOptions, "_nrt") else {}
 
 
 def _compile(function: F, fast_math: Any, **options: Any) -> F:

@@ -10,7 +10,7 @@ each span answers with :math:`q = q_0 + q_a V_a + q_b V_b`. Twin:
 from math import sqrt
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import njit
+from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.simulation.kernels.segments import (
     EXACT,
     LINEAR,
@@ -18,7 +18,7 @@ from cabledrive.simulation.kernels.segments import (
 )
 
 
-@njit
+@njit_in_place
 def strain_directions(
     law: int,
     slack_strain: float,
@@ -51,7 +51,7 @@ def strain_directions(
         direction[2, i] = w_x
 
 
-@njit
+@njit_in_place
 def solve_span(
     first: int,
     last: int,
@@ -99,7 +99,7 @@ def solve_span(
             q[k, i] /= q[3, i]
 
 
-@njit
+@njit_in_place
 def _link(node: int, kick_u: Array, kick_t: Array, direction: Array) -> float:
     """Coupling of the two segments that meet at a node."""
     return -0.5 * (

@@ -9,7 +9,7 @@ from math import sqrt
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import njit
+from cabledrive.mechanics.compiled import njit, njit_in_place
 from cabledrive.simulation.channels import BALANCE, TALLIES
 from cabledrive.simulation.kernels.energy_equal_segments import MOST_TRIALS, SETTLED, step_equal_segments
 from cabledrive.simulation.kernels.equal_segments import gain_series, stays_in_plane
@@ -18,6 +18,7 @@ from cabledrive.simulation.kernels.observe import observe
 from cabledrive.simulation.kernels.segments import EXACT, LINEAR, segment_tensions, transverse_stretch
 from cabledrive.simulation.kernels.shafts import add_to
 from cabledrive.simulation.kernels.steps import (
+    copy_rows,
     keep_before,
     keep_extremes,
     note_slack,
@@ -53,11 +54,29 @@ def march(
     fields: Array,
 ) -> int:
     """Take a step per entry of ``torque``; as `cabledrive.simulation.kernels.verlet.march`."""
+    series = gain_series(plan.rigidity, plan.segment[INVERSE_SPACING, 0])
+    rest, lost = np.zeros(work.p.shape), np.zeros((2, TALLIES))
+    return _march(plan, state, work, series, rest, lost, torque, forces, every, rows, fields)
+
+
+@njit_in_place
+def _march(
+    plan: Plan,
+    state: State,
+    work: Workspace,
+    series: Array,
+    rest: Array,
+    lost: Array,
+    torque: Array,
+    forces: Array,
+    every: int,
+    rows: Array,
+    fields: Array,
+) -> int:
+    """As `march`, with the series of the gain and room for nonlinear components and losses of a trial."""
     x, x_t, motor, tallies = state.x, state.x_t, state.motor, state.tallies
     quick = plan.uniform and plan.law == EXACT
     planar = stays_in_plane(x, x_t)
-    series = gain_series(plan.rigidity, plan.segment[INVERSE_SPACING, 0])
-    rest = np.zeros(work.p.shape)
     j, stored_before = 0, 0.0
     while j < torque.size:
         recording = j % every == 0
@@ -70,7 +89,7 @@ def march(
         if j < stop:
             if _is_slack(plan, state, work):
                 return SLACK
-            _long_step(plan, state, work, rest, torque[j], forces[j])
+            _long_step(plan, state, work, rest, lost, torque[j], forces[j])
             j += 1
         if recording:
             record = (j - 1) // every
@@ -81,13 +100,13 @@ def march(
             )  # fmt: skip
             row[BALANCE] += _own_balance(plan, work, x_t, 0.5 * (stored_before + state.extra[STORED]))
             if fields.shape[0] > 0:
-                fields[record] = work.before[0]
+                copy_rows(work.before[0], fields[record])
             if not abs(row[BALANCE]) < 1e300:
                 return NOT_FINITE
     return DONE
 
 
-@njit
+@njit_in_place
 def _quick_steps(
     plan: Plan, state: State, work: Workspace, torque: Array, series: Array, gain: Array, planar: bool
 ) -> int:
@@ -108,7 +127,7 @@ def _quick_steps(
     return taken
 
 
-@njit
+@njit_in_place
 def _is_slack(plan: Plan, state: State, work: Workspace) -> bool:
     """Components of all segments; whether a slack one stops the run."""
     keep_extremes(plan.segments, plan.spans, plan.probe, state.x, state.motor, state.extremes)
@@ -120,12 +139,13 @@ def _is_slack(plan: Plan, state: State, work: Workspace) -> bool:
     return plan.stop_when_slack and slack > 0
 
 
-@njit
-def _long_step(plan: Plan, state: State, work: Workspace, rest: Array, torque: float, forces: Array) -> None:
+@njit_in_place
+def _long_step(
+    plan: Plan, state: State, work: Workspace, rest: Array, lost: Array, torque: float, forces: Array
+) -> None:
     """One step for every law and every drive; the components are in ``work.p``."""
     x, x_t, motor, extra, shaft = state.x, state.x_t, state.motor, state.extra, work.shaft
     place, speed = motor[0], motor[1]
-    lost = np.zeros((2, TALLIES))
     _take_linear(plan, x, work.p, rest, -1.0)
     energy = nonlinear_energy(plan, x)
     extra[SHIFT] = raised_shift(extra[SHIFT], min(energy, extra[STORED]))
@@ -136,9 +156,10 @@ def _long_step(plan: Plan, state: State, work: Workspace, rest: Array, torque: f
     change, result = 0.0, 0.0
     for trial in range(MOST_TRIALS):
         if trial > 0:
-            x_t[:] = work.old
+            copy_rows(work.old, x_t)
             motor[0], motor[1] = place, speed
-        lost[:] = 0.0
+        for k in range(TALLIES):
+            lost[0, k], lost[1, k] = 0.0, 0.0
         for axis in range(3):
             for i in range(rest.shape[1]):
                 work.p[axis, i] = (psi + 0.5 * change) / root * rest[axis, i]
@@ -167,7 +188,7 @@ def _long_step(plan: Plan, state: State, work: Workspace, rest: Array, torque: f
     state.counts[STEPS] += 1
 
 
-@njit
+@njit_in_place
 def _drift(plan: Plan, x: Array, x_t: Array, extra: Array) -> None:
     """Displacements after the step."""
     n, last = plan.segments, x.shape[1] - 1
@@ -181,7 +202,7 @@ def _drift(plan: Plan, x: Array, x_t: Array, extra: Array) -> None:
         x[0, last] = drive
 
 
-@njit
+@njit_in_place
 def _take_linear(plan: Plan, x: Array, p: Array, out: Array, sign: float) -> None:
     """Components plus or minus those of the linear law."""
     for axis in range(3):
@@ -191,7 +212,7 @@ def _take_linear(plan: Plan, x: Array, p: Array, out: Array, sign: float) -> Non
             out[axis, i] = p[axis, i] + sign * stiffness * slope
 
 
-@njit
+@njit_in_place
 def _answer(plan: Plan, rest: Array) -> float:
     """How much the nodes answer to their nonlinear forces, sum of kick times force squared."""
     total = 0.0
@@ -202,7 +223,7 @@ def _answer(plan: Plan, rest: Array) -> float:
     return total
 
 
-@njit
+@njit_in_place
 def _stretching(rest: Array, x_t: Array) -> float:
     """Power of nonlinear components on the differences of velocities."""
     total = 0.0
@@ -212,7 +233,7 @@ def _stretching(rest: Array, x_t: Array) -> float:
     return total
 
 
-@njit
+@njit_in_place
 def nonlinear_energy(plan: Plan, x: Array) -> float:
     """Elastic energy beyond that of the linear law."""
     total = 0.0
@@ -227,7 +248,7 @@ def nonlinear_energy(plan: Plan, x: Array) -> float:
     return 0.5 * rigidity * total
 
 
-@njit
+@njit_in_place
 def _own_balance(plan: Plan, work: Workspace, after: Array, stored: float) -> float:
     """What the balance of this scheme has beyond that of Stoermer-Verlet; ``work.p`` holds the components."""
     x, before = work.before[0], work.before[1]

@@ -12,7 +12,7 @@ linear forces plus c times the rest. Twin: `cabledrive.simulation.readable.energ
 from math import sqrt
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import njit, njit_inlined
+from cabledrive.mechanics.compiled import njit_in_place, njit_inlined
 from cabledrive.simulation.channels import TRANSVERSE_LOSS
 from cabledrive.simulation.kernels.equal_segments import safe_range
 from cabledrive.simulation.kernels.shafts import add_to
@@ -58,7 +58,7 @@ def rest_at(u: Array, gain: Array, i: int, rigidity: float, h: float) -> float:
     return gain[i] + (gain[i] - rigidity) * (u[i + 1] - u[i]) / h
 
 
-@njit
+@njit_in_place
 def step_equal_segments(
     plan: Plan,
     state: State,

@@ -13,7 +13,7 @@ it. All steps between two records are taken in one call, so that what does not c
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import njit, njit_inlined
+from cabledrive.mechanics.compiled import njit, njit_in_place, njit_inlined
 from cabledrive.simulation.channels import TRANSVERSE_LOSS
 from cabledrive.simulation.kernels.segments import C0, C1, C2, C3, C4, C5, C6, C7, LARGEST_Z
 from cabledrive.simulation.kernels.shafts import add_to
@@ -47,7 +47,7 @@ def gain_series(rigidity: float, inverse_spacing: float) -> Array:
     return series
 
 
-@njit
+@njit_in_place
 def safe_range(plan: Plan) -> tuple[float, float]:
     """Centre and half width of the y at which a segment is taut and the series holds."""
     slack_z = (1.0 + plan.slack_strain) ** 2 - 1.0
@@ -79,7 +79,7 @@ def pulls_on_rims(x: Array, series: Array, h: float, pretension: float, segments
         p[0, i] = (pretension + gain) * (x[0, i + 1] - x[0, i]) / h + gain
 
 
-@njit
+@njit_in_place
 def stays_in_plane(x: Array, x_t: Array) -> bool:
     """Whether nothing has left the plane of the pulleys; then nothing does."""
     size = 0.0
@@ -88,7 +88,7 @@ def stays_in_plane(x: Array, x_t: Array) -> bool:
     return size == 0.0
 
 
-@njit
+@njit_in_place
 def step_equal_segments(
     plan: Plan,
     state: State,

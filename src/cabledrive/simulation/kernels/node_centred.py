@@ -7,7 +7,7 @@ take the tension half a segment away, and carry the half cells in between.
 from math import sqrt
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import njit
+from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.simulation.channels import BALANCE, TRANSVERSE_LOSS
 from cabledrive.simulation.kernels.observe import observe
 from cabledrive.simulation.kernels.segments import EXACT, LINEAR, WEAK, segment_tensions
@@ -37,7 +37,7 @@ from cabledrive.simulation.workspace import Workspace
 DONE, SLACK, NOT_FINITE = range(3)
 
 
-@njit
+@njit_in_place
 def march(
     plan: Plan,
     state: State,
@@ -89,7 +89,7 @@ def march(
     return DONE
 
 
-@njit
+@njit_in_place
 def _kick_nodes(plan: Plan, x: Array, x_t: Array, tallies: Array, gained: Array) -> None:
     """New velocities of the nodes between the rims, from the equations of motion as written out."""
     h = plan.segment[INVERSE_SPACING, 0]

@@ -5,7 +5,7 @@ Called with the displacements at t_j and the velocities half a step before and a
 """
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import njit
+from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.simulation.channels import (
     ANGLE,
     AXIAL,
@@ -38,7 +38,7 @@ from cabledrive.simulation.plan import (
 )
 
 
-@njit
+@njit_in_place
 def observe(
     plan: Plan,
     before: Array,
@@ -88,7 +88,7 @@ def observe(
             row[WIDTH + 3 * probe + axis] = (1.0 - share) * ends[0] + share * ends[1]
 
 
-@njit
+@njit_in_place
 def _observe_span(
     plan: Plan, before: Array, after: Array, p: Array, tension: Array, span: int, row: Array
 ) -> float:
@@ -114,7 +114,7 @@ def _observe_span(
     return correction
 
 
-@njit
+@njit_in_place
 def _strain_sums(
     law: int,
     tension_only: bool,
@@ -147,7 +147,7 @@ def _strain_sums(
     return mean, stored
 
 
-@njit
+@njit_in_place
 def least_of(values: Array) -> float:
     """Least of some numbers; four at once, since the compiler keeps minima in order."""
     a = b = c = d = values[0]
@@ -161,7 +161,7 @@ def least_of(values: Array) -> float:
     return min(min(a, b), min(c, d))
 
 
-@njit
+@njit_in_place
 def _motion_sums(
     half_density: float, old: Array, new: Array, p: Array, spacing: Array, carriage: Array
 ) -> tuple[float, float, float]:
@@ -185,7 +185,7 @@ def _motion_sums(
     return kinetic, changed, pull
 
 
-@njit
+@njit_in_place
 def _observe_weight(plan: Plan, before: Array, after: Array, row: Array) -> float:
     """Potential energy of the weight; its part of the correction."""
     energy, rate = 0.0, 0.0
@@ -197,7 +197,7 @@ def _observe_weight(plan: Plan, before: Array, after: Array, row: Array) -> floa
     return -0.25 * plan.step * rate
 
 
-@njit
+@njit_in_place
 def _observe_shafts(
     plan: Plan, before: Array, after: Array, motor_before: Array, motor_after: Array, row: Array
 ) -> float:

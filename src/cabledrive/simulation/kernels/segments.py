@@ -6,7 +6,7 @@ Twins of `cabledrive.mechanics.cable_law.CableLaw.excess_components`. Each retur
 from math import sqrt
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import njit, njit_inlined
+from cabledrive.mechanics.compiled import njit_in_place, njit_inlined
 
 EXACT, WEAK, WEAK_CONSISTENT, LINEAR = range(4)
 
@@ -16,7 +16,7 @@ C0, C1, C2, C3 = 0.49999999999999994, -0.37499999999999994, 0.3125000000029696, 
 C4, C5, C6, C7 = 0.24609371288165302, -0.22558590223736838, 0.2096211067498548, -0.1965216438263875
 
 
-@njit
+@njit_in_place
 def segment_tensions(
     law: int,
     tension_only: bool,
@@ -44,7 +44,7 @@ def segment_tensions(
     return slack
 
 
-@njit
+@njit_in_place
 def segment_strain(law: int, x: Array, inverse_spacing: Array, i: int) -> float:
     """Apparent strain of one segment."""
     h = inverse_spacing[i]
@@ -54,7 +54,7 @@ def segment_strain(law: int, x: Array, inverse_spacing: Array, i: int) -> float:
     return u_x + transverse_stretch(law, u_x, (x[1, i + 1] - x[1, i]) * h, (x[2, i + 1] - x[2, i]) * h)
 
 
-@njit
+@njit_in_place
 def transverse_stretch(law: int, u_x: float, v_x: float, w_x: float) -> float:
     """What the slopes add to the stretch of one segment."""
     slopes = v_x * v_x + w_x * w_x
@@ -93,7 +93,7 @@ def _exact_by_polynomial(
     return outside
 
 
-@njit
+@njit_in_place
 def _exact(
     pretension: float,
     rigidity: float,
@@ -118,7 +118,7 @@ def _exact(
     return slack
 
 
-@njit
+@njit_in_place
 def _truncated(
     law: int,
     pretension: float,

@@ -5,14 +5,14 @@ nobody does; like the stored energy it is summed with compensation.
 """
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import njit, njit_strict
+from cabledrive.mechanics.compiled import njit_in_place, njit_strict
 
 # Entries of State.extra: E half a step before the state's time, C, and what rounding took from E and from the
 # displacements of drive rim, load rim and motor.
 STORED, SHIFT, STORED_LOST, DRIVE_LOST, LOAD_LOST, MOTOR_LOST = range(6)
 
 
-@njit
+@njit_in_place
 def raised_shift(shift: float, lowest: float) -> float:
     """Shift C, doubled until the energy stays half of it away from zero."""
     while lowest + shift < 0.5 * shift:

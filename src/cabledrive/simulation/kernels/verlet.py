@@ -6,13 +6,14 @@ else takes the long one.
 """
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import njit
+from cabledrive.mechanics.compiled import njit, njit_in_place
 from cabledrive.simulation.channels import BALANCE
 from cabledrive.simulation.kernels.equal_segments import gain_series, stays_in_plane, step_equal_segments
 from cabledrive.simulation.kernels.nodes import damp_axially, kick_nodes, tally_nodes, turn
 from cabledrive.simulation.kernels.observe import observe
 from cabledrive.simulation.kernels.segments import EXACT, segment_tensions
 from cabledrive.simulation.kernels.steps import (
+    copy_rows,
     keep_before,
     keep_extremes,
     note_slack,
@@ -47,9 +48,25 @@ def march(
     Returns DONE, SLACK (before the step at whose start a span is slack) or NOT_FINITE (after the record that
     shows it).
     """
+    series = gain_series(plan.rigidity, plan.segment[INVERSE_SPACING, 0])
+    return _march(plan, state, work, series, torque, forces, every, rows, fields)
+
+
+@njit_in_place
+def _march(
+    plan: Plan,
+    state: State,
+    work: Workspace,
+    series: Array,
+    torque: Array,
+    forces: Array,
+    every: int,
+    rows: Array,
+    fields: Array,
+) -> int:
+    """As `march`, with the series of the gain."""
     if not plan.uniform or plan.law != EXACT:
         return _march_any(plan, state, work, torque, forces, every, rows, fields)
-    series = gain_series(plan.rigidity, plan.segment[INVERSE_SPACING, 0])
     planar = stays_in_plane(state.x, state.x_t)
     for record in range((torque.size + every - 1) // every):
         first = record * every
@@ -65,7 +82,7 @@ def march(
     return DONE
 
 
-@njit
+@njit_in_place
 def _march_equal(
     plan: Plan,
     state: State,
@@ -88,12 +105,14 @@ def _march_equal(
         state.counts[UPPER_SLACK] = 0
         state.counts[LOWER_SLACK] = 0
     else:
-        x[:], x_t[:] = work.before[0], work.before[1]
-        motor[:], tallies[:] = work.before_motor, work.before_tallies
+        copy_rows(work.before[0], x)
+        copy_rows(work.before[1], x_t)
+        copy_rows(work.before_tallies, tallies)
+        motor[0], motor[1] = work.before_motor[0], work.before_motor[1]
     return taken
 
 
-@njit
+@njit_in_place
 def _step_equal(
     plan: Plan, state: State, work: Workspace, torque: Array, series: Array, planar: bool
 ) -> bool:
@@ -103,7 +122,7 @@ def _step_equal(
     return step_equal_segments(plan, state, work, torque, series, x[0], x[1], x[2], x_t[0], x_t[1], x_t[2])
 
 
-@njit
+@njit_in_place
 def _record(
     plan: Plan,
     work: Workspace,
@@ -120,10 +139,10 @@ def _record(
         torque, work.p, work.q[0], row[0],
     )  # fmt: skip
     if field.shape[0] > 0:
-        field[0] = work.before[0]
+        copy_rows(work.before[0], field[0])
 
 
-@njit
+@njit_in_place
 def _march_any(
     plan: Plan,
     state: State,
@@ -166,7 +185,7 @@ def _march_any(
     return DONE
 
 
-@njit
+@njit_in_place
 def _move_each(
     plan: Plan, x: Array, x_t: Array, motor: Array, tallies: Array, forces: Array, work: Workspace
 ) -> None:
