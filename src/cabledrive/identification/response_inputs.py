@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 def compensated_torque(
     torque: Array, speed: Array, coulomb: float, offset: float, slope: float = 0.0
 ) -> Array:
-    r"""Torque without Coulomb friction and offset, Eq. (4.17).
+    r"""Torque without Coulomb friction and offset, the input of the transfer functions.
 
     .. math:: \tau_c = \tau - c_1 S(\dot\theta) + d_1
 

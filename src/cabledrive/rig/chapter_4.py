@@ -164,7 +164,7 @@ def rig_of(drive: Drive, model: int | None = None, imperfections: Imperfections 
 def response_command(
     rng: np.random.Generator, *, sample_rate: float = 5000.0, duration: float = 8.0, amplitude: float = 1.0
 ) -> Array:
-    """The command of section 4.3: 1,000 sines from 1 to 500 Hz, the lowest peak of ten draws, Eq. (4.14).
+    """The command of section 4.3: 1,000 sines from 1 to 500 Hz, the lowest peak of ten draws.
 
     Parameters
     ----------
