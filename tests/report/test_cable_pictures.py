@@ -121,6 +121,9 @@ def test_frames_follow_one_another_without_gap():
         delays = np.array([float(d) for d in re.findall(r"animation-delay: (-?[\d.]+)s", drawing)])
         np.testing.assert_allclose(np.diff(delays), 1.0 / 16.0, atol=1.1e-4)
         assert np.all(delays < 0.0)
+        period = delays.size / 16.0
+        shown = np.mod(-delays, period) < 1.0 / 16.0
+        assert np.flatnonzero(shown).tolist() == [0], "at rest the first frame is seen, alone"
         assert re.findall(r"#[0-9a-fA-F]{6}\b", drawing) == []
 
 

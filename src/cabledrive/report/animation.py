@@ -111,7 +111,8 @@ def _moving_svg(name: str, drive: Drive, motion: Motion, width: float, narrow: b
         for span in motion.across:
             colour = "blue" if span == "upper" else "orange"
             drawn.line(*span_curve(layout, motion, span, frame), colour=colour, width=2.0)
-        delay = (frame / motion.time.size - 1.0) * period
+        # half a frame early, so that a drawing that never starts shows the first frame and no other
+        delay = ((frame - 0.5) / motion.time.size - 1.0) * period
         inside = "\n".join(drawn.elements)
         groups.append(f'<g class="{name}-frame" style="animation-delay: {delay:.4f}s">{inside}</g>')
     still.elements.extend(groups)
