@@ -126,7 +126,8 @@ def _fields_to_animate(drive: Drive, options: dict[str, Any]) -> int:
 
     if options["model"] == "fast":
         raise InputRefused("--animate does not go with --model fast: leave it out or use --model exact")
-    return options["fields"] or max(1, round(options["rate"] * frame_interval(drive)))
+    interval = min(frame_interval(drive), options["duration"] / 24.0)
+    return options["fields"] or max(1, round(options["rate"] * interval))
 
 
 def _write_animation(drive: Drive, result: SimulationResult, animate: NewFile) -> None:

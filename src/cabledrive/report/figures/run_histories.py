@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from io import BytesIO
+from textwrap import shorten
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -142,11 +143,11 @@ def run_plot(drive: Drive, result: SimulationResult, form: str) -> bytes:
     undated: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
     with file_style(), BytesIO() as file:
         figure = Figure(figsize=(9.0, 8.0))
-        figure.suptitle(drive.title or drive.name, fontsize=TEXT + 1, y=0.99)
+        figure.suptitle(shorten(drive.title or drive.name, 88, placeholder=" ..."), fontsize=TEXT - 1, y=0.99)
         rows = len(result.spans) + 1
         heights = [0.50 / rows] * rows + [0.28]
         feet = [0.96 - sum(heights[: row + 1]) - 0.02 * row for row in range(rows)] + [0.07]
-        panels = [figure.add_axes((0.1, y, 0.86, h)) for y, h in zip(feet, heights, strict=True)]
+        panels = [figure.add_axes((0.13, y, 0.84, h)) for y, h in zip(feet, heights, strict=True)]
         draw_histories(panels[:-1], result)
         draw_spectrum(panels[-1], result, marks)
         figure.align_ylabels(panels)
