@@ -229,8 +229,8 @@ class _Band:
     def _modes(self, top: float, first: int | None = None) -> list[Mode]:
         found = [
             make_mode(chain, solved, self._kind, plane)
-            for chain in self._chains
-            for solved in chain_modes(chain.chain, top, first=first)
+            for counter, chain in self._pairs()
+            for solved in chain_modes(chain.chain, top, first=first, count=counter)
             for plane in self._planes
         ]
         return sorted(found, key=_order)

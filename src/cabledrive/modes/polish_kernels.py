@@ -145,13 +145,15 @@ def polish(
                     x[0] = (x[0] + link[0] * x[first] + link[last] * x[last]) / own
                     for i in range(first, last + 1):
                         x[i] += x[0] * image[i]
+                if solutions + 1 < fewest:
+                    continue
                 largest = 0.0
                 for i in range(n):
-                    largest = max(largest, abs(x[i]))
+                    size = abs(x[i])
+                    if size > largest:
+                        largest = size
                 for i in range(n):
                     x[i] /= largest
-            if not settled and solutions + 1 < fewest:
-                continue
             # Rayleigh quotient
             energy = rate = 0.0
             for i in range(n):

@@ -87,7 +87,9 @@ class ChainMode:
     proven: bool
 
 
-def chain_modes(chain: Chain, top: float, *, first: int | None = None) -> list[ChainMode]:
+def chain_modes(
+    chain: Chain, top: float, *, first: int | None = None, count: ModeCounter | None = None
+) -> list[ChainMode]:
     """All modes of a chain below a frequency, ascending, without the rigid-body mode.
 
     Parameters
@@ -97,6 +99,8 @@ def chain_modes(chain: Chain, top: float, *, first: int | None = None) -> list[C
         Upper end [rad/s].
     first : int, optional
         Stop after so many modes, counted with multiplicity; a multiple mode is not cut.
+    count : ModeCounter, optional
+        The chain's own, if there is one already.
 
     Returns
     -------
@@ -107,7 +111,7 @@ def chain_modes(chain: Chain, top: float, *, first: int | None = None) -> list[C
     NotComputed
         If a mode the count promises cannot be found.
     """
-    count = ModeCounter(chain)
+    count = count or ModeCounter(chain)
     rigid = chain.rigid_body_modes
     everything = Bracket(0.0, top, rigid, max(count(top), rigid))
     wanted = everything.below_high - rigid if first is None else min(first, everything.below_high - rigid)
