@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from cabledrive.reduction.uniform_tension import UniformTensionModel
 from cabledrive.reduction.uniform_tension_kernels import march_kernel
+from cabledrive.reduction.uniform_tension_single import single_sine_kernel
 
 Array = NDArray[np.float64]
 
@@ -152,4 +153,5 @@ def march(
     -------
     March
     """
-    return March(*march_kernel(c, q, p, a, b, torque, h, stride))
+    kernel = single_sine_kernel if a.shape == (1, 2, 1) else march_kernel
+    return March(*kernel(c, q, p, a, b, torque, h, stride))
