@@ -28,12 +28,12 @@ def report() -> str:
         for row in compared(library, segments, name, plucks)
     ]
     note = (
-        f"`dissertation-2` at 3.26 N, torque 0.02 N m at 81.6 Hz, Gamma 2 1/s, half-sine pluck of 1 mm, CFL 0.9; "
-        "a row is time per step. The C loop keeps no record, energy, extreme or slack; it was compiled with "
-        f"`gcc -O3 -march=native -ffast-math`, which vectorised {vectorised} of its {LOOPS} loops. In the plane of "
-        "the pulleys the kernel leaves out v, which stays exactly zero; the C loop does not. Displacements after "
-        "some thousand steps are compared; their difference is the last column. Targets: C at least 1.0 times the "
-        "kernel, numpy 100 times, energy-conserving at most 2.3."
+        "`dissertation-2` at 3.26 N, torque 0.02 N m at 81.6 Hz, Gamma 2 1/s, half-sine pluck of 1 mm, CFL "
+        "0.9. The C loop keeps no record, energy, extreme or slack; it was compiled with `gcc -O3 -march=native "
+        f"-ffast-math`, which vectorised {vectorised} of its {LOOPS} loops. In the plane of the pulleys "
+        "the kernel leaves out v, which stays exactly zero; the C loop does not. The last column is the difference "
+        "of displacements after some thousand steps. Targets: C at least 1.0 times the kernel, numpy 100 "
+        "times, energy-conserving at most 2.3."
     )
     columns = ["n", "motion", "contestant", "time per step", "times the kernel", "difference"]
     return table(columns, rows) + "\n\n" + note

@@ -47,7 +47,7 @@ def decorators(function: Function) -> set[str]:
     return {d.attr if isinstance(d, ast.Attribute) else getattr(d, "id", "") for d in calls}
 
 
-COMPILERS = {"njit", "njit_inlined", "njit_strict", "jit", "vectorize", "guvectorize"}
+COMPILERS = {"njit", "njit_inlined", "njit_strict", "njit_in_place", "jit", "vectorize", "guvectorize"}
 
 
 def is_kernel(function: Function) -> bool:
