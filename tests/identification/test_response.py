@@ -10,7 +10,8 @@ from cabledrive.identification.excitation import (
     random_multisine,
 )
 from cabledrive.identification.frequency_response import response_by_periods, response_by_segments
-from cabledrive.identification.response_models import chain_for, choose_model, fit_response
+from cabledrive.identification.model_choice import choose_model
+from cabledrive.identification.response_models import chain_for, fit_response
 from cabledrive.parameters import InputRefused
 from cabledrive.reduction.lumped_chain import speed_response
 

@@ -7,17 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cabledrive.identification import identifiability as told
 from cabledrive.identification.axis_equation import AxisEquation
 from cabledrive.identification.estimates import Estimate, Identification, unit_of
 from cabledrive.identification.filters import chosen_bandwidth
 from cabledrive.identification.friction_regressors import FrictionModel
-from cabledrive.identification.identifiability import (
-    blind_parameters,
-    blind_words,
-    readable,
-    weak_parameters,
-    weak_words,
-)
 from cabledrive.identification.inverse_dynamics import Rows, factors_of, rows_of
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.regression import Factors, Fit, joined, solve, suited_segments
@@ -206,9 +200,9 @@ def concluded(
     Identification
     """
     fit = solve(factors)
-    blind = blind_parameters(fit)
-    weak = set(weak_parameters(fit, sizes)) - blind
-    words = blind_words(fit) + tuple(weak_words(name) for name in fit.names if name in weak)
+    blind = told.blind_parameters(fit)
+    weak = set(told.weak_parameters(fit, sizes)) - blind
+    words = told.blind_words(fit) + tuple(told.weak_words(name) for name in fit.names if name in weak)
     half = fit.half_width()
     parameters = {
         name: _estimate(fit, k, float(half[k]), unit_of(name, equation.linear), name in blind | weak)
@@ -248,7 +242,7 @@ def implausible(parameters: dict[str, Estimate]) -> tuple[str, ...]:
             if name not in ("inertia", "mass"):
                 hint = "the friction model does not fit this axis"
             found.append(
-                f"{readable(name)} comes out negative ({estimate.value:.4g} {estimate.unit}): {hint}"
+                f"{told.readable(name)} comes out negative ({estimate.value:.4g} {estimate.unit}): {hint}"
             )
     return tuple(found)
 
