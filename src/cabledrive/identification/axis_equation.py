@@ -32,8 +32,6 @@ class AxisEquation:
     kink : float
         Friction over inertia [rad/s^2 or m/s^2]: the jump of the acceleration at a turn is twice that. Known
         roughly from a first pass; the speed whose sign is taken then keeps its kinks when it is smoothed.
-    extra : tuple of str
-        Further regressors, see `cabledrive.identification.extra_regressors`.
     """
 
     linear: bool
@@ -42,7 +40,6 @@ class AxisEquation:
     friction: FrictionModel = field(default_factory=FrictionModel)
     quantum: float = 0.0
     kink: float = 0.0
-    extra: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if self.filter not in FILTERS:

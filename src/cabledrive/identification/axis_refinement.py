@@ -31,14 +31,38 @@ BANDWIDTH = 50.0
 PASSES = 12
 CONVERGED = 0.02
 """Largest step of a parameter, in standard errors, at which the iteration ends."""
+HALVINGS = 5
+SLACK = 1e-3
+"""Growth of the residual that a step may make: near the end the sensitivities are not quite its gradient."""
 LARGEST_RESIDUAL = 0.5
+NOT_FOLLOWING = (
+    "the model does not follow the log by itself (residual {share:.0f} % of the speed): a feedback loop "
+    "holds the axis, or the model is wrong"
+)
 SPARSE = 0.3
 QUANTITIES = ("inertia", "viscous", "coulomb", "offset")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Case:
-    """One log, ready to be simulated."""
+class Case:
+    """One log, ready to be simulated.
+
+    Attributes
+    ----------
+    torque, lines : ndarray, shape (samples,)
+        As measured, and its spectral lines alone.
+    speed : ndarray, shape (samples,)
+        Measured, filtered.
+    start : float
+        Measured speed at the first sample.
+    interval : float
+    inner : slice
+        Samples for which the filter has settled.
+    bandwidth : float
+        [Hz].
+    slope : float
+        Of smooth friction; 0: set-valued.
+    """
 
     torque: Array
     lines: Array
@@ -66,11 +90,12 @@ def refine_rigid_axis(
     Returns
     -------
     Identification
+        With a finding where the model does not follow the log by itself.
 
     Raises
     ------
     NotComputed
-        If the model does not follow the log by itself: a feedback loop holds the axis, or the model is wrong.
+        If what was found before is not identifiable, or has another friction.
     """
     options = options or AxisOptions()
     if options.friction.kind not in ("coulomb", "tanh") or not found.identifiable:
@@ -79,23 +104,25 @@ def refine_rigid_axis(
         )
     torque, position = channels_of(logs[0], options)
     equation = equation_for(logs, torque, position, options)
-    cases = [_case(log, torque, position, equation) for log in logs]
+    cases = [case_of(log, torque, position, equation) for log in logs]
     values = np.array([estimate.value for estimate in found.parameters.values()])
     speeds = np.array([case.start for case in cases])
+    factors, residual = _linearised(cases, values, speeds)
     for _ in range(PASSES):
-        factors, residual = _linearised(cases, values, speeds)
         fit = solve(suited_segments(factors))
-        values = _within(values, fit.values[:4])
-        speeds = speeds + fit.values[4:]
+        step = fit.values
+        for _ in range(HALVINGS):
+            tried = _within(values, step[:4]), speeds + step[4:]
+            new_factors, new_residual = _linearised(cases, *tried)
+            if new_residual <= (1.0 + SLACK) * residual:
+                break
+            step = 0.5 * step
+        (values, speeds), factors, residual = tried, new_factors, new_residual
         errors = np.sqrt(np.diag(fit.covariance))[:4]
-        if np.all(np.abs(fit.values[:4]) <= CONVERGED * errors):
+        if np.all(np.abs(step[:4]) <= CONVERGED * errors):
             break
+    fit = solve(suited_segments(factors))
     size = float(np.sqrt(np.mean(np.concatenate([case.speed[case.inner] for case in cases]) ** 2)))
-    if residual > LARGEST_RESIDUAL * size:
-        raise NotComputed(
-            f"the model does not follow the log by itself (residual {100 * residual / size:.0f} % of the "
-            "speed): a feedback loop holds the axis, or the model is wrong; take inverse dynamics"
-        )
     return _concluded(found, values, fit, residual, size)
 
 
@@ -119,12 +146,25 @@ def spectral_lines(values: Array) -> Array:
     return np.fft.irfft(np.where(kept, spectrum, 0.0), values.size)
 
 
-def _case(log: Log, torque: str, position: str, equation: AxisEquation) -> _Case:
+def case_of(log: Log, torque: str, position: str, equation: AxisEquation) -> Case:
+    """Prepare one log.
+
+    Parameters
+    ----------
+    log : Log
+    torque, position : str
+        Channels.
+    equation : AxisEquation
+
+    Returns
+    -------
+    Case
+    """
     bandwidth = min(BANDWIDTH, 0.2 * log.sample_rate)
     angle = log.channel(position)
     edge = settling(bandwidth, log.interval)
     slope = equation.friction.slope if equation.friction.kind == "tanh" else 0.0
-    return _Case(
+    return Case(
         torque=log.channel(torque),
         lines=spectral_lines(log.channel(torque)),
         speed=zero_phase(difference(angle, log.interval), log.interval, bandwidth),
@@ -136,12 +176,12 @@ def _case(log: Log, torque: str, position: str, equation: AxisEquation) -> _Case
     )
 
 
-def _linearised(cases: list[_Case], values: Array, speeds: Array) -> tuple[Factors, float]:
+def _linearised(cases: list[Case], values: Array, speeds: Array) -> tuple[Factors, float]:
     """Residuals and sensitivities of all logs; every log has its own speed at the start."""
     parts, squares, rows = [], 0.0, 0
     count = max(12, SHORT_SEGMENTS // len(cases))
     for number, case in enumerate(cases):
-        residual, sensitivities = _simulated(case, values, speeds[number])
+        residual, sensitivities = simulated(case, values, speeds[number])
         regressors = np.zeros((residual.size, 4 + len(cases)))
         regressors[:, :4] = sensitivities[:, :4]
         regressors[:, 4 + number] = sensitivities[:, 4]
@@ -152,7 +192,36 @@ def _linearised(cases: list[_Case], values: Array, speeds: Array) -> tuple[Facto
     return joined(parts), float(np.sqrt(squares / rows))
 
 
-def _simulated(case: _Case, values: Array, start: float) -> tuple[Array, Array]:
+def simulated_speed(case: Case, values: Array) -> Array:
+    """Speed of the model under the torque's spectral lines.
+
+    Parameters
+    ----------
+    case : Case
+    values : ndarray, shape (4,)
+
+    Returns
+    -------
+    ndarray, shape (samples,)
+    """
+    return march_rigid_axis(values, case.lines, case.interval, start=case.start, slope=case.slope)[0]
+
+
+def simulated(case: Case, values: Array, start: float) -> tuple[Array, Array]:
+    """Filtered difference of speeds, and filtered sensitivities.
+
+    Parameters
+    ----------
+    case : Case
+    values : ndarray, shape (4,)
+    start : float
+        Speed at the first sample.
+
+    Returns
+    -------
+    residual : ndarray, shape (rows,)
+    sensitivities : ndarray, shape (rows, 5)
+    """
     moved, _ = march_rigid_axis(values, case.torque, case.interval, start=start, slope=case.slope)
     _, along = march_rigid_axis(values, case.lines, case.interval, start=start, slope=case.slope)
     filtered = zero_phase(np.column_stack([moved, along]), case.interval, case.bandwidth)
@@ -187,8 +256,12 @@ def _concluded(
         "residual_of": "speed",
         "freedom": fit.freedom,
     }
+    findings = found.findings
+    if residual > LARGEST_RESIDUAL * size:
+        findings += (NOT_FOLLOWING.format(share=100 * residual / size),)
     return replace(
         found,
+        findings=findings,
         parameters=parameters,
         residual={"rms": residual, "relative": residual / size, "rows": fit.rows},
         method=method,

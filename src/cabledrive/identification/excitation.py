@@ -1,5 +1,6 @@
 """Signals that make a log informative: multisines of low crest, chirps, steps, sums of sines."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi
 
@@ -188,7 +189,11 @@ def low_crest_multisine(
 
 
 def sum_of_sines(
-    duration: float, sample_rate: float, frequencies: Array, amplitudes: Array, phases: Array | None = None
+    duration: float,
+    sample_rate: float,
+    frequencies: Sequence[float] | Array,
+    amplitudes: Sequence[float] | Array,
+    phases: Sequence[float] | Array | None = None,
 ) -> Array:
     """Few sines together, as in section 4.2.
 

@@ -141,7 +141,7 @@ def response_by_segments(
     y = np.fft.rfft(_centred(output[rows]) * window, axis=1)[:, 1:]
     keep = ordinary_records(y) if robust else np.ones(starts.size, dtype=bool)
     averages = _independent(int(keep.sum()), length, hop, window)
-    frequency = np.fft.rfftfreq(length, interval)[1:]
+    frequency = np.asarray(np.fft.rfftfreq(length, interval)[1:], dtype=float)
     spectra = _spectra(u[keep], y[keep])
     return _estimated(frequency, *spectra, averages, estimator, int((~keep).sum()))
 
@@ -225,11 +225,11 @@ def _centred(rows: Array) -> Array:
 def _independent(records: int, length: int, hop: int, window: Array) -> float:
     """Number of independent averages behind overlapping windows."""
     shared = 0.0
-    power = window @ window
+    power = float(window @ window)
     for k in range(1, records):
         if k * hop >= length:
             break
-        shared += (1 - k / records) * ((window[k * hop :] @ window[: length - k * hop]) / power) ** 2
+        shared += (1 - k / records) * (float(window[k * hop :] @ window[: length - k * hop]) / power) ** 2
     return records / (1 + 2 * shared)
 
 
@@ -248,13 +248,11 @@ def _estimated(
 ) -> FrequencyResponse:
     tiny = 1e-300
     coherence = np.clip(np.abs(uy) ** 2 / np.maximum(uu * yy, tiny), 0.0, 1.0)
-    h1 = uy / np.maximum(uu, tiny)
-    if estimator == "H1":
-        h = h1
-    elif estimator == "H2":
-        h = yy / np.where(np.abs(uy) > 0, np.conj(uy), tiny)
+    h1: ComplexArray = uy / np.maximum(uu, tiny)
+    if estimator == "H2":
+        h = np.asarray(yy / np.where(np.abs(uy) > 0, np.conj(uy), tiny), dtype=complex)
     else:
-        h = _total_least_squares(uu, yy, uy)
+        h = h1 if estimator == "H1" else _total_least_squares(uu, yy, uy)
     relative = np.sqrt((1 - coherence) / np.maximum(coherence, 1e-12) / averages)
     return FrequencyResponse(
         frequency=frequency,

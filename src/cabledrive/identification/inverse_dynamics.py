@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 
 from cabledrive.identification.axis_equation import AxisEquation, filtered
-from cabledrive.identification.extra_regressors import extra_column
 from cabledrive.identification.filters import causal_filter, difference, zero_phase
 from cabledrive.identification.friction_regressors import dead_zone, direction_of, friction_columns
 from cabledrive.identification.regression import Factors, factor
@@ -158,8 +157,6 @@ def rows_of(
             if smooth
             else filtered(column, equation, interval)
         )
-    for name in equation.extra:
-        columns[name] = extra_column(name, position, torque, quick, sign, equation, interval)
     keep = np.ones(position.size, dtype=bool)
     edge = settling(equation.bandwidth, interval)
     keep[:edge] = keep[keep.size - edge :] = False

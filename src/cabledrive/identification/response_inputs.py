@@ -1,10 +1,17 @@
 """From a log to the input and output of a response: friction and offset taken off, speed from an angle."""
 
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.identification.filters import difference, zero_phase
+from cabledrive.identification.logs.column_map import Column, ColumnMap
 from cabledrive.identification.logs.log import Log
+from cabledrive.identification.logs.quantities import recognise
+from cabledrive.identification.logs.reading import open_log, read_log
 from cabledrive.parameters import InputRefused
 
 Array = NDArray[np.float64]
@@ -61,3 +68,48 @@ def speed_of(log: Log, channel: str, bandwidth: float | None = None) -> Array:
     if bandwidth is not None:
         values = zero_phase(values, log.interval, bandwidth)
     return values if quantity == "velocity" else difference(values, log.interval)
+
+
+def read_pair(path: str | Path, columns: ColumnMap, input_: str, output: str) -> tuple[Log, str, str]:
+    """Read a log for a response; input and output may be channels or plain columns of the file.
+
+    Parameters
+    ----------
+    path : path-like
+    columns : ColumnMap
+    input_, output : str
+        Channel ("torque"), head ("torque [N m]"), or any column; the last is taken in the unit of the file.
+
+    Returns
+    -------
+    log : Log
+    input_, output : str
+        Channels of the log.
+    """
+    wanted = {"input_": input_, "output": output}
+    chosen: dict[str, Column] = dict(columns.columns)
+    names: dict[str, str] = {}
+    table = open_log(path, columns if columns.columns else _time_only(columns, input_, output)).table
+    for role, name in wanted.items():
+        seen = recognise(name)
+        heads = [
+            head
+            for head in table.names
+            if (known := recognise(head)) and seen and known.channel == seen.channel
+        ]
+        if name in chosen:
+            names[role] = name
+        elif seen is not None and len(heads) == 1:
+            names[role] = seen.channel
+            chosen[seen.channel] = Column(column=heads[0])
+        else:
+            names[role] = f"{role.strip('_')}_voltage"  # any column: its numbers as they are
+            chosen[names[role]] = Column(column=table.require(name), unit="V")
+    return read_log(path, replace(columns, columns=chosen)), names["input_"], names["output"]
+
+
+def _time_only(columns: ColumnMap, input_: str, output: str) -> ColumnMap:
+    """A map that lets the file be opened whatever its columns are called."""
+    plain: Mapping[str, Column] = {"input_voltage": Column(column=input_, unit="V")}
+    recognised = recognise(input_) is not None and recognise(output) is not None
+    return columns if recognised else replace(columns, columns=plain)

@@ -125,7 +125,7 @@ def run_rig(
     report = DataReport(
         rows=command.size, duration=(command.size - 1) * interval, interval=interval, quantum=quanta
     )
-    time = interval * np.arange(command.size)
+    time = interval * np.arange(command.size, dtype=float)
     return Log(source=source, time=time, channels=channels, units=units, report=report)
 
 

@@ -1,0 +1,75 @@
+"""`cabledrive response`: a frequency response from a log."""
+
+import click
+
+from cabledrive.app.options import NewFile, NewFileType, Quantity, Subcommand, answering, force_option
+from cabledrive.app.results import Answer, json_text, provenance
+
+
+@click.command(
+    cls=Subcommand,
+    example="cabledrive response log.csv --input torque --output angle --differentiate --json",
+    short_help="Measure a frequency response from a log.",
+)
+@answering
+@force_option
+@click.argument("log", metavar="LOG")
+@click.option("--input", "input_", required=True, metavar="COL", help="Channel or column of the input.")
+@click.option("--output", required=True, metavar="COL", help="Channel or column of the output.")
+@click.option("--config", type=click.Path(), metavar="FILE", help="TOML file with [log].")
+@click.option(
+    "--segment", type=Quantity("s"), default=1.0, show_default=True, help="Length of the Hann windows."
+)
+@click.option(
+    "--overlap", type=Quantity("s"), default=0.2, show_default=True, help="Of neighbouring windows."
+)
+@click.option("--estimator", type=click.Choice(["H1", "H2", "Hv"]), default="H1", show_default=True)
+@click.option("--differentiate", is_flag=True, help="The speed of the output, an angle or position.")
+@click.option("--coulomb", type=Quantity("N m"), help="Coulomb friction to take off the input first.")
+@click.option("--offset", type=Quantity("N m"), default=0.0, help="Offset to add to the input first.")
+@click.option("-o", "file", type=NewFileType(), metavar="FILE", help="Write the JSON object to FILE as well.")
+def command(
+    log: str,
+    input_: str,
+    output: str,
+    config: str | None,
+    segment: float,
+    overlap: float,
+    estimator: str,
+    differentiate: bool,
+    coulomb: float | None,
+    offset: float,
+    file: NewFile | None,
+) -> Answer:
+    """Measure the response from one channel of LOG to another: magnitude, phase, coherence."""
+    from cabledrive.identification.frequency_response import response_by_segments
+    from cabledrive.identification.identify import IdentifyOptions, load_options
+    from cabledrive.identification.response_inputs import compensated_torque, read_pair, speed_of
+
+    options = load_options(config) if config else IdentifyOptions()
+    read, source, target = read_pair(log, options.columns, input_, output)
+    values = speed_of(read, target) if differentiate else read.channel(target)
+    drive = read.channel(source)
+    if coulomb is not None:
+        drive = compensated_torque(drive, speed_of(read, target), coulomb, offset)
+    found = response_by_segments(
+        drive, values, read.interval, segment=segment, overlap=overlap, estimator=estimator
+    )
+    answer = Answer(
+        data={
+            "frequency_hz": found.frequency,
+            "magnitude": found.magnitude,
+            "phase_deg": found.phase,
+            "coherence": found.coherence,
+            "deviation": found.deviation,
+            "averages": found.averages,
+            "records_left_out": found.left_out,
+            "input": input_,
+            "output": output,
+        },
+        text=f"{found.frequency.size} lines up to {found.frequency[-1]:g} Hz, {found.averages:.1f} averages",
+        provenance=provenance(method=f"{estimator}, Hann windows of {segment:g} s"),
+    )
+    if file is not None:
+        file.write(json_text(answer) + "\n")
+    return answer

@@ -1,0 +1,226 @@
+"""The door of the room: from logs, or their paths, to parameters with intervals and a word on the model."""
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from cabledrive.identification.axis_refinement import refine_rigid_axis
+from cabledrive.identification.diagnosis import FAULTS, Suspicion, friction_leads, suspicions, verdict
+from cabledrive.identification.estimates import Identification
+from cabledrive.identification.friction_regressors import FRICTIONS, PRINTED_SLOPE, FrictionModel
+from cabledrive.identification.logs.column_map import ColumnMap, column_map
+from cabledrive.identification.logs.log import Log
+from cabledrive.identification.logs.reading import read_log
+from cabledrive.identification.rigid_axis import AxisOptions, identify_rigid_axis
+from cabledrive.parameters import InputRefused, NotComputed
+from cabledrive.parameters.fields import nearest
+from cabledrive.parameters.units import to_si
+
+MODELS = tuple(f"rigid-axis-{kind}" for kind in FRICTIONS)
+METHODS = ("inverse-dynamics", "output-error")
+KEYS = ("model", "method", "bandwidth", "filter", "slope", "fading", "check")
+CHECKED = ("coulomb", "tanh")
+BETTER, MUCH_BETTER = 0.995, 0.6
+"""Ratio of residuals below which another friction law is the right one: where friction is suspected first, or not."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class IdentifyOptions:
+    """What a configuration file may say.
+
+    Attributes
+    ----------
+    model : str
+        One of `MODELS`; "rigid-axis" stands for "rigid-axis-coulomb".
+    method : str
+        One of `METHODS`.
+    axis : AxisOptions
+    columns : ColumnMap
+    check : bool
+        Whether the model is tested against the faults of `cabledrive.identification.diagnosis`.
+    """
+
+    model: str = "rigid-axis-coulomb"
+    method: str = "inverse-dynamics"
+    axis: AxisOptions = field(default_factory=AxisOptions)
+    columns: ColumnMap = field(default_factory=ColumnMap)
+    check: bool = True
+
+
+def load_options(path: str | Path) -> IdentifyOptions:
+    """Read a configuration: a table ``[identify]`` and a table ``[log]``.
+
+    Parameters
+    ----------
+    path : path-like
+        TOML file.
+
+    Returns
+    -------
+    IdentifyOptions
+
+    Raises
+    ------
+    InputRefused
+        If it is not understood.
+    """
+    path = Path(path)
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise InputRefused(f"{path.name}: {error}: write TOML with tables [identify] and [log]") from None
+    try:
+        for key in content:
+            if key not in ("identify", "log"):
+                raise InputRefused(f"{key}: unknown table{nearest(key, ('identify', 'log'))}")
+        return with_model(_options(content.get("identify", {}), column_map(content.get("log", {}))), None)
+    except InputRefused as refusal:
+        raise refusal.at(path.name) from None
+
+
+def with_model(options: IdentifyOptions, model: str | None) -> IdentifyOptions:
+    """Options with another model.
+
+    Parameters
+    ----------
+    options : IdentifyOptions
+    model : str or None
+        None: as it is.
+
+    Returns
+    -------
+    IdentifyOptions
+
+    Raises
+    ------
+    InputRefused
+        If there is no such model.
+    """
+    name = model or options.model
+    name = "rigid-axis-coulomb" if name == "rigid-axis" else name
+    if name not in MODELS:
+        raise InputRefused(f'model "{name}" is unknown{nearest(name, MODELS)}')
+    friction = replace(options.axis.friction, kind=name.removeprefix("rigid-axis-"))
+    if friction.kind == "stribeck" and friction.fading <= 0.0:
+        raise InputRefused(
+            "model rigid-axis-stribeck needs identify.fading, the speed at which the excess fades"
+        )
+    return replace(options, model=name, axis=replace(options.axis, friction=friction))
+
+
+def identify(
+    logs: str | Path | Log | Sequence[str | Path | Log],
+    options: IdentifyOptions | None = None,
+    *,
+    model: str | None = None,
+    method: str | None = None,
+) -> Identification:
+    """Identify one axis from one log or several, with intervals, and say where the model does not fit.
+
+    Parameters
+    ----------
+    logs : path, Log, or sequence of them
+    options : IdentifyOptions, optional
+    model : str, optional
+        One of `MODELS`.
+    method : str, optional
+        "inverse-dynamics": least squares on the torque. "output-error": refined by simulating the motion,
+        without the bias of the encoder's noise; not for an axis inside a feedback loop.
+
+    Returns
+    -------
+    Identification
+
+    Raises
+    ------
+    InputRefused
+        If a log or an option is refused.
+    NotComputed
+        If output error is asked for and the model does not follow the log by itself.
+    """
+    options = with_model(options or IdentifyOptions(), model)
+    method = method or options.method
+    if method not in METHODS:
+        raise InputRefused(f'method "{method}" is unknown{nearest(method, METHODS)}')
+    single = isinstance(logs, (str, Path, Log))
+    given: Sequence[Any] = [logs] if single else list(logs)  # type: ignore[arg-type]
+    read = [log if isinstance(log, Log) else read_log(log, options.columns) for log in given]
+    found = identify_rigid_axis(read, options.axis)
+    plausible = found.identifiable and not any("negative" in finding for finding in found.findings)
+    if not plausible or options.axis.friction.kind not in CHECKED:
+        if method == "output-error":
+            raise NotComputed("output error needs an identifiable rigid axis with one Coulomb friction")
+        return found
+    if method == "inverse-dynamics" and not options.check:
+        return found
+    try:
+        refined = refine_rigid_axis(read, found, options.axis)
+    except NotComputed as failure:
+        if method == "output-error":
+            raise
+        return replace(found, method=dict(found.method) | {"model_check": f"not possible: {failure}"})
+    follows = refined.findings == found.findings
+    if method == "output-error" and not follows:
+        raise NotComputed(refined.findings[-1])
+    return _checked(read, found if method == "inverse-dynamics" else refined, refined, options)
+
+
+def _checked(
+    read: list[Log], answer: Identification, refined: Identification, options: IdentifyOptions
+) -> Identification:
+    """The answer with what the model's check found."""
+    if not options.check:
+        return answer
+    method = dict(answer.method)
+    if refined.findings[len(answer.findings) :] and refined["coulomb_friction"] > 0.0:
+        method["model_check"] = "not possible: " + refined.findings[-1]
+    found = suspicions(read, refined, options.axis)
+    method["suspicions"] = {s.fault: {"significance": s.significance, "value": s.value} for s in found}
+    fault = verdict(found) if "model_check" not in method else None
+    if fault is not None:
+        fault = _other_friction(read, refined, options, found) or fault
+    if fault is None:
+        return replace(answer, method=method)
+    value = next((s.value for s in found if s.fault == fault), 0.0)
+    words = f"the model does not fit: {FAULTS[fault].format(value=value)}"
+    return replace(answer, method=method, findings=(*answer.findings, words))
+
+
+def _other_friction(
+    read: list[Log], refined: Identification, options: IdentifyOptions, suspected: Sequence[Suspicion]
+) -> str | None:
+    """Whether the other of jumping and smooth friction follows the log better, and how much is enough."""
+    fault = "slope" if options.axis.friction.kind == "coulomb" else "jump"
+    kind = "tanh" if fault == "slope" else "coulomb"
+    axis = replace(options.axis, friction=replace(options.axis.friction, kind=kind))
+    found = identify_rigid_axis(read, axis)
+    if (
+        not found.identifiable
+        or found["coulomb_friction"] <= 0.0
+        or found[next(iter(found.parameters))] <= 0.0
+    ):
+        return None
+    other = refine_rigid_axis(read, found, axis)
+    wrong_friction = friction_leads(suspected, smoother=fault == "slope")
+    enough = BETTER if wrong_friction else MUCH_BETTER
+    return fault if other.residual["rms"] < enough * refined.residual["rms"] else None
+
+
+def _options(table: Mapping[str, Any], columns: ColumnMap) -> IdentifyOptions:
+    for key in table:
+        if key not in KEYS:
+            raise InputRefused(f"identify.{key}: unknown key{nearest(key, KEYS)}")
+    friction = FrictionModel(
+        slope=float(table.get("slope", PRINTED_SLOPE)), fading=float(table.get("fading", 0.0))
+    )
+    bandwidth = to_si(str(table["bandwidth"]), "Hz") if "bandwidth" in table else None
+    axis = AxisOptions(friction=friction, bandwidth=bandwidth, filter=str(table.get("filter", "zero-phase")))
+    return IdentifyOptions(
+        model=str(table.get("model", "rigid-axis")),
+        method=str(table.get("method", "inverse-dynamics")),
+        axis=axis,
+        columns=columns,
+        check=table.get("check", True) is not False,
+    )

@@ -1,0 +1,222 @@
+"""The door: virtual rigs are identified inside their intervals, wrong models are named, bad input is refused."""
+
+from dataclasses import replace
+from math import radians
+
+import numpy as np
+import pytest
+
+from cabledrive.identification.excitation import low_crest_multisine, multisine_lines, sum_of_sines
+from cabledrive.identification.identify import IdentifyOptions, identify, load_options
+from cabledrive.identification.logs.log import log_of
+from cabledrive.identification.rig_differences import inertias_of_the_rigs
+from cabledrive.parameters import InputRefused, NotComputed
+from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.rig.chapter_4 import BENCH_TESTS, bench_command, bench_rig
+from cabledrive.rig.log_table import log_csv
+from cabledrive.rig.virtual_rig import Imperfections, VirtualRig, run_rig
+
+TEST = BENCH_TESTS[1]
+NAMES = ("inertia", "viscous_friction", "coulomb_friction", "offset_torque")
+JOINTED = LumpedChain(
+    names=("motor", "drive"),
+    inertias=(0.0011, 0.000642),
+    viscous=(TEST.viscous, 0.0),
+    coulomb=(TEST.coulomb, 0.0),
+    offsets=(TEST.offset, 0.0),
+    stiffness=(135.0,),
+    damping=(0.075,),
+    ratios=((1.0, 1.0),),
+)
+PLAIN = IdentifyOptions(check=False)
+
+
+def printed(test):
+    return dict(zip(NAMES, (test.inertia, test.viscous, test.coulomb, test.offset), strict=True))
+
+
+def bench_log(test, seed, **flaws):
+    rng = np.random.default_rng(seed)
+    return run_rig(bench_rig(test, Imperfections(**flaws)), bench_command(test, rng), rng)
+
+
+def wide_command(rng, duration=60.0, rate=1000.0):
+    """Section 4.2's three sines, and a multisine up to 120 Hz that shows what is not rigid."""
+    base = sum_of_sines(duration, rate, (1.0, 3.0, 5.0), (0.1, 0.1, 0.1), rng.uniform(0, 2 * np.pi, 3))
+    lines = multisine_lines(round(2 * rate), rate, 8.0, 120.0, odd=True)
+    wave = np.roll(low_crest_multisine(round(2 * rate), rate, lines).values, rng.integers(round(2 * rate)))
+    return base + 0.12 * np.tile(wave, round(duration / 2))
+
+
+CASES = {
+    "rigid": (bench_rig(TEST).chain, {}, None),
+    "stribeck": (bench_rig(TEST).chain, {"stribeck_excess": 0.03, "stribeck_speed": 1.0}, "Stribeck"),
+    "backlash": (JOINTED, {"backlash": radians(1.0)}, "backlash"),
+    "flexible": (JOINTED, {}, "flexible joint"),
+}
+
+
+def faulty_log(case, seed):
+    chain, flaws, _ = CASES[case]
+    rng = np.random.default_rng(seed)
+    rig = VirtualRig(chain=chain, torque_per_volt=1.6218, imperfections=Imperfections(**flaws))
+    return run_rig(rig, wide_command(rng), rng, oversampling=20 if case == "backlash" else 4)
+
+
+@pytest.mark.parametrize("test", BENCH_TESTS, ids=lambda test: test.name)
+def test_table_4_1_lies_inside_its_intervals(test):
+    """Every printed value inside its 99.9 % interval, at seed 2015."""
+    found = identify(bench_log(test, 2015), PLAIN, method="output-error")
+    for name, value in printed(test).items():
+        estimate = found.parameters[name]
+        widened = 3.5 * estimate.standard_error  # t with 55 degrees of freedom at 99.9 %
+        assert abs(estimate.value - value) < widened, (
+            f"{name}: {estimate.value:.6g} +- {widened:.2g}, printed {value}"
+        )
+
+
+def test_table_4_2_follows_from_the_differences_of_the_rigs():
+    """J11, J12 and J2 with propagated intervals; printed 0.0011, 0.000642, 0.00235."""
+    found = [identify(bench_log(test, 2015), PLAIN, method="output-error") for test in BENCH_TESTS]
+    inertias = inertias_of_the_rigs(*found)
+    for name, value in {"J1": 0.001742, "J11": 0.0011, "J12": 0.000642, "J2": 0.00235}.items():
+        estimate = inertias[name]
+        assert abs(estimate.value - value) < 3.5 * estimate.standard_error, f"{name}: {estimate}"
+    spread = np.hypot(*(f.parameters["inertia"].standard_error for f in found[:2]))
+    assert inertias["J12"].standard_error == pytest.approx(spread, rel=1e-12)
+
+
+def coverage(test, repeats, seed):
+    inside = []
+    for k in range(repeats):
+        found = identify(bench_log(test, seed + k), PLAIN, method="output-error")
+        inside.append(
+            [found.parameters[n].low < v < found.parameters[n].high for n, v in printed(test).items()]
+        )
+    return np.mean(inside, axis=0)
+
+
+def test_few_repeats_do_not_contradict_the_coverage():
+    """95 % of 25 repeats of four intervals: fewer than 84 % would be a sign of a defect."""
+    share = coverage(BENCH_TESTS[0], 25, 100).mean()
+    assert 0.84 < share <= 1.0, f"observed {share:.3f}"
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("test", BENCH_TESTS, ids=lambda test: test.name)
+def test_intervals_cover_the_truth_in_a_thousand_repeats(test):
+    share = coverage(test, 1000, 10_000)
+    assert np.all((share > 0.93) & (share < 0.97)), f"observed {share}"
+
+
+@pytest.mark.parametrize("slope, model", [(0.0, "coulomb"), (0.5, "tanh")])
+def test_each_friction_is_right_for_its_own_regressor_and_the_other_is_noticed(slope, model):
+    log = bench_log(TEST, 7, smooth_slope=slope)
+    own = identify(log, model=f"rigid-axis-{model}", method="output-error")
+    assert own.findings == ()
+    for name, value in printed(TEST).items():
+        estimate = own.parameters[name]
+        assert abs(estimate.value - value) < 3.5 * estimate.standard_error, f"{name}: {estimate}"
+    other = identify(log, model=f"rigid-axis-{'tanh' if model == 'coulomb' else 'coulomb'}")
+    words = {"coulomb": "friction jumps", "tanh": "friction rises with speed"}[model]
+    assert words in other.findings[-1]
+
+
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_wrong_model_is_noticed_and_named(case, seed):
+    found = identify(faulty_log(case, seed))
+    words = CASES[case][2]
+    if words is None:
+        assert found.findings == ()
+    else:
+        assert words in found.findings[-1], found.findings
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("case", CASES)
+def test_two_hundred_logs_of_each_fault(case):
+    """At least 180 of 200 flagged with the reason; at most 16 of 200 false alarms."""
+    words = CASES[case][2]
+    found = [identify(faulty_log(case, 1000 + seed)).findings for seed in range(200)]
+    if words is None:
+        alarms = sum(bool(findings) for findings in found)
+        assert alarms <= 16, f"{alarms} false alarms"
+    else:
+        named = sum(bool(findings) and words in findings[-1] for findings in found)
+        assert named >= 180, f"{named} of 200 named"
+
+
+def test_motion_in_one_direction_is_not_identifiable_and_says_why():
+    rng = np.random.default_rng(3)
+    t = 1e-3 * np.arange(20_000)
+    command = 0.12 + 0.03 * np.sin(2 * np.pi * 1.0 * t) + 0.03 * np.sin(2 * np.pi * 3.0 * t)
+    log = run_rig(bench_rig(TEST), command, rng)
+    log = replace(log.part(start=2.0))
+    found = identify(log)
+    assert not found.identifiable
+    assert "coulomb friction, offset torque cannot be told apart" in found.unidentifiable[0]
+    assert any("one direction" in finding for finding in found.findings)
+
+
+def test_swapped_columns_are_a_finding_and_no_result():
+    log = bench_log(TEST, 4)
+    swapped = replace(
+        log, channels={**log.channels, "torque": log.channel("angle"), "angle": 0.1 * log.channel("torque")}
+    )
+    assert any("comes out negative" in finding for finding in identify(swapped).findings)
+
+
+def test_a_constant_channel_is_refused():
+    t = 1e-3 * np.arange(5000)
+    log = log_of(t, {"torque": 0 * t, "angle": np.sin(t)}, {"torque": "N m", "angle": "rad"})
+    with pytest.raises(InputRefused, match="torque is constant"):
+        identify(log)
+
+
+def test_a_saturated_torque_is_left_out():
+    """Clipped where it is measured, not where it acts: without those samples the inertia is right."""
+    log = bench_log(TEST, 5)
+    clipped = np.clip(log.channel("torque"), -0.3, 0.3)
+    flags = np.abs(clipped) >= 0.3
+    sound = replace(log, channels={**log.channels, "torque": clipped}, saturated={"torque": flags})
+    naive = replace(sound, saturated={})
+    error = [abs(identify(x, PLAIN)["inertia"] / TEST.inertia - 1) for x in (sound, naive)]
+    assert error[0] < 0.005 < error[1], error
+
+
+def test_output_error_is_refused_inside_a_feedback_loop():
+    log = bench_log(TEST, 6)
+    moved = replace(log, channels={**log.channels, "torque": log.channel("torque") + 0.2})
+    with pytest.raises(NotComputed, match=r"follow|identifiable|diverged"):
+        identify(moved.part(end=20.0), PLAIN, model="rigid-axis-asymmetric", method="output-error")
+
+
+def test_several_logs_narrow_the_intervals():
+    logs = [bench_log(TEST, seed) for seed in (8, 9, 10)]
+    one, three = identify(logs[0], PLAIN, method="output-error"), identify(logs, PLAIN, method="output-error")
+    assert (
+        three.parameters["viscous_friction"].standard_error
+        < one.parameters["viscous_friction"].standard_error
+    )
+    assert len(three.reports) == 3
+
+
+def test_a_log_written_and_read_again_gives_the_same(tmp_path):
+    log = bench_log(TEST, 11).part(end=15.0)
+    (tmp_path / "log.csv").write_text(log_csv(log))
+    direct, read = identify(log, PLAIN), identify(tmp_path / "log.csv", PLAIN)
+    for name in NAMES:
+        assert read[name] == pytest.approx(direct[name], rel=1e-6)
+
+
+def test_a_configuration_is_read_and_a_mistyped_key_is_named(tmp_path):
+    path = tmp_path / "config.toml"
+    path.write_text('[identify]\nmodel = "rigid-axis-tanh"\nbandwidth = "20 Hz"\n[log]\nstart = "1 s"\n')
+    options = load_options(path)
+    assert (options.model, options.axis.bandwidth, options.columns.start) == ("rigid-axis-tanh", 20.0, 1.0)
+    path.write_text('[identify]\nbandwith = "20 Hz"\n')
+    with pytest.raises(InputRefused, match='did you mean "bandwidth"'):
+        load_options(path)
+    with pytest.raises(InputRefused, match="unknown"):
+        identify(bench_log(TEST, 1), model="rigid-axes")
