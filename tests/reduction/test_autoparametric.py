@@ -6,7 +6,6 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import sympy as sp
-from resonance_samples import TUNED, damped
 
 import cabledrive as cd
 from cabledrive.mechanics.spans import transverse_chains
@@ -15,6 +14,7 @@ from cabledrive.modes.waves import waves
 from cabledrive.reduction.autoparametric import at_pretension, autoparametric_model
 from cabledrive.reduction.coupling_integrals import fourth_power_of_slope, squared_slope, stretch_by
 from cabledrive.reduction.uniform_tension import uniform_tension_model
+from resonance_samples import TUNED, damped
 
 
 def test_coefficients_of_configuration_2_per_pretensioned_metre():

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 import sympy as sp
-from resonance_samples import TUNED, bare_model, damped
 from scipy.integrate import solve_ivp
 
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.averaging import averaged_coefficients, averaged_rates, triangle_stretch
 from cabledrive.reduction.start_map import Motion, plucked, reconstruct, start_of
 from cabledrive.reduction.threshold import growth_rates
+from resonance_samples import TUNED, bare_model, damped
 
 
 def projected_residual(size, second):

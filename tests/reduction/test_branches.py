@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from resonance_samples import complex_of, one_span, real, settings
 
 from cabledrive.reduction.averaging import averaged_rates
 from cabledrive.reduction.branches import (
@@ -16,6 +15,7 @@ from cabledrive.reduction.branches import (
     steady_state,
 )
 from cabledrive.reduction.continuation import follow_branch
+from resonance_samples import complex_of, one_span, real, settings
 
 
 def problem(c):

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from resonance_samples import TUNED
 
 import cabledrive as cd
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.averaging import averaged_coefficients, averaged_rates
 from cabledrive.reduction.exchange import exchange_period, largest_exchange
+from resonance_samples import TUNED
 
 MODEL = autoparametric_model(TUNED)
 

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from resonance_samples import TUNED, bare_model, damped
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -21,6 +20,7 @@ from cabledrive.reduction.threshold import (
     threshold_torque,
     tongue_half_width,
 )
+from resonance_samples import TUNED, bare_model, damped
 
 
 def largest_multiplier(squared, damping, depth, forcing):
