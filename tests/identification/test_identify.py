@@ -1,4 +1,4 @@
-"""The door: virtual rigs are identified inside their intervals, wrong models are named, bad input is refused."""
+"""The door: virtual rigs inside their intervals, wrong models named, bad input refused."""
 
 from dataclasses import replace
 from math import radians

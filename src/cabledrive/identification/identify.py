@@ -22,8 +22,8 @@ MODELS = tuple(f"rigid-axis-{kind}" for kind in FRICTIONS)
 METHODS = ("inverse-dynamics", "output-error")
 KEYS = ("model", "method", "bandwidth", "filter", "slope", "fading", "check")
 CHECKED = ("coulomb", "tanh")
-BETTER, MUCH_BETTER = 0.995, 0.6
-"""Ratio of residuals below which another friction law is the right one: where friction is suspected first, or not."""
+BETTER, MUCH_BETTER = 0.995, 0.8
+"""Ratio of residuals below which another friction law is right: where friction is suspected first, or not."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
