@@ -11,6 +11,7 @@ import pytest
 
 from cabledrive.reduction.friction_march import FrictionLaw, direction, march_chain, march_rigid_axis
 from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.reduction.position_loop import PositionLoop, march_position_loop_of
 
 pytestmark = pytest.mark.kernel
 
@@ -140,3 +141,15 @@ def test_one_axis_alone_moves_as_a_row_of_one(slope):
     scale = np.abs(sensitivities).max(axis=0)
     error = np.abs(sensitivities - row.speed_sensitivities[:, 0]) / scale
     assert np.quantile(error, 0.99) < 1e-5, f"{error.max(axis=0)}"
+
+
+def test_an_axis_in_its_loop_stops_within_the_friction_band_of_a_step():
+    """Also of cabledrive.reduction.loop_kernels: at rest the command's force is below the friction."""
+    loop = PositionLoop(position_gain=20.0, speed_gain=0.1, force_per_volt=1.0)
+    reference = np.concatenate([np.zeros(10), np.ones(1500)])
+    position, speed, command = march_position_loop_of(
+        np.array([0.002, 0.003, 0.04, 0.0]), loop, reference, 1e-3
+    )
+    assert speed[-1] == 0.0
+    assert abs(command[-1]) <= 0.04
+    assert abs(position[-1] - 1.0) <= 0.04 / (20.0 * 0.1) + 1e-9

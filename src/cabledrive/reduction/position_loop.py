@@ -1,0 +1,61 @@
+"""One rigid axis inside the loop that moved it: a test of identified parameters that needs no open loop."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.reduction.loop_kernels import march_position_loop
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PositionLoop:
+    """Proportional position loop over a proportional speed loop: u = kv (kp (reference - position) - speed).
+
+    Attributes
+    ----------
+    position_gain : float
+        kp [1/s].
+    speed_gain : float
+        kv [V s/rad or V s/m].
+    force_per_volt : float
+        Gain of amplifier and motor [N m/V or N/V].
+    largest_command : float
+        [V].
+    """
+
+    position_gain: float
+    speed_gain: float
+    force_per_volt: float
+    largest_command: float = float("inf")
+
+
+def march_position_loop_of(
+    values: Array, loop: PositionLoop, reference: Array, interval: float, substeps: int = 10
+) -> tuple[Array, Array, Array]:
+    """Move an axis along a reference.
+
+    Parameters
+    ----------
+    values : ndarray, shape (4,)
+        Inertia, viscous friction, Coulomb friction, offset with the sign of (4.16).
+    loop : PositionLoop
+    reference : ndarray, shape (samples,)
+        [rad or m].
+    interval : float
+        [s].
+    substeps : int, default 10
+        Steps per sample.
+
+    Returns
+    -------
+    position, speed, command : ndarray, shape (samples,)
+    """
+    out = np.empty((3, reference.size))
+    numbers = np.array([loop.position_gain, loop.speed_gain, loop.force_per_volt, loop.largest_command])
+    march_position_loop(
+        np.array(values, dtype=float), numbers, np.ascontiguousarray(reference), interval, substeps, out
+    )
+    return out[0], out[1], out[2]
