@@ -47,7 +47,7 @@ def speed() -> str:
     columns = ["machine", "modes", "cabledrive", "grid", "scan", "difference", "times ours", "settled scan"]
     note = (
         "All modes below a limit, certified; and scanned for on a grid that was told to have two points in "
-        "the smallest gap. Target: 20 times faster at the same modes to 1e-9. Last column: modes found when the "
+        "the smallest gap. Target: 20 times faster at the same modes to 1e-9. Last column: found when the "
         "grid is halved until a halving adds nothing, as one must who does not know the gap."
     )
     return table(columns, rows) + "\n\n" + note

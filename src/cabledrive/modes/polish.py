@@ -64,12 +64,13 @@ def _by_elimination(split: Chain, start: float, low: float, high: float) -> tupl
     if last < first:
         return nan, shape
     long = split.lengths.size > LONG_CHAIN
-    arrays = [split.travel_times, split.masses, shape, *np.empty((7, n))]
-    times, masses, x, *work = arrays if long else [array.tolist() for array in arrays]
+    arrays = split.travel_times, split.masses, shape
+    times, masses, x = arrays if long else (array.tolist() for array in arrays)
+    work = tuple(np.empty((7, n))) if long else tuple([0.0] * n for _ in range(7))
     pendant = (*(split.pendant or (0.0, 0.0)), split.pendant_joint)
     kernel = _compiled() if long else polish
     ends = split.closed, first, last
-    omega = kernel(start, low, high, times, masses, split.impedance, pendant, *ends, x, tuple(work))
+    omega = kernel(start, low, high, times, masses, split.impedance, pendant, *ends, x, work)
     return omega, np.asarray(x)
 
 

@@ -113,7 +113,7 @@ def chain_modes(
     """
     count = count or ModeCounter(chain)
     rigid = chain.rigid_body_modes
-    everything = Bracket(0.0, top, rigid, max(count(top), rigid))
+    everything = Bracket(0.0, float(top), rigid, max(count(top), rigid))
     wanted = everything.below_high - rigid if first is None else min(first, everything.below_high - rigid)
     modes: list[ChainMode] = []
     found = 0
@@ -177,13 +177,14 @@ def _prove(
     omegas: Array, shapes: Array, bracket: Bracket, count: ModeCounter, split: Chain, joints: NDArray[np.intp]
 ) -> list[ChainMode]:
     """Group what is closer than round-off can part, and prove each group by counts at both sides."""
-    apart = np.flatnonzero(np.diff(omegas) > MULTIPLE * omegas[:-1]) + 1
-    groups = np.split(np.arange(omegas.size), apart) if apart.size else [np.arange(omegas.size)]
+    groups = [np.arange(omegas.size)]
+    if omegas.size > 1:
+        groups = np.split(groups[0], np.flatnonzero(np.diff(omegas) > MULTIPLE * omegas[:-1]) + 1)
     modes = []
     for group in groups:
         low, high = omegas[group[0]] * (1 - ENCLOSURE), omegas[group[-1]] * (1 + ENCLOSURE)
         below, above = bracket.below_low + group[0], bracket.below_low + group[-1] + 1
         proven = bool(count(low) <= below and count(high) >= above)
-        omega = float(np.mean(omegas[group]))
+        omega = float(omegas[group[0]] if group.size == 1 else np.mean(omegas[group]))
         modes.append(ChainMode(omega, group.size, split, joints, shapes[:, group], proven))
     return modes
