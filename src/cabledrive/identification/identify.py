@@ -12,7 +12,8 @@ from cabledrive.identification.estimates import Identification
 from cabledrive.identification.friction_regressors import FRICTIONS, PRINTED_SLOPE, FrictionModel
 from cabledrive.identification.logs.column_map import ColumnMap, column_map
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.logs.reading import read_log
+from cabledrive.identification.logs.reading import open_log, read_log
+from cabledrive.identification.long_logs import identify_long_log, is_long
 from cabledrive.identification.rigid_axis import AxisOptions, identify_rigid_axis
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.fields import nearest
@@ -146,6 +147,10 @@ def identify(
         raise InputRefused(f'method "{method}" is unknown{nearest(method, METHODS)}')
     single = isinstance(logs, (str, Path, Log))
     given: Sequence[Any] = [logs] if single else list(logs)  # type: ignore[arg-type]
+    if single and not isinstance(logs, Log):
+        recording = open_log(given[0], options.columns)
+        if is_long(recording):
+            return identify_long_log(recording, options.axis)
     read = [log if isinstance(log, Log) else read_log(log, options.columns) for log in given]
     found = identify_rigid_axis(read, options.axis)
     plausible = found.identifiable and not any("negative" in finding for finding in found.findings)

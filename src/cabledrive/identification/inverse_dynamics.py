@@ -126,6 +126,7 @@ def rows_of(
     equation: AxisEquation,
     interval: float,
     masked: NDArray[np.bool_] | None = None,
+    every: int = 1,
 ) -> Rows:
     """Rows of the regression of one axis, Eqs. (4.9), (4.10).
 
@@ -138,6 +139,8 @@ def rows_of(
         [s].
     masked : ndarray of bool, optional
         Samples that must not be used, with the filter's reach around them (a saturated torque).
+    every : int, default 1
+        Take every so many-th row; filtered rows need not be closer than a tenth of the bandwidth's period.
 
     Returns
     -------
@@ -162,9 +165,10 @@ def rows_of(
     keep[:edge] = keep[keep.size - edge :] = False
     if masked is not None and masked.any():
         keep &= ~(np.convolve(masked, np.ones(edge), "same") > 0.5)
+    keep &= np.arange(keep.size) % every == 0
     return Rows(
         names=tuple(columns),
-        regressors=np.column_stack(list(columns.values()))[keep],
+        regressors=np.column_stack([column[keep] for column in columns.values()]),
         left=filtered(torque, equation, interval)[keep],
         speed=speed[keep],
         keep=keep,

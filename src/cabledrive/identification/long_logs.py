@@ -1,44 +1,125 @@
-"""Logs that do not fit into memory, block by block."""
+"""Logs that do not fit into memory: the same regression, block by block."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cabledrive.identification.estimates import Identification
+from cabledrive.identification.inverse_dynamics import Rows, factors_of, settling
+from cabledrive.identification.logs.log import DataReport, Log
+from cabledrive.identification.logs.reading import MOST_VALUES, Recording, checked_log
+from cabledrive.identification.regression import Factors, joined, merged, suited_segments
+from cabledrive.identification.rigid_axis import (
+    AxisOptions,
+    axis_method,
+    channels_of,
+    concluded,
+    equation_for,
+    kink_of,
+    rows_for,
+)
+from cabledrive.parameters import InputRefused
+
 Array = NDArray[np.float64]
 
+SEGMENTS_PER_BLOCK = 20
+MOST_FACTORS = 960
 
-def overlapping(
-    blocks: Iterator[dict[str, Array]], reach: int
-) -> Iterator[tuple[dict[str, Array], int, int]]:
-    """Blocks of a long log, each with what lies before and after it, so that filters settle.
+
+def is_long(recording: Recording) -> bool:
+    """Whether a log has to be read in blocks.
 
     Parameters
     ----------
-    blocks : iterator of dict of str to ndarray
-    reach : int
-        Samples of overlap on either side.
+    recording : Recording
 
-    Yields
-    ------
-    block : dict of str to ndarray
-    start, end : int
-        Part of it that belongs to no other block.
+    Returns
+    -------
+    bool
     """
-    held: dict[str, Array] = {}
-    start = 0
+    rows = recording.table.rows
+    return rows is not None and rows * len(recording.columns) > MOST_VALUES
+
+
+def identify_long_log(recording: Recording, options: AxisOptions | None = None) -> Identification:
+    """Identify one rigid axis from a log of any length, in memory that does not grow with it.
+
+    Bandwidth and encoder step come from the first block; every block is checked like a log of its own.
+
+    Parameters
+    ----------
+    recording : Recording
+        With torque and angle, or force and position; nothing else is read.
+    options : AxisOptions, optional
+
+    Returns
+    -------
+    Identification
+
+    Raises
+    ------
+    InputRefused
+        If a block is refused, or time jumps between two blocks.
+    """
+    options = options or AxisOptions()
+    blocks = _checked_blocks(recording)
+    first = next(blocks)
+    torque, position = channels_of(first, options)
+    equation = equation_for([first], torque, position, options)
+    plain = rows_for(first, torque, position, equation)
+    equation = replace(equation, kink=kink_of(factors_of(plain, SEGMENTS_PER_BLOCK), equation))
+    every = max(1, int(0.1 / (equation.bandwidth * first.interval)))
+    reach = settling(equation.bandwidth, first.interval)
+    parts: list[Factors] = []
+    squares, rows = np.zeros(1), 0
+    reports: list[DataReport] = []
+    for block in _overlapping(first, blocks, reach):
+        found: Rows = rows_for(block, torque, position, equation, every)
+        parts.append(factors_of(found, SEGMENTS_PER_BLOCK))
+        squares = squares + (found.regressors**2).sum(axis=0)
+        rows += found.left.size
+        reports.append(block.report)
+        if sum(part.triangles.shape[0] for part in parts) > MOST_FACTORS:
+            parts = [merged(joined(parts), 2)]
+    factors = suited_segments(joined(parts))
+    method = axis_method(equation, options, factors) | {"blocks": len(reports)}
+    return concluded(factors, equation, np.sqrt(squares / rows), method, (), (_whole(recording, reports),))
+
+
+def _checked_blocks(recording: Recording) -> Iterator[Log]:
+    wanted = tuple(c for c in recording.columns if c in ("time", "torque", "angle", "force", "position"))
+    for block in recording.blocks(wanted):
+        yield checked_log(recording, block)
+
+
+def _overlapping(first: Log, blocks: Iterator[Log], reach: int) -> Iterator[Log]:
+    """Every block with the end of the one before, since the filter's ends are cut off."""
+    yield first
+    before = first
     for block in blocks:
-        joint = (
-            {name: np.concatenate([held[name], values]) for name, values in block.items()} if held else block
-        )
-        size = next(iter(joint.values())).size
-        if size <= start + 2 * reach:
-            held = joint
-            continue
-        yield joint, start, size - reach
-        held = {name: values[size - 2 * reach :] for name, values in joint.items()}
-        start = reach
-    if held:
-        size = next(iter(held.values())).size
-        if size > start:
-            yield held, start, size
+        step = (block.time[0] - before.time[-1]) / before.interval
+        if abs(step - 1.0) > 0.5:
+            raise InputRefused(f"{block.source}: time jumps at {before.time[-1]:.6g} s: cut the log there")
+        joint = {
+            name: np.concatenate([before.channels[name][-2 * reach :], values])
+            for name, values in block.channels.items()
+        }
+        time = np.concatenate([before.time[-2 * reach :], block.time])
+        yield replace(block, time=time, channels=joint, saturated={})
+        before = block
+
+
+def _whole(recording: Recording, reports: list[DataReport]) -> DataReport:
+    rows = sum(report.rows for report in reports)
+    interval = float(np.mean([report.interval for report in reports]))
+    return DataReport(
+        rows=rows,
+        duration=(rows - 1) * interval,
+        interval=interval,
+        jitter=max(report.jitter for report in reports),
+        quantum=reports[0].quantum,
+        repaired=tuple(dict.fromkeys(line for report in reports for line in report.repaired)),
+        findings=tuple(dict.fromkeys(line for report in reports for line in report.findings)),
+    )

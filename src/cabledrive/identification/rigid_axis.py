@@ -73,14 +73,16 @@ def identify_rigid_axis(logs: Sequence[Log], options: AxisOptions | None = None)
     equation = equation_for(logs, torque, position, options)
     parts = [rows_for(log, torque, position, equation) for log in logs]
     count = max(12, SHORT_SEGMENTS // len(parts))
-    kink = _kink(solve(joined([factors_of(rows, _segments(rows, count)) for rows in parts])), equation)
+    kink = kink_of(joined([factors_of(rows, _segments(rows, count)) for rows in parts]), equation)
     if kink > 0.0:
         equation = replace(equation, kink=kink)
         parts = [rows_for(log, torque, position, equation) for log in logs]
     factors = suited_segments(joined([factors_of(rows, _segments(rows, count)) for rows in parts]))
     sizes = np.sqrt(np.mean(np.vstack([rows.regressors for rows in parts]) ** 2, axis=0))
     reports = tuple(log.report for log in logs)
-    return concluded(factors, equation, sizes, _method(equation, options, factors), _findings(parts), reports)
+    return concluded(
+        factors, equation, sizes, axis_method(equation, options, factors), _findings(parts), reports
+    )
 
 
 def channels_of(log: Log, options: AxisOptions) -> tuple[str, str]:
@@ -147,7 +149,7 @@ def equation_for(logs: Sequence[Log], torque: str, position: str, options: AxisO
     )
 
 
-def rows_for(log: Log, torque: str, position: str, equation: AxisEquation) -> Rows:
+def rows_for(log: Log, torque: str, position: str, equation: AxisEquation, every: int = 1) -> Rows:
     """Rows of one log, without the samples at which the torque saturates.
 
     Parameters
@@ -155,6 +157,8 @@ def rows_for(log: Log, torque: str, position: str, equation: AxisEquation) -> Ro
     log : Log
     torque, position : str
     equation : AxisEquation
+    every : int, default 1
+        Take every so many-th row.
 
     Returns
     -------
@@ -166,8 +170,8 @@ def rows_for(log: Log, torque: str, position: str, equation: AxisEquation) -> Ro
         If too little of the log is left.
     """
     masked = log.saturated.get(torque)
-    rows = rows_of(log.channel(position), log.channel(torque), equation, log.interval, masked)
-    if rows.keep.mean() < LEAST_KEPT or rows.left.size < 50:
+    rows = rows_of(log.channel(position), log.channel(torque), equation, log.interval, masked, every)
+    if rows.keep.mean() * every < LEAST_KEPT or rows.left.size < 50:
         why = "the torque saturates or the log is short"
         raise InputRefused(
             f"{log.source}: {100 * rows.keep.mean():.0f} % of it can be used ({why}): record again"
@@ -263,8 +267,20 @@ def _estimate(fit: Fit, k: int, half: float, unit: str, unknown: bool) -> Estima
     return Estimate(value=value, unit=unit, standard_error=error, low=value - half, high=value + half)
 
 
-def _kink(fit: Fit, equation: AxisEquation) -> float:
-    """Friction over inertia from a first pass; 0 where the friction has no jump."""
+def kink_of(factors: Factors, equation: AxisEquation) -> float:
+    """Friction over inertia from a first pass.
+
+    Parameters
+    ----------
+    factors : Factors
+    equation : AxisEquation
+
+    Returns
+    -------
+    float
+        [rad/s^2 or m/s^2]; 0 where the friction has no jump.
+    """
+    fit = solve(factors)
     found = dict(zip(fit.names, fit.values, strict=True))
     inertia = found[equation.inertia]
     if equation.friction.kind in ("tanh", "viscous") or inertia <= 0.0:
@@ -277,7 +293,19 @@ def _segments(rows: Rows, count: int) -> int:
     return max(2, min(count, rows.left.size // 20))
 
 
-def _method(equation: AxisEquation, options: AxisOptions, factors: Factors) -> dict[str, Any]:
+def axis_method(equation: AxisEquation, options: AxisOptions, factors: Factors) -> dict[str, Any]:
+    """How an axis was identified, with every choice that was made from the data.
+
+    Parameters
+    ----------
+    equation : AxisEquation
+    options : AxisOptions
+    factors : Factors
+
+    Returns
+    -------
+    dict
+    """
     return {
         "name": "inverse dynamics, least squares by QR",
         "bandwidth_hz": equation.bandwidth,

@@ -45,7 +45,7 @@ def command(
     options = replace(
         options, columns=with_choices(options.columns, columns), check=options.check and not no_check
     )
-    found = identify(list(logs), options, model=model, method=method)
+    found = identify(logs[0] if len(logs) == 1 else list(logs), options, model=model, method=method)
     data = found.as_dict()
     return Answer(
         data=data,

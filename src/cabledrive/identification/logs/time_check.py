@@ -134,7 +134,8 @@ def _places(stamps: Array, interval: float) -> NDArray[np.int64]:
 
 
 def _fitted_interval(stamps: Array, place: NDArray[np.int64], interval: float) -> float:
-    fitted = float(np.polyfit(place.astype(float), stamps - stamps[0], 1)[0])
+    centred = place - 0.5 * place[-1]
+    fitted = float(centred @ (stamps - stamps[0]) / (centred @ (place - place.mean())))
     return fitted if abs(fitted / interval - 1.0) > 1e-12 else interval
 
 

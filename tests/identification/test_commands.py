@@ -1,0 +1,103 @@
+"""`experiment`, `identify` and `response` from the command line: statuses, one line each, JSON as agreed."""
+
+import json
+
+import pytest
+from click.testing import CliRunner
+
+from cabledrive.app.main import main
+
+
+def run(capsys, *arguments):
+    """Status, standard output and standard error of one call."""
+    try:
+        status = main([str(a) for a in arguments])
+    except SystemExit as end:
+        status = end.code
+    out = capsys.readouterr()
+    return status or 0, out.out, out.err
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("rig")
+    (folder / "excitation.toml").write_text('kind = "sines"\nduration = "20 s"\n')
+    arguments = ["--excitation", str(folder / "excitation.toml"), "-o", str(folder / "log.csv"), "--quiet"]
+    with pytest.raises(SystemExit) as end:
+        main(
+            ["experiment", "dissertation-3", "--model", "1", "--set", "sensors.sample_rate=1 kHz", *arguments]
+        )
+    assert not end.value.code
+    return folder / "log.csv"
+
+
+def test_an_experiment_is_identified(log, capsys):
+    """Model 1 of configuration 3: 0.004092 kg m^2, 0.0031, 0.0376, -0.0006."""
+    status, out, _ = run(capsys, "identify", log, "--json")
+    answer = json.loads(out)
+    assert status == 0
+    assert answer["identifiable"] is True
+    truth = {
+        "inertia": 0.004092,
+        "viscous_friction": 0.0031,
+        "coulomb_friction": 0.0376,
+        "offset_torque": -0.0006,
+    }
+    for name, value in truth.items():
+        entry = answer["parameters"][name]
+        assert entry["low"] - entry["standard_error"] < value < entry["high"] + entry["standard_error"], name
+        assert set(entry) >= {"value", "unit", "low", "high", "standard_error"}
+    assert {"model", "residual", "data"} <= set(answer)
+
+
+def test_a_response_has_the_agreed_keys(log, capsys):
+    status, out, _ = run(
+        capsys, "response", log, "--input", "torque", "--output", "angle", "--differentiate", "--json"
+    )
+    answer = json.loads(out)
+    assert status == 0
+    assert len({len(answer[k]) for k in ("frequency_hz", "magnitude", "phase_deg", "coherence")}) == 1
+
+
+def test_a_plain_column_serves_as_input(log, capsys):
+    status, out, _ = run(
+        capsys, "response", log, "--input", "command voltage [V]", "--output", "torque", "--json"
+    )
+    answer = json.loads(out)
+    at = answer["frequency_hz"].index(pytest.approx(3.0, abs=1e-6))
+    assert status == 0
+    assert answer["magnitude"][at] == pytest.approx(1.6218, rel=0.01)  # Eq. (4.20)
+
+
+def test_not_identifiable_is_status_3_with_the_object_still_printed(log, capsys):
+    status, out, err = run(capsys, "identify", log, "--model", "rigid-axis-asymmetric-offset", "--json")
+    assert status == 3
+    assert json.loads(out)["identifiable"] is False
+    assert json.loads(out)["parameters"]["offset_torque"]["value"] is None
+    assert "cannot be told apart" in err
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    "content, words",
+    [
+        ("", "empty"),
+        ("time [s],torque [N m]\n0,1\n1,2\n2,x\n", "angle|holds"),
+        ("a\n1\n2\n", "one column|no row"),
+    ],
+)
+def test_a_bad_log_is_status_2_in_one_line(tmp_path, capsys, content, words):
+    import re
+
+    (tmp_path / "bad.csv").write_text(content)
+    status, out, err = run(capsys, "identify", tmp_path / "bad.csv", "--json")
+    assert (status, out) == (2, "")
+    assert re.search(words, err)
+    assert err.count("\n") == 1
+
+
+def test_help_of_the_three_commands_shows_an_example():
+    from cabledrive.app.commands import experiment, identify, response
+
+    for module in (experiment, identify, response):
+        assert "Example" in CliRunner().invoke(module.command, ["--help"]).output

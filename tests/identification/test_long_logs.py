@@ -1,0 +1,54 @@
+"""A log read block by block gives what it gives at once."""
+
+import numpy as np
+import pyarrow as pa
+import pytest
+from pyarrow import parquet
+
+from cabledrive.identification.identify import IdentifyOptions, identify
+from cabledrive.identification.logs import reading, table
+from cabledrive.identification.logs.reading import open_log
+from cabledrive.identification.long_logs import identify_long_log, is_long
+from cabledrive.parameters import InputRefused
+from cabledrive.rig.chapter_4 import BENCH_TESTS, bench_command, bench_rig
+from cabledrive.rig.virtual_rig import run_rig
+
+TEST = BENCH_TESTS[1]
+
+
+@pytest.fixture
+def path(tmp_path):
+    rng = np.random.default_rng(5)
+    log = run_rig(bench_rig(TEST), bench_command(TEST, rng), rng)
+    columns = {
+        "time [s]": log.time,
+        "torque [N m]": log.channel("torque"),
+        "angle [rad]": log.channel("angle"),
+    }
+    parquet.write_table(pa.table(columns), tmp_path / "log.parquet")
+    return tmp_path / "log.parquet"
+
+
+def test_blocks_give_the_parameters_of_the_whole_log(path, monkeypatch):
+    """Apart from filter ends and the bandwidth of the first block: within half a standard error."""
+    whole = identify(path, IdentifyOptions(check=False))
+    monkeypatch.setattr(table, "BLOCK_ROWS", 17_000)
+    monkeypatch.setattr("cabledrive.identification.logs.parquet.BLOCK_ROWS", 17_000)
+    blocks = identify_long_log(open_log(path))
+    assert blocks.method["blocks"] == 5
+    assert blocks.reports[0].rows == 70_000
+    for name, estimate in whole.parameters.items():
+        off = abs(blocks[name] - estimate.value) / estimate.standard_error
+        assert off < 0.5, f"{name}: {off:.2f} standard errors"
+
+
+def test_a_long_log_is_read_in_blocks_by_itself(path, monkeypatch):
+    monkeypatch.setattr("cabledrive.identification.long_logs.MOST_VALUES", 1000)
+    assert is_long(open_log(path))
+    assert "blocks" in identify(path).method
+
+
+def test_a_log_too_long_for_memory_is_refused_where_blocks_do_not_serve(path, monkeypatch):
+    monkeypatch.setattr(reading, "MOST_VALUES", 1000)
+    with pytest.raises(InputRefused, match="more than 1000 numbers"):
+        reading.read_log(path)
