@@ -45,6 +45,8 @@ def test_help_has_one_example_and_it_runs(name, tmp_path, monkeypatch):
     assert EXAMPLES[name].count("\n") == 0
     assert EXAMPLES[name] in call(name, "--help").output
     program, *arguments = shlex.split(EXAMPLES[name])
+    if "log.csv" in arguments[1:2]:  # as the example of `experiment` makes it
+        assert call(*shlex.split(EXAMPLES["experiment"])[1:]).exit_code == 0
     done = call(*arguments)
     assert (program, done.exit_code) == ("cabledrive", 0), done.stderr
     if "-o" in arguments:
