@@ -1,8 +1,9 @@
 """The compiled energy-conserving march equals its readable twin.
 
 Compiled here: `cabledrive.simulation.kernels.energy_conserving`,
-`cabledrive.simulation.kernels.energy_equal_segments`, `cabledrive.simulation.kernels.stored_energy`, and what
-every node has of its own, `cabledrive.simulation.kernels.nodes`.
+`cabledrive.simulation.kernels.energy_equal_segments`, `cabledrive.simulation.kernels.stored_energy`,
+`cabledrive.simulation.kernels.nonlinear_energy`, and what every node has of its own,
+`cabledrive.simulation.kernels.nodes`.
 """
 
 import numpy as np

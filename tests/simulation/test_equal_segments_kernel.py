@@ -9,10 +9,10 @@ from cabledrive.mechanics.cable_laws import cable_law
 from cabledrive.mechanics.mesh import mesh_of
 from cabledrive.parameters.drive_file import load_drive
 from cabledrive.simulation.channels import WIDTH
-from cabledrive.simulation.kernels.equal_segments import gain_series, stays_in_plane, step_equal_segments
+from cabledrive.simulation.kernels.equal_segments import rows_of, step_equal_segments
 from cabledrive.simulation.kernels.observe import least_of
 from cabledrive.simulation.kernels.verlet import march
-from cabledrive.simulation.plan import INVERSE_SPACING, plan_of
+from cabledrive.simulation.plan import plan_of
 from cabledrive.simulation.readable.verlet import march_reference
 from cabledrive.simulation.state import EVENTS, copy_state, new_state
 from cabledrive.simulation.workspace import new_workspace
@@ -69,12 +69,9 @@ def test_quick_steps_equal_the_readable_ones(kind, planar, speed):
 def test_quick_steps_are_taken_while_taut_and_refused_when_slack(planar):
     for speed, expected in ((0.1, True), (6.0, False)):
         plan, state = setting("loop", planar=planar, speed=speed)
-        series = gain_series(plan.rigidity, plan.segment[INVERSE_SPACING, 0])
-        x, x_t = state.x, state.x_t
-        assert stays_in_plane(x, x_t) == planar
-        v, v_t = (None, None) if planar else (x[1], x_t[1])
-        rows = x[0], v, x[2], x_t[0], v_t, x_t[2]
-        went = step_equal_segments(plan, state, new_workspace(plan), np.zeros(STEPS), series, *rows)
+        rows = rows_of(state)
+        assert (rows[1] is None) == (rows[4] is None) == planar
+        went = step_equal_segments(plan, state, new_workspace(plan), np.zeros(STEPS), *rows)
         assert went == expected
 
 

@@ -13,10 +13,14 @@ from math import sqrt
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import njit_in_place, njit_inlined
-from cabledrive.simulation.channels import TRANSVERSE_LOSS
-from cabledrive.simulation.kernels.equal_segments import safe_range
+from cabledrive.simulation.channels import BALANCE, TRANSVERSE_LOSS
+from cabledrive.simulation.kernels.equal_segments import gain_series, safe_range
+from cabledrive.simulation.kernels.nonlinear_energy import own_balance
+from cabledrive.simulation.kernels.observe import record
 from cabledrive.simulation.kernels.shafts import add_to
 from cabledrive.simulation.kernels.steps import (
+    copy_rows,
+    keep_before,
     keep_extremes,
     shaft_forces,
     speed_shafts,
@@ -45,7 +49,7 @@ from cabledrive.simulation.plan import (
     SPACING,
     Plan,
 )
-from cabledrive.simulation.state import State
+from cabledrive.simulation.state import LOWER_SLACK, STEPS, UPPER_SLACK, State
 from cabledrive.simulation.workspace import FORCE, NEW, OLD, Workspace
 
 MOST_TRIALS = 20
@@ -64,7 +68,6 @@ def step_equal_segments(
     state: State,
     work: Workspace,
     torque: Array,
-    series: Array,
     gain: Array,
     u: Array,
     v: Array | None,
@@ -93,8 +96,7 @@ def step_equal_segments(
     loss = 0.25 * step * plan.node[DRAG, 1]
     matrix, back = plan.shaft_matrices[0], plan.shaft_matrices[1]
     per_radius = 1.0 / plan.shaft[RADIUS, 0]
-    c0, c1, c2, c3 = series[0], series[1], series[2], series[3]
-    c4, c5, c6, c7 = series[4], series[5], series[6], series[7]
+    c0, c1, c2, c3, c4, c5, c6, c7 = gain_series(rigidity, inverse)
     for j in range(torque.size):
         stretched, along, met, square_u, square_t = 0.0, 0.0, 0.0, 0.0, 0.0
         outside = 0
@@ -223,6 +225,57 @@ def step_equal_segments(
         if closed:
             u[last], u_t[last] = drive, shaft[NEW, 0]
         if loss > 0.0:
-            add_to(tallies, TRANSVERSE_LOSS, loss * squares)
+            add_to(tallies, int(TRANSVERSE_LOSS), loss * squares)
         tally_shafts(step, plan.joint_damping, plan.shaft, plan.driven, push, shaft, tallies)
     return torque.size
+
+
+@njit_in_place
+def march_equal_segments(
+    plan: Plan,
+    state: State,
+    work: Workspace,
+    torque: Array,
+    every: int,
+    rows: Array,
+    fields: Array,
+    first: int,
+    u: Array,
+    v: Array | None,
+    w: Array,
+    u_t: Array,
+    v_t: Array | None,
+    w_t: Array,
+) -> tuple[int, bool]:
+    """March from step ``first``, the first of a record, from record to record.
+
+    Returns the step it comes to, the end or one at whose start a segment is slack or out of range; and
+    whether the energy is finite.
+    """
+    x, x_t, motor, tallies = state.x, state.x_t, state.motor, state.tallies
+    gain = work.q[1]
+    j = first
+    while j < torque.size:
+        stop = min(torque.size, j - j % every + every)
+        recording = j % every == 0
+        stored = state.extra[STORED]
+        if recording:
+            stop = j + 1
+            keep_before(x, x_t, motor, tallies, work.before, work.before_motor, work.before_tallies)
+        taken = step_equal_segments(plan, state, work, torque[j:stop], gain, u, v, w, u_t, v_t, w_t)
+        j += taken
+        state.counts[STEPS] += taken
+        if taken > 0:
+            state.counts[UPPER_SLACK] = 0
+            state.counts[LOWER_SLACK] = 0
+        if j < stop:
+            return j, True
+        if recording:
+            row = rows[(j - 1) // every]
+            record(plan, work, x_t, motor, tallies, torque[j - 1], row)
+            row[BALANCE] += own_balance(plan, work, x_t, 0.5 * (stored + state.extra[STORED]))
+            if fields.shape[0] > 0:
+                copy_rows(work.before[0], fields[(j - 1) // every])
+            if not abs(row[BALANCE]) < 1e300:
+                return j, False
+    return j, True

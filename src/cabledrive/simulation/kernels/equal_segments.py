@@ -1,4 +1,4 @@
-r"""Compiled step of a cable of equal segments under the exact law: tension, kick and drift in one pass.
+r"""Compiled march of a cable of equal segments under the exact law: tension, kick and drift in one pass.
 
 With :math:`y = h^2 z = \Delta u\,(2h + \Delta u) + \Delta v^2 + \Delta w^2` of a segment's ends and the gain
 :math:`g = EA\,z\,s(z)`, s the series of `cabledrive.simulation.kernels.segments`, a segment carries
@@ -10,14 +10,22 @@ it. All steps between two records are taken in one call, so that what does not c
 `cabledrive.simulation.readable.verlet`.
 """
 
-import numpy as np
+from typing import TypeAlias
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import njit, njit_in_place, njit_inlined
-from cabledrive.simulation.channels import TRANSVERSE_LOSS
+from cabledrive.mechanics.compiled import njit_in_place, njit_inlined
+from cabledrive.simulation.channels import BALANCE, TRANSVERSE_LOSS
+from cabledrive.simulation.kernels.observe import record
 from cabledrive.simulation.kernels.segments import C0, C1, C2, C3, C4, C5, C6, C7, LARGEST_Z
 from cabledrive.simulation.kernels.shafts import add_to
-from cabledrive.simulation.kernels.steps import keep_extremes, shaft_forces, tally_shafts, turn_shafts
+from cabledrive.simulation.kernels.steps import (
+    copy_rows,
+    keep_before,
+    keep_extremes,
+    shaft_forces,
+    tally_shafts,
+    turn_shafts,
+)
 from cabledrive.simulation.plan import (
     DRAG,
     FALL_U,
@@ -30,24 +38,24 @@ from cabledrive.simulation.plan import (
     SPACING,
     Plan,
 )
-from cabledrive.simulation.state import State
+from cabledrive.simulation.state import LOWER_SLACK, STEPS, UPPER_SLACK, State
 from cabledrive.simulation.workspace import NEW, Workspace
 
-ORDERS = 8
+Series: TypeAlias = tuple[float, float, float, float, float, float, float, float]
 
 
-@njit
-def gain_series(rigidity: float, inverse_spacing: float) -> Array:
+@njit_inlined
+def gain_series(rigidity: float, inverse_spacing: float) -> Series:
     """Coefficients of the gain in powers of y, from the first power on."""
-    series = np.array([C0, C1, C2, C3, C4, C5, C6, C7])
-    scale = rigidity
-    for k in range(ORDERS):
-        scale *= inverse_spacing * inverse_spacing
-        series[k] *= scale
-    return series
+    a = inverse_spacing * inverse_spacing
+    b, c, d = a * a, a * a * a, a * a * a * a
+    return (
+        rigidity * C0 * a, rigidity * C1 * b, rigidity * C2 * c, rigidity * C3 * d,
+        rigidity * C4 * d * a, rigidity * C5 * d * b, rigidity * C6 * d * c, rigidity * C7 * d * d,
+    )  # fmt: skip
 
 
-@njit_in_place
+@njit_inlined
 def safe_range(plan: Plan) -> tuple[float, float]:
     """Centre and half width of the y at which a segment is taut and the series holds."""
     slack_z = (1.0 + plan.slack_strain) ** 2 - 1.0
@@ -57,35 +65,47 @@ def safe_range(plan: Plan) -> tuple[float, float]:
     return 0.5 * (highest + lowest), 0.5 * (highest - lowest)
 
 
-@njit_inlined
-def gain_at(x: Array, i: int, series: Array, h: float) -> float:
+@njit_in_place
+def gain_at(x: Array, i: int, series: Series, h: float) -> float:
     """Gain of segment i."""
+    c0, c1, c2, c3, c4, c5, c6, c7 = series
     du = x[0, i + 1] - x[0, i]
     dv = x[1, i + 1] - x[1, i]
     dw = x[2, i + 1] - x[2, i]
     y = du * (2.0 * h + du) + dv * dv + dw * dw
-    gain = 0.0
-    for k in range(ORDERS):
-        gain = y * (series[ORDERS - 1 - k] + gain)
-    return gain
+    return y * (c0 + y * (c1 + y * (c2 + y * (c3 + y * (c4 + y * (c5 + y * (c6 + y * c7)))))))
 
 
 @njit_inlined
-def pulls_on_rims(x: Array, series: Array, h: float, pretension: float, segments: int, p: Array) -> None:
-    """Axial components of the segments beside the rims, into their places in p."""
-    for k in range(2 * (p.shape[1] // segments)):
+def pulls_on_rims(x: Array, series: Series, h: float, pretension: float, segments: int, p: Array) -> float:
+    """Axial components of the segments beside the rims, into their places in p; the gain of the first."""
+    gain = 0.0
+    ends = 2 * (p.shape[1] // segments)
+    for back in range(ends):
+        k = ends - 1 - back
         i = (k // 2) * segments + (k % 2) * (segments - 1)
         gain = gain_at(x, i, series, h)
         p[0, i] = (pretension + gain) * (x[0, i + 1] - x[0, i]) / h + gain
+    return gain
 
 
-@njit_in_place
-def stays_in_plane(x: Array, x_t: Array) -> bool:
-    """Whether nothing has left the plane of the pulleys; then nothing does."""
-    size = 0.0
-    for i in range(x.shape[1]):
-        size += abs(x[1, i]) + abs(x_t[1, i])
-    return size == 0.0
+def rows_of(state: State) -> tuple[Array, Array | None, Array, Array, Array | None, Array]:
+    """Rows of displacements and velocities as the quick loops take them.
+
+    Parameters
+    ----------
+    state : State
+
+    Returns
+    -------
+    tuple of ndarray or None
+        u, v, w and their velocities; None for v and its velocity where nothing has left the plane of the
+        pulleys, since then nothing does.
+    """
+    (u, v, w), (u_t, v_t, w_t) = state.x, state.x_t
+    if v.any() or v_t.any():
+        return u, v, w, u_t, v_t, w_t
+    return u, None, w, u_t, None, w_t
 
 
 @njit_in_place
@@ -94,7 +114,6 @@ def step_equal_segments(
     state: State,
     work: Workspace,
     torque: Array,
-    series: Array,
     u: Array,
     v: Array | None,
     w: Array,
@@ -123,16 +142,15 @@ def step_equal_segments(
     loss = 0.25 * step * plan.node[DRAG, 1]
     matrix, back = plan.shaft_matrices[0], plan.shaft_matrices[1]
     per_radius = 1.0 / plan.shaft[RADIUS, 0]
-    c0, c1, c2, c3 = series[0], series[1], series[2], series[3]
-    c4, c5, c6, c7 = series[4], series[5], series[6], series[7]
+    series = gain_series(plan.rigidity, inverse)
+    c0, c1, c2, c3, c4, c5, c6, c7 = series
     for j in range(torque.size):
         keep_extremes(n, plan.spans, plan.probe, x, motor, state.extremes)
-        pulls_on_rims(x, series, h, pretension, n, p)
+        pull = pretension + pulls_on_rims(x, series, h, pretension, n, p)
         push = torque[j] * per_radius
         shaft_forces(closed, n, plan.joint_stiffness, plan.node, x, x_t, motor, p, plan.driven, push, shaft)
         turn_shafts(step, closed, n, matrix, back, plan.shaft, motor, x_t, shaft)
         drive, load = u[0] + step * shaft[NEW, 0], u[n] + step * shaft[NEW, 1]
-        pull = pretension + gain_at(x, 0, series, h)
         p_u, p_w = h * p[0, 0], pull * w[1]  # as if the first segment pulled from before as well
         p_v = pull * v[1] if v is not None else 0.0
         squares = 0.0
@@ -178,6 +196,58 @@ def step_equal_segments(
         if closed:
             u[last], u_t[last] = drive, shaft[NEW, 0]
         if loss > 0.0:
-            add_to(tallies, TRANSVERSE_LOSS, loss * squares)
+            add_to(tallies, int(TRANSVERSE_LOSS), loss * squares)
         tally_shafts(step, plan.joint_damping, plan.shaft, plan.driven, push, shaft, tallies)
     return True
+
+
+@njit_in_place
+def march_equal_segments(
+    plan: Plan,
+    state: State,
+    work: Workspace,
+    torque: Array,
+    every: int,
+    rows: Array,
+    fields: Array,
+    first: int,
+    u: Array,
+    v: Array | None,
+    w: Array,
+    u_t: Array,
+    v_t: Array | None,
+    w_t: Array,
+) -> tuple[int, bool]:
+    """March from step ``first``, the first of a record, from record to record.
+
+    Returns the step it comes to, the end or the first of a record before which a segment is slack or out of
+    range, with the state as it is there; and whether the energy is finite.
+    """
+    x, x_t, motor, tallies = state.x, state.x_t, state.motor, state.tallies
+    while first < torque.size:
+        last = min(first + every, torque.size)
+        keep_before(x, x_t, motor, tallies, work.before, work.before_motor, work.before_tallies)
+        row = rows[first // every]
+        taken = False
+        for part in range(2):
+            here = torque[first : first + 1] if part == 0 else torque[first + 1 : last]
+            taken = step_equal_segments(plan, state, work, here, u, v, w, u_t, v_t, w_t)
+            if not taken:
+                break
+            if part == 0:
+                record(plan, work, x_t, motor, tallies, torque[first], row)
+        if not taken:
+            copy_rows(work.before[0], x)
+            copy_rows(work.before[1], x_t)
+            copy_rows(work.before_tallies, tallies)
+            motor[0], motor[1] = work.before_motor[0], work.before_motor[1]
+            return first, True
+        if fields.shape[0] > 0:
+            copy_rows(work.before[0], fields[first // every])
+        state.counts[STEPS] += last - first
+        state.counts[UPPER_SLACK] = 0
+        state.counts[LOWER_SLACK] = 0
+        if not abs(row[BALANCE]) < 1e300:
+            return last, False
+        first = last
+    return first, True

@@ -134,4 +134,4 @@ def _kick_nodes(plan: Plan, x: Array, x_t: Array, tallies: Array, gained: Array)
             speed = plan.node[KEEP_T, i] * x_t[axis, i] + gained[axis, i]
             squares += plan.node[DRAG, i] * (speed + x_t[axis, i]) ** 2
             x_t[axis, i] = speed
-    add_to(tallies, TRANSVERSE_LOSS, 0.25 * plan.step * squares)
+    add_to(tallies, int(TRANSVERSE_LOSS), 0.25 * plan.step * squares)

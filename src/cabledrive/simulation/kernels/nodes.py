@@ -48,12 +48,12 @@ def tally_nodes(plan: Plan, x_t: Array, old: Array, tallies: Array, forces: Arra
     """Work of the forces and transverse loss over the step."""
     for k in range(plan.force.shape[0]):
         i, axis = plan.force[k, 0], plan.force[k, 1]
-        add_to(tallies, FORCE_WORK, plan.step * forces[k] * 0.5 * (old[axis, i] + x_t[axis, i]))
+        add_to(tallies, int(FORCE_WORK), plan.step * forces[k] * 0.5 * (old[axis, i] + x_t[axis, i]))
     squares = 0.0
     for i in range(1, x_t.shape[1] - 1):
         drag = plan.node[DRAG, i]
         squares += drag * ((old[1, i] + x_t[1, i]) ** 2 + (old[2, i] + x_t[2, i]) ** 2)
-    add_to(tallies, TRANSVERSE_LOSS, 0.25 * plan.step * squares)
+    add_to(tallies, int(TRANSVERSE_LOSS), 0.25 * plan.step * squares)
 
 
 @njit_in_place
@@ -92,7 +92,7 @@ def damp_axially(plan: Plan, x: Array, x_t: Array, motor: Array, tallies: Array,
         q[0, i] += 0.5 * q[1, i] * (shaft[OLD, start] + shaft[NEW, start])
         q[0, i] += 0.5 * q[2, i] * (shaft[OLD, end] + shaft[NEW, end])
         loss += plan.segment[COMPLIANCE, i] * q[0, i] ** 2
-    add_to(tallies, AXIAL_LOSS, plan.step * loss)
+    add_to(tallies, int(AXIAL_LOSS), plan.step * loss)
     for axis in range(3):
         kick = node[KICK_U if axis == 0 else KICK_T]
         for i in range(1, q.shape[1]):

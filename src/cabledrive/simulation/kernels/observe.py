@@ -5,7 +5,7 @@ Called with the displacements at t_j and the velocities half a step before and a
 """
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import njit_in_place
+from cabledrive.mechanics.compiled import njit_in_place, njit_inlined
 from cabledrive.simulation.channels import (
     ANGLE,
     AXIAL,
@@ -36,6 +36,7 @@ from cabledrive.simulation.plan import (
     WEIGHT_W,
     Plan,
 )
+from cabledrive.simulation.workspace import Workspace
 
 
 @njit_in_place
@@ -88,6 +89,17 @@ def observe(
             row[WIDTH + 3 * probe + axis] = (1.0 - share) * ends[0] + share * ends[1]
 
 
+@njit_inlined
+def record(
+    plan: Plan, work: Workspace, after: Array, motor: Array, tallies: Array, torque: float, row: Array
+) -> None:
+    """Write the record of the step before which ``work.before`` was kept."""
+    observe(
+        plan, work.before, after, work.before_motor, motor, work.before_tallies, tallies,
+        torque, work.p, work.q[0], row,
+    )  # fmt: skip
+
+
 @njit_in_place
 def _observe_span(
     plan: Plan, before: Array, after: Array, p: Array, tension: Array, span: int, row: Array
@@ -96,11 +108,11 @@ def _observe_span(
     first, last = span * plan.segments, (span + 1) * plan.segments
     spacing = plan.segment[SPACING, first:last]
     x = before[0, :, first : last + 1]
-    mean, stored = _strain_sums(
+    length, mean, stored = _strain_sums(
         plan.law, plan.tension_only, plan.pretension, plan.rigidity,
         x[0], x[1], x[2], spacing, plan.segment[INVERSE_SPACING, first:last], tension[first:last],
     )  # fmt: skip
-    row[MEAN_TENSION + span] = mean / spacing.sum()
+    row[MEAN_TENSION + span] = mean / length
     row[LEAST_TENSION + span] = least_of(tension[first:last])
     row[STRAIN + span] = stored
     correction = 0.0
@@ -126,10 +138,10 @@ def _strain_sums(
     spacing: Array,
     inverse_spacing: Array,
     tension: Array,
-) -> tuple[float, float]:
-    """Integral of the tension of a span and energy stored in it; writes the tensions themselves."""
+) -> tuple[float, float, float]:
+    """Length of a span, integral of its tension, energy stored in it; writes the tensions themselves."""
     stiffness = pretension + rigidity
-    mean, stored = 0.0, 0.0
+    length, mean, stored = 0.0, 0.0, 0.0
     for i in range(spacing.size):
         u_x = (u[i + 1] - u[i]) * inverse_spacing[i]
         v_x = (v[i + 1] - v[i]) * inverse_spacing[i]
@@ -142,9 +154,10 @@ def _strain_sums(
             pull = 0.0
             density = -pretension * (0.5 * pretension / stiffness + u_x)
         tension[i] = pull
+        length += spacing[i]
         mean += pull * spacing[i]
         stored += density * spacing[i]
-    return mean, stored
+    return length, mean, stored
 
 
 @njit_in_place

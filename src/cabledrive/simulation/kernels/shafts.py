@@ -89,7 +89,11 @@ def _smoothed(inertia: float, rest: float, coulomb: float, smooth: float, old: f
 
 @njit_strict
 def add_to(tallies: Array, number: int, amount: float) -> None:
-    """Add to a tally, with what rounding took away last time (compensated summation)."""
+    """Add to a tally, with what rounding took away last time (compensated summation).
+
+    Callers write int(NAME) for the number: a named constant by itself would be compiled into a version of
+    this function of its own.
+    """
     amount -= tallies[1, number]
     total = tallies[0, number] + amount
     tallies[1, number] = (total - tallies[0, number]) - amount

@@ -154,10 +154,10 @@ def tally_shafts(
         viscous += table[VISCOUS, i] * shaft[RIGHT, i] ** 2
         coulomb += shaft[FRICTION, i] * shaft[RIGHT, i]
     twist_rate = shaft[RIGHT, 0] - shaft[RIGHT, 2]
-    add_to(tallies, TORQUE_WORK, step * rim_torque * shaft[RIGHT, driven])
+    add_to(tallies, int(TORQUE_WORK), step * rim_torque * shaft[RIGHT, driven])
     if viscous > 0.0:
-        add_to(tallies, VISCOUS_LOSS, step * viscous)
+        add_to(tallies, int(VISCOUS_LOSS), step * viscous)
     if coulomb != 0.0:
-        add_to(tallies, COULOMB_LOSS, step * coulomb)
+        add_to(tallies, int(COULOMB_LOSS), step * coulomb)
     if joint_damping > 0.0:
-        add_to(tallies, JOINT_LOSS, step * joint_damping * twist_rate * twist_rate)
+        add_to(tallies, int(JOINT_LOSS), step * joint_damping * twist_rate * twist_rate)

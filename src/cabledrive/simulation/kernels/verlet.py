@@ -6,11 +6,11 @@ else takes the long one.
 """
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import njit, njit_in_place
+from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.simulation.channels import BALANCE
-from cabledrive.simulation.kernels.equal_segments import gain_series, stays_in_plane, step_equal_segments
+from cabledrive.simulation.kernels.equal_segments import march_equal_segments, rows_of
 from cabledrive.simulation.kernels.nodes import damp_axially, kick_nodes, tally_nodes, turn
-from cabledrive.simulation.kernels.observe import observe
+from cabledrive.simulation.kernels.observe import record
 from cabledrive.simulation.kernels.segments import EXACT, segment_tensions
 from cabledrive.simulation.kernels.steps import (
     copy_rows,
@@ -31,7 +31,6 @@ from cabledrive.simulation.workspace import Workspace
 DONE, SLACK, NOT_FINITE = range(3)
 
 
-@njit
 def march(
     plan: Plan,
     state: State,
@@ -44,106 +43,37 @@ def march(
 ) -> int:
     """Take a step per entry of ``torque``, recording the first of every ``every`` into the next row.
 
-    ``forces`` is (steps, number of forces); ``fields`` (records or 0, 3, nodes) gets whole displacements.
-    Returns DONE, SLACK (before the step at whose start a span is slack) or NOT_FINITE (after the record that
-    shows it).
+    Parameters
+    ----------
+    plan, state, work, torque, forces, every, rows, fields : object
+        See `cabledrive.simulation.method.Method.march`.
+
+    Returns
+    -------
+    int
+        DONE, SLACK (before the step at whose start a span is slack) or NOT_FINITE (after the record that
+        shows it).
     """
-    series = gain_series(plan.rigidity, plan.segment[INVERSE_SPACING, 0])
-    return _march(plan, state, work, series, torque, forces, every, rows, fields)
-
-
-@njit_in_place
-def _march(
-    plan: Plan,
-    state: State,
-    work: Workspace,
-    series: Array,
-    torque: Array,
-    forces: Array,
-    every: int,
-    rows: Array,
-    fields: Array,
-) -> int:
-    """As `march`, with the series of the gain."""
     if not plan.uniform or plan.law != EXACT:
-        return _march_any(plan, state, work, torque, forces, every, rows, fields)
-    planar = stays_in_plane(state.x, state.x_t)
-    for record in range((torque.size + every - 1) // every):
-        first = record * every
-        here = slice(first, min(first + every, torque.size))
-        row, field = rows[record : record + 1], fields[record : record + 1]
-        if _march_equal(plan, state, work, torque[here], series, planar, row, field):
-            if not abs(row[0, BALANCE]) < 1e300:
-                return NOT_FINITE
-            continue
-        code = _march_any(plan, state, work, torque[here], forces[here], every, row, field)
+        return march_any(plan, state, work, torque, forces, every, rows, fields)
+    lines = rows_of(state)
+    j = 0
+    while j < torque.size:
+        j, finite = march_equal_segments(plan, state, work, torque, every, rows, fields, j, *lines)
+        if j >= torque.size or not finite:
+            return DONE if finite else NOT_FINITE
+        here, record_here = slice(j, j + every), slice(j // every, j // every + 1)
+        code = march_any(
+            plan, state, work, torque[here], forces[here], every, rows[record_here], fields[record_here]
+        )
         if code != DONE:
             return code
+        j += every
     return DONE
 
 
 @njit_in_place
-def _march_equal(
-    plan: Plan,
-    state: State,
-    work: Workspace,
-    torque: Array,
-    series: Array,
-    planar: bool,
-    row: Array,
-    field: Array,
-) -> bool:
-    """Steps from one record up to the next; False, and nothing changed, where the quick loop will not do."""
-    x, x_t, motor, tallies = state.x, state.x_t, state.motor, state.tallies
-    keep_before(x, x_t, motor, tallies, work.before, work.before_motor, work.before_tallies)
-    taken = _step_equal(plan, state, work, torque[:1], series, planar)
-    if taken:
-        _record(plan, work, x_t, motor, tallies, torque[0], row, field)
-        taken = _step_equal(plan, state, work, torque[1:], series, planar)
-    if taken:
-        state.counts[STEPS] += torque.size
-        state.counts[UPPER_SLACK] = 0
-        state.counts[LOWER_SLACK] = 0
-    else:
-        copy_rows(work.before[0], x)
-        copy_rows(work.before[1], x_t)
-        copy_rows(work.before_tallies, tallies)
-        motor[0], motor[1] = work.before_motor[0], work.before_motor[1]
-    return taken
-
-
-@njit_in_place
-def _step_equal(
-    plan: Plan, state: State, work: Workspace, torque: Array, series: Array, planar: bool
-) -> bool:
-    x, x_t = state.x, state.x_t
-    if planar:
-        return step_equal_segments(plan, state, work, torque, series, x[0], None, x[2], x_t[0], None, x_t[2])
-    return step_equal_segments(plan, state, work, torque, series, x[0], x[1], x[2], x_t[0], x_t[1], x_t[2])
-
-
-@njit_in_place
-def _record(
-    plan: Plan,
-    work: Workspace,
-    x_t: Array,
-    motor: Array,
-    tallies: Array,
-    torque: float,
-    row: Array,
-    field: Array,
-) -> None:
-    """Write the record of the step whose start was kept; ``row`` and ``field`` hold one or none."""
-    observe(
-        plan, work.before, x_t, work.before_motor, motor, work.before_tallies, tallies,
-        torque, work.p, work.q[0], row[0],
-    )  # fmt: skip
-    if field.shape[0] > 0:
-        copy_rows(work.before[0], field[0])
-
-
-@njit_in_place
-def _march_any(
+def march_any(
     plan: Plan,
     state: State,
     work: Workspace,
@@ -177,10 +107,11 @@ def _march_any(
         tally_shafts(plan.step, plan.joint_damping, plan.shaft, plan.driven, push, shaft, tallies)
         state.counts[STEPS] += 1
         if recording:
-            record = j // every
-            row, field = rows[record : record + 1], fields[record : record + 1]
-            _record(plan, work, x_t, motor, tallies, torque[j], row, field)
-            if not abs(row[0, BALANCE]) < 1e300:
+            row = rows[j // every]
+            record(plan, work, x_t, motor, tallies, torque[j], row)
+            if fields.shape[0] > 0:
+                copy_rows(work.before[0], fields[j // every])
+            if not abs(row[BALANCE]) < 1e300:
                 return NOT_FINITE
     return DONE
 
