@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cabledrive.identification import identifiability as told
 from cabledrive.identification.axis_equation import AxisEquation
 from cabledrive.identification.estimates import Estimate, Identification, unit_of
 from cabledrive.identification.regression import Factors, Fit, solve

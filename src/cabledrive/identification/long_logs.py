@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from cabledrive.identification.conclusion import concluded
 from cabledrive.identification.estimates import Identification
 from cabledrive.identification.inverse_dynamics import Rows, factors_of, settling
 from cabledrive.identification.logs.log import DataReport, Log
@@ -15,7 +16,6 @@ from cabledrive.identification.rigid_axis import (
     AxisOptions,
     axis_method,
     channels_of,
-    concluded,
     equation_for,
     kink_of,
     rows_for,

@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.identification import identifiability as told
 from cabledrive.identification.axis_equation import AxisEquation
-from cabledrive.identification.estimates import Estimate, Identification, unit_of
+from cabledrive.identification.conclusion import concluded
+from cabledrive.identification.estimates import Identification
 from cabledrive.identification.filters import chosen_bandwidth
 from cabledrive.identification.friction_regressors import FrictionModel
 from cabledrive.identification.inverse_dynamics import Rows, factors_of, rows_of
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.regression import Factors, Fit, joined, solve, suited_segments
+from cabledrive.identification.regression import Factors, joined, solve, suited_segments
 from cabledrive.parameters import InputRefused
 
 Array = NDArray[np.float64]
@@ -177,94 +177,6 @@ def rows_for(log: Log, torque: str, position: str, equation: AxisEquation, every
             f"{log.source}: {100 * rows.keep.mean():.0f} % of it can be used ({why}): record again"
         )
     return rows
-
-
-def concluded(
-    factors: Factors,
-    equation: AxisEquation,
-    sizes: Array,
-    method: dict[str, Any],
-    findings: tuple[str, ...],
-    reports: tuple[Any, ...],
-) -> Identification:
-    """The identification from a solved regression: numbers where there are any, words where there are none.
-
-    Parameters
-    ----------
-    factors : Factors
-    equation : AxisEquation
-    sizes : ndarray, shape (p,)
-        Root mean square of each regressor.
-    method : dict
-    findings : tuple of str
-    reports : tuple of DataReport
-
-    Returns
-    -------
-    Identification
-    """
-    fit = solve(factors)
-    blind = told.blind_parameters(fit)
-    weak = set(told.weak_parameters(fit, sizes)) - blind
-    words = told.blind_words(fit) + tuple(told.weak_words(name) for name in fit.names if name in weak)
-    half = fit.half_width()
-    parameters = {
-        name: _estimate(fit, k, float(half[k]), unit_of(name, equation.linear), name in blind | weak)
-        for k, name in enumerate(fit.names)
-    }
-    relative = fit.residual / fit.scale if fit.scale > 0 else float("nan")
-    return Identification(
-        model=f"rigid-axis-{equation.friction.kind}",
-        parameters=parameters,
-        identifiable=not words,
-        unidentifiable=words,
-        residual={"rms": float(fit.residual), "relative": float(relative), "rows": fit.rows},
-        condition_number=fit.condition,
-        method=method,
-        covariance=fit.covariance,
-        freedom=fit.freedom,
-        findings=findings + implausible(parameters),
-        reports=reports,
-    )
-
-
-def implausible(parameters: dict[str, Estimate]) -> tuple[str, ...]:
-    """Numbers that no machine has: findings about the log, not results.
-
-    Parameters
-    ----------
-    parameters : dict of str to Estimate
-
-    Returns
-    -------
-    tuple of str
-    """
-    found = []
-    for name, estimate in parameters.items():
-        if not estimate.reason and estimate.high < 0.0 and not name.startswith("offset"):
-            hint = "are torque and angle swapped, or is one sign reversed?"
-            if name not in ("inertia", "mass"):
-                hint = "the friction model does not fit this axis"
-            found.append(
-                f"{told.readable(name)} comes out negative ({estimate.value:.4g} {estimate.unit}): {hint}"
-            )
-    return tuple(found)
-
-
-def _estimate(fit: Fit, k: int, half: float, unit: str, unknown: bool) -> Estimate:
-    if unknown:
-        infinite = float("inf")
-        return Estimate(
-            value=float("nan"),
-            unit=unit,
-            standard_error=infinite,
-            low=-infinite,
-            high=infinite,
-            reason="the log does not tell",
-        )
-    value = float(fit.values[k])
-    error = float(np.sqrt(fit.covariance[k, k]))
-    return Estimate(value=value, unit=unit, standard_error=error, low=value - half, high=value + half)
 
 
 def kink_of(factors: Factors, equation: AxisEquation) -> float:

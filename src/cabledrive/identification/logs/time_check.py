@@ -134,8 +134,8 @@ def _places(stamps: Array, interval: float) -> NDArray[np.int64]:
 
 
 def _fitted_interval(stamps: Array, place: NDArray[np.int64], interval: float) -> float:
-    centred = place - 0.5 * place[-1]
-    fitted = float(centred @ (stamps - stamps[0]) / (centred @ (place - place.mean())))
+    centred = place - place.mean()
+    fitted = float(centred @ (stamps - stamps[0]) / (centred @ centred))
     return fitted if abs(fitted / interval - 1.0) > 1e-12 else interval
 
 
