@@ -1,6 +1,19 @@
 """What a span, a pulley and a carriage do: dynamic stiffness, equations of motion, the datasheet."""
 
+from cabledrive.mechanics.chain import Chain
 from cabledrive.mechanics.datasheet import DerivedQuantities, derived_quantities
+from cabledrive.mechanics.dynamic_stiffness import DynamicStiffness, dynamic_stiffness
+from cabledrive.mechanics.spans import LabelledChain, longitudinal_chains, transverse_chains
 from cabledrive.mechanics.warnings import practitioner_warnings
 
-__all__ = ["DerivedQuantities", "derived_quantities", "practitioner_warnings"]
+__all__ = [
+    "Chain",
+    "DerivedQuantities",
+    "DynamicStiffness",
+    "LabelledChain",
+    "derived_quantities",
+    "dynamic_stiffness",
+    "longitudinal_chains",
+    "practitioner_warnings",
+    "transverse_chains",
+]
