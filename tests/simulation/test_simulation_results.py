@@ -195,7 +195,7 @@ def test_without_numba_the_readable_march_gives_the_same(monkeypatch):
 def test_compiled_kernels_lie_in_a_folder_of_the_user_and_version(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     compiled._cache_folder.cache_clear()
-    sources = compiled.Path(compiled.__file__).parent
+    sources = compiled.Path(compiled.__file__)
     folder = compiled.Path(compiled._cache_folder(sources))
     assert folder.parent == tmp_path / "cabledrive"
     assert __version__ in folder.name

@@ -1,11 +1,12 @@
 """Compiled kernels: numba where it is to be had, with a cache that outlives the process.
 
 The cache lies in the user's own folder, not beside the sources: an installation may be read-only and serve
-many. Its name holds the package's version and a digest of the kernels' folder, since numba looks for changes
-only in the file of a function and not in those it calls.
+many. numba looks for changes only in the file of a function, not in those of the functions it calls and of
+the numbers it knows by name. The cache of a module is therefore named after the package's version and a
+digest of that module and of all that it imports from the package, directly or not
+(`cabledrive.mechanics.sources`).
 """
 
-import hashlib
 import os
 import stat
 import sys
@@ -14,6 +15,9 @@ from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
+
+from cabledrive.mechanics.sources import digest_with_imports
+from cabledrive.parameters.version import __version__
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -123,7 +127,7 @@ def _compile(function: F, fast_math: Any, **options: Any) -> F:
     options |= {"error_model": "numpy", "fastmath": fast_math, "nogil": True}
     options["no_cpython_wrapper"] = function.__name__.startswith("_")  # called by other kernels only
     chosen = config.CACHE_DIR  # NUMBA_CACHE_DIR of the environment
-    config.CACHE_DIR = chosen or _cache_folder(Path(function.__code__.co_filename).parent)
+    config.CACHE_DIR = _cache_folder(Path(function.__code__.co_filename), chosen)
     try:
         compiler: Any = numba.njit(cache=bool(config.CACHE_DIR), **options)
         return compiler(function)
@@ -132,14 +136,15 @@ def _compile(function: F, fast_math: Any, **options: Any) -> F:
 
 
 @cache
-def _cache_folder(sources: Path) -> str:
+def _cache_folder(module: Path, chosen: str = "") -> str:
     """A folder for compiled kernels that can be written and is nobody else's; empty if there is none."""
-    from cabledrive.parameters.version import __version__
-
-    digest = hashlib.sha256()
-    for path in sorted(sources.glob("*.py")):
-        digest.update(path.name.encode() + path.read_bytes())
-    name = f"kernels-{__version__}-py{sys.version_info[0]}{sys.version_info[1]}-{digest.hexdigest()[:12]}"
+    try:
+        digest = digest_with_imports(module)
+    except OSError:  # no sources: nothing tells a stale cache from a fresh one
+        return ""
+    name = f"kernels-{__version__}-py{sys.version_info[0]}{sys.version_info[1]}-{digest[:12]}"
+    if chosen:
+        return str(Path(chosen) / name)
     user = os.getuid() if hasattr(os, "getuid") else "user"
     for base in (_user_cache(), Path(tempfile.gettempdir()) / f"cabledrive-{user}"):
         if base.is_absolute() and _is_own(base) and _is_own(base / name):
