@@ -96,7 +96,8 @@ def course_of(drive: Drive, motion: PlannedMotion, number: int) -> Course:
 
     force = np.interp(time, motion.time, motion.torque)
     natural, damping = _along([m.natural for m in models]), _along([m.modal_damping for m in models])
-    force = force * _along([m.torque_arm / m.modal_mass for m in models])
+    held_back = _along([m.cross_damping / m.modal_mass for m in models]) * _rim_speed(models[0], force, h)
+    force = force * _along([m.torque_arm / m.modal_mass for m in models]) - held_back
     q, p = np.empty(steps), np.empty(steps)
     linear_response(natural, damping, force, h, q, p)
     return Course(
@@ -115,6 +116,19 @@ def course_of(drive: Drive, motion: PlannedMotion, number: int) -> Course:
         q=q,
         p=p,
     )
+
+
+def _rim_speed(model: AutoparametricModel, torque: Array, h: float) -> Array:
+    """Speed of the rigid rotation under a torque, third line of Eq. (A.9) without the small pull of q.
+
+    With viscous friction that is not spread like the inertia it splits the tensions of the spans.
+    """
+    from scipy.signal import lfilter
+
+    if model.rigid_arm == 0.0:
+        return np.zeros_like(torque)
+    kept = np.exp(-h * model.rigid_damping / model.rigid_mass)
+    return np.asarray(lfilter([0.0, h * model.rigid_arm / model.rigid_mass], [1.0, -kept], torque))
 
 
 def _model_at(drive: Drive, motion: PlannedMotion, t: float, number: int) -> AutoparametricModel:

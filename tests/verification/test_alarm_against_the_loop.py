@@ -1,0 +1,96 @@
+"""The alarm, and the oscillators it trusts, against the exact loop: growth from a floor along random motions.
+
+The loop is cut for one pretension and its carriages stand, so each random motion keeps the tension and the
+place that it has half-way; torque, chirp and jerks are as they were.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from test_alarm_against_the_oscillators import FLOOR, LIMIT, drives, random_motion
+
+import cabledrive as cd
+from cabledrive.studies.alarm import ALARM, alarm
+from cabledrive.studies.alarm_referee import exact_largest, without_weight_and_friction
+from cabledrive.studies.parametric_growth import nonlinear_largest
+from cabledrive.studies.planned_motion import PlannedMotion, course_of
+
+PRINTER = 2
+MARGIN = 0.5
+CLOSE = 0.1
+"""What the oscillators may be off by, where neither the loop nor they passed half the slack amplitude."""
+
+
+def held(drive, motion):
+    """The same motion with pretension and carriage as they are half-way."""
+    middle = motion.time.size // 2
+    drive = replace(drive, cable=replace(drive.cable, pretension=float(motion.pretension[middle])))
+    if motion.carriage is not None:
+        carriage = replace(drive.carriage[0], position=float(motion.carriage[middle]))
+        drive = replace(drive, carriage=(carriage, *drive.carriage[1:]))
+    return drive, PlannedMotion(time=motion.time, torque=motion.torque)
+
+
+def compared(machines, count, seed, most_of_printer=0):
+    """Per motion: drive, what the alarm says, and the largest motion by the loop and by the oscillators."""
+    rng, printed = np.random.default_rng(seed), 0
+    for turn in range(count):
+        machine = without_weight_and_friction(machines[turn % len(machines)])
+        drive, motion = held(machine, random_motion(machine, rng))
+        if turn % len(machines) == PRINTER:
+            printed += 1
+            if printed > most_of_printer:
+                continue
+        result = alarm(drive, motion, floor=FLOOR, limit=LIMIT)
+        if result.slack:
+            continue
+        worst = result.modes[0]
+        starts = sorted({0.0, 0.5 * worst.start, worst.start, 0.5 * float(motion.time[-1])})
+        exact, slack = exact_largest(drive, motion, worst.number, starts, FLOOR)
+        course = course_of(drive, motion, worst.number)
+        reduced = [
+            max(nonlinear_largest(course, mode, int(start / course.h), FLOOR)[mode] for start in starts)
+            for mode in range(exact.size)
+        ]
+        yield drive.name, result, float(exact.max()), float(max(reduced)), slack
+
+
+def check(rows):
+    """No miss; false alarms only inside the margin; oscillators near the loop where both stay small."""
+    table = "\n".join(
+        f"{name}: {result.verdict}, gain {result.modes[0].gain:.2f}, alarm {result.modes[0].largest:.3e}, "
+        f"loop {exact:.3e}, oscillators {reduced:.3e}{', slack' if slack else ''}"
+        for name, result, exact, reduced, slack in rows
+    )
+    print(table)
+    misses = [row for row in rows if row[2] > LIMIT and row[1].verdict != ALARM]
+    false = [row for row in rows if row[2] <= LIMIT * np.exp(-MARGIN) and row[1].verdict == ALARM]
+    assert not misses, table
+    assert not false, table
+    small = [row for row in rows if row[2] < LIMIT and not row[4]]
+    worst = max(abs(np.log(row[3] / row[2])) for row in small)
+    assert worst < CLOSE, f"{worst:.3f}\n{table}"
+    return table
+
+
+def test_alarm_agrees_with_the_exact_loop_on_a_few_motions():
+    rows = list(compared(drives()[:1], 2, 3))
+    assert any(row[2] < LIMIT for row in rows)
+    check(rows)
+
+
+@pytest.mark.verify
+def test_alarm_on_the_exact_loop_for_all_motions_that_it_can_follow():
+    """All of 50 motions on dissertation-2 and the transporter, the first six of the printer."""
+    rows = list(compared(drives(), 50, 0, 6))
+    assert len(rows) >= 35
+    assert sum(row[2] > LIMIT for row in rows) >= 10
+    check(rows)
+
+
+def test_motions_that_the_loop_cannot_follow_are_refused():
+    drive = drives()[0]
+    motion = random_motion(drive, np.random.default_rng(0))
+    with pytest.raises(cd.InputRefused, match="stand still"):
+        exact_largest(drive, motion, 1, [0.0], FLOOR)
