@@ -1,0 +1,144 @@
+r"""Tension of each span from a load cell that carries the load pulley, section 4.1.
+
+The cell holds the pulley against both spans. Where a cable of mass :math:`\rho` per metre runs with speed v,
+it takes momentum round the pulley: of each tension only :math:`T - \rho v^2` presses on it. The turning of
+the load pulley tells the difference of both,
+
+.. math:: F = (T_1 - \rho v^2) + (T_2 - \rho v^2) + W, \qquad
+          r_2(T_2 - T_1) = J_2\ddot\theta_2 + b_2\dot\theta_2 + c_2 S(\dot\theta_2),
+
+with the weight's part W along the line.
+"""
+
+from dataclasses import dataclass
+from math import hypot, pi, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from cabledrive.identification.filters import difference, zero_phase
+from cabledrive.identification.logs.channel_check import quantum_of
+from cabledrive.identification.logs.log import Log
+from cabledrive.parameters import Drive, InputRefused
+
+Array = NDArray[np.float64]
+
+BANDWIDTH = 40.0
+"""Of force and angle when nothing is told [Hz]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SpanTensions:
+    """Tension at the load pulley over time.
+
+    Attributes
+    ----------
+    time : ndarray, shape (samples,)
+        [s].
+    upper, lower : ndarray, shape (samples,)
+        [N].
+    deviation : float
+        Standard deviation of each at one instant, from the noise of the cell and of the angle [N].
+    mean_upper, mean_lower : (float, float, float)
+        Mean over the log with its 95 % bounds [N]; they hold what the log tells, not the cell's calibration.
+    findings : tuple of str
+    """
+
+    time: Array
+    upper: Array
+    lower: Array
+    deviation: float
+    mean_upper: tuple[float, float, float]
+    mean_lower: tuple[float, float, float]
+    findings: tuple[str, ...] = ()
+
+
+def tensions_from_load_cell(
+    log: Log,
+    drive: Drive,
+    *,
+    force: str = "force",
+    angle: str = "load_angle",
+    zero: float = 0.0,
+    bandwidth: float = BANDWIDTH,
+) -> SpanTensions:
+    """Tension of the upper and the lower span from their combined pull on the load cell.
+
+    Parameters
+    ----------
+    log : Log
+    drive : Drive
+        Loop whose load pulley leans against the cell.
+    force, angle : str
+        Channels of the cell [N] and of the load pulley [rad]; without the angle the pulley is taken to rest.
+    zero : float, default 0.0
+        What the cell says without cable: its zero and the weight's part [N].
+    bandwidth : float, default 40.0
+        Of the filter without phase on both channels [Hz].
+
+    Returns
+    -------
+    SpanTensions
+
+    Raises
+    ------
+    InputRefused
+        If the drive is no loop, or the log lacks the force.
+    """
+    if drive.kind != "loop":
+        raise InputRefused(
+            f'{drive.name}: kind = "{drive.kind}" has one span, whose tension the cell reads: give a loop'
+        )
+    bandwidth = min(bandwidth, 0.2 * log.sample_rate)
+    pull = zero_phase(log.channel(force), log.interval, bandwidth) - zero
+    speed, turning = _turning(log, drive, angle, bandwidth)
+    rim = drive.load_pulley.radius * speed
+    momentum = drive.cable.mass_per_length / (1.0 + drive.cable.prestrain) * rim**2
+    mean, half = 0.5 * pull + momentum, 0.5 * turning / drive.load_pulley.radius
+    edge = min(len(log) // 4, round(1.0 / (bandwidth * log.interval)))
+    part = slice(edge, len(log) - edge)
+    findings = (
+        [] if angle in log.channels else ["no angle of the load pulley: taken to rest, both spans alike"]
+    )
+    if min(float((mean - half)[part].min()), float((mean + half)[part].min())) <= 0.0:
+        findings.append("a tension falls to zero: a span goes slack, or the cell's zero is wrong")
+    noise = log.channel(force) - zero - pull
+    cell = float(noise[part].std()) * sqrt(2.0 * bandwidth * log.interval)
+    return SpanTensions(
+        time=log.time[part],
+        upper=(mean - half)[part],
+        lower=(mean + half)[part],
+        deviation=0.5 * hypot(cell, _rounding(log, drive, angle, bandwidth)),
+        mean_upper=_mean((mean - half)[part]),
+        mean_lower=_mean((mean + half)[part]),
+        findings=tuple(findings),
+    )
+
+
+def _turning(log: Log, drive: Drive, angle: str, bandwidth: float) -> tuple[Array, Array]:
+    """Speed of the load pulley and the torque that turns it [rad/s, N m]."""
+    still = np.zeros(len(log))
+    if angle not in log.channels:
+        return still, still
+    pulley = drive.load_pulley
+    speed = zero_phase(difference(log.channel(angle), log.interval), log.interval, bandwidth)
+    friction = pulley.viscous_friction * speed + pulley.coulomb_friction * np.sign(speed)
+    return speed, pulley.inertia * difference(speed, log.interval) + friction
+
+
+def _rounding(log: Log, drive: Drive, angle: str, bandwidth: float) -> float:
+    """Deviation of the difference of tensions from the rounding of the angle, taken for white noise [N]."""
+    if angle not in log.channels:
+        return 0.0
+    quantum = quantum_of(log.channel(angle))
+    density = quantum**2 / 12.0 * 2.0 * log.interval
+    acceleration = sqrt(density * (2 * pi) ** 4 * bandwidth**5 / 5.0)
+    return drive.load_pulley.inertia / drive.load_pulley.radius * acceleration
+
+
+def _mean(values: Array, blocks: int = 20) -> tuple[float, float, float]:
+    """Mean and its 95 % bounds from means of blocks, which forget one another."""
+    means = np.array([part.mean() for part in np.array_split(values, blocks)])
+    half = float(stats.t.ppf(0.975, blocks - 1) * means.std(ddof=1) / sqrt(blocks))
+    return float(values.mean()), float(values.mean() - half), float(values.mean() + half)

@@ -1,0 +1,204 @@
+"""A ping tells the tension of its span; the load cell tells that of both."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.io import wavfile
+
+from cabledrive.identification.logs.log import log_of
+from cabledrive.identification.tension import (
+    read_ping,
+    read_wav,
+    tension_from_ping,
+    tensions_from_load_cell,
+)
+from cabledrive.identification.tension.from_ping import tension_for
+from cabledrive.modes import modes
+from cabledrive.parameters import InputRefused, NotComputed, load_drive
+from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
+
+NOISE = 0.05
+
+
+def with_tension(name, tension, **other):
+    settings = [f"cable.pretension={tension}", *(f"{k}={v}" for k, v in other.items())]
+    return load_drive(name, overrides=settings)
+
+
+def rung(drive, seed, *, duration=2.0, rate=2000.0, decay=2.0, span="upper", partials=3):
+    """A ping by its modes alone, with noise of 5 % of its largest value; the drive's own guess is off."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(round(duration * rate)) / rate
+    frequencies = [
+        m.frequency for m in modes(drive, count=40).transverse if m.span == span and m.plane == "w"
+    ]
+    clean = sum(
+        np.exp(-0.5 * decay * time) * np.cos(2 * np.pi * f * time + rng.uniform(0, 6)) / (k + 1) ** 2
+        for k, f in enumerate(frequencies[:partials])
+    )
+    return time, clean + NOISE * np.abs(clean).max() * rng.normal(size=time.size)
+
+
+@pytest.fixture(scope="module")
+def exact_ping():
+    """One second of the exact loop of configuration 3, plucked by 3 mm."""
+    drive = load_drive("dissertation-3")
+    return drive, simulate(
+        drive,
+        1.5,
+        start=Start(plucks=(Pluck(height=3e-3, place=0.3),)),
+        scheme=Scheme(segments=60),
+        recording=Recording(rate=2000.0),
+    )
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_ping_of_the_exact_loop_tells_its_tension_within_one_per_cent(exact_ping, seed):
+    drive, run = exact_ping
+    swing = run.midpoint("upper")[:, 2]
+    noisy = swing + NOISE * np.abs(swing).max() * np.random.default_rng(seed).normal(size=swing.size)
+    log = log_of(run.time, {"upper_position": noisy}, {"upper_position": "m"})
+    guess = replace(drive, cable=replace(drive.cable, pretension=12.0))
+    one = tension_from_ping(log, guess).spans["upper"]
+    assert one.tension.value == pytest.approx(7.0, rel=0.005), one
+    assert one.bias == pytest.approx(-drive.cable.prestrain, abs=0.006), (
+        "the bare formula forgets the stretch"
+    )
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_ping_by_its_modes_tells_its_tension_within_one_per_cent(seed):
+    """Configurations 1 to 3 and the carriage of the transporter, tensions from 2 to 12 N."""
+    rng = np.random.default_rng(100 + seed)
+    tension = float(rng.uniform(2.0, 12.0))
+    drive = with_tension(f"dissertation-{1 + seed % 3}", tension)
+    time, values = rung(drive, seed)
+    guess = replace(drive, cable=replace(drive.cable, pretension=tension * float(rng.uniform(0.5, 2.0))))
+    one = tension_from_ping(log_of(time, {"position": values}, {"position": "m"}), guess).spans["upper"]
+    assert one.tension.value == pytest.approx(tension, rel=0.01), one
+
+
+@pytest.mark.verify
+def test_intervals_of_a_ping_hold_the_tension():
+    """200 pings by their modes: the 95 % interval holds at least nine tenths of them, none is off by 1 %."""
+    held, worst = 0, 0.0
+    for seed in range(200):
+        tension = float(np.random.default_rng(seed).uniform(2.0, 12.0))
+        drive = with_tension("dissertation-3", tension)
+        time, values = rung(drive, seed)
+        one = tension_from_ping(log_of(time, {"position": values}, {"position": "m"}), drive).spans["upper"]
+        held += one.tension.low <= tension <= one.tension.high
+        worst = max(worst, abs(one.tension.value / tension - 1.0))
+    assert held >= 180, held
+    assert worst < 0.01, worst
+
+
+def test_a_hanging_carriage_makes_the_string_formula_wrong_and_the_modes_right():
+    """A carriage of the span's own mass hangs at its third: the first mode falls by a third."""
+    source = load_drive("dissertation-3")
+    carriage = {"carriage.0.mass": 1.68e-4, "carriage.0.position": 0.3, "carriage.0.guided": "false"}
+    base = load_drive("dissertation-transporter", overrides=[f"{k}={v}" for k, v in carriage.items()])
+    drive = replace(base, cable=source.cable)
+    time, values = rung(drive, 5)
+    one = tension_from_ping(log_of(time, {"position": values}, {"position": "m"}), drive).spans["upper"]
+    assert one.tension.value == pytest.approx(7.0, rel=0.01), one
+    assert one.bias < -0.3, one.bias
+
+
+def test_the_encoder_of_a_light_pulley_feels_the_stretch_at_twice_the_frequency():
+    """Configuration 2 at 5 N, 8 mm: the load pulley answers with half a count of 10,000."""
+    drive = with_tension("dissertation-2", 5.0, **{"cable.transverse_damping": 2.0})
+    run = simulate(
+        drive,
+        2.0,
+        start=Start(plucks=(Pluck(height=8e-3, place=0.4),)),
+        scheme=Scheme(segments=40),
+        recording=Recording(rate=2000.0),
+    )
+    count = 2 * np.pi / 10_000
+    angle = count * np.floor(run.load_angle / count + 0.3)
+    log = log_of(run.time, {"load_angle": angle}, {"load_angle": "rad"})
+    one = tension_from_ping(log, drive).spans["upper"]
+    assert one.tension.value == pytest.approx(5.0, rel=0.01), one
+
+
+def test_tension_is_the_inverse_of_the_certified_modes():
+    drive = with_tension("dissertation-3", 9.0)
+    first = next(m.frequency for m in modes(drive, count=8).transverse if m.span == "lower")
+    assert tension_for(load_drive("dissertation-3"), "lower", 1, first) == pytest.approx(9.0, rel=1e-10)
+
+
+def test_both_spans_of_a_log_are_told_apart_by_their_names():
+    upper, lower = with_tension("dissertation-3", 7.5), with_tension("dissertation-3", 6.5)
+    time, high = rung(upper, 1)
+    _, low = rung(lower, 2)
+    log = log_of(time, {"upper_position": high, "lower_position": low}, {})
+    found = tension_from_ping(log, load_drive("dissertation-3"))
+    assert found["upper"] == pytest.approx(7.5, rel=0.01)
+    assert found["lower"] == pytest.approx(6.5, rel=0.01)
+    assert found.as_dict()["parameters"]["tension_lower"]["unit"] == "N"
+
+
+def test_noise_alone_has_no_tension():
+    time = np.arange(4000) / 2000.0
+    log = log_of(time, {"position": np.random.default_rng(3).normal(size=time.size)}, {"position": "m"})
+    with pytest.raises(NotComputed, match="no tone"):
+        tension_from_ping(log, load_drive("dissertation-3"))
+
+
+@pytest.mark.parametrize("kind", ["int16", "float32", "uint8"])
+def test_a_sound_file_is_a_log(tmp_path, kind):
+    _, values = rung(load_drive("dissertation-3"), 4, rate=8000.0)
+    loud = 0.5 * values / np.abs(values).max()
+    stored = {"int16": loud * 32767, "float32": loud, "uint8": 128 + 127 * loud}[kind].astype(kind)
+    wavfile.write(tmp_path / "ping.wav", 8000, stored)
+    log = read_ping(tmp_path / "ping.wav")
+    assert log.sample_rate == pytest.approx(8000.0, rel=1e-6)
+    assert np.abs(log.channel("sound") - loud).max() < 0.02
+    assert tension_from_ping(log, load_drive("dissertation-3"))["upper"] == pytest.approx(7.0, rel=0.01)
+
+
+@pytest.mark.parametrize("content", [b"", b"RIFF\x00\x00\x00\x00WAVEfmt ", b"no sound at all" * 9])
+def test_a_corrupt_sound_file_is_refused_in_one_line(tmp_path, content):
+    (tmp_path / "ping.wav").write_bytes(content)
+    with pytest.raises(InputRefused, match=r"ping\.wav") as refusal:
+        read_wav(tmp_path / "ping.wav")
+    assert "\n" not in str(refusal.value)
+
+
+def test_a_clipped_recording_is_told(tmp_path):
+    _, values = rung(load_drive("dissertation-3"), 4, rate=8000.0)
+    wavfile.write(tmp_path / "ping.wav", 8000, (np.clip(3 * values, -1, 1) * 32767).astype("int16"))
+    assert "clipped" in read_wav(tmp_path / "ping.wav").report.findings[0]
+
+
+def test_the_load_cell_parts_the_combined_tension_by_the_turning_of_its_pulley():
+    """A shaken load pulley: T2 - T1 = J2 a / r2, T1 + T2 = F + 2 rho v^2; noise of the cell 0.05 N."""
+    drive, rng = load_drive("dissertation-3"), np.random.default_rng(8)
+    time = np.arange(20_000) / 1000.0
+    swing, omega = 0.3, 2 * np.pi * 3.0
+    angle = swing * np.sin(omega * time)
+    half = 0.5 * 0.00235 * (-(omega**2)) * angle / 0.04
+    rim = 0.04 * swing * omega * np.cos(omega * time)
+    density = 0.168e-3 / (1.0 + drive.cable.prestrain)
+    force = 2 * 7.0 - 2 * density * rim**2 + 0.4 + 0.05 * rng.normal(size=time.size)
+    count = 2 * np.pi / 10_000
+    channels = {"force": force, "load_angle": count * np.floor(angle / count)}
+    found = tensions_from_load_cell(log_of(time, channels, {}), drive, zero=0.4)
+    inside = np.searchsorted(time, found.time)
+    for name, exact in (("upper", 7.0 - half), ("lower", 7.0 + half)):
+        error = getattr(found, name) - exact[inside]
+        assert np.sqrt(np.mean(error**2)) < 1.5 * found.deviation, (name, error.std(), found.deviation)
+        low, high = getattr(found, f"mean_{name}")[1:]
+        assert low - 0.01 < 7.0 < high + 0.01
+    assert np.ptp(half) > 5.0, "the two tensions differ by much more than the noise"
+
+
+def test_a_load_cell_without_angle_halves_its_reading_and_says_so():
+    time = np.arange(5000) / 1000.0
+    force = 13.0 + 0.05 * np.random.default_rng(1).normal(size=time.size)
+    found = tensions_from_load_cell(log_of(time, {"force": force}, {}), load_drive("dissertation-1"))
+    assert found.mean_upper[0] == pytest.approx(6.5, abs=0.01)
+    assert found.mean_upper[0] == found.mean_lower[0]
+    assert "no angle" in found.findings[0]
