@@ -101,3 +101,23 @@ def test_help_of_the_three_commands_shows_an_example():
 
     for module in (experiment, identify, response):
         assert "Example" in CliRunner().invoke(module.command, ["--help"]).output
+
+
+def test_the_tension_of_a_ping_is_told_at_the_door(tmp_path, capsys):
+    """A string of 7 N: 101.26 Hz, 202.5 Hz; the bare formula misses the stretch, 1.6 %."""
+    import numpy as np
+    from scipy.io import wavfile
+
+    from cabledrive.modes import modes
+    from cabledrive.parameters import load_drive
+
+    time = np.arange(12_000) / 8000.0
+    first = next(m.frequency for m in modes(load_drive("dissertation-3"), count=2).transverse)
+    tone = np.exp(-time) * (np.sin(2 * np.pi * first * time) + 0.3 * np.sin(4 * np.pi * first * time + 1))
+    noise = np.random.default_rng(2).normal(size=time.size)
+    wavfile.write(tmp_path / "ping.wav", 8000, (20_000 * (tone / 1.3 + 0.05 * noise) / 1.2).astype("int16"))
+    status, out, err = run(capsys, "identify", tmp_path / "ping.wav", "--ping", "dissertation-3", "--json")
+    answer = json.loads(out)
+    assert (status, err) == (0, "")
+    assert answer["parameters"]["tension_upper"]["value"] == pytest.approx(7.0, rel=0.01)
+    assert answer["spans"]["upper"]["string_formula_bias"] == pytest.approx(-0.016, abs=0.002)

@@ -6,6 +6,7 @@ import click
 
 from cabledrive.app.options import Subcommand, answering, saves_answer
 from cabledrive.app.results import Answer, provenance
+from cabledrive.parameters import InputRefused, load_drive
 
 
 @click.command(
@@ -26,6 +27,13 @@ from cabledrive.app.results import Answer, provenance
     metavar="CHANNEL=COLUMN:UNIT",
     help="Which column is a channel, as torque=tau:N mm; repeatable.",
 )
+@click.option(
+    "--ping",
+    "drive",
+    metavar="DRIVE",
+    help="Tell the tension of each span of DRIVE from the recording of a ping, a log or a .wav file.",
+)
+@click.option("--span", type=click.Choice(["upper", "lower"]), help="Which span of the ping was plucked.")
 @click.option("--no-check", is_flag=True, help="Do not test the model against known faults.")
 def command(
     logs: tuple[str, ...],
@@ -33,9 +41,14 @@ def command(
     model: str | None,
     method: str | None,
     columns: tuple[str, ...],
+    drive: str | None,
+    span: str | None,
     no_check: bool,
 ) -> Answer:
-    """Identify inertia, viscous and Coulomb friction and offset of one axis from logs, with intervals."""
+    """Identify inertia, viscous and Coulomb friction and offset of one axis from logs, with intervals.
+
+    With --ping, the tension of each span from the recording of a ping instead.
+    """
     from dataclasses import replace
 
     from cabledrive.identification.identify import IdentifyOptions, identify, load_options
@@ -45,6 +58,8 @@ def command(
     options = replace(
         options, columns=with_choices(options.columns, columns), check=options.check and not no_check
     )
+    if drive is not None:
+        return _ping(logs, drive, span, options.columns)
     found = identify(logs[0] if len(logs) == 1 else list(logs), options, model=model, method=method)
     data = found.as_dict()
     return Answer(
@@ -52,6 +67,26 @@ def command(
         text=_text(data),
         provenance=provenance(method=str(found.method["name"])),
         incomplete=_incomplete(found),
+    )
+
+
+def _ping(logs: tuple[str, ...], name: str, span: str | None, columns: Any) -> Answer:
+    """Tension of each span from one recording."""
+    from cabledrive.identification.tension import read_ping, tension_from_ping
+
+    if len(logs) != 1:
+        raise InputRefused(f"--ping: {len(logs)} logs given, one recording is read at a time: name one")
+    drive = load_drive(name)
+    found = tension_from_ping(read_ping(logs[0], columns), drive, span=span)
+    data = found.as_dict()
+    formula = [
+        f"string formula, {one.span}: {one.bare:.6g} N, off by {100 * one.bias:+.2g} %"
+        for one in found.spans.values()
+    ]
+    return Answer(
+        data=data,
+        text="\n".join([*_rows(data), *formula, *_words(data)]),
+        provenance=provenance(drive, method="tones at vanishing amplitude against certified modes"),
     )
 
 
@@ -63,22 +98,27 @@ def _incomplete(found: Any) -> str | None:
 
 
 def _text(data: dict[str, Any]) -> str:
-    rows = []
+    measured = data["method"].get("residual_of", "torque")
+    residual = f"residual {100 * data['residual']['relative']:.3g} % of the measured {measured}"
+    return "\n".join([*_rows(data), residual, *_words(data)])
+
+
+def _rows(data: dict[str, Any]) -> list[str]:
+    """The parameters, aligned."""
+    rows = [("parameter", "value", "low (95 %)", "high (95 %)", "unit")]
     for name, entry in data["parameters"].items():
         if entry["value"] is None:
             rows.append((name, "not determined", "", "", entry["unit"]))
         else:
-            rows.append((name, *(f"{entry[key]:.6g}" for key in ("value", "low", "high")), entry["unit"]))
-    rows.insert(0, ("parameter", "value", "low (95 %)", "high (95 %)", "unit"))
+            low, high = (entry[key] for key in ("low", "high"))
+            rows.append((name, f"{entry['value']:.6g}", f"{low:.6g}", f"{high:.6g}", entry["unit"]))
     widths = [max(len(row[k]) for row in rows) for k in range(4)]
-    lines = [
-        "  ".join(f"{cell:<{width}}" for cell, width in zip(row, [*widths, 0], strict=True)) for row in rows
-    ]
-    relative = data["residual"]["relative"]
-    lines.append(
-        f"residual {100 * relative:.3g} % of the measured {data['method'].get('residual_of', 'torque')}"
-    )
-    lines += [f"finding: {finding}" for finding in (*data["findings"], *data["unidentifiable"])]
+    return ["  ".join(f"{c:<{w}}" for c, w in zip(row, [*widths, 0], strict=True)) for row in rows]
+
+
+def _words(data: dict[str, Any]) -> list[str]:
+    """What was found, about the model and about the data."""
+    found = [f"finding: {finding}" for finding in (*data["findings"], *data.get("unidentifiable", ()))]
     for report in data["data"]:
-        lines += [f"data: {line}" for line in (*report["repaired"], *report["findings"])]
-    return "\n".join(lines)
+        found += [f"data: {line}" for line in (*report["repaired"], *report["findings"])]
+    return found
