@@ -217,6 +217,8 @@ class Chapter:
     sections : tuple of Section, default ()
     methods : tuple of str, default ()
         How its numbers were computed, one sentence each, for the provenance at the end.
+    headline : str, default ""
+        What it found, in one sentence, for the top of the page.
     """
 
     title: str
@@ -224,6 +226,7 @@ class Chapter:
     blocks: tuple[Block, ...]
     sections: tuple[Section, ...] = ()
     methods: tuple[str, ...] = ()
+    headline: str = ""
 
     @property
     def all_blocks(self) -> tuple[Block, ...]:

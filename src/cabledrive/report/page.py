@@ -33,6 +33,11 @@ class Page:
     chapters: tuple[Chapter, ...]
     provenance: Provenance
 
+    @property
+    def headlines(self) -> tuple[tuple[str, str, str], ...]:
+        """Anchor, title and finding of every chapter that states one."""
+        return tuple((c.anchor, c.title, c.headline) for c in self.chapters if c.headline)
+
 
 def render(page: Page) -> str:
     """Set a page.

@@ -93,12 +93,13 @@ def report_html(
 
 
 def _title(drives: Sequence[Drive]) -> str:
-    return drives[0].name if len(drives) == 1 else f"{len(drives)} cable drives and their natural modes"
+    return drives[0].name if len(drives) == 1 else f"{len(drives)} cable drives"
 
 
 def _subtitle(drives: Sequence[Drive]) -> str:
     if len(drives) == 1:
         return drives[0].title
     return (
-        "What each machine is made of, at which frequencies it vibrates, and the proof that none is missing"
+        "What each machine is made of, at which frequencies it vibrates, how its cable moves, and which "
+        "control law holds which error"
     )

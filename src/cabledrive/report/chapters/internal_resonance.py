@@ -27,7 +27,7 @@ from cabledrive.studies.chapter_5 import (
     swept_response,
     tuned_drive,
 )
-from cabledrive.studies.resonance import resonance_summary
+from cabledrive.studies.resonance import ResonanceSummary, resonance_summary
 from cabledrive.studies.resonance_map import growth_map
 
 PLACE = 500
@@ -48,6 +48,7 @@ def chapter(context: ReportContext) -> Chapter:
     context.progress("internal resonance")
     digest = content_hash(load_drive(EXAMPLE))
     rig = context.drives[context.hashes.index(digest)] if digest in context.hashes else None
+    found = [(drive, resonance_summary(drive)) for drive in context.drives]
     return Chapter(
         title="Internal resonance",
         anchor="internal-resonance",
@@ -58,17 +59,29 @@ def chapter(context: ReportContext) -> Chapter:
                 "a torque at the pulley mode's frequency: the motor's limit, else one hundredth of what "
                 "makes a span slack."
             ),
-            _standings(context),
+            _standings(found),
         ),
         sections=() if rig is None else (_parameters(rig), *_responses(rig)),
         methods=(
             "Internal resonance: coupling by exact integrals over certified modes, averaged equations to "
             "second order, maps by the oscillators themselves, responses by the exact nonlinear loop.",
         ),
+        headline=_headline(found),
     )
 
 
-def _standings(context: ReportContext) -> Table:
+def _headline(found: list[tuple[Drive, ResonanceSummary]]) -> str:
+    names = {
+        verdict: [drive.name for drive, summary in found if summary.verdict == verdict]
+        for verdict in ("resonant", "close")
+    }
+    said = [f"{verdict}: {', '.join(listed)}" for verdict, listed in names.items() if listed]
+    if not said:
+        return "no machine is near a pulley mode of twice a transverse one."
+    return f"{'; '.join(said)}; {len(found) - sum(map(len, names.values()))} of {len(found)} safe."
+
+
+def _standings(found: list[tuple[Drive, ResonanceSummary]]) -> Table:
     return Table(
         caption="How near each machine is to its internal resonance.",
         columns=(
@@ -79,15 +92,14 @@ def _standings(context: ReportContext) -> Table:
             Column(title="Threshold, tuned", unit="N m", numeric=True),
             Column(title="Torque", unit="N m", numeric=True),
         ),
-        groups=(RowGroup(rows=tuple(_standing(drive) for drive in context.drives)),),
+        groups=(RowGroup(rows=tuple(_standing(drive, summary) for drive, summary in found)),),
         note="Ratio: lowest transverse mode of an empty span over the pulley mode; one half is the "
         "resonance. The threshold is zero where the pulley mode or the cable has no damping in the drive "
         "file.",
     )
 
 
-def _standing(drive: Drive) -> tuple[Cell, ...]:
-    found = resonance_summary(drive)
+def _standing(drive: Drive, found: ResonanceSummary) -> tuple[Cell, ...]:
     shown = (found.frequency_ratio, found.tuned_pretension, found.threshold_torque)
     numbers = ["none" if value is None else number(value) for value in shown]
     return (drive.name, found.verdict, *numbers, number(found.torque))
