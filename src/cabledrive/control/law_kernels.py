@@ -4,10 +4,10 @@ from math import isfinite, tanh
 
 from cabledrive.control.backstepping_kernels import backstepping_command
 from cabledrive.control.numbers import Array
-from cabledrive.mechanics.compiled import njit
+from cabledrive.mechanics.compiled import njit_in_place
 
 
-@njit
+@njit_in_place
 def adapt(learning: Array, interval: float, estimate: Array, regressor: Array, sigma: float) -> None:
     """Estimates one sample on, by projected and limited adaptation; ``estimate`` is changed."""
     for i in range(learning.shape[1]):
@@ -16,7 +16,7 @@ def adapt(learning: Array, interval: float, estimate: Array, regressor: Array, s
         estimate[i] = min(max(estimate[i] + interval * rate, learning[1, i]), learning[2, i])
 
 
-@njit
+@njit_in_place
 def darc_command(
     to_flat: Array,
     rows: Array,
@@ -56,7 +56,7 @@ def darc_command(
     return u, sigma
 
 
-@njit
+@njit_in_place
 def linear_command(
     matrix: Array,
     row: Array,
@@ -86,7 +86,7 @@ def linear_command(
     return u
 
 
-@njit
+@njit_in_place
 def law_step(
     kind: int,
     matrix: Array,

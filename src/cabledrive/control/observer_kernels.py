@@ -3,10 +3,10 @@
 from math import isfinite, tanh
 
 from cabledrive.control.observer_numbers import Array, Integers
-from cabledrive.mechanics.compiled import njit
+from cabledrive.mechanics.compiled import njit_in_place
 
 
-@njit
+@njit_in_place
 def correct(
     kind: int,
     chosen: Integers,
@@ -49,7 +49,7 @@ def correct(
         states[i] = estimate[chosen[i]]
 
 
-@njit
+@njit_in_place
 def predict(
     model: Array,
     scalars: Array,

@@ -4,6 +4,7 @@ from cabledrive.control.numbers import DARC
 from cabledrive.parameters import Drive
 from cabledrive.reduction.models import lumped_model
 from cabledrive.rig.loop import Loop, Run
+from cabledrive.rig.loop_numbers import WENT_SLACK
 from cabledrive.rig.setting import RigOptions
 
 FLEXIBLE: dict[int, tuple[str, ...]] = {1: (), 2: ("joint",), 3: ("cable",), 4: ("joint", "cable")}
@@ -42,6 +43,12 @@ def broken_assumptions(loop: Loop, drive: Drive, actual: Drive, options: RigOpti
         broken.append("disturbance at the load")
     if done.state.summary[6] > 0:
         broken.append("a sensor failed")
+    if loop.kinks.play > 0.0:
+        broken.append("free play in the gearhead")
+    if done.state.summary[9] > 0 or done.state.discrete[2] == WENT_SLACK:
+        broken.append("a span went slack")
+    if loop.cable is not None:
+        broken.append("the cable has mass: the law leaves its own modes out")
     if made.law.kind == DARC and loop.chain.coulomb[-1] > 0.0 and loop.chain.size > 1:
         broken.append("Coulomb friction at the load")
     return broken

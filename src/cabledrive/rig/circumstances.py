@@ -29,6 +29,23 @@ def slack_twist(drive: Drive, chain: LumpedChain) -> float:
     return 2.0 * drive.drive_pulley.radius * drive.cable.pretension / chain.stiffness[-1]
 
 
+def free_play(drive: Drive, chain: LumpedChain) -> float:
+    """Free play of the gearhead, which lies in the motor's joint [rad]; 0 where that is rigid in the plant.
+
+    Parameters
+    ----------
+    drive : Drive
+    chain : LumpedChain
+        The plant.
+
+    Returns
+    -------
+    float
+    """
+    flexible = "motor" in chain.names and "drive" in chain.names
+    return drive.motor.backlash if drive.motor is not None and flexible else 0.0
+
+
 def encoder_phases(drive: Drive, options: RigOptions, generator: np.random.Generator) -> Array:
     """Where in its count each encoder starts.
 

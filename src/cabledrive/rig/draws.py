@@ -9,8 +9,8 @@ import numpy as np
 from cabledrive.control.darc_gains import printed_bounds
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.loop import Loop, run
-from cabledrive.rig.loop_numbers import SUMMARY, Array, new_state
-from cabledrive.rig.plant import plant_numbers
+from cabledrive.rig.loop_numbers import SUMMARY, Array
+from cabledrive.rig.other_plants import with_plant
 from cabledrive.rig.setting import DEGREE, RigOptions
 
 
@@ -117,20 +117,12 @@ def drawn_loops(loop: Loop, options: RigOptions, draws: int, seed: int) -> Itera
     ------
     Loop
     """
-    rate = float(loop.plant.scalars[6])
     random = options.encoder_phase == "random" and not options.ideal_sensors
     for generator in np.random.default_rng(seed).spawn(draws):
         chain = drawn_chain(loop.chain, generator)
         phases = generator.uniform(-0.5, 0.5, len(loop.rig.phases))
-        numbers = plant_numbers(
-            chain,
-            loop.rig.interval,
-            current_rate=rate,
-            substeps=options.substeps,
-            smooth=options.smooth_friction,
-        )
         rig = loop.rig._replace(phases=phases) if random else loop.rig
-        yield replace(loop, chain=chain, plant=numbers, rig=rig)
+        yield replace(with_plant(loop, chain, options), rig=rig)
 
 
 def run_draws(loop: Loop, options: RigOptions, draws: int, seed: int, *, threads: int = 2) -> Draws:
@@ -151,9 +143,7 @@ def run_draws(loop: Loop, options: RigOptions, draws: int, seed: int, *, threads
     """
 
     def score(one: Loop) -> tuple[Array, bool]:
-        law = one.controller.law
-        state = new_state(2 * one.chain.size + 1, one.observer, law, one.rig, one.controller.start)
-        done = run(one, log=False, state=state)
+        done = run(one, log=False)
         return done.state.summary, done.ended < len(one.target)
 
     with ThreadPoolExecutor(threads) as pool:

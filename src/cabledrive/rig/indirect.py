@@ -9,6 +9,7 @@ from cabledrive.control.load_equation import LoadEstimate, estimate_load
 from cabledrive.parameters import Drive, Lumped
 from cabledrive.rig.controllers import BEST_HZ, Controller, Wish, chain_law
 from cabledrive.rig.loop import Loop, Run, close_loop, run
+from cabledrive.rig.other_plants import on_the_plant_of
 from cabledrive.rig.setting import Motion, RigOptions
 
 NAME = "darc-indirect"
@@ -92,7 +93,7 @@ def run_indirect(
         made = replace(later, tuning=QUIET, gains=later.gains | {"beta": found.beta})
         generator = np.random.default_rng(0)  # phases are those of the first loop
         fresh = close_loop(believed, actual, made, motion, options, generator, plant_model=plant_model)
-        rebuilt = replace(fresh, rig=loop.rig, plant=loop.plant, chain=loop.chain)
+        rebuilt = on_the_plant_of(fresh, loop)
     return rebuilt, _rest(rebuilt, early, pause), found
 
 
@@ -125,4 +126,7 @@ def _rest(loop: Loop, early: Run, pause: int) -> Run:
     late = run(loop, state=early.state, first=pause)
     log = early.log.copy()
     log[pause:] = late.log[pause:]
-    return Run(ended=late.ended, state=late.state, log=log)
+    tensions = late.tensions
+    if tensions is not None and early.tensions is not None:
+        tensions[:pause] = early.tensions[:pause]
+    return Run(ended=late.ended, state=late.state, log=log, tensions=tensions)

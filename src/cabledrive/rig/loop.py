@@ -10,20 +10,23 @@ from cabledrive.parameters import Drive
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.models import highest_model, lumped_model
 from cabledrive.reduction.reflected import reflected
+from cabledrive.rig.cable_plant import CablePlant, cable_plant, run_cable
 from cabledrive.rig.circumstances import (
     blind_encoder,
     current_rate,
     disturbing_torques,
     encoder_phases,
+    free_play,
     late_samples,
     slack_twist,
     torque_limit,
 )
 from cabledrive.rig.controllers import Controller
 from cabledrive.rig.fitting import fit_observer, fitted_encoders, load_gear
+from cabledrive.rig.kink_kernels import KinkNumbers
 from cabledrive.rig.loop_kernels import run_loop
 from cabledrive.rig.loop_numbers import ESTIMATES, Array, LoopState, RigNumbers, new_state
-from cabledrive.rig.plant import plant_numbers
+from cabledrive.rig.loop_plants import plant_parts
 from cabledrive.rig.plant_kernels import PlantNumbers
 from cabledrive.rig.setting import Motion, RigOptions, sample_interval
 
@@ -50,6 +53,10 @@ class Loop:
         Angle of the first shaft per angle of the load.
     encoder_shafts : tuple of str
         Shafts whose encoders are read.
+    kinks : KinkNumbers
+        Free play and slack of the row.
+    cable : CablePlant or None
+        The distributed cable, where that is the plant; ``chain`` is then its row of inertias.
     """
 
     plant: PlantNumbers
@@ -62,6 +69,8 @@ class Loop:
     slack: float
     gear: float
     encoder_shafts: tuple[str, ...]
+    kinks: KinkNumbers
+    cable: CablePlant | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -74,11 +83,14 @@ class Run:
         Sample at which it ended.
     state : LoopState
     log : ndarray, shape (samples or 0, columns)
+    tensions : ndarray, shape (samples, 2), or None
+        Mean tension of upper and lower span, where the distributed cable was the plant [N].
     """
 
     ended: int
     state: LoopState
     log: Array
+    tensions: Array | None = None
 
 
 def plant_chain(drive: Drive, model: int | None) -> LumpedChain:
@@ -106,6 +118,7 @@ def close_loop(
     generator: np.random.Generator,
     *,
     plant_model: int | None = None,
+    cable: bool = False,
 ) -> Loop:
     """Put a loop together.
 
@@ -121,6 +134,8 @@ def close_loop(
     generator : numpy.random.Generator
         For encoder phases and jitter.
     plant_model : {1, 2, 3, 4}, optional
+    cable : bool, default False
+        Whether the plant is the distributed cable.
 
     Returns
     -------
@@ -164,21 +179,38 @@ def close_loop(
         first_end=round(2.0 * (motion.rise + motion.dwell) / interval),
         blind=blind_encoder(plant_drive, options, interval, shown),
     )
-    slack = slack_twist(plant_drive, chain)
-    return Loop(
-        plant=plant_numbers(
-            chain, interval, current_rate=rate, substeps=options.substeps, smooth=options.smooth_friction
-        ),
-        chain=chain,
+    loop = Loop(
         observer=observer,
         controller=controller,
         rig=rig,
         target=target,
-        twist_limit=slack if options.forbid_slack else float("inf"),
-        slack=slack,
         gear=gear,
         encoder_shafts=tuple(s for i, s in enumerate(fitted_encoders(plant_drive)) if i in shown),
+        cable=cable_plant(plant_drive, chain, interval, options) if cable else None,
+        **plant_parts(
+            chain, interval, rate, options, free_play(plant_drive, chain), slack_twist(plant_drive, chain)
+        ),
     )
+    return loop
+
+
+def loop_at_rest(loop: Loop) -> LoopState:
+    """State in which a run begins.
+
+    Parameters
+    ----------
+    loop : Loop
+
+    Returns
+    -------
+    LoopState
+    """
+    states = 2 * loop.chain.size + 1
+    kept = np.zeros(0) if loop.cable is None else loop.cable.start
+    made = loop.controller
+    state = new_state(states + len(kept), loop.observer, made.law, loop.rig, made.start)
+    state.x[states:] = kept
+    return state
 
 
 def run(
@@ -202,22 +234,15 @@ def run(
     Run
     """
     controller, samples = loop.controller, len(loop.target)
-    if state is None:
-        state = new_state(2 * loop.chain.size + 1, loop.observer, controller.law, loop.rig, controller.start)
+    state = loop_at_rest(loop) if state is None else state
+    end = samples if last is None else last
     kept = np.zeros((samples if log else 0, log_width(loop)))
-    ended = run_loop(
-        loop.plant,
-        loop.observer,
-        controller.law,
-        loop.rig,
-        controller.reference,
-        loop.target,
-        first,
-        samples if last is None else last,
-        loop.twist_limit,
-        state,
-        kept,
-    )
+    made = (loop.observer, controller.law, loop.rig, controller.reference, loop.target)
+    if loop.cable is not None:
+        tensions = np.zeros((samples if log else 0, 2))
+        ended = run_cable(loop.cable, *made, first, end, state, kept, tensions)
+        return Run(ended=ended, state=state, log=kept, tensions=tensions)
+    ended = run_loop(loop.plant, *made, first, end, loop.twist_limit, state, kept, loop.kinks)
     return Run(ended=int(ended), state=state, log=kept)
 
 

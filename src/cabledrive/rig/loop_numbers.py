@@ -12,6 +12,7 @@ from cabledrive.rig.plant_kernels import MOST_TERMS
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 ESTIMATES = 12
+DIVERGED, WENT_SLACK = 1, 2
 SUMMARY = (
     "peak",
     "first_peak",
@@ -22,6 +23,10 @@ SUMMARY = (
     "invalid",
     "twist",
     "own_peak",
+    "slack",
+    "loose",
+    "aside",
+    "swing",
 )
 
 
@@ -52,8 +57,9 @@ class RigNumbers(NamedTuple):
 class LoopState(NamedTuple):
     """Everything that moves, and scratch; arrays, so that a run can go on where another ended.
 
-    ``discrete``: slip, sample of the observer's schedule. ``held``: torque of the observer's shaft, last
-    command. ``commands``: those not yet at the motor, oldest first.
+    ``x``: angles, speeds and shaft torque, then whatever else the plant keeps. ``discrete``: slip, sample of
+    the observer's schedule, why the run ended (`DIVERGED`, `WENT_SLACK`; 0: it did not). ``held``: torque of
+    the observer's shaft, last command. ``commands``: those not yet at the motor, oldest first.
     """
 
     x: Array
@@ -97,7 +103,7 @@ def new_state(
     scratch = max(plant_states, observed, memory, ESTIMATES)
     return LoopState(
         x=np.zeros(plant_states),
-        discrete=np.zeros(2, dtype=np.int64),
+        discrete=np.zeros(3, dtype=np.int64),
         estimate=np.zeros(observed),
         held=np.zeros(2),
         parameters=parameters,

@@ -1,11 +1,15 @@
 """The plant of the rig: a row of inertias made ready for exact steps."""
 
+from dataclasses import replace
+from math import inf
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from cabledrive.parameters import InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain, state_space
+from cabledrive.rig.kink_kernels import KinkNumbers
 from cabledrive.rig.plant_kernels import PlantNumbers
 
 Array = NDArray[np.float64]
@@ -48,13 +52,11 @@ def plant_numbers(
             "beside a flexible joint is not followed here: add it to the motor's, or make the joint rigid"
         )
     rates = _rates(chain, current_rate)
-    held = rates.copy()
-    held[n] = 0.0
     step = interval / substeps
     load_coulomb = chain.coulomb[-1] if n > 1 else 0.0
     return PlantNumbers(
         rates=rates,
-        tables=np.array([_over(held, step), _over(rates, step)]),
+        tables=_tables(rates, step),
         scalars=np.array(
             [
                 step,
@@ -69,6 +71,56 @@ def plant_numbers(
             ]
         ),
     )
+
+
+def kink_numbers(
+    chain: LumpedChain, step: float, *, current_rate: float = 0.0, play: float = 0.0, slack: float = inf
+) -> KinkNumbers:
+    """Linear pieces of a row whose joint has free play, or whose spans may go slack; empty if neither.
+
+    Parameters
+    ----------
+    chain : LumpedChain
+        Links between equal angles.
+    step : float
+        Internal step [s].
+    current_rate : float, default 0.0
+        Bandwidth of the torque loop [rad/s]; 0: none.
+    play : float, default 0.0
+        Free play of the first link, from end to end [rad].
+    slack : float, optional
+        Twist of the last link beyond which one span of two is slack [rad]; infinite: never.
+
+    Returns
+    -------
+    KinkNumbers
+    """
+    m, pieces = 2 * chain.size + 1, []
+    if play > 0.0 or slack < inf:
+        pieces = [_softened(chain, first, last) for last in (1.0, 0.5) for first in (1.0, 0.0)]
+    rates = np.zeros((len(pieces), m, m + 3))
+    tables = np.zeros((len(pieces), 2, m, m + 4))
+    for i, piece in enumerate(pieces):
+        rates[i] = _rates(piece, current_rate)
+        tables[i] = _tables(rates[i], step)
+    return KinkNumbers(rates=rates, tables=tables, play=0.5 * play, slack=slack)
+
+
+def _softened(chain: LumpedChain, first: float, last: float) -> LumpedChain:
+    """The row with shares of its first and of its last link."""
+    shares = np.ones(chain.size - 1)
+    shares[0] *= first
+    shares[-1] *= last
+    stiffness = tuple(float(v) for v in shares * chain.stiffness)
+    damping = tuple(float(v) for v in shares * chain.damping)
+    return replace(chain, stiffness=stiffness, damping=damping)
+
+
+def _tables(rates: Array, step: float) -> Array:
+    """Transitions over an internal step, the motor held and free."""
+    held = rates.copy()
+    held[rates.shape[0] // 2] = 0.0
+    return np.array([_over(held, step), _over(rates, step)])
 
 
 def _rates(chain: LumpedChain, current_rate: float) -> Array:

@@ -8,7 +8,7 @@ whose terms are summed to round-off, and the instant is found on that series.
 from math import tanh
 from typing import NamedTuple
 
-from cabledrive.mechanics.compiled import njit
+from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.rig.series_kernels import MOST_TERMS, STUCK, Array, at, first_change, motor_load, series
 
 MOST_EVENTS = 64
@@ -41,7 +41,7 @@ class PlantNumbers(NamedTuple):
         return (self.rates.shape[0] - 1) // 2
 
 
-@njit
+@njit_in_place
 def settle(load: float, coulomb: float) -> int:
     """Stick or slip of a motor at rest; it slips the way of a load that friction cannot hold."""
     if abs(load) <= coulomb * (1.0 + 1e-13):
@@ -49,7 +49,7 @@ def settle(load: float, coulomb: float) -> int:
     return 1 if load > 0.0 else -1
 
 
-@njit
+@njit_in_place
 def advance_exactly(
     rates: Array,
     scalars: Array,
@@ -95,7 +95,7 @@ def advance_exactly(
     return STUCK
 
 
-@njit
+@njit_in_place
 def table_step(
     rates: Array,
     tables: Array,
@@ -138,7 +138,7 @@ def table_step(
     return slip
 
 
-@njit
+@njit_in_place
 def smooth_step(
     tables: Array, scalars: Array, x: Array, u: float, motor: float, load: float, work: Array
 ) -> None:
@@ -157,7 +157,7 @@ def smooth_step(
         x[i] = work[i] + tables[1, i, m + 3] * rise
 
 
-@njit
+@njit_in_place
 def smooth_part(
     rates: Array, scalars: Array, x: Array, u: float, motor: float, load: float, time: float, terms: Array
 ) -> None:
@@ -171,7 +171,7 @@ def smooth_part(
         rest -= part
 
 
-@njit
+@njit_in_place
 def advance(
     rates: Array,
     tables: Array,

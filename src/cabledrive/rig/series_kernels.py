@@ -3,14 +3,14 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.mechanics.compiled import njit
+from cabledrive.mechanics.compiled import njit_in_place
 
 Array = NDArray[np.float64]
 MOST_TERMS, PROBES, HALVINGS = 40, 6, 60
 STUCK = 0
 
 
-@njit
+@njit_in_place
 def motor_load(rates: Array, inertia: float, x: Array, force: float) -> float:
     """Torque on the motor without its Coulomb friction."""
     m = rates.shape[0]
@@ -20,7 +20,7 @@ def motor_load(rates: Array, inertia: float, x: Array, force: float) -> float:
     return inertia * rate + force
 
 
-@njit
+@njit_in_place
 def series(
     rates: Array,
     norm: float,
@@ -55,7 +55,7 @@ def series(
     return terms.shape[0]
 
 
-@njit
+@njit_in_place
 def at(terms: Array, count: int, i: int, s: float) -> float:
     """Quantity i at the share s of the time."""
     value = terms[count - 1, i]
@@ -64,7 +64,7 @@ def at(terms: Array, count: int, i: int, s: float) -> float:
     return value
 
 
-@njit
+@njit_in_place
 def margin(
     rates: Array,
     inertia: float,
@@ -86,7 +86,7 @@ def margin(
     return coulomb - abs(inertia * rate + motor)
 
 
-@njit
+@njit_in_place
 def first_change(
     rates: Array, inertia: float, coulomb: float, terms: Array, count: int, slip: int, motor: float, x: Array
 ) -> float:

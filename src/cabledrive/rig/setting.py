@@ -7,6 +7,7 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.trajectories import Trajectory, pulse
 
 DEGREE = pi / 180.0
+CABLE = "cable"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,9 +77,13 @@ class RigOptions:
     substeps : int
         Internal steps of the plant per sample; the result does not depend on them.
     forbid_slack : bool
-        Whether a span that goes slack ends the run.
+        Whether a span that goes slack ends the run; else it carries nothing while it is slack.
     blind : tuple of (str, float, float), or None
         Encoder ("motor", "drive", "load") that gives NaN from one time to another [s].
+    as_printed : bool
+        The distributed cable keeps its own EA and axial damping where ``[lumped]`` says otherwise.
+    segments : int
+        Of each span of the distributed cable.
     """
 
     observer: str = "kalman"
@@ -91,6 +96,8 @@ class RigOptions:
     substeps: int = 1
     forbid_slack: bool = True
     blind: tuple[str, float, float] | None = None
+    as_printed: bool = False
+    segments: int = 8
 
     def __post_init__(self) -> None:
         for name, words in (
@@ -102,6 +109,8 @@ class RigOptions:
                 raise InputRefused(
                     f"{name} = {getattr(self, name)!r} is not known: take {' or '.join(words)}"
                 )
+        if self.segments < 3:
+            raise InputRefused(f"segments = {self.segments} per span are too few: give at least 3")
         if not isfinite(self.jitter) or self.jitter < 0.0:
             raise InputRefused(f"jitter = {self.jitter:.4g} s must not be negative: give a time in seconds")
 

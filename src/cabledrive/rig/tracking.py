@@ -9,10 +9,12 @@ from cabledrive.control.bound import ErrorBound, error_bound
 from cabledrive.control.numbers import DARC, HIGH, LOW
 from cabledrive.parameters import Drive
 from cabledrive.rig.assumptions import broken_assumptions, plant_model
+from cabledrive.rig.cable_plant import cable_words
 from cabledrive.rig.controllers import Controller
 from cabledrive.rig.loop import Loop, Run
 from cabledrive.rig.loop_numbers import ESTIMATES, SUMMARY, Array
-from cabledrive.rig.setting import DEGREE, Motion, RigOptions
+from cabledrive.rig.run_facts import span_tensions, why_ended
+from cabledrive.rig.setting import CABLE, DEGREE, Motion, RigOptions
 
 OBSERVERS = {0: "none, ideal states", 1: "filtered difference", 2: "Kalman filter"}
 
@@ -42,6 +44,8 @@ class Tracking:
         The same at each encoder's own shaft [rad].
     stuck : ndarray of bool, shape (samples,)
         Whether the motor stood still by friction.
+    tensions : ndarray, shape (samples, 2), or None
+        Mean tension of upper and lower span [N]; None without a flexible cable.
     bound : ndarray, shape (samples,), or None
         The tube of the theorem for the error [rad].
     incomplete : str or None
@@ -61,6 +65,7 @@ class Tracking:
     readings: Array
     encoder_angles: Array
     stuck: Array
+    tensions: Array | None
     bound: Array | None
     incomplete: str | None
 
@@ -113,6 +118,7 @@ def told(
         readings=log[:, 2 * n + 1 : column],
         encoder_angles=log[:, 2 * n + 1 : column] / np.array([1.0] * (m - 1) + [loop.gear]),
         stuck=log[:, column + 1] == 0.0,
+        tensions=done.tensions[:ended] if done.tensions is not None else span_tensions(loop, actual, log),
         bound=None if bound is None else bound.tube / loop.gear,
         incomplete=incomplete,
     )
@@ -147,8 +153,12 @@ def summary_of(
     return {
         "controller": loop.controller.name,
         "gains": loop.controller.gains,
-        "plant": f"model-{plant_model(loop)}",
+        "plant": CABLE if loop.cable is not None else f"model-{plant_model(loop)}",
         "friction": "smooth, c tanh(50 w)" if options.smooth_friction else "stick-slip Coulomb",
+        "backlash": 2.0 * loop.kinks.play,
+        "slack_rule": "ends the run" if options.forbid_slack else "a slack span carries nothing",
+        "slack_samples": int(score["slack"]),
+        "free_play_samples": int(score["loose"]),
         "observer": OBSERVERS[loop.observer.kind],
         "feedback": list(loop.controller.shafts),
         "encoders": list(loop.encoder_shafts),
@@ -171,9 +181,9 @@ def summary_of(
         },
         "delay": loop.rig.late_samples * loop.rig.interval + loop.rig.late_part,
         "sample_rate": 1.0 / loop.rig.interval,
-        "internal_step": float(loop.plant.scalars[0]),
+        "internal_step": float(loop.plant.scalars[0]) if loop.cable is None else loop.cable.case.grid.step,
         "seed": seed,
-    }
+    } | ({} if loop.cable is None else {"cable": cable_words(loop.cable, score)})
 
 
 def bound_of(loop: Loop, shaft: Array, command: Array, regressor: Array) -> ErrorBound | None:
@@ -258,29 +268,3 @@ def within(estimates: Array, made: Controller) -> bool | None:
         return None
     low, high = made.law.learning[LOW], made.law.learning[HIGH]
     return bool(np.all((estimates >= low) & (estimates <= high)))
-
-
-def why_ended(loop: Loop, done: Run) -> str | None:
-    """Why a run ended before its time, if it did.
-
-    Parameters
-    ----------
-    loop : Loop
-    done : Run
-
-    Returns
-    -------
-    str or None
-    """
-    if done.ended >= len(loop.target):
-        return None
-    time = done.ended * loop.rig.interval
-    x, n = done.state.x, loop.chain.size
-    twist = abs(x[n - 2] - x[n - 1]) if n > 1 else 0.0
-    if np.isfinite(twist) and twist > loop.twist_limit:
-        torque = loop.slack * loop.chain.stiffness[-1]
-        return (
-            f"a span went slack at t = {time:.4g} s: the cable carried over {torque:.4g} N m; slow down, "
-            "raise cable.pretension, or take --tension-only"
-        )
-    return f"the plant diverged at t = {time:.4g} s: lower the bandwidth, or feed back the motor's encoder"

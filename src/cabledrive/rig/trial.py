@@ -11,11 +11,11 @@ from cabledrive.rig.draws import draw_words, run_draws
 from cabledrive.rig.indirect import NAME, run_indirect
 from cabledrive.rig.loop import close_loop, run
 from cabledrive.rig.registry import design
-from cabledrive.rig.setting import DEGREE, Motion, RigOptions, sample_interval
+from cabledrive.rig.setting import CABLE, DEGREE, Motion, RigOptions, sample_interval
 from cabledrive.rig.tracking import Tracking, told
 from cabledrive.trajectories import move_limits, peak_demand
 
-PLANTS = {f"model-{number}": number for number in (1, 2, 3, 4)}
+PLANTS: dict[str, int | None] = {f"model-{number}": number for number in (1, 2, 3, 4)} | {CABLE: None}
 
 
 def track(
@@ -42,8 +42,8 @@ def track(
         Name of the law; by default the one that the drive's joint calls for.
     bandwidth : float, optional
         lambda/(2 pi) [Hz] instead of the printed one.
-    plant : {"model-1", "model-2", "model-3", "model-4"}, optional
-        Default: the highest model that the drive's data allow.
+    plant : {"model-1", "model-2", "model-3", "model-4", "cable"}, optional
+        Default: the highest model that the drive's data allow. "cable": the nonlinear distributed cable.
     motion : Motion, optional
         Default: one pulse of 45 deg in 0.5 s with 0.5 s dwell.
     options : RigOptions, optional
@@ -77,7 +77,14 @@ def track(
     )
     made = design(controller, wish)
     loop = close_loop(
-        drive, actual, made, motion, options, np.random.default_rng(seed), plant_model=plant_number(plant)
+        drive,
+        actual,
+        made,
+        motion,
+        options,
+        np.random.default_rng(seed),
+        plant_model=plant_number(plant),
+        cable=plant == CABLE,
     )
     if draws < 0:
         raise InputRefused(f"draws = {draws} must not be negative: ask for 0 or more")
@@ -148,7 +155,7 @@ def plant_number(plant: str | None) -> int | None:
     Returns
     -------
     int or None
-        None: the highest that the drive's data allow.
+        None: the highest that the drive's data allow, or the distributed cable.
 
     Raises
     ------

@@ -1,0 +1,54 @@
+"""What a run of the rig leaves besides its peaks: why it ended early, and the tension of the spans."""
+
+import numpy as np
+
+from cabledrive.parameters import Drive
+from cabledrive.rig.loop import Loop, Run
+from cabledrive.rig.loop_numbers import WENT_SLACK, Array
+
+
+def why_ended(loop: Loop, done: Run) -> str | None:
+    """Why a run ended before its time, if it did.
+
+    Parameters
+    ----------
+    loop : Loop
+    done : Run
+
+    Returns
+    -------
+    str or None
+    """
+    if done.ended >= len(loop.target):
+        return None
+    time = done.ended * loop.rig.interval
+    if done.state.discrete[2] == WENT_SLACK:
+        torque = loop.slack * loop.chain.stiffness[-1]
+        return (
+            f"a span went slack at t = {time:.4g} s: the cable carried over {torque:.4g} N m; slow down, "
+            "raise cable.pretension, or take --tension-only"
+        )
+    return f"the plant diverged at t = {time:.4g} s: lower the bandwidth, or feed back the motor's encoder"
+
+
+def span_tensions(loop: Loop, actual: Drive, log: Array) -> Array | None:
+    """Tension of both spans of a row of inertias, by the twist between the pulleys.
+
+    Parameters
+    ----------
+    loop : Loop
+    actual : Drive
+    log : ndarray, shape (samples, columns)
+
+    Returns
+    -------
+    ndarray, shape (samples, 2), or None
+        [N], never below zero; None where the plant's cable is rigid or no loop.
+    """
+    n, chain = loop.chain.size, loop.chain
+    if "load" not in chain.names or actual.kind != "loop":
+        return None
+    twist, rate = log[:, n - 2] - log[:, n - 1], log[:, 2 * n - 2] - log[:, 2 * n - 1]
+    share = (chain.stiffness[-1] * twist + chain.damping[-1] * rate) / (2.0 * actual.drive_pulley.radius)
+    both = actual.cable.pretension + np.column_stack((-share, share))
+    return np.maximum(both, 0.0)
