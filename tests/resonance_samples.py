@@ -4,9 +4,10 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+from scipy.optimize import brentq
 
 import cabledrive as cd
-from cabledrive.reduction.autoparametric import AutoparametricModel, autoparametric_model
+from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension, autoparametric_model
 from cabledrive.reduction.averaging import averaged_coefficients
 from cabledrive.reduction.transverse_sections import TransverseMode
 
@@ -79,6 +80,22 @@ def one_span(c):
     single = ("transverse_detuning", "feedback", "pump", "drift", "passive", "back_third", "third", "offset")
     cut = {name: getattr(c, name)[:1] for name in single}
     return c._replace(**cut, cubic=c.cubic[:1, :1], static=c.static[:1, :1])
+
+
+def settings_pair(c):
+    """Coefficients of two equal spans, whatever round-off makes of their detunings."""
+    mean = np.full(2, float(np.mean(c.transverse_detuning)))
+    return c._replace(force=np.abs(c.force) + 0j, transverse_detuning=mean)
+
+
+def at_detunings(drive, transverse, pulley):
+    """The drive at a pretension, and a forcing frequency, with given detunings [rad/s]."""
+    model = autoparametric_model(drive)
+    natural = model.natural
+    forcing = brentq(lambda f: (natural**2 - f**2) / (2 * f) - pulley, 0.5 * natural, 1.5 * natural)
+    wanted = np.sqrt(forcing**2 / 4 + forcing * transverse)
+    tension = brentq(lambda t: at_pretension(model, t).transverse[0] - wanted, 1.0, 8.0)
+    return replace(drive, cable=replace(drive.cable, pretension=tension)), forcing
 
 
 def real(state):

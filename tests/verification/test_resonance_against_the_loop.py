@@ -4,9 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
 
-from cabledrive.reduction.autoparametric import at_pretension, autoparametric_model
+from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.exchange import exchange_period, largest_exchange
 from cabledrive.reduction.threshold import threshold_torque
 from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
@@ -21,7 +20,7 @@ from cabledrive.studies.resonance_referee import (
     exact_motion,
     own_sensitivity,
 )
-from resonance_samples import TUNED, damped
+from resonance_samples import TUNED, at_detunings, damped
 
 SHARP = 0.01
 
@@ -78,13 +77,7 @@ def test_twenty_forced_triangles():
 
 def threshold_error(transverse, pulley, transverse_detuning, pulley_detuning):
     """Predicted over measured threshold, minus one, for detunings [rad/s] set by pretension and forcing."""
-    drive = damped(transverse, pulley)
-    model = autoparametric_model(drive)
-    natural = model.natural
-    forcing = brentq(lambda f: (natural**2 - f**2) / (2 * f) - pulley_detuning, 0.5 * natural, 1.5 * natural)
-    wanted = np.sqrt(forcing**2 / 4 + forcing * transverse_detuning)
-    tension = brentq(lambda t: at_pretension(model, t).transverse[0] - wanted, 1.0, 8.0)
-    drive = replace(drive, cable=replace(drive.cable, pretension=tension))
+    drive, forcing = at_detunings(damped(transverse, pulley), transverse_detuning, pulley_detuning)
     predicted = float(threshold_torque(autoparametric_model(drive), forcing))
     return predicted / measured_threshold(drive, predicted, forcing) - 1.0
 
