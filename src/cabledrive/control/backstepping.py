@@ -2,8 +2,8 @@ r"""Backstepping for a rigid joint and a flexible cable of uncertain stiffness, 
 
 States are :math:`x_1 = \theta_2`, :math:`x_2 = \dot\theta_2`, :math:`\bar x_3 = \beta_n(\theta_1 -
 \theta_2)`,
-:math:`\bar x_4`; the seven parameters follow (6.69). The law itself is compiled, `backstepping_command`;
-each of its derivatives is checked against symbols and differences in the tests.
+:math:`\bar x_4`; the seven parameters follow (6.69). The law itself, `backstepping_four`, is written by
+`cabledrive.control.generation`, every derivative by symbols.
 """
 
 from dataclasses import dataclass
@@ -54,10 +54,9 @@ class BacksteppingGains:
     adaptation: float
 
     @property
-    def as_array(self) -> Array:
-        """The eight gains in the order of the compiled law, shape (1, 8)."""
-        order = (self.k1, self.k21, self.k22, self.k32, self.k33, self.k42, self.k43, self.k44)
-        return np.array([order], dtype=float)
+    def order(self) -> tuple[float, ...]:
+        """The eight gains in the order of the compiled law."""
+        return (self.k1, self.k21, self.k22, self.k32, self.k33, self.k42, self.k43, self.k44)
 
 
 def backstepping_gains(bandwidth: float | None = None, *, adaptation: float = 1e-6) -> BacksteppingGains:
@@ -154,8 +153,9 @@ def backstepping_numbers(chain: LumpedChain, gains: BacksteppingGains, interval:
         parameters, parameters - widths, parameters + widths, gains.adaptation * (2.0 * widths) ** 2
     )
     scalars = np.array([interval, 0.0, SMOOTH, 0.0, 0.0, 1.0, beta])
+    rows = np.array([[*gains.order, beta]])
     return LawNumbers(
-        kind=BACKSTEPPING, matrix=np.zeros((0, 0)), rows=gains.as_array, learning=learning, scalars=scalars
+        kind=BACKSTEPPING, matrix=np.zeros((0, 0)), rows=rows, learning=learning, scalars=scalars
     )
 
 

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.fields import nearest
 from cabledrive.reduction.models import highest_model
+from cabledrive.rig.backstepping_laws import backstepping_6
 from cabledrive.rig.baselines import BASELINES
 from cabledrive.rig.controllers import Controller, Wish, backstepping, darc, darc_4_damped
 from cabledrive.rig.indirect import NAME, indirect
@@ -16,6 +17,7 @@ CONTROLLERS: dict[str, Callable[[Wish], Controller]] = {
     "darc-4": lambda wish: darc(wish, 4),
     "darc-4-damped": darc_4_damped,
     "backstepping": backstepping,
+    "backstepping-6": backstepping_6,
     NAME: indirect,
     **BASELINES,
 }

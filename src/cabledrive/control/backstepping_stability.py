@@ -1,0 +1,112 @@
+r"""The sufficient condition of the backstepping theorem, at the states that a run meets.
+
+With signs :math:`s_i` of the errors,
+
+.. math::
+    D_z = -\tfrac12(A + A^T) - \tfrac12(S + S^T), \qquad
+    S_{ij} = s_is_j\Big|\frac{\partial\alpha_{i-1}}{\partial\hat p}\Big|\,|\Gamma\varphi_j|
+
+must be positive definite for every choice of signs. As printed it adds errors of different units. Derivatives
+are taken by complex steps, exact to round-off.
+"""
+
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.control.backstepping_four import GAINS as GAINS_FOUR
+from cabledrive.control.backstepping_four import backstepping_four_reference
+from cabledrive.control.backstepping_six import GAINS as GAINS_SIX
+from cabledrive.control.backstepping_six import backstepping_six_reference
+from cabledrive.control.numbers import BY_REFERENCE, GAIN, SLOPE, LawNumbers
+
+Array = NDArray[np.float64]
+STEP = 1e-30
+TWINS = {4: (GAINS_FOUR, backstepping_four_reference), 6: (GAINS_SIX, backstepping_six_reference)}
+
+
+def errors_matrix(law: LawNumbers, estimate: Array, size: int) -> Array:
+    """A of the errors' dynamics with fixed estimates, as (6.103) for any length.
+
+    Parameters
+    ----------
+    law : LawNumbers
+    estimate : ndarray, shape (p,)
+    size : {4, 6}
+        Number of states.
+
+    Returns
+    -------
+    ndarray, shape (size, size)
+    """
+    pairs = TWINS[size][0]
+    matrix = np.diag(np.ones(size - 1), 1)
+    for value, (i, j) in zip(law.rows[0], pairs, strict=False):
+        matrix[i - 1, j - 1] -= value
+    for place in range(1, size - 1, 2):
+        matrix[place, place + 1] = estimate[place - 1]
+    return matrix
+
+
+def scaled_states(law: LawNumbers, states: Array) -> Array:
+    """States x of the law from angles and speeds.
+
+    Parameters
+    ----------
+    law : LawNumbers
+    states : ndarray, shape (2n,)
+        Angles, then speeds, from the motor to the load.
+
+    Returns
+    -------
+    ndarray, shape (2n,)
+    """
+    n = len(states) // 2
+    x = np.empty(2 * n)
+    x[0], x[1] = states[n - 1], states[2 * n - 1]
+    for j in range(1, n):
+        scale = law.rows[0, len(TWINS[2 * n][0]) + j - 1]
+        x[2 * j] = scale * (states[n - 1 - j] - states[n - j])
+        x[2 * j + 1] = scale * (states[2 * n - 1 - j] - states[2 * n - j])
+    return x
+
+
+def stability_margin(law: LawNumbers, estimate: Array, states: Array, reference: Array) -> float:
+    r"""Smallest eigenvalue of D_z over all signs at one state, the condition of Eq. (6.100).
+
+    Parameters
+    ----------
+    law : LawNumbers
+        From `backstepping_numbers` or `chain_numbers`.
+    estimate : ndarray, shape (p,)
+    states : ndarray, shape (2n,)
+    reference : ndarray, shape (columns,)
+        The law's reference at that sample.
+
+    Returns
+    -------
+    float
+        [rad/s]; above 0: the condition holds there.
+    """
+    size = len(states)
+    twin, x, speed = TWINS[size][1], scaled_states(law, states), states[size // 2]
+    signals = reference[:-1] if law.scalars[BY_REFERENCE] else reference[: size + 1]
+    friction = np.tanh(law.scalars[SLOPE] * (reference[-1] if law.scalars[BY_REFERENCE] else speed))
+    given = (x, signals, speed, friction)
+    phi = np.array(twin(law.rows[0], estimate, *given)[3], dtype=float)
+    slopes = np.zeros((size, len(estimate)))
+    for m in range(len(estimate)):
+        moved = estimate.astype(complex)
+        moved[m] += 1j * STEP * abs(estimate[m] or 1.0)
+        alpha = np.array(twin(law.rows[0], moved, *given)[2])
+        slopes[1:, m] = alpha.imag / (STEP * abs(estimate[m] or 1.0))
+    learnt = np.linalg.norm(phi * law.learning[GAIN], axis=1)
+    coupling = np.outer(np.linalg.norm(slopes, axis=1), learnt)
+    fixed = errors_matrix(law, estimate, size)
+    worst = np.inf
+    for signs in product((1.0, -1.0), repeat=size - 1):
+        s = np.array([1.0, *signs])
+        matrix = fixed + coupling * np.outer(s, s)
+        worst = min(worst, float(np.linalg.eigvalsh(-0.5 * (matrix + matrix.T))[0]))
+    return worst
