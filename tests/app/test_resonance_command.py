@@ -1,5 +1,6 @@
 """`cabledrive resonance`: what the contract promises, reasons beside nulls, the page."""
 
+import numpy as np
 import pytest
 
 from command import answer, call, refusal
@@ -48,3 +49,53 @@ def test_text_for_people_names_pairs_and_remedies():
     text = call("resonance", "dissertation-2", *settings).stdout
     assert "raise the pretension" in text
     assert "tuned at 3.28" in text
+
+
+TUNED = ("--set", "cable.pretension=3.28377 N", "--set", "cable.transverse_damping=2")
+DAMPED = (*TUNED, "--set", "pulley.1.viscous_friction=6e-5")
+
+
+def motion_file(folder, amplitude, head="time [ms],torque [mN m]"):
+    """Two seconds of a sine at the pulley mode's frequency."""
+    path = folder / "motion.csv"
+    rows = [f"{t / 4},{1e3 * amplitude * np.sin(2 * np.pi * 0.0817421 * t / 4)}" for t in range(8000)]
+    path.write_text("\n".join([head, *rows]) + "\n")
+    return str(path)
+
+
+def test_a_motion_that_pumps_the_cable_raises_the_alarm(tmp_path):
+    found = answer("resonance", "dissertation-2", *DAMPED, "--motion", motion_file(tmp_path, 0.05))["motion"]
+    assert found["verdict"] == "alarm"
+    assert found["modes"][0]["number"] == 1
+    assert found["modes"][0]["largest"] > 5e-4
+    assert "damp the cable" in found["remedy"]
+
+
+def test_a_gentle_motion_is_safe_and_the_text_says_so(tmp_path):
+    text = call("resonance", "dissertation-2", *DAMPED, "--motion", motion_file(tmp_path, 1e-3)).stdout
+    assert "the motion: safe" in text
+
+
+@pytest.mark.parametrize(
+    "head, word",
+    [("time [s],force [N]", "force"), ("time [s],torque [V]", "torque"), ("t [s],torque [N m]", '"t"')],
+)
+def test_motions_with_other_columns_are_refused_in_one_line(tmp_path, head, word):
+    path = motion_file(tmp_path, 0.01, head)
+    assert word in refusal("resonance", "dissertation-2", "--motion", path)
+
+
+def test_a_motion_that_is_not_there_is_refused():
+    assert "no such file" in refusal("resonance", "dissertation-2", "--motion", "nothing.csv")
+
+
+def test_a_steady_load_splits_the_tuning_of_the_spans():
+    """dT = 2 tau / (2 r) apart: the mean tensions that tune the spans lie as far apart as their tensions."""
+    found = answer("resonance", "dissertation-2", *TUNED, "--load-torque", "1 mN m")
+    split = found["tuned_pretension_under_load"]
+    assert split["lower"] - split["upper"] == pytest.approx(1e-3 / 0.03, rel=0.02), split
+    assert found["tuned_pretension"] == pytest.approx(3.28377, rel=1e-5)
+
+
+def test_a_load_that_takes_the_tension_away_is_refused():
+    assert "without tension" in refusal("resonance", "dissertation-2", "--load-torque", "1 N m")

@@ -11,9 +11,10 @@ from cabledrive.reduction.decay import damping_from_decay, guessed_damping
 from cabledrive.reduction.threshold import threshold_torque
 from cabledrive.report.resonance_map_page import resonance_map_page
 from cabledrive.studies.map_spot_checks import spot_check_line, spot_checks
-from cabledrive.studies.resonance import CLOSE, resonance_summary, standing_of
+from cabledrive.studies.resonance import resonance_summary
 from cabledrive.studies.resonance_map import growth_map
 from cabledrive.studies.resonance_remedies import remedies, sensitivity
+from cabledrive.studies.resonance_standing import CLOSE, standing_of
 from cabledrive.studies.tension_sweep import Sweep, onset, onset_by_growth_integral, swept_amplitude
 from resonance_samples import damped
 

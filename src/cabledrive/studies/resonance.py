@@ -1,6 +1,6 @@
 """Is this drive near its internal resonance: ratio, tuned pretension, threshold, verdict, with reasons."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import pi
 
 import numpy as np
@@ -8,56 +8,36 @@ import numpy as np
 from cabledrive.modes.tuning import Pair, pulley_mode, resonant_pairs, span_frequency, tuned_pretension
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.autoparametric import AutoparametricModel, autoparametric_model
-from cabledrive.reduction.averaging import averaged_coefficients
 from cabledrive.reduction.threshold import (
     coulomb_onset_torque,
-    growth_rates,
     growth_torque,
-    pulley_amplitude,
     threshold_torque,
-    tongue_half_width,
+)
+from cabledrive.studies.resonance_standing import (
+    BUILD_UP,
+    NEAR,
+    RESONANT,
+    SAFE,
+    Standing,
+    split_tunings,
+    standing_of,
 )
 
-BUILD_UP = 10.0
-"""How long the torque has acted when the verdict is given [s]."""
+__all__ = [
+    "NEAR",
+    "RESONANT",
+    "SAFE",
+    "ResonanceSummary",
+    "Standing",
+    "default_torque",
+    "resonance_summary",
+    "standing_of",
+]
 
 SLACK_SHARE = 0.01
 """Torque for the verdict where no limit is known, as a share of the slack torque."""
 
-CLOSE = 2.0
-"""Within so many half-widths of the tongue a drive is close to resonance."""
-
 GROWTH_FACTOR, GROWTH_TIME = 10.0, 1.0
-
-RESONANT, NEAR, SAFE = "resonant", "close", "safe"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Standing:
-    """Where a drive stands against the tongue of a torque.
-
-    Attributes
-    ----------
-    verdict : {"resonant", "close", "safe"}
-    mode : int
-        The transverse mode, of those of the model, that decides.
-    distance, half_width : float
-        Detuning from the middle of the tongue and its half-width [rad/s].
-    growth : float
-        Growth rate of a vanishing motion [1/s].
-    amplitude : float
-        Pulley mode's amplitude q under the torque [m].
-    slack : bool
-        Whether that amplitude is where a span goes slack.
-    """
-
-    verdict: str
-    mode: int
-    distance: float
-    half_width: float
-    growth: float
-    amplitude: float
-    slack: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,6 +69,8 @@ class ResonanceSummary:
         Of the verdict, and of whatever is missing.
     missing : dict of str to str
         Why a number does not exist, by its name.
+    split : dict of str to float or None
+        Tuned pretension of each span under the steady load, where there is one [N].
     """
 
     frequency_ratio: float | None
@@ -105,6 +87,7 @@ class ResonanceSummary:
     pairs: tuple[Pair, ...]
     reasons: tuple[str, ...]
     missing: dict[str, str]
+    split: dict[str, float | None] = field(default_factory=dict)
 
 
 def default_torque(drive: Drive) -> float:
@@ -125,7 +108,9 @@ def default_torque(drive: Drive) -> float:
     return SLACK_SHARE * 2.0 * drive.drive_pulley.radius * drive.cable.pretension
 
 
-def resonance_summary(drive: Drive, *, torque: float | None = None) -> ResonanceSummary:
+def resonance_summary(
+    drive: Drive, *, torque: float | None = None, load_torque: float = 0.0
+) -> ResonanceSummary:
     """Frequency ratio, tuned pretension, threshold torque and verdict of a drive.
 
     Parameters
@@ -133,6 +118,9 @@ def resonance_summary(drive: Drive, *, torque: float | None = None) -> Resonance
     drive : Drive
     torque : float, optional
         Amplitude of the torque at the pulley mode's frequency [N m]; see `default_torque`.
+    load_torque : float, default 0.0
+        Steady torque on the load pulley [N m]: it pulls the upper span and relaxes the lower one, and splits
+        their tuning. Ratio, tuned pretension and its threshold stay those of the unloaded drive.
 
     Returns
     -------
@@ -141,7 +129,7 @@ def resonance_summary(drive: Drive, *, torque: float | None = None) -> Resonance
     Raises
     ------
     InputRefused
-        If the torque is negative.
+        If the torque is negative, or the steady one takes a span's tension away.
     """
     tau = default_torque(drive) if torque is None else torque
     if not tau >= 0.0:
@@ -150,7 +138,7 @@ def resonance_summary(drive: Drive, *, torque: float | None = None) -> Resonance
         pulley = pulley_mode(drive).omega / (2 * pi)
     except InputRefused as refusal:
         return _without_pulley_mode(tau, str(refusal))
-    model = autoparametric_model(drive)
+    model = autoparametric_model(drive, load_torque=load_torque)
     standing = standing_of(model, tau)
     tuned, missing = _tuned(drive)
     at_tuning = (
@@ -172,40 +160,7 @@ def resonance_summary(drive: Drive, *, torque: float | None = None) -> Resonance
         pairs=resonant_pairs(drive),
         reasons=_reasons(drive, model, at_tuning, standing, tau, tuned),
         missing=missing,
-    )
-
-
-def standing_of(model: AutoparametricModel, torque: float) -> Standing:
-    """Where a drive stands against the tongue of a torque that has acted for `BUILD_UP`.
-
-    Parameters
-    ----------
-    model : AutoparametricModel
-    torque : float
-        [N m].
-
-    Returns
-    -------
-    Standing
-        Of the transverse mode that is relatively nearest to its tongue.
-    """
-    c = averaged_coefficients(model, torque=torque, drift=False)
-    reached = float(pulley_amplitude(c, BUILD_UP))
-    amplitude = min(reached, float(model.slack_amplitude))
-    width = tongue_half_width(c, amplitude)
-    pumping = np.abs(c.pump) * amplitude
-    distance = np.abs(c.transverse_detuning + pumping**2 / (2.0 * c.forcing))
-    mode = int(np.argmin(distance - CLOSE * width))
-    near, half = float(distance[mode]), float(width[mode])
-    verdict = RESONANT if near < half else NEAR if near < CLOSE * half else SAFE
-    return Standing(
-        verdict=verdict,
-        mode=mode,
-        distance=near,
-        half_width=half,
-        growth=float(growth_rates(c, amplitude)[mode]),
-        amplitude=amplitude,
-        slack=reached > model.slack_amplitude,
+        split=split_tunings(model) if load_torque else {},
     )
 
 

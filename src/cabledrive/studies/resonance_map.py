@@ -72,6 +72,7 @@ def growth_map(
     drive: Drive,
     *,
     torque: float,
+    load_torque: float = 0.0,
     pretensions: ArrayLike | None = None,
     torques: ArrayLike | None = None,
     duration: float = 1.0,
@@ -89,6 +90,8 @@ def growth_map(
     drive : Drive
     torque : float
         The drive's own torque [N m]; the map goes to three times it unless told.
+    load_torque : float, default 0.0
+        Steady torque on the load pulley [N m].
     pretensions, torques : array_like, optional
         Axes of the map [N], [N m]; 100 each unless given.
     duration : float, default 1.0
@@ -114,7 +117,8 @@ def growth_map(
     nearest = min(
         tuned, key=lambda value: abs(value - drive.cable.pretension), default=drive.cable.pretension
     )
-    model = _nearest_two(autoparametric_model(replace(drive, cable=replace(drive.cable, pretension=nearest))))
+    near = replace(drive, cable=replace(drive.cable, pretension=nearest))
+    model = _nearest_two(autoparametric_model(near, load_torque=load_torque))
     lanes = at_pretension(model, np.repeat(tension[None], taus.size, axis=0).ravel())
     amplitude = np.repeat(taus, tension.size)
     plucks = np.outer(height * np.array([1.0, 0.5])[: model.coupling.size], np.ones(amplitude.size))

@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.parameters import Drive
+from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension, autoparametric_model
 from cabledrive.reduction.averaging import AveragedCoefficients, averaged_coefficients
 from cabledrive.reduction.threshold import threshold_torque
-from cabledrive.studies.resonance import CLOSE, SAFE, standing_of
+from cabledrive.studies.resonance_standing import CLOSE, SAFE, standing_of
 
 Array = NDArray[np.float64]
 
@@ -64,7 +64,7 @@ class Sensitivity:
     threshold_per_friction: float
 
 
-def remedies(drive: Drive, torque: float) -> tuple[Remedy, ...]:
+def remedies(drive: Drive, torque: float, load_torque: float = 0.0) -> tuple[Remedy, ...]:
     """Changes, each by itself, that make a drive safe under a torque.
 
     Parameters
@@ -73,22 +73,31 @@ def remedies(drive: Drive, torque: float) -> tuple[Remedy, ...]:
         Not safe.
     torque : float
         [N m].
+    load_torque : float, default 0.0
+        Steady torque on the load pulley [N m].
 
     Returns
     -------
     tuple of Remedy
     """
-    model = autoparametric_model(drive)
+    model = autoparametric_model(drive, load_torque=load_torque)
+
+    def _safe(trial: Drive) -> bool:
+        try:
+            return standing_of(autoparametric_model(trial, load_torque=load_torque), torque).verdict == SAFE
+        except InputRefused:  # the steady load takes a span's tension away
+            return False
+
     return (
-        _pretension(drive, torque, +1),
-        _pretension(drive, torque, -1),
-        _inertia(drive, torque),
+        _pretension(drive, _safe, +1),
+        _pretension(drive, _safe, -1),
+        _inertia(drive, _safe),
         _damping(drive, model, torque),
         _torque(model),
     )
 
 
-def sensitivity(drive: Drive, torque: float) -> Sensitivity:
+def sensitivity(drive: Drive, torque: float, load_torque: float = 0.0) -> Sensitivity:
     """Derivatives of detuning and threshold by what a designer can change.
 
     Parameters
@@ -96,12 +105,14 @@ def sensitivity(drive: Drive, torque: float) -> Sensitivity:
     drive : Drive
     torque : float
         Of the verdict [N m]; it chooses the deciding mode.
+    load_torque : float, default 0.0
+        Steady torque on the load pulley [N m].
 
     Returns
     -------
     Sensitivity
     """
-    model = autoparametric_model(drive)
+    model = autoparametric_model(drive, load_torque=load_torque)
     mode = standing_of(model, torque).mode
     step = 1e-4 * model.pretension
     above, below = (at_pretension(model, model.pretension + sign * step) for sign in (1, -1))
@@ -133,28 +144,24 @@ def _damping_per_friction(drive: Drive, model: AutoparametricModel) -> float:
     return (model.rims[1] / drive.load_pulley.radius) ** 2 / model.modal_mass
 
 
-def _safe(drive: Drive, torque: float) -> bool:
-    return standing_of(autoparametric_model(drive), torque).verdict == SAFE
-
-
-def _first_safe(trial: Callable[[float], Drive], torque: float) -> float | None:
+def _first_safe(trial: Callable[[float], Drive], safe: Callable[[Drive], bool]) -> float | None:
     """Smallest share of the reach at which the drive is safe, refined by halving."""
     shares = REACH * (np.arange(1, _TRIALS + 1) / _TRIALS) ** 2
     last = 0.0
     for share in shares:
-        if _safe(trial(float(share)), torque):
+        if safe(trial(float(share))):
             low, high = last, float(share)
             for _ in range(_HALVINGS):
                 if high - low < 1e-3 * high:
                     break
                 middle = 0.5 * (low + high)
-                low, high = (low, middle) if _safe(trial(middle), torque) else (middle, high)
+                low, high = (low, middle) if safe(trial(middle)) else (middle, high)
             return high
         last = float(share)
     return None
 
 
-def _pretension(drive: Drive, torque: float, sign: int) -> Remedy:
+def _pretension(drive: Drive, safe: Callable[[Drive], bool], sign: int) -> Remedy:
     cable = drive.cable
 
     def _trial(share: float) -> Drive:
@@ -162,7 +169,7 @@ def _pretension(drive: Drive, torque: float, sign: int) -> Remedy:
         return replace(drive, cable=replace(cable, pretension=cable.pretension * factor))
 
     word = "raise" if sign > 0 else "lower"
-    share = _first_safe(_trial, torque)
+    share = _first_safe(_trial, safe)
     if share is None:
         return Remedy(
             change=f"{word} pretension",
@@ -183,14 +190,14 @@ def _pretension(drive: Drive, torque: float, sign: int) -> Remedy:
     )
 
 
-def _inertia(drive: Drive, torque: float) -> Remedy:
+def _inertia(drive: Drive, safe: Callable[[Drive], bool]) -> Remedy:
     load = drive.load_pulley
 
     def _trial(share: float) -> Drive:
         heavier = replace(load, inertia=load.inertia * (1.0 + share))
         return replace(drive, pulley=(drive.drive_pulley, heavier))
 
-    share = None if load.fixed else _first_safe(_trial, torque)
+    share = None if load.fixed else _first_safe(_trial, safe)
     if share is None:
         text = f"no inertia up to {REACH:.3g} times the load pulley's own, added to it, makes it safe"
         return Remedy(change="add inertia", value=None, relative=None, text=text)

@@ -201,8 +201,8 @@ def _newton(c: AveragedCoefficients, state: Complex) -> Complex | None:
         rate = averaged_rates(c, state, second=False)
         if np.max(np.abs(rate)) < 1e-12 * np.max(np.abs(state)):
             return state if np.max(np.abs(state[1:])) > 1e-9 else None
-        change = np.linalg.solve(jacobian(c, state), _real(rate))
-        state = state - _complex(change)
+        change: Array = np.asarray(np.linalg.solve(jacobian(c, state), _real(rate)), dtype=float)
+        state = np.asarray(state - _complex(change), dtype=complex)
         if not np.all(np.isfinite(change)) or np.max(np.abs(state)) > 1.0:
             return None
     return None

@@ -16,9 +16,13 @@ from cabledrive.app.options import (
 )
 from cabledrive.app.results import Absent, Answer, provenance
 from cabledrive.parameters import Drive
-from cabledrive.studies.resonance import BUILD_UP, SAFE, ResonanceSummary, resonance_summary
+from cabledrive.studies.alarm import AlarmResult, alarm
+from cabledrive.studies.motion_file import read_motion
+from cabledrive.studies.resonance import ResonanceSummary, resonance_summary
 from cabledrive.studies.resonance_remedies import Remedy, remedies, sensitivity
+from cabledrive.studies.resonance_standing import BUILD_UP, SAFE
 
+FLOOR, LIMIT = 1e-5, 5e-4
 METHOD = "certified modes, coupling by exact integrals, averaged equations to second order"
 SEED = 0
 NUMBERS = ("frequency_ratio", "tuned_pretension", "threshold_torque", "detuning")
@@ -39,35 +43,83 @@ NUMBERS = ("frequency_ratio", "tuned_pretension", "threshold_torque", "detuning"
     help="Amplitude of the torque that the verdict is about; the torque limit, else 1 % of the slack torque.",
 )
 @click.option(
+    "--load-torque",
+    type=Quantity("N m"),
+    default=0.0,
+    metavar="NM",
+    help="Steady torque on the load pulley, which splits the tuning of the two spans.",
+)
+@click.option(
+    "--motion",
+    "motion_file",
+    type=click.Path(),
+    metavar="FILE",
+    help="Judge a planned motion: a CSV file with time [s], torque [N m] and, where they change, pretension "
+    "[N], carriage [m], load torque [N m].",
+)
+@click.option(
+    "--floor",
+    type=Quantity("m"),
+    default=FLOOR,
+    metavar="M",
+    help="Transverse amplitude that is always there, for --motion; 10 um unless told.",
+)
+@click.option(
+    "--limit",
+    type=Quantity("m"),
+    default=LIMIT,
+    metavar="M",
+    help="Largest transverse amplitude allowed, for --motion; 0.5 mm unless told.",
+)
+@click.option(
     "--map",
     "map_file",
     type=NewFileType(".html"),
     metavar="FILE",
     help="Draw growth over pretension and torque into FILE, an interactive page that needs nothing else.",
 )
-def command(drive: Drive, torque: float | None, map_file: NewFile | None) -> Answer:
+def command(
+    drive: Drive,
+    torque: float | None,
+    load_torque: float,
+    motion_file: str | None,
+    floor: float,
+    limit: float,
+    map_file: NewFile | None,
+) -> Answer:
     """Frequency ratio, tuned pretension, threshold torque and verdict for the internal resonance of DRIVE.
 
-    The resonance is between the pulleys' own mode and transverse modes near half its frequency.
+    The resonance is between the pulleys' own mode and transverse modes near half its frequency. With --motion
+    a planned motion is judged as well: where along it the cable is pumped, how far it grows, what would help.
     """
-    found = resonance_summary(drive, torque=torque)
-    changes = () if found.verdict == SAFE else remedies(drive, found.torque)
+    found = resonance_summary(drive, torque=torque, load_torque=load_torque)
+    changes = () if found.verdict == SAFE else remedies(drive, found.torque, load_torque)
+    judged = None
+    if motion_file is not None:
+        judged = alarm(drive, read_motion(motion_file), floor=floor, limit=limit)
     if map_file is not None:
         from cabledrive.report.resonance_map_page import resonance_map_page
         from cabledrive.studies.map_spot_checks import spot_check_line, spot_checks
         from cabledrive.studies.resonance_map import growth_map
 
-        growth = growth_map(drive, torque=found.torque)
-        checks = spot_checks(drive, growth, np.random.default_rng(SEED))
+        growth = growth_map(drive, torque=found.torque, load_torque=load_torque)
+        checks = () if load_torque else spot_checks(drive, growth, np.random.default_rng(SEED))
         map_file.write(resonance_map_page(growth, spot_check_line(checks)))
+    data = resonance_data(drive, found, changes, load_torque)
+    text = _text(drive, found, changes)
+    if judged is not None:
+        data["motion"] = alarm_data(judged)
+        text += "\n\n" + alarm_text(judged)
     return Answer(
-        data=resonance_data(drive, found, changes),
-        text=_text(drive, found, changes),
+        data=data,
+        text=text,
         provenance=provenance(drive, method=METHOD, tolerances={"build_up": BUILD_UP}),
     )
 
 
-def resonance_data(drive: Drive, found: ResonanceSummary, changes: tuple[Remedy, ...]) -> dict[str, Any]:
+def resonance_data(
+    drive: Drive, found: ResonanceSummary, changes: tuple[Remedy, ...], load_torque: float = 0.0
+) -> dict[str, Any]:
     """The summary as JSON gives it.
 
     Parameters
@@ -75,6 +127,8 @@ def resonance_data(drive: Drive, found: ResonanceSummary, changes: tuple[Remedy,
     drive : Drive
     found : ResonanceSummary
     changes : tuple of Remedy
+    load_torque : float, default 0.0
+        Steady torque on the load pulley [N m].
 
     Returns
     -------
@@ -98,7 +152,13 @@ def resonance_data(drive: Drive, found: ResonanceSummary, changes: tuple[Remedy,
             "pulley_amplitude": standing.amplitude,
             "slack": standing.slack,
         }
-        data["sensitivity"] = sensitivity(drive, found.torque)
+        data["sensitivity"] = sensitivity(drive, found.torque, load_torque)
+    if found.split:
+        data["load_torque"] = load_torque
+        data["tuned_pretension_under_load"] = {
+            span: Absent(reason="no pretension in reach tunes it") if value is None else value
+            for span, value in found.split.items()
+        }
     data["pairs"] = [
         {
             "span": pair.span,
@@ -116,6 +176,54 @@ def resonance_data(drive: Drive, found: ResonanceSummary, changes: tuple[Remedy,
         {"change": change.change, "value": change.value, "text": change.text} for change in changes
     ]
     return data
+
+
+def alarm_data(judged: AlarmResult) -> dict[str, Any]:
+    """The verdict on a motion as JSON gives it.
+
+    Parameters
+    ----------
+    judged : AlarmResult
+
+    Returns
+    -------
+    dict
+        SI.
+    """
+    return {
+        "verdict": judged.verdict,
+        "remedy": judged.remedy,
+        "floor": judged.floor,
+        "limit": judged.limit,
+        "largest_pulley": judged.largest_pulley,
+        "slack": judged.slack,
+        "modes": judged.modes,
+    }
+
+
+def alarm_text(judged: AlarmResult) -> str:
+    """The verdict on a motion for people: the three modes that grow most.
+
+    Parameters
+    ----------
+    judged : AlarmResult
+
+    Returns
+    -------
+    str
+    """
+    from cabledrive.report.numbers import quantity
+
+    lines = [f"the motion: {judged.verdict}", f"  {judged.remedy}"]
+    if judged.slack:
+        lines.append("  the torque alone takes a span's tension away on the way")
+    for mode in judged.modes[:3]:
+        where = f"{mode.span}, {mode.section[0]:.4g} to {mode.section[1]:.4g} m, m = {mode.number}"
+        lines.append(
+            f"  {where:<32} grows {np.exp(min(mode.gain, 700.0)):.3g} times from {mode.start:.3g} s to "
+            f"{mode.end:.3g} s, reaches {quantity(mode.largest, 'm')}"
+        )
+    return "\n".join(lines)
 
 
 def _number(found: ResonanceSummary, name: str) -> Any:
@@ -152,6 +260,9 @@ def _text(drive: Drive, found: ResonanceSummary, changes: tuple[Remedy, ...]) ->
             tuned = "-" if pair.tuned_pretension is None else quantity(pair.tuned_pretension, "N")
             where = f"{pair.span}, {pair.section[0]:.4g} to {pair.section[1]:.4g} m, m = {pair.number}"
             lines.append(f"  {where:<32} ratio {pair.ratio:.4f}   tuned at {tuned}")
+    if found.split:
+        tuned = ", ".join(f"{span} {_shown(value, 'N', quantity)}" for span, value in found.split.items())
+        lines += ["", f"under the steady load each span is tuned at its own pretension: {tuned}"]
     if changes:
         lines += ["", "what would make it safe, each by itself:", *(f"  {change.text}" for change in changes)]
     return "\n".join(lines)
