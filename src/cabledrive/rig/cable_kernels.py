@@ -13,8 +13,10 @@ from cabledrive.rig.sample_kernels import decide, keep_score, write_row
 from cabledrive.simulation.channels import MEAN_TENSION
 from cabledrive.simulation.kernels.verlet import march_any
 from cabledrive.simulation.plan import WEIGHT_U, Plan
-from cabledrive.simulation.state import LOWER_SLACK, UPPER_SLACK, State
+from cabledrive.simulation.state import State
 from cabledrive.simulation.workspace import Workspace
+
+HANGS = 0.01  # share of the pretension below which a span hangs from its ends: it sags rather than pushes
 
 
 class CableNumbers(NamedTuple):
@@ -67,7 +69,7 @@ def read_shafts(plan: Plan, cable: State, numbers: CableNumbers, x: Array) -> No
 
 @njit_in_place
 def look_at_cable(plan: Plan, cable: State, numbers: CableNumbers, x: Array, score: Array) -> None:
-    """Largest twist, how far the middle of a span is from the mean of its ends, sway, and slack."""
+    """Largest twist, how far the middle of a span is from the mean of its ends, and sway."""
     n, u, far = numbers.shafts, cable.x, plan.segments
     score[7] = max(score[7], abs(x[n - 2] - x[n - 1]))
     for span in range(plan.spans):
@@ -77,8 +79,6 @@ def look_at_cable(plan: Plan, cable: State, numbers: CableNumbers, x: Array, sco
     for axis in range(1, 3):
         for i in range(u.shape[1]):
             score[12] = max(score[12], abs(u[axis, i]) - numbers.middle[axis - 1])
-    if cable.counts[UPPER_SLACK] + cable.counts[LOWER_SLACK] > 0:
-        score[9] += 1.0
 
 
 @njit_in_place
@@ -160,6 +160,11 @@ def run_cable_loop(
         code = march_any(plan, cable, work, torques, forces, numbers.steps, row, fields)
         if tensions.shape[0] > 0:
             tensions[k, 0], tensions[k, 1] = row[0, MEAN_TENSION], row[0, MEAN_TENSION + 1]
+        least = HANGS * plan.pretension
+        if row[0, MEAN_TENSION] < least or (plan.closed and row[0, MEAN_TENSION + 1] < least):
+            s.summary[9] += 1.0
+            if plan.stop_when_slack:
+                code = 1
         if code != 0:
             s.discrete[2] = WENT_SLACK if code == 1 else DIVERGED
             ended = k + 1

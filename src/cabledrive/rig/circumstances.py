@@ -129,18 +129,11 @@ def disturbing_torques(options: RigOptions, interval: float, samples: int) -> Ar
     -------
     ndarray, shape (samples, 2)
         [N m].
-
-    Raises
-    ------
-    InputRefused
-        If a disturbance acts on something else.
     """
     forces = np.zeros((samples, 2))
     for step in options.disturbances:
-        column = {"motor": 0, "load": 1}.get(step.on)
-        if column is None:
-            raise InputRefused(f"disturbance on {step.on!r} is not known: take motor or load")
-        forces[round(step.start / interval) : round(step.end / interval), column] += step.torque
+        last = samples if step.end >= samples * interval else round(step.end / interval)
+        forces[round(step.start / interval) : last, 0 if step.on == "motor" else 1] += step.torque
     return forces
 
 

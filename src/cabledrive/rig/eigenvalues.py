@@ -2,16 +2,17 @@
 
 from dataclasses import dataclass
 from math import pi
+from typing import Any
 
 import numpy as np
 
 from cabledrive.control.darc import darc_step
 from cabledrive.control.numbers import DARC, LINEAR, NOMINAL
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.reduction.lumped_chain import state_space
+from cabledrive.reduction.lumped_chain import LumpedChain, state_space
 from cabledrive.rig.controllers import Controller
 from cabledrive.rig.fitting import place
-from cabledrive.rig.loop import plant_chain
+from cabledrive.rig.loop import Loop, plant_chain
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,7 +54,48 @@ def closed_loop_poles(
     InputRefused
         If the law is of another kind.
     """
-    chain = plant_chain(drive, plant_model)
+    return poles_of(plant_chain(drive, plant_model), controller)
+
+
+def pole_words(loop: Loop) -> dict[str, Any]:
+    """Poles of a loop's law on its row of inertias, in words.
+
+    Parameters
+    ----------
+    loop : Loop
+
+    Returns
+    -------
+    dict
+        None with a reason for laws of another kind.
+    """
+    try:
+        poles = poles_of(loop.chain, loop.controller)
+    except InputRefused as refusal:
+        return {"closed_loop_poles": None, "closed_loop_poles_reason": str(refusal)}
+    words = [{"frequency_hz": pole.frequency, "damping_ratio": pole.damping_ratio} for pole in poles]
+    return {"closed_loop_poles": words}
+
+
+def poles_of(chain: LumpedChain, controller: Controller) -> tuple[Pole, ...]:
+    """Poles of a law on a row of inertias, with true states, fixed estimates, and no Coulomb friction.
+
+    Parameters
+    ----------
+    chain : LumpedChain
+        The plant, at the first shaft.
+    controller : Controller
+
+    Returns
+    -------
+    tuple of Pole
+        Ascending in frequency, one entry for each pair.
+
+    Raises
+    ------
+    InputRefused
+        If the law is none of the chain, or linear with a memory.
+    """
     a, b = state_space(chain)
     n, law = chain.size, controller.law
     places = [place(chain, shaft) for shaft in controller.shafts]

@@ -2,15 +2,21 @@
 
 import numpy as np
 
+from cabledrive.parameters import Drive
+from cabledrive.rig.loop_numbers import Array
 from cabledrive.rig.tracking import Tracking
 
+LOAD_CELL_SEED = 1
 
-def log_text(tracking: Tracking) -> str:
-    """The log as comma-separated values: time, torque, encoder angles, reference.
+
+def log_text(tracking: Tracking, drive: Drive | None = None) -> str:
+    """The log as comma-separated values: time, torque, encoder angles, reference, load cell.
 
     Parameters
     ----------
     tracking : Tracking
+    drive : Drive, optional
+        The drive as it is; its load cell, if it has one, is logged.
 
     Returns
     -------
@@ -18,6 +24,35 @@ def log_text(tracking: Tracking) -> str:
     """
     shafts = tracking.summary["encoders"]
     head = ["time [s]", "torque [N m]", *(f"{shaft} angle [rad]" for shaft in shafts), "reference [rad]"]
-    columns = np.column_stack((tracking.time, tracking.torque, tracking.encoder_angles, tracking.reference))
-    lines = [",".join(f"{value:.10g}" for value in row) for row in columns]
+    columns = [tracking.time, tracking.torque, *tracking.encoder_angles.T, tracking.reference]
+    cell = None if drive is None else load_cell(tracking, drive)
+    if cell is not None:
+        head.append("load cell force [N]")
+        columns.append(cell)
+    lines = [",".join(f"{value:.10g}" for value in row) for row in np.column_stack(columns)]
     return "\n".join([",".join(head), *lines]) + "\n"
+
+
+def load_cell(tracking: Tracking, drive: Drive) -> Array | None:
+    r"""What a load cell says that holds the load pulley against both spans, with its noise.
+
+    .. math:: F = T_1 + T_2 - 2\rho v^2
+
+    Parameters
+    ----------
+    tracking : Tracking
+    drive : Drive
+        The drive as it is.
+
+    Returns
+    -------
+    ndarray, shape (samples,), or None
+        [N]; None where there is no load cell, or no tension is known.
+    """
+    noise = drive.sensors.load_cell_noise if drive.sensors else None
+    if noise is None or tracking.tensions is None:
+        return None
+    generator = np.random.default_rng((tracking.summary["seed"], LOAD_CELL_SEED))
+    rim = drive.drive_pulley.radius * tracking.speeds[:, -1]
+    carried = drive.cable.stretched_mass_per_length * rim**2
+    return tracking.tensions.sum(axis=1) - 2.0 * carried + noise * generator.normal(size=len(rim))

@@ -32,7 +32,7 @@ def why_ended(loop: Loop, done: Run) -> str | None:
 
 
 def span_tensions(loop: Loop, actual: Drive, log: Array) -> Array | None:
-    """Tension of both spans of a row of inertias, by the twist between the pulleys.
+    """Tension of both spans by the twist between the pulleys, without that of the dampers.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def span_tensions(loop: Loop, actual: Drive, log: Array) -> Array | None:
     n, chain = loop.chain.size, loop.chain
     if "load" not in chain.names or actual.kind != "loop":
         return None
-    twist, rate = log[:, n - 2] - log[:, n - 1], log[:, 2 * n - 2] - log[:, 2 * n - 1]
-    share = (chain.stiffness[-1] * twist + chain.damping[-1] * rate) / (2.0 * actual.drive_pulley.radius)
+    twist = log[:, n - 2] - log[:, n - 1]
+    share = chain.stiffness[-1] * twist / (2.0 * actual.drive_pulley.radius)
     both = actual.cable.pretension + np.column_stack((-share, share))
     return np.maximum(both, 0.0)

@@ -55,6 +55,16 @@ class Disturbance:
     end: float
     on: str = "load"
 
+    def __post_init__(self) -> None:
+        if self.on not in ("motor", "load"):
+            raise InputRefused(f'disturbance on "{self.on}" is not known: take motor or load')
+        if not isfinite(self.torque):
+            raise InputRefused(f"disturbance = {self.torque:.4g} N m must be finite: give a torque")
+        if not 0.0 <= self.start < self.end:
+            raise InputRefused(
+                f"disturbance from {self.start:.4g} s to {self.end:.4g} s is no time: swap them"
+            )
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RigOptions:

@@ -11,6 +11,7 @@ from cabledrive.parameters import Drive
 from cabledrive.rig.assumptions import broken_assumptions, plant_model
 from cabledrive.rig.cable_plant import cable_words
 from cabledrive.rig.controllers import Controller
+from cabledrive.rig.eigenvalues import pole_words
 from cabledrive.rig.loop import Loop, Run
 from cabledrive.rig.loop_numbers import ESTIMATES, SUMMARY, Array
 from cabledrive.rig.run_facts import span_tensions, why_ended
@@ -45,7 +46,7 @@ class Tracking:
     stuck : ndarray of bool, shape (samples,)
         Whether the motor stood still by friction.
     tensions : ndarray, shape (samples, 2), or None
-        Mean tension of upper and lower span [N]; None without a flexible cable.
+        Mean tension of upper and lower span, without damping [N]; None without a flexible cable.
     bound : ndarray, shape (samples,), or None
         The tube of the theorem for the error [rad].
     incomplete : str or None
@@ -101,6 +102,7 @@ def told(
     incomplete = why_ended(loop, done)
     summary = summary_of(loop, done, error, motion, options, seed)
     summary |= bound_words(bound, error, broken, loop.gear)
+    summary |= pole_words(loop)
     summary["estimates_within_bounds"] = within(estimates, made)
     if incomplete:
         summary["ended_at"] = ended * loop.rig.interval

@@ -4,7 +4,15 @@ from typing import Any
 
 import click
 
-from cabledrive.app.options import NewFile, NewFileType, Subcommand, answering, drive_argument, saves_answer
+from cabledrive.app.options import (
+    NewFile,
+    NewFileType,
+    Quantity,
+    Subcommand,
+    answering,
+    drive_argument,
+    saves_answer,
+)
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import Drive, load_drive
 
@@ -24,7 +32,7 @@ METHOD = "hybrid simulation: exact between samples, stick-slip events on the exa
 )
 @click.option("--bandwidth", type=float, metavar="HZ", help="lambda/(2 pi) instead of the printed one.")
 @click.option("--gains", type=click.Choice(["printed", "best"]), default="printed", show_default=True)
-@click.option("--plant", metavar="NAME", help="model-1 to model-4; by default the highest the data allow.")
+@click.option("--plant", metavar="NAME", help="model-1 to model-4, cable; by default the highest model.")
 @click.option("--angle", type=float, default=45.0, show_default=True, metavar="DEG", help="Of each pulse.")
 @click.option("--rise", type=float, default=0.5, show_default=True, metavar="S", help="Rise time.")
 @click.option("--dwell", type=float, default=0.5, show_default=True, metavar="S", help="Rest after a move.")
@@ -45,7 +53,28 @@ METHOD = "hybrid simulation: exact between samples, stick-slip events on the exa
 @click.option("--ideal-sensors", is_flag=True, help="The law sees true angles and speeds.")
 @click.option("--smooth-friction", is_flag=True, help="c tanh(50 w) in the plant instead of stick-slip.")
 @click.option("--no-adaptation", is_flag=True, help="Estimates stay where they start.")
-@click.option("--tension-only", is_flag=True, help="Go on where a span would go slack.")
+@click.option("--tension-only", is_flag=True, help="Go on where a span goes slack; it carries nothing then.")
+@click.option(
+    "--as-printed",
+    is_flag=True,
+    help="The cable as plant keeps its own EA and damping, not those of [lumped].",
+)
+@click.option(
+    "--segments", type=int, default=8, show_default=True, metavar="N", help="Per span of the cable as plant."
+)
+@click.option(
+    "--jitter", type=Quantity("s"), default=0.0, metavar="S", help="Standard deviation of the sample times."
+)
+@click.option(
+    "--disturbance",
+    "disturbances",
+    multiple=True,
+    metavar="SHAFT:NM:START:END",
+    help="Torque on motor or load, as load:0.05:0.3:0.6; without an end it stays.",
+)
+@click.option(
+    "--blind", metavar="SHAFT:START:END", help="An encoder that gives no number for a while, as load:0.1:0.2."
+)
 @click.option(
     "--plant-set", "plant_settings", multiple=True, metavar="KEY=VALUE", help="As --set, of the plant only."
 )
@@ -61,6 +90,7 @@ def command(drive: Drive, log_file: NewFile | None, plant_settings: tuple[str, .
     """Let a control law follow pulses of the load pulley of DRIVE, on a rig with encoders and friction."""
     from cabledrive.rig import Motion, RigOptions, track
     from cabledrive.rig.log_file import log_text
+    from cabledrive.rig.spoken_options import spoken_blindness, spoken_disturbance
 
     given = click.get_current_context().params
     actual = None
@@ -80,6 +110,11 @@ def command(drive: Drive, log_file: NewFile | None, plant_settings: tuple[str, .
             ideal_sensors=wish["ideal_sensors"],
             smooth_friction=wish["smooth_friction"],
             forbid_slack=not wish["tension_only"],
+            as_printed=wish["as_printed"],
+            segments=wish["segments"],
+            jitter=wish["jitter"],
+            disturbances=tuple(spoken_disturbance(words) for words in wish["disturbances"]),
+            blind=spoken_blindness(wish["blind"]),
         ),
         plant_drive=actual,
         seed=wish["seed"],
@@ -87,7 +122,7 @@ def command(drive: Drive, log_file: NewFile | None, plant_settings: tuple[str, .
         draws=wish["draws"],
     )
     if log_file is not None:
-        log_file.write(log_text(found))
+        log_file.write(log_text(found, actual or drive))
     said = found.summary
     return Answer(
         data=said,
@@ -111,6 +146,7 @@ def _text(drive: Drive, said: dict[str, Any]) -> str:
         lines.append(f"  bound           {said['theory_bound_deg']:9.4f} deg")
     if said["broken_assumptions"]:
         lines.append("  the theorem's assumptions do not hold: " + "; ".join(said["broken_assumptions"]))
+    lines += _circumstances(said)
     if "over_draws" in said:
         over = said["over_draws"]
         lines.append(
@@ -118,3 +154,26 @@ def _text(drive: Drive, said: dict[str, Any]) -> str:
             f"worst {over['worst_peak_error_deg']:.4f} deg"
         )
     return "\n".join(lines)
+
+
+def _circumstances(said: dict[str, Any]) -> list[str]:
+    lines = []
+    if said["closed_loop_poles"]:
+        poles = ", ".join(
+            f"{pole['frequency_hz']:.1f} Hz ({pole['damping_ratio']:.2f})"
+            for pole in said["closed_loop_poles"]
+        )
+        lines.append(f"  poles on the plant, true states: {poles}")
+    if said["slack_samples"]:
+        lines.append(f"  a span was slack at {said['slack_samples']} samples; {said['slack_rule']}")
+    if said["invalid_samples"]:
+        lines.append(
+            f"  the last command was held at {said['invalid_samples']} samples for want of a reading"
+        )
+    if "cable" in said:
+        cable = said["cable"]
+        lines.append(
+            f"  spillover       {cable['spillover_deg']:9.2e} deg   1:2 coupling: {cable['one_to_two']} "
+            f"(ratio {cable['frequency_ratio']:.1f})"
+        )
+    return lines

@@ -1,0 +1,64 @@
+"""Disturbances and failures of sensors as words: ``load:0.05:0.3:0.6``."""
+
+from math import isfinite
+
+from cabledrive.parameters import InputRefused
+from cabledrive.parameters.units import to_si
+from cabledrive.rig.setting import Disturbance
+
+SHAFTS = ("motor", "drive", "load")
+
+
+def spoken_disturbance(words: str) -> Disturbance:
+    """A torque that steps in: shaft, torque, start and end.
+
+    Parameters
+    ----------
+    words : str
+        Such as ``load:0.05:0.3:0.6`` or ``motor:20 mN m:0.1 s:0.2 s``; without an end it stays.
+
+    Returns
+    -------
+    Disturbance
+
+    Raises
+    ------
+    InputRefused
+        If it is not understood.
+    """
+    parts = words.split(":")
+    if len(parts) not in (3, 4):
+        raise InputRefused(f'disturbance "{words}" is not SHAFT:TORQUE:START:END: write load:0.05:0.3:0.6')
+    end = to_si(parts[3], "s") if len(parts) == 4 else float("inf")
+    return Disturbance(torque=to_si(parts[1], "N m"), start=to_si(parts[2], "s"), end=end, on=parts[0])
+
+
+def spoken_blindness(words: str | None) -> tuple[str, float, float] | None:
+    """An encoder that gives no number for a while: shaft, start and end.
+
+    Parameters
+    ----------
+    words : str or None
+        Such as ``load:0.1:0.11``.
+
+    Returns
+    -------
+    (str, float, float) or None
+        Shaft, start and end [s].
+
+    Raises
+    ------
+    InputRefused
+        If it is not understood.
+    """
+    if words is None:
+        return None
+    parts = words.split(":")
+    if len(parts) != 3 or parts[0] not in SHAFTS:
+        raise InputRefused(f'blind encoder "{words}" is not SHAFT:START:END: write load:0.1:0.11')
+    start, end = to_si(parts[1], "s"), to_si(parts[2], "s")
+    if not (isfinite(start) and isfinite(end) and 0.0 <= start <= end):
+        raise InputRefused(
+            f'blind encoder "{words}": from {start:.4g} s to {end:.4g} s is no time: swap them'
+        )
+    return parts[0], start, end
