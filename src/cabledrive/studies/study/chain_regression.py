@@ -1,0 +1,192 @@
+r"""What logs of the whole drive tell: motor, friction and load from the sum of torques, cable and joint.
+
+With the angles of all shafts measured, the sum of the equations of motion holds no spring,
+
+.. math:: \tau = J_1\ddot\theta_1 + J_2 g\,\ddot\theta_2 + b\dot\theta_1 + c\,\mathrm{sgn}\,\dot\theta_1 - d ,
+
+the load's own equation no torque, and the twist of the joint is the torque that passes it over its stiffness.
+Each is solved with filters of several bandwidths; an interval covers what that choice moves.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.identification.filters import difference, zero_phase
+from cabledrive.identification.identifiability import blind_parameters, blind_words, weak_words
+from cabledrive.identification.logs.log import Log
+from cabledrive.identification.regression import Factors, Fit, factor, joined, solve, suited_segments
+from cabledrive.parameters import Drive, InputRefused
+from cabledrive.studies.study.machine import has_flexible_joint, values_of
+from cabledrive.studies.study.spring_regression import around, tell_cable, tell_joint
+
+Array = NDArray[np.float64]
+
+BANDWIDTHS = (10.0, 15.0, 22.0)
+SPLITS = (-0.1, 0.0, 0.1)
+SIGN_BANDS = 2.5
+SLOW = 0.5
+"""Speed below which friction's sign is not trusted [rad/s]."""
+
+SEGMENTS = 120
+WEAK_SHARE = 0.1
+"""Share of the torque that an uncertainty as large as its parameter must make to count as not determined."""
+
+CHANNELS = ("torque", "angle", "load_angle")
+NAMES = ("near_inertia", "load_inertia", "viscous_friction", "coulomb_friction", "offset_torque")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Told:
+    """What logs say of some quantities.
+
+    Attributes
+    ----------
+    intervals : dict of str to (float, float, float)
+        Value, lower and upper bound of what could be told.
+    undetermined : tuple of str
+        What could not, in words.
+    residual : float
+        Of the sum of torques, relative to the torque.
+    kept : float
+        Share of the samples that could be used.
+    """
+
+    intervals: dict[str, tuple[float, float, float]]
+    undetermined: tuple[str, ...]
+    residual: float
+    kept: float
+
+
+def whole_drive(log: Log) -> bool:
+    """Whether a log shows torque, motor and load.
+
+    Parameters
+    ----------
+    log : Log
+
+    Returns
+    -------
+    bool
+    """
+    return all(name in log.channels for name in CHANNELS)
+
+
+def tell(logs: Sequence[Log], drive: Drive) -> Told:
+    """Identify a whole drive from logs that show motor and load.
+
+    Parameters
+    ----------
+    logs : sequence of Log
+        For which `whole_drive` holds.
+    drive : Drive
+        For radii, and the split of the near inertia between motor and drive pulley.
+
+    Returns
+    -------
+    Told
+
+    Raises
+    ------
+    InputRefused
+        If a channel stands still, or the logs are too short.
+    """
+    for log in logs:
+        for name in CHANNELS:
+            if np.ptp(log.channel(name)) == 0.0:
+                raise InputRefused(f"{log.source}: {name} is constant: a log must move the drive")
+    fits = list(_fits(logs, drive))
+    middle, sizes, kept = fits[0]
+    blind = blind_parameters(middle)
+    found = {name: _interval(name, fits) for name in NAMES if name not in blind}
+    weak = [name for name in found if _is_weak(name, found[name], sizes, middle)]
+    words = blind_words(middle) + tuple(weak_words(name) for name in weak)
+    found = {name: interval for name, interval in found.items() if name not in weak}
+    for name in ("near_inertia", "load_inertia"):
+        if name in found and found[name][0] <= 0.0:
+            del found[name]
+            words += (f"{name.replace('_', ' ')} comes out negative: is a sign or a unit wrong?",)
+    found |= tell_cable(logs, drive, found)
+    if "cable_stiffness" not in found and "load_inertia" in found:
+        words += ("the cable's stiffness is not determined: the load never turns against the drive pulley",)
+    if has_flexible_joint(drive) and {"near_inertia", "load_inertia"} <= set(found):
+        found |= tell_joint(logs, drive, found)
+        if "joint_stiffness" not in found:
+            words += (
+                "the motor joint's stiffness is not determined: its twist is within the encoders' counts",
+            )
+    residual = middle.residual / middle.scale if middle.scale else 1.0
+    return Told(intervals=found, undetermined=words, residual=float(residual), kept=kept)
+
+
+def _fits(logs: Sequence[Log], drive: Drive) -> Iterator[tuple[Fit, Array, float]]:
+    """The sum of torques and the size of each regressor; middle band and the drive's own split first."""
+    share = values_of(drive).get("motor_share", 1.0)
+    order = (1, 0, 2)
+    for band in order:
+        for split in order:
+            if split != 1 and not has_flexible_joint(drive):
+                continue
+            parts = [_sum_rows(log, drive, BANDWIDTHS[band], share + SPLITS[split]) for log in logs]
+            kept = sum(part.rows for part, _ in parts) / sum(total for _, total in parts)
+            factors = joined([part for part, _ in parts])
+            squares = (factors.triangles**2).sum(axis=(0, 1))[:-1]
+            yield solve(suited_segments(factors)), np.sqrt(squares / factors.rows), float(kept)
+
+
+def _sum_rows(log: Log, drive: Drive, band: float, share: float) -> tuple[Factors, int]:
+    h = log.interval
+    band = min(band, 0.1 / h)
+    near = zero_phase(log.channel("angle"), h, band)
+    speed = difference(near, h)
+    acceleration = difference(speed, h)
+    if "drive_angle" in log.channels and has_flexible_joint(drive):
+        pulley = zero_phase(log.channel("drive_angle"), h, band)
+        acceleration = share * acceleration + (1.0 - share) * difference(difference(pulley, h), h)
+    gear = drive.load_pulley.radius / drive.drive_pulley.radius
+    load = difference(difference(zero_phase(log.channel("load_angle"), h, band), h), h)
+    quick = difference(zero_phase(log.channel("angle"), h, min(SIGN_BANDS * band, 0.4 / h)), h)
+    sign = zero_phase(np.sign(quick), h, band)
+    columns = np.column_stack([acceleration, load / gear, speed, sign, -np.ones(len(log))])
+    keep, step = _usable(log, quick, band)
+    if keep.sum() < 200:
+        why = "it hardly turns, or its torque saturates"
+        raise InputRefused(
+            f"{log.source}: {keep.sum()} samples can be used ({why}): record again, move it more"
+        )
+    segments = max(12, min(SEGMENTS, int(keep.sum()) // 20))
+    left = zero_phase(log.channel("torque"), h, band)
+    return factor(columns[keep], left[keep], NAMES, segments), len(log) // step
+
+
+def _usable(log: Log, quick: Array, band: float) -> tuple[NDArray[np.bool_], int]:
+    """Rows away from the ends, from standstill and from saturation, thinned to what the filter leaves."""
+    h = log.interval
+    reach = max(3, int(0.5 / (band * h)))
+    bad = np.abs(quick) < SLOW
+    if "torque" in log.saturated:
+        bad = bad | log.saturated["torque"]
+    near = np.convolve(bad, np.ones(reach), "same") > 0.5
+    step = max(1, int(0.02 / (band * h)))
+    keep = ~near & (np.arange(len(log)) % step == 0)
+    edge = int(2.0 / (band * h))
+    keep[:edge] = keep[max(len(log) - edge, 0) :] = False
+    return keep, step
+
+
+def _interval(name: str, fits: Sequence[tuple[Fit, Array, float]]) -> tuple[float, float, float]:
+    """Value at the middle bandwidth; bounds that hold the others' and a residual that hides in it alone."""
+    place = NAMES.index(name)
+    values = np.array([fit.values[place] for fit, _, _ in fits])
+    first, sizes, _ = fits[0]
+    hidden = first.residual / sizes[place] if sizes[place] > 0.0 else 0.0
+    moved = float(first.half_width()[place] + np.max(np.abs(values - values[0])))
+    return around(name, float(values[0]), moved + float(hidden))
+
+
+def _is_weak(name: str, interval: tuple[float, float, float], sizes: Array, fit: Fit) -> bool:
+    value, low, high = interval
+    half = 0.5 * (high - low)
+    return bool(half > abs(value) and half * sizes[NAMES.index(name)] > WEAK_SHARE * fit.scale)

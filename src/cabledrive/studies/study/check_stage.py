@@ -1,0 +1,126 @@
+"""Stage 1: the drive and the data: what follows from the file, what is odd, what the logs hold."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from cabledrive.identification.logs.log import Log
+from cabledrive.mechanics import derived_quantities, practitioner_warnings
+from cabledrive.parameters import Drive
+from cabledrive.rig.fitting import SHAFTS
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LogWords:
+    """One log in short.
+
+    Attributes
+    ----------
+    name : str
+    sha256 : str
+    rows : int
+    duration : float
+        [s].
+    sample_rate : float
+        [Hz].
+    channels : dict of str to str
+        SI unit by channel.
+    repaired, findings : tuple of str
+    """
+
+    name: str
+    sha256: str
+    rows: int
+    duration: float
+    sample_rate: float
+    channels: dict[str, str]
+    repaired: tuple[str, ...]
+    findings: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CheckResult:
+    """What the check found.
+
+    Attributes
+    ----------
+    derived : dict of str to float or None
+        Closed formulas of the datasheet, SI.
+    warnings : tuple of str
+        What a practitioner would look at twice.
+    missing : tuple of str
+        What a controller needs and the file does not give, with the remedy.
+    logs : tuple of LogWords
+    """
+
+    derived: dict[str, float | None]
+    warnings: tuple[str, ...]
+    missing: tuple[str, ...]
+    logs: tuple[LogWords, ...]
+
+
+def check(drive: Drive, logs: Sequence[Log], hashes: Sequence[str]) -> CheckResult:
+    """Check a drive and its logs.
+
+    Parameters
+    ----------
+    drive : Drive
+    logs : sequence of Log
+    hashes : sequence of str
+        SHA-256 of each log's file.
+
+    Returns
+    -------
+    CheckResult
+    """
+    derived = derived_quantities(drive).as_dict()
+    return CheckResult(
+        derived={k: v for k, v in derived.items() if v is None or isinstance(v, float)},
+        warnings=tuple(practitioner_warnings(drive)),
+        missing=missing_for_control(drive),
+        logs=tuple(_in_short(log, digest) for log, digest in zip(logs, hashes, strict=True)),
+    )
+
+
+def missing_for_control(drive: Drive) -> tuple[str, ...]:
+    """What stands between a drive file and a controller.
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    tuple of str
+        Empty where a controller can be designed.
+    """
+    found = []
+    sensors = drive.sensors
+    if sensors is None or sensors.sample_rate is None:
+        found.append('sensors.sample_rate is missing: give it, such as "5 kHz"')
+    if sensors is None or sensors.load_encoder is None:
+        found.append("sensors.load_encoder is missing, and the load's angle is what is controlled: fit one")
+    if sensors is not None and all(getattr(sensors, f"{shaft}_encoder") is None for shaft in SHAFTS[:2]):
+        found.append("neither sensors.motor_encoder nor sensors.drive_encoder is given: fit one")
+    if drive.carriage:
+        found.append(
+            f"{len(drive.carriage)} carriages ride on the cable, and the reduced models hold none: "
+            "the controller stages apply to a load pulley"
+        )
+    if any(pulley.fixed for pulley in drive.pulley):
+        found.append("a pulley is fixed, so nothing turns at that end: the controller stages need two")
+    return tuple(found)
+
+
+def _in_short(log: Log, digest: str) -> LogWords:
+    report = log.report
+    return LogWords(
+        name=Path(log.source).name,
+        sha256=digest,
+        rows=report.rows,
+        duration=float(report.duration),
+        sample_rate=float(log.sample_rate),
+        channels=dict(log.units),
+        repaired=report.repaired,
+        findings=report.findings,
+    )

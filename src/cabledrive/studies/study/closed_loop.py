@@ -1,0 +1,189 @@
+"""The law of a study in closed loop: made from what is known, run on this plant or that."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from math import pi
+
+import numpy as np
+
+from cabledrive.control.darc import darc_numbers
+from cabledrive.control.darc_gains import RATIO, Bounds, DarcGains
+from cabledrive.control.flat_output import flat_output
+from cabledrive.control.kalman import QUIET
+from cabledrive.control.reference import flat_reference
+from cabledrive.parameters import Drive
+from cabledrive.reduction.models import FLEXIBLE_JOINT
+from cabledrive.rig.controllers import DAMPED_SHARE, Controller, own_filter
+from cabledrive.rig.fitting import fitted_encoders, law_shafts
+from cabledrive.rig.loop import Loop, close_loop, plant_chain
+from cabledrive.rig.other_plants import with_plant
+from cabledrive.rig.setting import Motion, RigOptions
+from cabledrive.rig.trial import wish_for
+from cabledrive.studies.study.machine import Quantity, drive_with
+
+MOTOR_SIDE = ("viscous_friction", "coulomb_friction", "offset_torque")
+
+
+def projection_bounds(quantities: Mapping[str, Quantity], drive: Drive, model: int) -> Bounds:
+    """Bounds of the estimates p2 to p5 from what is known.
+
+    Parameters
+    ----------
+    quantities : mapping of str to Quantity
+    drive : Drive
+        With the best values.
+    model : {1, 3, 4}
+        Of the law.
+
+    Returns
+    -------
+    Bounds
+    """
+    near = quantities["near_inertia"]
+    low, high = near.outer
+    if FLEXIBLE_JOINT[model]:
+        share = quantities["motor_share"]
+        low, high = low * share.outer[0], high * share.outer[1]
+    elif model == 1:
+        gear = drive.load_pulley.radius / drive.drive_pulley.radius
+        load = quantities["load_inertia"].outer
+        low, high = low + load[0] / gear**2, high + load[1] / gear**2
+    chain = plant_chain(drive, model)
+    nominal = np.array([chain.inertias[0], chain.viscous[0], chain.coulomb[0], chain.offsets[0]])
+    lows, highs = np.array([[low, high], *(quantities[name].outer for name in MOTOR_SIDE)]).T
+    return Bounds(nominal=nominal, low=np.minimum(lows, nominal), high=np.maximum(highs, nominal))
+
+
+def make_law(
+    drive: Drive, motion: Motion, quantities: Mapping[str, Quantity], model: int, hertz: float
+) -> Controller:
+    """The damped law of the chain, its projection bounds from what is known, at a bandwidth.
+
+    Parameters
+    ----------
+    drive : Drive
+        With the best values.
+    motion : Motion
+    quantities : mapping of str to Quantity
+    model : {1, 3, 4}
+    hertz : float
+        lambda/(2 pi) [Hz].
+
+    Returns
+    -------
+    Controller
+    """
+    wish = wish_for(drive, motion, bandwidth=hertz, feedback=near_encoder(drive))
+    chain = wish.model(model)
+    flat = flat_output(chain, damped=True)
+    reference = flat_reference(flat, wish.wanted(2 * chain.size), wish.interval)
+    bounds = projection_bounds(quantities, drive, model)
+    gains = DarcGains(
+        bandwidth=2.0 * pi * hertz,
+        sliding_rate=2.0 * pi * RATIO[model] * hertz,
+        adaptation_share=DAMPED_SHARE,
+    )
+    law = darc_numbers(
+        flat, gains, bounds, reference, wish.interval, friction_by_reference=True, desired=True
+    )
+    return Controller(
+        name=f"darc-{model}-damped",
+        law=law,
+        reference=reference,
+        shafts=law_shafts(model, wish.feedback),
+        start=bounds.nominal,
+        tuning=QUIET,
+        gains={"bandwidth_hz": hertz, "sliding_rate_hz": RATIO[model] * hertz, "k_sigma": law.k_sigma},
+        model=model,
+        damped=True,
+        bandwidth=gains.bandwidth,
+        flat=flat,
+        filter_model=own_filter(model, wish.feedback),
+    )
+
+
+def near_encoder(drive: Drive) -> str:
+    """Encoder that stands for the motor's angle where the law knows one only.
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    {"motor", "drive"}
+    """
+    return "motor" if "motor" in fitted_encoders(drive) else "drive"
+
+
+def joined_loop(
+    drive: Drive,
+    plant: Drive,
+    law: Controller,
+    motion: Motion,
+    torque: float | None,
+    *,
+    options: RigOptions | None = None,
+    cable: bool = False,
+) -> Loop:
+    """The law on a plant, with the torque limit of the goals.
+
+    Parameters
+    ----------
+    drive, plant : Drive
+        As believed, as it is.
+    law : Controller
+    motion : Motion
+    torque : float or None
+        Largest torque of the goals [N m].
+    options : RigOptions, optional
+    cable : bool, default False
+        Whether the plant is the distributed nonlinear cable.
+
+    Returns
+    -------
+    Loop
+    """
+    loop = close_loop(
+        drive, plant, law, motion, options or rig_options(plant), np.random.default_rng(0), cable=cable
+    )
+    limit = loop.rig.torque_limit if torque is None else min(torque, loop.rig.torque_limit)
+    return replace(loop, rig=loop.rig._replace(torque_limit=float(limit)))
+
+
+def rig_options(drive: Drive, *, ideal: bool = False) -> RigOptions:
+    """How the rig of a study differs from an ideal one: encoders with random phases, stick-slip, delay.
+
+    Parameters
+    ----------
+    drive : Drive
+    ideal : bool, default False
+        True states instead of encoders and filter.
+
+    Returns
+    -------
+    RigOptions
+    """
+    return RigOptions(feedback=near_encoder(drive), ideal_sensors=ideal, forbid_slack=True)
+
+
+def with_values(loop: Loop, drive: Drive, values: Mapping[str, float], phases: np.ndarray | None) -> Loop:
+    """The same law on another plant, its encoders at other phases.
+
+    Parameters
+    ----------
+    loop : Loop
+    drive : Drive
+        With the best values.
+    values : mapping of str to float
+        Quantities of the plant.
+    phases : ndarray or None
+        Of the encoders that are read, from -1/2 to 1/2; None: as they are.
+
+    Returns
+    -------
+    Loop
+    """
+    options = rig_options(drive, ideal=bool(np.all(loop.rig.counts == 0.0)))
+    fresh = with_plant(loop, plant_chain(drive_with(drive, values), None), options)
+    return fresh if phases is None else replace(fresh, rig=fresh.rig._replace(phases=phases))

@@ -1,0 +1,56 @@
+"""Plants drawn from what is known of a drive, each with a generator of its own."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from cabledrive.studies.study.machine import LOG, Quantity
+
+TWO_SIDED_95 = 1.96
+POSITIVE = 1e-3
+"""Smallest share of its best value that a drawn quantity may have."""
+
+
+def drawn_values(quantities: Mapping[str, Quantity], generator: np.random.Generator) -> dict[str, float]:
+    """One plant from what is known: normal where a log gave the interval, else anywhere within the bounds.
+
+    Parameters
+    ----------
+    quantities : mapping of str to Quantity
+    generator : numpy.random.Generator
+
+    Returns
+    -------
+    dict of str to float
+    """
+    found = {}
+    for name in sorted(quantities):
+        q = quantities[name]
+        if q.source == LOG:
+            value = generator.normal(q.value, q.half_width / TWO_SIDED_95)
+        else:
+            value = generator.uniform(q.low, q.high)
+        least = POSITIVE * abs(q.value) if name != "offset_torque" else -np.inf
+        most = 0.999 if name == "motor_share" else np.inf
+        found[name] = float(np.clip(value, least, most))
+    return found
+
+
+def drawn_plant(
+    quantities: Mapping[str, Quantity], encoders: int, seed: int, draw: int
+) -> tuple[dict[str, float], np.ndarray]:
+    """Quantities and encoder phases of one draw; every draw has a generator of its own.
+
+    Parameters
+    ----------
+    quantities : mapping of str to Quantity
+    encoders : int
+    seed, draw : int
+
+    Returns
+    -------
+    values : dict of str to float
+    phases : ndarray, shape (encoders,)
+    """
+    generator = np.random.default_rng([seed, draw])
+    return drawn_values(quantities, generator), generator.uniform(-0.5, 0.5, encoders)

@@ -1,0 +1,189 @@
+"""What a study is asked to reach: error, motion, load range and torque, from a small TOML file."""
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+from cabledrive.identification.logs.column_map import ColumnMap, column_map
+from cabledrive.parameters import InputRefused
+from cabledrive.parameters.fields import nearest
+from cabledrive.parameters.units import to_si
+from cabledrive.rig.setting import DEGREE, Motion
+
+QUANTITIES = {
+    "error": "rad",
+    "angle": "rad",
+    "duration": "s",
+    "dwell": "s",
+    "torque": "N m",
+}
+COUNTS = ("pulses", "order", "draws", "cable_draws", "seed")
+TABLES = ("goals", "motion", "acceptance")
+SPREADS = {"inertia": 0.1, "stiffness": 0.2, "damping": 0.5, "friction": 0.3}
+"""Relative half widths of what a datasheet says, where nothing else is stated."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Goals:
+    """Goals of a study and how it is to be tested.
+
+    Attributes
+    ----------
+    error : float or None
+        Largest error of the load angle [rad]; None: the stated bound itself is the goal.
+    angle, duration, dwell : float
+        Of each pulse of the load [rad], [s], [s].
+    pulses, order : int
+    torque : float or None
+        Largest torque [N m]; None: the motor's limit.
+    load_inertia : tuple of (float, float), or None
+        Smallest and largest inertia of the load pulley with its load [kg m^2].
+    draws, cable_draws : int
+        Plants of the acceptance, lumped and on the cable.
+    seed : int
+    spreads : mapping of str to float
+        Relative half widths of datasheet values, by kind, see `SPREADS`.
+    columns : ColumnMap
+        How the logs are to be read.
+    """
+
+    error: float | None = None
+    angle: float = 45.0 * DEGREE
+    duration: float = 0.5
+    dwell: float = 0.5
+    pulses: int = 1
+    order: int = 9
+    torque: float | None = None
+    load_inertia: tuple[float, float] | None = None
+    draws: int = 1000
+    cable_draws: int = 20
+    seed: int = 0
+    spreads: Mapping[str, float] = field(default_factory=lambda: dict(SPREADS))
+    columns: ColumnMap = field(default_factory=ColumnMap)
+
+    def __post_init__(self) -> None:
+        for name in ("error", "torque", "duration", "angle", "dwell"):
+            value = getattr(self, name)
+            if value is not None and not (isfinite(value) and value > 0.0):
+                unit = QUANTITIES[name]
+                raise InputRefused(f"{name} = {value:.4g} {unit} must be finite and above 0: correct it")
+        if self.draws < 1 or self.cable_draws < 0:
+            raise InputRefused(f"draws = {self.draws} must be at least 1, cable_draws = {self.cable_draws} 0")
+        if self.load_inertia is not None and not 0.0 < self.load_inertia[0] <= self.load_inertia[1]:
+            low, high = self.load_inertia
+            raise InputRefused(f"load_inertia = {low:.4g} to {high:.4g} kg m^2: give 0 < smallest <= largest")
+        for name, value in self.spreads.items():
+            if not 0.0 <= value < 1.0:
+                raise InputRefused(f"uncertainty.{name} = {value:.4g} must be from 0 to below 1, relative")
+
+    @property
+    def motion(self) -> Motion:
+        """The motion that is planned."""
+        return Motion(
+            angle=self.angle / DEGREE,
+            rise=self.duration,
+            dwell=self.dwell,
+            pulses=self.pulses,
+            order=self.order,
+        )
+
+
+def load_goals(path: str | Path) -> Goals:
+    """Read the goals of a study.
+
+    Parameters
+    ----------
+    path : path-like
+        TOML with tables ``[goals]``, ``[motion]``, ``[acceptance]``, ``[uncertainty]`` and ``[log]``; the
+        keys of the first three may stand without a table as well.
+
+    Returns
+    -------
+    Goals
+
+    Raises
+    ------
+    InputRefused
+        If it cannot be read or is not understood.
+    """
+    path = Path(path)
+    try:
+        return goals_of(tomllib.loads(path.read_text(encoding="utf-8")))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise InputRefused(f"{path.name}: {error}: write TOML with a table [goals]") from None
+    except InputRefused as refusal:
+        raise refusal.at(path.name) from None
+
+
+def goals_of(content: Mapping[str, Any]) -> Goals:
+    """Goals from a table of TOML.
+
+    Parameters
+    ----------
+    content : mapping
+
+    Returns
+    -------
+    Goals
+
+    Raises
+    ------
+    InputRefused
+        If a key is unknown or a value has another unit.
+    """
+    flat = {key: value for key, value in content.items() if not isinstance(value, Mapping)}
+    for table in TABLES:
+        flat |= _table(content, table)
+    known = (*QUANTITIES, *COUNTS, "load_inertia")
+    found: dict[str, Any] = {}
+    for key, value in flat.items():
+        if key not in known:
+            raise InputRefused(f"{key}: unknown key{nearest(key, known)}")
+        if key in QUANTITIES:
+            found[key] = _si(key, value, QUANTITIES[key])
+        elif key == "load_inertia":
+            found[key] = _range(value)
+        elif isinstance(value, bool) or not isinstance(value, int):
+            raise InputRefused(f"{key} = {value!r} is no whole number: write one")
+        else:
+            found[key] = value
+    others = [key for key, value in content.items() if isinstance(value, Mapping) and key not in TABLES]
+    for key in others:
+        if key not in ("uncertainty", "log"):
+            raise InputRefused(f"{key}: unknown table{nearest(key, (*TABLES, 'uncertainty', 'log'))}")
+    return Goals(spreads=_spreads(content), columns=column_map(_table(content, "log")), **found)
+
+
+def _table(content: Mapping[str, Any], name: str) -> dict[str, Any]:
+    table = content.get(name, {})
+    if not isinstance(table, Mapping):
+        raise InputRefused(f"{name} is no table: write [{name}] and its keys below")
+    return dict(table)
+
+
+def _si(key: str, value: Any, unit: str) -> float:
+    if isinstance(value, str):
+        try:
+            return to_si(value, unit)
+        except InputRefused as refusal:
+            raise InputRefused(f"{key} = {refusal}") from None
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise InputRefused(f'{key} = {value!r} is no quantity: write one number in {unit}, or "0.1 {unit}"')
+    return float(value)
+
+
+def _range(value: Any) -> tuple[float, float]:
+    if not isinstance(value, list) or len(value) != 2:
+        raise InputRefused(f"load_inertia = {value!r} is no range: write [smallest, largest]")
+    return _si("load_inertia", value[0], "kg m^2"), _si("load_inertia", value[1], "kg m^2")
+
+
+def _spreads(content: Mapping[str, Any]) -> dict[str, float]:
+    given = _table(content, "uncertainty")
+    for key in given:
+        if key not in SPREADS:
+            raise InputRefused(f"uncertainty.{key}: unknown key{nearest(key, SPREADS)}")
+    return SPREADS | {key: _si(f"uncertainty.{key}", value, "1") for key, value in given.items()}

@@ -1,0 +1,195 @@
+"""Stage 2: what the logs tell of the drive; of the rest, the datasheet's values with stated uncertainty."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from cabledrive.identification.estimates import Identification
+from cabledrive.identification.identify import IdentifyOptions, identify
+from cabledrive.identification.logs.log import Log
+from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.studies.study.chain_regression import tell, whole_drive
+from cabledrive.studies.study.machine import GOAL, LOG, Quantity, by_datasheet, drive_with
+
+ESSENTIAL = ("near_inertia", "load_inertia", "viscous_friction", "coulomb_friction", "cable_stiffness")
+"""What a log of the whole drive is recorded for; where it cannot tell one of them, the study says so."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Knowledge:
+    """What is known of a drive.
+
+    Attributes
+    ----------
+    quantities : dict of str to Quantity
+        By name.
+    undetermined : tuple of str
+        What logs were given for and could not tell, in words; empty without logs.
+    open_names : tuple of str
+        The essential quantities among them.
+    findings : tuple of str
+        What contradicts the model.
+    residual : float or None
+        Of the torque, relative; None without logs.
+    method : str
+    """
+
+    quantities: dict[str, Quantity]
+    undetermined: tuple[str, ...]
+    open_names: tuple[str, ...]
+    findings: tuple[str, ...]
+    residual: float | None
+    method: str
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The best value of each quantity."""
+        return {name: quantity.value for name, quantity in self.quantities.items()}
+
+
+def know(
+    drive: Drive,
+    logs: Sequence[Log],
+    spreads: Mapping[str, float],
+    load_inertia: tuple[float, float] | None = None,
+) -> Knowledge:
+    """Identify what the logs can tell of a drive.
+
+    Parameters
+    ----------
+    drive : Drive
+        The datasheet.
+    logs : sequence of Log
+    spreads : mapping of str to float
+        Relative uncertainty of the datasheet, by kind.
+    load_inertia : (float, float), optional
+        Range of the load that the goals ask for [kg m^2].
+
+    Returns
+    -------
+    Knowledge
+    """
+    known = by_datasheet(drive, spreads)
+    if not logs:
+        found = Knowledge(
+            quantities=known,
+            undetermined=(),
+            open_names=(),
+            findings=(),
+            residual=None,
+            method="no log: datasheet values with stated uncertainty",
+        )
+    elif any(whole_drive(log) for log in logs):
+        found = _by_regression(drive, [log for log in logs if whole_drive(log)], known)
+    else:
+        found = _as_one_axis(logs, known)
+    return found if load_inertia is None else _with_load(found, load_inertia)
+
+
+def known_drive(drive: Drive, knowledge: Knowledge) -> Drive:
+    """The drive with the best value of every quantity.
+
+    Parameters
+    ----------
+    drive : Drive
+        The datasheet.
+    knowledge : Knowledge
+
+    Returns
+    -------
+    Drive
+    """
+    return drive_with(drive, knowledge.values)
+
+
+def _by_regression(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]) -> Knowledge:
+    try:
+        told = tell(logs, drive)
+    except InputRefused as refusal:
+        return _told_nothing(known, str(refusal))
+    fresh = dict(known)
+    for name, (value, low, high) in told.intervals.items():
+        fresh[name] = replace(known[name], value=value, low=low, high=high, source=LOG)
+    return Knowledge(
+        quantities=fresh,
+        undetermined=told.undetermined,
+        open_names=tuple(name for name in ESSENTIAL if fresh[name].source != LOG),
+        findings=_against_the_datasheet(fresh, known),
+        residual=told.residual,
+        method=f"sum of torques, load's own equation and twist of the joint; {100 * told.kept:.0f} % of the "
+        "samples could be used",
+    )
+
+
+def _as_one_axis(logs: Sequence[Log], known: dict[str, Quantity]) -> Knowledge:
+    """Only torque and one angle: what a rigid axis would tell, if the drive moved as one."""
+    try:
+        found = identify(list(logs), IdentifyOptions(), method="inverse-dynamics")
+    except (InputRefused, NotComputed) as failure:
+        return _told_nothing(known, str(failure))
+    wrong = [words for words in found.findings if "negative" in words or "does not fit" in words]
+    fresh, told = dict(known), found.identifiable and not wrong
+    if told:
+        fresh |= _rigid_quantities(found, known)
+    words = found.unidentifiable + tuple(wrong)
+    words += ("the log shows no load angle: stiffness, damping and load stay the datasheet's",)
+    return Knowledge(
+        quantities=fresh,
+        undetermined=words,
+        open_names=tuple(
+            name for name in ESSENTIAL[:4] if name != "load_inertia" and fresh[name].source != LOG
+        ),
+        findings=tuple(f for f in found.findings if f not in wrong),
+        residual=float(found.residual["relative"]),
+        method="one rigid axis, inverse dynamics; the split between motor and load is the datasheet's",
+    )
+
+
+def _rigid_quantities(found: Identification, known: dict[str, Quantity]) -> dict[str, Quantity]:
+    estimates = found.parameters
+    if "inertia" not in estimates:
+        return {}
+    whole = known["near_inertia"].value + known["load_inertia"].value
+    share = known["near_inertia"].value / whole
+    fresh = {}
+    for name, source in (("near_inertia", "inertia"), ("load_inertia", "inertia")):
+        part = share if name == "near_inertia" else 1.0 - share
+        e = estimates[source]
+        own = known[name].half_width / known[name].value
+        value = part * e.value
+        half = part * 0.5 * (e.high - e.low) + own * abs(value)
+        fresh[name] = replace(known[name], value=value, low=value - half, high=value + half, source=LOG)
+    for name in ("viscous_friction", "coulomb_friction", "offset_torque"):
+        e = estimates[name]
+        fresh[name] = replace(known[name], value=e.value, low=e.low, high=e.high, source=LOG)
+    return fresh
+
+
+def _told_nothing(known: dict[str, Quantity], why: str) -> Knowledge:
+    return Knowledge(
+        quantities=known,
+        undetermined=(why,),
+        open_names=ESSENTIAL,
+        findings=(),
+        residual=None,
+        method="datasheet values with stated uncertainty, since the logs could not be used",
+    )
+
+
+def _with_load(found: Knowledge, load: tuple[float, float]) -> Knowledge:
+    low, high = load
+    own = found.quantities["load_inertia"]
+    value = 0.5 * (low + high)
+    fresh = replace(own, value=value, low=low, high=high, source=GOAL)
+    return replace(found, quantities=found.quantities | {"load_inertia": fresh})
+
+
+def _against_the_datasheet(fresh: dict[str, Quantity], known: dict[str, Quantity]) -> tuple[str, ...]:
+    words = []
+    for name, quantity in fresh.items():
+        sheet = known[name]
+        if quantity.source == LOG and (quantity.low > sheet.high or quantity.high < sheet.low):
+            words.append(
+                f"{name.replace('_', ' ')} is {quantity.value:.4g} {quantity.unit} by the log, outside the "
+                f"datasheet's {sheet.low:.4g} to {sheet.high:.4g}"
+            )
+    return tuple(words)

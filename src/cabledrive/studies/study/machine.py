@@ -1,0 +1,196 @@
+"""The quantities of a drive that a controller depends on, as numbers with bounds, and back into a drive."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from cabledrive.parameters import Drive, Lumped
+from cabledrive.reduction.models import rim_spring
+
+LOG, DATASHEET, GOAL = "log", "datasheet", "goal"
+UNITS = {
+    "near_inertia": "kg m^2",
+    "motor_share": "1",
+    "load_inertia": "kg m^2",
+    "viscous_friction": "N m s/rad",
+    "coulomb_friction": "N m",
+    "offset_torque": "N m",
+    "cable_stiffness": "N/m",
+    "cable_damping": "N s/rad",
+    "joint_stiffness": "N m/rad",
+    "joint_damping": "N m s/rad",
+}
+WORDS = {
+    "near_inertia": "inertia of motor and drive pulley",
+    "motor_share": "motor's share of it",
+    "load_inertia": "inertia of the load pulley",
+    "viscous_friction": "viscous friction",
+    "coulomb_friction": "Coulomb friction",
+    "offset_torque": "offset torque",
+    "cable_stiffness": "stiffness of a span",
+    "cable_damping": "damping of a span",
+    "joint_stiffness": "stiffness of the motor joint",
+    "joint_damping": "damping of the motor joint",
+}
+KINDS = {
+    "near_inertia": "inertia",
+    "motor_share": "inertia",
+    "load_inertia": "inertia",
+    "viscous_friction": "friction",
+    "coulomb_friction": "friction",
+    "offset_torque": "friction",
+    "cable_stiffness": "stiffness",
+    "cable_damping": "damping",
+    "joint_stiffness": "stiffness",
+    "joint_damping": "damping",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Quantity:
+    """One number that is known within bounds.
+
+    Attributes
+    ----------
+    name : str
+        One of `UNITS`.
+    value : float
+    low, high : float
+        From a log: the 95 % interval, with what the choice of filter moves. Else: all that is thought
+        possible.
+    unit : str
+    source : {"log", "datasheet", "goal"}
+    """
+
+    name: str
+    value: float
+    low: float
+    high: float
+    unit: str
+    source: str
+
+    @property
+    def half_width(self) -> float:
+        """Half of the interval."""
+        return 0.5 * (self.high - self.low)
+
+    @property
+    def outer(self) -> tuple[float, float]:
+        """Bounds for a projection: twice the 95 % interval, about four standard deviations, or all of it."""
+        if self.source != LOG:
+            return self.low, self.high
+        low, high = 2.0 * self.low - self.value, 2.0 * self.high - self.value
+        floor = 0.0 if self.name not in ("offset_torque",) else low
+        return max(low, floor, 0.5 * self.value if self.value > 0.0 else low), high
+
+
+def has_flexible_joint(drive: Drive) -> bool:
+    """Whether a spring joins the motor to the drive pulley.
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    bool
+    """
+    return drive.motor is not None and drive.motor.joint_stiffness is not None
+
+
+def values_of(drive: Drive) -> dict[str, float]:
+    """The quantities as a drive file gives them.
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    dict of str to float
+    """
+    motor, first, second = drive.motor, drive.drive_pulley, drive.load_pulley
+    stiffness, damping = (value / len(drive.spans) for value in rim_spring(drive))
+    own = motor.inertia if motor else 0.0
+    ratio = first.radius / second.radius
+    loads = second.viscous_friction * ratio**2, second.coulomb_friction * ratio
+    found = {
+        "near_inertia": own + first.inertia,
+        "load_inertia": second.inertia,
+        "viscous_friction": first.viscous_friction + (motor.viscous_friction if motor else 0.0) + loads[0],
+        "coulomb_friction": first.coulomb_friction + (motor.coulomb_friction if motor else 0.0) + loads[1],
+        "offset_torque": motor.offset_torque if motor else 0.0,
+        "cable_stiffness": stiffness,
+        "cable_damping": damping * first.radius,
+    }
+    if has_flexible_joint(drive):
+        assert motor is not None
+        assert motor.joint_stiffness is not None
+        found["motor_share"] = own / found["near_inertia"]
+        found["joint_stiffness"] = motor.joint_stiffness
+        found["joint_damping"] = motor.joint_damping
+    return found
+
+
+def drive_with(drive: Drive, values: Mapping[str, float]) -> Drive:
+    """A drive with other quantities; what the drive pulley and the load take of the friction stays.
+
+    Parameters
+    ----------
+    drive : Drive
+    values : mapping of str to float
+        As `values_of` gives them.
+
+    Returns
+    -------
+    Drive
+    """
+    given = values_of(drive) | dict(values)
+    motor, first, second = drive.motor, drive.drive_pulley, drive.load_pulley
+    before = values_of(drive)
+    lumped = Lumped(cable_stiffness=given["cable_stiffness"], cable_damping=max(given["cable_damping"], 0.0))
+    load = replace(second, inertia=given["load_inertia"])
+    more = {name: given[name] - before[name] for name in ("viscous_friction", "coulomb_friction")}
+    if motor is None:
+        moved = {name: max(getattr(first, name) + extra, 0.0) for name, extra in more.items()}
+        near = replace(first, inertia=given["near_inertia"], **moved)
+        return replace(drive, pulley=(near, load), lumped=lumped)
+    moved = {name: max(getattr(motor, name) + extra, 0.0) for name, extra in more.items()}
+    share = given.get("motor_share", before["near_inertia"] and motor.inertia / before["near_inertia"])
+    fresh = replace(
+        motor,
+        inertia=share * given["near_inertia"],
+        offset_torque=given["offset_torque"],
+        **moved,
+    )
+    if has_flexible_joint(drive):
+        fresh = replace(
+            fresh, joint_stiffness=given["joint_stiffness"], joint_damping=max(given["joint_damping"], 0.0)
+        )
+    near = replace(first, inertia=(1.0 - share) * given["near_inertia"])
+    return replace(drive, pulley=(near, load), motor=fresh, lumped=lumped)
+
+
+def by_datasheet(drive: Drive, spreads: Mapping[str, float]) -> dict[str, Quantity]:
+    """Every quantity with the uncertainty that datasheets are given.
+
+    Parameters
+    ----------
+    drive : Drive
+    spreads : mapping of str to float
+        Relative half widths by kind, see `cabledrive.studies.study.goals.SPREADS`.
+
+    Returns
+    -------
+    dict of str to Quantity
+    """
+    values = values_of(drive)
+    found = {}
+    for name, value in values.items():
+        half = spreads[KINDS[name]] * abs(value)
+        if name == "offset_torque":
+            half = max(half, spreads["friction"] * values["coulomb_friction"])
+        high = min(value + half, 0.999) if name == "motor_share" else value + half
+        found[name] = Quantity(
+            name=name, value=value, low=value - half, high=high, unit=UNITS[name], source=DATASHEET
+        )
+    return found

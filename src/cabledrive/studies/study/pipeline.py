@@ -1,0 +1,276 @@
+"""A study from end to end: every stage by its inputs, from the cache where it was done before."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from cabledrive.identification.logs.column_map import ColumnMap
+from cabledrive.identification.logs.log import Log
+from cabledrive.identification.logs.reading import read_log
+from cabledrive.parameters import Drive, content_hash
+from cabledrive.studies.study.acceptance_stage import AcceptanceResult, accept, no_runs
+from cabledrive.studies.study.check_stage import CheckResult, check
+from cabledrive.studies.study.controller_stage import ControllerResult, design_controller
+from cabledrive.studies.study.demand_stage import DemandResult, demand_of
+from cabledrive.studies.study.goals import Goals
+from cabledrive.studies.study.knowledge_stage import Knowledge, know, known_drive
+from cabledrive.studies.study.modes_stage import ModelResult, ModesResult, choose_reduced_model, find_modes
+from cabledrive.studies.study.resonance_stage import ResonanceResult, resonance_of
+from cabledrive.studies.study.result import StudyResult
+from cabledrive.studies.study.stage_cache import StageCache, file_hash, key_of
+from cabledrive.studies.study.verdict_stage import Findings, judge
+
+STAGES = 8
+
+
+def study_key(drive: Drive, hashes: Sequence[str], goals: Goals) -> str:
+    """Hash of all inputs of a study.
+
+    Parameters
+    ----------
+    drive : Drive
+    hashes : sequence of str
+        Of the log files.
+    goals : Goals
+
+    Returns
+    -------
+    str
+    """
+    inputs = {"drive": content_hash(drive), "name": drive.name, "title": drive.title, "logs": list(hashes)}
+    return key_of("study", {**inputs, "goals": _plain(goals)})
+
+
+def run_study(
+    drive: Drive,
+    logs: Sequence[Path] = (),
+    goals: Goals | None = None,
+    *,
+    folder: Path | None = None,
+    note: Callable[[str], None] | None = None,
+) -> StudyResult:
+    """Study a drive: from data sheet and logs to a controller with a verdict.
+
+    Parameters
+    ----------
+    drive : Drive
+    logs : sequence of Path
+        Measured logs.
+    goals : Goals, optional
+    folder : Path, optional
+        Where finished stages are kept; nothing is kept without one.
+    note : callable, optional
+        Told in a line what is being done.
+
+    Returns
+    -------
+    StudyResult
+    """
+    goals, note = goals or Goals(), note or (lambda line: None)
+    hashes = [file_hash(path) for path in logs]
+    cache = StageCache(folder=folder, note=note)
+    reader = _Reader(tuple(logs), goals.columns, [])
+    run = _Run(drive, goals, hashes, cache, reader)
+    note(f"[1/{STAGES}] check of drive and data")
+    checked = run.stage("check", CheckResult, run.about_logs, lambda: check(drive, reader.read(), hashes))
+    note(f"[2/{STAGES}] what the logs tell")
+    known = run.stage("knowledge", Knowledge, run.about_knowledge, run.identify)
+    machine = known_drive(drive, known) if not checked.missing else drive
+    return _judged(run, checked, known, machine)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Reader:
+    """Logs, read when first needed."""
+
+    paths: tuple[Path, ...]
+    columns: ColumnMap
+    kept: list[Log]
+
+    def read(self) -> list[Log]:
+        if self.paths and not self.kept:
+            self.kept.extend(read_log(path, self.columns) for path in self.paths)
+        return self.kept
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Run:
+    """What every stage is given."""
+
+    drive: Drive
+    goals: Goals
+    hashes: list[str]
+    cache: StageCache
+    reader: _Reader
+
+    def stage(self, name: str, kind: Any, inputs: Mapping[str, Any], compute: Callable[[], Any]) -> Any:
+        return self.cache.staged(name, kind, inputs, compute)
+
+    @property
+    def about_logs(self) -> dict[str, Any]:
+        return {"drive": self.drive, "logs": self.hashes, "columns": _plain(self.goals)["columns"]}
+
+    @property
+    def about_knowledge(self) -> dict[str, Any]:
+        mechanics = mechanical(self.drive)
+        spreads, load = dict(self.goals.spreads), self.goals.load_inertia
+        columns = _plain(self.goals)["columns"]
+        return {"drive": mechanics, "logs": self.hashes, "spreads": spreads, "load": load, "columns": columns}
+
+    def identify(self) -> Knowledge:
+        return know(self.drive, self.reader.read(), self.goals.spreads, self.goals.load_inertia)
+
+
+def mechanical(drive: Drive) -> Drive:
+    """A drive without what its mechanics do not depend on: sensors, goals, limits and words.
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    Drive
+    """
+    motor = drive.motor
+    if motor is not None:
+        motor = replace(
+            motor, torque_limit=None, speed_limit=None, torque_per_volt=None, current_bandwidth=None
+        )
+    return replace(drive, sensors=None, goal=None, motor=motor, name="", title="", source="")
+
+
+def _judged(run: _Run, checked: CheckResult, known: Knowledge, machine: Drive) -> StudyResult:
+    """Stages 3 to 8."""
+    goals, note, motion = run.goals, run.cache.note, run.goals.motion
+    bare, course = mechanical(machine), motion_of(goals)
+    note(f"[3/{STAGES}] certified modes, reduced models")
+    why = "; ".join(checked.missing)
+    modes = run.stage("modes", ModesResult, {"drive": bare, "why": why}, lambda: find_modes(machine, why))
+    note(f"[4/{STAGES}] internal resonance under the planned motion")
+    resonance = run.stage(
+        "resonance", ResonanceResult, {"drive": bare, "motion": course}, lambda: resonance_of(machine, motion)
+    )
+    limited = {"drive": machine, "motion": course, "torque": goals.torque}
+    demand = run.stage("demand", DemandResult, limited, lambda: demand_of(machine, motion, goals.torque))
+    model = controller = None
+    if checked.missing:
+        lumped, cable = no_runs("lumped", why), no_runs("cable", why)
+    elif demand.exceeded:
+        asked = "the motion asks for more than the drive has"
+        lumped, cable = no_runs("lumped", asked), no_runs("cable", asked)
+    else:
+        model, controller, lumped, cable = _controlled(run, known, machine, modes)
+    note(f"[8/{STAGES}] verdict")
+    findings = Findings(
+        goals=goals,
+        check=checked,
+        knowledge=known,
+        demand=demand,
+        resonance=resonance,
+        controller=controller,
+        lumped=lumped,
+        cable=cable,
+    )
+    return StudyResult(
+        drive=run.drive,
+        known=machine,
+        goals=goals,
+        check=checked,
+        knowledge=known,
+        modes=modes,
+        resonance=resonance,
+        demand=demand,
+        model=model,
+        controller=controller,
+        lumped=lumped,
+        cable=cable,
+        verdict=judge(findings),
+        key=study_key(run.drive, run.hashes, goals),
+    )
+
+
+def _controlled(
+    run: _Run, known: Knowledge, machine: Drive, modes: ModesResult
+) -> tuple[ModelResult, ControllerResult, AcceptanceResult, AcceptanceResult]:
+    """Stages 5 to 7."""
+    goals, note, motion, course = run.goals, run.cache.note, run.goals.motion, motion_of(run.goals)
+    note(f"[5/{STAGES}] choice of the reduced model")
+    inputs = {"drive": replace(machine, name="", title="", source=""), "motion": course, "error": goals.error}
+    model: ModelResult = run.stage(
+        "model", ModelResult, inputs, lambda: choose_reduced_model(machine, motion, goals.error, modes.models)
+    )
+    note(f"[6/{STAGES}] controller: Model {model.chosen}, bandwidth and bound")
+    holds = next(one.holds_5 for one in modes.models if one.model == model.chosen)
+    inputs |= {"model": model.chosen, "known": known.quantities, "torque": goals.torque, "holds": holds}
+    controller: ControllerResult = run.stage(
+        "controller",
+        ControllerResult,
+        inputs,
+        lambda: design_controller(machine, motion, known.quantities, model.chosen, holds, goals.torque),
+    )
+    if controller.bandwidth is None:
+        return model, controller, no_runs("lumped", controller.reason), no_runs("cable", controller.reason)
+    note(f"[7/{STAGES}] acceptance: {controller.name} at {controller.bandwidth:g} Hz")
+    lumped, cable = (_accepted(run, known, machine, controller, inputs, cable) for cable in (False, True))
+    return model, controller, lumped, cable
+
+
+def _accepted(
+    run: _Run,
+    known: Knowledge,
+    machine: Drive,
+    controller: ControllerResult,
+    inputs: Mapping[str, Any],
+    cable: bool,
+) -> AcceptanceResult:
+    goals = run.goals
+    draws = goals.cable_draws if cable else goals.draws
+    if draws == 0:
+        return no_runs("cable", "no draws were asked for")
+    if cable and machine.kind != "loop":
+        return no_runs("cable", "the cable rig is a loop round two pulleys, this drive is a line")
+    plant = "cable" if cable else "lumped"
+    about = {**inputs, "seed": goals.seed, "bandwidth": controller.bandwidth, "cable": cable}
+    result: AcceptanceResult = run.stage(
+        f"acceptance-{plant}",
+        AcceptanceResult,
+        {**about, "draws": draws, "bound": controller.bound, "error": goals.error},
+        lambda: accept(
+            machine,
+            goals.motion,
+            known.quantities,
+            controller,
+            draws=draws,
+            seed=goals.seed,
+            torque=goals.torque,
+            error=goals.error,
+            cable=cable,
+            cache=run.cache,
+            inputs={name: value for name, value in about.items() if name != "error"},
+        ),
+    )
+    return result
+
+
+def motion_of(goals: Goals) -> dict[str, Any]:
+    """The motion as plain data.
+
+    Parameters
+    ----------
+    goals : Goals
+
+    Returns
+    -------
+    dict
+    """
+    names = ("angle", "duration", "dwell", "pulses", "order")
+    return {name: getattr(goals, name) for name in names}
+
+
+def _plain(goals: Goals) -> dict[str, Any]:
+    from cabledrive.studies.study.plain_data import as_plain
+
+    data: dict[str, Any] = as_plain(goals)
+    return data

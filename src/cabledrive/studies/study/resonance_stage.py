@@ -1,0 +1,131 @@
+"""Stage 4: internal resonance: how far, from which torque on, and whether the planned motion wakes it."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cabledrive.parameters import Drive, InputRefused
+from cabledrive.reduction.quality import with_measured_stiffness
+from cabledrive.rig.setting import Motion
+from cabledrive.studies.alarm import ALARM, SAFE, alarm
+from cabledrive.studies.planned_motion import PlannedMotion
+from cabledrive.studies.resonance import RESONANT, resonance_summary
+from cabledrive.studies.study.machine import values_of
+
+REPEATED = 4
+"""Pulses in a row for which the alarm is asked: the energy of one is still there when the next begins."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ResonanceResult:
+    """Where a drive stands.
+
+    Attributes
+    ----------
+    verdict : {"safe", "close", "resonant"}
+        Under the motion's own largest torque, if it swung at the pulley mode's frequency.
+    frequency_ratio, detuning, pulley_frequency : float or None
+        [-], [-], [Hz].
+    tuned_pretension, threshold_torque : float or None
+        [N], [N m].
+    torque : float
+        Largest torque of the motion [N m].
+    alarm : {"safe", "saturates", "alarm"}, or None
+        Of the planned motion; None: there is no pulley mode.
+    largest, limit : float
+        Largest transverse amplitude along the motion, and what is allowed [m].
+    slack : bool
+        Whether the pulley mode's response takes a span's tension away.
+    reasons : tuple of str
+    remedy : str
+    """
+
+    verdict: str
+    frequency_ratio: float | None
+    detuning: float | None
+    pulley_frequency: float | None
+    tuned_pretension: float | None
+    threshold_torque: float | None
+    torque: float
+    alarm: str | None
+    largest: float
+    limit: float
+    slack: bool
+    reasons: tuple[str, ...]
+    remedy: str
+
+    @property
+    def refuses(self) -> bool:
+        """Whether the motion is not to be run on this drive."""
+        return self.alarm == ALARM or self.verdict == RESONANT
+
+
+def motion_torque(drive: Drive, motion: Motion, samples: int = 4001) -> tuple[np.ndarray, np.ndarray]:
+    """Torque that a motion asks of the motor, drive as one rigid machine.
+
+    Parameters
+    ----------
+    drive : Drive
+    motion : Motion
+    samples : int
+
+    Returns
+    -------
+    time, torque : ndarray, shape (samples,)
+        [s], [N m] at the first shaft.
+    """
+    values = values_of(drive)
+    gear = drive.load_pulley.radius / drive.drive_pulley.radius
+    time = np.linspace(0.0, motion.trajectory.duration, samples)
+    _, speed, acceleration = gear * motion.trajectory(time, 2)
+    carried = sum(carriage.mass for carriage in drive.carriage) * drive.drive_pulley.radius**2
+    inertia = values["near_inertia"] + values["load_inertia"] / gear**2 + carried
+    friction = values["viscous_friction"] * speed + values["coulomb_friction"] * np.sign(speed)
+    return time, inertia * acceleration + friction
+
+
+def resonance_of(drive: Drive, motion: Motion) -> ResonanceResult:
+    """Internal resonance of a drive, its stiffness as identified, under a planned motion.
+
+    Parameters
+    ----------
+    drive : Drive
+    motion : Motion
+
+    Returns
+    -------
+    ResonanceResult
+    """
+    machine = with_measured_stiffness(drive)
+    repeated = replace(motion, pulses=max(motion.pulses, REPEATED))
+    time, torque = motion_torque(drive, repeated, samples=8001)
+    largest = float(np.abs(torque).max())
+    summary = resonance_summary(machine, torque=largest)
+    try:
+        told = alarm(machine, PlannedMotion(time=time, torque=torque))
+        word, swing, limit, slack, remedy = (
+            told.verdict,
+            told.modes[0].largest,
+            told.limit,
+            told.slack,
+            told.remedy,
+        )
+    except InputRefused:
+        word, swing, limit, slack, remedy = None, 0.0, 0.0, False, ""
+    if summary.verdict == RESONANT and word == SAFE:
+        remedy = "move the pretension away from the tuned one, or damp the cable"
+    return ResonanceResult(
+        verdict=summary.verdict,
+        frequency_ratio=summary.frequency_ratio,
+        detuning=summary.detuning,
+        pulley_frequency=summary.pulley_frequency,
+        tuned_pretension=summary.tuned_pretension,
+        threshold_torque=summary.threshold_torque,
+        torque=largest,
+        alarm=word,
+        largest=float(swing),
+        limit=float(limit),
+        slack=bool(slack),
+        reasons=tuple(summary.reasons),
+        remedy=remedy,
+    )
