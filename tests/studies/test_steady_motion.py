@@ -8,7 +8,8 @@ import pytest
 import cabledrive as cd
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.averaging import averaged_coefficients
-from cabledrive.reduction.branches import jacobian, steady_amplitudes, steady_state
+from cabledrive.reduction.branches import fold, jacobian, steady_amplitudes, steady_state
+from cabledrive.reduction.threshold import threshold_torque
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, simulate
 from cabledrive.studies.measured_threshold import demodulated
 from cabledrive.studies.resonance_referee import averaged_history
@@ -49,6 +50,22 @@ def test_a_tenth_of_a_millinewton_metre_parts_the_spans_and_time_finds_them_so()
     start = np.array([1e-4, 1.5e-3, 2.5e-3j])
     _, states = averaged_history(c, start, 16.0, second=False, step=4e-3)
     np.testing.assert_allclose(np.abs(states[:, -1]), found[:3], rtol=2e-3)
+
+
+@pytest.mark.parametrize("transverse, pulley, folds", [(3.0, 0.0, 0), (6.0, 5.0, 1)])
+def test_a_branch_leaves_rest_at_the_threshold_and_folds_where_the_closed_form_does(
+    transverse, pulley, folds
+):
+    """Gamma = c_q = 2: detunings of one sign make the branch of one span turn back, Eq. (A.27)."""
+    drive, forcing = at_detunings(damped(2.0, 2.0), transverse, pulley)
+    upper = steady_branches(drive, TORQUE, np.random.default_rng(0), forcing=forcing)[0]
+    model = autoparametric_model(drive)
+    assert upper.onset == pytest.approx(float(threshold_torque(model, forcing, second=False)), rel=1e-8)
+    c = settings_pair(averaged_coefficients(model, torque=TORQUE, forcing=forcing, drift=False))
+    closed = fold(c, "one")
+    expected = [] if closed is None else [closed[0] * TORQUE / float(np.abs(c.force))]
+    np.testing.assert_allclose(upper.folds, expected, rtol=1e-8)
+    assert len(expected) == folds
 
 
 def test_a_larger_load_leaves_one_span_at_a_time():

@@ -58,6 +58,8 @@ class SteadyBranch:
         Largest growth rate of a disturbance, of whatever span [1/s]; negative: stable.
     folds, hopf_points : tuple of float
         Torques [N m].
+    onset : float or None
+        Torque at which the branch leaves the state of rest, where it does [N m].
     ended : str
         Why the branch ends, see `cabledrive.reduction.continuation.Branch`.
     """
@@ -69,6 +71,7 @@ class SteadyBranch:
     growth: Array
     folds: tuple[float, ...]
     hopf_points: tuple[float, ...]
+    onset: float | None
     ended: str
 
     def at(self, torque: float) -> Array:
@@ -242,9 +245,16 @@ def _branch(c: AveragedCoefficients, state: Complex, per_torque: float) -> Stead
 def _joined(
     c: AveragedCoefficients, ways: list[Branch], kept: NDArray[np.bool_], per_torque: float
 ) -> SteadyBranch:
-    down, up = ways
-    states = np.concatenate((down.states[::-1], up.states[1:]))
-    force = np.concatenate((down.parameters[::-1], up.parameters[1:]))
+    size = float(np.max(np.abs(_complex(ways[0].states[0])[1:])))
+    leaves = [
+        point.parameter / per_torque
+        for way in ways
+        for point in way.special
+        if point.kind == "fold" and np.max(np.abs(_complex(point.state)[1:])) < PRESENT * size
+    ]
+    (down, ended_down), (up, ended_up) = (_until_rest(way) for way in ways)
+    states = np.concatenate((ways[0].states[:down][::-1], ways[1].states[1:up]))
+    force = np.concatenate((ways[0].parameters[:down][::-1], ways[1].parameters[1:up]))
     full = np.zeros((force.size, 3), dtype=complex)
     full[:, kept] = [_complex(x) for x in states]
     growth = [float(np.max(np.linalg.eigvals(jacobian(c, state)).real)) for state in full]
@@ -252,7 +262,13 @@ def _joined(
     special = {
         kind: tuple(
             sorted(
-                point.parameter / per_torque for way in ways for point in way.special if point.kind == kind
+                {
+                    round(point.parameter / per_torque, 15)
+                    for way, last in zip(ways, (down, up), strict=True)
+                    for point in way.special
+                    if point.kind == kind and np.max(np.abs(_complex(point.state)[1:])) > PRESENT * size
+                    if _before(way, last, point.state)
+                }
             )
         )
         for kind in ("fold", "hopf")
@@ -265,8 +281,25 @@ def _joined(
         growth=np.array(growth),
         folds=special["fold"],
         hopf_points=special["hopf"],
-        ended=f"down: {down.ended}; up: {up.ended}",
+        onset=leaves[0] if leaves else None,
+        ended=f"down: {ended_down}; up: {ended_up}",
     )
+
+
+def _until_rest(way: Branch) -> tuple[int, str]:
+    """Number of points before the branch passes through the state of rest, and why it ends there.
+
+    Beyond it come the same motions half a period later.
+    """
+    across = np.array([_complex(x)[1:] for x in way.states])
+    turned = np.flatnonzero(np.sum(across[1:] * across[:-1].conj(), axis=1).real < 0.0)
+    return (int(turned[0]) + 1, "rest") if turned.size else (len(way.states), way.ended)
+
+
+def _before(way: Branch, last: int, state: Array) -> bool:
+    """Whether a special point lies on the first points of a branch."""
+    nearest = int(np.argmin(np.linalg.norm(way.states - state, axis=1)))
+    return nearest < last
 
 
 def _passes(branch: SteadyBranch, torque: float, amplitudes: Array) -> bool:

@@ -1,6 +1,9 @@
 """Chapter "Internal resonance": chapter 5 beside what is computed, and where every machine stands."""
 
+import numpy as np
+
 from cabledrive.parameters import Drive, content_hash, load_drive
+from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.report.blocks import Block, Cell, Chapter, Column, Figure, Paragraph, RowGroup, Section, Table
 from cabledrive.report.context import ReportContext
 from cabledrive.report.figures.resonance import (
@@ -8,11 +11,13 @@ from cabledrive.report.figures.resonance import (
     forced_picture,
     free_picture,
     map_picture,
+    steady_picture,
     surfaces_picture,
     swept_picture,
 )
 from cabledrive.report.numbers import number, quantity
 from cabledrive.report.picture import Picture
+from cabledrive.studies.alarm import alarm
 from cabledrive.studies.chapter_5 import (
     FLOOR,
     FREE_PLUCKS,
@@ -27,11 +32,17 @@ from cabledrive.studies.chapter_5 import (
     swept_response,
     tuned_drive,
 )
+from cabledrive.studies.example_motions import example_motions
+from cabledrive.studies.map_spot_checks import spot_check_line, spot_checks
 from cabledrive.studies.resonance import ResonanceSummary, resonance_summary
 from cabledrive.studies.resonance_map import growth_map
+from cabledrive.studies.steady_motion import steady_branches
 
 PLACE = 500
 EXAMPLE = "dissertation-2"
+SEED = 0
+STEADY_SHIFT = 0.99
+"""Frequency of the torque of the steady branches over the pulley mode's."""
 
 
 def chapter(context: ReportContext) -> Chapter:
@@ -61,7 +72,7 @@ def chapter(context: ReportContext) -> Chapter:
             ),
             _standings(found),
         ),
-        sections=() if rig is None else (_parameters(rig), *_responses(rig)),
+        sections=() if rig is None else (_parameters(rig), *_responses(rig), _steady(rig), _motions(rig)),
         methods=(
             "Internal resonance: coupling by exact integrals over certified modes, averaged equations to "
             "second order, maps by the oscillators themselves, responses by the exact nonlinear loop.",
@@ -112,6 +123,7 @@ def _figure(name: str, picture: Picture, alt: str, caption: str) -> Figure:
 def _parameters(rig: Drive) -> Section:
     damped = tuned_drive(rig)
     growth = growth_map(damped, torque=TORQUE)
+    referee = spot_check_line(spot_checks(damped, growth, np.random.default_rng(SEED)))
     blocks: tuple[Block, ...] = (
         _figure(
             "resonance-surfaces",
@@ -136,7 +148,7 @@ def _parameters(rig: Drive) -> Section:
             f"Growth of a small pluck in {number(growth.duration)} s: contours of 1.5, 3 and 10 times. "
             "Dashed: threshold. Ring: the forced response below. "
             f"Dampings of {number(GAMMA)} 1/s across and {number(PULLEY_DAMPING)} 1/s of the pulley mode "
-            "are guesses.",
+            f"are guesses. {referee}",
         ),
     )
     return Section(title="When", anchor="resonance-when", blocks=blocks)
@@ -204,3 +216,50 @@ def _responses(rig: Drive) -> tuple[Section, ...]:
             blocks=(table, forced_figure, swept_figure, free_figure),
         ),
     )
+
+
+def _steady(rig: Drive) -> Section:
+    drive = tuned_drive(rig)
+    forcing = STEADY_SHIFT * autoparametric_model(drive).natural
+    branches = steady_branches(drive, 2 * TORQUE, np.random.default_rng(SEED), forcing=forcing)
+    single = branches[0]
+    told = (
+        f"They leave rest at {quantity(single.onset, 'N m')}, the threshold" if single.onset else "They rise"
+    )
+    if single.folds:
+        told += f", and turn back at {quantity(single.folds[0], 'N m')}: below, a large motion dies out"
+    figure = _figure(
+        "resonance-steady",
+        steady_picture("resonance-steady", branches),
+        "Steady amplitude over the torque: one branch for one span alone, one for both.",
+        f"Steady motions at {number(100 * STEADY_SHIFT, 3)} % of the pulley mode's frequency, continued. "
+        f"Full: stable; dashed: not. {told}. A steady load of 0.1 mN m already parts the spans.",
+    )
+    return Section(title="Where it settles", anchor="resonance-steady-states", blocks=(figure,))
+
+
+def _motions(rig: Drive) -> Section:
+    drive = tuned_drive(rig)
+    rows = []
+    for words, motion in example_motions(drive).items():
+        found = alarm(drive, motion)
+        worst = found.modes[0]
+        when = f"{number(worst.start, 2)} to {number(worst.end, 2)}"
+        rows.append(
+            (words, found.verdict, when, number(np.exp(worst.gain), 3), number(1e3 * worst.largest, 3))
+        )
+    table = Table(
+        caption="The alarm on four motions of configuration 2 at its tuned pretension.",
+        columns=(
+            Column(title="Motion"),
+            Column(title="Verdict"),
+            Column(title="Grows from, to", unit="s", numeric=True),
+            Column(title="Hill's growth", numeric=True),
+            Column(title="Reaches", unit="mm", numeric=True),
+        ),
+        groups=(RowGroup(rows=tuple(rows)),),
+        note="From a standing floor of 0.01 mm, limit 0.5 mm. Hill's equation takes the pulley mode's linear "
+        "response; where it says danger the nonlinear oscillators say how far it goes. "
+        '"saturates": the exchange of energy ends below the limit.',
+    )
+    return Section(title="Along a motion", anchor="resonance-motions", blocks=(table,))

@@ -11,6 +11,7 @@ from cabledrive.report.picture import Picture, picture
 from cabledrive.report.style import BLUE, GREEN, INK, ORANGE, PURPLE, QUIET, label, log_axis
 from cabledrive.studies.chapter_5 import ForcedResponse, FreeResponse, SweptResponse
 from cabledrive.studies.resonance_map import GrowthMap
+from cabledrive.studies.steady_motion import SteadyBranch
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -178,6 +179,42 @@ def free_picture(name: str, free: FreeResponse) -> Picture:
         third.legend(loc="upper right", fontsize=9, frameon=False, ncols=1 if narrow else 3)
 
     return picture(name, _draw, wide=HEIGHT + 100, narrow=HEIGHT + 100)
+
+
+def steady_picture(name: str, branches: tuple[SteadyBranch, ...]) -> Picture:
+    """Steady amplitude over the torque: full where it is stable, dashed where not.
+
+    Parameters
+    ----------
+    name : str
+        Unique on the page.
+    branches : tuple of SteadyBranch
+
+    Returns
+    -------
+    Picture
+    """
+    kinds = {("upper",): ("one span alone", BLUE), ("upper", "lower"): ("each of both", ORANGE)}
+
+    def _draw(figure: "Figure", narrow: bool) -> None:
+        axes = figure.add_subplot()
+        for branch in branches:
+            if branch.spans not in kinds:
+                continue
+            words, colour = kinds[branch.spans]
+            size = 1e3 * branch.amplitude.max(axis=0)
+            stable = branch.growth < 0.0
+            torque = 1e3 * branch.torque
+            axes.plot(torque, np.where(stable, size, np.nan), color=colour, linewidth=2.0)
+            axes.plot(torque, np.where(stable, np.nan, size), color=colour, linewidth=1.2, dashes=(4, 3))
+            place = int(np.argmin(np.abs(torque - 0.7 * torque.max())))
+            label(axes, words, (torque[place], size[place]), (0, 6), ha="right", color=colour)
+        axes.set_xlim(left=0.0)
+        axes.set_ylim(bottom=0.0)
+        axes.set_xlabel("torque [mN m]")
+        axes.set_ylabel("amplitude [mm]")
+
+    return picture(name, _draw, wide=HEIGHT, narrow=HEIGHT)
 
 
 def map_picture(name: str, growth: GrowthMap) -> Picture:
