@@ -119,7 +119,7 @@ def course_of(drive: Drive, motion: PlannedMotion, number: int) -> Course:
 
 
 def _rim_speed(model: AutoparametricModel, torque: Array, h: float) -> Array:
-    """Speed of the rigid rotation under a torque, third line of Eq. (A.9) without the small pull of q.
+    """Speed of the rigid rotation under a torque, without the small pull of q.
 
     With viscous friction that is not spread like the inertia it splits the tensions of the spans.
     """

@@ -1,4 +1,4 @@
-"""Steady motion under a torque: every branch of it, where a steady load splits the spans as well, and beats.
+"""Steady motion under a torque: every branch of it, where a steady load splits the spans as well.
 
 Where both spans are tuned alike the branches are known in closed form, see `cabledrive.reduction.branches`. A
 steady load pulls one span and relaxes the other; then one span alone still has the closed form, both together
@@ -15,16 +15,12 @@ from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.averaging import AveragedCoefficients, averaged_coefficients, averaged_rates
 from cabledrive.reduction.branches import jacobian, steady_amplitudes, steady_state
 from cabledrive.reduction.continuation import Branch, follow_branch
-from cabledrive.studies.resonance_referee import averaged_history
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 STEP = 0.05
 TRIALS = 60
-BEAT_STEP = 4e-3
-"""Step along beats [s]: rates stay below some 30 rad/s."""
-
 PRESENT = 1e-3
 """A span takes part where its amplitude is above this share of the largest."""
 
@@ -91,23 +87,6 @@ class SteadyBranch:
         share = (torque - self.torque[first]) / (self.torque[first + 1] - self.torque[first])
         rows = np.array([self.pulley, *self.amplitude, self.growth])
         return np.asarray((rows[:, first] + share * (rows[:, first + 1] - rows[:, first])).T)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Beats:
-    """Permanent beats.
-
-    Attributes
-    ----------
-    period : float
-        [s].
-    least, most : float
-        Smallest and largest amplitude of the span that moves most [m].
-    """
-
-    period: float
-    least: float
-    most: float
 
 
 def steady_branches(
@@ -307,50 +286,6 @@ def _passes(branch: SteadyBranch, torque: float, amplitudes: Array) -> bool:
     points = np.array([branch.torque, branch.pulley, *branch.amplitude])
     place = np.append(torque, amplitudes)
     return bool(np.min(np.max(np.abs(points / place[:, None] - 1.0), axis=0)) < STEP)
-
-
-def beats(
-    c: AveragedCoefficients, start: Complex, *, settle: float, watch: float, second: bool = True
-) -> Beats:
-    """Envelope and period of permanent beats, by integration of the averaged equations.
-
-    Parameters
-    ----------
-    c : AveragedCoefficients
-        Without drift.
-    start : ndarray of complex, shape (1 + J,)
-        Slow amplitudes [m].
-    settle, watch : float
-        Time that is let pass, and time that is judged [s].
-    second : bool, default True
-        To second order.
-
-    Returns
-    -------
-    Beats
-
-    Raises
-    ------
-    NotComputed
-        If the motion has become steady, or less than three beats were seen.
-    """
-    _, before = averaged_history(c, start, settle, second=second, step=BEAT_STEP)
-    time, states = averaged_history(c, before[:, -1], watch, second=second, step=BEAT_STEP)
-    sizes = np.abs(states[1:])
-    size = sizes[int(np.argmax(sizes.max(axis=1)))]
-    if size.max() - size.min() < 1e-3 * size.max():
-        raise NotComputed(f"no beats: the motion is steady at {size.max():.4g} m from {settle:.4g} s on")
-    level = size - 0.5 * (size.max() + size.min())
-    rising = np.flatnonzero((level[:-1] < 0.0) & (level[1:] >= 0.0))
-    if rising.size < 4:
-        raise NotComputed(f"{rising.size} beats in {watch:.4g} s are too few for a period: watch longer")
-    share = level[rising] / (level[rising] - level[rising + 1])
-    crossing = time[rising] + share * (time[1] - time[0])
-    return Beats(
-        period=float((crossing[-1] - crossing[0]) / (crossing.size - 1)),
-        least=float(size[rising[0] : rising[-1]].min()),
-        most=float(size[rising[0] : rising[-1]].max()),
-    )
 
 
 def _real(state: Complex) -> Array:
