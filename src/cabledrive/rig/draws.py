@@ -8,6 +8,7 @@ import numpy as np
 
 from cabledrive.control.darc_gains import printed_bounds
 from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.rig.lanes import fits_lanes, run_lanes
 from cabledrive.rig.loop import Loop, run
 from cabledrive.rig.loop_numbers import SUMMARY, Array
 from cabledrive.rig.other_plants import with_plant
@@ -141,6 +142,19 @@ def run_draws(loop: Loop, options: RigOptions, draws: int, seed: int, *, threads
     -------
     Draws
     """
+    if fits_lanes(loop):
+        generators = np.random.default_rng(seed).spawn(draws)
+        chains = (drawn_chain(loop.chain, generator) for generator in generators)
+        scores, ended = run_lanes(loop, chains, threads=threads)
+    else:
+        scores, ended = _one_by_one(loop, options, draws, seed, threads)
+    angles = [SUMMARY.index(name) for name in ("peak", "first_peak", "later_peak", "own_peak")]
+    scores[:, angles] /= loop.gear
+    return Draws(scores=scores, failed=int(np.count_nonzero(ended)))
+
+
+def _one_by_one(loop: Loop, options: RigOptions, draws: int, seed: int, threads: int) -> tuple[Array, Array]:
+    """Scores of many plants, and whether each run ended before its time."""
 
     def score(one: Loop) -> tuple[Array, bool]:
         done = run(one, log=False)
@@ -148,10 +162,7 @@ def run_draws(loop: Loop, options: RigOptions, draws: int, seed: int, *, threads
 
     with ThreadPoolExecutor(threads) as pool:
         results = list(pool.map(score, drawn_loops(loop, options, draws, seed)))
-    scores = np.array([result for result, _ in results])
-    angles = [SUMMARY.index(name) for name in ("peak", "first_peak", "later_peak", "own_peak")]
-    scores[:, angles] /= loop.gear
-    return Draws(scores=scores, failed=sum(ended for _, ended in results))
+    return np.array([result for result, _ in results]), np.array([ended for _, ended in results])
 
 
 def draw_words(found: Draws) -> dict[str, object]:

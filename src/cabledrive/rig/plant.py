@@ -5,11 +5,11 @@ from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import expm
 
 from cabledrive.parameters import InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain, state_space
 from cabledrive.rig.kink_kernels import KinkNumbers
+from cabledrive.rig.lane_tables import exponentials
 from cabledrive.rig.plant_kernels import PlantNumbers
 
 Array = NDArray[np.float64]
@@ -117,10 +117,13 @@ def _softened(chain: LumpedChain, first: float, last: float) -> LumpedChain:
 
 
 def _tables(rates: Array, step: float) -> Array:
-    """Transitions over an internal step, the motor held and free."""
-    held = rates.copy()
-    held[rates.shape[0] // 2] = 0.0
-    return np.array([_over(held, step), _over(rates, step)])
+    """States after an internal step, from states and inputs, the motor held and free."""
+    m = rates.shape[0]
+    block = np.zeros((2, m + 4, m + 4))
+    block[:, :m, : m + 3] = rates
+    block[0, m // 2] = 0.0
+    block[:, m + 1, m + 3] = 1.0 / step  # the motor's torque, rising
+    return exponentials(block * step)[:, :m]
 
 
 def _rates(chain: LumpedChain, current_rate: float) -> Array:
@@ -131,15 +134,6 @@ def _rates(chain: LumpedChain, current_rate: float) -> Array:
     rates[2 * n, 2 * n : 2 * n + 2] = -current_rate, current_rate
     rates[: 2 * n, 2 * n + 2], rates[: 2 * n, 2 * n + 3] = b[:, 0], b[:, -1]
     return rates
-
-
-def _over(rates: Array, time: float) -> Array:
-    """States after a time, from states and inputs."""
-    m = rates.shape[0]
-    block = np.zeros((m + 4, m + 4))
-    block[:m, : m + 3] = rates
-    block[m + 1, m + 3] = 1.0 / time  # the motor's torque, rising
-    return expm(block * time)[:m]
 
 
 def _norm(rates: Array) -> float:
