@@ -27,11 +27,11 @@ class VirtualCamera:
     noise : float
         Deviation of a pixel's noise, of 255 levels.
     clutter : int
-        Bright spots that stand still, beside hot pixels.
+        Bright spots that stand still, at most nine tenths as bright as the marker, beside hot pixels.
     marker : (float, float)
         Height and width of the painted segment [pixel].
     contrast : float
-        Grey level of the marker above the background.
+        Grey level of the marker above the dark background; it hides what is behind it.
     """
 
     rows: int = 160
@@ -70,7 +70,8 @@ def filmed(
     rows = np.arange(camera.rows, dtype=np.float64)
     for instants in np.atleast_2d(position):
         down = _box(rows, instants, camera.marker[0], camera.blur)
-        frame = backdrop + camera.contrast * np.outer(down, across)
+        cover = np.outer(down, across)
+        frame = backdrop * (1.0 - cover) + (25.0 + camera.contrast) * cover
         frame = frame + camera.noise * rng.normal(size=frame.shape)
         yield np.clip(np.rint(frame), 0, 255).astype(np.uint8)
 
@@ -95,6 +96,8 @@ def _backdrop(camera: VirtualCamera, rng: np.random.Generator) -> Array:
     light = 25.0 + 6.0 * np.linspace(0.0, 1.0, camera.columns) * np.ones(shape)
     spots = np.zeros(shape)
     for _ in range(camera.clutter):
-        spots[rng.integers(4, camera.rows - 4), rng.integers(4, camera.columns - 4)] = rng.uniform(1500, 6000)
+        spots[rng.integers(4, camera.rows - 4), rng.integers(4, camera.columns - 4)] = rng.uniform(
+            500.0, 2400.0
+        )
     hot = (rng.random(shape) < 5e-4) * rng.uniform(100.0, 230.0, shape)
     return np.asarray(light + ndimage.gaussian_filter(spots, 1.6) + hot)

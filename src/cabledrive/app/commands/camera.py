@@ -1,0 +1,75 @@
+"""`cabledrive camera`: the track of a marker in a video, as a log."""
+
+from typing import Any
+
+import click
+
+from cabledrive.app.options import NewFile, NewFileType, Quantity, Subcommand, answering, force_option
+from cabledrive.app.results import Answer, provenance
+from cabledrive.parameters import InputRefused
+
+
+@click.command(
+    cls=Subcommand,
+    example='cabledrive camera clip.avi --frame-rate 480 --scale "0.4 mm" -o track.csv',
+    short_help="Follow a painted marker through a video.",
+)
+@answering
+@force_option
+@click.argument("video", metavar="VIDEO")
+@click.option("--frame-rate", type=Quantity("Hz"), help="Of the recording; by default what the file says.")
+@click.option("--scale", type=Quantity("m"), help="Length of one pixel.")
+@click.option("--known-length", type=Quantity("m"), help="A length seen in the picture, with --known-pixels.")
+@click.option("--known-pixels", type=float, metavar="N", help="How many pixels long it is.")
+@click.option("--markers", type=click.IntRange(1, 2), default=1, show_default=True, help="How many move.")
+@click.option("--region", metavar="R0:R1,C0:C1", help="Rows and columns to look at.")
+@click.option(
+    "-o", "--output", type=NewFileType(".csv"), metavar="LOG.csv", required=True, help="The log to write."
+)
+def command(
+    video: str,
+    frame_rate: float | None,
+    scale: float | None,
+    known_length: float | None,
+    known_pixels: float | None,
+    markers: int,
+    region: str | None,
+    output: NewFile,
+) -> Answer:
+    """Follow a white marker through VIDEO, or a folder of pictures, and write a log that `identify` reads."""
+    from cabledrive.identification.camera import marker_log, open_clip, scale_from, track_marker
+    from cabledrive.rig.log_table import log_csv
+
+    if scale is None:
+        if known_length is None or known_pixels is None:
+            raise InputRefused("no scale: give --scale, or --known-length with --known-pixels")
+        scale = scale_from(known_length, (0.0, 0.0), (known_pixels, 0.0))
+    track = track_marker(open_clip(video, frame_rate), markers=markers, region=_region(region))
+    log = marker_log(track, scale)
+    output.write(log_csv(log))
+    data: dict[str, Any] = {
+        "log": str(output.path),
+        "frames": int(track.place.size),
+        "rows": len(log),
+        "frame_rate_hz": track.frame_rate,
+        "scale": scale,
+        "channels": {name: log.units[name] for name in log.channels},
+        "findings": list(track.findings),
+    }
+    words = [f"{track.place.size} frames at {track.frame_rate:g} Hz: {', '.join(log.channels)}"]
+    words += [f"finding: {finding}" for finding in track.findings]
+    return Answer(
+        data=data,
+        text="\n".join(words),
+        provenance=provenance(method="threshold, unwanted spots left out, centroid in a soft window"),
+    )
+
+
+def _region(text: str | None) -> tuple[int, int, int, int] | None:
+    if text is None:
+        return None
+    try:
+        rows, columns = (part.split(":") for part in text.split(","))
+        return int(rows[0]), int(rows[1]), int(columns[0]), int(columns[1])
+    except (ValueError, IndexError):
+        raise InputRefused(f'--region "{text}": write rows and columns, as 10:150,20:200') from None

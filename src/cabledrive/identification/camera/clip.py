@@ -1,0 +1,248 @@
+"""Frames of a camera: a video file, a folder of pictures, or arrays in memory; read one by one, in grey."""
+
+import os
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.parameters import InputRefused
+
+Array = NDArray[np.float64]
+Frames = Iterator[tuple[int, Array]]
+
+VIDEOS = (".avi", ".mp4", ".mkv", ".mov", ".m4v", ".webm")
+PICTURES = (".png", ".tif", ".tiff", ".bmp", ".pgm", ".jpg", ".jpeg")
+LARGEST_FRAME = 2**24
+"""Pixels of a frame; a larger one is refused before it is unpacked."""
+MOST_FRAMES = 500_000
+GREY = np.array([0.299, 0.587, 0.114])
+"""Weights of red, green and blue in grey, as ITU-R BT.601 has them."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Clip:
+    """Frames that can be gone through several times.
+
+    Attributes
+    ----------
+    source : str
+    frame_rate : float
+        [Hz].
+    frames : callable
+        ``frames()`` yields the number of a frame on an even grid, and the frame in grey, shape (rows,
+        columns).
+    findings : tuple of str
+    """
+
+    source: str
+    frame_rate: float
+    frames: Callable[[], Frames]
+    findings: tuple[str, ...] = ()
+
+
+def clip_of(frames: Sequence[Any], frame_rate: float, source: str = "frames") -> Clip:
+    """A clip from arrays in memory.
+
+    Parameters
+    ----------
+    frames : sequence of array_like, shape (rows, columns) or (rows, columns, 3)
+    frame_rate : float
+        [Hz].
+    source : str
+
+    Returns
+    -------
+    Clip
+    """
+    check_rate(frame_rate, source)
+    return Clip(
+        source=source,
+        frame_rate=frame_rate,
+        frames=lambda: ((k, grey(np.asarray(frame))) for k, frame in enumerate(frames)),
+    )
+
+
+def open_clip(path: str | Path, frame_rate: float | None = None) -> Clip:
+    """Open a video, or a folder of numbered pictures.
+
+    Parameters
+    ----------
+    path : path-like
+    frame_rate : float, optional
+        Of the recording [Hz]: a high-speed camera writes files that play slowly. Default: what the file says.
+
+    Returns
+    -------
+    Clip
+
+    Raises
+    ------
+    InputRefused
+        If it is neither, or cannot be read, or no rate is known.
+    """
+    path = Path(path)
+    if frame_rate is not None:
+        check_rate(frame_rate, path.name)
+    if path.is_dir():
+        return _pictures(path, frame_rate)
+    if not path.is_file():
+        raise InputRefused(f"{path}: no such file: give a video or a folder of pictures")
+    if path.suffix.lower() not in VIDEOS:
+        raise InputRefused(
+            f"{path.name}: videos end in {', '.join(VIDEOS)}: give one, or a folder of pictures"
+        )
+    return _video(path, frame_rate)
+
+
+def check_rate(frame_rate: float, source: str) -> None:
+    """Refuse a frame rate that no camera has.
+
+    Parameters
+    ----------
+    frame_rate : float
+        [Hz].
+    source : str
+
+    Raises
+    ------
+    InputRefused
+        If it is not positive and finite.
+    """
+    if not (np.isfinite(frame_rate) and 0.0 < frame_rate <= 1e7):
+        raise InputRefused(f"{source}: frame rate {frame_rate:g} Hz must lie above 0 and up to 1e7 Hz")
+
+
+def grey(frame: NDArray[Any]) -> Array:
+    """A frame in grey.
+
+    Parameters
+    ----------
+    frame : ndarray, shape (rows, columns) or (rows, columns, 3 or 4)
+        Red, green, blue.
+
+    Returns
+    -------
+    ndarray, shape (rows, columns)
+
+    Raises
+    ------
+    InputRefused
+        If it has another shape.
+    """
+    if frame.ndim == 3 and frame.shape[2] in (3, 4):
+        return np.asarray(frame[:, :, :3] @ GREY)
+    if frame.ndim != 2:
+        raise InputRefused(f"a frame of shape {frame.shape}: give rows by columns, in grey or in colour")
+    return frame.astype(float)
+
+
+def _pictures(folder: Path, frame_rate: float | None) -> Clip:
+    files = sorted(
+        (path for path in folder.iterdir() if path.suffix.lower() in PICTURES), key=lambda path: _place(path)
+    )
+    if len(files) < 3:
+        raise InputRefused(
+            f"{folder.name}: holds {len(files)} pictures ({', '.join(PICTURES)}): give a video"
+        )
+    if frame_rate is None:
+        raise InputRefused(f"{folder.name}: pictures have no time: give the frame rate")
+    places = [_place(path)[0] for path in files]
+    numbered = len(set(places)) == len(places) and places[0] >= 0
+    first = places[0] if numbered else 0
+
+    def read() -> Frames:
+        for k, path in enumerate(files):
+            yield (places[k] - first if numbered else k), _picture(path)
+
+    return Clip(source=folder.name, frame_rate=frame_rate, frames=read)
+
+
+def _place(path: Path) -> tuple[int, str]:
+    """The last number in a file's name, then the name; files are played in that order."""
+    numbers = re.findall(r"\d+", path.stem)
+    return (int(numbers[-1]) if numbers else -1), path.name
+
+
+def _picture(path: Path) -> Array:
+    from PIL import Image
+
+    try:
+        with Image.open(path) as image:
+            _check_size(image.size, path.name)
+            return grey(
+                np.asarray(image.convert("RGB" if image.mode not in ("L", "I;16", "F") else image.mode))
+            )
+    except InputRefused:
+        raise
+    except Exception as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise InputRefused(f"{path.name}: is no picture that can be read ({reason}): leave it out") from None
+
+
+def _check_size(size: tuple[int, int], source: str) -> None:
+    if size[0] * size[1] > LARGEST_FRAME:
+        raise InputRefused(
+            f"{source}: frames of {size[0]} x {size[1]} pixels, at most {LARGEST_FRAME} are read: crop them"
+        )
+
+
+def _opencv() -> Any:
+    """OpenCV, silent: its decoder would write to standard error."""
+    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
+    try:
+        import cv2
+    except ImportError:
+        raise InputRefused(
+            "videos need OpenCV: pip install 'cabledrive[camera]', or give a folder of pictures"
+        ) from None
+    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+    return cv2
+
+
+def _video(path: Path, frame_rate: float | None) -> Clip:
+    cv2 = _opencv()
+    capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
+    try:
+        ready = capture.isOpened()
+        size = (int(capture.get(cv2.CAP_PROP_FRAME_WIDTH)), int(capture.get(cv2.CAP_PROP_FRAME_HEIGHT)))
+        played, count = float(capture.get(cv2.CAP_PROP_FPS)), int(capture.get(cv2.CAP_PROP_FRAME_COUNT))
+        if not ready or size[0] < 1 or size[1] < 1:
+            raise InputRefused(f"{path.name}: is no video that can be read: record it again or convert it")
+        _check_size(size, path.name)
+        if not capture.grab():
+            raise InputRefused(f"{path.name}: holds no frame that can be read: record it again or convert it")
+    finally:
+        capture.release()
+    if frame_rate is None and not 0.0 < played < 1e7:
+        raise InputRefused(f"{path.name}: states no frame rate: give it")
+    findings = () if frame_rate is not None else (f"frame rate {played:g} Hz as the file says",)
+    return Clip(
+        source=path.name,
+        frame_rate=frame_rate or played,
+        frames=lambda: _video_frames(path, played, count),
+        findings=findings,
+    )
+
+
+def _video_frames(path: Path, played: float, count: int) -> Frames:
+    """Each frame at its place by its time stamp, where the file has any; else one after another."""
+    cv2 = _opencv()
+    capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
+    try:
+        place, first, read = -1, 0.0, 0
+        while read < MOST_FRAMES:
+            ready, frame = capture.read()
+            if not ready:
+                break
+            stamp = float(capture.get(cv2.CAP_PROP_POS_MSEC)) * 1e-3 * played
+            first = stamp if read == 0 else first
+            place = max(place + 1, round(stamp - first)) if np.isfinite(stamp) else place + 1
+            yield place, grey(frame[:, :, ::-1] if frame.ndim == 3 else frame)
+            read += 1
+    finally:
+        capture.release()

@@ -1,0 +1,257 @@
+"""The marker among the bright spots of a clip: the one that moves, followed from frame to frame."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.identification.camera.clip import Clip
+from cabledrive.identification.camera.spots import STANDS_OUT, Levels, levels_of, spots_of, uncovered
+from cabledrive.parameters import InputRefused
+
+Array = NDArray[np.float64]
+
+SAMPLED = 32
+LASTING = 0.5
+"""Share of the frames in which a spot must be seen to be a marker."""
+MOVING = 0.15
+"""Motion of a spot [pixel] above which it is a marker."""
+SHARE = 0.25
+"""The same, as a share of the largest motion."""
+FURTHEST = 40.0
+"""Jump between neighbouring frames [pixel] at which a spot is another one."""
+MARGIN = 5.0
+"""Beyond a marker's edge, where its blurred light still falls [pixel]."""
+LEAST_SEEN = 6
+LIKE, UNLIKE = 0.5, 1.4
+"""Logarithm of the ratio of areas of spots that are, or may be, the same."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MarkerTrack:
+    """Where the markers are in each frame.
+
+    Attributes
+    ----------
+    source : str
+    frame_rate : float
+        [Hz].
+    place : ndarray of int, shape (frames,)
+        Number of each frame on an even grid; a number that is left out is a dropped frame.
+    rows, columns : ndarray, shape (frames, markers)
+        [pixel], downwards and to the right from the middle of the first pixel; NaN where a marker is lost.
+    findings : tuple of str
+    """
+
+    source: str
+    frame_rate: float
+    place: NDArray[np.int64]
+    rows: Array
+    columns: Array
+    findings: tuple[str, ...] = ()
+
+
+def track_marker(
+    clip: Clip, *, markers: int = 1, region: tuple[int, int, int, int] | None = None
+) -> MarkerTrack:
+    """Follow a white marker on a dark background, or several.
+
+    Spots that stand still are clutter, whatever their size. Where the marker moves by more than its own size,
+    what stands still is taken off the picture and the clip gone through once more.
+
+    Parameters
+    ----------
+    clip : Clip
+    markers : int, default 1
+        How many move.
+    region : (int, int, int, int), optional
+        First and last row, first and last column to look at [pixel].
+
+    Returns
+    -------
+    MarkerTrack
+        Markers from above to below.
+
+    Raises
+    ------
+    InputRefused
+        If no marker is found, or more move than were asked for.
+    """
+    clip = replace(clip, frames=_cut(clip, region))
+    levels = levels_of([frame for _, frame in _sampled(clip)])
+    if not levels.marked:
+        raise InputRefused(
+            f"{clip.source}: no marker: nothing stands {STANDS_OUT:g} deviations of the noise above the "
+            "background: light it, or paint it white"
+        )
+    place, spots, repeated = _go_through(clip, levels, None)
+    tracks = _linked(spots)
+    chosen = _movers(clip.source, tracks, len(spots), markers)
+    motion = min(_motion(tracks[k]) for k in chosen)
+    size = np.sqrt(np.median(tracks[chosen[0]][:, 2][np.isfinite(tracks[chosen[0]][:, 2])]))
+    if motion > 0.6 * size:
+        still = _still(clip, levels, place, [tracks[k] for k in chosen])
+        place, spots, repeated = _go_through(clip, levels, still)
+        tracks = _linked(spots)
+        chosen = _movers(clip.source, tracks, len(spots), markers)
+    _check_movers(clip.source, tracks, markers)
+    found = np.stack(_followed(spots, [tracks[k] for k in chosen]), axis=1)
+    found = found[:, np.argsort(np.nanmedian(found[:, :, 0], axis=0))]
+    top, left = (region[0], region[2]) if region else (0, 0)
+    return MarkerTrack(
+        source=clip.source,
+        frame_rate=clip.frame_rate,
+        place=place,
+        rows=found[:, :, 0] + top,
+        columns=found[:, :, 1] + left,
+        findings=(*clip.findings, *_findings(place, found[:, :, 0], repeated)),
+    )
+
+
+def _cut(clip: Clip, region: tuple[int, int, int, int] | None):  # type: ignore[no-untyped-def]
+    if region is None:
+        return clip.frames
+    a, b, c, d = region
+    if not (0 <= a < b and 0 <= c < d):
+        raise InputRefused(f"region {region}: give first and last row, first and last column")
+    return lambda: ((k, frame[a:b, c:d]) for k, frame in clip.frames())
+
+
+def _sampled(clip: Clip, count: int = SAMPLED) -> list[tuple[int, Array]]:
+    """Frames from all over the clip with their numbers, few enough for memory."""
+    kept: list[tuple[int, Array]] = []
+    every = 1
+    for number, (place, frame) in enumerate(clip.frames()):
+        if number % every == 0:
+            kept.append((place, frame))
+            if len(kept) == 2 * count:
+                kept, every = kept[::2], 2 * every
+    if len(kept) < 3 or min(kept[0][1].shape) < 8:
+        raise InputRefused(
+            f"{clip.source}: holds {len(kept)} frames: a track needs at least 3 of 8 by 8 pixels"
+        )
+    return kept
+
+
+def _still(clip: Clip, levels: Levels, place: NDArray[np.int64], markers: list[Array]) -> Array:
+    """What stands in the picture: the median of each pixel while no marker is near it."""
+    frames = []
+    for number, frame in _sampled(clip, 2 * SAMPLED):
+        at = int(np.searchsorted(place, number))
+        if at == place.size or place[at] != number or not all(np.isfinite(m[at, 0]) for m in markers):
+            continue
+        kept = np.array(frame)
+        for marker in markers:
+            row, column, _, high, wide = marker[at]
+            top, left = max(0, int(row - high - MARGIN)), max(0, int(column - wide - MARGIN))
+            kept[top : int(row + high + MARGIN) + 1, left : int(column + wide + MARGIN) + 1] = np.nan
+        frames.append(kept)
+    seen = np.array(frames) if frames else np.full((1, 1, 1), np.nan)
+    often = np.isfinite(seen).sum(axis=0) >= min(LEAST_SEEN, len(frames))
+    filled = np.where(often, seen, levels.background)
+    return np.asarray(np.nanmedian(filled, axis=0))
+
+
+def _go_through(
+    clip: Clip, levels: Levels, still: Array | None
+) -> tuple[NDArray[np.int64], list[Array], int]:
+    """Spots of every frame; a frame that repeats the one before it is a dropped one."""
+    place, spots, repeated = [], [], 0
+    before: Array | None = None
+    for number, frame in clip.frames():
+        if before is not None and frame.shape == before.shape and np.array_equal(frame, before):
+            repeated += 1
+            continue
+        before = frame
+        place.append(number)
+        spots.append(spots_of(frame if still is None else uncovered(frame, still, levels), levels))
+    return np.array(place, dtype=np.int64), spots, repeated
+
+
+def _linked(spots: list[Array]) -> list[Array]:
+    """Spots joined to tracks, each spot to the nearest end of a track; NaN where a track has none."""
+    tracks: list[Array] = []
+    last = np.empty((0, 2))
+    for number, seen in enumerate(spots):
+        free = list(range(len(seen)))
+        if len(last) and free:
+            distance = np.linalg.norm(last[:, None] - seen[None, :, :2], axis=2)
+            for flat in np.argsort(distance, axis=None):
+                track, spot = divmod(int(flat), len(seen))
+                if (
+                    distance[track, spot] > FURTHEST
+                    or spot not in free
+                    or np.isfinite(tracks[track][number, 0])
+                ):
+                    continue
+                tracks[track][number] = seen[spot]
+                last[track] = seen[spot, :2]
+                free.remove(spot)
+        for spot in free:
+            if len(tracks) < 400:
+                track_rows = np.full((len(spots), 5), np.nan)
+                track_rows[number] = seen[spot]
+                tracks.append(track_rows)
+                last = np.vstack([last, seen[spot, :2]])
+    return tracks
+
+
+def _followed(spots: list[Array], rough: list[Array]) -> list[Array]:
+    """Each marker from where it is sure, forwards and backwards, to the nearest spot of about its size."""
+    free = [np.ones(len(seen), dtype=bool) for seen in spots]
+    found = []
+    for track in rough:
+        area = float(np.nanmedian(track[:, 2]))
+        seeds = np.flatnonzero(np.abs(np.log(track[:, 2] / area)) < LIKE)
+        seed = int(seeds[seeds.size // 2])
+        whole = np.full((len(spots), 5), np.nan)
+        for numbers in (range(seed, len(spots)), range(seed - 1, -1, -1)):
+            last = track[seed, :2]
+            for number in numbers:
+                seen = spots[number]
+                far = np.linalg.norm(seen[:, :2] - last, axis=1) + 1e3 * ~(
+                    free[number] & (np.abs(np.log(seen[:, 2] / area)) < UNLIKE)
+                )
+                if far.size and far.min() <= FURTHEST:
+                    spot = int(np.argmin(far))
+                    whole[number], last = seen[spot], seen[spot, :2]
+                    free[number][spot] = False
+        found.append(whole)
+    return found
+
+
+def _motion(track: Array) -> float:
+    """Standard deviation of a track's place [pixel]."""
+    return float(np.hypot(np.nanstd(track[:, 0]), np.nanstd(track[:, 1])))
+
+
+def _movers(source: str, tracks: list[Array], frames: int, markers: int) -> list[int]:
+    lasting = [k for k, track in enumerate(tracks) if np.isfinite(track[:, 0]).mean() > LASTING]
+    if len(lasting) < markers:
+        raise InputRefused(
+            f"{source}: no marker: {len(lasting)} bright spots last through half of {frames} frames, "
+            f"{markers} wanted: light it, or slow its motion below {FURTHEST:g} pixels per frame"
+        )
+    return sorted(lasting, key=lambda k: -_motion(tracks[k]))[:markers]
+
+
+def _check_movers(source: str, tracks: list[Array], markers: int) -> None:
+    motions = [_motion(track) for track in tracks if np.isfinite(track[:, 0]).mean() > LASTING]
+    moving = sum(motion > max(MOVING, SHARE * max(motions)) for motion in motions)
+    if moving > markers:
+        raise InputRefused(
+            f"{source}: {moving} markers move, {markers} wanted: ask for {moving}, or give a region"
+        )
+
+
+def _findings(place: NDArray[np.int64], rows: Array, repeated: int) -> list[str]:
+    found = []
+    dropped = int(place[-1] - place[0] + 1 - place.size)
+    if dropped:
+        found.append(f"{dropped} frames dropped, {repeated} of them repeat the one before")
+    lost = int(np.isnan(rows).any(axis=1).sum())
+    if lost:
+        found.append(f"marker lost in {lost} of {place.size} frames")
+    if np.nanstd(rows) < 0.05:
+        found.append("the marker stands still")
+    return found

@@ -1,0 +1,180 @@
+"""The track of a marker is right to a twentieth of a pixel, and what is wrong with a clip is said."""
+
+import json
+
+import numpy as np
+import pytest
+
+from cabledrive.identification.camera import clip_of, marker_log, open_clip, scale_from, track_marker
+from cabledrive.identification.logs.reading import read_log
+from cabledrive.identification.tension.partials import (
+    amplitude_spectrum,
+    fundamental,
+    noise_level,
+    partial_at,
+)
+from cabledrive.parameters import InputRefused
+from cabledrive.rig.log_table import log_csv
+from cabledrive.rig.virtual_camera import VirtualCamera, filmed
+
+RATE = 480.0
+TONES = (34.2, 71.7, 143.1)
+
+
+def swinging(rng, amplitudes, duration=2.0, exposure=0.5, middle=80.3):
+    """Rows of a marker that swings at three frequencies, at nine instants of each exposure [pixel]."""
+    phases = rng.uniform(0.0, 6.0, len(TONES))
+    frames = np.arange(round(duration * RATE))[:, None] / RATE
+    time = frames + exposure / RATE * np.linspace(-0.5, 0.5, 9)
+    waves = [
+        a * np.exp(-time) * np.sin(2 * np.pi * f * time + p)
+        for a, f, p in zip(amplitudes, TONES, phases, strict=True)
+    ]
+    return middle + np.sum(waves, axis=0)
+
+
+def film(seed, amplitudes, *, duration=2.0, **options):
+    rng = np.random.default_rng(seed)
+    rows = swinging(rng, amplitudes, duration)
+    return rows.mean(axis=1), list(filmed(VirtualCamera(**options), rows, rng))
+
+
+@pytest.fixture(scope="module")
+def clip():
+    """Two seconds of 224 x 160 pixels at 480 frames per second, large motion, six spots of clutter."""
+    return film(7, (18.0, 6.0, 2.5))
+
+
+def test_the_track_is_right_to_a_twentieth_of_a_pixel_and_its_frequencies_to_a_tenth_of_a_hertz(clip):
+    exact, frames = clip
+    track = track_marker(clip_of(frames, RATE))
+    error = track.rows[:, 0] - exact
+    assert np.sqrt(np.mean(error**2)) <= 0.05, np.sqrt(np.mean(error**2))
+    frequency, amplitude = amplitude_spectrum(track.rows[:, 0], 1 / RATE)
+    for wanted in TONES:
+        near = fundamental(frequency, amplitude, np.ones(1), wanted - 3.0, wanted + 3.0)
+        tone = partial_at(track.rows[:, 0], 1 / RATE, 1, near, 4.0, 2, noise_level(amplitude))
+        assert tone.frequency == pytest.approx(wanted, abs=0.1), tone
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("amplitudes", [(18.0, 6.0, 2.5), (8.0, 3.0, 1.0), (1.5, 0.6, 0.2)])
+def test_tracks_of_ten_films_each(seed, amplitudes):
+    """Clutter that touches a marker which moves less than its own size is not told from it: none here."""
+    clutter = 6 if amplitudes[0] > 3.0 else 0
+    exact, frames = film(seed, amplitudes, clutter=clutter)
+    error = track_marker(clip_of(frames, RATE)).rows[:, 0] - exact
+    assert np.sqrt(np.nanmean(error**2)) <= 0.05, np.sqrt(np.nanmean(error**2))
+    assert np.isnan(error).sum() <= 5
+
+
+def test_dropped_and_repeated_frames_are_missing_rows_that_identify_fills(clip, tmp_path):
+    exact, frames = clip
+    kept = [frames[k - 1] if k in (50, 51) else frame for k, frame in enumerate(frames[:110])]
+    track = track_marker(clip_of(kept, RATE))
+    assert "2 frames dropped" not in track.findings[0]  # frame 51 repeats frame 50, not the one before
+    log = marker_log(track, 4e-4)
+    assert np.isnan(log.channel("position")).sum() == 1
+    (tmp_path / "track.csv").write_text(log_csv(log))
+    read = read_log(tmp_path / "track.csv")
+    assert "missing values of position filled" in read.report.repaired[0]
+    centred = -4e-4 * (exact[:110] - exact[:110].mean())
+    error = read.channel("position") - centred
+    assert np.sqrt(np.mean(np.delete(error - error.mean(), [49, 50, 51]) ** 2)) < 4e-4 * 0.08
+
+
+def test_a_lost_marker_is_missing_and_said(clip):
+    _, frames = clip
+    dark = [frame.copy() for frame in frames[:150]]
+    rng = np.random.default_rng(1)
+    for k in (60, 61, 62):
+        dark[k] = (28 + 8 * rng.normal(size=dark[k].shape)).clip(0, 255).astype(np.uint8)
+    track = track_marker(clip_of(dark, RATE))
+    assert np.isnan(track.rows[60:63, 0]).all()
+    assert np.isfinite(np.delete(track.rows[:, 0], [60, 61, 62])).all()
+    assert "marker lost in 3 of 150 frames" in track.findings
+
+
+def test_two_markers_are_followed_when_asked_for_and_refused_when_not():
+    rng = np.random.default_rng(4)
+    upper, lower = swinging(rng, (5, 2, 1), 0.2, middle=40.0), swinging(rng, (6, 2, 1), 0.2, middle=120.0)
+    bright = VirtualCamera(clutter=0, noise=0.0)
+    pairs = zip(filmed(bright, upper, rng), filmed(bright, lower, rng), strict=True)
+    frames = [np.maximum(a, b) + rng.normal(0, 6, a.shape) for a, b in pairs]
+    with pytest.raises(InputRefused, match="2 markers move, 1 wanted"):
+        track_marker(clip_of(frames, RATE))
+    track = track_marker(clip_of(frames, RATE), markers=2)
+    for k, rows in enumerate((upper, lower)):
+        assert np.sqrt(np.mean((track.rows[:, k] - rows.mean(axis=1)) ** 2)) < 0.05
+    assert set(marker_log(track, 1e-3).channels) >= {"upper_position", "lower_position"}
+    one = track_marker(clip_of(frames, RATE), region=(80, 160, 0, 224))
+    assert np.sqrt(np.mean((one.rows[:, 0] - lower.mean(axis=1)) ** 2)) < 0.05
+
+
+def test_a_clip_without_a_marker_is_refused_in_one_line():
+    rng = np.random.default_rng(2)
+    frames = [25 + 8 * rng.normal(size=(60, 80)) for _ in range(20)]
+    with pytest.raises(InputRefused, match="no marker") as refusal:
+        track_marker(clip_of(frames, RATE))
+    assert "\n" not in str(refusal.value)
+
+
+def test_a_video_file_and_a_folder_of_pictures_are_the_same_clip(clip, tmp_path):
+    cv2 = pytest.importorskip("cv2", reason="needs the extra camera")
+    from PIL import Image
+
+    exact, frames = clip
+    video = cv2.VideoWriter(str(tmp_path / "a.avi"), cv2.VideoWriter_fourcc(*"MJPG"), 30.0, (224, 160))
+    (tmp_path / "frames").mkdir()
+    for k, frame in enumerate(frames[:120]):
+        video.write(np.repeat(frame[:, :, None], 3, axis=2))
+        if k != 40:  # a picture that was lost
+            Image.fromarray(frame).save(tmp_path / "frames" / f"frame_{k:04d}.png")
+    video.release()
+    for source in ("a.avi", "frames"):
+        track = track_marker(open_clip(tmp_path / source, RATE))
+        assert track.frame_rate == RATE
+        error = track.rows[:, 0] - exact[:120][track.place - track.place[0]]
+        assert np.sqrt(np.mean(error**2)) <= 0.05, (source, np.sqrt(np.mean(error**2)))
+    assert "1 frames dropped" in track.findings[0]
+
+
+def test_the_scale_comes_from_a_known_length():
+    assert scale_from(0.03, (10.0, 20.0), (10.0, 95.0)) == pytest.approx(4e-4)
+    with pytest.raises(InputRefused, match="no scale"):
+        scale_from(0.03, (10.0, 20.0), (10.0, 20.0))
+
+
+def test_the_door_writes_a_log_that_identify_reads(clip, tmp_path, capsys):
+    pytest.importorskip("cv2", reason="needs the extra camera")
+    import cv2
+
+    from cabledrive.app.main import main
+
+    _, frames = clip
+    video = cv2.VideoWriter(str(tmp_path / "a.avi"), cv2.VideoWriter_fourcc(*"MJPG"), 30.0, (224, 160))
+    for frame in frames[:110]:
+        video.write(np.repeat(frame[:, :, None], 3, axis=2))
+    video.release()
+    arguments = ["--frame-rate", "480", "--known-length", "30 mm", "--known-pixels", "75", "--json"]
+    with pytest.raises(SystemExit) as end:
+        main(["camera", str(tmp_path / "a.avi"), *arguments, "-o", str(tmp_path / "a.csv"), "--quiet"])
+    out = capsys.readouterr()
+    assert (end.value.code or 0, out.err) == (0, "")
+    assert json.loads(out.out)["scale"] == pytest.approx(4e-4)
+    log = read_log(tmp_path / "a.csv")
+    assert log.sample_rate == pytest.approx(480.0)
+    assert set(log.channels) == {"position", "along_position"}
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"no video at all" * 50, b"RIFF\x00\x00\x00\x00AVI LIST" + bytes(300)]
+)
+@pytest.mark.parametrize("name", ["clip.avi", "clip.mp4"])
+def test_a_corrupt_video_is_refused_in_one_line(tmp_path, content, name):
+    pytest.importorskip("cv2", reason="needs the extra camera")
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(InputRefused, match=name) as refusal:
+        open_clip(tmp_path / name, RATE)
+    assert "\n" not in str(refusal.value)
