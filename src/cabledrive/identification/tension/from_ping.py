@@ -91,7 +91,8 @@ def tension_from_ping(
 
 
 def _channels(log: Log) -> list[str]:
-    direct = [c for c in log.channels if c.rpartition("_")[2] in ("position", "velocity", "acceleration")]
+    swings = [c for c in log.channels if c.rpartition("_")[2] in ("position", "velocity", "acceleration")]
+    direct = [c for c in swings if "along" not in c.split("_")]  # of a camera: across the cable
     direct = direct or [c for c in log.channels if c == "sound"]
     if direct:
         return direct
