@@ -99,3 +99,17 @@ def test_a_steady_load_splits_the_tuning_of_the_spans():
 
 def test_a_load_that_takes_the_tension_away_is_refused():
     assert "without tension" in refusal("resonance", "dissertation-2", "--load-torque", "1 N m")
+
+
+def test_branches_tell_onset_and_stability():
+    found = answer("resonance", "dissertation-2", *DAMPED, "--torque", "40 mN m", "--branches")
+    upper = next(branch for branch in found["branches"] if branch["spans"] == ["upper"])
+    assert upper["onset"] == pytest.approx(found["threshold_torque"], rel=0.01)
+    assert len(upper["torque"]) == len(upper["growth"]) > 20
+
+
+def test_branches_without_damping_end_with_status_3_and_keep_the_rest():
+    result = call("resonance", "dissertation-2", "--torque", "40 mN m", "--branches", "--json")
+    assert result.exit_code == 3
+    assert "undamped" in result.stderr
+    assert '"threshold_torque": 0' in result.stdout
