@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import expm
+from scipy.linalg import expm, solve_discrete_are
 
 from cabledrive.control.observer_numbers import KALMAN, ObserverNumbers
 from cabledrive.mechanics.compiled import njit
@@ -52,6 +52,8 @@ class KalmanTuning:
 
 QUIET = KalmanTuning()
 EAGER = KalmanTuning(disturbance=1.0, load_acceleration=0.1, cancels=True)
+WARY = KalmanTuning(disturbance=1e-3, load_acceleration=0.3, offsets=(1e-6, 1e-8))
+"""Trusts the load's equation less: for a cable known to some per cent only, and bandwidths above 30 Hz."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,6 +83,7 @@ def kalman_filter(
     *,
     chosen: Sequence[int],
     tuning: KalmanTuning = QUIET,
+    settled: bool = False,
 ) -> ObserverNumbers:
     """Design the filter.
 
@@ -96,6 +99,8 @@ def kalman_filter(
     chosen : sequence of int
         Inertias whose angles and speeds the law takes.
     tuning : KalmanTuning, optional
+    settled : bool, default False
+        Only the gain on which the recursion settles, for a filter that goes on from another's states.
 
     Returns
     -------
@@ -119,7 +124,10 @@ def kalman_filter(
             output[j, 2 * chain.size + 1 + j] = 1.0
     variance = np.array(counts, dtype=float) ** 2 / 12.0
     start = _start(chain, variance, len(walks))
-    gains = _schedule(transition, noise, output, np.diag(variance), start)
+    if settled:
+        gains = settled_gain(transition, noise, output, np.diag(variance))
+    else:
+        gains = _schedule(transition, noise, output, np.diag(variance), start)
     n = chain.size
     return ObserverNumbers(
         kind=KALMAN,
@@ -222,6 +230,25 @@ def _schedule(transition: Array, noise: Array, output: Array, reading: Array, st
             f"{output.shape[0]} encoders do not let the filter see the drive: fit the load encoder"
         )
     return gains[: used + 1].copy()
+
+
+def settled_gain(transition: Array, noise: Array, output: Array, reading: Array) -> Array:
+    """Gain of the stationary filter, shape (1, states, m), by the algebraic Riccati equation.
+
+    Parameters
+    ----------
+    transition, noise : ndarray, shape (states, states)
+    output : ndarray, shape (m, states)
+    reading : ndarray, shape (m, m)
+        Covariance of the readings.
+
+    Returns
+    -------
+    ndarray, shape (1, states, m)
+    """
+    covariance = solve_discrete_are(transition.T, output.T, noise, reading)
+    spread = output @ covariance @ output.T + reading
+    return np.asarray(np.linalg.solve(spread, output @ covariance).T[None])
 
 
 @njit

@@ -1,120 +1,119 @@
 r"""What the load's own equation tells of the cable, from two encoders and no torque.
 
-.. math:: \ddot\theta_2 = \beta(\theta_1 - \theta_2) + \gamma(\dot\theta_1 - \dot\theta_2) + c, \qquad
-    \beta = k_k/J_2, \quad \gamma = b_b/J_2
+.. math:: \ddot\theta_N = \beta(\theta_{N-1} - \theta_N) + \gamma(\dot\theta_{N-1} - \dot\theta_N) + c,
+    \qquad \beta = k/J_N, \quad \gamma = b/J_N
 
 with every signal through :math:`1/(1 + s/\omega)^3`; the constant c takes what unknown encoder zeros add.
+Samples at which the load moves slower than a quarter of its largest speed are left out: a count then lasts
+long, and a loop that follows its encoder well makes the same rounding error in every run, which no averaging
+takes away.
 """
 
 from dataclasses import dataclass
-from math import pi
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import cont2discrete, lfilter
+
+from cabledrive.control.regression import filtered, interval_factor, least_squares, rounding_errors
 
 Array = NDArray[np.float64]
-FILTER_HZ, MEMORY = 10.0, 0.1
-CERTAIN = 0.02
+FILTER_HZ, THINNING, SLOW_SHARE = 10.0, 10, 0.25
+CERTAIN, DAMPING_CERTAIN = 0.02, 0.3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoadEstimate:
-    """Stiffness and damping over load inertia.
+    """Stiffness and damping of the last link over the load's inertia.
 
     Attributes
     ----------
     beta, gamma : float
-        [1/s^2], [1/s].
+        [1/s^2], [1/s]; NaN where the motion tells nothing.
     beta_error, gamma_error : float
-        Standard errors, residuals correlated over 0.1 s.
-    excited : bool
-        Whether beta is known to 2 %: from less, nothing is learnt.
+        Standard errors by the encoders' counts.
     """
 
     beta: float
     gamma: float
     beta_error: float
     gamma_error: float
-    excited: bool
 
     @property
     def interval(self) -> tuple[float, float]:
         """95 % interval of beta [1/s^2]."""
-        return self.beta - 1.96 * self.beta_error, self.beta + 1.96 * self.beta_error
+        half = interval_factor() * self.beta_error
+        return self.beta - half, self.beta + half
+
+    @property
+    def damping_interval(self) -> tuple[float, float]:
+        """95 % interval of gamma [1/s]."""
+        half = interval_factor() * self.gamma_error
+        return self.gamma - half, self.gamma + half
+
+    @property
+    def excited(self) -> bool:
+        """Whether beta is known to 2 %: from less, nothing is learnt."""
+        return bool(self.beta > 0.0 and interval_factor() * self.beta_error < CERTAIN * self.beta)
+
+    @property
+    def damping_known(self) -> bool:
+        """Whether gamma is known to 30 %."""
+        return bool(self.gamma > 0.0 and interval_factor() * self.gamma_error < DAMPING_CERTAIN * self.gamma)
 
 
-def filtered(signal: Array, interval: float, hertz: float = FILTER_HZ) -> Array:
-    """A signal and its first two derivatives through 1/(1 + s/w)^3, from rest at its first value.
-
-    Parameters
-    ----------
-    signal : ndarray, shape (samples,)
-    interval : float
-        Sample time [s].
-    hertz : float, default 10.0
-        w/(2 pi).
-
-    Returns
-    -------
-    ndarray, shape (3, samples)
-    """
-    w = 2.0 * pi * hertz
-    a = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [-(w**3), -3.0 * w**2, -3.0 * w]])
-    b = np.array([[0.0], [0.0], [w**3]])
-    rows = []
-    for k in range(3):
-        c = np.eye(3)[k : k + 1]
-        ad, bd, cd, dd, _ = cont2discrete((a, b, c, np.zeros((1, 1))), interval, "foh")
-        denominator = np.real(np.poly(ad))
-        numerator = np.real(np.poly(ad - bd @ cd)) - denominator + float(dd[0, 0]) * denominator
-        rows.append(lfilter(numerator, denominator, signal - signal[0]))
-    rows[0] = rows[0] + signal[0]
-    return np.array(rows)
-
-
-def estimate_load(drive_angle: Array, load_angle: Array, interval: float) -> LoadEstimate:
+def estimate_load(
+    readings: Array, counts: Array, interval: float, generator: np.random.Generator
+) -> LoadEstimate:
     """Least squares on the filtered load equation.
 
     Parameters
     ----------
-    drive_angle, load_angle : ndarray, shape (samples,)
-        Encoder angles of the pulleys, both at the first shaft [rad].
+    readings : ndarray, shape (samples, 2)
+        Encoder angles of the inertia before the load and of the load, both at the first shaft [rad].
+    counts : ndarray, shape (2,)
+        One count of each [rad].
     interval : float
         Sample time [s].
+    generator : numpy.random.Generator
+        For the errors.
 
     Returns
     -------
     LoadEstimate
     """
-    twist = filtered(drive_angle - load_angle, interval)
-    acceleration = filtered(load_angle, interval)[2]
-    regressors = np.column_stack((twist[0], twist[1], np.ones(len(load_angle))))
-    scale = np.abs(regressors).max(axis=0)
-    if np.any(scale == 0.0):
-        return LoadEstimate(beta=0.0, gamma=0.0, beta_error=np.inf, gamma_error=np.inf, excited=False)
-    scaled = regressors / scale
-    solution = np.linalg.lstsq(scaled, acceleration, rcond=None)[0]
-    residual = acceleration - scaled @ solution
-    spread = _covariance(scaled, residual, round(MEMORY / interval))
-    values, errors = solution / scale, np.sqrt(np.diag(spread)) / scale
-    known = bool(values[0] > 0.0 and errors[0] < CERTAIN * values[0])
+
+    def solve(angles: Array) -> Array:
+        return load_coefficients(angles, interval)
+
+    values = solve(readings)
+    if not np.all(np.isfinite(values)):
+        return LoadEstimate(beta=np.nan, gamma=np.nan, beta_error=np.inf, gamma_error=np.inf)
+    errors = rounding_errors(solve, readings, counts, interval, generator)
     return LoadEstimate(
         beta=float(values[0]),
         gamma=float(values[1]),
-        beta_error=float(errors[0]),
-        gamma_error=float(errors[1]),
-        excited=known,
+        beta_error=float(np.nan_to_num(errors[0], nan=np.inf)),
+        gamma_error=float(np.nan_to_num(errors[1], nan=np.inf)),
     )
 
 
-def _covariance(regressors: Array, residual: Array, lags: int) -> Array:
-    """Of the least squares, residuals correlated over some samples, weights falling on a straight line."""
-    moments = regressors * residual[:, None]
-    steps = max(1, lags // 25)
-    total = moments.T @ moments
-    for lag in range(steps, lags, steps):
-        part = moments[lag:].T @ moments[:-lag]
-        total += steps * (1.0 - lag / lags) * (part + part.T)
-    inverse = np.linalg.inv(regressors.T @ regressors)
-    return np.abs(inverse @ total @ inverse)
+def load_coefficients(readings: Array, interval: float) -> Array:
+    """Beta, gamma and the constant by least squares.
+
+    Parameters
+    ----------
+    readings : ndarray, shape (samples, 2)
+        [rad].
+    interval : float
+        Sample time [s].
+
+    Returns
+    -------
+    ndarray, shape (3,)
+    """
+    near, load = np.ascontiguousarray(readings.T)
+    twist = filtered(near - load, interval, FILTER_HZ)[:, ::THINNING]
+    own = filtered(load, interval, FILTER_HZ)[:, ::THINNING]
+    speed = np.abs(own[1])
+    regressors = np.column_stack((twist[0], twist[1], np.ones(len(speed))))
+    return least_squares(regressors, own[2], speed > SLOW_SHARE * speed.max())

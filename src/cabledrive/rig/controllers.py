@@ -8,9 +8,9 @@ import numpy as np
 
 from cabledrive.control.backstepping import PRINTED_HZ, backstepping_gains, backstepping_numbers
 from cabledrive.control.darc import darc_numbers
-from cabledrive.control.darc_gains import darc_gains, printed_bounds
+from cabledrive.control.darc_gains import Bounds, darc_gains, printed_bounds
 from cabledrive.control.flat_output import FlatOutput, flat_output
-from cabledrive.control.kalman import QUIET, KalmanTuning
+from cabledrive.control.kalman import QUIET, WARY, KalmanTuning
 from cabledrive.control.numbers import LawNumbers
 from cabledrive.control.reference import flat_reference
 from cabledrive.parameters import Drive
@@ -22,7 +22,7 @@ from cabledrive.rig.loop_numbers import Array
 from cabledrive.trajectories import Trajectory
 
 DAMPED_SHARE = 0.1
-BEST_HZ = 35.0
+BEST_HZ = 33.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -154,12 +154,20 @@ def darc_4_damped(wish: Wish) -> Controller:
     -------
     Controller
     """
-    chosen = wish if wish.bandwidth or not wish.best else replace(wish, bandwidth=BEST_HZ)
-    return chain_law(chosen, 4, "darc-4-damped", damped=True)
+    if wish.best and wish.bandwidth is None:
+        return chain_law(replace(wish, bandwidth=BEST_HZ), 4, "darc-4-damped", damped=True, tuning=WARY)
+    return chain_law(wish, 4, "darc-4-damped", damped=True)
 
 
 def chain_law(
-    wish: Wish, number: int, name: str, *, damped: bool, tuning: KalmanTuning = QUIET
+    wish: Wish,
+    number: int,
+    name: str,
+    *,
+    damped: bool,
+    tuning: KalmanTuning = QUIET,
+    chain: LumpedChain | None = None,
+    bounds: Bounds | None = None,
 ) -> Controller:
     """A law of the chain with or without damping.
 
@@ -170,15 +178,19 @@ def chain_law(
     name : str
     damped : bool
     tuning : KalmanTuning, optional
+    chain : LumpedChain, optional
+        The row it is made for; the drive's own unless told.
+    bounds : Bounds, optional
+        Of p2 to p5; as printed unless told.
 
     Returns
     -------
     Controller
     """
-    chain = wish.model(number)
+    chain = wish.model(number) if chain is None else chain
     flat = flat_output(chain, damped=damped)
     reference = flat_reference(flat, wish.wanted(2 * chain.size), wish.interval)
-    bounds = printed_bounds(chain, flexible_joint=FLEXIBLE_JOINT[number])
+    bounds = printed_bounds(chain, flexible_joint=FLEXIBLE_JOINT[number]) if bounds is None else bounds
     share = (DAMPED_SHARE if damped else 1.0) if wish.adapt else 0.0
     gains = darc_gains(number, wish.bandwidth, adaptation_share=share)
     law = darc_numbers(

@@ -102,6 +102,7 @@ def fit_observer(
     tuning: KalmanTuning = QUIET,
     *,
     own: bool = False,
+    settled: bool = False,
 ) -> tuple[ObserverNumbers, Integers, Array]:
     """The observer of a law, what its encoders read of the plant, and their counts.
 
@@ -120,6 +121,8 @@ def fit_observer(
     tuning : KalmanTuning, optional
     own : bool, default False
         Only the encoders of the law's shafts are read.
+    settled : bool, default False
+        The Kalman filter goes on from another's states.
 
     Returns
     -------
@@ -154,4 +157,7 @@ def fit_observer(
             )
         numbers = [names.index(shaft) for shaft in shafts]
         return filtered_difference(range(len(names)), sampling.interval, chosen=numbers), read, counts
-    return kalman_filter(design, places, list(counts), sampling, chosen=chosen, tuning=tuning), read, counts
+    found = kalman_filter(
+        design, places, list(counts), sampling, chosen=chosen, tuning=tuning, settled=settled
+    )
+    return found, read, counts

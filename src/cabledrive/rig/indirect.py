@@ -1,22 +1,66 @@
-"""The law that identifies in the loop: one pulse to learn the cable from, then everything anew."""
+"""The law that identifies in the loop: one pulse to learn from, then law, reference and filter made anew."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from cabledrive.control.kalman import EAGER, QUIET
+from cabledrive.control.darc_gains import Bounds, printed_bounds
+from cabledrive.control.kalman import WARY, Sampling
 from cabledrive.control.load_equation import LoadEstimate, estimate_load
-from cabledrive.parameters import Drive, Lumped
+from cabledrive.control.momentum_sum import MotorEstimate, acting_torque, estimate_motor
+from cabledrive.parameters import Drive, InputRefused
+from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.rig.circumstances import current_rate
 from cabledrive.rig.controllers import BEST_HZ, Controller, Wish, chain_law
-from cabledrive.rig.loop import Loop, Run, close_loop, run
-from cabledrive.rig.other_plants import on_the_plant_of
-from cabledrive.rig.setting import Motion, RigOptions
+from cabledrive.rig.fitting import fit_observer
+from cabledrive.rig.loop import Loop, Run, run
+from cabledrive.rig.setting import RigOptions
 
 NAME = "darc-indirect"
+SPREAD = (0.2, 0.05, 0.05)
+"""Relative half widths within which the inertias of motor, drive and load pulley are believed."""
+LEAST_SPREAD = 0.02
+SEED = 20
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Learnt:
+    """What one pulse told.
+
+    Attributes
+    ----------
+    load : LoadEstimate
+        Of the cable.
+    motor : MotorEstimate
+        Of whole inertia and friction.
+    """
+
+    load: LoadEstimate
+    motor: MotorEstimate
+
+    @property
+    def words(self) -> dict[str, Any]:
+        """What was learnt, with 95 % intervals, and whether it was used."""
+        names = ("inertia", "viscous_friction", "coulomb_friction", "offset_torque")
+        low, high = self.motor.intervals
+        return {
+            "beta": self.load.beta,
+            "beta_low": self.load.interval[0],
+            "beta_high": self.load.interval[1],
+            "gamma": self.load.gamma,
+            "gamma_low": self.load.damping_interval[0],
+            "gamma_high": self.load.damping_interval[1],
+            "used": self.load.excited,
+            "motor_used": self.load.excited and self.motor.excited,
+        } | {
+            name: {"value": float(value), "low": float(a), "high": float(b)}
+            for name, value, a, b in zip(names, self.motor.values, low, high, strict=True)
+        }
 
 
 def indirect(wish: Wish) -> Controller:
-    """The law before anything has been learnt: damping-aware Model 4.
+    """The law before anything has been learnt: damping-aware Model 4 at the gains that have proven best.
 
     Parameters
     ----------
@@ -26,79 +70,11 @@ def indirect(wish: Wish) -> Controller:
     -------
     Controller
     """
-    if wish.best and wish.bandwidth is None:
-        return chain_law(replace(wish, bandwidth=BEST_HZ), 4, NAME, damped=True, tuning=EAGER)
-    return chain_law(wish, 4, NAME, damped=True)
+    return chain_law(_quick(wish), 4, NAME, damped=True, tuning=WARY)
 
 
-def learnt_drive(drive: Drive, found: LoadEstimate) -> Drive:
-    """A drive whose cable has the stiffness and damping that were found, its load inertia as believed.
-
-    Parameters
-    ----------
-    drive : Drive
-    found : LoadEstimate
-
-    Returns
-    -------
-    Drive
-    """
-    radius = drive.drive_pulley.radius
-    inertia = drive.load_pulley.inertia * (radius / drive.load_pulley.radius) ** 2
-    spans = len(drive.spans)
-    stiffness = found.beta * inertia / (spans * radius**2)
-    damping = max(found.gamma, 0.0) * inertia / (spans * radius)
-    return replace(drive, lumped=Lumped(cable_stiffness=stiffness, cable_damping=damping))
-
-
-def run_indirect(
-    wish: Wish,
-    actual: Drive,
-    loop: Loop,
-    motion: Motion,
-    options: RigOptions,
-    *,
-    plant_model: int | None,
-) -> tuple[Loop, Run, LoadEstimate | None]:
-    """Run one pulse, learn, rebuild in the dwell, and run the rest.
-
-    Parameters
-    ----------
-    wish : Wish
-    actual : Drive
-        As it is.
-    loop : Loop
-        With the law of `indirect`.
-    motion : Motion
-    options : RigOptions
-    plant_model : {1, 2, 3, 4}, optional
-
-    Returns
-    -------
-    loop : Loop
-        The last one.
-    done : Run
-    found : LoadEstimate or None
-        What was learnt; None if the run ended before.
-    """
-    pause = loop.rig.first_end
-    early = run(loop, last=min(pause, len(loop.target)))
-    if early.ended < pause or motion.pulses == 1:
-        return loop, early if early.ended < pause else _rest(loop, early, pause), None
-    found = learnt(loop, early, pause)
-    rebuilt = loop
-    if found.excited:
-        believed = learnt_drive(wish.drive, found)
-        later = chain_law(replace(wish, drive=believed, bandwidth=_bandwidth(wish)), 4, NAME, damped=True)
-        made = replace(later, tuning=QUIET, gains=later.gains | {"beta": found.beta})
-        generator = np.random.default_rng(0)  # phases are those of the first loop
-        fresh = close_loop(believed, actual, made, motion, options, generator, plant_model=plant_model)
-        rebuilt = on_the_plant_of(fresh, loop)
-    return rebuilt, _rest(rebuilt, early, pause), found
-
-
-def learnt(loop: Loop, early: Run, pause: int) -> LoadEstimate:
-    """What the readings of the first pulse say of the cable.
+def learn(loop: Loop, early: Run, pause: int, drive: Drive, chain: LumpedChain) -> Learnt:
+    """What readings and commands of the first pulse say of cable and motor.
 
     Parameters
     ----------
@@ -106,20 +82,163 @@ def learnt(loop: Loop, early: Run, pause: int) -> LoadEstimate:
     early : Run
     pause : int
         Samples that have been run.
+    drive : Drive
+        As believed.
+    chain : LumpedChain
+        As believed.
 
     Returns
     -------
-    LoadEstimate
+    Learnt
+
+    Raises
+    ------
+    InputRefused
+        If one of the three shafts has no encoder, or the law saw true states.
     """
+    if loop.encoder_shafts != ("motor", "drive", "load") or not np.all(loop.rig.counts > 0.0):
+        raise InputRefused(
+            f"{NAME} learns from the counts of the encoders of motor, drive and load pulley, and reads "
+            f"{len(loop.encoder_shafts)} of them here: fit all three, leave ideal sensors out"
+        )
     first = 2 * loop.chain.size + 1
-    shafts = loop.encoder_shafts
-    near = shafts.index("drive") if "drive" in shafts else 0
-    readings = early.log[:pause, first : first + len(shafts)]
-    return estimate_load(readings[:, near], readings[:, -1], loop.rig.interval)
+    readings, command = early.log[:pause, first : first + 3], early.log[:pause, first + 3]
+    counts, interval, generator = loop.rig.counts, loop.rig.interval, np.random.default_rng(SEED)
+    torque = acting_torque(
+        command,
+        interval,
+        delay=drive.sensors.delay if drive.sensors else 0.0,
+        current_rate=current_rate(drive),
+    )
+    load = estimate_load(readings[:, 1:], counts[1:], interval, generator)
+    inertias, spread = np.array(chain.inertias), np.array(SPREAD)
+    motor = estimate_motor(readings, torque, counts, inertias, interval, generator, spread=spread)
+    return Learnt(load=load, motor=motor)
 
 
-def _bandwidth(wish: Wish) -> float | None:
-    return BEST_HZ if wish.best and wish.bandwidth is None else wish.bandwidth
+def learnt_chain(chain: LumpedChain, found: Learnt) -> LumpedChain:
+    """The row as it is after learning: cable per load inertia, motor; load and drive inertia as believed.
+
+    What has not been excited stays as it was.
+
+    Parameters
+    ----------
+    chain : LumpedChain
+    found : Learnt
+
+    Returns
+    -------
+    LumpedChain
+    """
+    load, motor = found.load, found.motor
+    if load.excited:
+        damping = chain.damping[-1]
+        if load.damping_known:
+            damping = load.gamma * chain.inertias[-1]
+        stiffness = (*chain.stiffness[:-1], load.beta * chain.inertias[-1])
+        chain = replace(chain, stiffness=stiffness, damping=(*chain.damping[:-1], damping))
+    own = float(motor.values[0]) - sum(chain.inertias[1:])
+    if motor.excited and own > 0.0:
+        _, viscous, coulomb, offset = (float(v) for v in motor.values)
+        chain = replace(
+            chain,
+            inertias=(own, *chain.inertias[1:]),
+            viscous=(viscous, *chain.viscous[1:]),
+            coulomb=(coulomb, *chain.coulomb[1:]),
+            offsets=(offset, *chain.offsets[1:]),
+        )
+    return chain
+
+
+def learnt_bounds(chain: LumpedChain, found: Learnt) -> Bounds:
+    """Bounds of p2 to p5 by the intervals that were learnt, at least 2 % wide; as printed where nothing was.
+
+    Parameters
+    ----------
+    chain : LumpedChain
+        From `learnt_chain`.
+    found : Learnt
+
+    Returns
+    -------
+    Bounds
+    """
+    printed = printed_bounds(chain, flexible_joint=True)
+    if not found.motor.excited or chain.coulomb[0] != float(found.motor.values[2]):
+        return printed
+    half = np.diff(found.motor.intervals, axis=0)[0] / 2.0
+    half = np.maximum(half, LEAST_SPREAD * np.abs(printed.nominal))
+    return Bounds(nominal=printed.nominal, low=printed.nominal - half, high=printed.nominal + half)
+
+
+def rebuilt(loop: Loop, wish: Wish, found: Learnt, options: RigOptions) -> Loop:
+    """The loop with law, reference and filter made for what was learnt; the plant is the same.
+
+    The filter goes on from the states of the old one, with the gain it has settled on.
+
+    Parameters
+    ----------
+    loop : Loop
+    wish : Wish
+    found : Learnt
+    options : RigOptions
+
+    Returns
+    -------
+    Loop
+    """
+    chain = learnt_chain(wish.model(4), found)
+    bounds = learnt_bounds(chain, found)
+    made = chain_law(_quick(wish), 4, NAME, damped=True, tuning=WARY, chain=chain, bounds=bounds)
+    made = replace(made, gains=made.gains | {"beta": found.load.beta})
+    drive = wish.drive
+    sampling = Sampling(
+        interval=wish.interval,
+        delay=drive.sensors.delay if drive.sensors else 0.0,
+        current_rate=current_rate(drive),
+    )
+    centred = options.encoder_phase == "centred"
+    tuning = replace(made.tuning, offsets=()) if centred else made.tuning
+    observer, _, _ = fit_observer(
+        chain, loop.chain, drive, made.shafts, options, sampling, tuning, settled=True
+    )
+    return replace(loop, controller=made, observer=observer)
+
+
+def run_indirect(wish: Wish, loop: Loop, options: RigOptions) -> tuple[Loop, Run, Learnt | None]:
+    """Run one pulse, learn, make everything anew in the dwell, and run the rest.
+
+    Parameters
+    ----------
+    wish : Wish
+    loop : Loop
+        With the law of `indirect`.
+    options : RigOptions
+
+    Returns
+    -------
+    loop : Loop
+        The last one.
+    done : Run
+    found : Learnt or None
+        What was learnt; None if the run ended before, or has one pulse only.
+    """
+    pause = loop.rig.first_end
+    early = run(loop, last=min(pause, len(loop.target)))
+    if early.ended < pause:
+        return loop, early, None
+    if pause >= len(loop.target) - 1:
+        return loop, early if pause >= len(loop.target) else _rest(loop, early, pause), None
+    found = learn(loop, early, pause, wish.drive, wish.model(4))
+    later = loop
+    if found.load.excited:
+        later = rebuilt(loop, wish, found, options)
+        early.state.parameters[:4] = later.controller.start
+    return later, _rest(later, early, pause), found
+
+
+def _quick(wish: Wish) -> Wish:
+    return wish if wish.bandwidth is not None else replace(wish, bandwidth=BEST_HZ)
 
 
 def _rest(loop: Loop, early: Run, pause: int) -> Run:

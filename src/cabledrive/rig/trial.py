@@ -4,12 +4,12 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.control.load_equation import LoadEstimate
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.rig.controllers import Wish
 from cabledrive.rig.draws import draw_words, run_draws
 from cabledrive.rig.indirect import NAME, run_indirect
-from cabledrive.rig.loop import close_loop, run
+from cabledrive.rig.learning_draws import run_learning_draws
+from cabledrive.rig.loop import Loop, close_loop, run
 from cabledrive.rig.registry import design
 from cabledrive.rig.setting import CABLE, DEGREE, Motion, RigOptions, sample_interval
 from cabledrive.rig.tracking import Tracking, told
@@ -88,41 +88,41 @@ def track(
     )
     if draws < 0:
         raise InputRefused(f"draws = {draws} must not be negative: ask for 0 or more")
-    number, learnt = plant_number(plant), None
+    first, learnt = loop, None
     if made.name == NAME:
-        loop, done, learnt = run_indirect(wish, actual, loop, motion, options, plant_model=number)
+        loop, done, learnt = run_indirect(wish, loop, options)
     else:
         done = run(loop)
     found = told(loop, done, drive, actual, motion, options, seed)
     if made.name == NAME:
-        found.summary["learnt"] = learnt_words(learnt)
+        found.summary["learnt"] = None if learnt is None else learnt.words
     if draws:
-        found.summary["over_draws"] = draw_words(run_draws(loop, options, draws, seed))
+        found.summary["over_draws"] = over_draws(first, wish, motion, options, draws, seed)
     return found
 
 
-def learnt_words(learnt: LoadEstimate | None) -> dict[str, Any] | None:
-    """What was identified in the loop.
+def over_draws(
+    loop: Loop, wish: Wish, motion: Motion, options: RigOptions, draws: int, seed: int
+) -> dict[str, Any]:
+    """Peaks over many plants, each learnt anew by a law that learns and has a second pulse to do so.
 
     Parameters
     ----------
-    learnt : LoadEstimate or None
+    loop : Loop
+        As it begins.
+    wish : Wish
+    motion : Motion
+    options : RigOptions
+    draws : int
+    seed : int
 
     Returns
     -------
-    dict or None
-        None: there was no second pulse to learn for.
+    dict
     """
-    if learnt is None:
-        return None
-    low, high = learnt.interval
-    return {
-        "beta": learnt.beta,
-        "beta_low": low,
-        "beta_high": high,
-        "gamma": learnt.gamma,
-        "used": learnt.excited,
-    }
+    if loop.controller.name == NAME and motion.pulses > 1:
+        return run_learning_draws(loop, wish, options, draws, seed).words
+    return draw_words(run_draws(loop, options, draws, seed))
 
 
 def wish_for(drive: Drive, motion: Motion, **choices: Any) -> Wish:

@@ -1,0 +1,178 @@
+r"""Whole inertia and friction from the sum of all momenta, in which every joint's torque cancels.
+
+.. math::
+    \frac{\sum_i J_i\ddot\theta_i}{\sum_i J_i}\,J
+    = \tau - b\,\dot\theta_1 - c\,\mathrm{sgn}\,\dot\theta_1 + d
+
+with every signal through the same filter. How the whole inertia J divides among the shafts is taken as
+believed: the motor's part and the load's are not told apart by pulses of half a second. Samples slower than
+a fifth of the largest speed, and 0.08 s after, are left out: near standstill the motor sticks, or the noise
+of its law turns it to and fro, and its friction is not that of the filtered speed's sign.
+"""
+
+from dataclasses import dataclass
+from math import exp
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.control.regression import filtered, interval_factor, least_squares, rounding_errors
+
+Array = NDArray[np.float64]
+FILTER_HZ, THINNING = 20.0, 5
+SLOW_SHARE, AFTER = 0.2, 0.08
+CERTAIN = 0.05
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MotorEstimate:
+    """Whole inertia, viscous and Coulomb friction and offset torque at the motor.
+
+    Attributes
+    ----------
+    values, errors : ndarray, shape (4,)
+        [kg m^2], [N m s/rad], [N m], [N m], and their standard errors.
+    """
+
+    values: Array
+    errors: Array
+
+    @property
+    def intervals(self) -> Array:
+        """95 % intervals, shape (2, 4)."""
+        half = interval_factor() * self.errors
+        return np.array([self.values - half, self.values + half])
+
+    @property
+    def excited(self) -> bool:
+        """Whether inertia and friction are known to 5 %."""
+        half = interval_factor() * self.errors
+        known = half[[0, 2]] < CERTAIN * self.values[[0, 2]]
+        return bool(np.all(self.values[:3] > 0.0) and np.all(known))
+
+
+def estimate_motor(
+    readings: Array,
+    torque: Array,
+    counts: Array,
+    inertias: Array,
+    interval: float,
+    generator: np.random.Generator,
+    *,
+    spread: Array | None = None,
+) -> MotorEstimate:
+    """Least squares on the filtered sum of momenta.
+
+    Parameters
+    ----------
+    readings : ndarray, shape (samples, n)
+        Encoder angle of every inertia, at the first shaft [rad].
+    torque : ndarray, shape (samples,)
+        Of the motor from each sample to the next, see `acting_torque` [N m].
+    counts : ndarray, shape (n,)
+        One count of each [rad].
+    inertias : ndarray, shape (n,)
+        As believed; they divide the whole among the shafts [kg m^2].
+    interval : float
+        Sample time [s].
+    generator : numpy.random.Generator
+        For the errors.
+    spread : ndarray, shape (n,), optional
+        Relative half widths within which the inertias are believed; none unless told.
+
+    Returns
+    -------
+    MotorEstimate
+    """
+    widths = np.zeros(len(inertias)) if spread is None else spread
+
+    def solve(angles: Array, shares: Array) -> Array:
+        return motor_coefficients(angles, torque, shares, interval)
+
+    values = solve(readings, inertias)
+    if not np.all(np.isfinite(values)):
+        return MotorEstimate(values=np.full(4, np.nan), errors=np.full(4, np.inf))
+
+    def drawn(angles: Array) -> Array:
+        return solve(angles, inertias * (1.0 + widths * generator.uniform(-1.0, 1.0, len(widths))))
+
+    errors = rounding_errors(drawn, readings, counts, interval, generator)
+    return MotorEstimate(values=values, errors=np.nan_to_num(errors, nan=np.inf))
+
+
+def motor_coefficients(readings: Array, torque: Array, inertias: Array, interval: float) -> Array:
+    """Whole inertia, viscous and Coulomb friction, offset torque by least squares.
+
+    Parameters
+    ----------
+    readings : ndarray, shape (samples, n)
+        [rad].
+    torque : ndarray, shape (samples,)
+        [N m].
+    inertias : ndarray, shape (n,)
+        [kg m^2].
+    interval : float
+        Sample time [s].
+
+    Returns
+    -------
+    ndarray, shape (4,)
+        Signs as in the module's formula.
+    """
+    mean = filtered(readings @ (inertias / inertias.sum()), interval, FILTER_HZ)
+    speed = filtered(np.ascontiguousarray(readings[:, 0]), interval, FILTER_HZ)[1]
+    acting = filtered(torque_at_samples(torque), interval, FILTER_HZ)[0]
+    slow = np.abs(speed) < SLOW_SHARE * np.abs(speed).max()
+    after = np.convolve(slow, np.ones(round(AFTER / interval) + 1))[: len(slow)] > 0.5
+    ones = np.ones(len(speed))
+    regressors = np.column_stack((mean[2], speed, np.sign(speed), -ones))
+    thin = slice(None, None, THINNING)
+    return least_squares(regressors[thin], acting[thin], ~after[thin])
+
+
+def acting_torque(command: Array, interval: float, *, delay: float = 0.0, current_rate: float = 0.0) -> Array:
+    """What the torque loop makes of the commands: the mean torque from each sample to the next.
+
+    Parameters
+    ----------
+    command : ndarray, shape (samples,)
+        Limited [N m].
+    interval : float
+        Sample time [s].
+    delay : float, default 0.0
+        From sampling to torque [s].
+    current_rate : float, default 0.0
+        Bandwidth of the torque loop [rad/s]; 0: none.
+
+    Returns
+    -------
+    ndarray, shape (samples,)
+        [N m].
+    """
+    whole, part = int(delay // interval), delay % interval / interval
+    padded = np.concatenate((np.zeros(whole + 1), command))
+    wanted = part * padded[: len(command)] + (1.0 - part) * padded[1 : len(command) + 1]
+    if current_rate == 0.0:
+        return wanted
+    from scipy.signal import lfilter
+
+    fading = exp(-current_rate * interval)
+    after = lfilter([1.0 - fading], [1.0, -fading], wanted)
+    before = np.concatenate(([0.0], after[:-1]))
+    return np.asarray(wanted + (before - wanted) * (1.0 - fading) / (current_rate * interval))
+
+
+def torque_at_samples(torque: Array) -> Array:
+    """Torque at the samples as the mean of what acts before and after each [N m].
+
+    Parameters
+    ----------
+    torque : ndarray, shape (samples,)
+        From each sample to the next.
+
+    Returns
+    -------
+    ndarray, shape (samples,)
+    """
+    before = np.concatenate((torque[:1], torque[:-1]))
+    return 0.5 * (before + torque)

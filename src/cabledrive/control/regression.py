@@ -1,0 +1,131 @@
+"""Least squares on filtered encoder readings, and how far the rounding to counts may throw them off."""
+
+from collections.abc import Callable
+from math import pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.control.reference import lagged
+
+Array = NDArray[np.float64]
+REPLICATES, SMOOTHING_HZ = 20, 20.0
+
+
+def filtered(signal: Array, interval: float, hertz: float) -> Array:
+    r"""A signal and its first two derivatives through :math:`1/(1 + s/\omega)^3`, from rest.
+
+    With :math:`a, b, c` the signal after one, two and three lags of time constant T, the derivatives are
+    :math:`(b - c)/T` and :math:`(a - 2b + c)/T^2`: nothing is differenced in time.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (..., samples)
+    interval : float
+        Sample time [s].
+    hertz : float
+        omega/(2 pi).
+
+    Returns
+    -------
+    ndarray, shape (3, ..., samples)
+    """
+    time = 1.0 / (2.0 * pi * hertz)
+    one = lagged(signal, time, interval)
+    two = lagged(one, time, interval)
+    three = lagged(two, time, interval)
+    return np.array([three, (two - three) / time, (one - 2.0 * two + three) / time**2])
+
+
+def least_squares(regressors: Array, target: Array, used: NDArray[np.bool_]) -> Array:
+    """Coefficients of the regressors, shape (p,); none is known (all NaN) where they do not span p.
+
+    Parameters
+    ----------
+    regressors : ndarray, shape (samples, p)
+    target : ndarray, shape (samples,)
+    used : ndarray of bool, shape (samples,)
+
+    Returns
+    -------
+    ndarray, shape (p,)
+    """
+    x, y = regressors[used], target[used]
+    scale = np.abs(x).max(axis=0) if len(x) else np.zeros(regressors.shape[1])
+    if np.any(scale == 0.0):
+        return np.full(regressors.shape[1], np.nan)
+    solution, _, rank, _ = np.linalg.lstsq(x / scale, y, rcond=1e-9)
+    return np.asarray(solution / scale) if rank == len(scale) else np.full(len(scale), np.nan)
+
+
+def smoothed(readings: Array, interval: float) -> Array:
+    """Readings through a second-order Butterworth filter forwards and backwards: no lag.
+
+    Parameters
+    ----------
+    readings : ndarray, shape (samples, m)
+    interval : float
+        Sample time [s].
+
+    Returns
+    -------
+    ndarray, shape (samples, m)
+    """
+    from scipy.signal import butter, filtfilt
+
+    b, a = butter(2, SMOOTHING_HZ, fs=1.0 / interval)
+    padding = min(len(readings) - 1, round(0.1 / interval))
+    return np.asarray(filtfilt(b, a, readings, axis=0, padlen=padding))
+
+
+def rounding_errors(
+    estimate: Callable[[Array], Array],
+    readings: Array,
+    counts: Array,
+    interval: float,
+    generator: np.random.Generator,
+) -> Array:
+    """Standard errors that the encoders' counts leave in an estimate, by counting the motion anew.
+
+    The smoothed motion is rounded to counts again, each time with other phases, and estimated from. Least
+    squares' own formula does not serve here: rounding errors are correlated in a way of their own, for as
+    long as a count lasts, and the residual at hand shows one instance of them only.
+
+    Parameters
+    ----------
+    estimate : callable
+        From readings, shape (samples, m), to coefficients, shape (p,).
+    readings : ndarray, shape (samples, m)
+        [rad].
+    counts : ndarray, shape (m,)
+        One count of each encoder [rad].
+    interval : float
+        Sample time [s].
+    generator : numpy.random.Generator
+
+    Returns
+    -------
+    ndarray, shape (p,)
+    """
+    motion = smoothed(readings, interval)
+    found = []
+    for _ in range(REPLICATES):
+        phases = generator.uniform(-0.5, 0.5, len(counts))
+        found.append(estimate(counts * (np.rint(motion / counts + phases) - np.rint(phases))))
+    return np.asarray(np.std(found, axis=0, ddof=1))
+
+
+def interval_factor(level: float = 0.95) -> float:
+    """Half width of an interval in standard errors, as few replicates ask for: 2.09 at 95 %.
+
+    Parameters
+    ----------
+    level : float, default 0.95
+
+    Returns
+    -------
+    float
+    """
+    from scipy.stats import t
+
+    return float(t.ppf(0.5 + 0.5 * level, REPLICATES - 1))

@@ -1,0 +1,132 @@
+"""The law that identifies in the loop on many plants drawn at random: what it reaches, what it learns."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.rig.controllers import Wish
+from cabledrive.rig.draws import drawn_loops
+from cabledrive.rig.indirect import Learnt, run_indirect
+from cabledrive.rig.loop import Loop
+from cabledrive.rig.loop_numbers import Array
+from cabledrive.rig.setting import DEGREE, RigOptions
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LearningDraws:
+    """Peaks before and after learning, and what was learnt, one entry per draw that ran to its end.
+
+    Attributes
+    ----------
+    first, later : ndarray, shape (draws,)
+        Peak error in the first pulse and its dwell, and after, of the true load angle [rad].
+    own_first, own_later : ndarray, shape (draws,)
+        The same against the load encoder's own zero [rad].
+    torque : ndarray, shape (draws,)
+        Largest [N m].
+    beta, damping : ndarray, shape (draws,)
+        Relative errors of beta and gamma.
+    covered : ndarray of bool, shape (draws, 6)
+        Whether the 95 % intervals of beta, gamma, whole inertia, viscous and Coulomb friction and offset
+        torque hold the true value.
+    failed : int
+        Runs that ended before their time.
+    """
+
+    first: Array
+    later: Array
+    own_first: Array
+    own_later: Array
+    torque: Array
+    beta: Array
+    damping: Array
+    covered: NDArray[np.bool_]
+    failed: int
+
+    @property
+    def words(self) -> dict[str, Any]:
+        """The figures, angles in deg."""
+        own = self.own_later / DEGREE
+        names = ("beta", "gamma", "inertia", "viscous", "coulomb", "offset")
+        return {
+            "draws": len(self.first) + self.failed,
+            "failed": self.failed,
+            "worst_first_pulse_error_deg": float(self.first.max() / DEGREE),
+            "median_peak_error_deg": float(np.median(self.later) / DEGREE),
+            "peak_error_99_deg": float(np.quantile(self.later, 0.99) / DEGREE),
+            "worst_peak_error_deg": float(self.later.max() / DEGREE),
+            "median_encoder_error_deg": float(np.median(own)),
+            "encoder_error_99_deg": float(np.quantile(own, 0.99)),
+            "worst_encoder_error_deg": float(own.max()),
+            "worst_torque": float(self.torque.max()),
+            "worst_relative_error_of_beta": float(np.abs(self.beta).max()),
+            "interval_coverage": dict(zip(names, self.covered.mean(axis=0).tolist(), strict=True)),
+        }
+
+
+def run_learning_draws(
+    loop: Loop, wish: Wish, options: RigOptions, draws: int, seed: int, *, threads: int = 2
+) -> LearningDraws:
+    """Draw plants and encoder phases, run one pulse, learn, rebuild, run the rest.
+
+    Parameters
+    ----------
+    loop : Loop
+        Nominal, with the law of `cabledrive.rig.indirect.indirect` and at least two pulses.
+    wish : Wish
+    options : RigOptions
+    draws : int
+    seed : int
+    threads : int, default 2
+
+    Returns
+    -------
+    LearningDraws
+    """
+
+    def score(one: Loop) -> tuple[Array, Array] | None:
+        _, done, found = run_indirect(wish, one, options)
+        if found is None or done.ended < len(one.target):
+            return None
+        return _peaks(one, done.log), _truths(one, found)
+
+    with ThreadPoolExecutor(threads) as pool:
+        results = list(pool.map(score, drawn_loops(loop, options, draws, seed)))
+    kept = [result for result in results if result is not None]
+    peaks = np.array([peak for peak, _ in kept]).reshape(-1, 5)
+    truths = np.array([truth for _, truth in kept]).reshape(-1, 8)
+    return LearningDraws(
+        first=peaks[:, 0],
+        later=peaks[:, 1],
+        own_first=peaks[:, 2],
+        own_later=peaks[:, 3],
+        torque=peaks[:, 4],
+        beta=truths[:, 0],
+        damping=truths[:, 1],
+        covered=truths[:, 2:] > 0.5,
+        failed=len(results) - len(kept),
+    )
+
+
+def _peaks(loop: Loop, log: Array) -> Array:
+    """Peaks of true and own error in the first pulse and after, and of the torque."""
+    n, pause = loop.chain.size, loop.rig.first_end
+    error = (log[:, n - 1] - loop.target) / loop.gear
+    own = error + loop.rig.counts[-1] * loop.rig.phases[-1] / loop.gear
+    command = log[:, 2 * n + 1 + len(loop.rig.encoders)]
+    pairs = [[np.abs(e[:pause]).max(), np.abs(e[pause:]).max()] for e in (error, own)]
+    return np.array([*pairs[0], *pairs[1], np.abs(command).max()])
+
+
+def _truths(loop: Loop, found: Learnt) -> Array:
+    """Relative errors of beta and gamma, then whether each interval holds the truth."""
+    chain, load, motor = loop.chain, found.load, found.motor
+    beta, gamma = chain.stiffness[-1] / chain.inertias[-1], chain.damping[-1] / chain.inertias[-1]
+    actual = np.array([sum(chain.inertias), chain.viscous[0], chain.coulomb[0], chain.offsets[0]])
+    inside = (motor.intervals[0] <= actual) & (actual <= motor.intervals[1])
+    pairs = ((beta, load.interval), (gamma, load.damping_interval))
+    held = [low <= value <= high for value, (low, high) in pairs]
+    return np.array([load.beta / beta - 1.0, load.gamma / gamma - 1.0, *held, *inside], dtype=np.float64)
