@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from cabledrive.modes import natural_frequencies
-from cabledrive.parameters import InputRefused, load_drive
+from cabledrive.parameters import load_drive
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.reduction.models import lumped_model
 from cabledrive.reduction.quality import (
     distributed_response,
     model_quality,
@@ -16,7 +15,6 @@ from cabledrive.reduction.quality import (
     with_measured_stiffness,
 )
 from cabledrive.reduction.reflected import reflected
-from cabledrive.reduction.to_control import to_control
 
 DRIVE = load_drive("dissertation-3")
 OMEGA = 2 * np.pi * np.geomspace(0.3, 150.0, 40)
@@ -68,15 +66,3 @@ def test_reflection_keeps_frequencies_and_responses():
     np.testing.assert_allclose(natural_frequencies_of(plain), natural_frequencies_of(chain), rtol=1e-12)
     found = speed_response(plain, OMEGA, speed_of=1) / gears[1]
     np.testing.assert_allclose(found, speed_response(chain, OMEGA, speed_of=1), rtol=1e-10)
-
-
-def test_exchange_with_python_control():
-    try:
-        import control
-    except ImportError:
-        with pytest.raises(InputRefused, match=r"\[control\]"):
-            to_control(lumped_model(DRIVE, 4))
-        return
-    system = to_control(lumped_model(DRIVE, 4))
-    response = control.frequency_response(system, OMEGA[:5]).frdata[2, 0]
-    np.testing.assert_allclose(np.abs(response), np.abs(model_response(DRIVE, 4, OMEGA[:5])), rtol=1e-8)
