@@ -1,0 +1,109 @@
+"""`cabledrive study`: from a drive file and logs to a controller with a verdict."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import click
+
+from cabledrive.app.messages import note
+from cabledrive.app.options import Subcommand, answering, drive_argument
+from cabledrive.app.results import Answer
+from cabledrive.parameters import Drive, InputRefused
+
+QUICK = {"draws": 100, "cable_draws": 3}
+SERVED = "nothing has changed: served from the finished study"
+
+
+@click.command(
+    cls=Subcommand,
+    example="cabledrive study dissertation-3 --log log.csv --goals study.toml -o study",
+    short_help="From a drive file and logs to a controller with a verdict.",
+)
+@answering
+@drive_argument
+@click.option("--log", "logs", multiple=True, metavar="LOG", help="A measured log; repeatable.")
+@click.option("--goals", metavar="FILE", help="TOML file: error, motion, torque, load range, draws.")
+@click.option("--quick", is_flag=True, help="A tenth of the plants: 100 lumped, 3 on the cable.")
+@click.option(
+    "--resume", is_flag=True, help="Go on where an interrupted study ended; done by itself as well."
+)
+@click.option("--force", is_flag=True, help="Replace the report of another study in DIR.")
+@click.option("-o", "--output", required=True, metavar="DIR", help="Folder for report, results and stages.")
+def command(
+    drive: Drive,
+    logs: tuple[str, ...],
+    goals: str | None,
+    quick: bool,
+    resume: bool,
+    force: bool,
+    output: str,
+) -> Answer:
+    """Study DRIVE: what logs tell, modes, resonance, a controller with its bound, a test on many plants.
+
+    DIR receives report.html, results.json, drive.toml (as identified), controller.json (the law in numbers)
+    and the finished stages; a changed input redoes only the stages that depend on it.
+    """
+    from cabledrive.studies.study.goals import Goals, load_goals
+    from cabledrive.studies.study.pipeline import run_study, study_key
+    from cabledrive.studies.study.results_file import STAGES, finished, write_files
+    from cabledrive.studies.study.stage_cache import file_hash, sweep
+
+    folder = Path(output)
+    check_folder(folder)
+    wanted = load_goals(goals) if goals else Goals()
+    wanted = replace(wanted, **{k: min(v, getattr(wanted, k)) for k, v in QUICK.items()}) if quick else wanted
+    paths = [Path(log) for log in logs]
+    key = study_key(drive, [file_hash(path) for path in paths], wanted)
+    before = finished(folder)
+    if before is not None and not force:
+        if before.get("study") != key:
+            raise InputRefused(
+                f"{folder}: holds the report of another study: choose another folder, or add --force, which "
+                "keeps the stages that still hold"
+            )
+        note(SERVED)
+        return _answer(before, folder)
+    try:
+        sweep(folder)
+        sweep(folder / STAGES)
+        result = run_study(drive, paths, wanted, folder=folder / STAGES, note=note)
+        note("report")
+        from cabledrive.report.study_page import study_html
+
+        return _answer(write_files(result, folder, study_html(result)), folder)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(
+            f"what is finished is kept in {folder / STAGES}; to go on, give the same command again"
+        ) from None
+
+
+def check_folder(folder: Path) -> None:
+    """Refuse a folder that could not be written, before the work starts.
+
+    Parameters
+    ----------
+    folder : Path
+
+    Raises
+    ------
+    InputRefused
+    """
+    if folder.exists() and not folder.is_dir():
+        raise InputRefused(f"{folder}: is a file, a study needs a folder: choose another name")
+    if not folder.exists() and not folder.parent.is_dir():
+        raise InputRefused(f"{folder}: its folder {folder.parent} does not exist: create it first")
+
+
+def _answer(data: dict[str, Any], folder: Path) -> Answer:
+    shown = {name: value for name, value in data.items() if name != "provenance"}
+    return Answer(data=shown, text=_text(data, folder), provenance=data["provenance"])
+
+
+def _text(data: dict[str, Any], folder: Path) -> str:
+    colour = {"yes": "green", "no": "red"}.get(data["verdict"], "yellow")
+    lines = [f"{data['drive']}: {click.style(data['verdict'], fg=colour, bold=True)}", ""]
+    for title, key in (("because", "reasons"), ("what would help", "remedies"), ("to be known", "cautions")):
+        lines += [f"  {title if not i else '':<16} {words}" for i, words in enumerate(data[key])]
+    lines += ["", f"report: {folder / 'report.html'}"]
+    return "\n".join(lines)

@@ -1,0 +1,171 @@
+"""Pictures of a study: intervals, bound over bandwidth, errors of many plants, the worst run."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from cabledrive.report.picture import Picture, picture
+from cabledrive.report.style import BLUE, FAINT, GREEN, INK, LINE, ORANGE, PURPLE, QUIET, RED, label, log_axis
+from cabledrive.studies.study.acceptance_stage import AcceptanceResult, WorstCase
+from cabledrive.studies.study.controller_stage import ControllerResult
+from cabledrive.studies.study.machine import LOG, WORDS, Quantity
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+PARTS = (("theorem", BLUE, "-"), ("unmatched", PURPLE, "--"), ("sensors", GREEN, "-."))
+PART_WORDS = {"theorem": "theorem", "unmatched": "unmatched", "sensors": "encoders"}
+PLANT_LOOKS = {"lumped": (BLUE, "-"), "cable": (ORANGE, "--")}
+WIDEST = 2.0
+
+
+def intervals_picture(name: str, known: Mapping[str, Quantity], sheet: Mapping[str, Quantity]) -> Picture:
+    """Every number over its data sheet value, beside what the data sheet leaves open.
+
+    Parameters
+    ----------
+    name : str
+        Unique on the page.
+    known, sheet : mapping of str to Quantity
+
+    Returns
+    -------
+    Picture
+    """
+    shown = [key for key in known if sheet[key].value > 0.0 and key != "offset_torque"]
+
+    def _draw(figure: "Figure", narrow: bool) -> None:
+        axes = figure.subplots()
+        for row, key in enumerate(shown):
+            unit, now = sheet[key].value, known[key]
+            axes.plot(
+                [sheet[key].low / unit, sheet[key].high / unit], [row, row], color=FAINT, linewidth=11.0
+            )
+            ends = np.clip([now.low / unit, now.high / unit], 0.0, WIDEST)
+            axes.plot(ends, [row, row], color=BLUE if now.source == LOG else QUIET, linewidth=2.0)
+            axes.plot(
+                min(now.value / unit, WIDEST),
+                row,
+                "o",
+                color=BLUE if now.source == LOG else QUIET,
+                markersize=5,
+            )
+        axes.axvline(1.0, color=LINE, linewidth=1.0, zorder=0)
+        axes.set_yticks(range(len(shown)), [_short(key) if narrow else WORDS[key] for key in shown])
+        axes.invert_yaxis()
+        axes.set_xlabel("over the data sheet's value")
+
+    height = 26.0 * len(shown) + 70.0
+    return picture(name, _draw, wide=height, narrow=height)
+
+
+def _short(key: str) -> str:
+    return key.replace("_", " ").replace("stiffness", "k").replace("damping", "b").replace("inertia", "J")
+
+
+def bandwidths_picture(name: str, found: ControllerResult) -> Picture:
+    """The bound and its parts over the bandwidth.
+
+    Parameters
+    ----------
+    name : str
+        Unique on the page.
+    found : ControllerResult
+
+    Returns
+    -------
+    Picture
+    """
+    usable = [one for one in found.candidates if one.bound is not None]
+    hertz = np.array([one.bandwidth for one in usable])
+
+    def _draw(figure: "Figure", narrow: bool) -> None:
+        axes = figure.subplots()
+        bound = np.degrees([one.bound or 0.0 for one in usable])
+        axes.plot(hertz, bound, color=INK, linewidth=2.4)
+        label(axes, "bound", (hertz[0], bound[0]), (4, 6), color=INK)
+        for part, colour, style in PARTS:
+            values = np.degrees([getattr(one, part) or 0.0 for one in usable])
+            axes.plot(hertz, values, style, color=colour, linewidth=1.5)
+            label(axes, PART_WORDS[part], (hertz[-1], values[-1]), (-52, 6), color=colour)
+        chosen = [i for i, one in enumerate(usable) if one.bandwidth == found.bandwidth]
+        axes.plot(hertz[chosen], bound[chosen], "o", markersize=9, fillstyle="none", color=RED)
+        axes.set_ylim(max(1e-4, 0.3 * bound.min() / 30.0), 2.0 * bound.max())
+        log_axis(axes, "y", 230.0)
+        axes.set_xlabel("bandwidth [Hz]")
+        axes.set_ylabel("deg")
+
+    return picture(name, _draw, wide=280.0, narrow=260.0)
+
+
+def peaks_picture(name: str, runs: Sequence[AcceptanceResult], bound: float, error: float | None) -> Picture:
+    """Share of the runs below an error, with bound and goal.
+
+    Parameters
+    ----------
+    name : str
+        Unique on the page.
+    runs : sequence of AcceptanceResult
+    bound : float
+        [rad].
+    error : float or None
+        Goal [rad].
+
+    Returns
+    -------
+    Picture
+    """
+
+    def _draw(figure: "Figure", narrow: bool) -> None:
+        axes = figure.subplots()
+        right = 1.15 * max(np.degrees(bound), np.degrees(error or 0.0))
+        for one in runs:
+            colour, style = PLANT_LOOKS[one.plant]
+            peaks = np.minimum(np.degrees(one.peaks), right)
+            share = 100.0 * np.arange(1, len(peaks) + 1) / len(peaks)
+            axes.step(
+                np.append(0.0, peaks), np.append(0.0, share), style, where="post", color=colour, linewidth=1.8
+            )
+            middle = len(peaks) // (2 if one.plant == "lumped" else 4)
+            label(axes, one.plant, (peaks[middle], share[middle]), (8, -4), color=colour)
+        limits = [("bound", bound, INK, ":")] + ([("goal", error, RED, "-.")] if error else [])
+        for words, value, colour, style in limits:
+            axes.axvline(np.degrees(value), color=colour, linestyle=style, linewidth=1.4)
+            label(axes, words, (float(np.degrees(value)), 6.0), (-5, 0), color=colour, ha="right")
+        axes.set_xlim(0.0, right)
+        axes.set_ylim(0.0, 103.0)
+        axes.set_xlabel("largest error of the load in a run [deg]")
+        axes.set_ylabel("runs below [%]")
+
+    return picture(name, _draw, wide=280.0, narrow=260.0)
+
+
+def worst_picture(name: str, worst: WorstCase) -> Picture:
+    """Motion, error and torque of the worst run.
+
+    Parameters
+    ----------
+    name : str
+        Unique on the page.
+    worst : WorstCase
+
+    Returns
+    -------
+    Picture
+    """
+
+    def _draw(figure: "Figure", narrow: bool) -> None:
+        panels = figure.subplots(3, 1, sharex=True)
+        rows = (
+            ("motion [deg]", np.degrees(worst.reference), QUIET),
+            ("error [deg]", np.degrees(worst.error), BLUE),
+            ("torque [N m]", np.array(worst.torque), GREEN),
+        )
+        for axes, (words, values, colour) in zip(panels, rows, strict=True):
+            axes.axhline(0.0, color=LINE, linewidth=1.0)
+            axes.plot(worst.time, values, color=colour, linewidth=1.3)
+            axes.set_ylabel(words)
+        panels[-1].set_xlabel("time [s]")
+
+    return picture(name, _draw, wide=380.0, narrow=380.0)

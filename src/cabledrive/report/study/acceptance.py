@@ -1,0 +1,148 @@
+"""Chapter "Acceptance": many plants, the distribution of their errors, and the worst of them."""
+
+from cabledrive.report.blocks import Block, Cell, Chapter, Column, Figure, Note, Paragraph, RowGroup, Table
+from cabledrive.report.figures.study_runs import peaks_picture, worst_picture
+from cabledrive.report.numbers import number
+from cabledrive.rig.setting import DEGREE
+from cabledrive.studies.study import StudyResult
+from cabledrive.studies.study.acceptance_stage import AcceptanceResult, WorstCase
+from cabledrive.studies.study.machine import UNITS, WORDS
+
+NAMES = {"lumped": "lumped plants", "cable": "plants on the distributed cable"}
+
+
+def acceptance_chapter(result: StudyResult) -> Chapter | None:
+    """What the runs said, if there is a controller.
+
+    Parameters
+    ----------
+    result : StudyResult
+
+    Returns
+    -------
+    Chapter or None
+    """
+    if result.controller is None or result.controller.bound is None:
+        return None
+    runs = [one for one in (result.lumped, result.cable) if one.draws]
+    blocks: list[Block] = [
+        Paragraph(
+            text="The sampled controller meets plants drawn from what is known above: encoders at random "
+            "phases, "
+            "friction that sticks, a torque loop, the torque limit, the delay of the drive file."
+        )
+    ]
+    for one in (result.lumped, result.cable):
+        if not one.draws:
+            words = f"Not run on {NAMES[one.plant]}: {one.reason}."
+            blocks.append(Note(text=words, tone="warning"))
+    if runs:
+        blocks += [_table(runs), _peaks(result, runs)]
+    if result.lumped.worst is not None:
+        blocks += [_worst(result, result.lumped.worst), _worst_values(result.lumped.worst, result)]
+    return Chapter(
+        title="Acceptance",
+        anchor="acceptance",
+        blocks=tuple(blocks),
+        methods=(
+            "Acceptance: hybrid simulation, exact between samples; the cable as a nonlinear mesh; every "
+            "draw has "
+            f"a generator of its own from seed {result.goals.seed}. Numbers from a log are drawn normal with "
+            "the "
+            "interval's width, independent of one another, others uniform.",
+        ),
+    )
+
+
+def _table(runs: list[AcceptanceResult]) -> Table:
+    def degrees(value: float | None) -> str:
+        return "" if value is None else number(value / DEGREE, 3)
+
+    rows: tuple[tuple[Cell, ...], ...] = tuple(
+        (
+            NAMES[one.plant].capitalize(),
+            f"{one.draws}",
+            degrees(one.quantile(0.5)),
+            degrees(one.quantile(0.99)),
+            degrees(one.peaks[-1]),
+            f"{100 * one.inside:.1f} %",
+            "" if one.reached is None else f"{100 * one.reached:.1f} %",
+            number(one.largest_torque, 3),
+            f"{one.failed}",
+        )
+        for one in runs
+    )
+    return Table(
+        caption="Largest error of the load in each run.",
+        columns=(
+            Column(title="Plants"),
+            Column(title="Runs", numeric=True),
+            Column(title="Median", unit="deg", numeric=True),
+            Column(title="99 %", unit="deg", numeric=True),
+            Column(title="Worst", unit="deg", numeric=True),
+            Column(title="In the bound", numeric=True),
+            Column(title="In the goal", numeric=True),
+            Column(title="Torque", unit="N m", numeric=True),
+            Column(title="Ended early", numeric=True),
+        ),
+        groups=(RowGroup(rows=rows),),
+    )
+
+
+def _peaks(result: StudyResult, runs: list[AcceptanceResult]) -> Figure:
+    assert result.controller is not None
+    assert result.controller.bound is not None
+    picture = peaks_picture("peaks", runs, result.controller.bound, result.goals.error)
+    words = "; ".join(
+        f"{NAMES[one.plant]}: half below {(one.quantile(0.5) or 0.0) / DEGREE:.3g} deg, all below "
+        f"{one.peaks[-1] / DEGREE:.3g} deg"
+        for one in runs
+    )
+    return Figure(
+        name="peaks",
+        alt=f"Share of the runs below an error. {words}. The stated bound is "
+        f"{result.controller.bound / DEGREE:.3g} deg.",
+        caption="Share of the runs whose largest error stays below the value on the axis; the stated bound "
+        "and, where "
+        "there is one, the goal are upright lines.",
+        wide=picture.wide,
+        narrow=picture.narrow,
+    )
+
+
+def _worst(result: StudyResult, worst: WorstCase) -> Figure:
+    picture = worst_picture("worst", worst)
+    largest = max(abs(e) for e in worst.error) / DEGREE
+    return Figure(
+        name="worst",
+        alt="Reference, error and torque over time in the worst lumped run; the largest error is "
+        f"{largest:.3g} deg.",
+        caption=f"The worst lumped run, draw {worst.draw}: the motion, the error of the load, the torque.",
+        wide=picture.wide,
+        narrow=picture.narrow,
+    )
+
+
+def _worst_values(worst: WorstCase, result: StudyResult) -> Table:
+    best = result.knowledge.values
+    rows: tuple[tuple[Cell, ...], ...] = tuple(
+        (
+            WORDS[name][:1].upper() + WORDS[name][1:],
+            number(value, 5),
+            number(best[name], 5),
+            "" if UNITS[name] == "1" else UNITS[name].replace("^2", "²"),
+        )
+        for name, value in worst.values.items()
+    )
+    phases = ", ".join(f"{phase:+.2f}" for phase in worst.phases)
+    return Table(
+        caption="The plant of the worst run.",
+        columns=(
+            Column(title="Quantity"),
+            Column(title="Its value", numeric=True),
+            Column(title="Best value", numeric=True),
+            Column(title="Unit"),
+        ),
+        groups=(RowGroup(rows=rows),),
+        note=f"Encoder phases in counts: {phases}.",
+    )

@@ -1,0 +1,142 @@
+"""Chapter "Controller": the law, its bandwidth, its projection bounds, and the bound that is stated."""
+
+from cabledrive.report.blocks import Block, Cell, Chapter, Column, Figure, Note, Paragraph, RowGroup, Table
+from cabledrive.report.figures.study_runs import bandwidths_picture
+from cabledrive.report.numbers import number
+from cabledrive.report.study.verdict import listed, sentences
+from cabledrive.rig.setting import DEGREE
+from cabledrive.studies.study import StudyResult
+from cabledrive.studies.study.controller_stage import ControllerResult
+from cabledrive.studies.study.machine import WORDS
+
+ESTIMATES = ("Inertia at the motor", "Viscous friction", "Coulomb friction", "Offset torque")
+UNITS = ("kg m²", "N m s/rad", "N m", "N m")
+
+
+def controller_chapter(result: StudyResult) -> Chapter | None:
+    """The controller, if one was designed.
+
+    Parameters
+    ----------
+    result : StudyResult
+
+    Returns
+    -------
+    Chapter or None
+    """
+    found = result.controller
+    if found is None:
+        return None
+    blocks: list[Block] = []
+    if found.bandwidth is None:
+        blocks.append(Note(text=sentences((found.reason,)), tone="warning"))
+    else:
+        blocks += [_words(found), _bounds(found)]
+    if found.candidates:
+        blocks.append(_candidates(found))
+    if sum(one.bound is not None for one in found.candidates) > 1:
+        blocks.append(_picture(found))
+    if found.shares:
+        blocks.append(_shares(found))
+    if found.broken:
+        blocks.append(Note(text=listed("The theorem assumes more than the rig grants:", found.broken)))
+    return Chapter(
+        title="Controller",
+        anchor="controller",
+        blocks=tuple(blocks),
+        methods=(
+            "Controller: damped direct adaptive robust law of the chain, estimates projected onto twice the "
+            "95 % "
+            "intervals. Stated bound: the theorem's tube along the motion (matched uncertainty, friction), "
+            "plus "
+            "what each spring, damper and the load does at the worse of its bounds, by itself, summed "
+            "(computed, "
+            "first order, not proven), plus the encoders' counts and phases through the linear loop's "
+            "impulse "
+            "responses.",
+        ),
+    )
+
+
+def _words(found: ControllerResult) -> Paragraph:
+    assert found.bound is not None
+    assert found.sliding_rate is not None
+    return Paragraph(
+        text=f"The law is {found.name} at λ/2π = {found.bandwidth:g} Hz, K_σ/(2πμ) = "
+        f"{found.sliding_rate:.4g} Hz, "
+        f"states by a Kalman filter from the encoders. Stated bound of the load's error: "
+        f"{found.bound / DEGREE:.3g} deg. {sentences((found.reason,))} The law and its filter stand as "
+        "numbers in "
+        "controller.json beside this page."
+    )
+
+
+def _bounds(found: ControllerResult) -> Table:
+    rows: tuple[tuple[Cell, ...], ...] = tuple(
+        (name, number(low, 4), number(high, 4), unit)
+        for name, low, high, unit in zip(ESTIMATES, found.lower, found.upper, UNITS, strict=True)
+    )
+    return Table(
+        caption="Bounds onto which the estimates are projected.",
+        columns=(
+            Column(title="Estimate"),
+            Column(title="Low", numeric=True),
+            Column(title="High", numeric=True),
+            Column(title="Unit"),
+        ),
+        groups=(RowGroup(rows=rows),),
+    )
+
+
+def _candidates(found: ControllerResult) -> Table:
+    rows: tuple[tuple[Cell, ...], ...] = tuple(
+        (
+            f"{one.bandwidth:g}",
+            *("" if v is None else number(v / DEGREE, 3) for v in (one.theorem, one.unmatched, one.sensors)),
+            "" if one.bound is None else number(one.bound / DEGREE, 3),
+            "" if one.torque is None else number(one.torque, 3),
+            one.refused or ("chosen" if one.bandwidth == found.bandwidth else ""),
+        )
+        for one in found.candidates
+    )
+    return Table(
+        caption="The bandwidths that were tried, and the parts of the bound.",
+        columns=(
+            Column(title="λ/2π", unit="Hz", numeric=True),
+            Column(title="Theorem", unit="deg", numeric=True),
+            Column(title="Unmatched", unit="deg", numeric=True),
+            Column(title="Encoders", unit="deg", numeric=True),
+            Column(title="Bound", unit="deg", numeric=True),
+            Column(title="Torque", unit="N m", numeric=True),
+            Column(title=""),
+        ),
+        groups=(RowGroup(rows=rows),),
+    )
+
+
+def _picture(found: ControllerResult) -> Figure:
+    picture = bandwidths_picture("bandwidths", found)
+    words = ", ".join(
+        f"{one.bandwidth:g} Hz {one.bound / DEGREE:.3g} deg"
+        for one in found.candidates
+        if one.bound is not None
+    )
+    return Figure(
+        name="bandwidths",
+        alt=f"The bound and its parts over the bandwidth. Bound: {words}.",
+        caption="The bound over the bandwidth, and its parts. A ring marks the choice.",
+        wide=picture.wide,
+        narrow=picture.narrow,
+    )
+
+
+def _shares(found: ControllerResult) -> Table:
+    shares = sorted(found.shares.items(), key=lambda item: -item[1])
+    rows: tuple[tuple[Cell, ...], ...] = tuple(
+        (WORDS[name][:1].upper() + WORDS[name][1:], number(share / DEGREE, 3)) for name, share in shares
+    )
+    return Table(
+        caption="What each number that the law does not adapt adds to the bound, at the chosen bandwidth.",
+        columns=(Column(title="Quantity"), Column(title="Share", unit="deg", numeric=True)),
+        groups=(RowGroup(rows=rows),),
+    )

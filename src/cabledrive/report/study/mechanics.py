@@ -1,0 +1,170 @@
+"""Chapters "Modes and models" and "Internal resonance"."""
+
+from cabledrive.report.blocks import Block, Cell, Chapter, Column, Figure, Note, Paragraph, RowGroup, Table
+from cabledrive.report.figures.control_runs import responses_picture
+from cabledrive.report.numbers import number, quantity
+from cabledrive.rig.setting import DEGREE
+from cabledrive.studies.study import StudyResult
+from cabledrive.studies.study.modes_stage import MODEL_WORDS
+
+VERDICTS = {"safe": "good", "close": "warning", "resonant": "warning"}
+ALARMS = {
+    "safe": "The planned motion does not wake the spans.",
+    "saturates": "The planned motion pumps a span, but the exchange of energy ends before the limit.",
+    "alarm": "The planned motion pumps a span beyond the limit.",
+}
+
+
+def modes_chapter(result: StudyResult) -> Chapter:
+    """Certified modes, and how far each reduced model holds.
+
+    Parameters
+    ----------
+    result : StudyResult
+
+    Returns
+    -------
+    Chapter
+    """
+    found = result.modes
+    complete = "is proven complete" if found.certified else "is not proven complete"
+    blocks: list[Block] = [
+        Paragraph(
+            text=f"The first modes along the cable and across it; the list {complete} by counting. The "
+            "stiffness is "
+            "the one known above, not EA/L of the data sheet where a log or [lumped] says otherwise."
+        ),
+        _rows(result),
+    ]
+    if found.models:
+        blocks += [_models(result), _responses(result)]
+        if result.model is not None:
+            blocks.append(Note(text=f"Chosen for the controller: {result.model.reason}."))
+    else:
+        blocks.append(Paragraph(text=f"The reduced models do not apply: {found.why_no_models}."))
+    return Chapter(
+        title="Modes and models",
+        anchor="modes",
+        blocks=tuple(blocks),
+        methods=(
+            "Modes: counted on the exact dynamic stiffness, each enclosed by two counts. Models: response "
+            "from "
+            "motor torque to load angle beside the distributed cable's; the simplest is taken whose "
+            "neglected "
+            "springs wind up, along the motion, by less than a tenth of the error allowed.",
+        ),
+    )
+
+
+def _rows(result: StudyResult) -> Table:
+    groups = []
+    for kind in ("longitudinal", "transverse"):
+        rows: tuple[tuple[Cell, ...], ...] = tuple(
+            (f"{row.frequency:.4f}", f"{row.multiplicity}", row.family)
+            for row in result.modes.rows
+            if row.kind == kind
+        )
+        if rows:
+            groups.append(RowGroup(title=kind.capitalize(), rows=rows))
+    return Table(
+        caption="Certified modes of the distributed drive.",
+        columns=(
+            Column(title="Frequency", unit="Hz", numeric=True),
+            Column(title="Modes", numeric=True),
+            Column(title="Family"),
+        ),
+        groups=tuple(groups),
+    )
+
+
+def _models(result: StudyResult) -> Table:
+    windup = {one.model: one.windup for one in result.model.evidence} if result.model else {}
+    rows: tuple[tuple[Cell, ...], ...] = tuple(
+        (
+            f"{q.model}: {MODEL_WORDS[q.model]}",
+            ", ".join(f"{f:.4g}" for f in q.frequencies) or "none",
+            ", ".join(f"{f:.4g}" for f in q.exact) or "none",
+            number(q.holds_5, 3),
+            number(windup[q.model] / DEGREE, 3) if q.model in windup else "",
+        )
+        for q in result.modes.models
+    )
+    return Table(
+        caption="The lumped models beside the distributed cable.",
+        columns=(
+            Column(title="Model"),
+            Column(title="Its modes", unit="Hz", numeric=True),
+            Column(title="Exact", unit="Hz", numeric=True),
+            Column(title="Right to 5 % up to", unit="Hz", numeric=True),
+            Column(title="Leaves out", unit="deg", numeric=True),
+        ),
+        groups=(RowGroup(rows=rows),),
+        note="Leaves out: the largest twist of the springs that the model takes as rigid, along the motion.",
+    )
+
+
+def _responses(result: StudyResult) -> Figure:
+    numbers = [q.model for q in result.modes.models]
+    picture = responses_picture("responses", result.known, numbers)
+    held = ", ".join(f"Model {q.model} to {q.holds_5:.3g} Hz" for q in result.modes.models)
+    return Figure(
+        name="responses",
+        alt="Magnitude of the response from motor torque to load angle over frequency: the distributed "
+        "cable "
+        f"as a broad line and the models as thin ones. Right to 5 %: {held}.",
+        caption="Response from motor torque to load angle. Broad: the distributed cable; thin: the models by "
+        "number.",
+        wide=picture.wide,
+        narrow=picture.narrow,
+    )
+
+
+def resonance_chapter(result: StudyResult) -> Chapter:
+    """Where the drive stands against the 1:2 resonance, and whether the motion wakes it.
+
+    Parameters
+    ----------
+    result : StudyResult
+
+    Returns
+    -------
+    Chapter
+    """
+    found = result.resonance
+    head = ALARMS.get(found.alarm or "", "There is no pulley mode, so nothing can pump the spans.")
+    tone = "warning" if found.refuses or found.alarm == "saturates" else VERDICTS[found.verdict]
+    rows: list[tuple[Cell, ...]] = [
+        ("Span's lowest frequency over the pulley mode's", _maybe(found.frequency_ratio, "1")),
+        ("Away from one half by", _maybe(found.detuning, "1")),
+        ("Pulley mode", _maybe(found.pulley_frequency, "Hz")),
+        ("Pretension of exact tuning", _maybe(found.tuned_pretension, "N")),
+        ("Steady torque from which on the spans grow, at that tuning", _maybe(found.threshold_torque, "N m")),
+        ("Largest torque of the motion", quantity(found.torque, "N m", 4)),
+        ("Verdict for that torque, were it steady at the pulley mode", found.verdict),
+    ]
+    if found.alarm is not None:
+        rows.append(("Largest swing of a span along the motion", quantity(found.largest, "m", 3)))
+        rows.append(("Allowed", quantity(found.limit, "m", 3)))
+    lines = tuple(found.reasons)
+    return Chapter(
+        title="Internal resonance",
+        anchor="resonance",
+        blocks=(
+            Note(text=head, tone=tone),
+            Table(
+                caption="Distance, threshold and alarm.",
+                columns=(Column(title="Figure"), Column(title="Value", numeric=True)),
+                groups=(RowGroup(rows=tuple(rows)),),
+            ),
+            *(Paragraph(text=f"{line[:1].upper()}{line[1:]}.") for line in lines),
+        ),
+        methods=(
+            "Resonance: tongue of the averaged equations; alarm: Hill's equation of every transverse mode "
+            "along "
+            "the motion repeated four times, nonlinear where that says danger, from a floor of 0.01 mm.",
+        ),
+    )
+
+
+def _maybe(value: float | None, unit: str) -> str:
+    return "none" if value is None else quantity(value, unit, 4)

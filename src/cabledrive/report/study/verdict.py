@@ -1,0 +1,135 @@
+"""Chapter "Verdict": the answer, why, with which margins, and what would help."""
+
+from markupsafe import Markup, escape
+
+from cabledrive.report.blocks import Block, Cell, Chapter, Column, Note, Paragraph, RowGroup, Table
+from cabledrive.report.numbers import number, quantity
+from cabledrive.rig.setting import DEGREE
+from cabledrive.studies.study import Goals, StudyResult
+from cabledrive.studies.study.verdict_stage import Margin
+
+TONES = {"yes": "good", "no": "warning", "unknown": "warning"}
+HEADS = {"yes": "Yes.", "no": "No.", "unknown": "Unknown."}
+MARGINS = {
+    "torque": "Torque of the motion, without feedback",
+    "speed": "Speed of the load pulley",
+    "slack_torque": "Torque through the cable, before a span goes slack",
+    "error, lumped": "Error that 99 % of the lumped plants keep below, against the stated bound",
+    "error, cable": "Error that 95 % of the plants on the cable keep below, against the stated bound",
+    "bound": "Stated bound, against the goal",
+}
+
+
+def verdict_chapter(result: StudyResult) -> Chapter:
+    """The answer before the reasons.
+
+    Parameters
+    ----------
+    result : StudyResult
+
+    Returns
+    -------
+    Chapter
+    """
+    verdict = result.verdict
+    answer = Markup("<strong>{}</strong> {}").format(HEADS[verdict.answer], sentences(verdict.reasons[:1]))
+    blocks: list[Block] = [Note(text=answer, tone=TONES[verdict.answer])]
+    if verdict.reasons[1:]:
+        blocks.append(Paragraph(text=listed("Besides:", verdict.reasons[1:])))
+    if verdict.remedies:
+        blocks.append(Paragraph(text=listed("What would help:", verdict.remedies)))
+    if verdict.margins:
+        blocks.append(_margins(verdict.margins))
+    if verdict.cautions:
+        blocks.append(Paragraph(text=listed("To be known:", verdict.cautions)))
+    blocks.append(_asked(result.goals))
+    return Chapter(
+        title="Verdict",
+        anchor="verdict",
+        blocks=tuple(blocks),
+        methods=(
+            "Verdict: yes if 99 % of the lumped and 95 % of the cable plants keep within the stated bound "
+            "and, "
+            "where one is given, the error goal; no if torque, speed, slack, resonance or that test refuse; "
+            "unknown if a log was given and cannot tell what the controller rests on, if data are missing, "
+            "or "
+            "if the data sheet's uncertainty decides.",
+        ),
+    )
+
+
+def sentences(lines: tuple[str, ...]) -> str:
+    """Lines as sentences.
+
+    Parameters
+    ----------
+    lines : tuple of str
+
+    Returns
+    -------
+    str
+    """
+    return " ".join(f"{line[:1].upper()}{line[1:].rstrip('.')}." for line in lines)
+
+
+def listed(head: str, lines: tuple[str, ...]) -> Markup:
+    """A head and lines, each on its own.
+
+    Parameters
+    ----------
+    head : str
+    lines : tuple of str
+
+    Returns
+    -------
+    Markup
+    """
+    if len(lines) == 1:
+        return Markup("{} {}").format(head, sentences(lines))
+    items = Markup("<br>").join(Markup("– {}").format(escape(line)) for line in lines)
+    return Markup("{}<br>{}").format(head, items)
+
+
+def _margins(margins: tuple[Margin, ...]) -> Table:
+    rows: tuple[tuple[Cell, ...], ...] = tuple(
+        (
+            MARGINS[m.name],
+            quantity(m.value, m.unit, 3),
+            quantity(m.allowed, m.unit, 3),
+            min(m.value / m.allowed, 9.99),
+        )
+        for m in margins
+    )
+    return Table(
+        caption="What is used of what is allowed.",
+        columns=(
+            Column(title="Figure"),
+            Column(title="Value", numeric=True),
+            Column(title="Allowed", numeric=True),
+            Column(title="Used", bar=True),
+        ),
+        groups=(RowGroup(rows=rows),),
+    )
+
+
+def _asked(goals: Goals) -> Table:
+    rows: list[tuple[Cell, ...]] = [
+        ("Error of the load", quantity(goals.error, "rad", 3) if goals.error else "the stated bound itself"),
+        ("Each move", f"{goals.angle / DEGREE:g} deg in {goals.duration:g} s, {goals.dwell:g} s rest"),
+        ("Pulses", f"{goals.pulses}, rises of order {goals.order}"),
+        ("Largest torque", quantity(goals.torque, "N m", 3) if goals.torque else "the motor's limit"),
+        ("Load", _load(goals)),
+        ("Test", f"{goals.draws} lumped plants, {goals.cable_draws} on the cable, seed {goals.seed}"),
+    ]
+    return Table(
+        caption="What was asked.",
+        columns=(Column(title="Goal"), Column(title="Value")),
+        groups=(RowGroup(rows=tuple(rows)),),
+    )
+
+
+def _load(goals: Goals) -> str:
+    if goals.load_inertia is None:
+        return "as found"
+    low, high = goals.load_inertia
+    return f"{number(low, 4)} to {number(high, 4)} kg m²"

@@ -1,0 +1,162 @@
+"""What a study leaves besides its report: results, the identified drive, the controller in numbers."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cabledrive.parameters import content_hash
+from cabledrive.parameters.drive_file import drive_text
+from cabledrive.parameters.files import write_whole
+from cabledrive.parameters.version import __version__
+from cabledrive.studies.study.acceptance_stage import AcceptanceResult
+from cabledrive.studies.study.closed_loop import joined_loop, make_law
+from cabledrive.studies.study.plain_data import as_plain
+from cabledrive.studies.study.result import StudyResult
+
+RESULTS, REPORT, DRIVE, CONTROLLER, STAGES = (
+    "results.json",
+    "report.html",
+    "drive.toml",
+    "controller.json",
+    "stages",
+)
+METHOD = "study in stages, each kept by the hash of its inputs"
+
+
+def results_of(result: StudyResult) -> dict[str, Any]:
+    """The content of ``results.json``.
+
+    Parameters
+    ----------
+    result : StudyResult
+
+    Returns
+    -------
+    dict
+        Plain data, SI.
+    """
+    verdict = result.verdict
+    stages = {
+        "check": result.check,
+        "identification": result.knowledge,
+        "modes": result.modes,
+        "resonance": result.resonance,
+        "demand": result.demand,
+        "model": result.model,
+        "controller": result.controller,
+    }
+    goals = as_plain(result.goals)
+    return {
+        "verdict": verdict.answer,
+        "reasons": list(verdict.reasons),
+        "remedies": list(verdict.remedies),
+        "cautions": list(verdict.cautions),
+        "margins": as_plain(verdict.margins),
+        "drive": result.drive.name,
+        "drive_hash": content_hash(result.drive),
+        "goals": {name: value for name, value in goals.items() if name not in ("columns", "spreads")},
+        "stages": {name: as_plain(stage) for name, stage in stages.items()}
+        | {"acceptance": {"lumped": _shown(result.lumped), "cable": _shown(result.cable)}},
+        "study": result.key,
+        "provenance": {
+            "cabledrive": __version__,
+            "drive": result.drive.name,
+            "drive_hash": content_hash(result.drive),
+            "logs": {log.name: log.sha256 for log in result.check.logs},
+            "method": METHOD,
+            "seed": result.goals.seed,
+        },
+    }
+
+
+def _shown(found: AcceptanceResult) -> dict[str, Any]:
+    data: dict[str, Any] = as_plain(found)
+    shares = {"median": 0.5, "quantile_95": 0.95, "quantile_99": 0.99, "largest": 1.0}
+    return data | {f"{name}_error": found.quantile(share) for name, share in shares.items()}
+
+
+def controller_numbers(result: StudyResult) -> dict[str, Any] | None:
+    """The law and its filter as numbers that another program can run.
+
+    Parameters
+    ----------
+    result : StudyResult
+
+    Returns
+    -------
+    dict or None
+        None where no controller was found.
+    """
+    found, goals = result.controller, result.goals
+    if found is None or found.bandwidth is None:
+        return None
+    law = make_law(result.known, goals.motion, result.knowledge.quantities, found.model, found.bandwidth)
+    loop = joined_loop(result.known, result.known, law, goals.motion, goals.torque)
+    return {
+        "about": "See cabledrive.control.numbers.LawNumbers and cabledrive.control.observer_numbers",
+        "name": found.name,
+        "bandwidth_hz": found.bandwidth,
+        "shafts": list(law.shafts),
+        "encoders": list(loop.encoder_shafts),
+        "torque_limit": loop.rig.torque_limit if np.isfinite(loop.rig.torque_limit) else None,
+        "law": _numbers(law.law._asdict()),
+        "filter": _numbers(loop.observer._asdict() | {"gains": loop.observer.gains[-1]}),
+        "stated_bound": found.bound,
+    }
+
+
+def _numbers(fields: Mapping[str, Any]) -> dict[str, Any]:
+    def plain(value: Any) -> Any:
+        listed = value.tolist() if hasattr(value, "tolist") else value
+        return json.loads(json.dumps(listed).replace("-Infinity", "null").replace("Infinity", "null"))
+
+    return {name: plain(value) for name, value in fields.items()}
+
+
+def write_files(result: StudyResult, folder: Path, report: str) -> dict[str, Any]:
+    """Write everything a study leaves; the results last, so that they stand for a finished study.
+
+    Parameters
+    ----------
+    result : StudyResult
+    folder : Path
+    report : str
+        HTML.
+
+    Returns
+    -------
+    dict
+        The content of ``results.json``.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    write_whole(folder / REPORT, report, force=True)
+    write_whole(folder / DRIVE, drive_text(result.known), force=True)
+    controller = controller_numbers(result)
+    if controller is not None:
+        write_whole(folder / CONTROLLER, json.dumps(controller, indent=1, allow_nan=False) + "\n", force=True)
+    else:
+        (folder / CONTROLLER).unlink(missing_ok=True)
+    data = results_of(result)
+    write_whole(folder / RESULTS, json.dumps(data, indent=1, allow_nan=False) + "\n", force=True)
+    return data
+
+
+def finished(folder: Path) -> dict[str, Any] | None:
+    """The results of a study that is there already.
+
+    Parameters
+    ----------
+    folder : Path
+
+    Returns
+    -------
+    dict or None
+    """
+    try:
+        data = json.loads((folder / RESULTS).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return data if isinstance(data, dict) and (folder / REPORT).is_file() else None
