@@ -1,0 +1,238 @@
+r"""Gain and bandwidth of a current amplifier from its response, section 4.4.
+
+The amplifier with its current loop is a gain with a first-order lag and a dead time,
+
+.. math:: \frac{\tau}{V}(s) = \frac{g\,e^{-sD}}{1 + s/(2\pi f_b)},
+
+seen through a command that stands from sample to sample (and, where the torque is logged as its mean over an
+interval, through that mean): the responses of both are summed over all aliases of a line. "Essentially a
+constant gain", (4.20), is what is left where the lag lies far above the measured band.
+"""
+
+from dataclasses import dataclass
+from math import log10, pi
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import optimize, stats
+
+from cabledrive.identification.estimates import Estimate
+from cabledrive.identification.frequency_response import FrequencyResponse, response_by_segments
+from cabledrive.identification.logs.log import Log
+from cabledrive.parameters import InputRefused
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+ALIASES = 60
+FEWEST_LINES = 6
+HIGHEST_SHARE = 0.4
+"""Of the sample rate: the highest line that is fitted."""
+LEAST_COHERENCE = 0.5
+FARTHEST = 300.0
+"""Bandwidth over the highest line above which it cannot be told."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class AmplifierFit:
+    """An amplifier as its response shows it.
+
+    Attributes
+    ----------
+    gain : Estimate
+        [N m/V].
+    bandwidth : Estimate
+        [Hz]; without a value where the lag lies too far above the band.
+    delay : Estimate
+        [s].
+    misfit : float
+        Root mean square of the weighted residual; 1 where the model explains all but the noise.
+    findings : tuple of str
+    """
+
+    gain: Estimate
+    bandwidth: Estimate
+    delay: Estimate
+    misfit: float
+    findings: tuple[str, ...] = ()
+
+    @property
+    def decibels(self) -> float:
+        """The gain in dB, as (4.20) states it."""
+        return 20.0 * log10(self.gain.value)
+
+    @property
+    def volts_per_torque(self) -> float:
+        """What a controller multiplies its torque by, as (4.20) states it [V/(N m)]."""
+        return 1.0 / self.gain.value
+
+
+def amplifier_response(
+    frequency: Array,
+    gain: float,
+    bandwidth: float,
+    delay: float,
+    *,
+    held: float = 0.0,
+    averaged: float = 0.0,
+) -> ComplexArray:
+    """Response from command to logged torque.
+
+    Parameters
+    ----------
+    frequency : ndarray, shape (m,)
+        [Hz].
+    gain : float
+        [N m/V].
+    bandwidth : float
+        [Hz]; may be infinite.
+    delay : float
+        [s].
+    held : float, default 0.0
+        Time for which each command stands, the sample interval [s]; 0: the command is continuous.
+    averaged : float, default 0.0
+        Interval, centred on the time stamp, over which a torque is the mean [s]; 0: an instant.
+
+    Returns
+    -------
+    ndarray, shape (m,)
+    """
+    shifts = np.arange(-ALIASES, ALIASES + 1, dtype=np.float64) / held if held > 0.0 else np.zeros(1)
+    f = frequency[:, None] + shifts
+    lag = 1.0 / (1.0 + 1j * f / bandwidth)
+    hold = np.sinc(f * held) * np.exp(-1j * pi * f * held)
+    return gain * np.sum(lag * hold * np.sinc(f * averaged) * np.exp(-2j * pi * f * delay), axis=1)
+
+
+def fit_amplifier(measured: FrequencyResponse, *, held: float = 0.0, averaged: float = 0.0) -> AmplifierFit:
+    """Gain, bandwidth and dead time by weighted complex least squares.
+
+    Parameters
+    ----------
+    measured : FrequencyResponse
+        From command to torque [N m/V].
+    held, averaged : float
+        As in `amplifier_response` [s].
+
+    Returns
+    -------
+    AmplifierFit
+
+    Raises
+    ------
+    InputRefused
+        If it holds fewer than `FEWEST_LINES` lines.
+    """
+    count = measured.frequency.size
+    if count < FEWEST_LINES:
+        raise InputRefused(f"{count} lines are too few for an amplifier: give at least {FEWEST_LINES}")
+    weight = 1.0 / np.maximum(measured.deviation, 1e-6 * np.abs(measured.response))
+    top = float(measured.frequency[-1])
+
+    def residual(x: Array) -> Array:
+        model = amplifier_response(
+            measured.frequency, np.exp(x[0]), np.exp(x[1]), x[2] / top, held=held, averaged=averaged
+        )
+        off = (model - measured.response) * weight
+        return np.concatenate([off.real, off.imag])
+
+    begin = np.array(
+        [np.log(np.abs(measured.response[: max(3, count // 10)]).mean()), np.log(3.0 * top), 0.0]
+    )
+    limits = [begin[0] - 3, np.log(0.01 * top), -3.0], [begin[0] + 3, np.log(FARTHEST * top), 3.0]
+    found = optimize.least_squares(residual, begin, bounds=limits, x_scale="jac", max_nfev=100)
+    freedom = 2 * count - 3
+    squares = 2.0 * float(found.fun @ found.fun)  # each part of the response carries half the variance
+    scale = max(1.0, squares / freedom)
+    inverse = np.linalg.pinv(np.linalg.qr(found.jac, mode="r"), rcond=1e-12)
+    errors = np.sqrt(0.5 * scale * (inverse**2).sum(axis=1))
+    return _fit(found.x, errors, freedom, top, float(np.sqrt(squares / freedom)))
+
+
+def identify_amplifier(
+    log: Log,
+    *,
+    command: str = "command_voltage",
+    torque: str = "torque",
+    segment: float = 0.5,
+    held: bool = True,
+    averaged: bool = True,
+) -> AmplifierFit:
+    """Gain and bandwidth from a log with command and torque.
+
+    Parameters
+    ----------
+    log : Log
+    command, torque : str
+        Channels.
+    segment : float, default 0.5
+        Length of the Hann windows [s].
+    held : bool, default True
+        Whether the command stands from sample to sample.
+    averaged : bool, default True
+        Whether the torque is logged as its mean over a sample's interval.
+
+    Returns
+    -------
+    AmplifierFit
+
+    Raises
+    ------
+    InputRefused
+        If a channel is missing, or the log is too short.
+    """
+    found = response_by_segments(
+        log.channel(command), log.channel(torque), log.interval, segment=segment, overlap=0.5 * segment
+    )
+    kept = found.between(1.5 / segment, HIGHEST_SHARE * log.sample_rate)
+    coherent = kept.coherence > LEAST_COHERENCE
+    kept = FrequencyResponse(
+        frequency=kept.frequency[coherent],
+        response=kept.response[coherent],
+        deviation=kept.deviation[coherent],
+        coherence=kept.coherence[coherent],
+        averages=kept.averages,
+    )
+    interval = log.interval
+    return fit_amplifier(kept, held=interval if held else 0.0, averaged=interval if averaged else 0.0)
+
+
+def _fit(x: Array, errors: Array, freedom: int, top: float, misfit: float) -> AmplifierFit:
+    t = float(stats.t.ppf(0.975, freedom))
+    findings = []
+    bandwidth = _exponential(x[1], errors[1], t, "Hz")
+    if t * errors[1] > 1.0 or x[1] > np.log(0.9 * FARTHEST * top):
+        least = float(np.exp(x[1])) / (1.0 + t * float(errors[1]))  # from the upper bound of the lag's time
+        reason = f"a constant gain up to {top:.4g} Hz: its bandwidth lies above {least:.4g} Hz"
+        bandwidth = Estimate(
+            value=float("nan"),
+            unit="Hz",
+            standard_error=float("inf"),
+            low=least,
+            high=float("inf"),
+            reason=reason,
+        )
+        findings.append(reason)
+    delay, error = float(x[2]) / top, float(errors[2]) / top
+    return AmplifierFit(
+        gain=_exponential(x[0], errors[0], t, "N m/V"),
+        bandwidth=bandwidth,
+        delay=Estimate(
+            value=delay, unit="s", standard_error=error, low=delay - t * error, high=delay + t * error
+        ),
+        misfit=misfit,
+        findings=tuple(findings),
+    )
+
+
+def _exponential(log_value: float, log_error: float, t: float, unit: str) -> Estimate:
+    """An estimate whose logarithm was fitted."""
+    value = float(np.exp(log_value))
+    factor = float(np.exp(min(t * log_error, 50.0)))
+    return Estimate(
+        value=value,
+        unit=unit,
+        standard_error=value * float(log_error),
+        low=value / factor,
+        high=value * factor,
+    )

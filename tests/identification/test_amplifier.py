@@ -1,0 +1,73 @@
+"""The amplifier's gain and lag are in the response from command to torque, Eq. (4.20)."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cabledrive.identification.amplifier import amplifier_response, fit_amplifier, identify_amplifier
+from cabledrive.identification.frequency_response import FrequencyResponse
+from cabledrive.parameters import InputRefused, load_drive
+from cabledrive.rig.chapter_4 import response_command, rig_of
+from cabledrive.rig.virtual_rig import run_rig
+
+GAIN = 10 ** (4.2 / 20)
+
+
+def noisy(seed, bandwidth=800.0, delay=1.5e-4, noise=0.01):
+    rng = np.random.default_rng(seed)
+    frequency = np.linspace(5.0, 500.0, 120)
+    exact = amplifier_response(frequency, GAIN, bandwidth, delay)
+    parts = rng.normal(size=(2, frequency.size)) * noise / np.sqrt(2)
+    return FrequencyResponse(
+        frequency=frequency,
+        response=exact + parts[0] + 1j * parts[1],
+        deviation=np.full(frequency.size, noise),
+        coherence=np.ones(frequency.size),
+        averages=10.0,
+    )
+
+
+def test_intervals_of_gain_bandwidth_and_delay_hold_the_truth():
+    """100 responses with 1 % noise: each 95 % interval holds its truth in 88 to 100."""
+    held = np.zeros(3)
+    for seed in range(100):
+        fit = fit_amplifier(noisy(seed))
+        truth = ((fit.gain, GAIN), (fit.bandwidth, 800.0), (fit.delay, 1.5e-4))
+        held += [estimate.low <= value <= estimate.high for estimate, value in truth]
+        assert fit.misfit == pytest.approx(1.0, abs=0.25)
+    assert (held >= 88).all(), held
+
+
+def test_a_lag_far_above_the_band_gets_no_number_but_a_bound():
+    fit = fit_amplifier(noisy(3, bandwidth=1e6, noise=0.02))
+    assert np.isnan(fit.bandwidth.value)
+    assert fit.bandwidth.low > 500.0
+    assert "constant gain" in fit.findings[0]
+    assert fit.gain.low < GAIN < fit.gain.high
+
+
+def test_the_amplifier_of_the_virtual_rig_is_found_in_its_log():
+    """4.2 dB and 1 kHz, from 8 s of 1,000 sines at 5 kHz."""
+    rig, rng = rig_of(load_drive("dissertation-3"), 4), np.random.default_rng(2015)
+    log = run_rig(rig, response_command(rng), rng)
+    fit = identify_amplifier(log)
+    assert fit.gain.low <= GAIN <= fit.gain.high, fit.gain
+    assert fit.decibels == pytest.approx(4.2, abs=0.01)
+    assert fit.volts_per_torque == pytest.approx(0.6166, rel=1e-3)
+    assert fit.bandwidth.value == pytest.approx(1000.0, rel=0.05), fit.bandwidth
+    slower = replace(rig, imperfections=replace(rig.imperfections, current_bandwidth=300.0))
+    fit = identify_amplifier(run_rig(slower, response_command(rng), rng))
+    assert fit.bandwidth.value == pytest.approx(300.0, rel=0.05), fit.bandwidth
+
+
+def test_held_command_and_mean_torque_delay_by_half_a_sample_and_none():
+    """Far below the sample rate a held command is late by half a sample; a centred mean is not."""
+    late = amplifier_response(np.array([1.0]), 1.0, np.inf, 0.0, held=1e-3, averaged=1e-3)
+    assert np.angle(late[0]) == pytest.approx(-np.pi * 1e-3, rel=1e-3)
+
+
+def test_too_few_lines_are_refused():
+    one = noisy(0)
+    with pytest.raises(InputRefused, match="too few"):
+        fit_amplifier(one.between(0.0, 20.0))
