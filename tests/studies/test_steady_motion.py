@@ -47,6 +47,7 @@ def test_a_tenth_of_a_millinewton_metre_parts_the_spans_and_time_finds_them_so()
     assert found[3] < 0
     assert found[1] < 0.7 * found[2], f"{found}"
     assert np.min(both.amplitude[0]) < 0.1 * np.max(both.amplitude[0]), "it starts from the lower span alone"
+    assert both.onset is not None
     c = averaged_coefficients(autoparametric_model(DRIVE, load_torque=LOAD), torque=TORQUE, drift=False)
     start = np.array([1e-4, 1.5e-3, 2.5e-3j])
     _, states = averaged_history(c, start, 16.0, second=False, step=4e-3)
@@ -61,7 +62,7 @@ def test_a_branch_leaves_rest_at_the_threshold_and_folds_where_the_closed_form_d
     drive, forcing = at_detunings(damped(2.0, 2.0), transverse, pulley)
     upper = steady_branches(drive, TORQUE, np.random.default_rng(0), forcing=forcing)[0]
     model = autoparametric_model(drive)
-    assert upper.onset == pytest.approx(float(threshold_torque(model, forcing, second=False)), rel=1e-8)
+    assert upper.onset == pytest.approx(float(threshold_torque(model, forcing, second=False)), rel=1e-3)
     c = settings_pair(averaged_coefficients(model, torque=TORQUE, forcing=forcing, drift=False))
     closed = fold(c, "one")
     expected = [] if closed is None else [closed[0] * TORQUE / float(np.abs(c.force))]

@@ -1,8 +1,7 @@
 """Steady motion under a torque: every branch of it, where a steady load splits the spans as well.
 
-Where both spans are tuned alike the branches are known in closed form, see `cabledrive.reduction.branches`. A
-steady load pulls one span and relaxes the other; then one span alone still has the closed form, both together
-are followed by continuation, Eq. (A.29).
+Where both spans are tuned alike the branches are known in closed form, see `cabledrive.reduction.branches`.
+Under a steady load one span alone still has the closed form; both together are followed by continuation.
 """
 
 from dataclasses import dataclass
@@ -15,15 +14,19 @@ from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.averaging import AveragedCoefficients, averaged_coefficients, averaged_rates
 from cabledrive.reduction.branches import jacobian, steady_amplitudes, steady_state
 from cabledrive.reduction.continuation import Branch, follow_branch
+from cabledrive.studies.vanishing_motion import (
+    PRESENT,
+    birth_force,
+    complex_state,
+    real_state,
+    until_rest,
+)
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 STEP = 0.05
 TRIALS = 60
-PRESENT = 1e-3
-"""A span takes part where its amplitude is above this share of the largest."""
-
 _PER_SECTION = (
     "transverse_detuning",
     "feedback",
@@ -55,7 +58,7 @@ class SteadyBranch:
     folds, hopf_points : tuple of float
         Torques [N m].
     onset : float or None
-        Torque at which the branch leaves the state of rest, where it does [N m].
+        Torque at which it leaves the state of rest, or that of one span alone, where it does [N m].
     ended : str
         Why the branch ends, see `cabledrive.reduction.continuation.Branch`.
     """
@@ -70,6 +73,11 @@ class SteadyBranch:
     onset: float | None
     ended: str
 
+    @property
+    def complete(self) -> bool:
+        """Whether it was followed as far as asked."""
+        return "cannot" not in self.ended
+
     def at(self, torque: float) -> Array:
         """Where the branch passes a torque, between its points.
 
@@ -83,7 +91,7 @@ class SteadyBranch:
         ndarray, shape (passes, 4)
             Amplitudes of pulley mode, upper and lower span [m]; growth rate [1/s].
         """
-        first = np.flatnonzero(np.diff(np.sign(self.torque - torque)) != 0)
+        first = np.flatnonzero(np.diff((self.torque > torque).astype(int)))
         share = (torque - self.torque[first]) / (self.torque[first + 1] - self.torque[first])
         rows = np.array([self.pulley, *self.amplitude, self.growth])
         return np.asarray((rows[:, first] + share * (rows[:, first + 1] - rows[:, first])).T)
@@ -120,7 +128,7 @@ def steady_branches(
     Raises
     ------
     NotComputed
-        If the drive has not two vibrating sections.
+        If the drive has not two vibrating sections, or nothing damps the pulley mode.
     """
     model = autoparametric_model(drive, load_torque=load_torque)
     if model.coupling.size != 2:
@@ -128,6 +136,10 @@ def steady_branches(
             f"{model.coupling.size} sections of cable vibrate: branches are followed where there are two"
         )
     c = averaged_coefficients(model, torque=torque, forcing=forcing, drift=False)
+    if float(c.damping) <= 0.0 and float(np.abs(c.detuning)) < 1e-9 * model.natural:
+        raise NotComputed(
+            "the pulley mode is undamped at its own frequency, no motion is steady: damp a pulley"
+        )
     c = c._replace(force=np.abs(c.force) + 0j)
     per_torque = float(c.force.real) / torque
     found = [_branch(c, state, per_torque) for state in _single_states(c)]
@@ -183,8 +195,8 @@ def _newton(c: AveragedCoefficients, state: Complex) -> Complex | None:
         rate = averaged_rates(c, state, second=False)
         if np.max(np.abs(rate)) < 1e-12 * np.max(np.abs(state)):
             return state if np.max(np.abs(state[1:])) > 1e-9 else None
-        change: Array = np.asarray(np.linalg.solve(jacobian(c, state), _real(rate)), dtype=float)
-        state = np.asarray(state - _complex(change), dtype=complex)
+        change: Array = np.asarray(np.linalg.solve(jacobian(c, state), real_state(rate)), dtype=float)
+        state = np.asarray(state - complex_state(change), dtype=complex)
         if not np.all(np.isfinite(change)) or np.max(np.abs(state)) > 1.0:
             return None
     return None
@@ -199,16 +211,18 @@ def _branch(c: AveragedCoefficients, state: Complex, per_torque: float) -> Stead
     scale = np.append(np.tile(np.abs(state[kept]), 2), force)
 
     def _residual(x: Array, f: float) -> Array:
-        return _real(averaged_rates(part._replace(force=np.array(f + 0j)), _complex(x), second=False))
+        return real_state(
+            averaged_rates(part._replace(force=np.array(f + 0j)), complex_state(x), second=False)
+        )
 
     def _slope(x: Array, f: float) -> Array:
-        return jacobian(part._replace(force=np.array(f + 0j)), _complex(x))
+        return jacobian(part._replace(force=np.array(f + 0j)), complex_state(x))
 
     ways = [
         follow_branch(
             _residual,
             _slope,
-            _real(state[kept]),
+            real_state(state[kept]),
             force,
             limits=(1e-3 * force, 3 * force),
             step=STEP,
@@ -224,61 +238,34 @@ def _branch(c: AveragedCoefficients, state: Complex, per_torque: float) -> Stead
 def _joined(
     c: AveragedCoefficients, ways: list[Branch], kept: NDArray[np.bool_], per_torque: float
 ) -> SteadyBranch:
-    size = float(np.max(np.abs(_complex(ways[0].states[0])[1:])))
-    leaves = [
-        point.parameter / per_torque
-        for way in ways
-        for point in way.special
-        if point.kind == "fold" and np.max(np.abs(_complex(point.state)[1:])) < PRESENT * size
-    ]
-    (down, ended_down), (up, ended_up) = (_until_rest(way) for way in ways)
-    states = np.concatenate((ways[0].states[:down][::-1], ways[1].states[1:up]))
-    force = np.concatenate((ways[0].parameters[:down][::-1], ways[1].parameters[1:up]))
+    down, up = (until_rest(way) for way in ways)
+    states = np.concatenate((down.states[::-1], up.states[1:]))
+    force = np.concatenate((down.parameters[::-1], up.parameters[1:]))
     full = np.zeros((force.size, 3), dtype=complex)
-    full[:, kept] = [_complex(x) for x in states]
-    growth = [float(np.max(np.linalg.eigvals(jacobian(c, state)).real)) for state in full]
-    names = ("upper", "lower")
+    full[:, kept] = [complex_state(x) for x in states]
     special = {
         kind: tuple(
             sorted(
-                {
-                    round(point.parameter / per_torque, 15)
-                    for way, last in zip(ways, (down, up), strict=True)
-                    for point in way.special
-                    if point.kind == kind and np.max(np.abs(_complex(point.state)[1:])) > PRESENT * size
-                    if _before(way, last, point.state)
-                }
+                point.parameter / per_torque
+                for way in (down, up)
+                for point in way.special
+                if point.kind == kind
             )
         )
         for kind in ("fold", "hopf")
     }
+    births = [birth / per_torque for way in (down, up) if (birth := birth_force(way)) is not None]
     return SteadyBranch(
-        spans=tuple(name for name, moves in zip(names, kept[1:], strict=True) if moves),
+        spans=tuple(name for name, moves in zip(("upper", "lower"), kept[1:], strict=True) if moves),
         torque=force / per_torque,
         pulley=np.abs(full[:, 0]),
         amplitude=np.abs(full[:, 1:]).T,
-        growth=np.array(growth),
+        growth=np.array([float(np.max(np.linalg.eigvals(jacobian(c, state)).real)) for state in full]),
         folds=special["fold"],
         hopf_points=special["hopf"],
-        onset=leaves[0] if leaves else None,
-        ended=f"down: {ended_down}; up: {ended_up}",
+        onset=births[0] if births else None,
+        ended=f"down: {down.ended}; up: {up.ended}",
     )
-
-
-def _until_rest(way: Branch) -> tuple[int, str]:
-    """Number of points before the branch passes through the state of rest, and why it ends there.
-
-    Beyond it come the same motions half a period later.
-    """
-    across = np.array([_complex(x)[1:] for x in way.states])
-    turned = np.flatnonzero(np.sum(across[1:] * across[:-1].conj(), axis=1).real < 0.0)
-    return (int(turned[0]) + 1, "rest") if turned.size else (len(way.states), way.ended)
-
-
-def _before(way: Branch, last: int, state: Array) -> bool:
-    """Whether a special point lies on the first points of a branch."""
-    nearest = int(np.argmin(np.linalg.norm(way.states - state, axis=1)))
-    return nearest < last
 
 
 def _passes(branch: SteadyBranch, torque: float, amplitudes: Array) -> bool:
@@ -286,11 +273,3 @@ def _passes(branch: SteadyBranch, torque: float, amplitudes: Array) -> bool:
     points = np.array([branch.torque, branch.pulley, *branch.amplitude])
     place = np.append(torque, amplitudes)
     return bool(np.min(np.max(np.abs(points / place[:, None] - 1.0), axis=0)) < STEP)
-
-
-def _real(state: Complex) -> Array:
-    return np.concatenate((state.real, state.imag))
-
-
-def _complex(x: Array) -> Complex:
-    return np.asarray(x[: x.size // 2] + 1j * x[x.size // 2 :])

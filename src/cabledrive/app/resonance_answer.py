@@ -1,0 +1,252 @@
+"""What `cabledrive resonance` answers: for programs and for people."""
+
+from typing import Any
+
+import numpy as np
+
+from cabledrive.app.results import Absent
+from cabledrive.parameters import Drive
+from cabledrive.reduction.autoparametric import autoparametric_model
+from cabledrive.reduction.threshold import required_detuning
+from cabledrive.studies.alarm import AlarmResult
+from cabledrive.studies.resonance import ResonanceSummary
+from cabledrive.studies.resonance_remedies import Remedy, sensitivity
+from cabledrive.studies.steady_motion import SteadyBranch
+
+NUMBERS = ("frequency_ratio", "tuned_pretension", "threshold_torque", "detuning")
+
+
+def resonance_data(
+    drive: Drive, found: ResonanceSummary, changes: tuple[Remedy, ...], load_torque: float = 0.0
+) -> dict[str, Any]:
+    """The summary as JSON gives it.
+
+    Parameters
+    ----------
+    drive : Drive
+    found : ResonanceSummary
+    changes : tuple of Remedy
+    load_torque : float, default 0.0
+        Steady torque on the load pulley [N m].
+
+    Returns
+    -------
+    dict
+        SI; frequencies in Hz where the key says so.
+    """
+    standing = found.standing
+    data: dict[str, Any] = {name: _number(found, name) for name in NUMBERS}
+    data |= {"verdict": found.verdict, "reasons": found.reasons, "torque": found.torque}
+    data |= {"pulley_frequency_hz": _number(found, "pulley_frequency")}
+    data |= {
+        "threshold_torque_at_own_pretension": _number(found, "threshold_here"),
+        "tenfold_growth_torque": _number(found, "growth_torque"),
+        "coulomb_onset_torque": _number(found, "coulomb_onset"),
+    }
+    if standing is not None:
+        data["tongue"] = {
+            "distance": standing.distance,
+            "half_width": standing.half_width,
+            "growth_rate": standing.growth,
+            "pulley_amplitude": standing.amplitude,
+            "slack": standing.slack,
+            "required_detuning": _required(drive, found, load_torque),
+        }
+        data["sensitivity"] = sensitivity(drive, found.torque, load_torque)
+    if found.split:
+        data["load_torque"] = load_torque
+        data["tuned_pretension_under_load"] = {
+            span: Absent(reason="no pretension in reach tunes it") if value is None else value
+            for span, value in found.split.items()
+        }
+    data["pairs"] = [
+        {
+            "span": pair.span,
+            "section": pair.section,
+            "number": pair.number,
+            "transverse_frequency_hz": pair.transverse_frequency,
+            "frequency_ratio": pair.ratio,
+            "tuned_pretension": Absent(reason=pair.reason)
+            if pair.tuned_pretension is None
+            else pair.tuned_pretension,
+        }
+        for pair in found.pairs
+    ]
+    data["remedies"] = [
+        {"change": change.change, "value": change.value, "text": change.text} for change in changes
+    ]
+    return data
+
+
+def _required(drive: Drive, found: ResonanceSummary, load_torque: float) -> Any:
+    value = required_detuning(autoparametric_model(drive, load_torque=load_torque), found.torque)
+    return (
+        value if np.isfinite(value) else Absent(reason="the pulley mode is undamped: no detuning is enough")
+    )
+
+
+def branch_data(branch: SteadyBranch) -> dict[str, Any]:
+    """A branch of steady motion as JSON gives it.
+
+    Parameters
+    ----------
+    branch : SteadyBranch
+
+    Returns
+    -------
+    dict
+        SI.
+    """
+    return {
+        "spans": branch.spans,
+        "onset": Absent(reason="it does not leave the state of rest")
+        if branch.onset is None
+        else branch.onset,
+        "folds": branch.folds,
+        "hopf_points": branch.hopf_points,
+        "ended": branch.ended,
+        "torque": branch.torque,
+        "pulley": branch.pulley,
+        "upper": branch.amplitude[0],
+        "lower": branch.amplitude[1],
+        "growth": branch.growth,
+    }
+
+
+def branches_text(branches: tuple[SteadyBranch, ...], torque: float) -> str:
+    """Branches of steady motion for people.
+
+    Parameters
+    ----------
+    branches : tuple of SteadyBranch
+    torque : float
+        Where amplitudes are told [N m].
+
+    Returns
+    -------
+    str
+    """
+    from cabledrive.report.numbers import quantity
+
+    lines = [f"steady motion under {quantity(torque, 'N m')}:"]
+    for branch in branches:
+        onset = "" if branch.onset is None else f", from {quantity(branch.onset, 'N m')} on"
+        special = [("folds", branch.folds), ("beats begin", branch.hopf_points)]
+        words = "".join(
+            f", {name} at {', '.join(quantity(value, 'N m') for value in values)}"
+            for name, values in special
+            if values
+        )
+        lines.append(f"  {' and '.join(branch.spans)}{onset}{words}")
+        for pulley, upper, lower, growth in branch.at(torque):
+            lines.append(
+                f"    upper {quantity(upper, 'm')}, lower {quantity(lower, 'm')}, q {quantity(pulley, 'm')}: "
+                + ("stable" if growth < 0 else f"unstable, {growth:.3g} 1/s")
+            )
+    return "\n".join(lines if branches else [*lines, "  none but rest"])
+
+
+def alarm_data(judged: AlarmResult) -> dict[str, Any]:
+    """The verdict on a motion as JSON gives it.
+
+    Parameters
+    ----------
+    judged : AlarmResult
+
+    Returns
+    -------
+    dict
+        SI.
+    """
+    return {
+        "verdict": judged.verdict,
+        "remedy": judged.remedy,
+        "floor": judged.floor,
+        "limit": judged.limit,
+        "largest_pulley": judged.largest_pulley,
+        "slack": judged.slack,
+        "modes": judged.modes,
+    }
+
+
+def alarm_text(judged: AlarmResult) -> str:
+    """The verdict on a motion for people: the three modes that grow most.
+
+    Parameters
+    ----------
+    judged : AlarmResult
+
+    Returns
+    -------
+    str
+    """
+    from cabledrive.report.numbers import quantity
+
+    lines = [f"the motion: {judged.verdict}", f"  {judged.remedy}"]
+    if judged.slack:
+        lines.append("  the torque alone takes a span's tension away on the way")
+    for mode in judged.modes[:3]:
+        where = f"{mode.span}, {mode.section[0]:.4g} to {mode.section[1]:.4g} m, m = {mode.number}"
+        lines.append(
+            f"  {where:<32} grows {np.exp(min(mode.gain, 700.0)):.3g} times from {mode.start:.3g} s to "
+            f"{mode.end:.3g} s, reaches {quantity(mode.largest, 'm')}"
+        )
+    return "\n".join(lines)
+
+
+def _number(found: ResonanceSummary, name: str) -> Any:
+    value = getattr(found, name)
+    if value is not None:
+        return value
+    return Absent(reason=found.missing.get(name, "the spans go slack before any torque does this"))
+
+
+def resonance_text(drive: Drive, found: ResonanceSummary, changes: tuple[Remedy, ...]) -> str:
+    """The summary for people.
+
+    Parameters
+    ----------
+    drive : Drive
+    found : ResonanceSummary
+    changes : tuple of Remedy
+
+    Returns
+    -------
+    str
+    """
+    from cabledrive.report.numbers import quantity
+
+    lines = [
+        drive.title or drive.name,
+        "",
+        f"verdict: {found.verdict}",
+        *(f"  {reason}" for reason in found.reasons),
+    ]
+    named = (
+        ("frequency ratio", found.frequency_ratio, "1"),
+        ("detuning, ratio - 1/2", found.detuning, "1"),
+        ("pulley mode", found.pulley_frequency, "Hz"),
+        ("tuned pretension", found.tuned_pretension, "N"),
+        ("threshold torque, tuned", found.threshold_torque, "N m"),
+        ("threshold torque, as it is", found.threshold_here, "N m"),
+        ("tenfold growth in 1 s, tuned", found.growth_torque, "N m"),
+        ("Coulomb friction holds below", found.coulomb_onset, "N m"),
+        ("torque of the verdict", found.torque, "N m"),
+    )
+    lines += ["", *(f"{label:<30}{_shown(value, unit, quantity)}" for label, value, unit in named)]
+    if found.pairs:
+        lines += ["", "pairs with the pulley mode:"]
+        for pair in found.pairs:
+            tuned = "-" if pair.tuned_pretension is None else quantity(pair.tuned_pretension, "N")
+            where = f"{pair.span}, {pair.section[0]:.4g} to {pair.section[1]:.4g} m, m = {pair.number}"
+            lines.append(f"  {where:<32} ratio {pair.ratio:.4f}   tuned at {tuned}")
+    if found.split:
+        tuned = ", ".join(f"{span} {_shown(value, 'N', quantity)}" for span, value in found.split.items())
+        lines += ["", f"under the steady load each span is tuned at its own pretension: {tuned}"]
+    if changes:
+        lines += ["", "what would make it safe, each by itself:", *(f"  {change.text}" for change in changes)]
+    return "\n".join(lines)
+
+
+def _shown(value: float | None, unit: str, quantity: Any) -> str:
+    return "-" if value is None else quantity(value, unit)
