@@ -9,6 +9,7 @@ interval, through that mean): the responses of both are summed over all aliases 
 constant gain", (4.20), is what is left where the lag lies far above the measured band.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import log10, pi
 
@@ -29,6 +30,8 @@ FEWEST_LINES = 6
 HIGHEST_SHARE = 0.4
 """Of the sample rate: the highest line that is fitted."""
 LEAST_COHERENCE = 0.5
+T_SQUARED = 4.0
+"""Rise of the weighted squares, per part of the response, at the end of a 95 % interval."""
 FARTHEST = 300.0
 """Bandwidth over the highest line above which it cannot be told."""
 
@@ -146,7 +149,23 @@ def fit_amplifier(measured: FrequencyResponse, *, held: float = 0.0, averaged: f
     scale = max(1.0, squares / freedom)
     inverse = np.linalg.pinv(np.linalg.qr(found.jac, mode="r"), rcond=1e-12)
     errors = np.sqrt(0.5 * scale * (inverse**2).sum(axis=1))
-    return _fit(found.x, errors, freedom, top, float(np.sqrt(squares / freedom)))
+    least = _least_bandwidth(residual, found.x, found.cost + 0.25 * T_SQUARED * scale, top)
+    return _fit(found.x, errors, freedom, (top, least), float(np.sqrt(squares / freedom)))
+
+
+def _least_bandwidth(residual: Callable[[Array], Array], x: Array, cost: float, top: float) -> float:
+    """Lowest bandwidth at which gain and delay still make up for it: where the cost passes its bound."""
+    lowest = float(np.exp(x[1]))
+    for trial in np.geomspace(lowest, 0.1 * top, 80)[1:]:
+        start = [x[0], x[2]]
+
+        def held(pair: Array, log_trial: float = float(np.log(trial))) -> Array:
+            return residual(np.array([pair[0], log_trial, pair[1]]))
+
+        if optimize.least_squares(held, start, x_scale="jac", max_nfev=15).cost > cost:
+            break
+        lowest = float(trial)
+    return lowest
 
 
 def identify_amplifier(
@@ -197,12 +216,12 @@ def identify_amplifier(
     return fit_amplifier(kept, held=interval if held else 0.0, averaged=interval if averaged else 0.0)
 
 
-def _fit(x: Array, errors: Array, freedom: int, top: float, misfit: float) -> AmplifierFit:
+def _fit(x: Array, errors: Array, freedom: int, band: tuple[float, float], misfit: float) -> AmplifierFit:
     t = float(stats.t.ppf(0.975, freedom))
+    top, least = band
     findings = []
     bandwidth = _exponential(x[1], errors[1], t, "Hz")
     if t * errors[1] > 1.0 or x[1] > np.log(0.9 * FARTHEST * top):
-        least = float(np.exp(x[1])) / (1.0 + t * float(errors[1]))  # from the upper bound of the lag's time
         reason = f"a constant gain up to {top:.4g} Hz: its bandwidth lies above {least:.4g} Hz"
         bandwidth = Estimate(
             value=float("nan"),
