@@ -83,11 +83,43 @@ def run_one(loop: Loop) -> Array:
     ndarray, shape (scores,)
         As `cabledrive.rig.loop_numbers.SUMMARY` names them, at the first shaft.
     """
-    table = reference_table(loop)
+    return march_alone(loop, lane_of(loop), reference_table(loop))
+
+
+def lane_of(loop: Loop) -> Array:
+    """A loop at rest, as numbers of one lane.
+
+    Parameters
+    ----------
+    loop : Loop
+
+    Returns
+    -------
+    ndarray
+    """
     tables = free_transitions([loop.chain], loop.rig.interval, float(loop.plant.scalars[6]))
-    alone = _filled(loop, law_rows(loop), [loop.chain], tables, 1)
-    march_one(alone, table, loop.rig.first_end)
-    return _scores(loop, alone[:, None])[0][0]
+    return _filled(loop, law_rows(loop), [loop.chain], tables, 1)
+
+
+def march_alone(loop: Loop, lane: Array, table: Array) -> Array:
+    """Run one lane; it is kept as it was.
+
+    Parameters
+    ----------
+    loop : Loop
+    lane : ndarray
+        From `lane_of`.
+    table : ndarray, shape (samples, 6)
+        From `reference_table`.
+
+    Returns
+    -------
+    ndarray, shape (scores,)
+    """
+    moving = lane.copy()
+    march_one(moving, table, loop.rig.first_end)
+    scores: Array = _scores(loop, moving[:, None])[0][0]
+    return scores
 
 
 def _groups(loop: Loop, law: Array, chains: Iterable[LumpedChain]) -> Iterator[tuple[int, Array]]:
