@@ -6,6 +6,7 @@ from typing import Any
 
 import click
 
+from cabledrive.app.finished_study import STAGES, asked_hash, check_folder, finished
 from cabledrive.app.messages import note
 from cabledrive.app.options import Subcommand, answering, drive_argument
 from cabledrive.app.results import Answer
@@ -44,20 +45,12 @@ def command(
     DIR receives report.html, results.json, drive.toml (as identified), controller.json (the law in numbers)
     and the finished stages; a changed input redoes only the stages that depend on it.
     """
-    from cabledrive.studies.study.goals import Goals, load_goals
-    from cabledrive.studies.study.pipeline import run_study, study_key
-    from cabledrive.studies.study.results_file import STAGES, finished, write_files
-    from cabledrive.studies.study.stage_cache import file_hash, sweep
-
     folder = Path(output)
     check_folder(folder)
-    wanted = load_goals(goals) if goals else Goals()
-    wanted = replace(wanted, **{k: min(v, getattr(wanted, k)) for k, v in QUICK.items()}) if quick else wanted
-    paths = [Path(log) for log in logs]
-    key = study_key(drive, [file_hash(path) for path in paths], wanted)
+    asked = asked_hash(drive, [goals, *logs], quick)
     before = finished(folder)
     if before is not None and not force:
-        if before.get("study") != key:
+        if before.get("asked") != asked:
             raise InputRefused(
                 f"{folder}: holds the report of another study: choose another folder, or add --force, which "
                 "keeps the stages that still hold"
@@ -65,34 +58,28 @@ def command(
         note(SERVED)
         return _answer(before, folder)
     try:
-        sweep(folder)
-        sweep(folder / STAGES)
-        result = run_study(drive, paths, wanted, folder=folder / STAGES, note=note)
-        note("report")
-        from cabledrive.report.study_page import study_html
-
-        return _answer(write_files(result, folder, study_html(result)), folder)
+        return _answer(_studied(drive, logs, goals, quick, folder, asked), folder)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(
             f"what is finished is kept in {folder / STAGES}; to go on, give the same command again"
         ) from None
 
 
-def check_folder(folder: Path) -> None:
-    """Refuse a folder that could not be written, before the work starts.
+def _studied(
+    drive: Drive, logs: tuple[str, ...], goals: str | None, quick: bool, folder: Path, asked: str
+) -> dict[str, Any]:
+    from cabledrive.report.study_page import study_html
+    from cabledrive.studies.study import Goals, load_goals, run_study
+    from cabledrive.studies.study.results_file import write_files
+    from cabledrive.studies.study.stage_cache import sweep
 
-    Parameters
-    ----------
-    folder : Path
-
-    Raises
-    ------
-    InputRefused
-    """
-    if folder.exists() and not folder.is_dir():
-        raise InputRefused(f"{folder}: is a file, a study needs a folder: choose another name")
-    if not folder.exists() and not folder.parent.is_dir():
-        raise InputRefused(f"{folder}: its folder {folder.parent} does not exist: create it first")
+    wanted = load_goals(goals) if goals else Goals()
+    wanted = replace(wanted, **{k: min(v, getattr(wanted, k)) for k, v in QUICK.items()}) if quick else wanted
+    sweep(folder)
+    sweep(folder / STAGES)
+    result = run_study(drive, [Path(log) for log in logs], wanted, folder=folder / STAGES, note=note)
+    note("report")
+    return write_files(result, folder, study_html(result), asked)
 
 
 def _answer(data: dict[str, Any], folder: Path) -> Answer:

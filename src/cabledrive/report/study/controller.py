@@ -95,7 +95,7 @@ def _candidates(found: ControllerResult) -> Table:
             *("" if v is None else number(v / DEGREE, 3) for v in (one.theorem, one.unmatched, one.sensors)),
             "" if one.bound is None else number(one.bound / DEGREE, 3),
             "" if one.torque is None else number(one.torque, 3),
-            one.refused or ("chosen" if one.bandwidth == found.bandwidth else ""),
+            "chosen" if one.bandwidth == found.bandwidth else "refused" if one.refused else "",
         )
         for one in found.candidates
     )
@@ -111,7 +111,18 @@ def _candidates(found: ControllerResult) -> Table:
             Column(title=""),
         ),
         groups=(RowGroup(rows=rows),),
+        note="; ".join(f"{hertz} Hz refused: {why}" for why, hertz in _refusals(found).items()),
     )
+
+
+def _refusals(found: ControllerResult) -> dict[str, str]:
+    """Bandwidths by why they were refused."""
+    reasons: dict[str, str] = {}
+    for one in found.candidates:
+        if one.refused:
+            before = reasons.get(one.refused)
+            reasons[one.refused] = f"{before}, {one.bandwidth:g}" if before else f"{one.bandwidth:g}"
+    return reasons
 
 
 def _picture(found: ControllerResult) -> Figure:

@@ -98,10 +98,7 @@ def evaluate(
         return replace(empty, refused=why), {}
     shares, deviation = unmatched_part(ideal, drive, quantities, nominal.error)
     if deviation is None:
-        return replace(
-            empty,
-            refused="within the bounds of the springs and the load the loop diverges or a span goes slack",
-        ), {}
+        return replace(empty, refused="within its bounds the drive diverges, or a span goes slack"), {}
     excess = np.maximum(np.abs(nominal.error) - nominal.bound, 0.0)
     unmatched = deviation + excess
     peak = float(seen.summary["peak_torque"])

@@ -16,13 +16,7 @@ from cabledrive.studies.study.closed_loop import joined_loop, make_law
 from cabledrive.studies.study.plain_data import as_plain
 from cabledrive.studies.study.result import StudyResult
 
-RESULTS, REPORT, DRIVE, CONTROLLER, STAGES = (
-    "results.json",
-    "report.html",
-    "drive.toml",
-    "controller.json",
-    "stages",
-)
+RESULTS, REPORT, DRIVE, CONTROLLER = "results.json", "report.html", "drive.toml", "controller.json"
 METHOD = "study in stages, each kept by the hash of its inputs"
 
 
@@ -116,7 +110,7 @@ def _numbers(fields: Mapping[str, Any]) -> dict[str, Any]:
     return {name: plain(value) for name, value in fields.items()}
 
 
-def write_files(result: StudyResult, folder: Path, report: str) -> dict[str, Any]:
+def write_files(result: StudyResult, folder: Path, report: str, asked: str) -> dict[str, Any]:
     """Write everything a study leaves; the results last, so that they stand for a finished study.
 
     Parameters
@@ -125,6 +119,8 @@ def write_files(result: StudyResult, folder: Path, report: str) -> dict[str, Any
     folder : Path
     report : str
         HTML.
+    asked : str
+        Hash of what the command was given, by which a finished study is known again.
 
     Returns
     -------
@@ -139,24 +135,6 @@ def write_files(result: StudyResult, folder: Path, report: str) -> dict[str, Any
         write_whole(folder / CONTROLLER, json.dumps(controller, indent=1, allow_nan=False) + "\n", force=True)
     else:
         (folder / CONTROLLER).unlink(missing_ok=True)
-    data = results_of(result)
+    data = results_of(result) | {"asked": asked}
     write_whole(folder / RESULTS, json.dumps(data, indent=1, allow_nan=False) + "\n", force=True)
     return data
-
-
-def finished(folder: Path) -> dict[str, Any] | None:
-    """The results of a study that is there already.
-
-    Parameters
-    ----------
-    folder : Path
-
-    Returns
-    -------
-    dict or None
-    """
-    try:
-        data = json.loads((folder / RESULTS).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return None
-    return data if isinstance(data, dict) and (folder / REPORT).is_file() else None

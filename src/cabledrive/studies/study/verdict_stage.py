@@ -203,22 +203,18 @@ def _accepted(found: Findings) -> list[str]:
     controller, goals = found.controller, found.goals
     assert controller is not None
     assert controller.bound is not None
-    bound = controller.bound / DEGREE
-    words = []
+    bound, move = controller.bound / DEGREE, f"{goals.angle / DEGREE:g} deg in {goals.duration:g} s"
+    words = [f"the load follows {move} within the stated bound of {bound:.3g} deg"]
+    if goals.error is not None:
+        kept = "the bound keeps it" if controller.bound <= goals.error else "by the runs, not by the bound"
+        words = [f"the load follows {move} within the goal of {goals.error / DEGREE:.3g} deg: {kept}"]
     for one in (found.lumped, found.cable):
         if one.draws:
-            worst = one.peaks[-1] / DEGREE
             words.append(
-                f"{one.draws} runs on the {one.plant} plant: largest error {worst:.3g} deg, stated bound "
-                f"{bound:.3g} deg held in {100 * one.inside:.1f} %"
+                f"{one.draws} runs on the {one.plant} plant: largest error {one.peaks[-1] / DEGREE:.3g} deg; "
+                "the "
+                f"stated bound of {bound:.3g} deg held in {100 * one.inside:.1f} %"
             )
-    if goals.error is not None:
-        proven = (
-            "the bound itself keeps it"
-            if controller.bound <= goals.error
-            else "by the runs, not by the bound"
-        )
-        words.insert(0, f"error goal {goals.error / DEGREE:.3g} deg is met: {proven}")
     return words
 
 
