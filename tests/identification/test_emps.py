@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from scipy import io, signal
 
-from cabledrive.identification.filters import difference, zero_phase
 from cabledrive.identification.friction_regressors import FrictionModel
 from cabledrive.identification.logs.column_map import ColumnMap, with_choices
 from cabledrive.identification.logs.reading import read_log
@@ -80,9 +80,12 @@ def test_the_other_filters_agree_within_their_bounds(log, filter_):
 
 
 def test_the_identified_model_in_its_loop_follows_the_measured_motion(log, shared_data):
-    """Published errors: position 0.013752 %, velocity 0.22911 %; ours of the speed up to 20 Hz."""
-    from scipy import io
+    """At most 0.02 and 0.25 %; published: position 0.013752 %, velocity 0.22911 %.
 
+    The record begins in motion, so the simulation begins with the measured position and speed. The velocity
+    is that of the authors' recipe, Butterworth of order 4 at 100 Hz forwards and backwards and a central
+    difference, over all samples; the difference of the raw positions beside it.
+    """
     data = io.loadmat(shared_data(FILE), squeeze_me=True)
     found = identify_rigid_axis([log])
     values = np.array([estimate.value for estimate in found.parameters.values()])
@@ -92,10 +95,21 @@ def test_the_identified_model_in_its_loop_follows_the_measured_motion(log, share
         force_per_volt=float(data["gtau"]),
         largest_command=10.0,
     )
-    position, _, _ = march_position_loop_of(values, loop, data["qg"], 1e-3)
     measured = log.channel("position")
-    speeds = [difference(zero_phase(x, 1e-3, 20.0), 1e-3) for x in (measured, position)]
-    error = 100 * np.linalg.norm(measured - position) / np.linalg.norm(measured)
-    speed_error = 100 * np.linalg.norm(speeds[0] - speeds[1]) / np.linalg.norm(speeds[0])
-    assert error <= 0.02, f"position {error:.6f} %"
-    assert speed_error <= 0.25, f"velocity {speed_error:.5f} %"
+    start = (measured[0], (measured[1] - measured[0]) / 1e-3)
+    position, _, _ = march_position_loop_of(values, loop, data["qg"], 1e-3, start=start)
+    errors = {"position": share(measured, position)}
+    errors["raw"] = share(np.gradient(measured, 1e-3), np.gradient(position, 1e-3))
+    errors["recipe"] = share(recipe_velocity(measured), recipe_velocity(position))
+    assert errors["position"] <= 0.02, f"{errors} %"
+    assert max(errors["raw"], errors["recipe"]) <= 0.25, f"{errors} %"
+
+
+def share(measured, simulated):
+    """Norm of the difference over that of the measured [%]."""
+    return 100 * np.linalg.norm(measured - simulated) / np.linalg.norm(measured)
+
+
+def recipe_velocity(position):
+    smooth = signal.filtfilt(*signal.butter(4, 0.2), position, padlen=12)
+    return np.gradient(smooth, 1e-3)

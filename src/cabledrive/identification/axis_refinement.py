@@ -8,26 +8,21 @@ the motion under the torque's spectral lines alone: noise of the torque must not
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.identification.axis_equation import AxisEquation
+from cabledrive.identification.axis_case import Case, case_of, simulated, weighed
 from cabledrive.identification.estimates import Estimate, Identification
-from cabledrive.identification.filters import difference, zero_phase
-from cabledrive.identification.inverse_dynamics import quick_speed, settling
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.regression import Factors, Fit, factor, joined, solve, suited_segments
 from cabledrive.identification.rigid_axis import SHORT_SEGMENTS, AxisOptions, channels_of, equation_for
 from cabledrive.parameters import NotComputed
-from cabledrive.reduction.friction_march import march_rigid_axis
 
 Array = NDArray[np.float64]
 
-BANDWIDTH = 50.0
-"""Of the compared speeds [Hz]."""
 PASSES = 12
 CONVERGED = 0.02
 """Largest step of a parameter, in standard errors, at which the iteration ends."""
@@ -39,39 +34,7 @@ NOT_FOLLOWING = (
     "the model does not follow the log by itself (residual {share:.0f} % of the speed): a feedback loop "
     "holds the axis, or the model is wrong"
 )
-SPARSE = 0.3
 QUANTITIES = ("inertia", "viscous", "coulomb", "offset")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Case:
-    """One log, ready to be simulated.
-
-    Attributes
-    ----------
-    torque, lines : ndarray, shape (samples,)
-        As measured, and its spectral lines alone.
-    speed : ndarray, shape (samples,)
-        Measured, filtered.
-    start : float
-        Measured speed at the first sample.
-    interval : float
-    inner : slice
-        Samples for which the filter has settled.
-    bandwidth : float
-        [Hz].
-    slope : float
-        Of smooth friction; 0: set-valued.
-    """
-
-    torque: Array
-    lines: Array
-    speed: Array
-    start: float
-    interval: float
-    inner: slice
-    bandwidth: float
-    slope: float
 
 
 def refine_rigid_axis(
@@ -107,8 +70,19 @@ def refine_rigid_axis(
     cases = [case_of(log, torque, position, equation) for log in logs]
     values = np.array([estimate.value for estimate in found.parameters.values()])
     speeds = np.array([case.start for case in cases])
+    values, speeds, _ = _solved(cases, values, speeds, PASSES // 2)
+    cases = weighed(cases, values, speeds)
+    values, speeds, fit = _solved(cases, values, speeds, PASSES)
+    plain = [simulated(replace(c, weights=None), values, v)[0] for c, v in zip(cases, speeds, strict=True)]
+    residual = float(np.sqrt(np.mean(np.concatenate(plain) ** 2)))
+    size = float(np.sqrt(np.mean(np.concatenate([case.speed[case.inner] for case in cases]) ** 2)))
+    return _concluded(found, values, fit, residual, size)
+
+
+def _solved(cases: list[Case], values: Array, speeds: Array, passes: int) -> tuple[Array, Array, Fit]:
+    """Gauss-Newton steps, halved where the residual would grow, until they are small against their errors."""
     factors, residual = _linearised(cases, values, speeds)
-    for _ in range(PASSES):
+    for _ in range(passes):
         fit = solve(suited_segments(factors))
         step = fit.values
         for _ in range(HALVINGS):
@@ -121,59 +95,7 @@ def refine_rigid_axis(
         errors = np.sqrt(np.diag(fit.covariance))[:4]
         if np.all(np.abs(step[:4]) <= CONVERGED * errors):
             break
-    fit = solve(suited_segments(factors))
-    size = float(np.sqrt(np.mean(np.concatenate([case.speed[case.inner] for case in cases]) ** 2)))
-    return _concluded(found, values, fit, residual, size)
-
-
-def spectral_lines(values: Array) -> Array:
-    """A signal without what lies near its noise floor; the signal itself where it is no sum of lines.
-
-    Parameters
-    ----------
-    values : ndarray, shape (samples,)
-
-    Returns
-    -------
-    ndarray, shape (samples,)
-    """
-    spectrum = np.fft.rfft(values)
-    size = np.abs(spectrum)
-    above = size > 12.0 * np.median(size)
-    kept = np.convolve(above, np.ones(3), "same") > 0
-    if kept.mean() > SPARSE:
-        return values
-    return np.fft.irfft(np.where(kept, spectrum, 0.0), values.size)
-
-
-def case_of(log: Log, torque: str, position: str, equation: AxisEquation) -> Case:
-    """Prepare one log.
-
-    Parameters
-    ----------
-    log : Log
-    torque, position : str
-        Channels.
-    equation : AxisEquation
-
-    Returns
-    -------
-    Case
-    """
-    bandwidth = min(BANDWIDTH, 0.2 * log.sample_rate)
-    angle = log.channel(position)
-    edge = settling(bandwidth, log.interval)
-    slope = equation.friction.slope if equation.friction.kind == "tanh" else 0.0
-    return Case(
-        torque=log.channel(torque),
-        lines=spectral_lines(log.channel(torque)),
-        speed=zero_phase(difference(angle, log.interval), log.interval, bandwidth),
-        start=float(quick_speed(angle, equation, log.interval)[0]),
-        interval=log.interval,
-        inner=slice(edge, len(log) - edge),
-        bandwidth=bandwidth,
-        slope=slope,
-    )
+    return values, speeds, solve(suited_segments(factors))
 
 
 def _linearised(cases: list[Case], values: Array, speeds: Array) -> tuple[Factors, float]:
@@ -190,42 +112,6 @@ def _linearised(cases: list[Case], values: Array, speeds: Array) -> tuple[Factor
         squares += float(residual @ residual)
         rows += residual.size
     return joined(parts), float(np.sqrt(squares / rows))
-
-
-def simulated_speed(case: Case, values: Array) -> Array:
-    """Speed of the model under the torque's spectral lines.
-
-    Parameters
-    ----------
-    case : Case
-    values : ndarray, shape (4,)
-
-    Returns
-    -------
-    ndarray, shape (samples,)
-    """
-    return march_rigid_axis(values, case.lines, case.interval, start=case.start, slope=case.slope)[0]
-
-
-def simulated(case: Case, values: Array, start: float) -> tuple[Array, Array]:
-    """Filtered difference of speeds, and filtered sensitivities.
-
-    Parameters
-    ----------
-    case : Case
-    values : ndarray, shape (4,)
-    start : float
-        Speed at the first sample.
-
-    Returns
-    -------
-    residual : ndarray, shape (rows,)
-    sensitivities : ndarray, shape (rows, 5)
-    """
-    moved, _ = march_rigid_axis(values, case.torque, case.interval, start=start, slope=case.slope)
-    _, along = march_rigid_axis(values, case.lines, case.interval, start=start, slope=case.slope)
-    filtered = zero_phase(np.column_stack([moved, along]), case.interval, case.bandwidth)
-    return (case.speed - filtered[:, 0])[case.inner], filtered[case.inner, 1:]
 
 
 def _within(values: Array, step: Array) -> Array:

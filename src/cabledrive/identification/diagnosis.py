@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
-from cabledrive.identification.axis_refinement import Case, case_of, simulated, simulated_speed
+from cabledrive.identification.axis_case import Case, case_of, simulated, simulated_speed
 from cabledrive.identification.estimates import Identification
 from cabledrive.identification.filters import difference, zero_phase
 from cabledrive.identification.logs.log import Log

@@ -6,16 +6,18 @@ from cabledrive.mechanics.compiled import njit
 
 @njit
 def march_position_loop(
-    p: Array, loop: Array, reference: Array, interval: float, substeps: int, out: Array
+    p: Array, loop: Array, reference: Array, start: Array, interval: float, substeps: int, out: Array
 ) -> None:
-    """Position, speed and command at every sample; ``loop`` holds kp, kv, gain, largest command.
+    """Position, speed and command at every sample.
 
-    The controller works once per sample, on the position and its backward difference, and its command stands
-    until the next. Friction is set-valued: the speed after a step solves its equation with the friction in
-    it, so that the axis sticks and slips by itself.
+    ``loop`` holds kp, kv, gain and largest command; ``start`` position and speed. The controller works once per
+    sample, on the position and its backward difference, and its command stands until the next. Friction is
+    set-valued: the speed after a step solves its equation with the friction in it, so that the axis sticks and
+    slips by itself.
     """
     h = interval / substeps
-    position, speed, before = reference[0], 0.0, reference[0]
+    position, speed = start[0], start[1]
+    before = position - interval * speed
     kp, kv, gain, most = loop[0], loop[1], loop[2], loop[3]
     half = 0.5 * h * p[1] / p[0]
     shrink = h / p[0] * p[2]

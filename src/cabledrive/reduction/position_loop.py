@@ -33,7 +33,12 @@ class PositionLoop:
 
 
 def march_position_loop_of(
-    values: Array, loop: PositionLoop, reference: Array, interval: float, substeps: int = 10
+    values: Array,
+    loop: PositionLoop,
+    reference: Array,
+    interval: float,
+    substeps: int = 10,
+    start: tuple[float, float] | None = None,
 ) -> tuple[Array, Array, Array]:
     """Move an axis along a reference.
 
@@ -48,6 +53,8 @@ def march_position_loop_of(
         [s].
     substeps : int, default 10
         Steps per sample.
+    start : (float, float), optional
+        Position and speed at the first sample; default: at rest on the reference.
 
     Returns
     -------
@@ -55,7 +62,14 @@ def march_position_loop_of(
     """
     out = np.empty((3, reference.size))
     numbers = np.array([loop.position_gain, loop.speed_gain, loop.force_per_volt, loop.largest_command])
+    begin = np.array((reference[0], 0.0) if start is None else start, dtype=float)
     march_position_loop(
-        np.array(values, dtype=float), numbers, np.ascontiguousarray(reference), interval, substeps, out
+        np.array(values, dtype=float),
+        numbers,
+        np.ascontiguousarray(reference),
+        begin,
+        interval,
+        substeps,
+        out,
     )
     return out[0], out[1], out[2]

@@ -1,0 +1,182 @@
+"""One log of a rigid axis, ready to be simulated: torque, measured speed, exact sensitivities, weights."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.identification.axis_equation import AxisEquation
+from cabledrive.identification.filters import difference, zero_phase
+from cabledrive.identification.inverse_dynamics import quick_speed, settling
+from cabledrive.identification.logs.log import Log
+from cabledrive.identification.whitening import whitened, whitener
+from cabledrive.reduction.friction_march import march_rigid_axis
+
+Array = NDArray[np.float64]
+
+BANDWIDTH = 50.0
+"""Of the compared speeds [Hz]."""
+SPARSE = 0.3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Case:
+    """One log, ready to be simulated.
+
+    Attributes
+    ----------
+    torque, lines : ndarray, shape (samples,)
+        As measured, and its spectral lines alone.
+    speed : ndarray, shape (samples,)
+        Measured, filtered.
+    start : float
+        Measured speed at the first sample.
+    interval : float
+    inner : slice
+        Samples for which the filter has settled.
+    bandwidth : float
+        [Hz].
+    slope : float
+        Of smooth friction; 0: set-valued.
+    weights : ndarray or None
+        Filter that makes the residual white.
+    """
+
+    torque: Array
+    lines: Array
+    speed: Array
+    start: float
+    interval: float
+    inner: slice
+    bandwidth: float
+    slope: float
+    weights: Array | None = None
+
+
+def spectral_lines(values: Array) -> Array:
+    """A signal without what lies near its noise floor; the signal itself where it is no sum of lines.
+
+    Parameters
+    ----------
+    values : ndarray, shape (samples,)
+
+    Returns
+    -------
+    ndarray, shape (samples,)
+    """
+    spectrum = np.fft.rfft(values)
+    size = np.abs(spectrum)
+    above = size > 12.0 * np.median(size)
+    kept = np.convolve(above, np.ones(3), "same") > 0
+    if kept.mean() > SPARSE:
+        return values
+    return np.fft.irfft(np.where(kept, spectrum, 0.0), values.size)
+
+
+def between_samples(values: Array) -> Array:
+    r"""Corners of a polygon that runs through the band of a signal without loss.
+
+    A polygon through the samples loses :math:`(\omega T)^2/12` of every sine: its corners are moved out.
+
+    Parameters
+    ----------
+    values : ndarray, shape (samples,)
+
+    Returns
+    -------
+    ndarray, shape (samples,)
+    """
+    moved = values.copy()
+    moved[1:-1] -= np.diff(values, 2) / 12.0
+    return moved
+
+
+def case_of(log: Log, torque: str, position: str, equation: AxisEquation) -> Case:
+    """Prepare one log.
+
+    Parameters
+    ----------
+    log : Log
+    torque, position : str
+        Channels.
+    equation : AxisEquation
+
+    Returns
+    -------
+    Case
+    """
+    bandwidth = min(BANDWIDTH, 0.2 * log.sample_rate)
+    angle = log.channel(position)
+    edge = settling(bandwidth, log.interval)
+    slope = equation.friction.slope if equation.friction.kind == "tanh" else 0.0
+    return Case(
+        torque=between_samples(log.channel(torque)),
+        lines=between_samples(spectral_lines(log.channel(torque))),
+        speed=zero_phase(difference(angle, log.interval), log.interval, bandwidth),
+        start=float(quick_speed(angle, equation, log.interval)[0]),
+        interval=log.interval,
+        inner=slice(edge, len(log) - edge),
+        bandwidth=bandwidth,
+        slope=slope,
+    )
+
+
+def simulated_speed(case: Case, values: Array) -> Array:
+    """Speed of the model under the torque's spectral lines.
+
+    Parameters
+    ----------
+    case : Case
+    values : ndarray, shape (4,)
+
+    Returns
+    -------
+    ndarray, shape (samples,)
+    """
+    return march_rigid_axis(values, case.lines, case.interval, start=case.start, slope=case.slope)[0]
+
+
+def simulated(case: Case, values: Array, start: float) -> tuple[Array, Array]:
+    """Filtered, weighted difference of speeds, and sensitivities alike.
+
+    Parameters
+    ----------
+    case : Case
+    values : ndarray, shape (4,)
+    start : float
+        Speed at the first sample.
+
+    Returns
+    -------
+    residual : ndarray, shape (rows,)
+    sensitivities : ndarray, shape (rows, 5)
+    """
+    moved, _ = march_rigid_axis(values, case.torque, case.interval, start=start, slope=case.slope)
+    _, along = march_rigid_axis(values, case.lines, case.interval, start=start, slope=case.slope)
+    filtered = zero_phase(np.column_stack([moved, along]), case.interval, case.bandwidth)
+    rows = np.column_stack([(case.speed - filtered[:, 0])[case.inner], filtered[case.inner, 1:]])
+    rows = rows if case.weights is None else whitened(rows, case.weights)
+    return rows[:, 0], rows[:, 1:]
+
+
+def weighed(cases: Sequence[Case], values: Array, speeds: Array) -> list[Case]:
+    """Cases whose residuals are weighted by their spectrum at given parameters.
+
+    Parameters
+    ----------
+    cases : sequence of Case
+        Of one sample rate; others stay as they are.
+    values : ndarray, shape (4,)
+    speeds : ndarray, shape (cases,)
+        At the start.
+
+    Returns
+    -------
+    list of Case
+    """
+    if len({case.interval for case in cases}) > 1:
+        return list(cases)
+    residuals = [simulated(case, values, v)[0] for case, v in zip(cases, speeds, strict=True)]
+    weights = whitener(residuals, cases[0].interval, cases[0].bandwidth)
+    return [replace(case, weights=weights) for case in cases]

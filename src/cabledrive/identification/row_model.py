@@ -1,0 +1,249 @@
+"""A row of inertias with what is sought in it and what is measured of it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.identification.record import Record
+from cabledrive.identification.sensor import SENSOR_QUANTITIES, Sensor, shown
+from cabledrive.parameters import InputRefused
+from cabledrive.reduction.friction_march import direction, march_chain
+from cabledrive.reduction.lumped_chain import LumpedChain
+
+Array = NDArray[np.float64]
+
+SIGNED = ("offset", "angle", "speed")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sought:
+    """One parameter of a row.
+
+    Attributes
+    ----------
+    name : str
+    quantity : str
+        One of `cabledrive.reduction.friction_march.QUANTITIES`, or of
+        `cabledrive.identification.sensor.SENSOR_QUANTITIES`.
+    number : int
+        Of the inertia or link.
+    low, high : float
+        Bounds; both positive but for offsets and initial values.
+    """
+
+    name: str
+    quantity: str
+    number: int = 0
+    low: float = 1e-9
+    high: float = 1e9
+
+    @property
+    def positive(self) -> bool:
+        """Whether it is sought by its logarithm."""
+        return self.quantity not in SIGNED
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RowModel:
+    """A row of inertias, what is sought in it and what is measured of it.
+
+    Attributes
+    ----------
+    inertias : int
+        How many.
+    sought : tuple of Sought
+    measured : tuple of int
+        Number of the inertia whose speed each output channel shows.
+    driven : int
+        Number of the inertia that the input drives.
+    given : dict of (str, int) to float
+        Quantities that are known, by quantity and number; all others are 0.
+    sensor : Sensor
+        Of all channels; what is sought of it stands in for its own numbers.
+    delay : int
+        Samples after which the input acts.
+    hold : {"line", "step"}
+        Input on straight lines between samples, or standing from sample to sample.
+    substeps : int
+        Steps per sample.
+    """
+
+    inertias: int
+    sought: tuple[Sought, ...]
+    measured: tuple[int, ...]
+    driven: int = 0
+    given: Mapping[tuple[str, int], float]
+    sensor: Sensor = field(default_factory=Sensor)
+    delay: int = 0
+    hold: str = "step"
+    substeps: int = 4
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the parameters."""
+        return tuple(s.name for s in self.sought)
+
+    @property
+    def directions(self) -> Array:
+        """How each parameter moves the quantities of the row, shape (9 n - 2, p)."""
+        still = np.zeros(9 * self.inertias - 2)
+        columns = [
+            still if s.quantity in SENSOR_QUANTITIES else direction(self.inertias, s.quantity, s.number)
+            for s in self.sought
+        ]
+        return np.column_stack(columns)
+
+    def outputs(self, values: Mapping[str, float], record: Record) -> Array:
+        """Outputs under the input of a record.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+        record : Record
+
+        Returns
+        -------
+        ndarray, shape (samples, channels)
+        """
+        return self._moved(values, record, sensitive=False)[0]
+
+    def compared(self, place: Array, record: Record) -> tuple[Array, Array]:
+        """Residual over the training part, simulated less measured, and its derivatives.
+
+        Parameters
+        ----------
+        place : ndarray, shape (p,)
+            Where the search is: logarithms of what is positive.
+        record : Record
+
+        Returns
+        -------
+        residual : ndarray, shape (rows,)
+        derivatives : ndarray, shape (rows, p)
+        """
+        outputs, sensitivities = self._moved(self.values_at(place), record, sensitive=True)
+        off = record.seen(outputs - record.output)[record.training]
+        slopes = record.seen(sensitivities)[record.training] * self.slopes(place)
+        return off.ravel(), slopes.reshape(-1, len(self.sought))
+
+    def search_bounds(self, start: Mapping[str, float]) -> tuple[Array, Array, Array]:
+        """Where the search begins, and its bounds.
+
+        Parameters
+        ----------
+        start : mapping of str to float
+
+        Returns
+        -------
+        begin, low, high : ndarray, shape (p,)
+
+        Raises
+        ------
+        InputRefused
+            If a start value is missing or outside its bounds.
+        """
+        for s in self.sought:
+            if s.name not in start:
+                raise InputRefused(f"{s.name}: no start value: give one")
+            if not s.low < start[s.name] < s.high:
+                bounds = f"{s.low:.4g} and {s.high:.4g}"
+                raise InputRefused(
+                    f"{s.name} = {start[s.name]:.4g} must lie between {bounds}: take another start"
+                )
+        rows = [(start[s.name], s.low, s.high) for s in self.sought]
+        logs = [
+            np.log(row) if s.positive else np.array(row) for s, row in zip(self.sought, rows, strict=True)
+        ]
+        begin, low, high = np.array(logs).T
+        return begin, low, high
+
+    def values_at(self, place: Array) -> dict[str, float]:
+        """Parameters at a place of the search.
+
+        Parameters
+        ----------
+        place : ndarray, shape (p,)
+
+        Returns
+        -------
+        dict of str to float
+        """
+        pairs = zip(self.sought, place, strict=True)
+        return {s.name: float(np.exp(x)) if s.positive else float(x) for s, x in pairs}
+
+    def slopes(self, place: Array) -> Array:
+        """Derivatives of the parameters by the place of the search.
+
+        Parameters
+        ----------
+        place : ndarray, shape (p,)
+
+        Returns
+        -------
+        ndarray, shape (p,)
+        """
+        return np.array([np.exp(x) if s.positive else 1.0 for s, x in zip(self.sought, place, strict=True)])
+
+    def row(self, values: Mapping[str, float]) -> LumpedChain:
+        """The row of inertias.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+
+        Returns
+        -------
+        LumpedChain
+        """
+        n, q = self.inertias, self._quantities(values)
+        return LumpedChain(
+            names=tuple(f"inertia {k}" for k in range(n)),
+            inertias=_filled(q, "inertia", n),
+            viscous=_filled(q, "viscous", n),
+            coulomb=_filled(q, "coulomb", n),
+            offsets=_filled(q, "offset", n),
+            stiffness=_filled(q, "stiffness", n - 1),
+            damping=_filled(q, "damping", n - 1),
+            ratios=((1.0, 1.0),) * (n - 1),
+        )
+
+    def _quantities(self, values: Mapping[str, float]) -> dict[tuple[str, int], float]:
+        return dict(self.given) | {(s.quantity, s.number): values[s.name] for s in self.sought}
+
+    def _moved(self, values: Mapping[str, float], record: Record, *, sensitive: bool) -> tuple[Array, Array]:
+        n, q = self.inertias, self._quantities(values)
+        gains = tuple(q.get(("gain", k), 1.0) if k == self.driven else 0.0 for k in range(n))
+        fine = record.interval / self.substeps
+        march = march_chain(
+            self.row(values),
+            self._acting(record.input),
+            fine,
+            gains=gains,
+            start=np.array([*_filled(q, "angle", n), *_filled(q, "speed", n)]),
+            directions=self.directions if sensitive else None,
+            hold=self.hold,
+        )
+        channels = list(self.measured)
+        speeds, sensitivities = march.speeds[:, channels], march.speed_sensitivities[:, channels]
+        quantities = tuple(s.quantity for s in self.sought) if sensitive else ()
+        sensor = replace(
+            self.sensor,
+            lag=q.get(("lag", 0), self.sensor.lag),
+            threshold=q.get(("threshold", 0), self.sensor.threshold),
+        )
+        output, slopes = shown(sensor, speeds, sensitivities, fine, quantities)
+        return output[:: self.substeps], slopes[:: self.substeps]
+
+    def _acting(self, values: Array) -> Array:
+        """The input at every step of the march, late by the delay."""
+        late = np.concatenate([np.zeros(self.delay), values[: values.size - self.delay]])
+        steps = (values.size - 1) * self.substeps + 1
+        if self.hold == "step":
+            return np.repeat(late, self.substeps)[:steps]
+        return np.interp(np.arange(steps) / self.substeps, np.arange(values.size), late)
+
+
+def _filled(quantities: Mapping[tuple[str, int], float], name: str, count: int) -> tuple[float, ...]:
+    return tuple(quantities.get((name, k), 0.0) for k in range(count))

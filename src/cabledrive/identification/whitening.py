@@ -1,0 +1,73 @@
+r"""Weight of a residual by its own spectrum: what is noisy at one frequency counts less there.
+
+Noise of a torque comes out of a simulated axis as :math:`1/\omega`, rounding of an encoder goes into a speed
+as :math:`\omega`. Unweighted, the slow drift of the first hides what the log knows, and neighbouring segments
+depend on one another. The weight :math:`1/\sqrt{S(\omega)}` of the smoothed spectrum S makes the residual
+white in its band; the estimating equations have the same solution on average under any such weight.
+"""
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal
+
+Array = NDArray[np.float64]
+
+BANDS = 24
+LONGEST_SEGMENT = 8192
+REACH = 0.5
+"""Half of the filter's length [s]."""
+INSIDE = 0.8
+"""Share of the bandwidth of the compared signals that is used: above, their filter leaves too little."""
+
+
+def whitener(residuals: Sequence[Array], interval: float, bandwidth: float) -> Array:
+    """Symmetric filter that makes residuals white below a bandwidth.
+
+    Parameters
+    ----------
+    residuals : sequence of ndarray, shape (rows,)
+    interval : float
+        [s].
+    bandwidth : float
+        Of the residuals [Hz].
+
+    Returns
+    -------
+    ndarray, shape (2 m + 1,)
+        Weights; the filtered residual has a power density of 1 [1/Hz].
+    """
+    length = min(LONGEST_SEGMENT, *(r.size for r in residuals))
+    spectra = [signal.welch(r, 1.0 / interval, nperseg=length) for r in residuals]
+    frequency, power = spectra[0][0], np.mean([s[1] for s in spectra], axis=0)
+    top = INSIDE * bandwidth
+    edges = np.geomspace(frequency[1], top, BANDS + 1)
+    bands = [(frequency >= a) & (frequency < b) for a, b in pairwise(edges)]
+    filled = [band for band in bands if band.any()]
+    middles = [float(np.mean(np.log(frequency[band]))) for band in filled]
+    levels = [float(np.mean(np.log(power[band] + 1e-300))) for band in filled]
+    smooth = np.interp(np.log(np.maximum(frequency, frequency[1])), middles, levels)
+    gain = np.exp(-0.5 * smooth) * np.clip((bandwidth - frequency) / (bandwidth - top), 0.0, 1.0)
+    impulse = np.fft.fftshift(np.fft.irfft(gain))
+    reach = min(round(REACH / interval), impulse.size // 2 - 1)
+    middle = impulse.size // 2
+    window = np.hanning(2 * reach + 3)[1:-1]
+    return np.asarray(impulse[middle - reach : middle + reach + 1] * window)
+
+
+def whitened(rows: Array, weights: Array) -> Array:
+    """Columns through the filter of `whitener`.
+
+    Parameters
+    ----------
+    rows : ndarray, shape (rows, columns)
+    weights : ndarray, shape (2 m + 1,)
+
+    Returns
+    -------
+    ndarray, shape (rows, columns)
+        Nothing is assumed beyond both ends.
+    """
+    return np.asarray(signal.oaconvolve(rows, weights[:, None], mode="same", axes=0))
