@@ -10,10 +10,10 @@ def march_position_loop(
 ) -> None:
     """Position, speed and command at every sample.
 
-    ``loop`` holds kp, kv, gain and largest command; ``start`` position and speed. The controller works once per
-    sample, on the position and its backward difference, and its command stands until the next. Friction is
-    set-valued: the speed after a step solves its equation with the friction in it, so that the axis sticks and
-    slips by itself.
+    ``loop`` holds kp, kv, gain and largest command; ``start`` position and speed. The controller works once
+    per sample, on the position and its backward difference, and its command stands until the next. Friction
+    is set-valued: the speed after a step solves its equation with the friction in it, so that the axis sticks
+    and slips by itself.
     """
     h = interval / substeps
     position, speed = start[0], start[1]
