@@ -128,6 +128,28 @@ def test_a_killed_run_is_resumed_to_the_byte(tmp_path):
     assert path.read_bytes() == uninterrupted(tmp_path)
 
 
+RUN = """
+import sys, test_resume as t
+method = t.Scheme(segments=12, method=sys.argv[1])
+rows = t.simulate(t.DRIVE, t.DURATION, **t.OPTIONS | {"scheme": method}).rows
+sys.stdout.write(rows.tobytes().hex())
+"""
+
+
+@pytest.mark.verify  # compiles everything twice
+@pytest.mark.parametrize("name", ["verlet", "node-centred", "energy-conserving"])
+def test_who_compiles_and_who_loads_what_was_compiled_compute_the_same(tmp_path, name):
+    """Else a run that was killed before its kernels were in the cache would not be resumed to the byte."""
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([os.path.dirname(__file__), *sys.path])}
+    environment["XDG_CACHE_HOME"] = str(tmp_path)
+    command = [sys.executable, "-c", RUN, name]
+    compiled, loaded, again = (
+        subprocess.run(command, env=environment, capture_output=True, check=True).stdout for _ in range(3)
+    )
+    assert len(compiled) > 10_000
+    assert compiled == loaded == again
+
+
 @pytest.mark.parametrize("method", ["append", "commit"])
 def test_a_full_disk_stops_the_run_and_loses_nothing(tmp_path, monkeypatch, method):
     path = tmp_path / "run.nc"

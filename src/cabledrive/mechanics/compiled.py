@@ -92,6 +92,28 @@ def njit_strict(function: F) -> F:
     return _compile(function, False)
 
 
+def for_kernels(function: F) -> F:
+    """Mark a function, before it is compiled, as one that only kernels call.
+
+    It then gets no entry from Python, which takes longer to compile than many a kernel, and is compiled into
+    each of its callers. A call that were left would go to one version of it in the process that compiled and
+    to another in those that load from the cache, and the two may round differently. Functions whose name
+    begins with an underscore need no mark.
+
+    Parameters
+    ----------
+    function : callable
+        Loops over floats and arrays.
+
+    Returns
+    -------
+    callable
+        The function itself.
+    """
+    function.__dict__["for_kernels"] = True
+    return function
+
+
 @cache
 def numba_at_hand() -> bool:
     """Whether kernels can be compiled here.
@@ -125,7 +147,8 @@ def _compile(function: F, fast_math: Any, **options: Any) -> F:
 
     config: Any = numba.config
     options |= {"error_model": "numpy", "fastmath": fast_math, "nogil": True}
-    options["no_cpython_wrapper"] = function.__name__.startswith("_")  # called by other kernels only
+    inside = function.__name__.startswith("_") or "for_kernels" in function.__dict__
+    options |= {"no_cpython_wrapper": inside, "forceinline": inside, "no_cfunc_wrapper": True}
     chosen = config.CACHE_DIR  # NUMBA_CACHE_DIR of the environment
     config.CACHE_DIR = _cache_folder(Path(function.__code__.co_filename), chosen)
     try:

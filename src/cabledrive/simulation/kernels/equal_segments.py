@@ -13,7 +13,7 @@ it. All steps between two records are taken in one call, so that what does not c
 from typing import TypeAlias
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import njit_in_place, njit_inlined
+from cabledrive.mechanics.compiled import for_kernels, njit_in_place, njit_inlined
 from cabledrive.simulation.channels import BALANCE, TRANSVERSE_LOSS
 from cabledrive.simulation.kernels.observe import record
 from cabledrive.simulation.kernels.segments import C0, C1, C2, C3, C4, C5, C6, C7, LARGEST_Z
@@ -66,6 +66,7 @@ def safe_range(plan: Plan) -> tuple[float, float]:
 
 
 @njit_in_place
+@for_kernels
 def gain_at(x: Array, i: int, series: Series, h: float) -> float:
     """Gain of segment i."""
     c0, c1, c2, c3, c4, c5, c6, c7 = series

@@ -5,7 +5,7 @@ Called with the displacements at t_j and the velocities half a step before and a
 """
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import njit_in_place, njit_inlined
+from cabledrive.mechanics.compiled import for_kernels, njit_in_place, njit_inlined
 from cabledrive.simulation.channels import (
     ANGLE,
     AXIAL,
@@ -40,6 +40,7 @@ from cabledrive.simulation.workspace import Workspace
 
 
 @njit_in_place
+@for_kernels
 def observe(
     plan: Plan,
     before: Array,

@@ -6,7 +6,7 @@ Twins of `cabledrive.mechanics.cable_law.CableLaw.excess_components`. Each retur
 from math import sqrt
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import njit_in_place, njit_inlined
+from cabledrive.mechanics.compiled import for_kernels, njit_in_place, njit_inlined
 
 EXACT, WEAK, WEAK_CONSISTENT, LINEAR = range(4)
 
@@ -45,6 +45,7 @@ def segment_tensions(
 
 
 @njit_in_place
+@for_kernels
 def segment_strain(law: int, x: Array, inverse_spacing: Array, i: int) -> float:
     """Apparent strain of one segment."""
     h = inverse_spacing[i]
@@ -55,6 +56,7 @@ def segment_strain(law: int, x: Array, inverse_spacing: Array, i: int) -> float:
 
 
 @njit_in_place
+@for_kernels
 def transverse_stretch(law: int, u_x: float, v_x: float, w_x: float) -> float:
     """What the slopes add to the stretch of one segment."""
     slopes = v_x * v_x + w_x * w_x

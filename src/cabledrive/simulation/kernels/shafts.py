@@ -7,7 +7,7 @@ J / r^2. Twin: `cabledrive.simulation.readable.shafts.solve_shafts_reference`.
 from math import tanh
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import njit_strict
+from cabledrive.mechanics.compiled import for_kernels, njit_strict
 from cabledrive.simulation.plan import COULOMB, SMOOTH, TURNS
 from cabledrive.simulation.workspace import FRICTION, NEW, OLD, RIGHT
 
@@ -55,6 +55,7 @@ def solve_shafts(matrix: Array, table: Array, shaft: Array) -> None:
 
 
 @njit_strict
+@for_kernels
 def one_shaft(inertia: float, rest: float, coulomb: float, smooth: float, old: float) -> float:
     """Speed after the step of a shaft whose neighbours' speeds are known."""
     if smooth > 0.0:
@@ -88,6 +89,7 @@ def _smoothed(inertia: float, rest: float, coulomb: float, smooth: float, old: f
 
 
 @njit_strict
+@for_kernels
 def add_to(tallies: Array, number: int, amount: float) -> None:
     """Add to a tally, with what rounding took away last time (compensated summation).
 

@@ -1,7 +1,7 @@
 """Compiled parts of a step that every chain method shares: shafts, slack, extremes, tallies."""
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import njit_in_place, njit_inlined
+from cabledrive.mechanics.compiled import for_kernels, njit_in_place, njit_inlined
 from cabledrive.simulation.channels import COULOMB_LOSS, JOINT_LOSS, TALLIES, TORQUE_WORK, VISCOUS_LOSS
 from cabledrive.simulation.kernels.segments import segment_strain
 from cabledrive.simulation.kernels.shafts import SHAFTS, add_to, solve_shafts
@@ -26,6 +26,7 @@ def keep_extremes(segments: int, spans: int, probe: Array, x: Array, motor: Arra
 
 
 @njit_in_place
+@for_kernels
 def copy_rows(source: Array, target: Array) -> None:
     """Copy an array of rows into another of the same shape."""
     for row in range(source.shape[0]):
@@ -55,6 +56,7 @@ def keep_before(
 
 
 @njit_in_place
+@for_kernels
 def note_slack(plan: Plan, x: Array, events: Array, counts: Integers) -> None:
     """Note where and when a span goes slack that was taut at the step before."""
     for span in range(plan.spans):
