@@ -1,10 +1,12 @@
 """`cabledrive experiment`: a log of the virtual rig."""
 
+from typing import Any
+
 import click
 
 from cabledrive.app.options import NewFile, NewFileType, Subcommand, answering, drive_argument, force_option
 from cabledrive.app.results import Answer, provenance
-from cabledrive.parameters import Drive
+from cabledrive.parameters import Drive, InputRefused
 
 METHOD = (
     "row of inertias with set-valued friction, Runge-Kutta of order 4 with turns located; sampled instruments"
@@ -22,15 +24,21 @@ METHOD = (
 @click.option("--excitation", type=click.Path(), metavar="FILE", help="TOML file of the command.")
 @click.option("--model", type=click.IntRange(1, 4), help="Plant: Model 1 to 4; by default the highest.")
 @click.option("--seed", type=int, default=0, show_default=True, metavar="N", help="Of noise and phases.")
-@click.option(
-    "-o", "--output", type=NewFileType(".csv"), metavar="LOG.csv", required=True, help="The log to write."
-)
-def command(drive: Drive, excitation: str | None, model: int | None, seed: int, output: NewFile) -> Answer:
+@click.option("--plan", is_flag=True, help="Run nothing: tell what the test would tell, and ask for.")
+@click.option("-o", "--output", type=NewFileType(".csv"), metavar="LOG.csv", help="The log to write.")
+def command(
+    drive: Drive, excitation: str | None, model: int | None, seed: int, plan: bool, output: NewFile | None
+) -> Answer:
     """Excite the virtual rig of DRIVE and write what its instruments say, in the form `identify` reads."""
     from cabledrive.rig.experiment import experiment, load_excitation
     from cabledrive.rig.log_table import log_csv
 
-    log = experiment(drive, load_excitation(excitation) if excitation else None, model=model, seed=seed)
+    chosen = load_excitation(excitation) if excitation else None
+    if plan:
+        return _planned(drive, chosen, model, seed)
+    if output is None:
+        raise InputRefused("no log to write: name it with -o LOG.csv, or ask for --plan")
+    log = experiment(drive, chosen, model=model, seed=seed)
     output.write(log_csv(log))
     return Answer(
         data={
@@ -42,3 +50,22 @@ def command(drive: Drive, excitation: str | None, model: int | None, seed: int, 
         text=f"{len(log)} rows at {log.sample_rate:g} Hz: {', '.join(log.channels)}",
         provenance=provenance(drive, method=METHOD, step=log.interval / 4, seed=seed),
     )
+
+
+def _planned(drive: Drive, excitation: Any, model: int | None, seed: int) -> Answer:
+    """Predicted errors, peaks and warnings."""
+    from cabledrive.rig.planned_experiment import plan_experiment
+
+    found = plan_experiment(drive, excitation, model=model, seed=seed)
+    errors = found["relative_standard_error"]
+    lines = [
+        f"{name}: standard error " + ("not told" if value is None else f"{100 * value:.3g} %")
+        for name, value in errors.items()
+    ]
+    peaks = found["peaks"]
+    lines.append(
+        f"peaks: {peaks['torque']:.4g} N m, {peaks['speed']:.4g} rad/s, stroke {peaks['stroke']:.4g} rad"
+    )
+    lines += [f"warning: {warning}" for warning in found["warnings"]]
+    method = "moved with its own figures; noise of torque and encoder through the regression"
+    return Answer(data=found, text="\n".join(lines), provenance=provenance(drive, method=method, seed=seed))

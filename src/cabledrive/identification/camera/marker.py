@@ -20,9 +20,13 @@ SHARE = 0.25
 """The same, as a share of the largest motion."""
 FURTHEST = 40.0
 """Jump between neighbouring frames [pixel] at which a spot is another one."""
-MARGIN = 5.0
+CLEARS = 0.6
+"""Deviation of a marker's place, over half its size, above which what is behind it is seen at times."""
+MOST_PIXELS = 2**24
+"""Of frames that are held together."""
+MARGIN = 3.5
 """Beyond a marker's edge, where its blurred light still falls [pixel]."""
-LEAST_SEEN = 6
+LEAST_SEEN = 3
 LIKE, UNLIKE = 0.5, 1.4
 """Logarithm of the ratio of areas of spots that are, or may be, the same."""
 
@@ -56,8 +60,9 @@ def track_marker(
 ) -> MarkerTrack:
     """Follow a white marker on a dark background, or several.
 
-    Spots that stand still are clutter, whatever their size. Where the marker moves by more than its own size,
-    what stands still is taken off the picture and the clip gone through once more.
+    Spots that stand still are clutter, whatever their size. Where the marker moves enough to show what is
+    behind it, that is taken off the picture and the clip gone through once more. Clutter that touches a marker
+    which never clears its place is not told from it.
 
     Parameters
     ----------
@@ -87,9 +92,7 @@ def track_marker(
     place, spots, repeated = _go_through(clip, levels, None)
     tracks = _linked(spots)
     chosen = _movers(clip.source, tracks, len(spots), markers)
-    motion = min(_motion(tracks[k]) for k in chosen)
-    size = np.sqrt(np.median(tracks[chosen[0]][:, 2][np.isfinite(tracks[chosen[0]][:, 2])]))
-    if motion > 0.6 * size:
+    if any(_clears_its_place(tracks[k]) for k in chosen):
         still = _still(clip, levels, place, [tracks[k] for k in chosen])
         place, spots, repeated = _go_through(clip, levels, still)
         tracks = _linked(spots)
@@ -122,6 +125,7 @@ def _sampled(clip: Clip, count: int = SAMPLED) -> list[tuple[int, Array]]:
     kept: list[tuple[int, Array]] = []
     every = 1
     for number, (place, frame) in enumerate(clip.frames()):
+        count = min(count, max(4, MOST_PIXELS // frame.size))
         if number % every == 0:
             kept.append((place, frame))
             if len(kept) == 2 * count:
@@ -136,7 +140,7 @@ def _sampled(clip: Clip, count: int = SAMPLED) -> list[tuple[int, Array]]:
 def _still(clip: Clip, levels: Levels, place: NDArray[np.int64], markers: list[Array]) -> Array:
     """What stands in the picture: the median of each pixel while no marker is near it."""
     frames = []
-    for number, frame in _sampled(clip, 2 * SAMPLED):
+    for number, frame in _sampled(clip, 4 * SAMPLED):
         at = int(np.searchsorted(place, number))
         if at == place.size or place[at] != number or not all(np.isfinite(m[at, 0]) for m in markers):
             continue
@@ -223,6 +227,12 @@ def _followed(spots: list[Array], rough: list[Array]) -> list[Array]:
 def _motion(track: Array) -> float:
     """Standard deviation of a track's place [pixel]."""
     return float(np.hypot(np.nanstd(track[:, 0]), np.nanstd(track[:, 1])))
+
+
+def _clears_its_place(track: Array) -> bool:
+    """Whether a marker moves by enough of its own size to show what is behind it."""
+    high, wide = np.nanmedian(track[:, 3:], axis=0)
+    return bool(np.nanstd(track[:, 0]) > CLEARS * high or np.nanstd(track[:, 1]) > CLEARS * wide)
 
 
 def _movers(source: str, tracks: list[Array], frames: int, markers: int) -> list[int]:

@@ -1,0 +1,147 @@
+"""What a test will tell is known before it is run."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cabledrive.identification.excitation import low_crest_multisine, multisine_lines
+from cabledrive.identification.frequency_response import response_by_periods
+from cabledrive.identification.planned_response import predicted_response_errors, resonance_warnings
+from cabledrive.identification.planning import AxisGuess, Instruments, largest_amplitude, plan_test
+from cabledrive.identification.response_models import PARAMETERS, chain_for, fit_response
+from cabledrive.identification.rigid_axis import AxisOptions, identify_rigid_axis
+from cabledrive.parameters import InputRefused, load_drive
+from cabledrive.reduction.lumped_chain import speed_response
+from cabledrive.rig.chapter_4 import BENCH_TESTS, TORQUE_PER_VOLT, bench_command, bench_rig
+from cabledrive.rig.virtual_rig import Imperfections, run_rig
+
+TEST = replace(BENCH_TESTS[1], duration=12.0)
+GUESS = AxisGuess(inertia=TEST.inertia, viscous=TEST.viscous, coulomb=TEST.coulomb, offset=TEST.offset)
+TORQUE = TORQUE_PER_VOLT * bench_command(TEST, np.random.default_rng(1))
+MODEL_4 = {
+    "motor_inertia": 0.0011,
+    "drive_inertia": 0.000642,
+    "load_inertia": 0.00235,
+    "viscous_friction": 0.0031,
+    "joint_stiffness": 135.0,
+    "joint_damping": 0.075,
+    "cable_stiffness": 850.0,
+    "cable_damping": 0.18,
+}
+
+
+def spread(test, noise, repeats):
+    """Standard deviation of the estimates over repeats of one test, and the prediction."""
+    command = bench_command(test, np.random.default_rng(1))
+    found = []
+    for seed in range(repeats):
+        rig = bench_rig(test, Imperfections(torque_noise=noise))
+        log = run_rig(rig, command, np.random.default_rng(seed))
+        one = identify_rigid_axis([log], AxisOptions(bandwidth=20.0))
+        found.append([one[name] for name in one.parameters])
+    guess = AxisGuess(inertia=test.inertia, viscous=test.viscous, coulomb=test.coulomb, offset=test.offset)
+    plan = plan_test(TORQUE_PER_VOLT * command, 1e-3, guess, Instruments(torque_noise=noise, bandwidth=20.0))
+    return np.std(found, axis=0, ddof=1) / np.array(list(plan.standard_errors.values()))
+
+
+def test_predicted_standard_errors_are_the_spread_of_repeated_tests():
+    """16 repeats tell a standard deviation to 18 %: three of that."""
+    ratios = spread(TEST, 0.05, 16)
+    assert (np.abs(ratios - 1.0) < 0.54).all(), ratios
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("test", BENCH_TESTS, ids=lambda test: test.name)
+def test_predicted_standard_errors_of_every_bench_test(test):
+    """100 repeats of 30 s, torque noise 50 mN m: within a quarter."""
+    ratios = spread(replace(test, duration=30.0), 0.05, 100)
+    assert (np.abs(ratios - 1.0) < 0.25).all(), ratios
+
+
+def test_errors_fall_with_the_root_of_the_duration():
+    once = plan_test(TORQUE, 1e-3, GUESS).standard_errors
+    thrice = plan_test(np.tile(TORQUE, 3), 1e-3, GUESS).standard_errors
+    for name, error in once.items():
+        assert error / thrice[name] == pytest.approx(np.sqrt(3.0), rel=0.1), name
+
+
+def test_limits_are_kept_by_the_largest_amplitude_and_named_when_passed():
+    limits = {"torque": 0.6, "speed": 25.0, "stroke": 6.0}
+    scale = largest_amplitude(TORQUE, 1e-3, GUESS, limits)
+    peaks = plan_test(scale * TORQUE, 1e-3, GUESS, limits=limits).peaks
+    shares = [peaks[name] / limit for name, limit in limits.items()]
+    assert max(shares) == pytest.approx(1.0, rel=1e-3), shares
+    passed = plan_test(1.2 * scale * TORQUE, 1e-3, GUESS, limits=limits).findings
+    assert any("above its limit" in finding for finding in passed), passed
+
+
+def test_a_torque_below_the_friction_is_refused():
+    with pytest.raises(InputRefused, match="does not move the axis"):
+        plan_test(0.05 * TORQUE, 1e-3, GUESS)
+
+
+def test_predicted_errors_of_the_response_are_those_its_fit_states():
+    """Seven periods of a multisine; torque with noise, angle rounded to 2,600 counts as the shaft turns."""
+    rate, period, periods, rng = 5000.0, 5000, 7, np.random.default_rng(3)
+    lines = multisine_lines(period, rate, 2.0, 250.0, count=120)
+    one = 0.6 * low_crest_multisine(period, rate, lines, passes=40).values
+    spectrum, omega = np.fft.rfft(one), 2 * np.pi * np.arange(period // 2 + 1)
+    angle = np.zeros_like(spectrum)
+    angle[lines] = spectrum[lines] * speed_response(chain_for(4, MODEL_4, 0.04), omega[lines])
+    angle[lines] /= 1j * omega[lines]
+    turning = 3.0 * np.arange(periods * period) / rate
+    quantum = 2 * np.pi / 2600
+    exact = np.tile(np.fft.irfft(angle, period), periods) + turning
+    read = quantum * np.floor(exact / quantum + rng.uniform()) - turning
+    torque = np.tile(one, periods) + 0.002 * rng.normal(size=read.size)
+    of_angle = response_by_periods(torque, read, 1 / rate, period, lines, skipped=0)
+    factor = omega[lines]
+    measured = replace(
+        of_angle, response=1j * factor * of_angle.response, deviation=factor * of_angle.deviation
+    )
+    fit = fit_response(measured, 4, MODEL_4, radius=0.04)
+    predicted = predicted_response_errors(
+        4,
+        MODEL_4,
+        measured.frequency,
+        2 * np.abs(spectrum[lines]) / period,
+        radius=0.04,
+        quantum=quantum,
+        sample_rate=rate,
+        duration=periods * period / rate,
+        torque_noise=0.002,
+    )
+    for name in PARAMETERS[4]:
+        stated = fit.errors[fit.names.index(name)] / fit[name]
+        assert 0.5 < stated / predicted[name] < 2.0, (name, stated, predicted[name])
+
+
+def test_a_line_on_the_pulley_mode_of_a_tuned_drive_is_warned_of_above_its_threshold_only():
+    """Configuration 2 near its tuned pretension: 0.9 mN m at 81.74 Hz is the threshold."""
+    settings = ("cable.pretension=3.3", "cable.transverse_damping=1.0", "pulley.1.viscous_friction=1e-5")
+    drive, time = load_drive("dissertation-2", overrides=settings), np.arange(8000) / 1000.0
+
+    def warned(frequency, amplitude):
+        return resonance_warnings(drive, amplitude * np.sin(2 * np.pi * frequency * time), 1000.0)
+
+    assert "would drive the 1:2 resonance" in warned(81.74, 2e-3)[0]
+    assert warned(81.74, 4e-4) == ()
+    assert warned(40.0, 0.05) == ()
+
+
+def test_the_door_plans_an_experiment_without_running_it(tmp_path, capsys):
+    """Model 4 under a multisine: stiffness of the joint to a few per cent; nothing is written."""
+    import json
+
+    from cabledrive.app.main import main
+
+    toml = 'kind = "multisine"\nduration = "8 s"\namplitude = "1 V"\nband = ["1 Hz", "250 Hz"]\nlines = 120\n'
+    (tmp_path / "e.toml").write_text(toml + 'period = "1 s"\nodd = false\n')
+    with pytest.raises(SystemExit) as end:
+        main(["experiment", "dissertation-3", "--excitation", str(tmp_path / "e.toml"), "--plan", "--json"])
+    answer = json.loads(capsys.readouterr().out)
+    assert not end.value.code
+    assert 0.0 < answer["relative_standard_error"]["joint_stiffness"] < 0.05
+    assert set(answer["peaks"]) == {"torque", "speed", "stroke"}
+    assert [path.name for path in tmp_path.iterdir()] == ["e.toml"]
