@@ -10,6 +10,7 @@ from cabledrive.identification.axis_equation import AxisEquation
 from cabledrive.identification.filters import difference, zero_phase
 from cabledrive.identification.inverse_dynamics import quick_speed, settling
 from cabledrive.identification.logs.log import Log
+from cabledrive.identification.rigid_axis import AxisOptions, channels_of
 from cabledrive.identification.whitening import whitened, whitener
 from cabledrive.reduction.friction_march import march_rigid_axis
 
@@ -18,6 +19,7 @@ Array = NDArray[np.float64]
 BANDWIDTH = 50.0
 """Of the compared speeds [Hz]."""
 SPARSE = 0.3
+HALF = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -39,6 +41,8 @@ class Case:
         [Hz].
     slope : float
         Of smooth friction; 0: set-valued.
+    quantum : float
+        Step of the encoder [rad or m]; 0: none.
     weights : ndarray or None
         Filter that makes the residual white.
     """
@@ -51,7 +55,35 @@ class Case:
     inner: slice
     bandwidth: float
     slope: float
+    quantum: float = 0.0
     weights: Array | None = None
+
+    def filtered(self, values: Array) -> Array:
+        """Signals below the bandwidth.
+
+        Parameters
+        ----------
+        values : ndarray, shape (samples, ...)
+
+        Returns
+        -------
+        ndarray, as ``values``
+        """
+        return zero_phase(values, self.interval, self.bandwidth)
+
+    def compared(self, rows: Array) -> Array:
+        """Filtered signals as they are compared: without the filter's ends, weighted.
+
+        Parameters
+        ----------
+        rows : ndarray, shape (samples, columns)
+
+        Returns
+        -------
+        ndarray, shape (rows, columns)
+        """
+        inner = rows[self.inner]
+        return inner if self.weights is None else whitened(inner, self.weights)
 
 
 def spectral_lines(values: Array) -> Array:
@@ -66,12 +98,39 @@ def spectral_lines(values: Array) -> Array:
     ndarray, shape (samples,)
     """
     spectrum = np.fft.rfft(values)
-    size = np.abs(spectrum)
-    above = size > 12.0 * np.median(size)
-    kept = np.convolve(above, np.ones(3), "same") > 0
+    kept = _lines_of(spectrum)
     if kept.mean() > SPARSE:
         return values
     return np.fft.irfft(np.where(kept, spectrum, 0.0), values.size)
+
+
+def driven_by_lines(logs: Sequence[Log], options: AxisOptions) -> bool:
+    """Whether the torque of every log is a sum of lines, so that a motion free of noise is known.
+
+    Parameters
+    ----------
+    logs : sequence of Log
+    options : AxisOptions
+
+    Returns
+    -------
+    bool
+        False where what stands above the noise fills more than half of its band, as steps, chirps and torques
+        of feedback loops do.
+    """
+    torque, _ = channels_of(logs[0], options)
+    for log in logs:
+        kept = _lines_of(np.fft.rfft(log.channel(torque)))
+        band = np.flatnonzero(kept)
+        if band.size == 0 or band.size > HALF * (band[-1] - band[0] + 1) or kept.mean() > SPARSE:
+            return False
+    return True
+
+
+def _lines_of(spectrum: NDArray[np.complex128]) -> NDArray[np.bool_]:
+    size = np.abs(spectrum)
+    above = size > 12.0 * np.median(size)
+    return np.asarray(np.convolve(above, np.ones(3), "same") > 0)
 
 
 def between_samples(values: Array) -> Array:
@@ -119,7 +178,23 @@ def case_of(log: Log, torque: str, position: str, equation: AxisEquation) -> Cas
         inner=slice(edge, len(log) - edge),
         bandwidth=bandwidth,
         slope=slope,
+        quantum=equation.quantum,
     )
+
+
+def observed(case: Case, angle: Array) -> Array:
+    """Filtered speed from a measured angle.
+
+    Parameters
+    ----------
+    case : Case
+    angle : ndarray, shape (samples,)
+
+    Returns
+    -------
+    ndarray, shape (samples,)
+    """
+    return case.filtered(difference(angle, case.interval))
 
 
 def simulated_speed(case: Case, values: Array) -> Array:
@@ -154,9 +229,8 @@ def simulated(case: Case, values: Array, start: float) -> tuple[Array, Array]:
     """
     moved, _ = march_rigid_axis(values, case.torque, case.interval, start=start, slope=case.slope)
     _, along = march_rigid_axis(values, case.lines, case.interval, start=start, slope=case.slope)
-    filtered = zero_phase(np.column_stack([moved, along]), case.interval, case.bandwidth)
-    rows = np.column_stack([(case.speed - filtered[:, 0])[case.inner], filtered[case.inner, 1:]])
-    rows = rows if case.weights is None else whitened(rows, case.weights)
+    filtered = case.filtered(np.column_stack([moved, along]))
+    rows = case.compared(np.column_stack([case.speed - filtered[:, 0], filtered[:, 1:]]))
     return rows[:, 0], rows[:, 1:]
 
 

@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.identification.axis_case import Case, case_of, simulated, weighed
-from cabledrive.identification.estimates import Estimate, Identification
+from cabledrive.identification.estimates import Identification
 from cabledrive.identification.logs.log import Log
+from cabledrive.identification.method_error import error_of_refinement, widened
 from cabledrive.identification.regression import Factors, Fit, factor, joined, solve, suited_segments
 from cabledrive.identification.rigid_axis import SHORT_SEGMENTS, AxisOptions, channels_of, equation_for
 from cabledrive.parameters import NotComputed
@@ -76,7 +77,8 @@ def refine_rigid_axis(
     plain = [simulated(replace(c, weights=None), values, v)[0] for c, v in zip(cases, speeds, strict=True)]
     residual = float(np.sqrt(np.mean(np.concatenate(plain) ** 2)))
     size = float(np.sqrt(np.mean(np.concatenate([case.speed[case.inner] for case in cases]) ** 2)))
-    return _concluded(found, values, fit, residual, size)
+    extra = error_of_refinement(cases, values, speeds)
+    return _concluded(found, values, fit, extra, residual, size)
 
 
 def _solved(cases: list[Case], values: Array, speeds: Array, passes: int) -> tuple[Array, Array, Fit]:
@@ -123,17 +125,10 @@ def _within(values: Array, step: Array) -> Array:
 
 
 def _concluded(
-    found: Identification, values: Array, fit: Fit, residual: float, size: float
+    found: Identification, values: Array, fit: Fit, extra: Array, residual: float, size: float
 ) -> Identification:
-    half = fit.half_width()
     parameters = {
-        name: Estimate(
-            value=float(values[k]),
-            unit=estimate.unit,
-            standard_error=float(np.sqrt(fit.covariance[k, k])),
-            low=float(values[k] - half[k]),
-            high=float(values[k] + half[k]),
-        )
+        name: replace(estimate, value=float(values[k]))
         for k, (name, estimate) in enumerate(found.parameters.items())
     }
     method: dict[str, Any] = dict(found.method)
@@ -145,7 +140,7 @@ def _concluded(
     findings = found.findings
     if residual > LARGEST_RESIDUAL * size:
         findings += (NOT_FOLLOWING.format(share=100 * residual / size),)
-    return replace(
+    refined = replace(
         found,
         findings=findings,
         parameters=parameters,
@@ -154,3 +149,4 @@ def _concluded(
         covariance=fit.covariance[:4, :4],
         freedom=fit.freedom,
     )
+    return widened(refined, extra)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from cabledrive.identification.axis_case import driven_by_lines
 from cabledrive.identification.axis_refinement import refine_rigid_axis
 from cabledrive.identification.diagnosis import FAULTS, Suspicion, friction_leads, suspicions, verdict
 from cabledrive.identification.estimates import Identification
@@ -14,13 +15,14 @@ from cabledrive.identification.logs.column_map import ColumnMap, column_map
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.logs.reading import open_log, read_log
 from cabledrive.identification.long_logs import identify_long_log, is_long
+from cabledrive.identification.method_error import with_own_error
 from cabledrive.identification.rigid_axis import AxisOptions, identify_rigid_axis
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.units import to_si
 
 MODELS = tuple(f"rigid-axis-{kind}" for kind in FRICTIONS)
-METHODS = ("inverse-dynamics", "output-error")
+METHODS = ("auto", "inverse-dynamics", "output-error")
 KEYS = ("model", "method", "bandwidth", "filter", "slope", "fading", "check")
 CHECKED = ("coulomb", "tanh")
 BETTER, MUCH_BETTER = 0.995, 0.8
@@ -44,7 +46,7 @@ class IdentifyOptions:
     """
 
     model: str = "rigid-axis-coulomb"
-    method: str = "inverse-dynamics"
+    method: str = "auto"
     axis: AxisOptions = field(default_factory=AxisOptions)
     columns: ColumnMap = field(default_factory=ColumnMap)
     check: bool = True
@@ -127,8 +129,10 @@ def identify(
     model : str, optional
         One of `MODELS`.
     method : str, optional
-        "inverse-dynamics": least squares on the torque. "output-error": refined by simulating the motion,
-        without the bias of the encoder's noise; not for an axis inside a feedback loop.
+        "inverse-dynamics": least squares on the torque, its own errors in the intervals. "output-error":
+        refined by simulating the motion, without the bias of the encoder's noise. "auto", the default: output
+        error where the torque is a sum of lines and the model follows the log by itself, so that its
+        regressors carry no noise; else inverse dynamics, as inside a feedback loop.
 
     Returns
     -------
@@ -158,26 +162,26 @@ def identify(
         if method == "output-error":
             raise NotComputed("output error needs an identifiable rigid axis with one Coulomb friction")
         return found
-    if method == "inverse-dynamics" and not options.check:
-        return found
-    try:
-        refined = refine_rigid_axis(read, found, options.axis)
-    except NotComputed as failure:
-        if method == "output-error":
-            raise
-        return replace(found, method=dict(found.method) | {"model_check": f"not possible: {failure}"})
-    follows = refined.findings == found.findings
-    if method == "output-error" and not follows:
+    refining = method == "output-error" or (method == "auto" and driven_by_lines(read, options.axis))
+    refined = None
+    if refining or options.check:
+        try:
+            refined = refine_rigid_axis(read, found, options.axis)
+        except NotComputed as failure:
+            if method == "output-error":
+                raise
+            found = replace(found, method=dict(found.method) | {"model_check": f"not possible: {failure}"})
+    follows = refined is not None and refined.findings == found.findings
+    if method == "output-error" and refined is not None and not follows:
         raise NotComputed(refined.findings[-1])
-    return _checked(read, found if method == "inverse-dynamics" else refined, refined, options)
+    answer = refined if refining and follows and refined else with_own_error(found, read, options.axis)
+    return _checked(read, answer, refined, options) if refined is not None and options.check else answer
 
 
 def _checked(
     read: list[Log], answer: Identification, refined: Identification, options: IdentifyOptions
 ) -> Identification:
     """The answer with what the model's check found."""
-    if not options.check:
-        return answer
     method = dict(answer.method)
     if refined.findings[len(answer.findings) :] and refined["coulomb_friction"] > 0.0:
         method["model_check"] = "not possible: " + refined.findings[-1]
@@ -207,7 +211,10 @@ def _other_friction(
         or found[next(iter(found.parameters))] <= 0.0
     ):
         return None
-    other = refine_rigid_axis(read, found, axis)
+    try:
+        other = refine_rigid_axis(read, found, axis)
+    except NotComputed:
+        return None
     wrong_friction = friction_leads(suspected, smoother=fault == "slope")
     enough = BETTER if wrong_friction else MUCH_BETTER
     return fault if other.residual["rms"] < enough * refined.residual["rms"] else None
@@ -224,7 +231,7 @@ def _options(table: Mapping[str, Any], columns: ColumnMap) -> IdentifyOptions:
     axis = AxisOptions(friction=friction, bandwidth=bandwidth, filter=str(table.get("filter", "zero-phase")))
     return IdentifyOptions(
         model=str(table.get("model", "rigid-axis")),
-        method=str(table.get("method", "inverse-dynamics")),
+        method=str(table.get("method", "auto")),
         axis=axis,
         columns=columns,
         check=table.get("check", True) is not False,

@@ -1,0 +1,157 @@
+r"""What a method misses on logs of its own making: the part of its error that scores cannot show.
+
+The rounding of an encoder and the instants of turns repeat from period to period; every segment of a log then
+errs alike, and the spread of the segments' scores does not contain it. So the fitted axis is moved under the
+measured torque, its angle is rounded at a few phases of the encoder, and the method is applied to that. The
+mean square of what it misses is added to the covariance.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+from scipy.integrate import cumulative_trapezoid
+
+from cabledrive.identification.axis_case import Case, between_samples, case_of, observed, simulated
+from cabledrive.identification.estimates import Estimate, Identification
+from cabledrive.identification.logs.log import Log
+from cabledrive.identification.rigid_axis import AxisOptions, channels_of, equation_for, identify_rigid_axis
+from cabledrive.parameters import NotComputed
+from cabledrive.reduction.friction_march import march_rigid_axis
+
+Array = NDArray[np.float64]
+
+PHASES = 4
+"""Positions of the encoder that are tried."""
+
+
+def rounded_angles(speed: Array, interval: float, quantum: float) -> Array:
+    """Angle of a motion as an encoder at several phases shows it.
+
+    Parameters
+    ----------
+    speed : ndarray, shape (samples,)
+        [rad/s].
+    interval : float
+        [s].
+    quantum : float
+        [rad]; 0: not rounded.
+
+    Returns
+    -------
+    ndarray, shape (samples, `PHASES`)
+    """
+    angle = cumulative_trapezoid(speed, dx=interval, initial=0.0)[:, None]
+    phases = np.arange(PHASES) / PHASES
+    return quantum * np.floor(angle / quantum + phases) if quantum > 0.0 else angle + 0.0 * phases
+
+
+def error_of_refinement(cases: Sequence[Case], values: Array, speeds: Array) -> Array:
+    """Mean products of the errors of output error on motions of its own making.
+
+    Parameters
+    ----------
+    cases : sequence of Case
+    values : ndarray, shape (4,)
+    speeds : ndarray, shape (cases,)
+        At the start.
+
+    Returns
+    -------
+    ndarray, shape (4, 4)
+    """
+    lefts, rights = [], []
+    for number, case in enumerate(cases):
+        _, sensitivities = simulated(case, values, speeds[number])
+        moved, _ = march_rigid_axis(
+            values, case.torque, case.interval, start=speeds[number], slope=case.slope
+        )
+        shown = rounded_angles(moved, case.interval, case.quantum)
+        seen = np.column_stack([observed(case, shown[:, k]) for k in range(PHASES)])
+        off = case.compared(seen - case.filtered(moved)[:, None])
+        left = np.zeros((off.shape[0], 4 + len(cases)))
+        left[:, :4], left[:, 4 + number] = sensitivities[:, :4], sensitivities[:, 4]
+        lefts.append(left)
+        rights.append(off)
+    steps = np.linalg.lstsq(np.vstack(lefts), np.vstack(rights), rcond=None)[0][:4]
+    return np.asarray(steps @ steps.T / PHASES)
+
+
+def with_own_error(
+    found: Identification, logs: Sequence[Log], options: AxisOptions | None = None
+) -> Identification:
+    """Inverse dynamics with the errors that it makes on logs of its own making in its intervals.
+
+    Parameters
+    ----------
+    found : Identification
+        By inverse dynamics, with constant or smooth Coulomb friction.
+    logs : sequence of Log
+    options : AxisOptions, optional
+        Those it was found with.
+
+    Returns
+    -------
+    Identification
+        As it was, and said, where the fitted axis cannot be moved or its own log is not identifiable.
+    """
+    options = options or AxisOptions()
+    torque, position = channels_of(logs[0], options)
+    equation = equation_for(logs, torque, position, options)
+    values = np.array([estimate.value for estimate in found.parameters.values()])
+    own = replace(options, bandwidth=equation.bandwidth)
+    slope = options.friction.slope if options.friction.kind == "tanh" else 0.0
+    try:
+        angles = []
+        for log in logs:
+            start = case_of(log, torque, position, equation).start
+            driven = between_samples(log.channel(torque))
+            speed, _ = march_rigid_axis(values, driven, log.interval, start=start, slope=slope)
+            angles.append(rounded_angles(speed, log.interval, log.report.quantum.get(position, 0.0)))
+    except NotComputed as failure:
+        return replace(found, method=dict(found.method) | {"own_error": f"not known: {failure}"})
+    misses = []
+    for k in range(PHASES):
+        made = [
+            replace(log, channels={**log.channels, position: angle[:, k]})
+            for log, angle in zip(logs, angles, strict=True)
+        ]
+        again = identify_rigid_axis(made, own)
+        misses.append(
+            [estimate.value - v for estimate, v in zip(again.parameters.values(), values, strict=True)]
+        )
+    off = np.array(misses)
+    if not np.all(np.isfinite(off)):
+        return replace(found, method=dict(found.method) | {"own_error": "not known: not identifiable"})
+    return widened(found, off.T @ off / PHASES)
+
+
+def widened(found: Identification, extra: Array) -> Identification:
+    """An identification with more covariance.
+
+    Parameters
+    ----------
+    found : Identification
+    extra : ndarray, shape (p, p)
+
+    Returns
+    -------
+    Identification
+    """
+    covariance = found.covariance + extra
+    errors = np.sqrt(np.diag(covariance))
+    factor = float(stats.t.ppf(0.975, found.freedom))
+    parameters: dict[str, Estimate] = {
+        name: replace(
+            estimate,
+            standard_error=float(error),
+            low=float(estimate.value - factor * error),
+            high=float(estimate.value + factor * error),
+        )
+        for (name, estimate), error in zip(found.parameters.items(), errors, strict=True)
+    }
+    words = "with the method's own error on logs of its own making"
+    method = dict(found.method) | {"standard_errors": f"{found.method['standard_errors']}, {words}"}
+    return replace(found, parameters=parameters, covariance=covariance, method=method)
