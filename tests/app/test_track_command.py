@@ -1,5 +1,7 @@
 """`cabledrive track`: the contract's object, its refusals, and its log."""
 
+import json
+
 import pytest
 
 from command import answer, call, refusal
@@ -41,7 +43,16 @@ def test_settings_of_the_plant_leave_the_law_alone():
     [
         (["--controller", "darc4"], 'did you mean "darc-4"'),
         (["--controller", "darc-2", "--bandwidth", "4"], "below 12 Hz"),
-        (["--angle", "3000"], "take longer, turn less"),
+        (["--controller", "darc-4", "--bandwidth", "8"], "is below 11.2 Hz"),
+        (["--bandwidth", "-3"], "bandwidth = -3 Hz must be finite and above 0"),
+        (["--angle", "3000"], "a speed of up to 257.7 rad/s"),
+        (["--angle", "300", "--rise", "0.3"], "a torque of up to 2.402 N m"),
+        (["--angle", "90", "--rise", "0.18"], "a slack torque of up to 1.068 N m"),
+        (["--seed", "-1"], "seed = -1 must not be negative"),
+        (["--plant", "rope"], "take one of model-1"),
+        (["--plant", "cable", "--jitter", "1e-5"], "not followed with the distributed cable"),
+        (["--blind", "gear:0.1:0.2"], "SHAFT:START:END"),
+        (["--disturbance", "drive:0.1:0.2"], "take motor or load"),
         (["--rise", "0"], "rise = 0 s must be finite and above 0"),
         (["--pulses", "0"], "pulses = 0 must be at least 1"),
         (["--set", "sensors.sample_rate=200 Hz"], "sample faster"),
@@ -57,3 +68,34 @@ def test_log_has_units_in_its_header(tmp_path):
     lines = path.read_text().splitlines()
     assert lines[0].startswith("time [s],torque [N m],motor angle [rad]")
     assert len(lines) == 2502
+
+
+def test_every_circumstance_of_the_rig_can_be_asked_for():
+    asked = (
+        *("--plant-set", "motor.backlash=0.5 deg", "--plant-set", "motor.current_bandwidth=200 Hz"),
+        *("--jitter", "10 us", "--disturbance", "load:20 mN m:0.1:0.2", "--disturbance", "motor:0.01:0.3"),
+        *("--blind", "load:0.1:0.102", "--tension-only"),
+    )
+    found = answer("track", "dissertation-3", "--controller", "darc-4-damped", *FAST, *asked)
+    assert found["backlash"] > 0.0
+    assert found["invalid_samples"] == 11
+    broken = "; ".join(found["broken_assumptions"])
+    assert all(words in broken for words in ("free play", "disturbance at the load", "a sensor failed"))
+
+
+def test_cable_as_plant_tells_its_resolution_spillover_and_coupling():
+    found = answer("track", "dissertation-3", "--controller", "darc-4", "--plant", "cable", *FAST)
+    assert found["plant"] == "cable"
+    assert found["cable"]["stiffness"] == pytest.approx(850.0)
+    assert found["cable"]["one_to_two"] == "far from it"
+    printed = answer("track", "dissertation-3", "--plant", "cable", "--as-printed", *FAST)
+    assert printed["cable"]["stiffness"] == pytest.approx(438.0)
+
+
+def test_a_slack_span_ends_with_status_3_and_what_was_found():
+    push = ("--disturbance", "load:0.9:0.05")
+    done = call("track", "dissertation-3", "--json", *FAST, *push)
+    assert done.exit_code == 3
+    assert "went slack" in done.stderr
+    assert json.loads(done.stdout)["ended_at"] < 0.2
+    assert answer("track", "dissertation-3", *FAST, *push, "--tension-only")["slack_samples"] > 0

@@ -137,7 +137,9 @@ def darc_gains(
     """
     lam, rate = PRINTED_HZ[model] if bandwidth is None else (bandwidth, RATIO[model] * bandwidth)
     least = LEAST_HZ.get(model, 0.0) if least is None else least
-    if isfinite(lam) and 0.0 < lam < least:
+    if not isfinite(lam) or lam <= 0.0:
+        raise InputRefused(f"bandwidth = {lam:.6g} Hz must be finite and above 0, or the surface is unstable")
+    if lam < least:
         raise InputRefused(
             f"bandwidth = {lam:.4g} Hz is below {least:.4g} Hz, where the law of Model {model} is unstable "
             "on a flexible drive (it feeds the twist back positively): raise it"

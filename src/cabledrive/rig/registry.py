@@ -9,6 +9,7 @@ from cabledrive.rig.backstepping_laws import backstepping_6
 from cabledrive.rig.baselines import BASELINES
 from cabledrive.rig.controllers import Controller, Wish, backstepping, darc, darc_4_damped
 from cabledrive.rig.indirect import NAME, indirect
+from cabledrive.rig.least_bandwidth import check_least_bandwidth
 
 CONTROLLERS: dict[str, Callable[[Wish], Controller]] = {
     "darc-1": lambda wish: darc(wish, 1),
@@ -39,7 +40,7 @@ def design(name: str | None, wish: Wish) -> Controller:
     Raises
     ------
     InputRefused
-        If there is no such law, or the sample rate is too low for its bandwidth.
+        If there is no such law, the sample rate is too low for its bandwidth, or that is too low for the law.
     """
     if name is None:
         name = "darc-4-damped" if highest_model(wish.drive) == 4 else "darc-3"
@@ -49,6 +50,7 @@ def design(name: str | None, wish: Wish) -> Controller:
         )
     made = CONTROLLERS[name](wish)
     check_sample_rate(made, wish.interval)
+    check_least_bandwidth(CONTROLLERS[name], made, wish)
     return made
 
 

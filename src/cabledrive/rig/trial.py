@@ -69,6 +69,8 @@ def track(
     """
     motion, options = motion or Motion(), options or RigOptions()
     actual = plant_drive or drive
+    if seed < 0:
+        raise InputRefused(f"seed = {seed} must not be negative: give 0 or more")
     if gains not in ("printed", "best"):
         raise InputRefused(f"gains = {gains!r} is not known: take printed or best")
     check_motion(actual, motion)
