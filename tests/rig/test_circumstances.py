@@ -94,7 +94,7 @@ def test_free_play_of_the_gearhead_is_told_and_costs_accuracy():
 
 
 def test_motion_with_free_play_converges_with_the_internal_step():
-    """Contacts are seen at internal steps: 20 us are 1e-3 deg from 2.5 us, where the play itself makes 0.01."""
+    """Contacts are seen at internal steps: 20 us are 1e-3 deg from 2.5 us, the play itself 0.01."""
     loose = with_motor(backlash=radians(1.0))
     plain, *runs = (
         track(DRIVE, controller="lqg", plant_drive=a, motion=SHORT, options=replace(IDEAL, substeps=k))
