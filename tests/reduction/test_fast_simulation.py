@@ -57,6 +57,16 @@ def test_energy_budget_closes_with_order_two():
     assert np.log2(errors[1] / errors[2]) == pytest.approx(2.0, abs=0.2), f"errors {errors}"
 
 
+def test_a_motion_that_outgrows_everything_ends_there_and_keeps_what_came_before():
+    """A pluck of a tenth of the span makes the march diverge; what is kept is finite, and nothing warns."""
+    with pytest.raises(SimulationStopped, match=r"slack at t =|outgrows the span") as stop:
+        simulate_fast(DRIVE, 0.1, start=Start(plucks=(Pluck(height=0.1),)))
+    result = stop.value.result
+    assert 0 < result.time.size < 0.1 * 5000
+    assert np.all(np.isfinite(result.rows))
+    assert result.steps * result.step == pytest.approx(result.time[-1])
+
+
 def test_slack_ends_the_run_with_the_span_and_time():
     with pytest.raises(SimulationStopped, match="slack at t =") as stop:
         simulate_fast(DRIVE, 0.2, torque=Sine(amplitude=2.0, frequency=81.7))

@@ -19,6 +19,31 @@ STEEPEST = 0.05
 """Largest slope of the cable for which the tension may count as uniform; (slope)^2 is the relative error."""
 
 
+def bounded_part(recorded: March, longest: float) -> tuple[March, int | None]:
+    """What was recorded before an amplitude outgrew the span, or was no number.
+
+    Parameters
+    ----------
+    recorded : March
+    longest : float
+        Amplitude [m] beyond which nothing is worth keeping.
+
+    Returns
+    -------
+    part : March
+    kept : int or None
+        Records kept; None if all are.
+    """
+    sizes = np.abs(recorded.across[:, 0]).max(axis=(1, 2, 3))
+    finite = np.isfinite(recorded.along).all(axis=(1, 2)) & np.isfinite(recorded.tallies).all(axis=1)
+    bounded = finite & (sizes < longest)
+    if bounded.all():
+        return recorded, None
+    kept = max(1, int(np.argmin(bounded)))
+    along, across, tallies = recorded.along[:kept], recorded.across[:kept], recorded.tallies[:kept]
+    return March(along, across, tallies, recorded.peaks), kept
+
+
 def fast_rows(model: UniformTensionModel, recorded: March, torque: Array) -> Array:
     """Records in the columns of the exact model; what the reduced one does not tell apart stays zero.
 
@@ -86,6 +111,7 @@ def fast_result(
     *,
     grid: tuple[int, float, int],
     torque: str,
+    diverged: bool = False,
 ) -> SimulationResult:
     """A run of the fast model in the form of an exact one, its limits checked.
 
@@ -99,6 +125,8 @@ def fast_result(
         Steps, step [s], steps per record.
     torque : str
         Fingerprint of the torque.
+    diverged : bool, default False
+        Whether the records end where an amplitude outgrew the span.
 
     Returns
     -------
@@ -107,7 +135,7 @@ def fast_result(
     """
     steps, step, stride = grid
     times = np.arange(rows.shape[0], dtype=np.float64) * (stride * step)
-    events, stopped = _limits(model, recorded, rows, times)
+    events, stopped = _limits(model, recorded, rows, times, diverged)
     at_rest = -0.5 * model.transverse_mass * np.sum((model.gravity_load / model.transverse) ** 2)
     handled = rows[0, COLUMN["balance"]] - at_rest + np.max(np.abs(rows[:, COLUMN["torque_work"]]))
     spans = ("upper", "lower")
@@ -132,7 +160,7 @@ def fast_result(
 
 
 def _limits(
-    model: UniformTensionModel, recorded: March, rows: Array, times: Array
+    model: UniformTensionModel, recorded: March, rows: Array, times: Array, diverged: bool
 ) -> tuple[tuple[SlackEvent, ...], str | None]:
     """Slack and steepness, over all steps."""
     slope = float(model.wave_numbers[0] * recorded.peaks[:, 1].max())
@@ -145,12 +173,9 @@ def _limits(
             )
             line = f"the {span} span goes slack at t = {times[first]:.6g} s"
             return (event,), f"{line}: lower the torque or use --model exact"
-    if not np.all(np.isfinite(rows)):
-        first = int(np.argmax(~np.isfinite(rows).all(axis=1)))
-        return (
-            (),
-            f"a number is not finite at t = {times[first]:.6g} s: lower the torque or use --model exact",
-        )
+    if diverged:
+        line = f"the motion outgrows the span after t = {times[-1]:.6g} s"
+        return (), f"{line}: lower the torque or use --model exact"
     if slope > STEEPEST:
         line = f"the cable reaches a slope of {slope:.3g}, the fast model holds below {STEEPEST}"
         return (), f"{line}: use --model exact"

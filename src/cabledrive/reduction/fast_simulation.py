@@ -12,7 +12,7 @@ from cabledrive.mechanics.cable_laws import cable_law
 from cabledrive.mechanics.mesh import Mesh, mesh_of
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.files import check_writable
-from cabledrive.reduction.fast_record import fast_result, fast_rows
+from cabledrive.reduction.fast_record import bounded_part, fast_result, fast_rows
 from cabledrive.reduction.uniform_tension import HIGHEST_SHARE, UniformTensionModel, uniform_tension_model
 from cabledrive.reduction.uniform_tension_march import coefficients, march
 from cabledrive.simulation import Recording, Signal, SimulationResult, SimulationStopped, Start
@@ -105,8 +105,13 @@ def simulate_fast(
     _check_band(model, samples, step)
     state = _start(drive, model, start)
     recorded = march(coefficients(model, step), *state, samples, step, stride)
+    recorded, kept = bounded_part(recorded, model.span)
+    steps = steps if kept is None else stride * (kept - 1)
     rows = fast_rows(model, recorded, samples[: steps + 1 : stride])
-    result = fast_result(drive, model, recorded, rows, grid=(steps, step, stride), torque=signal.fingerprint)
+    result = fast_result(
+        drive, model, recorded, rows,
+        grid=(steps, step, stride), torque=signal.fingerprint, diverged=kept is not None,
+    )  # fmt: skip
     result = replace(result, wall_time=time.perf_counter() - began)
     if path is not None:
         write_netcdf(result, path)

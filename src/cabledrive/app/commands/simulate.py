@@ -95,7 +95,7 @@ from cabledrive.simulation import (
     "--animate",
     type=NewFileType(".gif", ".html"),
     metavar="FILE",
-    help="Animate the first swings of the loop: .gif, or .html with a switch.",
+    help="Animate the first swings of the loop: .gif, or .html with a switch. Not with --model fast.",
 )
 @click.option("--resume", is_flag=True, help="Go on with an interrupted run.")
 def command(
