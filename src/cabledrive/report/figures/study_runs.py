@@ -77,7 +77,7 @@ def bandwidths_picture(name: str, found: ControllerResult) -> Picture:
     -------
     Picture
     """
-    usable = [one for one in found.candidates if one.bound is not None]
+    usable = [one for one in found.candidates if one.model == found.model and one.bound is not None]
     hertz = np.array([one.bandwidth for one in usable])
 
     def _draw(figure: "Figure", narrow: bool) -> None:

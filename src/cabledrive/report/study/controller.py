@@ -6,6 +6,7 @@ from cabledrive.report.numbers import number
 from cabledrive.report.study.verdict import listed, sentences
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import StudyResult
+from cabledrive.studies.study.bandwidth_cost import Candidate
 from cabledrive.studies.study.controller_stage import ControllerResult
 from cabledrive.studies.study.machine import WORDS
 
@@ -34,7 +35,7 @@ def controller_chapter(result: StudyResult) -> Chapter | None:
         blocks += [_words(found), _bounds(found)]
     if found.candidates:
         blocks.append(_candidates(found))
-    if sum(one.bound is not None for one in found.candidates) > 1:
+    if sum(one.bound is not None for one in _of_the_law(found)) > 1:
         blocks.append(_picture(found))
     if found.shares:
         blocks.append(_shares(found))
@@ -91,17 +92,19 @@ def _bounds(found: ControllerResult) -> Table:
 def _candidates(found: ControllerResult) -> Table:
     rows: tuple[tuple[Cell, ...], ...] = tuple(
         (
+            f"{one.model}",
             f"{one.bandwidth:g}",
             *("" if v is None else number(v / DEGREE, 3) for v in (one.theorem, one.unmatched, one.sensors)),
             "" if one.bound is None else number(one.bound / DEGREE, 3),
             "" if one.torque is None else number(one.torque, 3),
-            "chosen" if one.bandwidth == found.bandwidth else "refused" if one.refused else "",
+            "chosen" if one == found.chosen else "refused" if one.refused else "",
         )
         for one in found.candidates
     )
     return Table(
         caption="The bandwidths that were tried, and the parts of the bound.",
         columns=(
+            Column(title="Model", numeric=True),
             Column(title="λ/2π", unit="Hz", numeric=True),
             Column(title="Theorem", unit="deg", numeric=True),
             Column(title="Unmatched", unit="deg", numeric=True),
@@ -115,13 +118,17 @@ def _candidates(found: ControllerResult) -> Table:
     )
 
 
+def _of_the_law(found: ControllerResult) -> list[Candidate]:
+    return [one for one in found.candidates if one.model == found.model]
+
+
 def _refusals(found: ControllerResult) -> dict[str, str]:
     """Bandwidths by why they were refused."""
     reasons: dict[str, str] = {}
     for one in found.candidates:
         if one.refused:
-            before = reasons.get(one.refused)
-            reasons[one.refused] = f"{before}, {one.bandwidth:g}" if before else f"{one.bandwidth:g}"
+            before, now = reasons.get(one.refused), f"Model {one.model} at {one.bandwidth:g}"
+            reasons[one.refused] = f"{before}, {now}" if before else now
     return reasons
 
 

@@ -30,6 +30,8 @@ class Candidate:
 
     Attributes
     ----------
+    model : {1, 3, 4}
+        Of the law.
     bandwidth : float
         lambda/(2 pi) [Hz].
     theorem : float or None
@@ -46,6 +48,7 @@ class Candidate:
         Why it cannot be used; empty where it can.
     """
 
+    model: int
     bandwidth: float
     theorem: float | None
     unmatched: float | None
@@ -88,9 +91,8 @@ def evaluate(
     real = joined_loop(drive, drive, law, motion, torque)
     nominal = told(ideal, run(ideal), drive, drive, motion, rig_options(drive, ideal=True), 0)
     seen = told(real, run(real), drive, drive, motion, rig_options(drive), 0)
-    empty = Candidate(
-        bandwidth=hertz, theorem=None, unmatched=None, sensors=None, bound=None, torque=None, refused=""
-    )
+    none = dict.fromkeys(("theorem", "unmatched", "sensors", "bound", "torque"))
+    empty = Candidate(model=model, bandwidth=hertz, refused="", **none)
     incomplete = nominal.incomplete or seen.incomplete
     sensors = sensor_bound(real)
     if incomplete or nominal.bound is None or sensors is None:
@@ -104,6 +106,7 @@ def evaluate(
     peak = float(seen.summary["peak_torque"])
     saturated = seen.summary["saturated_fraction"] > 0.0
     return Candidate(
+        model=model,
         bandwidth=hertz,
         theorem=float(nominal.bound.max()),
         unmatched=float(unmatched.max()),

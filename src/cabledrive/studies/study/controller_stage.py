@@ -1,6 +1,6 @@
 """Stage 6: bandwidth by what modes, sensors, torque and uncertainty allow; the bound that goes with it."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 from cabledrive.control.numbers import HIGH, LOW
@@ -13,7 +13,7 @@ from cabledrive.studies.study.bandwidth_cost import Candidate, evaluate
 from cabledrive.studies.study.closed_loop import joined_loop, make_law, rig_options
 from cabledrive.studies.study.machine import Quantity
 
-BANDWIDTHS = (5.0, 7.5, 10.0, 14.0, 19.0, 23.0, 27.0, 32.0, 38.0, 45.0, 55.0)
+BANDWIDTHS = (5.0, 7.5, 10.0, 14.0, 19.0, 23.0, 27.0, 32.0, 38.0, 45.0, 55.0, 70.0, 90.0)
 RIPPLE = 1.5
 """Largest torque, over that of the calmest bandwidth, that encoder counts may cost."""
 
@@ -61,11 +61,10 @@ def design_controller(
     drive: Drive,
     motion: Motion,
     quantities: Mapping[str, Quantity],
-    model: int,
-    holds: float,
+    models: Mapping[int, float],
     torque: float | None,
 ) -> ControllerResult:
-    """The bandwidth with the smallest bound among those that modes, sampling and torque allow.
+    """The law and bandwidth with the smallest bound among those that modes, sampling and torque allow.
 
     Parameters
     ----------
@@ -73,9 +72,9 @@ def design_controller(
         With the best values.
     motion : Motion
     quantities : mapping of str to Quantity
-    model : {1, 3, 4}
-    holds : float
-        Up to which frequency the model is right to 5 % [Hz].
+    models : mapping of int to float
+        Models that the law may be made for, the one that the motion calls for first, and up to which
+        frequency each is right to 5 % [Hz].
     torque : float or None
         Largest torque of the goals [N m].
 
@@ -85,23 +84,20 @@ def design_controller(
     """
     assert drive.sensors is not None
     assert drive.sensors.sample_rate is not None
-    highest = min(holds, drive.sensors.sample_rate / SAMPLES_PER_PERIOD)
+    rate = drive.sensors.sample_rate / SAMPLES_PER_PERIOD
     candidates: list[Candidate] = []
-    best, parts, calm = None, {}, float("inf")
-    for hertz in (h for h in BANDWIDTHS if h <= highest):
-        found, shares = evaluate(drive, motion, quantities, model, hertz, torque)
-        calm = min(calm, found.torque if found.torque is not None else calm)
-        loud = found.torque is not None and found.torque > RIPPLE * calm
-        if loud and not found.refused:
-            found = replace(found, refused=f"encoder counts raise the torque to {found.torque:.3g} N m")
-        candidates.append(found)
-        if found.bound is not None and not found.refused and (best is None or _below(found, best)):
-            best, parts = found, shares
-        if loud:
-            break
+    best, parts = None, {}
+    for model, holds in models.items():
+        for found, shares in _tried(drive, motion, quantities, model, min(holds, rate), torque):
+            candidates.append(found)
+            if found.bound is not None and not found.refused and (best is None or _below(found, best)):
+                best, parts = found, shares
+    model, highest = (
+        next(iter(models.items())) if best is None else (best.model, min(models[best.model], rate))
+    )
     if best is None:
         return _without(model, tuple(candidates), highest)
-    law = make_law(drive, motion, quantities, model, best.bandwidth)
+    law = make_law(drive, motion, quantities, best.model, best.bandwidth)
     return ControllerResult(
         model=model,
         name=law.name,
@@ -114,8 +110,29 @@ def design_controller(
         upper=tuple(float(v) for v in law.law.learning[HIGH]),
         shares=parts,
         broken=_broken(drive, motion, law),
-        reason=_reason(best, highest, holds),
+        reason=_reason(best, models, rate),
     )
+
+
+def _tried(
+    drive: Drive,
+    motion: Motion,
+    quantities: Mapping[str, Quantity],
+    model: int,
+    highest: float,
+    torque: float | None,
+) -> Iterator[tuple[Candidate, dict[str, float]]]:
+    """Bandwidths from the lowest on, until the encoders' counts make too much torque."""
+    calm = float("inf")
+    for hertz in (h for h in BANDWIDTHS if h <= highest):
+        found, shares = evaluate(drive, motion, quantities, model, hertz, torque)
+        calm = min(calm, found.torque if found.torque is not None else calm)
+        loud = found.torque is not None and found.torque > RIPPLE * calm
+        if loud and not found.refused:
+            found = replace(found, refused="encoder counts raise the torque by half and more")
+        yield found, shares
+        if loud:
+            return
 
 
 def _below(one: Candidate, other: Candidate) -> bool:
@@ -148,10 +165,17 @@ def _broken(drive: Drive, motion: Motion, law: Controller) -> tuple[str, ...]:
     return tuple(found.summary["broken_assumptions"])
 
 
-def _reason(best: Candidate, highest: float, holds: float) -> str:
+def _reason(best: Candidate, models: Mapping[int, float], rate: float) -> str:
     assert best.bound is not None
-    limit = "the model's validity" if holds <= highest else "the sample rate"
-    return (
+    holds, first = models[best.model], next(iter(models))
+    limit, highest = ("the model's validity", holds) if holds <= rate else ("the sample rate", rate)
+    words = (
         f"{best.bandwidth:g} Hz has the smallest bound, {best.bound / DEGREE:.3g} deg, of those whose torque "
         f"encoder counts leave calm; {limit} would let pass {highest:.3g} Hz"
     )
+    if best.model != first:
+        words += (
+            f"; the law of Model {best.model} has a smaller bound than that of Model {first}, whose springs "
+        )
+        words += "it leaves out, counted in the unmatched part"
+    return words

@@ -106,12 +106,15 @@ def _by_regression(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]
         told = tell(logs, drive)
     except InputRefused as refusal:
         return _told_nothing(known, str(refusal))
-    fresh = dict(known)
+    fresh, words = dict(known), told.undetermined
     for name, (value, low, high) in told.intervals.items():
-        fresh[name] = replace(known[name], value=value, low=low, high=high, source=LOG)
+        if high - low > known[name].high - known[name].low:
+            words += (f"{name.replace('_', ' ')} is told less well than by the datasheet, which is kept",)
+        else:
+            fresh[name] = replace(known[name], value=value, low=low, high=high, source=LOG)
     return Knowledge(
         quantities=fresh,
-        undetermined=told.undetermined,
+        undetermined=words,
         open_names=tuple(name for name in ESSENTIAL if fresh[name].source != LOG),
         findings=_against_the_datasheet(fresh, known),
         residual=told.residual,

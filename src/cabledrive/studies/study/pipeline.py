@@ -201,20 +201,38 @@ def _controlled(
     model: ModelResult = run.stage(
         "model", ModelResult, inputs, lambda: choose_reduced_model(machine, motion, goals.error, modes.models)
     )
-    note(f"[6/{STAGES}] controller: Model {model.chosen}, bandwidth and bound")
-    holds = next(one.holds_5 for one in modes.models if one.model == model.chosen)
-    inputs |= {"model": model.chosen, "known": known.quantities, "torque": goals.torque, "holds": holds}
+    note(f"[6/{STAGES}] controller: bandwidth and bound")
+    models = models_for_the_law(model.chosen, modes)
+    inputs |= {"models": models, "known": known.quantities, "torque": goals.torque}
     controller: ControllerResult = run.stage(
         "controller",
         ControllerResult,
         inputs,
-        lambda: design_controller(machine, motion, known.quantities, model.chosen, holds, goals.torque),
+        lambda: design_controller(machine, motion, known.quantities, models, goals.torque),
     )
     if controller.bandwidth is None:
         return model, controller, no_runs("lumped", controller.reason), no_runs("cable", controller.reason)
     note(f"[7/{STAGES}] acceptance: {controller.name} at {controller.bandwidth:g} Hz")
     lumped, cable = (_accepted(run, known, machine, controller, inputs, cable) for cable in (False, True))
     return model, controller, lumped, cable
+
+
+def models_for_the_law(chosen: int, modes: ModesResult) -> dict[int, float]:
+    """The model that the motion calls for, then the others that bend the cable, and up to where they hold.
+
+    Parameters
+    ----------
+    chosen : {1, 3, 4}
+    modes : ModesResult
+
+    Returns
+    -------
+    dict of int to float
+        [Hz].
+    """
+    holds = {one.model: one.holds_5 for one in modes.models}
+    others = [number for number in (4, 3) if number in holds and number != chosen]
+    return {number: holds[number] for number in (chosen, *others)}
 
 
 def _accepted(

@@ -137,7 +137,7 @@ def _refusals(found: Findings) -> tuple[list[str], list[str]]:
         what = (
             f"pumps a span to {1e3 * resonance.largest:.2g} mm, {1e3 * resonance.limit:.2g} mm are allowed"
             if resonance.alarm == "alarm"
-            else f"has {resonance.torque:.4g} N m, inside the tongue of the pulley mode"
+            else f"has {resonance.torque:.4g} N m, inside the tongue: at the pulley mode it feeds the spans"
         )
         reasons.append(
             f"resonance: the span's frequency is {resonance.frequency_ratio:.4g} of the pulley mode's "
@@ -266,8 +266,12 @@ def _cautions(found: Findings) -> tuple[str, ...]:
         words.append("no log could be used: every value is the datasheet's, with the uncertainty stated")
     if found.resonance.alarm == "saturates":
         words.append("the motion pumps a span, and the exchange of energy ends before the limit")
-    if found.resonance.verdict == "close" or found.resonance.slack:
-        words.append("the pulley mode under this torque comes close to the 1:2 tongue, or to a slack span")
+    if found.resonance.verdict == "close":
+        words.append(
+            "were the motion's torque steady at the pulley mode, the drive would be close to the tongue"
+        )
+    if found.resonance.slack:
+        words.append("the pulley mode's answer to the motion takes a span's tension away for a moment")
     for one in (found.lumped, found.cable):
         if not one.draws and one.reason:
             words.append(f"acceptance on the {one.plant} plant was not run: {one.reason}")

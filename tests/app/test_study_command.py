@@ -1,0 +1,149 @@
+"""`cabledrive study`: the contract's files and keys, its refusals, a second run from the cache."""
+
+import json
+import re
+import signal
+import subprocess
+import sys
+import time
+from html.parser import HTMLParser
+
+import pytest
+
+from command import answer, call, object_of, refusal
+from study_drives import FOLDER
+
+WINCH = str(FOLDER / "winch.toml")
+GOALS = '[goals]\nerror = "0.5 deg"\n[motion]\nangle = "60 deg"\nduration = "0.3 s"\ndwell = "0.1 s"\n'
+FEW = "[acceptance]\ndraws = 5\ncable_draws = 1\n"
+
+
+@pytest.fixture(scope="module")
+def wrist(tmp_path_factory):
+    """A finished study of the wrist, with its answer."""
+    folder = tmp_path_factory.mktemp("wrist")
+    (folder / "study.toml").write_text(GOALS + FEW)
+    arguments = ["study", str(FOLDER / "wrist.toml"), "--goals", str(folder / "study.toml")]
+    return [*arguments, "-o", str(folder / "out")], folder / "out", answer(*arguments, "-o", folder / "out")
+
+
+def test_json_and_files_have_what_the_contract_promises(wrist):
+    _, out, found = wrist
+    assert found["verdict"] == "yes"
+    assert found["reasons"]
+    stages = {"check", "identification", "modes", "resonance", "demand", "model", "controller", "acceptance"}
+    assert set(found["stages"]) == stages
+    written = json.loads((out / "results.json").read_text())
+    assert {**written, "provenance": 0} == {**found, "provenance": 0}
+    for key in ("cabledrive", "drive_hash", "method", "seed"):
+        assert key in written["provenance"]
+    assert len(found["stages"]["acceptance"]["lumped"]["peaks"]) == 5
+
+
+def test_the_drive_as_identified_can_be_used(wrist):
+    _, out, _ = wrist
+    assert answer("check", out / "drive.toml")["valid"]
+
+
+def test_the_controller_stands_in_numbers(wrist):
+    _, out, found = wrist
+    numbers = json.loads((out / "controller.json").read_text())
+    assert numbers["bandwidth_hz"] == found["stages"]["controller"]["bandwidth"]
+    assert len(numbers["law"]["learning"][0]) == 4
+
+
+class Page(HTMLParser):
+    """What a page loads, and which of its pictures are told in words."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.loads, self.pictures, self.headings = [], [], []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        found = dict(attributes)
+        if tag in ("script", "link", "img", "iframe") or "src" in found:
+            self.loads.append((tag, found.get("src") or found.get("href")))
+        if found.get("role") == "img":
+            self.pictures.append(found.get("aria-label"))
+        if tag == "h2":
+            self.headings.append(found["id"])
+
+
+def test_the_report_needs_nothing_else_and_starts_with_the_verdict(wrist):
+    _, out, found = wrist
+    text = (out / "report.html").read_text()
+    page = Page(text)
+    assert [item for item in page.loads if item != ("link", "data:,")] == []
+    assert not re.search(r"url\((?!#)", text)
+    assert page.headings[0] == "verdict-title"
+    assert page.headings[-1] == "provenance-title"
+    assert len(page.pictures) >= 5
+    assert all(page.pictures)
+    assert len(text) < 15e6
+    assert found["provenance"]["drive_hash"] in text
+
+
+def test_a_second_run_is_served_and_changes_no_file(wrist):
+    arguments, out, found = wrist
+    before = {path: path.stat().st_mtime_ns for path in out.rglob("*")}
+    result = call(*arguments, "--json")
+    assert "served from the finished study" in result.stderr
+    assert {**object_of(result.stdout), "provenance": 0} == {**found, "provenance": 0}
+    assert {path: path.stat().st_mtime_ns for path in out.rglob("*")} == before
+
+
+def test_another_study_does_not_replace_a_report_unasked(wrist):
+    arguments, _, _ = wrist
+    line = refusal(*arguments, "--set", "cable.pretension=61 N")
+    assert "holds the report of another study" in line
+    assert "--force" in line
+
+
+def test_a_no_is_an_answer_and_not_a_failure(tmp_path):
+    result = call("study", WINCH, "--quick", "--json", "-o", tmp_path / "out")
+    found = object_of(result.stdout)
+    assert (result.exit_code, found["verdict"]) == (0, "no")
+    assert found["reasons"][0].startswith("torque")
+    assert not (tmp_path / "out" / "controller.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--log", "nothing.csv"], "nothing.csv: cannot be read"),
+        (["--goals", "nothing.toml"], "nothing.toml"),
+        (["--goals", WINCH], "unknown"),
+        (["--set", "cable.pretension=-3 N"], "cable.pretension"),
+    ],
+)
+def test_bad_input_is_refused_before_anything_is_written(arguments, words, tmp_path):
+    assert words in refusal("study", WINCH, *arguments, "-o", tmp_path / "out")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_or_a_missing_folder_is_no_place_for_a_study(tmp_path):
+    (tmp_path / "file").write_text("mine")
+    assert "is a file" in refusal("study", WINCH, "-o", tmp_path / "file")
+    assert "does not exist" in refusal("study", WINCH, "-o", tmp_path / "a" / "b")
+
+
+def test_a_report_that_is_no_studys_is_left_alone(tmp_path):
+    (tmp_path / "report.html").write_text("mine")
+    assert "no study's" in refusal("study", WINCH, "-o", tmp_path)
+    assert (tmp_path / "report.html").read_text() == "mine"
+
+
+def test_ctrl_c_says_how_to_go_on_and_the_same_command_does(tmp_path):
+    command = [sys.executable, "-m", "cabledrive", "study", WINCH, "-o", str(tmp_path / "out")]
+    started = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    for line in started.stderr:
+        if "[1/8]" in line:
+            break
+    time.sleep(0.05)
+    started.send_signal(signal.SIGINT)
+    _, errors = started.communicate(timeout=60)
+    assert started.returncode == 130, errors
+    assert "to go on, give the same command again" in errors.splitlines()[-1]
+    assert not (tmp_path / "out" / "results.json").exists()
+    assert call("study", WINCH, "-o", tmp_path / "out", "--resume").exit_code == 0

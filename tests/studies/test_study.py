@@ -1,0 +1,210 @@
+"""A study says yes, no or unknown for the right reason, keeps what is done, and redoes only what depends."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cabledrive.parameters import InputRefused
+from cabledrive.rig.loop import run
+from cabledrive.studies.study import Goals, load_goals, run_study
+from cabledrive.studies.study.chain_regression import tell
+from cabledrive.studies.study.closed_loop import joined_loop, make_law, rig_options
+from cabledrive.studies.study.drawn_plants import drawn_plant
+from cabledrive.studies.study.goals import SPREADS, goals_of
+from cabledrive.studies.study.machine import by_datasheet, drive_with, values_of
+from cabledrive.studies.study.plain_data import as_plain, revived
+from cabledrive.studies.study.result import StudyResult
+from cabledrive.studies.study.sensor_gain import closed_loop_matrix, sensor_bound
+from study_drives import CASES, LIVELY, datasheet_of, drive_of, goals, log_text, written_log
+
+
+@pytest.fixture(scope="module")
+def studies(tmp_path_factory):
+    """Each of the five drives, studied once."""
+    folder = tmp_path_factory.mktemp("studies")
+    kept = {}
+
+    def study(case):
+        if case.name not in kept:
+            drive = datasheet_of(drive_of(case.name)) if case.log else drive_of(case.name)
+            logs = written_log(folder, case.name, case.log)
+            kept[case.name] = run_study(drive, logs, case.goals, folder=folder / case.name)
+        return kept[case.name]
+
+    study.folder = folder
+    return study
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_five_drives_get_the_right_verdict_with_the_right_reason(case, studies):
+    verdict = studies(case).verdict
+    assert verdict.answer == case.verdict, verdict
+    assert case.reason in verdict.reasons[0], verdict.reasons
+    assert bool(verdict.remedies) == (case.verdict != "yes"), verdict.remedies
+
+
+def test_a_log_moves_the_numbers_from_the_datasheet_to_the_truth(studies):
+    found = studies(CASES[0])
+    truth, sheet = values_of(drive_of("turntable")), values_of(found.drive)
+    for name in ("load_inertia", "coulomb_friction", "viscous_friction"):
+        known = found.knowledge.quantities[name]
+        assert known.source == "log"
+        assert known.low <= truth[name] <= known.high, f"{name}: {known} misses {truth[name]}"
+        assert abs(known.value - truth[name]) < 0.3 * abs(sheet[name] - truth[name]), name
+
+
+def test_the_stated_bound_holds_on_the_true_plant(studies):
+    """The plant of the log, which the study never saw: its errors stay inside the bound."""
+    found, truth = studies(CASES[0]), drive_of("turntable")
+    control = found.controller
+    law = make_law(
+        found.known, found.goals.motion, found.knowledge.quantities, control.model, control.bandwidth
+    )
+    loop = joined_loop(found.known, truth, law, found.goals.motion, None)
+    peaks = []
+    for seed in range(10):
+        phases = np.random.default_rng(seed).uniform(-0.5, 0.5, len(loop.rig.phases))
+        done = run(replace(loop, rig=loop.rig._replace(phases=phases)), log=False)
+        peaks.append(done.state.summary[0] / loop.gear)
+    assert max(peaks) <= control.bound, f"{max(peaks):.3g} rad, bound {control.bound:.3g}"
+
+
+def test_a_result_survives_its_plain_data(studies):
+    found = studies(CASES[0])
+    again = revived(StudyResult, as_plain(replace(found, goals=Goals())))
+    assert again == replace(found, goals=Goals())
+
+
+def test_what_is_not_finite_is_not_kept():
+    with pytest.raises(ValueError, match="cannot be kept"):
+        as_plain({"bound": float("inf")})
+
+
+def test_a_finer_encoder_redoes_the_controller_and_leaves_modes_and_identification_alone(studies):
+    case = CASES[0]
+    drive = studies(case).drive
+    stages, logs = studies.folder / case.name, written_log(studies.folder, case.name, case.log)
+    first = {path.name for path in stages.iterdir()}
+    finer = replace(drive, sensors=replace(drive.sensors, load_encoder=80000))
+    run_study(finer, logs, replace(case.goals, draws=2, cable_draws=0), folder=stages)
+    fresh = {path.name.rsplit("-", 1)[0] for path in stages.iterdir() if path.name not in first}
+    assert fresh == {"check", "demand", "model", "controller", "acceptance-lumped", "acceptance-lumped-00000"}
+
+
+def interrupted(drive, wanted, folder, place):
+    def stop(line):
+        if place in line:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_study(drive, [], wanted, folder=folder, note=stop)
+
+
+def test_an_interrupted_study_goes_on_to_the_same_end(studies, tmp_path):
+    """Interrupted in one stage after another, each time with what was done kept."""
+    case = CASES[1]
+    for place in ("[3/8]", "[6/8]", "lumped plants: 20"):
+        interrupted(drive_of(case.name), case.goals, tmp_path, place)
+    kept = {path.name for path in tmp_path.iterdir()}
+    resumed = run_study(drive_of(case.name), [], case.goals, folder=tmp_path)
+    assert kept < {path.name for path in tmp_path.iterdir()}
+    assert resumed == studies(case)
+
+
+def test_an_encoder_never_costs_more_than_its_bound():
+    """Without friction the loop is linear: counts and phases move the error by no more than stated."""
+    drive = drive_of("turntable")
+    drive = replace(drive, motor=replace(drive.motor, coulomb_friction=0.0))
+    motion = goals(30, 0.3).motion
+    law = make_law(drive, motion, by_datasheet(drive, dict.fromkeys(SPREADS, 0.0)), 3, 40.0)
+    loop = joined_loop(drive, drive, law, motion, None)
+    clean = run(joined_loop(drive, drive, law, motion, None, options=rig_options(drive, ideal=True)))
+    bound, load = sensor_bound(loop), loop.chain.size - 1
+    costs = []
+    for seed in range(8):
+        phases = np.random.default_rng(seed).uniform(-0.5, 0.5, 2)
+        seen = run(replace(loop, rig=loop.rig._replace(phases=phases)))
+        costs.append(np.abs(seen.log[:, load] - clean.log[:, load]).max() / loop.gear)
+    assert max(costs) <= bound, f"{max(costs):.3g} rad of {bound:.3g}"
+    assert max(costs) > 0.05 * bound, f"a bound of {bound:.3g} rad for {max(costs):.3g} is no bound"
+
+
+def test_the_linear_loop_turns_unstable_where_the_rig_does():
+    drive, motion = drive_of("wrist"), goals(60, 0.3).motion
+    known = by_datasheet(drive, SPREADS)
+    for hertz, stable in ((10.0, False), (55.0, True)):
+        loop = joined_loop(drive, drive, make_law(drive, motion, known, 4, hertz), motion, None)
+        radius = np.abs(np.linalg.eigvals(closed_loop_matrix(loop)[0])).max()
+        assert (radius <= 1.0 + 1e-6) == stable, f"{hertz} Hz: {radius:.6f}"
+        assert (run(loop).state.summary[0] < 0.01) == stable
+
+
+def test_a_drive_keeps_the_quantities_it_is_given():
+    for name in ("turntable", "wrist", "spindle"):
+        drive = drive_of(name)
+        wanted = {key: 1.1 * value for key, value in values_of(drive).items() if key != "motor_share"}
+        found = values_of(drive_with(drive, wanted))
+        for key, value in wanted.items():
+            assert found[key] == pytest.approx(value, rel=1e-12), f"{name}: {key}"
+
+
+def test_draws_are_alike_for_alike_seeds_and_numbers():
+    known = by_datasheet(drive_of("wrist"), SPREADS)
+    (one, phases), (same, again) = drawn_plant(known, 3, 7, 41), drawn_plant(known, 3, 7, 41)
+    assert one == same
+    assert list(phases) == list(again)
+    assert drawn_plant(known, 3, 7, 42)[0] != one
+    assert all(known[name].low <= value <= known[name].high for name, value in one.items())
+
+
+def test_logs_of_the_virtual_rig_are_told_within_their_intervals():
+    from io import StringIO
+
+    from cabledrive.identification.logs.log import log_of
+
+    text = log_text("turntable", LIVELY)
+    rows = np.loadtxt(StringIO(text), delimiter=",", skiprows=1).T
+    heads = text.splitlines()[0].split(",")
+    names = {"torque": "torque [N m]", "angle": "angle [rad]", "load_angle": "load angle [rad]"}
+    channels = {name: rows[heads.index(head)] for name, head in names.items()}
+    log = log_of(rows[0], channels, {"torque": "N m", "angle": "rad", "load_angle": "rad"})
+    truth = values_of(drive_of("turntable"))
+    for name, (value, low, high) in tell([log], drive_of("turntable")).intervals.items():
+        assert low <= truth[name] <= high, (
+            f"{name}: {low:.5g} to {high:.5g} (best {value:.5g}), true {truth[name]:.5g}"
+        )
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ({"goals": {"eror": 1}}, 'did you mean "error"'),
+        ({"error": "3 kg"}, "error ="),
+        ({"goals": {"error": -0.1}}, "above 0"),
+        ({"goals": {"draws": 1.5}}, "no whole number"),
+        ({"goals": {"load_inertia": [2, 1]}}, "smallest <= largest"),
+        ({"uncertainty": {"stifness": 0.1}}, 'did you mean "stiffness"'),
+        ({"uncertainty": {"stiffness": 1.5}}, "below 1"),
+        ({"motoin": {"angle": 1}}, "unknown table"),
+        ({"goals": 3}, "is no table"),
+    ],
+)
+def test_goals_that_make_no_sense_are_refused(content, words):
+    with pytest.raises(InputRefused, match=words):
+        goals_of(content)
+
+
+def test_goals_are_read_with_their_units(tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_text(
+        '[goals]\nerror = "0.1 deg"\ntorque = "1.5 N m"\nload_inertia = ["2 g m^2", "2.5 g m^2"]\n'
+        '[motion]\nangle = "90 deg"\nduration = "400 ms"\npulses = 2\n[acceptance]\ndraws = 50\n'
+        "[uncertainty]\nstiffness = 0.3\n"
+    )
+    found = load_goals(path)
+    assert found.error == pytest.approx(np.radians(0.1))
+    assert (found.torque, found.duration, found.pulses, found.draws) == (1.5, 0.4, 2, 50)
+    assert found.load_inertia == pytest.approx((0.002, 0.0025))
+    assert found.spreads["stiffness"] == 0.3
+    assert found.spreads["friction"] == SPREADS["friction"]

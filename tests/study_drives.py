@@ -1,0 +1,95 @@
+"""Five drives of our own and their logs, for the tests of the study."""
+
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+
+from cabledrive.parameters import Drive, load_drive
+from cabledrive.rig.experiment import Excitation, experiment
+from cabledrive.rig.log_table import log_csv
+from cabledrive.rig.setting import DEGREE
+from cabledrive.studies.study import Goals
+
+FOLDER = Path(__file__).parent / "studies" / "drives"
+LIVELY = Excitation(kind="multisine", duration=12.0, amplitude=0.6, band=(0.25, 10.0), period=4.0)
+ONE_WAY = Excitation(kind="sines", duration=8.0, frequencies=(0.5,), amplitudes=(0.02,), bias=0.1)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    """A drive, what is asked of it, how it was logged, and what the study has to say."""
+
+    name: str
+    goals: Goals
+    log: Excitation | None
+    verdict: str
+    reason: str
+
+
+def goals(angle: float, duration: float, **more: object) -> Goals:
+    options = {"dwell": 0.1, "draws": 20, "cable_draws": 1} | more
+    return Goals(angle=angle * DEGREE, duration=duration, **options)
+
+
+CASES = (
+    Case(name="turntable", goals=goals(30, 0.3), log=LIVELY, verdict="yes", reason="the load follows 30 deg"),
+    Case(
+        name="wrist",
+        goals=goals(60, 0.3, error=0.5 * DEGREE),
+        log=None,
+        verdict="yes",
+        reason="within the goal of 0.5 deg",
+    ),
+    Case(
+        name="harp",
+        goals=goals(20, 0.3),
+        log=None,
+        verdict="no",
+        reason="resonance: the span's frequency is 0.49",
+    ),
+    Case(
+        name="winch",
+        goals=goals(90, 0.3),
+        log=None,
+        verdict="no",
+        reason="torque: the motion asks for 6.817 N m, and 0.4 N m is the limit",
+    ),
+    Case(
+        name="spindle",
+        goals=goals(45, 0.3),
+        log=ONE_WAY,
+        verdict="unknown",
+        reason="the log cannot tell inertia of motor and drive pulley, inertia of the load pulley, Coulomb "
+        "friction",
+    ),
+)
+
+
+def drive_of(name: str) -> Drive:
+    return load_drive(FOLDER / f"{name}.toml")
+
+
+def datasheet_of(drive: Drive) -> Drive:
+    """What a data sheet might say of this drive: some per cent beside the truth."""
+    first, second = drive.pulley
+    motor = replace(
+        drive.motor,
+        inertia=1.06 * drive.motor.inertia,
+        coulomb_friction=0.8 * drive.motor.coulomb_friction,
+        viscous_friction=1.2 * drive.motor.viscous_friction,
+        offset_torque=0.0,
+    )
+    return replace(drive, motor=motor, pulley=(first, replace(second, inertia=0.94 * second.inertia)))
+
+
+@cache
+def log_text(name: str, excitation: Excitation, seed: int = 1) -> str:
+    return log_csv(experiment(drive_of(name), excitation, seed=seed))
+
+
+def written_log(folder: Path, name: str, excitation: Excitation | None) -> list[Path]:
+    if excitation is None:
+        return []
+    path = folder / f"{name}.csv"
+    path.write_text(log_text(name, excitation))
+    return [path]
