@@ -51,9 +51,6 @@ class KalmanTuning:
 
 
 QUIET = KalmanTuning()
-EAGER = KalmanTuning(disturbance=1.0, load_acceleration=0.1, cancels=True)
-WARY = KalmanTuning(disturbance=1e-3, load_acceleration=0.3, offsets=(1e-6, 1e-8))
-"""Trusts the load's equation less: for a cable known to some per cent only, and bandwidths above 30 Hz."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

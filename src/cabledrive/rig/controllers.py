@@ -1,6 +1,6 @@
 """Control laws by name, made ready for a drive, a motion and the rig's sensors."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import pi
 from typing import Any
 
@@ -10,7 +10,7 @@ from cabledrive.control.backstepping import PRINTED_HZ, backstepping_gains, back
 from cabledrive.control.darc import darc_numbers
 from cabledrive.control.darc_gains import Bounds, darc_gains, printed_bounds
 from cabledrive.control.flat_output import FlatOutput, flat_output
-from cabledrive.control.kalman import QUIET, WARY, KalmanTuning
+from cabledrive.control.kalman import QUIET, KalmanTuning
 from cabledrive.control.numbers import LawNumbers
 from cabledrive.control.reference import flat_reference
 from cabledrive.parameters import Drive
@@ -22,7 +22,6 @@ from cabledrive.rig.loop_numbers import Array
 from cabledrive.trajectories import Trajectory
 
 DAMPED_SHARE = 0.1
-BEST_HZ = 33.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -141,22 +140,6 @@ def darc(wish: Wish, number: int) -> Controller:
     Controller
     """
     return chain_law(wish, number, f"darc-{number}", damped=False)
-
-
-def darc_4_damped(wish: Wish) -> Controller:
-    """The law of Model 4 with damping, reference through the dampers, friction by the reference's speed.
-
-    Parameters
-    ----------
-    wish : Wish
-
-    Returns
-    -------
-    Controller
-    """
-    if wish.best and wish.bandwidth is None:
-        return chain_law(replace(wish, bandwidth=BEST_HZ), 4, "darc-4-damped", damped=True, tuning=WARY)
-    return chain_law(wish, 4, "darc-4-damped", damped=True)
 
 
 def chain_law(

@@ -6,13 +6,14 @@ from typing import Any
 import numpy as np
 
 from cabledrive.control.darc_gains import Bounds, printed_bounds
-from cabledrive.control.kalman import WARY, Sampling
+from cabledrive.control.kalman import Sampling
 from cabledrive.control.load_equation import LoadEstimate, estimate_load
 from cabledrive.control.momentum_sum import MotorEstimate, acting_torque, estimate_motor
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.rig.best_gains import best_chain_law
 from cabledrive.rig.circumstances import current_rate
-from cabledrive.rig.controllers import BEST_HZ, Controller, Wish, chain_law
+from cabledrive.rig.controllers import Controller, Wish, chain_law
 from cabledrive.rig.fitting import fit_observer
 from cabledrive.rig.loop import Loop, Run, run
 from cabledrive.rig.setting import RigOptions
@@ -70,7 +71,7 @@ def indirect(wish: Wish) -> Controller:
     -------
     Controller
     """
-    return chain_law(_quick(wish), 4, NAME, damped=True, tuning=WARY)
+    return best_chain_law(wish, NAME)
 
 
 def learn(loop: Loop, early: Run, pause: int, drive: Drive, chain: LumpedChain) -> Learnt:
@@ -189,8 +190,10 @@ def rebuilt(loop: Loop, wish: Wish, found: Learnt, options: RigOptions) -> Loop:
     """
     chain = learnt_chain(wish.model(4), found)
     bounds = learnt_bounds(chain, found)
-    made = chain_law(_quick(wish), 4, NAME, damped=True, tuning=WARY, chain=chain, bounds=bounds)
-    made = replace(made, gains=made.gains | {"beta": found.load.beta})
+    first = loop.controller
+    same = replace(wish, bandwidth=float(first.gains["bandwidth_hz"]))
+    made = chain_law(same, 4, NAME, damped=True, tuning=first.tuning, chain=chain, bounds=bounds)
+    made = replace(made, gains=first.gains | made.gains | {"beta": found.load.beta})
     drive = wish.drive
     sampling = Sampling(
         interval=wish.interval,
@@ -235,10 +238,6 @@ def run_indirect(wish: Wish, loop: Loop, options: RigOptions) -> tuple[Loop, Run
         later = rebuilt(loop, wish, found, options)
         early.state.parameters[:4] = later.controller.start
     return later, _rest(later, early, pause), found
-
-
-def _quick(wish: Wish) -> Wish:
-    return wish if wish.bandwidth is not None else replace(wish, bandwidth=BEST_HZ)
 
 
 def _rest(loop: Loop, early: Run, pause: int) -> Run:

@@ -7,7 +7,8 @@ from cabledrive.parameters.fields import nearest
 from cabledrive.reduction.models import highest_model
 from cabledrive.rig.backstepping_laws import backstepping_6
 from cabledrive.rig.baselines import BASELINES
-from cabledrive.rig.controllers import Controller, Wish, backstepping, darc, darc_4_damped
+from cabledrive.rig.best_gains import darc_4_damped
+from cabledrive.rig.controllers import Controller, Wish, backstepping, darc
 from cabledrive.rig.indirect import NAME, indirect
 from cabledrive.rig.least_bandwidth import check_least_bandwidth
 
