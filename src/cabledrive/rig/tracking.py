@@ -37,6 +37,8 @@ class Tracking:
     sigma : ndarray, shape (samples,)
         Sliding variable of a law of the chain, first error of backstepping.
     estimates : ndarray, shape (samples, p)
+    estimate_bounds : ndarray, shape (2, p)
+        Least and largest value of each.
     angles, speeds : ndarray, shape (samples, n)
         True ones of every inertia, at the first shaft [rad], [rad/s].
     readings : ndarray, shape (samples, m)
@@ -61,6 +63,7 @@ class Tracking:
     torque: Array
     sigma: Array
     estimates: Array
+    estimate_bounds: Array
     angles: Array
     speeds: Array
     readings: Array
@@ -115,6 +118,7 @@ def told(
         torque=log[:, column],
         sigma=log[:, column + 2],
         estimates=estimates,
+        estimate_bounds=made.law.learning[[LOW, HIGH]],
         angles=log[:, :n],
         speeds=log[:, n : 2 * n],
         readings=log[:, 2 * n + 1 : column],
