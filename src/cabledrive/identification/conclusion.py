@@ -74,10 +74,11 @@ def implausible(parameters: dict[str, Estimate]) -> tuple[str, ...]:
     tuple of str
     """
     found = []
+    against = any(parameters[name].value < 0.0 for name in ("inertia", "mass") if name in parameters)
     for name, estimate in parameters.items():
         if not estimate.reason and estimate.high < 0.0 and not name.startswith("offset"):
             hint = "are torque and angle swapped, or is one sign reversed?"
-            if name not in ("inertia", "mass"):
+            if name not in ("inertia", "mass") and not against:
                 hint = "the friction model does not fit this axis"
             found.append(
                 f"{told.readable(name)} comes out negative ({estimate.value:.4g} {estimate.unit}): {hint}"

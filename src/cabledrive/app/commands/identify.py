@@ -91,10 +91,19 @@ def _ping(logs: tuple[str, ...], name: str, span: str | None, columns: Any) -> A
 
 
 def _incomplete(found: Any) -> str | None:
-    if not found.identifiable:
-        return f"not identifiable: {'; '.join(found.unidentifiable)}"
     negative = [finding for finding in found.findings if "comes out negative" in finding]
-    return negative[0] if negative else None
+    if not found.identifiable:
+        return f"not identifiable: {'; '.join(found.unidentifiable)}{_swapped(found)}"
+    return negative[0] + ("" if "swapped" in negative[0] else _swapped(found)) if negative else None
+
+
+def _swapped(found: Any) -> str:
+    """A hint where the torque comes in steps, as an encoder's angle does, and the angle does not."""
+    for report in found.reports:
+        stepped = set(report.quantum)
+        if stepped & {"torque", "force"} and not stepped & {"angle", "position"}:
+            return "; are torque and angle swapped? Only the torque comes in steps"
+    return ""
 
 
 def _text(data: dict[str, Any]) -> str:

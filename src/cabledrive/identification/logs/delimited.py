@@ -106,7 +106,10 @@ def dialect_of(path: Path) -> Dialect:
     if width < 2:
         raise InputRefused(f"{path.name}: one column only: a log needs the time and at least two channels")
     heads = [number for number in range(first) if lines[number].strip() and not lines[number].startswith("#")]
-    names, units = _header([split_line(lines[number], delimiter) for number in heads], width)
+    try:
+        names, units = _header([split_line(lines[number], delimiter) for number in heads], width)
+    except InputRefused as refusal:
+        raise refusal.at(path.name) from None
     return Dialect(delimiter=delimiter, decimal=decimal, skip=first, names=names, units=units)
 
 

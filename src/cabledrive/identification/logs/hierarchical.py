@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from cabledrive.identification.logs.table import BLOCK_ROWS, LARGEST_UNPACKED, Array, Blocks, Table
+from cabledrive.identification.logs.unpacking import LARGEST_CHUNK
 from cabledrive.parameters import InputRefused
 
 HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
@@ -56,6 +57,7 @@ def open_hdf5(path: Path) -> Table:
     try:
         with h5py.File(path, "r") as file:
             file.visititems(visit)
+            chunks = [_chunk_bytes(file[dataset]) for dataset, _ in columns.values()]
             sizes = {dataset: int(np.prod(file[dataset].shape)) for dataset, _ in columns.values()}
     except (OSError, RuntimeError) as error:
         raise InputRefused(f"{path.name}: is no readable HDF5 file ({error}): write it again") from None
@@ -66,6 +68,12 @@ def open_hdf5(path: Path) -> Table:
     largest = 8 * max(sizes.values())
     if largest > LARGEST_UNPACKED:
         raise InputRefused(f"{path.name}: unpacks to {largest / 2**30:.0f} GiB: split it")
+    if max(chunks) > LARGEST_CHUNK:
+        size, most = max(chunks) / 2**20, LARGEST_CHUNK / 2**20
+        raise InputRefused(
+            f"{path.name}: has chunks of {size:.0f} MiB, at most {most:.0f} are unpacked at once: "
+            "write smaller ones"
+        )
 
     def read(names: tuple[str, ...]) -> Blocks:
         return _read(path, columns, names)
@@ -117,6 +125,11 @@ def open_netcdf(path: Path) -> Table:
     Table
     """
     return open_hdf5(path) if is_hdf5(path) else open_classic_netcdf(path)
+
+
+def _chunk_bytes(dataset: Any) -> int:
+    """Bytes of one chunk unpacked; 0 where the dataset lies in the file as it is."""
+    return int(np.prod(dataset.chunks)) * dataset.dtype.itemsize if dataset.chunks else 0
 
 
 def _collect(

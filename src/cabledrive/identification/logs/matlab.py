@@ -6,11 +6,9 @@ from typing import Any
 import numpy as np
 
 from cabledrive.identification.logs.hierarchical import is_hdf5, open_hdf5
-from cabledrive.identification.logs.table import LARGEST_UNPACKED, Array, Table, sliced
+from cabledrive.identification.logs.table import Array, Table, sliced
+from cabledrive.identification.logs.unpacking import LARGEST_IN_MEMORY, unpacked_matlab
 from cabledrive.parameters import InputRefused
-
-LARGEST_RATIO = 1032
-"""Bytes that one packed byte can unpack to (deflate)."""
 
 
 def open_matlab(path: Path) -> Table:
@@ -27,7 +25,7 @@ def open_matlab(path: Path) -> Table:
     Raises
     ------
     InputRefused
-        If it cannot be read or would unpack to more than `LARGEST_UNPACKED`.
+        If it cannot be read or would unpack to more than `LARGEST_IN_MEMORY`.
     """
     if is_hdf5(path):
         return open_hdf5(path)
@@ -54,9 +52,11 @@ def _variables(path: Path) -> dict[str, Any]:
     from scipy import io
 
     try:
-        size = _unpacked(path)
-        if size > LARGEST_UNPACKED:
-            raise InputRefused(f"{path.name}: unpacks to {size / 2**30:.0f} GiB: save fewer variables")
+        if unpacked_matlab(path) > LARGEST_IN_MEMORY:
+            most = LARGEST_IN_MEMORY / 2**30
+            raise InputRefused(
+                f"{path.name}: unpacks to more than {most:.0f} GiB: save fewer variables, or with -v7.3"
+            )
         found = io.loadmat(path, squeeze_me=True, struct_as_record=False)
     except InputRefused:
         raise
@@ -65,16 +65,6 @@ def _variables(path: Path) -> dict[str, Any]:
             f"{path.name}: is no readable MATLAB file ({error}): save it again with -v7"
         ) from None
     return {name: value for name, value in found.items() if name and not name.startswith("__")}
-
-
-def _unpacked(path: Path) -> int:
-    """Bytes that the variables take; where objects hide their shape, the most that the packing allows."""
-    from scipy import io
-
-    try:
-        return sum(8 * int(np.prod(shape, dtype=np.int64)) for _, shape, _ in io.whosmat(path))
-    except TypeError:
-        return LARGEST_RATIO * path.stat().st_size
 
 
 def _collect(

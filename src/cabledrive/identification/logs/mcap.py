@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from cabledrive.identification.logs.table import Array, Blocks, Table, sliced
+from cabledrive.identification.logs.unpacking import LARGEST_IN_MEMORY, unpacked_mcap
 from cabledrive.parameters import InputRefused
 
-MOST_MESSAGES = 50_000_000
+MOST_MESSAGES = 5_000_000
 MOST_FIELDS = 256
 
 
@@ -55,6 +56,10 @@ def _columns(path: Path) -> dict[str, Array]:
         raise InputRefused(
             f"{path.name}: reading MCAP needs an extra: pip install 'cabledrive[mcap]'"
         ) from None
+    if unpacked_mcap(path) > LARGEST_IN_MEMORY:
+        raise InputRefused(
+            f"{path.name}: unpacks to more than {LARGEST_IN_MEMORY / 2**30:.0f} GiB: cut it into parts"
+        )
     rows: dict[str, list[dict[str, float]]] = {}
     factories = _decoders()
     try:
@@ -68,7 +73,7 @@ def _columns(path: Path) -> dict[str, Array]:
                     _flatten("", decoded, fields)
                     fields["log_time"] = message.log_time * 1e-9
                     rows.setdefault(channel.topic.strip("/").replace("/", "_"), []).append(fields)
-    except McapError as error:
+    except (McapError, MemoryError) as error:
         raise InputRefused(f"{path.name}: is damaged ({error}): record it again") from None
     return {
         f"{topic}.{name}": np.array([row.get(name, np.nan) for row in entries])

@@ -1,0 +1,226 @@
+"""Whatever is wrong with a log: the status of the contract, and one line on standard error."""
+
+import json
+import struct
+import subprocess
+import sys
+import zlib
+
+import numpy as np
+import pytest
+from scipy import io
+
+from cabledrive.identification.logs.reading import read_log
+from cabledrive.identification.logs.unpacking import unpacked_matlab, unpacked_mcap
+from cabledrive.parameters import InputRefused
+from cabledrive.rig.chapter_4 import BENCH_TESTS, bench_rig
+from cabledrive.rig.virtual_rig import run_rig
+
+ROWS, INTERVAL = 12_000, 1e-3
+TIME = INTERVAL * np.arange(ROWS)
+
+
+def rig_log(command, limit=None):
+    from dataclasses import replace
+
+    log = run_rig(replace(bench_rig(BENCH_TESTS[1]), torque_limit=limit), command, np.random.default_rng(0))
+    return log.channel("torque"), log.channel("angle")
+
+
+def sines(amplitude=0.1, bias=0.0):
+    return bias + sum(amplitude * np.sin(2 * np.pi * f * TIME + f) for f in (1.0, 3.0, 5.0))
+
+
+@pytest.fixture(scope="module")
+def sound():
+    return rig_log(sines())
+
+
+def text(torque, angle, head="time [s],torque [N m],angle [rad]", rows=slice(None), time=TIME):
+    table = np.column_stack([time, torque, angle])[rows]
+    return "\n".join([head, *(",".join(f"{x:.9g}" for x in row) for row in table)]) + "\n"
+
+
+def identify(capsys, path, *options):
+    from cabledrive.app.main import main
+
+    try:
+        status = main(["identify", str(path), "--json", *options])
+    except SystemExit as end:
+        status = end.code
+    out = capsys.readouterr()
+    return status or 0, out.out, out.err
+
+
+def refused(capsys, tmp_path, name, content, words):
+    path = tmp_path / name
+    path.write_bytes(content) if isinstance(content, bytes) else path.write_text(content)
+    status, out, err = identify(capsys, path)
+    assert (status, out) == (2, ""), err
+    assert err.count("\n") == 1, err
+    assert words in err, err
+    assert name in err, err
+
+
+def test_logs_that_cannot_be_read_are_status_2_and_name_file_place_and_remedy(tmp_path, capsys, sound):
+    torque, angle = sound
+    torque, angle, time = torque[:200], angle[:200], TIME[:200]
+
+    def short(**options):
+        return text(torque, angle, time=time, **options)
+
+    lines = short().splitlines()
+    lines[50] = lines[50].replace(lines[50].split(",")[1], "high")
+    for name, content, words in (
+        ("empty.csv", "", "is empty"),
+        ("one.csv", "torque [N m]\n1\n2\n3\n", "one column only"),
+        ("words.csv", "\n".join(lines), 'line 51, column "torque" holds "high"'),
+        ("mixed.csv", short(head="time [s],torque [rad],angle [N m]"), "not N m"),
+        ("twice.csv", short(head="time [s],angle [deg],angle [rad]"), 'two columns are called "angle"'),
+        ("back.csv", short(rows=np.r_[0:100, 50:200]), "time runs backwards at row 101"),
+        ("heads.csv", short(head="a,b,c"), "no column head names a channel"),
+        ("log.pkl", b"\x80\x04", "logs end in"),
+        ("log.npy", b"\x93NUMPY", "logs end in"),
+        ("log.csv.gz", b"\x1f\x8b", "unpack compressed files"),
+        ("log.zip", b"PK", "unpack compressed files"),
+        ("log.mat", b"MATLAB 5.0 MAT-file".ljust(126) + b"IM" + bytes(range(200)) * 5, "no readable MATLAB"),
+    ):
+        refused(capsys, tmp_path, name, content, words)
+
+
+def test_a_matlab_object_is_refused(tmp_path, capsys):
+    io.savemat(tmp_path / "o.mat", {"cell": np.array(["a", "b"], dtype=object), "word": "x"})
+    refused(capsys, tmp_path, "o.mat", (tmp_path / "o.mat").read_bytes(), "holds no vector of numbers")
+
+
+def test_constant_signals_are_refused(tmp_path, capsys, sound):
+    torque, angle = sound
+    refused(capsys, tmp_path, "t.csv", text(0 * torque + 0.1, angle), "torque is constant")
+    refused(capsys, tmp_path, "a.csv", text(torque, 0 * angle), "angle is constant")
+
+
+def test_a_torque_that_saturates_nearly_always_is_refused(tmp_path, capsys):
+    torque, angle = rig_log(sines(0.3), limit=0.35)
+    refused(capsys, tmp_path, "s.csv", text(np.clip(torque, -0.35, 0.35), angle), "the torque saturates")
+
+
+def test_one_per_cent_of_dropped_rows_is_filled_and_said_in_the_answer(tmp_path, capsys, sound):
+    kept = np.sort(np.random.default_rng(1).choice(ROWS, round(0.99 * ROWS), replace=False))
+    (tmp_path / "d.csv").write_text(text(*sound, rows=kept))
+    status, out, err = identify(capsys, tmp_path / "d.csv", "--no-check")
+    answer = json.loads(out)
+    assert (status, err) == (0, "")
+    assert "missing rows filled" in answer["data"][0]["repaired"][0]
+    assert answer["parameters"]["inertia"]["value"] == pytest.approx(0.001742, rel=0.01)
+
+
+def test_motion_in_one_direction_cannot_part_coulomb_friction_and_offset(tmp_path, capsys):
+    (tmp_path / "one.csv").write_text(text(*rig_log(sines(0.02, bias=0.15))))
+    status, out, err = identify(capsys, tmp_path / "one.csv")
+    answer = json.loads(out)
+    assert status == 3
+    assert "coulomb friction, offset torque cannot be told apart" in err
+    assert err.count("\n") == 1
+    assert answer["parameters"]["coulomb_friction"]["value"] is None
+    assert answer["parameters"]["inertia"]["value"] == pytest.approx(0.001742, rel=0.05)
+
+
+@pytest.mark.parametrize("kind", ["swapped", "reversed"])
+def test_a_negative_inertia_is_a_finding_with_status_3(tmp_path, capsys, sound, kind):
+    torque, angle = sound
+    content = text(angle, torque) if kind == "swapped" else text(-torque, angle)
+    (tmp_path / "n.csv").write_text(content)
+    status, out, err = identify(capsys, tmp_path / "n.csv")
+    assert status == 3, err
+    assert "are torque and angle swapped" in err
+    assert err.count("\n") == 1
+    answer = json.loads(out)
+    assert answer["findings"] or not answer["identifiable"]
+
+
+def packed_matlab(path, size):
+    """A MATLAB 5 file with one packed element of zeros: a structure hides how large it is."""
+    engine, piece, packed = zlib.compressobj(9), bytes(1 << 20), []
+    for _ in range(size >> 20):
+        packed.append(engine.compress(piece))
+    body = b"".join(packed) + engine.flush()
+    head = b"MATLAB 5.0 MAT-file".ljust(124) + struct.pack("<H", 0x0100) + b"IM"
+    path.write_bytes(head + struct.pack("<II", 15, len(body)) + body)
+
+
+def test_a_matlab_bomb_is_counted_without_being_unpacked(tmp_path):
+    packed_matlab(tmp_path / "b.mat", 24 << 20)
+    assert (tmp_path / "b.mat").stat().st_size < 60_000
+    assert unpacked_matlab(tmp_path / "b.mat") == 24 << 20
+    assert 4 << 20 < unpacked_matlab(tmp_path / "b.mat", 4 << 20) < 24 << 20
+
+
+@pytest.mark.verify
+def test_a_matlab_bomb_of_three_gigabytes_is_refused_in_little_memory(tmp_path, capsys):
+    import resource
+
+    packed_matlab(tmp_path / "b.mat", 3 << 30)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    with pytest.raises(InputRefused, match="unpacks to more than 2 GiB"):
+        read_log(tmp_path / "b.mat")
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 200_000  # kB
+
+
+def test_an_hdf5_bomb_is_refused_by_its_shape_and_by_its_chunks(tmp_path):
+    import h5py
+
+    for name, shape, chunk, words in (
+        ("long.h5", 4_000_000_000, 1_000_000, "unpacks to 30 GiB"),
+        ("chunk.h5", 100_000_000, 100_000_000, "has chunks of 763 MiB"),
+    ):
+        with h5py.File(tmp_path / name, "w") as file:
+            for channel, unit in (("time", "s"), ("torque", "N m"), ("angle", "rad")):
+                data = file.create_dataset(
+                    channel, shape=(shape,), chunks=(chunk,), compression="gzip", dtype="f8"
+                )
+                data.attrs["units"] = unit
+        with pytest.raises(InputRefused, match=words):
+            read_log(tmp_path / name)
+
+
+def test_an_mcap_bomb_is_refused_by_the_heads_of_its_chunks(tmp_path):
+    start = struct.pack("<QQQII", 0, 1, 5 << 30, 0, 4) + b"zstd" + struct.pack("<Q", 4) + b"abcd"
+    content = b"\x89MCAP0\r\n" + struct.pack("<BQ", 6, len(start)) + start
+    (tmp_path / "b.mcap").write_bytes(content)
+    assert unpacked_mcap(tmp_path / "b.mcap") == 5 << 30
+    with pytest.raises(InputRefused, match=r"more than 2 GiB|extra"):
+        read_log(tmp_path / "b.mcap")
+
+
+def test_a_video_without_a_marker_and_a_corrupt_one_are_status_2_in_one_line(tmp_path):
+    """In a process of their own: the decoder must not speak on standard error either."""
+    cv2 = pytest.importorskip("cv2", reason="needs the extra camera")
+    rng = np.random.default_rng(0)
+    video = cv2.VideoWriter(str(tmp_path / "dark.avi"), cv2.VideoWriter_fourcc(*"MJPG"), 30.0, (64, 48))
+    for _ in range(12):
+        video.write(np.clip(25 + 8 * rng.normal(size=(48, 64, 3)), 0, 255).astype(np.uint8))
+    video.release()
+    (tmp_path / "corrupt.mp4").write_bytes(b"no video at all" * 50)
+    for name, words in (("dark.avi", "no marker"), ("corrupt.mp4", "is no video")):
+        arguments = ["camera", str(tmp_path / name), "--frame-rate", "480", "--scale", "1 mm", "--json"]
+        command = [sys.executable, "-m", "cabledrive", *arguments, "-o", str(tmp_path / "x.csv")]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+        assert (done.returncode, done.stdout) == (2, ""), done.stderr
+        assert done.stderr.count("\n") == 1, done.stderr
+        assert words in done.stderr
+        assert not (tmp_path / "x.csv").exists()
+
+
+def test_options_of_the_camera_are_refused_in_one_line(tmp_path):
+    from click.testing import CliRunner
+
+    from cabledrive.app.commands.camera import command
+
+    for arguments, words in (
+        (["a.avi", "-o", "x.csv"], "no scale"),
+        (["a.avi", "-o", "x.csv", "--scale", "1 mm", "--region", "3-4"], "no such file"),
+        (["a.avi", "-o", "x.csv", "--scale", "1 kg"], "1 kg"),
+    ):
+        with CliRunner().isolated_filesystem(tmp_path):
+            done = CliRunner().invoke(command, arguments)
+        assert words in str(done.exception), (arguments, done.exception)
