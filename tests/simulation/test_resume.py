@@ -21,6 +21,7 @@ from cabledrive.simulation import (
     SimulationStopped,
     Sine,
     Start,
+    netcdf,
     records,
     run,
     simulate,
@@ -176,6 +177,16 @@ def test_a_disk_that_is_full_at_the_last_moment_loses_nothing(tmp_path, monkeypa
     assert os.listdir(tmp_path) == ["run.nc.part"]
     simulate(DRIVE, DURATION, output=path, resume=True, **OPTIONS)
     assert path.read_bytes() == uninterrupted(tmp_path)
+
+
+def test_a_result_for_which_there_is_no_room_is_not_begun(tmp_path, monkeypatch):
+    """HDF5 crashes the process when a disk fills up under it."""
+    result = simulate(DRIVE, DURATION, **OPTIONS)
+    monkeypatch.setattr(netcdf, "_write", lambda *arguments: pytest.fail("begun"))
+    monkeypatch.setattr(netcdf, "BESIDES", 1 << 60)
+    with pytest.raises(OSError, match="No space left|File too large"):
+        netcdf.write_netcdf(result, tmp_path / "run.nc")
+    assert os.listdir(tmp_path) == []
 
 
 def test_another_run_is_not_resumed_with_this_one_s_records(tmp_path, monkeypatch):

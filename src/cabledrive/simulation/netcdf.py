@@ -1,6 +1,8 @@
 """A result as a NetCDF file, written block by block so that it need not fit into memory."""
 
+import errno
 import os
+import shutil
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -11,6 +13,7 @@ from cabledrive.simulation.labels import Variable, attributes, coordinates, vari
 from cabledrive.simulation.result import SimulationResult
 
 RECORDS_PER_BLOCK = 50_000
+BESIDES = 1 << 20  # bytes a file may need beyond its numbers
 
 
 def write_netcdf(result: SimulationResult, path: Path) -> None:
@@ -29,11 +32,24 @@ def write_netcdf(result: SimulationResult, path: Path) -> None:
     """
     temporary = path.with_name(f".{path.name}.new")
     try:
+        _find_room(result, temporary)
         _write(result, temporary)
         os.replace(temporary, path)
     finally:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
+
+
+def _find_room(result: SimulationResult, path: Path) -> None:
+    """Refuse to begin where the disk has not enough room: HDF5 does not survive a disk that fills up."""
+    numbers = sum(variable.values.nbytes for variable in (*coordinates(result), *variables(result)))
+    needed = numbers + BESIDES
+    if not hasattr(os, "posix_fallocate"):
+        if shutil.disk_usage(path.parent).free < needed:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return
+    with path.open("wb") as file:
+        os.posix_fallocate(file.fileno(), 0, needed)  # knows of quotas, too
 
 
 def _write(result: SimulationResult, path: Path) -> None:

@@ -159,11 +159,11 @@ class SimulationResult:
         Returns
         -------
         dict
-            No NaN and no infinity in it.
+            No NaN and no infinity in it; what needs a record is None where a run stopped before the first.
         """
         extremes = self.extremes
         return {
-            "energy_budget_error": self.energy_budget_error,
+            "energy_budget_error": self.energy_budget_error if len(self.rows) else None,
             "steps": self.steps,
             "step": self.step,
             "cfl": self.cfl,

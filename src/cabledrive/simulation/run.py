@@ -93,8 +93,10 @@ def _chunks(
             fresh = copy_state(state)
             rows, fields, stopped = _chunk(case, fresh, work, done, count)
             unwritten = _written(records.append, rows, fields)
-            if stopped or unwritten:
-                return fresh, done + (0 if unwritten else len(rows)), stopped or unwritten
+            if unwritten:
+                return state, done, stopped or unwritten
+            if stopped:
+                return fresh, done + len(rows), stopped
             state, done = fresh, done + count
             watch.at(done * case.grid.interval)
             if time.monotonic() - committed > SECONDS_PER_COMMIT:

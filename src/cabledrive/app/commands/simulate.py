@@ -227,6 +227,7 @@ def _method(result: SimulationResult) -> str:
 
 def _text(drive: Drive, result: SimulationResult, path: Path | None) -> str:
     found = result.summary()
+    budget = found["energy_budget_error"]
     lines = [
         f"{drive.title or drive.name}: {result.steps * result.step:.6g} s",
         f"{result.steps} steps of {result.step:.4g} s, {100.0 * result.cfl:.0f} % of the stable one",
@@ -236,7 +237,7 @@ def _text(drive: Drive, result: SimulationResult, path: Path | None) -> str:
             f"{span} midpoint, peak of |w|  {found[f'{span}_midpoint']['peak']:.6g} m"
             for span in result.spans
         ),
-        f"energy budget error         {result.energy_budget_error:.2e}",
+        f"energy budget error         {'no record' if budget is None else f'{budget:.2e}'}",
     ]
     if result.error_estimate is not None:
         for name in ("load_angle", "upper_midpoint"):
