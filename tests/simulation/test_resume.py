@@ -184,7 +184,7 @@ def test_a_result_for_which_there_is_no_room_is_not_begun(tmp_path, monkeypatch)
     result = simulate(DRIVE, DURATION, **OPTIONS)
     monkeypatch.setattr(netcdf, "_write", lambda *arguments: pytest.fail("begun"))
     monkeypatch.setattr(netcdf, "BESIDES", 1 << 60)
-    with pytest.raises(OSError, match="No space left|File too large"):
+    with pytest.raises(OSError, match=r"No space left|File too large"):
         netcdf.write_netcdf(result, tmp_path / "run.nc")
     assert os.listdir(tmp_path) == []
 
