@@ -1,0 +1,55 @@
+"""Compiled step of a law and an observer whose matrices are tabled over the position of a carriage."""
+
+from cabledrive.control.numbers import Array
+from cabledrive.mechanics.compiled import njit
+
+
+@njit
+def place_in(grid_start: float, spacing: float, count: int, position: float) -> tuple[int, float]:
+    """Interval of the table and the share of it that a position lies in; held at the ends."""
+    share = (position - grid_start) / spacing
+    share = min(max(share, 0.0), count - 1.0)
+    low = min(int(share), count - 2)
+    return low, share - low
+
+
+@njit
+def scheduled_step(
+    grid: Array,
+    feedback: Array,
+    correction: Array,
+    transition: Array,
+    drive: Array,
+    limit: float,
+    estimate: Array,
+    readings: Array,
+    reference: Array,
+    k: int,
+    fresh: Array,
+) -> float:
+    """One sample: the observer takes in the readings, the law acts, the observer goes on; returns the force.
+
+    ``grid``: first position, spacing, start of the carriage. ``reference[k]``: states, force, friction in it.
+    ``drive``: motion per unit force over a sample.
+    """
+    n, m, states = estimate.size, readings.size, feedback.shape[1]
+    low, share = place_in(grid[0], grid[1], feedback.shape[0], grid[2] + estimate[1])
+    for i in range(n):
+        value = estimate[i]
+        for j in range(m):
+            gain = correction[low, i, j] + share * (correction[low + 1, i, j] - correction[low, i, j])
+            value += gain * (readings[j] - estimate[2 * j])
+        fresh[i] = value
+    force = reference[k, states]
+    for i in range(states):
+        gain = feedback[low, i] + share * (feedback[low + 1, i] - feedback[low, i])
+        force -= gain * (fresh[i] - reference[k, i])
+    force = min(max(force, -limit), limit)
+    net = force - reference[k, states + 1]
+    for i in range(n):
+        value = (drive[low, i] + share * (drive[low + 1, i] - drive[low, i])) * net
+        for j in range(n):
+            part = transition[low, i, j] + share * (transition[low + 1, i, j] - transition[low, i, j])
+            value += part * fresh[j]
+        estimate[i] = value
+    return force

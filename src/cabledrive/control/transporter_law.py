@@ -1,0 +1,274 @@
+r"""A transporter's law and observer, made for a row of frozen positions and tabled over them.
+
+States of the observer: displacements and speeds of drive pulley, carriage, load pulley and payload, a force
+on the motor that walks at random, and the wind on the payload, which fades.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import expm, solve_discrete_are
+
+from cabledrive.parameters import InputRefused
+from cabledrive.reduction.transporter import BODIES, Transporter, frozen_state_space
+
+Array = NDArray[np.float64]
+STATES = 2 * BODIES
+OBSERVED = STATES + 2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TransporterTuning:
+    """What law and observer weigh.
+
+    Attributes
+    ----------
+    payload, carriage : float
+        Errors [m] that weigh as much as the force.
+    stretching : float
+        Speed of the carriage against the drive pulley [m/s] that weighs as much; it damps the cable's mode.
+    force : float
+        [N].
+    disturbance : float
+        Walk of the force on the motor [N^2/s].
+    wind, wind_time : float
+        Standard deviation of the wind's force [N] and how fast it fades [s].
+    acceleration : float
+        Noise of every acceleration [(m/s^2)^2 s].
+    reading : float
+        Variance of a reading over that of a rounded one.
+    """
+
+    payload: float = 2e-3
+    carriage: float = 2e-3
+    stretching: float = 0.02
+    force: float = 5.0
+    disturbance: float = 1.0
+    wind: float = 0.05
+    wind_time: float = 2.0
+    acceleration: float = 1e-4
+    reading: float = 1000.0
+
+
+class ScheduledLaw(NamedTuple):
+    """Tables over the positions of the carriage, as the compiled step takes them.
+
+    Attributes
+    ----------
+    grid : ndarray, shape (3,)
+        First position, spacing, start of the carriage [m].
+    feedback : ndarray, shape (positions, 8)
+        Force per error of the states.
+    correction : ndarray, shape (positions, 10, 2)
+        Of the observer's states by the errors of the two encoders.
+    transition : ndarray, shape (positions, 10, 10)
+        Over one sample.
+    drive : ndarray, shape (positions, 10)
+        By a force on the motor.
+    limit : float
+        Largest force [N].
+    """
+
+    grid: Array
+    feedback: Array
+    correction: Array
+    transition: Array
+    drive: Array
+    limit: float
+
+
+def sampled_model(
+    transporter: Transporter, position: float, interval: float, wind_time: float
+) -> tuple[Array, Array, Array]:
+    """Observer's model at one position.
+
+    Parameters
+    ----------
+    transporter : Transporter
+    position : float
+        Of the carriage [m].
+    interval : float
+        Sample time [s].
+    wind_time : float
+        [s].
+
+    Returns
+    -------
+    transition : ndarray, shape (10, 10)
+    drive : ndarray, shape (10,)
+    system : ndarray, shape (10, 10)
+        Of the continuous model.
+    """
+    a, b = frozen_state_space(transporter, position)
+    system = np.zeros((OBSERVED + 1, OBSERVED + 1))
+    system[:STATES, :STATES] = a
+    system[:STATES, STATES], system[:STATES, STATES + 1] = b[:, 0], b[:, 3]
+    system[STATES + 1, STATES + 1] = -1.0 / wind_time
+    system[:STATES, OBSERVED] = b[:, 0]
+    power = expm(system * interval)
+    return power[:OBSERVED, :OBSERVED], power[:OBSERVED, OBSERVED], system[:OBSERVED, :OBSERVED]
+
+
+def feedback_at(transition: Array, drive: Array, tuning: TransporterTuning) -> Array:
+    """Linear-quadratic feedback of one frozen position, Eq. (T.6).
+
+    Parameters
+    ----------
+    transition : ndarray, shape (8, 8)
+    drive : ndarray, shape (8,)
+    tuning : TransporterTuning
+
+    Returns
+    -------
+    ndarray, shape (8,)
+    """
+    weight = np.zeros((STATES, STATES))
+    weight[1, 1], weight[3, 3] = tuning.carriage**-2, tuning.payload**-2
+    weight[BODIES : BODIES + 2, BODIES : BODIES + 2] = [[1.0, -1.0], [-1.0, 1.0]]
+    weight[BODIES:, BODIES:] /= tuning.stretching**2
+    column = drive[:, None]
+    effort = np.array([[tuning.force**-2]])
+    cost = solve_discrete_are(transition, column, weight, effort)
+    return (np.linalg.solve(effort + column.T @ cost @ column, column.T @ cost @ transition))[0]
+
+
+def correction_at(
+    transition: Array, system: Array, count: float, interval: float, tuning: TransporterTuning
+) -> Array:
+    """Steady Kalman gain of one frozen position, Eq. (T.7).
+
+    Parameters
+    ----------
+    transition, system : ndarray, shape (10, 10)
+    count : float
+        One count of the encoders at the rim [m].
+    interval : float
+        Sample time [s].
+    tuning : TransporterTuning
+
+    Returns
+    -------
+    ndarray, shape (10, 2)
+    """
+    density = np.zeros(OBSERVED)
+    density[BODIES:STATES] = tuning.acceleration
+    density[STATES] = tuning.disturbance
+    density[STATES + 1] = 2.0 * tuning.wind**2 / tuning.wind_time
+    block = np.zeros((2 * OBSERVED, 2 * OBSERVED))
+    block[:OBSERVED, :OBSERVED], block[:OBSERVED, OBSERVED:] = -system, np.diag(density)
+    block[OBSERVED:, OBSERVED:] = system.T
+    power = expm(block * interval)
+    noise = power[OBSERVED:, OBSERVED:].T @ power[:OBSERVED, OBSERVED:]
+    output = np.zeros((2, OBSERVED))
+    output[0, 0] = output[1, 2] = 1.0
+    reading = np.eye(2) * tuning.reading * count**2 / 12.0
+    # in counts: the equation is solved with numbers of one size
+    scaled = 0.5 * (noise + noise.T) / count**2
+    spread = solve_discrete_are(transition.T, output.T, scaled, reading / count**2)
+    return spread @ output.T @ np.linalg.inv(output @ spread @ output.T + reading / count**2)
+
+
+def scheduled_law(
+    transporter: Transporter,
+    *,
+    interval: float,
+    count: float,
+    limit: float,
+    positions: Array,
+    tuning: TransporterTuning | None = None,
+    frozen: float | None = None,
+) -> ScheduledLaw:
+    """Design law and observer at every position of a grid.
+
+    Parameters
+    ----------
+    transporter : Transporter
+    interval : float
+        Sample time [s].
+    count : float
+        One count of the encoders at the rim [m].
+    limit : float
+        Largest force [N].
+    positions : ndarray, shape (positions,)
+        Equally spaced [m].
+    tuning : TransporterTuning, optional
+    frozen : float, optional
+        The one position [m] for which all is made; every position has its own unless told.
+
+    Returns
+    -------
+    ScheduledLaw
+
+    Raises
+    ------
+    InputRefused
+        If there are fewer than two positions.
+    """
+    if len(positions) < 2:
+        raise InputRefused(f"{len(positions)} position given, a schedule needs 2 and more: give a grid")
+    tuning = tuning or TransporterTuning()
+    rows = []
+    for position in positions if frozen is None else [frozen]:
+        transition, drive, system = sampled_model(transporter, float(position), interval, tuning.wind_time)
+        gain = feedback_at(transition[:STATES, :STATES], drive[:STATES], tuning)
+        rows.append((gain, correction_at(transition, system, count, interval, tuning), transition, drive))
+    if frozen is not None:
+        rows = rows * len(positions)
+    feedback, correction, transitions, drives = (np.array(part) for part in zip(*rows, strict=True))
+    return ScheduledLaw(
+        grid=np.array([positions[0], positions[1] - positions[0], transporter.start]),
+        feedback=feedback,
+        correction=correction,
+        transition=transitions,
+        drive=drives,
+        limit=limit,
+    )
+
+
+def frozen_poles(
+    law: ScheduledLaw, transporter: Transporter, position: float, interval: float, wind_time: float = 2.0
+) -> Array:
+    """Poles of law and observer on the plant with its carriage frozen at a place, per sample.
+
+    Parameters
+    ----------
+    law : ScheduledLaw
+    transporter : Transporter
+        The plant, which the design need not be.
+    position : float
+        Of the carriage [m].
+    interval : float
+        Sample time [s].
+    wind_time : float, default 2.0
+
+    Returns
+    -------
+    ndarray of complex, shape (18,)
+        Stable inside the unit circle.
+    """
+    share = (position - law.grid[0]) / law.grid[1]
+    low = int(np.clip(share, 0, len(law.feedback) - 2))
+    share = float(np.clip(share - low, 0.0, 1.0))
+
+    def at(table: Array) -> Array:
+        return table[low] + share * (table[low + 1] - table[low])
+
+    true, force, _ = sampled_model(transporter, position, interval, wind_time)
+    plant, column = true[:STATES, :STATES], force[:STATES]
+    gain = np.append(at(law.feedback), np.zeros(OBSERVED - STATES))
+    correct, go, push = at(law.correction), at(law.transition), at(law.drive)
+    read = np.zeros((2, STATES))
+    read[0, 0] = read[1, 2] = 1.0
+    kept = np.eye(OBSERVED)
+    kept[:, [0, 2]] -= correct
+    taken = correct @ read  # corrected estimate = kept x^ + taken x
+    closed = go - np.outer(push, gain)
+    matrix = np.block(
+        [
+            [plant - np.outer(column, gain @ taken), -np.outer(column, gain @ kept)],
+            [closed @ taken, closed @ kept],
+        ]
+    )
+    return np.linalg.eigvals(matrix)

@@ -1,0 +1,270 @@
+r"""A cable transporter in few coordinates: drive pulley, carriage, load pulley and a mass that hangs below.
+
+Displacements are those of the cable at each body: :math:`q_1 = r\theta_1`, the carriage's :math:`s`,
+:math:`q_2 = r\theta_2`, the hanging mass's :math:`y`. With the carriage at x the three strands have stiffness
+:math:`EA/x`, :math:`EA/(L - x)` and :math:`EA/L`, so that modes change along the way.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.parameters import Drive, InputRefused
+
+Array = NDArray[np.float64]
+BODIES = 4
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Transporter:
+    """A loop with a carriage on its upper span, and a mass on a line below the carriage.
+
+    Attributes
+    ----------
+    span_length : float
+        L [m].
+    axial_rigidity : float
+        EA [N].
+    pretension : float
+        [N].
+    damping_time : float
+        Damping over stiffness of the cable, T [s].
+    radius : float
+        Of the drive pulley [m].
+    drive_mass, load_mass : float
+        Inertias of motor with drive pulley, and of the load pulley, over their radius squared [kg].
+    carriage_mass, payload_mass : float
+        [kg].
+    line_length : float
+        Of the line on which the payload hangs [m].
+    gravity : float
+        [m/s^2].
+    rail_friction : float
+        Of the carriage on its guide [N s/m].
+    swing_damping : float
+        Damping of the swing over its stiffness [s].
+    viscous, coulomb, offset : float
+        Friction of the motor [N s/m], [N] and its constant force [N], at the rim.
+    start : float
+        Carriage's place at the start, from the drive pulley [m].
+    """
+
+    span_length: float
+    axial_rigidity: float
+    pretension: float
+    damping_time: float
+    radius: float
+    drive_mass: float
+    load_mass: float
+    carriage_mass: float
+    payload_mass: float
+    line_length: float
+    gravity: float
+    rail_friction: float
+    swing_damping: float
+    viscous: float
+    coulomb: float
+    offset: float
+    start: float
+
+    @property
+    def masses(self) -> Array:
+        """Of drive pulley, carriage, load pulley, payload [kg], shape (4,)."""
+        return np.array([self.drive_mass, self.carriage_mass, self.load_mass, self.payload_mass])
+
+    @property
+    def swing_stiffness(self) -> float:
+        """Of the payload's line for small angles, m g / l [N/m]."""
+        return self.payload_mass * self.gravity / self.line_length
+
+
+def transporter_of(
+    drive: Drive,
+    *,
+    payload_mass: float,
+    line_length: float,
+    rail_friction: float = 0.5,
+    swing_ratio: float = 0.005,
+) -> Transporter:
+    """The transporter that a drive with one carriage on its upper span is.
+
+    Parameters
+    ----------
+    drive : Drive
+        A loop with motor, rigid joint, pulleys of one radius and one guided carriage.
+    payload_mass : float
+        Of the mass that hangs below the carriage [kg].
+    line_length : float
+        On which it hangs [m].
+    rail_friction : float, default 0.5
+        [N s/m].
+    swing_ratio : float, default 0.005
+        Damping ratio of the swing.
+
+    Returns
+    -------
+    Transporter
+
+    Raises
+    ------
+    InputRefused
+        If the drive is another kind of machine, or a mass or length is not positive.
+    """
+    if drive.kind != "loop" or len(drive.carriage) != 1 or drive.carriage[0].span != "upper":
+        raise InputRefused(
+            f"drive {drive.name!r} is no loop with one carriage on its upper span: give one, such as "
+            "dissertation-transporter"
+        )
+    if drive.motor is None:
+        raise InputRefused("motor is missing, and the carriage is to be moved: add motor.inertia")
+    if min(payload_mass, line_length) <= 0.0:
+        raise InputRefused(
+            f"payload_mass = {payload_mass:.4g} kg and line_length = {line_length:.4g} m must be above 0"
+        )
+    motor, (first, second) = drive.motor, drive.pulley
+    carriage, r = drive.carriage[0], first.radius
+    rigidity = drive.cable.youngs_modulus * drive.cable.area
+    return Transporter(
+        span_length=drive.span_length,
+        axial_rigidity=rigidity,
+        pretension=drive.cable.pretension,
+        damping_time=drive.cable.axial_damping / rigidity,
+        radius=r,
+        drive_mass=(motor.inertia + first.inertia) / r**2,
+        load_mass=second.inertia / second.radius**2,
+        carriage_mass=carriage.mass,
+        payload_mass=payload_mass,
+        line_length=line_length,
+        gravity=drive.layout.gravity,
+        rail_friction=rail_friction,
+        swing_damping=2.0 * swing_ratio * (line_length / drive.layout.gravity) ** 0.5,
+        viscous=(motor.viscous_friction + first.viscous_friction) / r**2,
+        coulomb=(motor.coulomb_friction + first.coulomb_friction) / r,
+        offset=motor.offset_torque / r,
+        start=carriage.position,
+    )
+
+
+def strand_stiffness(transporter: Transporter, position: float) -> tuple[float, float, float]:
+    """Of the strands drive pulley to carriage, carriage to load pulley, and back.
+
+    Parameters
+    ----------
+    transporter : Transporter
+    position : float
+        Of the carriage, from the drive pulley [m].
+
+    Returns
+    -------
+    tuple of float
+        [N/m].
+
+    Raises
+    ------
+    InputRefused
+        If the carriage would not be between the pulleys.
+    """
+    t = transporter
+    if not 0.0 < position < t.span_length:
+        raise InputRefused(
+            f"position = {position:.4g} m is not within 0 and {t.span_length:.4g} m, the span's length: keep "
+            "the carriage between the pulleys"
+        )
+    return (
+        t.axial_rigidity / position,
+        t.axial_rigidity / (t.span_length - position),
+        t.axial_rigidity / t.span_length,
+    )
+
+
+def compliance(transporter: Transporter, position: Array) -> tuple[Array, Array, Array]:
+    r"""Compliance between motor and carriage, and its first two derivatives by position, Eq. (T.3).
+
+    .. math:: c(x) = \frac{x(2L - x)}{2L\,EA}
+
+    Parameters
+    ----------
+    transporter : Transporter
+    position : ndarray
+        x [m].
+
+    Returns
+    -------
+    tuple of ndarray
+        [m/N], [1/N], [1/(N m)].
+    """
+    t = transporter
+    unit = 1.0 / (t.span_length * t.axial_rigidity)
+    x = np.asarray(position, dtype=np.float64)
+    return 0.5 * x * (2.0 * t.span_length - x) * unit, (t.span_length - x) * unit, np.full_like(x, -unit)
+
+
+def stiffness_and_damping(transporter: Transporter, position: float) -> tuple[Array, Array]:
+    """Stiffness and damping matrices of the frozen transporter, Eq. (T.1).
+
+    Parameters
+    ----------
+    transporter : Transporter
+    position : float
+        Of the carriage [m].
+
+    Returns
+    -------
+    stiffness, damping : ndarray, shape (4, 4)
+        [N/m], [N s/m].
+    """
+    t = transporter
+    cable, swing = np.zeros((BODIES, BODIES)), np.zeros((BODIES, BODIES))
+    for k, (i, j) in zip(strand_stiffness(t, position), ((0, 1), (1, 2), (2, 0)), strict=True):
+        pull = np.zeros(BODIES)
+        pull[i], pull[j] = 1.0, -1.0
+        cable += k * np.outer(pull, pull)
+    hang = np.array([0.0, 1.0, 0.0, -1.0])
+    swing += t.swing_stiffness * np.outer(hang, hang)
+    friction = np.diag([t.viscous, t.rail_friction, 0.0, 0.0])
+    return cable + swing, t.damping_time * cable + t.swing_damping * swing + friction
+
+
+def frozen_state_space(transporter: Transporter, position: float) -> tuple[Array, Array]:
+    """State space with the carriage's place frozen in the stiffness.
+
+    Parameters
+    ----------
+    transporter : Transporter
+    position : float
+        Of the carriage [m].
+
+    Returns
+    -------
+    a : ndarray, shape (8, 8)
+        Displacements, then speeds.
+    b : ndarray, shape (8, 4)
+        A force on each body.
+    """
+    stiffness, damping = stiffness_and_damping(transporter, position)
+    inverse = np.diag(1.0 / transporter.masses)
+    a = np.zeros((2 * BODIES, 2 * BODIES))
+    a[:BODIES, BODIES:] = np.eye(BODIES)
+    a[BODIES:, :BODIES], a[BODIES:, BODIES:] = -inverse @ stiffness, -inverse @ damping
+    return a, np.vstack([np.zeros((BODIES, BODIES)), inverse])
+
+
+def frozen_frequencies(transporter: Transporter, position: float) -> Array:
+    """Undamped natural frequencies at one place: swing, carriage on the cable, load pulley.
+
+    Parameters
+    ----------
+    transporter : Transporter
+    position : float
+        Of the carriage [m].
+
+    Returns
+    -------
+    ndarray, shape (3,)
+        [rad/s], ascending.
+    """
+    root = 1.0 / np.sqrt(transporter.masses)
+    stiffness = stiffness_and_damping(transporter, position)[0]
+    squares = np.linalg.eigvalsh(root[:, None] * stiffness * root)
+    return np.sqrt(np.clip(squares[1:], 0.0, None))

@@ -1,0 +1,220 @@
+"""The transporter: its model against certified modes, its plant against the model, its laws compared.
+
+Compiled modules under test: cabledrive.control.scheduled_kernels, cabledrive.rig.transporter_kernels.
+"""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from cabledrive.control.scheduled_kernels import scheduled_step
+from cabledrive.control.transporter_law import OBSERVED, STATES, scheduled_law
+from cabledrive.control.transporter_reference import flat_motion, shaped
+from cabledrive.modes import natural_frequencies
+from cabledrive.parameters import InputRefused, load_drive
+from cabledrive.reduction.transporter import (
+    compliance,
+    frozen_frequencies,
+    frozen_state_space,
+    strand_stiffness,
+    transporter_of,
+)
+from cabledrive.rig.carriage_move import CarriageMove, one_count
+from cabledrive.rig.transporter import move_carriage, plant_of
+from cabledrive.rig.transporter_kernels import transporter_advance, transporter_rates
+from cabledrive.studies.transporter_moves import along_the_way, residual_motion, scaled_transporter
+from cabledrive.trajectories import Move, Trajectory
+
+DRIVE = scaled_transporter(load_drive("dissertation-transporter"))
+MACHINE = transporter_of(DRIVE, payload_mass=0.25, line_length=0.25)
+FREE = replace(
+    MACHINE, viscous=0.0, coulomb=0.0, offset=0.0, rail_friction=0.0, swing_damping=0.0, damping_time=0.0
+)
+INTERVAL = 1.0 / 5000.0
+
+
+@pytest.mark.parametrize("position", [0.25, 0.75, 1.25])
+def test_frequency_at_each_place_is_the_certified_one(position):
+    """Carriage on the cable beside the distributed cable with its mass: within 0.3 %."""
+    there = replace(DRIVE, carriage=(replace(DRIVE.carriage[0], position=position),))
+    certified = natural_frequencies(there, count=1)[0]
+    found = frozen_frequencies(replace(MACHINE, payload_mass=1e-9), position)[1] / (2.0 * np.pi)
+    assert found == pytest.approx(certified, rel=3e-3), f"observed {found:.4f} Hz, certified {certified:.4f}"
+
+
+def test_compliance_is_that_of_the_strands_and_so_are_its_derivatives():
+    for x in (0.2, 0.7, 1.3):
+        first, second, third = strand_stiffness(MACHINE, x)
+        c, slope, bend = (float(v) for v in compliance(MACHINE, np.array(x)))
+        assert c == pytest.approx(1.0 / (first + second * third / (second + third)), rel=1e-12)
+        step = 1e-4
+        after, before = (float(compliance(MACHINE, np.array(x + s))[0]) for s in (step, -step))
+        assert slope == pytest.approx((after - before) / (2 * step), rel=1e-6, abs=1e-12)
+        assert bend == pytest.approx((after - 2 * c + before) / step**2, rel=1e-4)
+
+
+def rates(machine, x, force=0.0):
+    plant, out = plant_of(machine), np.zeros(8)
+    transporter_rates(*plant, x, force, 0.0, False, np.zeros(3), out)
+    return out
+
+
+@pytest.mark.kernel
+def test_small_motions_of_the_plant_are_those_of_the_frozen_model():
+    """Differences of the nonlinear rates at rest against the state space; prestrain aside."""
+    machine = replace(FREE, damping_time=5e-4, pretension=1e-6)
+    a = frozen_state_space(machine, machine.start)[0]
+    swing = np.eye(8)  # angle per payload displacement
+    swing[3, 3] = swing[7, 7] = 1.0 / machine.line_length
+    swing[3, 1] = swing[7, 5] = -1.0 / machine.line_length
+    found = np.zeros((8, 8))
+    taut = replace(machine, pretension=1.0)  # so that no strand goes slack
+    for j in range(8):
+        step = np.zeros(8)
+        step[j] = 1e-7
+        found[:, j] = (rates(taut, step) - rates(taut, -step)) / 2e-7
+    expected = swing @ a @ np.linalg.inv(swing)
+    np.testing.assert_allclose(found, expected, rtol=4e-3, atol=1e-6 * np.abs(expected).max())
+
+
+@pytest.mark.kernel
+def test_energy_is_kept_where_nothing_loses_it():
+    """Swing, carriage and pulleys under strands that change their length: 1e-7 of it over 0.1 s."""
+    plant, work, tensions = plant_of(FREE), np.zeros((5, 8)), np.zeros(3)
+    x = np.array([0.0, 2e-3, 0.0, 0.3, 0.1, 0.1, 0.1, -0.2])
+
+    def energy():
+        natural = (
+            FREE.start + x[0] / (1 + plant.cable[1]),
+            FREE.span_length - FREE.start - x[2] / (1 + plant.cable[1]),
+            FREE.span_length + (x[2] - x[0]) / (1 + plant.cable[1]),
+        )
+        transporter_rates(*plant, x, 0.0, 0.0, False, tensions, work[0])
+        strains = tensions / FREE.axial_rigidity
+        cable = 0.5 * FREE.axial_rigidity * sum(n * e**2 for n, e in zip(natural, strains, strict=True))
+        speed = np.array(
+            [x[5] + FREE.line_length * np.cos(x[3]) * x[7], FREE.line_length * np.sin(x[3]) * x[7]]
+        )
+        kinetic = 0.5 * (FREE.masses[:3] @ x[4:7] ** 2 + FREE.payload_mass * speed @ speed)
+        height = FREE.line_length * (1 - np.cos(x[3]))
+        return kinetic + cable + FREE.payload_mass * FREE.gravity * height
+
+    before, handled = energy(), 0.5 * FREE.masses[:3].sum() * 0.1**2
+    for _ in range(1000):
+        transporter_advance(*plant, x, 0.0, 0.0, 1e-4, tensions, work)
+    assert abs(energy() - before) < 1e-7 * handled, f"observed {(energy() - before) / handled:.2e}"
+
+
+@pytest.mark.kernel
+def test_compiled_step_is_the_readable_one():
+    """Interpolated tables: correct, act, predict, as three lines of NumPy."""
+    law = scheduled_law(
+        MACHINE, interval=INTERVAL, count=one_count(DRIVE), limit=70.0, positions=np.linspace(0.2, 1.3, 3)
+    )
+    rng = np.random.default_rng(0)
+    estimate, readings = 1e-3 * rng.normal(size=OBSERVED), 1e-3 * rng.normal(size=2)
+    reference = 1e-3 * rng.normal(size=(1, STATES + 2))
+    share = (MACHINE.start + estimate[1] - 0.2) / 0.55
+    gain, correct, go, push = (
+        t[0] + share * (t[1] - t[0]) for t in (law.feedback, law.correction, law.transition, law.drive)
+    )
+    corrected = estimate + correct @ (readings - estimate[[0, 2]])
+    force = reference[0, 8] - gain @ (corrected[:STATES] - reference[0, :STATES])
+    expected = go @ corrected + push * (force - reference[0, 9])
+    found = scheduled_step(*law, estimate, readings, reference, 0, np.zeros(OBSERVED))
+    assert found == pytest.approx(force, rel=1e-12)
+    np.testing.assert_allclose(estimate, expected, rtol=1e-11, atol=1e-15)
+
+
+def test_flat_motion_carries_the_payload_there():
+    """A small move of the whole plant without Coulomb friction, ideal sensors: 4 um of 20 mm."""
+    smooth = replace(DRIVE, motor=replace(DRIVE.motor, coulomb_friction=0.0))
+    move = CarriageMove(distance=0.02, duration=1.5, rest=0.5)
+    run = move_carriage(smooth, "pd-flat", move=move, ideal_sensors=True)
+    worst = np.abs(run.payload - run.wanted).max()
+    assert worst < 4e-6, f"observed {worst:.2e} m"
+
+
+def test_force_along_the_flat_motion_ends_at_rest():
+    way = Trajectory(moves=(Move(start=0.0, duration=2.5, distance=1.0),), duration=4.0, order=13)
+    time = np.asarray(INTERVAL * np.arange(20000), dtype=np.float64)
+    rows = flat_motion(MACHINE, way(time, 6), INTERVAL)
+    np.testing.assert_allclose(rows[-1, :4], 1.0, atol=1e-6)
+    assert np.abs(rows[-1, 4:9]).max() < 1e-4
+
+
+def test_every_place_is_stable_and_one_design_for_all_is_not():
+    """Poles of law, observer and plant at 12 places; EA 10 % off as well."""
+    for rigidity in (0.9, 1.0, 1.1):
+        found = along_the_way(DRIVE, positions=12, rigidity=rigidity, laws=("scheduled",))
+        assert found.growth["scheduled"].max() < 0.0, f"observed {found.growth['scheduled'].max():.3f} 1/s"
+    frozen = along_the_way(DRIVE, positions=5, laws=("frozen",)).growth["frozen"]
+    assert frozen[-1] > 1.0, f"observed {frozen[-1]:.2f} 1/s"
+    assert frozen[2] < 0.0
+
+
+def test_residual_motion_is_less_than_a_fifth_of_that_under_pd():
+    """0.5 kg over 1 m in 2.5 s: about 1 mm against 83 mm of PD with rigid feedforward, 9 mm of the shaper."""
+    found = {law: residual_motion(DRIVE, law, runs=2).at_once.max() for law in ("scheduled", "pd", "shaper")}
+    assert found["scheduled"] < 0.2 * found["pd"], f"observed {found}"
+    assert found["scheduled"] < found["shaper"] < found["pd"], f"observed {found}"
+    assert found["scheduled"] < 2.5e-3
+
+
+def test_a_gust_is_damped_by_feedback_and_not_by_feedforward():
+    gust = CarriageMove(gust=(0.2, 1.0, 1.5))
+    law, pd = (move_carriage(DRIVE, name, move=gust).residual(later=2.0) for name in ("scheduled", "pd-flat"))
+    assert law < 0.1 * pd, f"observed {1e3 * law:.2f} and {1e3 * pd:.2f} mm"
+
+
+def test_one_design_for_the_whole_way_ends_with_a_slack_strand():
+    run = move_carriage(DRIVE, "frozen")
+    assert run.incomplete is not None
+    assert "slack" in run.incomplete
+    assert run.residual() == float("inf")
+
+
+def test_plant_converges_with_its_internal_step():
+    runs = [move_carriage(DRIVE, substeps=n, ideal_sensors=True).payload for n in (10, 20, 40)]
+    first, second = (np.abs(a - b).max() for a, b in pairwise(runs))
+    assert first < 1e-5, f"observed {first:.2e} m"
+    assert second < 0.7 * first, f"observed {first:.2e}, {second:.2e} m"
+
+
+def test_shaper_starts_with_the_motion_and_ends_with_it_later():
+    time = np.asarray(INTERVAL * np.arange(20000), dtype=np.float64)
+    way = Trajectory(moves=(Move(start=0.0, duration=2.0, distance=1.0),), duration=4.0, order=13)
+    given, late = shaped(MACHINE, way(time, 2), INTERVAL, 0.75)
+    assert given[0, 0] == 0.0
+    assert given[0, -1] == pytest.approx(1.0, rel=1e-12)
+    assert late == pytest.approx(0.5 / 1.065 + 0.5 / 9.1, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    "choices, words",
+    [
+        ({"law": "darc"}, "is not known"),
+        ({"move": CarriageMove(distance=1.3)}, "shorten the way"),
+        ({"move": CarriageMove(payload_mass=0.0)}, "above 0"),
+    ],
+)
+def test_moves_that_cannot_be_are_refused(choices, words):
+    with pytest.raises(InputRefused, match=words):
+        move_carriage(DRIVE, **choices)
+
+
+@pytest.mark.parametrize("name, words", [("dissertation-1", "one carriage"), ("elevator", "one carriage")])
+def test_other_machines_are_refused(name, words):
+    with pytest.raises(InputRefused, match=words):
+        transporter_of(load_drive(name), payload_mass=0.1, line_length=0.1)
+
+
+def test_a_drive_without_motor_or_encoder_is_refused():
+    bare = replace(DRIVE, motor=None)
+    with pytest.raises(InputRefused, match="motor is missing"):
+        move_carriage(bare)
+    blind = replace(DRIVE, sensors=replace(DRIVE.sensors, load_encoder=None))
+    with pytest.raises(InputRefused, match="load_encoder"):
+        move_carriage(blind)
