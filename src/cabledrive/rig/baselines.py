@@ -1,13 +1,18 @@
-"""Baselines by name: PD, PID, LQG, disturbance observer, input shaper, each with its feedforward told."""
+"""Baselines by name: PD, PID, LQG, disturbance observer, input shaper, each with a feedforward to choose.
 
+One number tunes each; `cabledrive.rig.comparison` tunes them all by one rule.
+"""
+
+from collections.abc import Callable
 from dataclasses import replace
 from math import exp, pi, sqrt
+from typing import Any
 
 import numpy as np
 
 from cabledrive.control.flat_output import flat_output
 from cabledrive.control.kalman import QUIET, KalmanTuning
-from cabledrive.control.linear_laws import feedforward, lq_law, pd_law, pid_law
+from cabledrive.control.linear_laws import FRICTION_SLOPE, feedforward, lq_law, pd_law, pid_law, rigid_inertia
 from cabledrive.control.numbers import LawNumbers
 from cabledrive.control.reference import flat_reference
 from cabledrive.parameters import InputRefused
@@ -18,37 +23,66 @@ from cabledrive.rig.fitting import fitted_encoders
 from cabledrive.rig.loop_numbers import Array
 
 PD_HZ, PID_HZ, LQ_TORQUE = 5.0, 2.0, 0.2
-INVERSE, RIGID = "damped inverse, friction by the reference", "rigid"
+FEEDFORWARDS = {
+    "damped": "damped inverse, friction by the reference",
+    "undamped": "undamped inverse, friction by the reference",
+    "rigid": "rigid, friction by the reference",
+}
 
 
-def _shafts(chain: LumpedChain) -> tuple[str, ...]:
-    return ("motor", "drive", "load") if chain.size == 3 else ("motor", "load")
+def feedforward_table(wish: Wish, chain: LumpedChain, wanted: Array) -> Array:
+    """Motion of every inertia and torque of the motor along a reference, as the wish's feedforward has them.
+
+    Parameters
+    ----------
+    wish : Wish
+    chain : LumpedChain
+    wanted : ndarray, shape (2n + 1, samples)
+        Wanted load angle with derivatives, at the first shaft.
+
+    Returns
+    -------
+    ndarray, shape (samples, 2n + 1)
+        Angles, speeds, torque [N m].
+
+    Raises
+    ------
+    InputRefused
+        If there is no such feedforward.
+    """
+    if wish.feedforward not in FEEDFORWARDS:
+        raise InputRefused(
+            f"feedforward = {wish.feedforward!r} is not known: take one of {', '.join(FEEDFORWARDS)}"
+        )
+    if wish.feedforward == "rigid":
+        angle, speed, acceleration = wanted[:3]
+        torque = rigid_inertia(chain) * acceleration + chain.viscous[0] * speed - chain.offsets[0]
+        torque = torque + chain.coulomb[0] * np.tanh(FRICTION_SLOPE * speed)
+        return np.column_stack([angle] * chain.size + [speed] * chain.size + [torque])
+    flat = flat_output(chain, damped=wish.feedforward == "damped")
+    return feedforward(chain, flat, flat_reference(flat, wanted, wish.interval))
 
 
 def _made(
     wish: Wish,
     name: str,
     law: LawNumbers,
-    gains: dict[str, object],
+    gains: dict[str, Any],
     *,
     tuning: KalmanTuning = QUIET,
-    table: Array | None = None,
+    wanted: Array | None = None,
 ) -> Controller:
     number = highest_model(wish.drive)
     chain = wish.model(number)
-    flat = flat_output(chain)
-    if table is None:
-        reference = flat_reference(flat, wish.wanted(2 * chain.size), wish.interval)
-        table = feedforward(chain, flat, reference)
-        gains = gains | {"feedforward": INVERSE}
+    wanted = wish.wanted(2 * chain.size) if wanted is None else wanted
     return Controller(
         name=name,
         law=law,
-        reference=np.ascontiguousarray(table),
-        shafts=_shafts(chain),
+        reference=np.ascontiguousarray(feedforward_table(wish, chain, wanted)),
+        shafts=("motor", "drive", "load") if chain.size == 3 else ("motor", "load"),
         start=np.zeros(0),
         tuning=tuning,
-        gains=gains,
+        gains=gains | {"feedforward": FEEDFORWARDS[wish.feedforward]},
         model=number,
         damped=True,
     )
@@ -66,7 +100,7 @@ def _hertz(wish: Wish, default: float) -> float:
 
 
 def pd(wish: Wish) -> Controller:
-    """PD on the motor with the damped inverse as feedforward.
+    """PD on the motor.
 
     Parameters
     ----------
@@ -97,12 +131,14 @@ def pid(wish: Wish) -> Controller:
     return _made(wish, "pid", law, {"bandwidth_hz": hertz, "notch_hz": notch})
 
 
-def lqg(wish: Wish) -> Controller:
+def lqg(wish: Wish, torque: float = LQ_TORQUE) -> Controller:
     """Linear-quadratic feedback; one count of error weighs as much as a torque.
 
     Parameters
     ----------
     wish : Wish
+    torque : float, default 0.2
+        [N m].
 
     Returns
     -------
@@ -116,8 +152,8 @@ def lqg(wish: Wish) -> Controller:
     if wish.bandwidth is not None:
         raise InputRefused("bandwidth is not a setting of lqg, whose weights set it: leave --bandwidth out")
     count = fitted_encoders(wish.drive)["load"]
-    law = lq_law(_chain(wish), count, LQ_TORQUE, wish.interval)
-    return _made(wish, "lqg", law, {"error_weight_rad": count, "torque_weight": LQ_TORQUE})
+    law = lq_law(_chain(wish), count, torque, wish.interval)
+    return _made(wish, "lqg", law, {"error_weight_rad": count, "torque_weight": torque})
 
 
 def dob(wish: Wish) -> Controller:
@@ -139,9 +175,10 @@ def dob(wish: Wish) -> Controller:
 
 
 def shaper(wish: Wish) -> Controller:
-    """PD on the motor along a reference through a zero-vibration shaper, rigid feedforward.
+    """PD on the motor along a reference through a zero-vibration shaper.
 
-    Its reference comes half a period late, and the error is counted against the one that was asked for.
+    Its reference comes half a period late, and the error is counted against the one that was asked for. The
+    shaper itself takes the place of an inverse; with one it would shape a motion that needs none.
 
     Parameters
     ----------
@@ -152,23 +189,40 @@ def shaper(wish: Wish) -> Controller:
     Controller
     """
     chain, hertz = _chain(wish), _hertz(wish, PD_HZ)
+    wanted, frequency = shaped(wish, chain)
+    law = pd_law(chain, hertz, wish.interval)
+    gains = {"bandwidth_hz": hertz, "shaper_hz": frequency}
+    return _made(wish, "shaper", law, gains, wanted=wanted)
+
+
+def shaped(wish: Wish, chain: LumpedChain) -> tuple[Array, float]:
+    """The wanted motion through two pulses that leave the lowest mode at rest, and that mode [Hz].
+
+    Parameters
+    ----------
+    wish : Wish
+    chain : LumpedChain
+
+    Returns
+    -------
+    wanted : ndarray, shape (2n + 1, samples)
+    frequency : float
+    """
     poles = np.linalg.eigvals(state_space(chain)[0])
     lowest = min(poles[poles.imag > 1e-6], key=abs)
     ratio = -lowest.real / abs(lowest)
     overshoot = exp(-pi * ratio / sqrt(1.0 - ratio**2))
     late = round(pi / lowest.imag / wish.interval)
-    y = wish.wanted(2)
-    held = np.concatenate((np.zeros((3, late)), y[:, :-late]), axis=1)
+    y = wish.wanted(2 * chain.size)
+    held = np.concatenate((np.zeros((len(y), late)), y[:, :-late]), axis=1)
     held[0, :late] = y[0, 0]
-    shaped = (y + overshoot * held) / (1.0 + overshoot)
-    speed = shaped[1]
-    torque = sum(chain.inertias) * shaped[2] + chain.viscous[0] * speed - chain.offsets[0]
-    torque = torque + chain.coulomb[0] * np.tanh(50.0 * speed)
-    n = chain.size
-    table = np.column_stack([shaped[0]] * n + [speed] * n + [torque])
-    law = pd_law(chain, hertz, wish.interval)
-    gains = {"bandwidth_hz": hertz, "shaper_hz": abs(lowest) / (2.0 * pi), "feedforward": RIGID}
-    return _made(wish, "shaper", law, gains, table=table)
+    return (y + overshoot * held) / (1.0 + overshoot), abs(lowest) / (2.0 * pi)
 
 
-BASELINES = {"pd": pd, "pid": pid, "lqg": lqg, "dob": dob, "shaper": shaper}
+BASELINES: dict[str, Callable[[Wish], Controller]] = {
+    "pd": pd,
+    "pid": pid,
+    "lqg": lqg,
+    "dob": dob,
+    "shaper": shaper,
+}

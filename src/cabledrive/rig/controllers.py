@@ -88,6 +88,9 @@ class Wish:
         Whether estimates move.
     best : bool
         The gains that have proven best here instead of the printed ones.
+    feedforward : {"damped", "undamped", "rigid"}
+        Torque and motion that the baselines follow: the exact inverse of the row with its dampers, without
+        them, or of one rigid inertia; friction by the reference's speed in each.
     """
 
     drive: Drive
@@ -98,6 +101,7 @@ class Wish:
     feedback: str = "motor"
     adapt: bool = True
     best: bool = False
+    feedforward: str = "damped"
 
     def model(self, number: int) -> LumpedChain:
         """A model of the drive, in angles of its first shaft.

@@ -1,0 +1,169 @@
+"""Feedback and feedforward told apart: every baseline with every feedforward, tuned by one rule.
+
+The rule: of a few settings of its one number, each pair of law and feedforward gets the one with the smallest
+worst error over draws that are set apart for tuning; figures come from other draws. Filter, encoders and
+draws are the same for all.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cabledrive.parameters import Drive
+from cabledrive.rig.baselines import BASELINES, lqg
+from cabledrive.rig.best_gains import best_chain_law, best_gains
+from cabledrive.rig.controllers import Controller, Wish
+from cabledrive.rig.draws import Draws, run_draws
+from cabledrive.rig.loop import Loop, close_loop
+from cabledrive.rig.setting import Motion, RigOptions
+
+SETTINGS: dict[str, tuple[float, ...]] = {
+    "pd": (2.0, 5.0, 8.0, 11.0, 15.0, 20.0, 30.0),
+    "pid": (0.5, 1.0, 1.5, 2.0, 2.5, 3.0),
+    "lqg": (0.02, 0.05, 0.2, 0.5, 1.0, 2.0, 4.0),
+    "dob": (2.0, 5.0, 8.0, 11.0, 15.0, 20.0),
+    "shaper": (2.0, 5.0, 8.0, 11.0, 15.0, 20.0),
+}
+UNITS = {"lqg": "N m"}
+TUNING_SEED = 1_000_003
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Compared:
+    """One law with one feedforward over draws.
+
+    Attributes
+    ----------
+    law, feedforward : str
+    setting : float
+        Bandwidth [Hz]; of lqg the torque that weighs as one count [N m].
+    draws : Draws
+    """
+
+    law: str
+    feedforward: str
+    setting: float
+    draws: Draws
+
+
+def controller(name: str, wish: Wish, setting: float | None = None) -> Controller:
+    """A baseline, or the damping-aware law with the package's gains, at a setting.
+
+    Parameters
+    ----------
+    name : str
+    wish : Wish
+    setting : float, optional
+
+    Returns
+    -------
+    Controller
+    """
+    if name not in BASELINES:
+        return best_chain_law(wish if setting is None else replace(wish, bandwidth=setting), name)
+    if name == "lqg":
+        return lqg(wish) if setting is None else lqg(wish, setting)
+    return BASELINES[name](wish if setting is None else replace(wish, bandwidth=setting))
+
+
+def loops_of(wish: Wish, motion: Motion, options: RigOptions) -> Callable[[Controller], Loop]:
+    """Puts any of the laws into the same loop: one plant, one filter, one set of encoders.
+
+    Parameters
+    ----------
+    wish : Wish
+    motion : Motion
+    options : RigOptions
+
+    Returns
+    -------
+    callable
+        From Controller to Loop.
+    """
+    first = replace(best_chain_law(wish, "darc-4-damped"), tuning=best_gains(wish).tuning)
+    base = close_loop(wish.drive, wish.drive, first, motion, options, np.random.default_rng(0))
+
+    def put(made: Controller) -> Loop:
+        scalars = base.observer.scalars.copy()
+        scalars[8] = made.tuning.cancels
+        return replace(base, controller=made, observer=base.observer._replace(scalars=scalars))
+
+    return put
+
+
+def tuned(
+    name: str,
+    wish: Wish,
+    put: Callable[[Controller], Loop],
+    options: RigOptions,
+    *,
+    draws: int = 8,
+    settings: Sequence[float] | None = None,
+) -> float:
+    """The setting with the smallest worst error over the draws for tuning.
+
+    Parameters
+    ----------
+    name : str
+    wish : Wish
+    put : callable
+        From `loops_of`.
+    options : RigOptions
+    draws : int, default 8
+    settings : sequence of float, optional
+
+    Returns
+    -------
+    float
+    """
+    worst = {}
+    for setting in settings or SETTINGS[name]:
+        found = run_draws(put(controller(name, wish, setting)), options, draws, TUNING_SEED)
+        worst[setting] = np.inf if found.failed else float(found.degrees("peak").max())
+    return min(worst, key=lambda setting: worst[setting])
+
+
+def compared(
+    drive: Drive,
+    names: Sequence[str],
+    feedforwards: Sequence[str],
+    draws: int,
+    seed: int,
+    wish: Wish,
+    motion: Motion,
+    *,
+    options: RigOptions | None = None,
+    settings: dict[tuple[str, str], float] | None = None,
+) -> list[Compared]:
+    """Every law with every feedforward over the same draws.
+
+    Parameters
+    ----------
+    drive : Drive
+    names : sequence of str
+        Of baselines.
+    feedforwards : sequence of str
+    draws : int
+    seed : int
+    wish : Wish
+    motion : Motion
+    options : RigOptions, optional
+    settings : dict, optional
+        Settings by law and feedforward; tuned where one is missing.
+
+    Returns
+    -------
+    list of Compared
+    """
+    options, known = options or RigOptions(forbid_slack=False), settings or {}
+    wish = replace(wish, drive=drive)
+    put, found = loops_of(wish, motion, options), []
+    for name in names:
+        for kind in feedforwards:
+            one = replace(wish, feedforward=kind)
+            setting = known.get((name, kind))
+            setting = tuned(name, one, put, options) if setting is None else setting
+            result = run_draws(put(controller(name, one, setting)), options, draws, seed)
+            found.append(Compared(law=name, feedforward=kind, setting=setting, draws=result))
+    return found
