@@ -9,9 +9,10 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.report.blocks import Block, Cell, Chapter, Column, Figure, Paragraph, RowGroup, Section, Table
 from cabledrive.report.chapters.reduced_models import has_models
 from cabledrive.report.context import ReportContext
-from cabledrive.report.figures.control_runs import errors_picture, spectra_picture
+from cabledrive.report.control_figures import curves_figure, pulse_figure, record_figure, vibration_figures
+from cabledrive.report.figures.control_runs import errors_picture
 from cabledrive.report.numbers import number
-from cabledrive.rig import Motion, RigOptions, Tracking, track
+from cabledrive.rig import Motion, Tracking, track
 from cabledrive.rig.eigenvalues import closed_loop_poles
 from cabledrive.rig.registry import design
 from cabledrive.rig.trial import wish_for
@@ -86,19 +87,25 @@ def can_be_controlled(drive: Drive) -> bool:
 def _about(drive: Drive, name: str) -> tuple[Block, ...]:
     runs = {law: [track(drive, controller=law, seed=seed) for seed in SEEDS] for law in LAWS}
     return (
+        pulse_figure(name, Motion()),
         _comparison(runs),
         _errors(name, [runs[law][0] for law in SHOWN]),
+        *(record_figure(name, runs[law][0]) for law in PRINTED),
+        curves_figure(drive, name),
         _poles(drive),
-        _spectra(drive, name),
+        *vibration_figures(drive, name),
     )
 
 
 def _comparison(runs: dict[str, list[Tracking]]) -> Table:
     rows: list[tuple[Cell, ...]] = []
+    letters: dict[str, str] = {}
     for law, found in runs.items():
         said = [run.summary for run in found]
         peaks = [one["peak_error_deg"] for one in said]
         bound = said[0]["theory_bound_deg"]
+        for words in said[0]["broken_assumptions"] if bound is not None else ():
+            letters.setdefault(words, "abcdefghijklmnop"[len(letters)])
         rows.append(
             (
                 law,
@@ -107,7 +114,9 @@ def _comparison(runs: dict[str, list[Tracking]]) -> Table:
                 f"{max(peaks):.3f}",
                 f"{max(one['peak_torque'] for one in said):.2f}",
                 "" if bound is None else f"{bound:.3f}",
-                "; ".join(said[0]["broken_assumptions"]) if bound is not None else "",
+                ", ".join(letters[words] for words in said[0]["broken_assumptions"])
+                if bound is not None
+                else "",
             )
         )
     return Table(
@@ -119,11 +128,13 @@ def _comparison(runs: dict[str, list[Tracking]]) -> Table:
             Column(title="Worst", unit="deg", numeric=True),
             Column(title="Torque", unit="N m", numeric=True),
             Column(title="Bound", unit="deg", numeric=True),
-            Column(title="Assumptions of the bound that do not hold"),
+            Column(title="Not met"),
         ),
         groups=(RowGroup(rows=tuple(rows)),),
         note="PD and LQG follow with the damped inverse as feedforward, friction by the speed of the "
-        "reference.",
+        "reference. Assumptions of the bound that are not met: "
+        + "; ".join(f"{letter}, {words}" for words, letter in letters.items())
+        + ".",
     )
 
 
@@ -159,30 +170,4 @@ def _poles(drive: Drive) -> Table:
         groups=(RowGroup(rows=tuple(rows)),),
         note="A law designed without the dampers has its poles elsewhere than designed; that explains its "
         "error.",
-    )
-
-
-def _spectra(drive: Drive, name: str) -> Figure:
-    drive_side = RigOptions(feedback="drive", forbid_slack=False)
-    shown: list[tuple[str, str, float | None, RigOptions]] = [
-        (f"darc-1 at {hertz:g} Hz, drive pulley's encoder", "darc-1", hertz, drive_side)
-        for hertz in (3.0, 5.0, 11.0)
-    ]
-    shown.append(("darc-2 at 22 Hz", "darc-2", None, RigOptions(forbid_slack=False)))
-    motion = Motion(dwell=2.0)
-    runs = [
-        (words, track(drive, controller=law, bandwidth=hertz, options=options, motion=motion))
-        for words, law, hertz, options in shown
-    ]
-    picture = spectra_picture(f"spectra-{name}", runs)
-    return Figure(
-        name=f"spectra-{name}",
-        alt="Amplitude spectra of drive pulley and load after a pulse under the laws of Models 1 and 2: a "
-        "line near the anti-resonance of the cable, and at high bandwidth of Model 1 another of the "
-        "joint.",
-        caption="What laws without the cable leave behind: spectra in the rest after a pulse, as Figs. "
-        "6.6, 6.8 and 6.10. The line is the load ringing against a held pulley, not the natural "
-        "frequency of the free drive.",
-        wide=picture.wide,
-        narrow=picture.narrow,
     )
