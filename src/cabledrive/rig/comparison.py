@@ -1,8 +1,8 @@
 """Feedback and feedforward told apart: every baseline with every feedforward, tuned by one rule.
 
 The rule: of a few settings of its one number, each pair of law and feedforward gets the one with the smallest
-worst error over draws that are set apart for tuning; figures come from other draws. Filter, encoders and
-draws are the same for all.
+worst error over draws that are set apart for tuning, of those that leave a third of the torque limit unused.
+Figures come from other draws. Filter, encoders and draws are the same for all.
 """
 
 from collections.abc import Callable, Sequence
@@ -13,9 +13,11 @@ import numpy as np
 from cabledrive.parameters import Drive
 from cabledrive.rig.baselines import BASELINES, lqg
 from cabledrive.rig.best_gains import best_chain_law, best_gains
+from cabledrive.rig.circumstances import torque_limit
 from cabledrive.rig.controllers import Controller, Wish
 from cabledrive.rig.draws import Draws, run_draws
 from cabledrive.rig.loop import Loop, close_loop
+from cabledrive.rig.loop_numbers import SUMMARY
 from cabledrive.rig.setting import Motion, RigOptions
 
 SETTINGS: dict[str, tuple[float, ...]] = {
@@ -25,8 +27,7 @@ SETTINGS: dict[str, tuple[float, ...]] = {
     "dob": (2.0, 5.0, 8.0, 11.0, 15.0, 20.0),
     "shaper": (2.0, 5.0, 8.0, 11.0, 15.0, 20.0),
 }
-UNITS = {"lqg": "N m"}
-TUNING_SEED = 1_000_003
+TUNING_SEED, TORQUE_SHARE = 1_000_003, 2.0 / 3.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -101,7 +102,9 @@ def tuned(
     draws: int = 8,
     settings: Sequence[float] | None = None,
 ) -> float:
-    """The setting with the smallest worst error over the draws for tuning.
+    """The setting with the smallest worst error over the draws for tuning that leaves torque to spare.
+
+    If none does, or all runs end early, the first setting is taken.
 
     Parameters
     ----------
@@ -117,11 +120,16 @@ def tuned(
     -------
     float
     """
-    worst = {}
-    for setting in settings or SETTINGS[name]:
+    offered = tuple(settings or SETTINGS[name])
+    most = TORQUE_SHARE * torque_limit(wish.drive)
+    best, least = offered[0], np.inf
+    for setting in offered:
         found = run_draws(put(controller(name, wish, setting)), options, draws, TUNING_SEED)
-        worst[setting] = np.inf if found.failed else float(found.degrees("peak").max())
-    return min(worst, key=lambda setting: worst[setting])
+        worst = float(found.degrees("peak").max())
+        torque = float(found.scores[:, SUMMARY.index("peak_torque")].max())
+        if not found.failed and torque <= most and worst < least:
+            best, least = setting, worst
+    return best
 
 
 def compared(

@@ -11,20 +11,24 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from math import pi
+from typing import Any
 
 import numpy as np
 
-from cabledrive.control.numbers import HIGH, LOW, NOMINAL
+from cabledrive.control.numbers import DARC, HIGH, LOW, NOMINAL
 from cabledrive.control.reference import joint_motion
+from cabledrive.parameters import InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.draws import Spreads
 from cabledrive.rig.linear_loop import LinearLoop, driven, linear_loop, response
 from cabledrive.rig.loop import Loop
 from cabledrive.rig.loop_numbers import Array
 from cabledrive.rig.plant import plant_numbers
+from cabledrive.rig.setting import DEGREE
 
 MEMORY, LONG_MEMORY = 0.8, 4.0
 SIGMAS, COUNTS_PER_PERIOD = 5.0, 10.0
+PARTS = ("matched", "friction", "unmatched", "counts")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -85,6 +89,30 @@ def expected_bound(loop: Loop, spreads: Spreads | None = None) -> ExpectedBound:
         counts=rounding_part(loop, linear),
         peak_torque_noise=torque_noise,
     )
+
+
+def bound_over_draws(loop: Loop) -> dict[str, Any]:
+    """The bound and its parts in words [deg], or why there is none.
+
+    Parameters
+    ----------
+    loop : Loop
+
+    Returns
+    -------
+    dict
+    """
+    made, name = loop.controller, "expected_bound_deg"
+    if made.law.kind != DARC or not made.damped or len(made.shafts) != loop.chain.size:
+        reason = "only for laws of the chain that count the dampers, on the plant they are made for"
+        return {name: None, f"{name}_reason": reason}
+    try:
+        found = expected_bound(loop)
+    except InputRefused as refused:
+        return {name: None, f"{name}_reason": str(refused)}
+    scale, worst = 1.0 / loop.gear / DEGREE, int(found.total.argmax())
+    parts = {part: float(getattr(found, part)[worst] * scale) for part in PARTS}
+    return {name: float(found.total[worst] * scale), "expected_bound_parts_deg": parts}
 
 
 def rounding_part(loop: Loop, linear: LinearLoop) -> Array:

@@ -7,6 +7,7 @@ import numpy as np
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.rig.controllers import Wish
 from cabledrive.rig.draws import draw_words, run_draws
+from cabledrive.rig.expected_bound import bound_over_draws
 from cabledrive.rig.indirect import NAME, run_indirect
 from cabledrive.rig.learning_draws import run_learning_draws
 from cabledrive.rig.loop import Loop, close_loop, run
@@ -123,8 +124,10 @@ def over_draws(
     dict
     """
     if loop.controller.name == NAME and motion.pulses > 1:
-        return run_learning_draws(loop, wish, options, draws, seed).words
-    return draw_words(run_draws(loop, options, draws, seed))
+        words = run_learning_draws(loop, wish, options, draws, seed).words
+    else:
+        words = draw_words(run_draws(loop, options, draws, seed))
+    return words | bound_over_draws(loop)
 
 
 def wish_for(drive: Drive, motion: Motion, **choices: Any) -> Wish:

@@ -1,0 +1,47 @@
+"""Feedforward and feedback told apart, and causes taken away one at a time."""
+
+import numpy as np
+import pytest
+
+from cabledrive.parameters import InputRefused, load_drive
+from cabledrive.rig.causes import causes, in_degrees
+from cabledrive.rig.comparison import compared, controller, loops_of, tuned
+from cabledrive.rig.setting import Motion, RigOptions
+from cabledrive.rig.trial import wish_for
+
+DRIVE = load_drive("dissertation-3")
+OPTIONS = RigOptions(forbid_slack=False)
+
+
+def test_damped_inverse_is_the_better_feedforward_under_the_same_pd():
+    """PD at 11 Hz, four draws: rigid above 1 deg, undamped above the damped inverse."""
+    wish, settings = (
+        wish_for(DRIVE, Motion()),
+        {("pd", kind): 11.0 for kind in ("damped", "undamped", "rigid")},
+    )
+    found = compared(DRIVE, ["pd"], ["damped", "undamped", "rigid"], 4, 1, wish, Motion(), settings=settings)
+    damped, undamped, rigid = (float(np.median(one.draws.degrees("peak"))) for one in found)
+    assert rigid > 1.0
+    assert damped < 0.7 * undamped, f"observed {damped:.3f}, {undamped:.3f} deg"
+
+
+def test_tuning_takes_the_setting_with_the_smallest_worst_error():
+    wish = wish_for(DRIVE, Motion())
+    put = loops_of(wish, Motion(), OPTIONS)
+    assert tuned("pd", wish, put, OPTIONS, draws=2, settings=(2.0, 11.0)) == 11.0
+    assert tuned("lqg", wish, put, OPTIONS, draws=2, settings=(0.2, 2.0)) == 0.2
+
+
+def test_feedforward_that_does_not_exist_is_refused():
+    wish = wish_for(DRIVE, Motion(), feedforward="perfect")
+    with pytest.raises(InputRefused, match="feedforward = 'perfect'"):
+        controller("pd", wish)
+
+
+def test_counts_limit_the_law_and_sampling_does_not():
+    """Two phases: without any counts an eighth of a count is left; a faster clock gains far less."""
+    found = {one.away: in_degrees(one)[1] for one in causes(DRIVE, "darc-4-damped", Motion(), 2)}
+    assert found["counts of every encoder"] < 0.01 < found["nothing"]
+    faster = next(value for away, value in found.items() if "sample time" in away)
+    assert faster > found["counts of every encoder"]
+    assert len(found) == 8
