@@ -7,7 +7,8 @@ import pytest
 
 from cabledrive.modes import natural_frequencies
 from cabledrive.parameters import load_drive
-from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.reduction.lumped_chain import LumpedChain, speed_response
+from cabledrive.reduction.models import lumped_model
 from cabledrive.reduction.quality import (
     distributed_response,
     model_quality,
@@ -66,3 +67,14 @@ def test_reflection_keeps_frequencies_and_responses():
     np.testing.assert_allclose(natural_frequencies_of(plain), natural_frequencies_of(chain), rtol=1e-12)
     found = speed_response(plain, OMEGA, speed_of=1) / gears[1]
     np.testing.assert_allclose(found, speed_response(chain, OMEGA, speed_of=1), rtol=1e-10)
+
+
+def test_distributed_drive_turns_its_motor_as_model_4_does_up_to_the_joints_mode():
+    """Motor speed per torque, the curve of Fig. 6.3: within 1 % up to 120 Hz."""
+    omega = 2.0 * np.pi * np.geomspace(1.0, 120.0, 200)
+    exact = 1j * omega * distributed_response(DRIVE, omega, angle_of="motor")
+    worst = np.abs(speed_response(lumped_model(DRIVE, 4), omega) / exact - 1.0).max()
+    assert worst < 0.01, f"observed {worst:.4f}"
+    rigid = replace(DRIVE, motor=replace(DRIVE.motor, joint_stiffness=None))
+    exact = 1j * omega[:50] * distributed_response(rigid, omega[:50], angle_of="motor")
+    np.testing.assert_allclose(speed_response(lumped_model(rigid, 3), omega[:50]), exact, rtol=0.01)

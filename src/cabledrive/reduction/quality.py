@@ -56,8 +56,8 @@ def with_measured_stiffness(drive: Drive) -> Drive:
     return replace(drive, cable=cable, lumped=None)
 
 
-def distributed_response(drive: Drive, omega: Array) -> ComplexArray:
-    r"""Response from motor torque to load angle of the linear distributed drive, friction viscous.
+def distributed_response(drive: Drive, omega: Array, *, angle_of: str = "load") -> ComplexArray:
+    r"""Response from motor torque to an angle of the linear distributed drive, friction viscous.
 
     A span of length L between rims is, with :math:`\kappa = \omega\sqrt{\mu/(EA + i\omega\eta)}`,
     :math:`Z = \sqrt{\mu(EA + i\omega\eta)}`, a link :math:`\omega Z/\sin\kappa L` and at each end a ground
@@ -69,6 +69,8 @@ def distributed_response(drive: Drive, omega: Array) -> ComplexArray:
         Without carriages; stiffness and damping of its cable as the models have them.
     omega : ndarray, shape (m,)
         [rad/s], not zero.
+    angle_of : {"load", "motor"}
+        The motor's is the drive pulley's where there is none, or its joint is rigid.
 
     Returns
     -------
@@ -89,13 +91,15 @@ def distributed_response(drive: Drive, omega: Array) -> ComplexArray:
     pulley = s**2 * first.inertia + s * first.viscous_friction + r1**2 * (link + ground)
     cross = r1 * r2 * link
     seen = pulley - cross**2 / load
+    through = np.ones_like(s) if angle_of == "motor" else cross / load
     if motor is None:
-        return cross / load / seen
+        return through / seen
     own = s**2 * motor.inertia + s * motor.viscous_friction
     if motor.joint_stiffness is None:
-        return cross / load / (seen + own)
+        return through / (seen + own)
     joint = motor.joint_stiffness + s * motor.joint_damping
-    return cross / load * joint / ((own + joint) * (seen + joint) - joint**2)
+    both = (own + joint) * (seen + joint) - joint**2
+    return (seen + joint if angle_of == "motor" else through * joint) / both
 
 
 def model_response(drive: Drive, model: int, omega: Array) -> ComplexArray:

@@ -16,7 +16,7 @@ from cabledrive.report.blocks import (
     Table,
 )
 from cabledrive.report.context import ReportContext
-from cabledrive.report.figures.control_runs import responses_picture
+from cabledrive.report.figures.control_runs import motor_speed_picture, responses_picture
 from cabledrive.report.numbers import number
 
 PLACE = 600
@@ -87,8 +87,9 @@ def has_models(drive: Drive) -> bool:
 
 def _about(drive: Drive, name: str) -> tuple[Block, ...]:
     quality = model_quality(drive)
-    blocks: list[Block] = [_table(quality), _figure(drive, name, quality)]
-    if drive.name == "Dissertation, configuration 3":
+    printed = drive.name == "Dissertation, configuration 3"
+    blocks: list[Block] = [_table(quality), _figure(drive, name, quality), _motor_speed(drive, name, printed)]
+    if printed:
         blocks.append(
             Note(
                 text="The text to Fig. 6.3 reads 7 Hz and 120 Hz off the measured response. Its own Table "
@@ -132,6 +133,20 @@ def _figure(drive: Drive, name: str, quality: tuple[ModelQuality, ...]) -> Figur
         "models and the distributed cable; each model follows it up to the first mode that it leaves "
         "out.",
         caption="Load angle per motor torque. Grey: distributed cable; numbered lines: the models.",
+        wide=picture.wide,
+        narrow=picture.narrow,
+    )
+
+
+def _motor_speed(drive: Drive, name: str, printed: bool) -> Figure:
+    picture = motor_speed_picture(f"motor-speed-{name}", drive, (7.0, 120.0) if printed else ())
+    like = ", as the theory in Fig. 6.3" if printed else ""
+    dotted = " Dotted: the two frequencies that its text reads off it, beside both peaks." if printed else ""
+    return Figure(
+        name=f"motor-speed-{name}",
+        alt="Magnitude of the response from motor torque to motor speed: a dip and a peak of the cable, and "
+        "with a flexible joint a second pair; the distributed cable lies on the model with both springs.",
+        caption=f"Motor speed per motor torque{like}: Models 3 and 4, the distributed cable in grey.{dotted}",
         wide=picture.wide,
         narrow=picture.narrow,
     )

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cabledrive.parameters import Drive
+from cabledrive.reduction.lumped_chain import speed_response
+from cabledrive.reduction.models import highest_model, lumped_model
 from cabledrive.reduction.quality import distributed_response, model_response
 from cabledrive.report.picture import Picture, picture
 from cabledrive.report.style import BLUE, GREEN, INK, LINE, ORANGE, PURPLE, QUIET, RED, label, log_axis
@@ -52,6 +54,46 @@ def responses_picture(name: str, drive: Drive, models: Sequence[int]) -> Picture
         axes.set_ylabel("load angle per torque [rad/(N m)]")
 
     return picture(name, _draw, wide=300.0, narrow=280.0)
+
+
+def motor_speed_picture(name: str, drive: Drive, printed: Sequence[float]) -> Picture:
+    """Magnitude from motor torque to motor speed, Models 3 and 4 beside the distributed cable.
+
+    Parameters
+    ----------
+    name : str
+        Unique on the page.
+    drive : Drive
+    printed : sequence of float
+        Frequencies that the print reads off its curve [Hz]; may be empty.
+
+    Returns
+    -------
+    Picture
+    """
+    hertz = np.geomspace(1.0, 500.0, 700)
+    omega = 2.0 * np.pi * hertz
+    exact = omega * np.abs(distributed_response(drive, omega, angle_of="motor"))
+
+    def _draw(figure: "Figure", narrow: bool) -> None:
+        axes = figure.subplots()
+        for place in printed:
+            axes.axvline(place, color=RED, linewidth=1.0, linestyle=":")
+            label(axes, f"{place:g} Hz", (place, 1.5 * exact.min()), (3, 0), color=RED)
+        axes.plot(hertz, exact, color=INK, linewidth=3.0, alpha=0.35)
+        for number in (3, 4) if highest_model(drive) == 4 else (3,):
+            size = np.abs(speed_response(lumped_model(drive, number), omega))
+            colour = MODEL_COLOURS[number]
+            axes.plot(hertz, size, STYLES[number - 1], color=colour, linewidth=1.4)
+            label(axes, str(number), (250.0, np.interp(250.0, hertz, size)), (3, 4), color=colour)
+        axes.set_xlim(1.0, 500.0)
+        axes.set_ylim(0.7 * exact.min(), 1.4 * exact.max())
+        log_axis(axes, "x", 280.0 if narrow else 600.0)
+        log_axis(axes, "y", 200.0)
+        axes.set_xlabel("frequency [Hz]")
+        axes.set_ylabel("motor speed per torque [rad/(N m s)]")
+
+    return picture(name, _draw, wide=290.0, narrow=280.0)
 
 
 def errors_picture(name: str, runs: Sequence[Tracking]) -> Picture:
