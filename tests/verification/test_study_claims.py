@@ -1,0 +1,173 @@
+"""The study's whole claims: the true plant within the bound, ten kills, intervals over many logs."""
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cabledrive.identification.logs.log import log_of
+from cabledrive.parameters import load_drive
+from cabledrive.parameters.drive_file import drive_text
+from cabledrive.rig.experiment import Excitation, experiment
+from cabledrive.rig.log_table import log_csv
+from cabledrive.rig.loop import run
+from cabledrive.rig.setting import DEGREE
+from cabledrive.studies.study import Goals, run_study
+from cabledrive.studies.study.chain_regression import tell
+from cabledrive.studies.study.closed_loop import joined_loop, make_law
+from cabledrive.studies.study.machine import values_of
+
+TRUTH = load_drive("dissertation-3")
+DRAWS = 1000
+
+
+def datasheet():
+    """Dissertation-3 as a data sheet might have it: no fitted stiffness, everything else beside the truth."""
+    first, second = TRUTH.pulley
+    motor = replace(
+        TRUTH.motor,
+        inertia=0.00118,
+        viscous_friction=0.0026,
+        coulomb_friction=0.03,
+        offset_torque=0.0,
+        joint_stiffness=118.0,
+        joint_damping=0.06,
+    )
+    pulleys = (replace(first, inertia=0.0006), replace(second, inertia=0.0026))
+    cable = replace(TRUTH.cable, axial_damping=3.0)
+    return replace(TRUTH, name="data sheet", motor=motor, pulley=pulleys, cable=cable, lumped=None)
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize(
+    "excitation",
+    [None, Excitation(kind="multisine", duration=20.0, amplitude=0.5, band=(0.25, 10.0), period=8.0)],
+    ids=["three sines of 70 s", "multisine of 20 s"],
+)
+def test_a_controller_from_virtual_logs_alone_keeps_its_bound_on_the_true_plant(excitation, tmp_path, capsys):
+    """At least 99 % of 1,000 runs of the true plant, encoders at random phases, stay in the stated bound."""
+    path = tmp_path / "log.csv"
+    path.write_text(log_csv(experiment(TRUTH, excitation, seed=3)))
+    found = run_study(datasheet(), [path], Goals(draws=DRAWS, cable_draws=20))
+    control, motion = found.controller, found.goals.motion
+    law = make_law(found.known, motion, found.knowledge.quantities, control.model, control.bandwidth)
+    shares = {}
+    for plant, draws in (("lumped", DRAWS), ("cable", 20)):
+        loop = joined_loop(found.known, TRUTH, law, motion, None, cable=plant == "cable")
+        peaks = []
+        for seed in range(draws):
+            phases = np.random.default_rng([9, seed]).uniform(-0.5, 0.5, len(loop.rig.phases))
+            done = run(replace(loop, rig=loop.rig._replace(phases=phases)), log=False)
+            assert done.ended == len(loop.target)
+            peaks.append(done.state.summary[0] / loop.gear)
+        shares[plant] = float(np.mean(np.array(peaks) <= control.bound))
+        with capsys.disabled():
+            print(
+                f"\n{plant}: {draws} runs of the true plant, {100 * shares[plant]:.2f} % in the bound of "
+                f"{control.bound / DEGREE:.4f} deg; median {np.median(peaks) / DEGREE:.4f}, worst "
+                f"{max(peaks) / DEGREE:.4f} deg"
+            )
+    assert found.verdict.answer == "yes", found.verdict
+    assert shares["lumped"] >= 0.99
+    assert shares["cable"] >= 0.95
+
+
+def told_within(seed):
+    log = experiment(
+        TRUTH,
+        Excitation(kind="multisine", duration=20.0, amplitude=0.5, band=(0.25, 10.0), period=8.0),
+        seed=seed,
+    )
+    log = log_of(log.time, log.channels, log.units)
+    truth = values_of(TRUTH)
+    told = tell([log], datasheet())
+    return {name: low <= truth[name] <= high for name, (_, low, high) in told.intervals.items()}
+
+
+@pytest.mark.verify
+def test_intervals_hold_the_truth_in_19_of_20_logs(capsys):
+    """They count what filters move and what the residual could hide, so they hold more than 95 %."""
+    rows = [told_within(seed) for seed in range(20)]
+    shares = {
+        name: np.mean([row[name] for row in rows if name in row])
+        for name in values_of(TRUTH)
+        if any(name in row for row in rows)
+    }
+    with capsys.disabled():
+        print("\n" + ", ".join(f"{name} {100 * share:.0f} %" for name, share in shares.items()))
+    assert min(shares.values()) >= 0.95, shares
+
+
+def study_command(out: Path, drive: Path, log: Path, goals: Path) -> list[str]:
+    options = ["study", str(drive), "--log", str(log), "--goals", str(goals), "-o", str(out), "--quiet"]
+    return [sys.executable, "-m", "cabledrive", *options]
+
+
+def without_times(out: Path) -> tuple[str, str]:
+    import re
+
+    report = re.sub(r"<time.*?</time>|Written on .*? UTC", "", (out / "report.html").read_text(), flags=re.S)
+    return report, (out / "results.json").read_text()
+
+
+@pytest.mark.verify
+def test_ten_kills_at_random_moments_leave_the_same_report(tmp_path, capsys):
+    drive, log, goals = tmp_path / "drive.toml", tmp_path / "log.csv", tmp_path / "study.toml"
+    drive.write_text(drive_text(datasheet()))
+    excitation = Excitation(kind="multisine", duration=20.0, amplitude=0.5, band=(0.25, 10.0), period=8.0)
+    log.write_text(log_csv(experiment(TRUTH, excitation, seed=3)))
+    goals.write_text("[acceptance]\ndraws = 400\ncable_draws = 5\n")
+    begun = time.monotonic()
+    subprocess.run(study_command(tmp_path / "calm", drive, log, goals), check=True, capture_output=True)
+    whole = time.monotonic() - begun
+    dice, kills = random.Random(5), []
+    disturbed = study_command(tmp_path / "killed", drive, log, goals)
+    while len(kills) < 10:
+        started = subprocess.Popen(disturbed, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        moment = dice.uniform(0.05, 0.7) * whole
+        try:
+            started.wait(timeout=moment)
+        except subprocess.TimeoutExpired:
+            os.kill(started.pid, signal.SIGKILL)
+            started.wait()
+            kills.append(moment)
+        else:  # it came to its end between two kills: begin anew
+            for path in sorted((tmp_path / "killed").rglob("*"), reverse=True):
+                path.rmdir() if path.is_dir() else path.unlink()
+    subprocess.run(disturbed, check=True, capture_output=True)
+    with capsys.disabled():
+        print(f"\nkilled after {', '.join(f'{k:.1f}' for k in kills)} s of {whole:.1f} s")
+    calm, killed = without_times(tmp_path / "calm"), without_times(tmp_path / "killed")
+    assert killed == calm
+    assert json.loads(killed[1])["verdict"] == "yes"
+
+
+@pytest.mark.verify
+def test_a_second_run_is_served_in_under_three_seconds(tmp_path, capsys):
+    drive = tmp_path / "drive.toml"
+    drive.write_text(drive_text(TRUTH))
+    command = [
+        sys.executable,
+        "-m",
+        "cabledrive",
+        "study",
+        str(drive),
+        "-o",
+        str(tmp_path / "out"),
+        "--quiet",
+    ]
+    subprocess.run(command, check=True, capture_output=True)
+    begun = time.monotonic()
+    subprocess.run(command, check=True, capture_output=True)
+    spent = time.monotonic() - begun
+    with capsys.disabled():
+        print(f"\nserved in {spent:.2f} s")
+    assert spent < 3.0
