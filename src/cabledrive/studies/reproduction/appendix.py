@@ -1,0 +1,245 @@
+"""Tables A.1 to A.3: what of the data sheets follows from the rest of them, and what stands alone."""
+
+from math import pi, sqrt
+
+from cabledrive.parameters import Drive, load_drive
+from cabledrive.studies.reproduction.item import (
+    DIFFERS,
+    ERRATUM,
+    Entry,
+    Item,
+    Otherwise,
+    Outcome,
+    outcome,
+    place,
+)
+from cabledrive.studies.reproduction.judge import compared, erratum, taken, unknown
+
+RPM = 2 * pi / 60
+VOLTAGE, RESISTANCE = 24.0, 0.103
+TORQUE_CONSTANT, NOMINAL_TORQUE, NOMINAL_SPEED = 38.5e-3, 0.405, 5680.0
+NO_LOAD_CURRENT, STARTING_CURRENT, ROTOR = 0.236, 232.0, 536e-7
+
+CONSISTENT = 0.01
+"""Rows of a data sheet agree with one another where they are within one per cent."""
+
+ALONE = "a datum of the manufacturer: nothing in the print gives it again"
+PRICE = "a price of 2015: nothing in the print gives it again"
+SHEET: Otherwise = (
+    DIFFERS,
+    "the manufacturer's rounding of its own data: the table's other rows give it only so nearly",
+)
+
+
+def table_a_1(quick: bool) -> Outcome:
+    """Table A.1, the motor: each row from the others where they determine it.
+
+    Parameters
+    ----------
+    quick : bool
+        Changes nothing here.
+
+    Returns
+    -------
+    Outcome
+    """
+    constant = TORQUE_CONSTANT
+    slope = RESISTANCE / constant**2 / RPM * 1e-3
+    free = (VOLTAGE - RESISTANCE * NO_LOAD_CURRENT) / constant / RPM
+    rows: list[Item] = [
+        unknown("table-a-1-price", "Table A.1: price", "592.38", "USD", PRICE),
+        erratum(
+            "table-a-1-power",
+            "Table A.1: power in the name; Section 4.1 has 240 W",
+            200.0,
+            NOMINAL_TORQUE * NOMINAL_SPEED * RPM,
+            "W",
+            "200 W is the name, 240.9 W nominal torque times nominal speed; Section 4.1 prints 240. "
+            f"{place('erratum-4-1-motor-power')}",
+        ),
+        unknown("table-a-1-length", "Table A.1: motor length", 108.0, "mm", ALONE),
+        unknown("table-a-1-diameter", "Table A.1: outer diameter", 50.0, "mm", ALONE),
+        unknown("table-a-1-voltage", "Table A.1: nominal voltage", 24.0, "V", ALONE),
+    ]
+    for key, words, printed, value, unit, otherwise in (
+        ("no-load-speed", "no load speed, from voltage and constants", "5950.0", free, "rpm", SHEET),
+        (
+            "nominal-speed",
+            "nominal speed, from the speed / torque gradient",
+            "5680.0",
+            free - slope * 1e3 * NOMINAL_TORQUE,
+            "rpm",
+            SHEET,
+        ),
+        (
+            "nominal-torque",
+            "nominal torque, from nominal and no load current",
+            "405.0",
+            1e3 * constant * (10.8 - NO_LOAD_CURRENT),
+            "mN m",
+            SHEET,
+        ),
+        (
+            "stall-torque",
+            "stall torque, from the starting current",
+            "8920.0",
+            1e3 * constant * STARTING_CURRENT,
+            "mN m",
+            SHEET,
+        ),
+        ("starting-current", "starting current, V/R", "232.0", VOLTAGE / RESISTANCE, "A", SHEET),
+        (
+            "efficiency",
+            "largest efficiency, (1 - sqrt(I0/IA))^2",
+            "93.8",
+            100 * (1 - sqrt(NO_LOAD_CURRENT / STARTING_CURRENT)) ** 2,
+            "%",
+            SHEET,
+        ),
+        ("gradient", "speed / torque gradient, R/k^2", "0.668", slope, "rpm/(mN m)", SHEET),
+        (
+            "time-constant",
+            "mechanical time constant, J R/k^2",
+            "3.75",
+            1e3 * ROTOR * RESISTANCE / constant**2,
+            "ms",
+            SHEET,
+        ),
+        ("speed-constant", "speed constant, 1/k", "248.0", 1.0 / constant / RPM, "rpm/V", SHEET),
+    ):
+        rows.append(
+            compared(
+                f"table-a-1-{key}",
+                f"Table A.1: {words}",
+                printed,
+                value,
+                unit,
+                tolerance=CONSISTENT * float(printed),
+                note="a consistency of the table with itself",
+                otherwise=otherwise,
+            )
+        )
+    for key, words, alone, unit in (
+        ("no-load-current", "no load current", 236.0, "mA"),
+        ("nominal-current", "nominal current", 10.8, "A"),
+        ("inductance", "terminal inductance", 0.072, "mH"),
+        ("resistance", "terminal resistance", 0.103, "ohm"),
+        ("torque-constant", "torque constant", 38.5, "mN m/A"),
+    ):
+        rows.append(unknown(f"table-a-1-{key}", f"Table A.1: {words}", alone, unit, ALONE))
+    rows.append(
+        erratum(
+            "table-a-1-rotor",
+            "Table A.1: rotor inertia beside J11 = 0.0011 of Table 4.1",
+            536.0,
+            0.0011 / 5.2**2 * 1e7,
+            "g cm^2",
+            "J11 of Table 4.1 taken back through the gear; the rotor alone is heavier. "
+            f"{place('erratum-table-4-1-reflected-inertia')}",
+        )
+    )
+    return outcome(rows)
+
+
+def table_a_2(quick: bool) -> Outcome:
+    """Table A.2, the motor's encoder.
+
+    Parameters
+    ----------
+    quick : bool
+        Changes nothing here.
+
+    Returns
+    -------
+    Outcome
+    """
+    drive = load_drive("dissertation-3")
+    assert drive.sensors is not None
+    assert drive.sensors.motor_encoder is not None
+    return outcome(
+        [
+            unknown("table-a-2-price", "Table A.2: price", "131.5", "USD", PRICE),
+            unknown("table-a-2-channels", "Table A.2: number of channels", 3.0, "", ALONE),
+            taken("table-a-2-counts", "Table A.2: counts per turn", "500", _counts(drive), ""),
+            unknown("table-a-2-speed", "Table A.2: largest speed", 12000.0, "rpm", ALONE),
+        ]
+    )
+
+
+def _counts(drive: Drive) -> float:
+    assert drive.sensors is not None
+    assert drive.motor is not None
+    return float(drive.sensors.motor_encoder or 0) / float(drive.motor.gear_ratio or 1.0)
+
+
+def table_a_3(quick: bool) -> Outcome:
+    """Table A.3, the gearhead.
+
+    Parameters
+    ----------
+    quick : bool
+        Changes nothing here.
+
+    Returns
+    -------
+    Outcome
+    """
+    motor = load_drive("dissertation-3").motor
+    assert motor is not None
+    assert motor.gear_ratio is not None
+    backlash = (
+        f"18 times the 0.055 deg of Section 6.6.1, never discussed. {place('erratum-table-a-3-backlash')}"
+    )
+    speed = f"the motor is used up to its nominal 5680 rpm. {place('erratum-table-a-3-input-speed')}"
+    rows = [
+        unknown("table-a-3-price", "Table A.3: price", "544", "USD", PRICE),
+        taken("table-a-3-reduction", "Table A.3: reduction", "5.2", motor.gear_ratio, ""),
+        unknown("table-a-3-stages", "Table A.3: number of stages", 1.0, "", ALONE),
+        compared(
+            "table-a-3-torque",
+            "Table A.3: intermittent torque at the output, above the nominal 2.1 N m",
+            "12.0",
+            NOMINAL_TORQUE * motor.gear_ratio,
+            "N m",
+            otherwise=(
+                ERRATUM,
+                f"it is not the limit that 6.5.1 makes of 2.1 N m. {place('erratum-4-1-achievable-torque')}",
+            ),
+        ),
+        erratum(
+            "table-a-3-backlash",
+            "Table A.3: backlash, in tracking errors of Section 6.6.1",
+            1.0,
+            1.0 / 0.055,
+            "deg; times 0.055 deg",
+            backlash,
+        ),
+        compared(
+            "table-a-3-inertia",
+            "Table A.3: mass inertia, from J11 + J12 of Table 4.1 less the rotor",
+            "109.0",
+            (0.001742 / 5.2**2 - ROTOR) * 1e7,
+            "g cm^2",
+            tolerance=CONSISTENT * 109.0,
+            note=(
+                "perhaps chance: the drive pulley would weigh nothing. "
+                f"{place('erratum-table-4-1-reflected-inertia')}"
+            ),
+        ),
+        erratum("table-a-3-input", "Table A.3: recommended input speed", 3000.0, NOMINAL_SPEED, "rpm", speed),
+    ]
+    for key, words, alone, unit in (
+        ("weight", "weight", 950.0, "g"),
+        ("shaft", "largest motor shaft diameter", 8.0, "mm"),
+        ("diameter", "outer diameter", 62.0, "mm"),
+        ("flange", "measurement from flange", 24.0, "mm"),
+    ):
+        rows.append(unknown(f"table-a-3-{key}", f"Table A.3: {words}", alone, unit, ALONE))
+    return outcome(rows)
+
+
+ENTRIES = (
+    Entry(name="table-a-1", chapter="A", covers=("Table A.1",), compute=table_a_1),
+    Entry(name="table-a-2", chapter="A", covers=("Table A.2",), compute=table_a_2),
+    Entry(name="table-a-3", chapter="A", covers=("Table A.3",), compute=table_a_3),
+)

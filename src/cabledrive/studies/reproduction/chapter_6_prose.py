@@ -1,0 +1,92 @@
+"""Bounds, bandwidths and gains in the prose of sections 6.3 to 6.7."""
+
+from math import pi
+
+from cabledrive.studies.reproduction.item import DIFFERS, ERRATUM, Item, Outcome, outcome, place
+from cabledrive.studies.reproduction.judge import claimed, erratum, unknown
+from cabledrive.studies.reproduction.rig_runs import run
+
+
+def prose(quick: bool) -> Outcome:
+    """Bounds and gains of the prose of sections 6.5.1, 6.6.1 and 6.7.2.
+
+    Parameters
+    ----------
+    quick : bool
+        Changes nothing here.
+
+    Returns
+    -------
+    Outcome
+    """
+    truth = {"p2": 0.001742, "p3": 0.0031, "p4": 0.0376, "p5": -0.0006}
+    common = (("p3", 0.0029, 0.0033), ("p4", 0.035, 0.04), ("p5", -0.01, 0.01))
+    rows = {"6-5-1": (("p2", 0.00165, 0.00185), *common), "6-6-1": common}
+    items: list[Item] = []
+    for section, bounds in rows.items():
+        for name, low, high in bounds:
+            nominal = truth[name]
+            items.append(
+                claimed(
+                    f"section-{section}-{name}",
+                    f"Section {section.replace('-', '.')}: bounds of {name}",
+                    f"{low:g} to {high:g}",
+                    f"{nominal:g} by Table 4.1 lies inside"
+                    if low <= nominal <= high
+                    else f"{nominal:g} lies outside",
+                    low <= nominal <= high,
+                    otherwise=(DIFFERS, "not explained"),
+                    note="a choice of the print; what can be checked is that it holds Table 4.1",
+                )
+            )
+    items.append(
+        erratum(
+            "section-6-6-1-p2",
+            "Section 6.6.1: lower bound of p2",
+            0.009,
+            0.0009,
+            "kg m^2",
+            f"above its upper bound 0.0013. {place('erratum-6-6-1-bounds', control=True)}",
+        )
+    )
+    for section, what, value, law in (
+        ("6-4-1", "lambda/(2 pi)", 22.0, "darc-2"),
+        ("6-5-1", "lambda/(2 pi)", 11.0, "darc-3"),
+        ("6-6-1", "lambda/(2 pi)", 23.0, "darc-4"),
+        ("6-7-2", "closed-loop bandwidth", 10.5, "backstepping"),
+    ):
+        used = run(law).summary["gains"]
+        hertz = used.get("bandwidth_hz", used.get("lambda_hz", used.get("bandwidth")))
+        words = "as printed" if hertz is None else f"{float(hertz):g} Hz"
+        items.append(
+            claimed(
+                f"section-{section}-bandwidth",
+                f"Section {section.replace('-', '.')}: {what}",
+                f"{value:g} Hz",
+                f"stable on the rig of Model 4, {words}; peak error {run(law).summary['peak_error_deg']:.3f} "
+                "deg",
+                run(law).incomplete is None,
+                otherwise=(DIFFERS, "not explained"),
+            )
+        )
+    ratio = 2 * pi * 13.0
+    items.append(
+        unknown(
+            "section-6-5-1-gains",
+            "Sections 6.5.1, 6.6.1: K_sigma = 2 pi 13 J1/beta and 2 pi 25 J11 J12/(beta km)",
+            f"{ratio:.2f} and {2 * pi * 25:.2f} 1/s, times mu",
+            "",
+            "inputs: used as they are in the runs of this section",
+        )
+    )
+    items.append(
+        claimed(
+            "section-6-3-condition",
+            "(6.22): example of u_s2",
+            "satisfies Condition 1",
+            "breaks it by up to a factor of 2",
+            False,
+            otherwise=(ERRATUM, place("erratum-6-22-example", control=True)),
+        )
+    )
+    return outcome(items)

@@ -1,0 +1,100 @@
+"""Runs of the control laws of chapter 6 on the virtual rig of configuration 3.
+
+Angle, rise and dwell of the printed pulses are lost, so that a printed error in degrees is held against a
+chosen pulse; the phases of the print's encoders are not known either.
+"""
+
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.parameters import load_drive
+from cabledrive.rig import Motion, RigOptions, Tracking, track
+
+Array = NDArray[np.float64]
+LONG = Motion(dwell=1.0)
+ENCODER = 0.036
+HELD = 5.41
+"""The load's mode with the drive pulley held, sqrt(beta)/(2 pi) [Hz]."""
+
+JOINT_BAND = (60.0, 150.0)
+MOTION = "pulse of 45 deg in 0.5 s with 0.5 s dwell chosen, the print's is lost"
+LAWS = {
+    "darc-3": ("6.5.1", "Model 3", 0.17, "about five times the encoder resolution", 2.1),
+    "darc-4": ("6.6.1", "Model 4", 0.055, "less than twice the encoder resolution", 2.0),
+    "backstepping": ("6.7.2", "backstepping", 0.3, "a tracking accuracy of 0.3 deg", 2.1),
+}
+
+
+@cache
+def run(law: str, bandwidth: float | None = None, feedback: str = "motor", seed: int = 0) -> Tracking:
+    """One run on the rig of configuration 3.
+
+    Parameters
+    ----------
+    law : str
+    bandwidth : float, optional
+        [Hz]; as printed unless given.
+    feedback : {"motor", "drive"}
+    seed : int
+
+    Returns
+    -------
+    Tracking
+    """
+    motion = LONG if law in ("darc-1", "darc-2") else Motion()
+    options = RigOptions(feedback=feedback)
+    return track(
+        load_drive("dissertation-3"),
+        controller=law,
+        bandwidth=bandwidth,
+        motion=motion,
+        options=options,
+        seed=seed,
+    )
+
+
+def dwell_spectrum(found: Tracking, inertia: int) -> tuple[Array, Array]:
+    """Amplitude spectrum of an angle's error in the last dwell.
+
+    Parameters
+    ----------
+    found : Tracking
+    inertia : int
+        From the motor; -1 is the load, -2 the drive pulley.
+
+    Returns
+    -------
+    frequency, amplitude : ndarray, shape (n,)
+        [Hz], [deg].
+    """
+    interval = float(found.time[1])
+    still = found.time > found.time[-1] - found.summary["motion"]["dwell"]
+    signal = np.degrees(found.angles[still, inertia] - found.reference[still])
+    window = np.hanning(signal.size)
+    size = 8 * signal.size
+    amplitude = 2.0 * np.abs(np.fft.rfft((signal - signal.mean()) * window, size)) / window.sum()
+    frequency = np.fft.rfftfreq(size, interval)
+    kept = (frequency > 2.0) & (frequency < 200.0)
+    return np.asarray(frequency[kept], dtype=float), np.asarray(amplitude[kept], dtype=float)
+
+
+def peak_of(spectrum: tuple[Array, Array], low: float = 2.0, high: float = 200.0) -> tuple[float, float]:
+    """Highest peak of a spectrum in a band.
+
+    Parameters
+    ----------
+    spectrum : (ndarray, ndarray)
+        Frequency [Hz] and amplitude.
+    low, high : float
+        [Hz].
+
+    Returns
+    -------
+    frequency, amplitude : float
+    """
+    frequency, amplitude = spectrum
+    band = (frequency >= low) & (frequency <= high)
+    best = int(np.argmax(amplitude[band]))
+    return float(frequency[band][best]), float(amplitude[band][best])

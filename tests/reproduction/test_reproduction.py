@@ -1,0 +1,113 @@
+"""The dissertation item by item: nothing is left out, every verdict has its reason."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from cabledrive.studies.reproduction import reproduce
+from cabledrive.studies.reproduction.item import (
+    AGREES,
+    DIFFERS,
+    ERRATUM,
+    NOT_COMPUTABLE,
+    UNEXPLAINED,
+)
+from cabledrive.studies.reproduction.judge import compared, last_place
+from cabledrive.studies.reproduction.panel import curve
+from cabledrive.studies.reproduction.registry import FIGURES, SKETCHES, TABLES, entries
+
+ROOT = Path(__file__).parents[2]
+PRINT = ROOT.parent / "shared" / "reference" / "dissertation.txt"
+CHEAP = ("section-2-4", "table-3-1", "table-a-1", "table-a-2", "table-a-3", "section-4-1", "table-6-3")
+
+
+def test_every_table_and_figure_of_the_print_has_an_entry():
+    covered = [name for entry in entries() for name in entry.covers]
+    missing = [name for name in (*TABLES, *FIGURES) if name not in covered]
+    assert not missing
+    twice = {name for name in covered if covered.count(name) > 1}
+    assert not twice
+
+
+@pytest.mark.shared_data
+def test_tables_figures_and_sketches_are_all_that_the_print_has():
+    if not PRINT.exists():
+        pytest.skip("../shared/reference/dissertation.txt is not there")
+    text = PRINT.read_text(encoding="utf-8")
+    figures = {f"Fig. {number}" for number in re.findall(r"^Figure (\d\.\d+)\.", text, flags=re.M)}
+    tables = {f"Table {number}" for number in re.findall(r"^Table ([\dA]\.\d)\.", text, flags=re.M)}
+    assert figures == {*FIGURES, *SKETCHES}
+    assert tables == set(TABLES)
+
+
+def test_names_of_entries_are_unique():
+    names = [entry.name for entry in entries()]
+    assert len(set(names)) == len(names)
+
+
+@pytest.fixture(scope="module")
+def cheap():
+    chosen = [entry for entry in entries() if entry.name in CHEAP]
+    assert len(chosen) == len(CHEAP)
+    return [item for entry in chosen for item in entry.compute(True).items]
+
+
+def test_every_reason_points_to_a_place_that_exists(cheap):
+    for item in cheap:
+        assert item.note, item.id
+        for page, anchor in re.findall(r"(docs/\w+\.md)#([\w-]+)", item.note):
+            assert f"({anchor})=" in (ROOT / page).read_text(encoding="utf-8"), f"{item.id}: {anchor}"
+
+
+def test_a_number_agrees_inside_the_rounding_of_the_print_and_not_outside():
+    assert compared("a", "s", "116", 116.49, "Hz").verdict == AGREES
+    outside = compared("a", "s", "116", 116.51, "Hz")
+    assert (outside.verdict, outside.note) == (DIFFERS, UNEXPLAINED)
+    assert compared("a", "s", "116", 116.51, "Hz", otherwise=(ERRATUM, "why")).verdict == ERRATUM
+    assert last_place("7.316e-6") == pytest.approx(1e-9)
+    assert compared("a", "s", "4", 4.4, "", tolerance=0.5).deviation == pytest.approx(0.1)
+
+
+def test_a_long_curve_keeps_its_peaks():
+    y = [0.0] * 5000
+    y[1234], y[4321] = 7.0, -3.0
+    found = curve("c", range(5000), y)
+    assert len(found.x) <= 400
+    assert (max(found.y), min(found.y)) == (7.0, -3.0)
+    assert found.x[found.y.index(7.0)] == 1234
+
+
+def test_a_finished_entry_is_taken_from_the_folder(tmp_path, monkeypatch):
+    monkeypatch.setattr(
+        "cabledrive.studies.reproduction.run.entries",
+        lambda: tuple(entry for entry in entries() if entry.name in CHEAP[:2]),
+    )
+    lines = []
+    first = reproduce(quick=True, folder=tmp_path, note=lines.append)
+    assert len(lines) == 2
+    second = reproduce(quick=True, folder=tmp_path, note=lines.append)
+    assert len(lines) == 2
+    assert second.plain() == first.plain()
+    (tmp_path / sorted(path.name for path in tmp_path.iterdir())[0]).write_text("{broken")
+    assert reproduce(quick=True, folder=tmp_path, note=lines.append).plain() == first.plain()
+    assert len(lines) == 3
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("quick", [True, False])
+def test_no_item_differs_without_a_cause(quick):
+    found = reproduce(quick=quick)
+    json.dumps(found.plain(), allow_nan=False)
+    ids = [item.id for item in found.items]
+    assert len(set(ids)) == len(ids)
+    unexplained = [item for item in found.items if item.verdict == DIFFERS and UNEXPLAINED in item.note]
+    assert not unexplained, unexplained
+    for item in found.items:
+        assert item.note, item.id
+        assert (item.verdict == NOT_COMPUTABLE) == (item.computed is None), item
+        for page, anchor in re.findall(r"(docs/\w+\.md)#([\w-]+)", item.note):
+            assert f"({anchor})=" in (ROOT / page).read_text(encoding="utf-8"), f"{item.id}: {anchor}"
+    drawn = {panel.figure for _, outcome in found.outcomes for panel in outcome.panels}
+    assert set(FIGURES) <= drawn, set(FIGURES) - drawn
