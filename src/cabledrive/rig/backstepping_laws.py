@@ -6,7 +6,7 @@ from cabledrive.rig.controllers import Controller, Wish
 from cabledrive.rig.fitting import law_shafts
 
 SIX_HZ = 25.0
-ADAPTATION = 1e-12
+ADAPTATION = 1e-18
 
 
 def backstepping_6(wish: Wish) -> Controller:

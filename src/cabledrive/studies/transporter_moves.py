@@ -175,6 +175,11 @@ def along_the_way(
     Returns
     -------
     AlongTheWay
+
+    Raises
+    ------
+    InputRefused
+        If a law is not known.
     """
     move, interval = CarriageMove(), sample_interval(drive)
     design = transporter_of(drive, payload_mass=move.payload_mass, line_length=move.line_length)
