@@ -2,8 +2,10 @@ r"""What a method misses on logs of its own making: the part of its error that s
 
 The rounding of an encoder and the instants of turns repeat from period to period; every segment of a log then
 errs alike, and the spread of the segments' scores does not contain it. So the fitted axis is moved under the
-measured torque, its angle is rounded at a few phases of the encoder, and the method is applied to that. The
-mean square of what it misses is added to the covariance.
+measured torque, its angle is rounded at a few phases of the encoder, and the method is applied to that. What
+the mean square of its misses has beyond the covariance that the scores claim there is added:
+
+.. math:: C' = C + \Big[\frac1K\sum_k (m_k m_k^T - C_k)\Big]_+
 """
 
 from collections.abc import Sequence
@@ -17,7 +19,14 @@ from scipy.integrate import cumulative_trapezoid
 from cabledrive.identification.axis_case import Case, between_samples, case_of, observed, simulated
 from cabledrive.identification.estimates import Estimate, Identification
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.rigid_axis import AxisOptions, channels_of, equation_for, identify_rigid_axis
+from cabledrive.identification.regression import factor, joined, solve, suited_segments
+from cabledrive.identification.rigid_axis import (
+    SHORT_SEGMENTS,
+    AxisOptions,
+    channels_of,
+    equation_for,
+    identify_rigid_axis,
+)
 from cabledrive.parameters import NotComputed
 from cabledrive.reduction.friction_march import march_rigid_axis
 
@@ -49,7 +58,7 @@ def rounded_angles(speed: Array, interval: float, quantum: float) -> Array:
 
 
 def error_of_refinement(cases: Sequence[Case], values: Array, speeds: Array) -> Array:
-    """Mean products of the errors of output error on motions of its own making.
+    """What scores do not show of the errors of output error, from motions of its own making.
 
     Parameters
     ----------
@@ -75,8 +84,36 @@ def error_of_refinement(cases: Sequence[Case], values: Array, speeds: Array) -> 
         left[:, :4], left[:, 4 + number] = sensitivities[:, :4], sensitivities[:, 4]
         lefts.append(left)
         rights.append(off)
-    steps = np.linalg.lstsq(np.vstack(lefts), np.vstack(rights), rcond=None)[0][:4]
-    return np.asarray(steps @ steps.T / PHASES)
+    names = tuple(str(k) for k in range(4 + len(cases)))
+    count = max(12, SHORT_SEGMENTS // len(cases))
+    fits = []
+    for k in range(PHASES):
+        parts = [
+            factor(left, right[:, k], names, min(count, left.shape[0] // 20))
+            for left, right in zip(lefts, rights, strict=True)
+        ]
+        fits.append(solve(suited_segments(joined(parts))))
+    return unseen(np.array([f.values[:4] for f in fits]), np.array([f.covariance[:4, :4] for f in fits]))
+
+
+def unseen(misses: Array, claimed: Array) -> Array:
+    """Mean products of misses beyond the covariance that was claimed for them.
+
+    Parameters
+    ----------
+    misses : ndarray, shape (repeats, p)
+    claimed : ndarray, shape (repeats, p, p)
+
+    Returns
+    -------
+    ndarray, shape (p, p)
+        Without its negative directions.
+    """
+    excess = misses.T @ misses / len(misses) - claimed.mean(axis=0)
+    size = np.sqrt(np.maximum(np.mean(misses**2, axis=0), 1e-300))
+    level, direction = np.linalg.eigh(excess / size[:, None] / size)
+    kept = size[:, None] * direction * np.sqrt(np.maximum(level, 0.0))
+    return np.asarray(kept @ kept.T)
 
 
 def with_own_error(
@@ -112,20 +149,19 @@ def with_own_error(
             angles.append(rounded_angles(speed, log.interval, log.report.quantum.get(position, 0.0)))
     except NotComputed as failure:
         return replace(found, method=dict(found.method) | {"own_error": f"not known: {failure}"})
-    misses = []
+    misses, claimed = [], []
     for k in range(PHASES):
         made = [
             replace(log, channels={**log.channels, position: angle[:, k]})
             for log, angle in zip(logs, angles, strict=True)
         ]
         again = identify_rigid_axis(made, own)
-        misses.append(
-            [estimate.value - v for estimate, v in zip(again.parameters.values(), values, strict=True)]
-        )
+        misses.append([again[name] - found[name] for name in found.parameters])
+        claimed.append(again.covariance)
     off = np.array(misses)
     if not np.all(np.isfinite(off)):
         return replace(found, method=dict(found.method) | {"own_error": "not known: not identifiable"})
-    return widened(found, off.T @ off / PHASES)
+    return widened(found, unseen(off, np.array(claimed)))
 
 
 def widened(found: Identification, extra: Array) -> Identification:
