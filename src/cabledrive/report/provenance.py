@@ -50,10 +50,21 @@ def provenance(context: ReportContext, chapters: Sequence[Chapter], written_at: 
     Provenance
     """
     zoned = written_at if written_at.tzinfo else written_at.replace(tzinfo=UTC)
-    packages = tuple((name, version(name)) for name in _PACKAGES)
     return Provenance(
         written_at=zoned.astimezone(UTC),
-        versions=(("cabledrive", __version__), ("Python", platform.python_version()), *packages),
+        versions=versions(),
         hashes=tuple(zip((drive.name for drive in context.drives), context.hashes, strict=True)),
         methods=tuple(method for chapter in chapters for method in chapter.methods),
     )
+
+
+def versions() -> tuple[tuple[str, str], ...]:
+    """Programs that a report is made with, and their versions.
+
+    Returns
+    -------
+    tuple of (str, str)
+        `cabledrive` first.
+    """
+    packages = tuple((name, version(name)) for name in _PACKAGES)
+    return (("cabledrive", __version__), ("Python", platform.python_version()), *packages)

@@ -4,7 +4,7 @@ from typing import Any
 
 import click
 
-from cabledrive.app.options import Subcommand, answering, saves_answer
+from cabledrive.app.options import NewFile, NewFileType, Subcommand, answering, saves_answer
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import InputRefused, load_drive
 
@@ -34,6 +34,9 @@ from cabledrive.parameters import InputRefused, load_drive
     help="Tell the tension of each span of DRIVE from the recording of a ping, a log or a .wav file.",
 )
 @click.option("--span", type=click.Choice(["upper", "lower"]), help="Which span of the ping was plucked.")
+@click.option(
+    "--report", "page", type=NewFileType(".html"), metavar="FILE", help="Write a page with the log's figures."
+)
 @click.option("--no-check", is_flag=True, help="Do not test the model against known faults.")
 def command(
     logs: tuple[str, ...],
@@ -43,6 +46,7 @@ def command(
     columns: tuple[str, ...],
     drive: str | None,
     span: str | None,
+    page: NewFile | None,
     no_check: bool,
 ) -> Answer:
     """Identify inertia, viscous and Coulomb friction and offset of one axis from logs, with intervals.
@@ -62,12 +66,23 @@ def command(
         return _ping(logs, drive, span, options.columns)
     found = identify(logs[0] if len(logs) == 1 else list(logs), options, model=model, method=method)
     data = found.as_dict()
+    if page is not None:
+        _write_page(logs, found, options, page)
     return Answer(
         data=data,
         text=_text(data),
         provenance=provenance(method=str(found.method["name"])),
         incomplete=_incomplete(found),
     )
+
+
+def _write_page(logs: tuple[str, ...], found: Any, options: Any, page: NewFile) -> None:
+    """The figures of the first log, whole: a log that is read in blocks is not drawn."""
+    from cabledrive.identification.logs.reading import read_log
+    from cabledrive.report.log_page import write_log_report
+
+    log = read_log(logs[0], options.columns)
+    write_log_report(log, found, page.path, options=options.axis, files=logs, force=page.force)
 
 
 def _ping(logs: tuple[str, ...], name: str, span: str | None, columns: Any) -> Answer:

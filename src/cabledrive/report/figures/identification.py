@@ -1,0 +1,182 @@
+"""Pictures of an identification: regressors and modelling error over time, responses, the amplifier."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from cabledrive.identification.amplifier import AmplifierFit, amplifier_response
+from cabledrive.identification.frequency_response import FrequencyResponse
+from cabledrive.identification.regressor_curves import RegressorCurves
+from cabledrive.reduction.lumped_chain import speed_response
+from cabledrive.report.picture import Picture, picture
+from cabledrive.report.style import BLUE, INK, LINE, ORANGE, QUIET, log_axis
+from cabledrive.studies.chapter_4 import ResponseExperiment
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+MOST_POINTS = 700
+HIGHEST = 300.0
+"""Of the responses that are shown [Hz]."""
+
+
+def regressors_picture(name: str, curves: RegressorCurves, shown: float, *, linear: bool = False) -> Picture:
+    """Acceleration, speed and friction regressor, filtered and not, above torque and modelling error.
+
+    Parameters
+    ----------
+    name : str
+        Unique on the page.
+    curves : RegressorCurves
+    shown : float
+        How much of the log [s].
+    linear : bool, default False
+        Whether the axis slides.
+
+    Returns
+    -------
+    Picture
+    """
+    start = min(0.25, 0.1 * float(np.ptp(curves.time)))
+    inside = np.flatnonzero(
+        (curves.time - curves.time[0] >= start) & (curves.time - curves.time[0] < start + shown)
+    )
+    every = max(1, inside.size // MOST_POINTS)
+    inside = inside[::every]
+    time = curves.time[inside]
+    length = "m" if linear else "rad"
+    words = (f"{length}/s²", f"{length}/s", "friction")
+
+    def _draw(figure: "Figure", narrow: bool) -> None:
+        panels = figure.subplots(4, 1, sharex=True, gridspec_kw={"height_ratios": [1, 1, 1, 1.35]})
+        for k, axes in enumerate(panels[:3]):
+            axes.axhline(0.0, color=LINE, linewidth=0.8)
+            axes.plot(time, curves.unfiltered[k, inside], color=QUIET, linewidth=1.0)
+            axes.plot(time, curves.filtered[k, inside], color=BLUE, linewidth=1.5)
+            axes.set_ylabel(words[k])
+        panels[0].set_title(
+            "grey: unfiltered, blue: filtered" if narrow else "grey: unfiltered; blue: filtered"
+        )
+        panels[3].axhline(0.0, color=LINE, linewidth=0.8)
+        panels[3].plot(time, curves.torque[inside], color=QUIET, linewidth=1.0)
+        panels[3].plot(time, curves.error[inside], color=ORANGE, linewidth=1.1)
+        panels[3].set_title("grey: torque, orange: modelling error")
+        panels[3].set_ylabel("N" if linear else "N m")
+        panels[3].set_xlim(time[0], time[-1])
+        panels[3].set_xlabel("time [s]")
+
+    return picture(name, _draw, wide=430.0, narrow=430.0)
+
+
+def response_picture(name: str, found: ResponseExperiment) -> Picture:
+    """Magnitude and phase of a response, with its 95 % band, above the model that made it.
+
+    Parameters
+    ----------
+    name : str
+        Unique on the page.
+    found : ResponseExperiment
+
+    Returns
+    -------
+    Picture
+    """
+    fine = np.geomspace(1.0, HIGHEST, 500)
+    exact = speed_response(found.chain, 2 * np.pi * fine)
+    return measured_picture(name, found.measured.between(1.0, HIGHEST), (fine, exact), "rad/(N m s)")
+
+
+def amplifier_picture(name: str, measured: FrequencyResponse, fit: AmplifierFit, interval: float) -> Picture:
+    """Response from command to torque: Fig. 4.21.
+
+    Parameters
+    ----------
+    name : str
+        Unique on the page.
+    measured : FrequencyResponse
+    fit : AmplifierFit
+    interval : float
+        For which a command stands, and over which a torque is the mean [s].
+
+    Returns
+    -------
+    Picture
+    """
+    fine = np.geomspace(1.0, HIGHEST, 200)
+    bandwidth = fit.bandwidth.value if np.isfinite(fit.bandwidth.value) else np.inf
+    seen = amplifier_response(
+        fine, fit.gain.value, bandwidth, fit.delay.value, held=interval, averaged=interval
+    )
+    return measured_picture(name, measured.between(1.0, HIGHEST), (fine, seen), "N m/V", decibels=True)
+
+
+def measured_picture(
+    name: str,
+    measured: FrequencyResponse,
+    model: tuple[np.ndarray, np.ndarray] | None,
+    unit: str,
+    *,
+    decibels: bool = False,
+) -> Picture:
+    """A measured response with its 95 % band, and a model's where there is one.
+
+    Parameters
+    ----------
+    name : str
+        Unique on the page.
+    measured : FrequencyResponse
+    model : (ndarray, ndarray) or None
+        Frequencies [Hz] and response.
+    unit : str
+        Of the response.
+    decibels : bool, default False
+        Whether the magnitude is shown in dB.
+
+    Returns
+    -------
+    Picture
+    """
+    low = np.maximum(measured.magnitude - 2 * measured.deviation, 0.3 * measured.magnitude)
+    high = measured.magnitude + 2 * measured.deviation
+
+    def size(values: np.ndarray) -> np.ndarray:
+        return 20 * np.log10(values) if decibels else values
+
+    def _draw(figure: "Figure", narrow: bool) -> None:
+        above, below = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [1.6, 1]})
+        above.fill_between(measured.frequency, size(low), size(high), color=BLUE, alpha=0.18, linewidth=0)
+        above.plot(measured.frequency, size(measured.magnitude), color=BLUE, linewidth=1.0)
+        below.plot(measured.frequency, measured.phase, color=BLUE, linewidth=1.0)
+        if model is not None:
+            above.plot(model[0], size(np.abs(model[1])), "--", color=INK, linewidth=1.2)
+            below.plot(model[0], np.degrees(np.angle(model[1])), "--", color=INK, linewidth=1.2)
+        band = (float(measured.frequency[0]), float(measured.frequency[-1]))
+        _scale(above, below, band, size(np.array([low.min(), high.max()])), decibels, narrow)
+        above.set_ylabel("dB" if decibels else unit)
+        above.set_title("blue: measured, 95 % band; dashed: model")
+        below.set_ylabel("phase [deg]")
+        below.set_xlabel("frequency [Hz]")
+
+    return picture(name, _draw, wide=330.0, narrow=330.0)
+
+
+def _scale(
+    above: "Axes",
+    below: "Axes",
+    band: tuple[float, float],
+    limits: np.ndarray,
+    decibels: bool,
+    narrow: bool,
+) -> None:
+    """Logarithmic axes, or in dB a range in which a constant looks constant."""
+    below.set_xlim(*band)
+    log_axis(below, "x", 250.0 if narrow else 600.0)
+    if decibels:
+        middle = float(np.mean(limits))
+        above.set_ylim(middle - 6.0, middle + 6.0)
+    else:
+        above.set_ylim(*limits)
+        log_axis(above, "y", 170.0)
+    below.set_ylim(-190.0, 190.0)
+    below.set_yticks((-180, -90, 0, 90, 180))

@@ -1,0 +1,174 @@
+"""One page about the identification of somebody's own log, with the figures of chapter 4."""
+
+import hashlib
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+
+from cabledrive.identification.estimates import Identification
+from cabledrive.identification.frequency_response import response_by_segments
+from cabledrive.identification.logs.log import Log
+from cabledrive.identification.regressor_curves import regressor_curves
+from cabledrive.identification.response_inputs import compensated_torque, speed_of
+from cabledrive.identification.rigid_axis import AxisOptions, channels_of
+from cabledrive.parameters import InputRefused
+from cabledrive.parameters.files import check_writable, write_whole
+from cabledrive.report.blocks import Block, Chapter, Column, Figure, Note, Paragraph, RowGroup, Section, Table
+from cabledrive.report.figures.identification import measured_picture, regressors_picture
+from cabledrive.report.numbers import number, unit_name
+from cabledrive.report.page import Page, render
+from cabledrive.report.picture import Picture
+from cabledrive.report.provenance import Provenance, versions
+
+SHOWN = 4.0
+"""How much of a log is drawn [s]."""
+LONGEST_WINDOW = 2.0
+MOST_BYTES = 2**30
+"""Of a log whose content hash is stated."""
+
+
+def write_log_report(
+    log: Log,
+    found: Identification,
+    path: str | Path,
+    *,
+    options: AxisOptions | None = None,
+    files: Sequence[str | Path] = (),
+    force: bool = False,
+    written_at: datetime | None = None,
+) -> Path:
+    """Write the page of one identified log.
+
+    Parameters
+    ----------
+    log : Log
+    found : Identification
+    path : path-like
+        HTML file to write.
+    options : AxisOptions, optional
+        Those it was found with.
+    files : sequence of path-like
+        Log files, whose hashes are stated.
+    force : bool, default False
+    written_at : datetime, optional
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InputRefused
+        If the file exists (without `force`) or cannot be written.
+    """
+    path = check_writable(path, force=force)
+    chapter = Chapter(
+        title="Identification",
+        anchor="identification",
+        blocks=(*_numbers(found), *_data(log)),
+        sections=_figures(log, found, options or AxisOptions()),
+        methods=(str(found.method["name"]),),
+    )
+    origin = Provenance(
+        written_at=written_at or datetime.now(UTC),
+        versions=versions(),
+        hashes=tuple((f"{Path(name).name}, SHA-256 of the file", _hash(Path(name))) for name in files),
+        methods=chapter.methods,
+    )
+    page = Page(title=log.source, subtitle=f"Model {found.model}", chapters=(chapter,), provenance=origin)
+    return write_whole(path, render(page), force=force)
+
+
+def _hash(path: Path) -> str:
+    """SHA-256 of a file, piece by piece."""
+    if path.stat().st_size > MOST_BYTES:
+        return "not computed: larger than 1 GiB"
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _numbers(found: Identification) -> list[Block]:
+    rows = []
+    for name, one in found.parameters.items():
+        known = np.isfinite(one.value)
+        told = (
+            (number(one.value), f"{number(one.low, 4)} to {number(one.high, 4)}") if known else ("none", "")
+        )
+        rows.append((name.replace("_", " "), *told, unit_name(one.unit)))
+    table = Table(
+        caption="What the log tells.",
+        columns=(
+            Column(title=""),
+            Column(title="Value", numeric=True),
+            Column(title="95 %", numeric=True),
+            Column(title="Unit"),
+        ),
+        groups=(RowGroup(rows=tuple(rows)),),
+        note=f"Residual {number(100 * found.residual['relative'], 3)} % of the measured "
+        f"{found.method.get('residual_of', 'torque')}.",
+    )
+    words = [*found.unidentifiable, *found.findings]
+    return [table, *(Note(text=word[:1].upper() + word[1:], tone="warning") for word in words)]
+
+
+def _data(log: Log) -> list[Block]:
+    report = log.report
+    said = [*report.repaired, *report.findings] or ["nothing repaired, nothing found"]
+    text = (
+        f"{report.rows} rows, {number(report.duration, 4)} s at {number(1.0 / report.interval, 4)} Hz. "
+        f"Data check: {'; '.join(said)}."
+    )
+    return [Paragraph(text=text)]
+
+
+def _figures(log: Log, found: Identification, options: AxisOptions) -> tuple[Section, ...]:
+    torque, position = channels_of(log, options)
+    linear = log.units[torque] == "N"
+    blocks: list[Block] = []
+    try:
+        curves = regressor_curves(log, found, options, slope=options.friction.slope)
+    except InputRefused:
+        curves = None
+    if curves is not None:
+        blocks.append(
+            _figure(
+                "log-regressors",
+                regressors_picture("log-regressors", curves, SHOWN, linear=linear),
+                "Acceleration, speed and friction regressor over time, filtered and unfiltered; below, the "
+                "measured torque and the modelling error.",
+                f"As Figs. 4.7 to 4.16. Filtered: causal, 20 Hz. The modelling error is "
+                f"{number(100 * curves.error_share, 3)} % of the torque over the whole log.",
+            )
+        )
+    window = min(LONGEST_WINDOW, log.report.duration / 6.0)
+    if window * log.sample_rate >= 32:
+        blocks.append(_response(log, found, (torque, position), window, linear))
+    return (Section(title="Figures", anchor="log-figures", blocks=tuple(blocks)),) if blocks else ()
+
+
+def _response(
+    log: Log, found: Identification, channels: tuple[str, str], window: float, linear: bool
+) -> Figure:
+    """Response from torque to speed, friction and offset taken off where they are known."""
+    torque, speed = log.channel(channels[0]), speed_of(log, channels[1])
+    model = None
+    if found.identifiable and found.model in ("rigid-axis-coulomb", "rigid-axis-tanh"):
+        inertia, viscous, coulomb, offset = (one.value for one in found.parameters.values())
+        torque = compensated_torque(torque, speed, coulomb, offset)
+        fine = np.geomspace(0.5, 0.4 * log.sample_rate, 300)
+        model = (fine, 1.0 / (2j * np.pi * fine * inertia + viscous))
+    measured = response_by_segments(torque, speed, log.interval, segment=window, overlap=0.5 * window)
+    unit = "m/(N s)" if linear else "rad/(N m s)"
+    return _figure(
+        "log-response",
+        measured_picture("log-response", measured.between(0.0, 0.4 * log.sample_rate), model, unit),
+        "Magnitude and phase from torque to speed with their band, and the identified model.",
+        f"As Fig. 4.17: from torque to speed, windows of {number(window, 3)} s. It means something only at "
+        "the frequencies that the log excites, where the band is narrow.",
+    )
+
+
+def _figure(name: str, drawn: Picture, alt: str, caption: str) -> Figure:
+    return Figure(name=name, alt=alt, caption=caption, wide=drawn.wide, narrow=drawn.narrow)

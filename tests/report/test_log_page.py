@@ -1,0 +1,96 @@
+"""Somebody's own log becomes a page with its numbers, its data check and the figures of chapter 4."""
+
+import numpy as np
+import pytest
+from report_page import TIME, Reader
+
+from cabledrive.identification.regressor_curves import regressor_curves
+from cabledrive.identification.rigid_axis import AxisOptions, identify_rigid_axis
+from cabledrive.parameters import InputRefused
+from cabledrive.report.log_page import write_log_report
+from cabledrive.rig.chapter_4 import BENCH_TESTS, bench_command, bench_rig
+from cabledrive.rig.virtual_rig import Imperfections, run_rig
+
+
+@pytest.fixture(scope="module")
+def log():
+    from dataclasses import replace
+
+    test, rng = replace(BENCH_TESTS[1], duration=12.0), np.random.default_rng(5)
+    return run_rig(bench_rig(test, Imperfections(torque_noise=0.002)), bench_command(test, rng), rng)
+
+
+@pytest.fixture(scope="module")
+def found(log):
+    return identify_rigid_axis([log])
+
+
+def test_the_modelling_error_is_small_beside_the_torque(log, found):
+    """Rounding of the encoder in the acceleration makes a tenth of the torque; a wrong inertia makes more."""
+    share = regressor_curves(log, found).error_share
+    assert 0.02 < share < 0.15, share
+    from dataclasses import replace
+
+    heavier = dict(found.parameters)
+    heavier["inertia"] = replace(heavier["inertia"], value=1.3 * heavier["inertia"].value)
+    assert regressor_curves(log, replace(found, parameters=heavier)).error_share > 2.0 * share
+
+
+def test_the_causal_filter_lags_behind_the_ideal_one(log, found):
+    """(4.1) with 20 Hz and damping 1 lags by 2/omega = 16 ms at low frequencies."""
+    curves = regressor_curves(log, found)
+    speed, filtered = curves.unfiltered[1, 500:-500], curves.filtered[1, 500:-500]
+    lags = np.arange(0, 40)
+    match = [np.corrcoef(speed[: speed.size - 40], filtered[k : k + speed.size - 40])[0, 1] for k in lags]
+    assert lags[int(np.argmax(match))] == pytest.approx(2000 / (2 * np.pi * 20), abs=3)
+
+
+def test_the_page_is_sound_and_says_what_was_found(log, found, tmp_path):
+    (tmp_path / "a.csv").write_text("x")
+    path = write_log_report(log, found, tmp_path / "a.html", files=[tmp_path / "a.csv"], written_at=TIME)
+    page = Reader(path.read_text(encoding="utf-8"))
+    assert page.faults == []
+    assert len(page.root.all("figure")) == 2
+    words = page.root.text
+    for expected in ("coulomb friction", "12000 rows", "nothing repaired", "a.csv", "Residual"):
+        assert expected in words, expected
+    with pytest.raises(InputRefused, match="exists"):
+        write_log_report(log, found, tmp_path / "a.html")
+
+
+def test_curves_of_other_frictions_are_refused(log):
+    from cabledrive.identification.friction_regressors import FrictionModel
+
+    other = identify_rigid_axis([log], AxisOptions(friction=FrictionModel(kind="asymmetric")))
+    with pytest.raises(InputRefused, match="one Coulomb friction"):
+        regressor_curves(log, other)
+
+
+@pytest.mark.verify
+def test_chapter_4_is_identified_as_its_rig_was_made():
+    """99.9 % intervals at the seed of the report; the coupling within 99.9 %; the amplifier within 95 %."""
+    from scipy import stats
+
+    from cabledrive.studies.chapter_4 import chapter_4
+
+    found = chapter_4()
+    for one in found.experiments:
+        truth = (one.test.inertia, one.test.viscous, one.test.coulomb, one.test.offset)
+        t = stats.t.ppf(0.9995, one.found.freedom)
+        for (name, estimate), value in zip(one.found.parameters.items(), truth, strict=True):
+            assert abs(estimate.value - value) < t * estimate.standard_error, (one.title, name, estimate)
+    for name, value in (("joint_stiffness", 135.0), ("joint_damping", 0.075)):
+        low, high = found.coupled.fit.bounds(name, 0.999)
+        assert low < value < high, (name, low, high)
+    assert found.amplifier.decibels == pytest.approx(4.2, abs=0.01)
+    tanh = found.experiments[-1].printed_regressor
+    assert tanh["viscous_friction"] < 0.0, "tanh(0.5 w) does not part the frictions of a slow axis"
+
+
+@pytest.mark.verify
+def test_the_chapter_is_sound():
+    from report_page import read
+
+    page = read("dissertation-3")
+    assert page.faults == []
+    assert "As Figs. 4.15 and 4.16" in page.root.text
