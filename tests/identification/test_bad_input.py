@@ -211,7 +211,7 @@ def test_a_video_without_a_marker_and_a_corrupt_one_are_status_2_in_one_line(tmp
         assert not (tmp_path / "x.csv").exists()
 
 
-def test_options_of_the_camera_are_refused_in_one_line(tmp_path):
+def test_options_of_the_camera_are_refused_in_one_line(tmp_path, monkeypatch):
     from click.testing import CliRunner
 
     from cabledrive.app.commands.camera import command
@@ -221,6 +221,6 @@ def test_options_of_the_camera_are_refused_in_one_line(tmp_path):
         (["a.avi", "-o", "x.csv", "--scale", "1 mm", "--region", "3-4"], "no such file"),
         (["a.avi", "-o", "x.csv", "--scale", "1 kg"], "1 kg"),
     ):
-        with CliRunner().isolated_filesystem(tmp_path):
-            done = CliRunner().invoke(command, arguments)
+        monkeypatch.chdir(tmp_path)
+        done = CliRunner().invoke(command, arguments)
         assert words in str(done.exception), (arguments, done.exception)

