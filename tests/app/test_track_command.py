@@ -66,7 +66,7 @@ def test_log_has_units_in_its_header(tmp_path):
     path = tmp_path / "run.csv"
     call("track", "dissertation-3", *FAST, "--log", str(path))
     lines = path.read_text().splitlines()
-    assert lines[0].startswith("time [s],torque [N m],motor angle [rad]")
+    assert lines[0].startswith("time [s],torque [N m],angle [rad],drive angle [rad]")
     assert len(lines) == 2502
 
 
@@ -99,3 +99,15 @@ def test_a_slack_span_ends_with_status_3_and_what_was_found():
     assert "went slack" in done.stderr
     assert json.loads(done.stdout)["ended_at"] < 0.2
     assert answer("track", "dissertation-3", *FAST, *push, "--tension-only")["slack_samples"] > 0
+
+
+def test_identify_reads_the_log_of_a_run(tmp_path):
+    """Quiet pulses of a rigid drive: inertia within 0.5 %, Coulomb friction within 5 %."""
+    path = tmp_path / "run.csv"
+    pulses = ("--controller", "pd", "--bandwidth", "2", "--pulses", "4", "--rise", "0.3", "--dwell", "0.3")
+    call("track", "dissertation-3", "--plant", "model-1", *pulses, "--log", str(path))
+    found = answer("identify", str(path))
+    assert found["identifiable"] is True
+    value = {name: one["value"] for name, one in found["parameters"].items()}
+    assert value["inertia"] == pytest.approx(0.0011 + 0.000642 + 0.00235, rel=0.005)
+    assert value["coulomb_friction"] == pytest.approx(0.0376, rel=0.05)

@@ -191,7 +191,7 @@ def test_the_log_holds_a_load_cell_that_identification_reads(tmp_path):
     cell = log.channel("load_cell_force")
     assert cell.mean() == pytest.approx(14.0, abs=0.02)
     assert cell.std() == pytest.approx(0.05, rel=0.1)
-    assert {"torque", "motor_angle", "drive_angle", "load_angle"} <= set(log.channels)
+    assert {"torque", "angle", "drive_angle", "load_angle"} <= set(log.channels)
 
 
 @pytest.mark.parametrize(

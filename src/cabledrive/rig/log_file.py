@@ -7,6 +7,8 @@ from cabledrive.rig.loop_numbers import Array
 from cabledrive.rig.tracking import Tracking
 
 LOAD_CELL_SEED = 1
+HEADS = {"motor": "angle", "drive": "drive angle", "load": "load angle"}
+"""As `cabledrive experiment` calls them, and `identify` reads them."""
 
 
 def log_text(tracking: Tracking, drive: Drive | None = None) -> str:
@@ -22,14 +24,15 @@ def log_text(tracking: Tracking, drive: Drive | None = None) -> str:
     -------
     str
     """
-    shafts = tracking.summary["encoders"]
-    head = ["time [s]", "torque [N m]", *(f"{shaft} angle [rad]" for shaft in shafts), "reference [rad]"]
+    shafts = [HEADS[shaft] for shaft in tracking.summary["encoders"]]
+    head = ["time [s]", "torque [N m]", *(f"{shaft} [rad]" for shaft in shafts), "reference [rad]"]
     columns = [tracking.time, tracking.torque, *tracking.encoder_angles.T, tracking.reference]
     cell = None if drive is None else load_cell(tracking, drive)
     if cell is not None:
         head.append("load cell force [N]")
         columns.append(cell)
-    lines = [",".join(f"{value:.10g}" for value in row) for row in np.column_stack(columns)]
+    table = np.column_stack(columns) + 0.0  # no negative zeros
+    lines = [",".join(f"{value:.10g}" for value in row) for row in table]
     return "\n".join([",".join(head), *lines]) + "\n"
 
 
