@@ -79,6 +79,8 @@ def test_every_circumstance_of_the_rig_can_be_asked_for():
     found = answer("track", "dissertation-3", "--controller", "darc-4-damped", *FAST, *asked)
     assert found["backlash"] > 0.0
     assert found["invalid_samples"] == 11
+    assert found["circumstances"]["jitter"] == pytest.approx(1e-5)
+    assert [one.get("end") for one in found["circumstances"]["disturbances"]] == [0.2, None]
     broken = "; ".join(found["broken_assumptions"])
     assert all(words in broken for words in ("free play", "disturbance at the load", "a sensor failed"))
 

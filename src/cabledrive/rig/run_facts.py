@@ -1,10 +1,13 @@
 """What a run of the rig leaves besides its peaks: why it ended early, and the tension of the spans."""
 
+from typing import Any
+
 import numpy as np
 
 from cabledrive.parameters import Drive
 from cabledrive.rig.loop import Loop, Run
 from cabledrive.rig.loop_numbers import WENT_SLACK, Array
+from cabledrive.rig.setting import RigOptions
 
 
 def why_ended(loop: Loop, done: Run) -> str | None:
@@ -52,3 +55,32 @@ def span_tensions(loop: Loop, actual: Drive, log: Array) -> Array | None:
     share = chain.stiffness[-1] * twist / (2.0 * actual.drive_pulley.radius)
     both = actual.cable.pretension + np.column_stack((-share, share))
     return np.maximum(both, 0.0)
+
+
+def circumstance_words(loop: Loop, actual: Drive, options: RigOptions) -> dict[str, Any]:
+    """What was asked of the rig beside its plant.
+
+    Parameters
+    ----------
+    loop : Loop
+    actual : Drive
+        As it is.
+    options : RigOptions
+
+    Returns
+    -------
+    dict
+        Jitter [s] and disturbances; torque limit [N m], bandwidth of the torque loop and a blind encoder where
+        there are.
+    """
+    found: dict[str, Any] = {"jitter": options.jitter, "disturbances": []}
+    for one in options.disturbances:
+        words = {"on": one.on, "torque": one.torque, "start": one.start}
+        found["disturbances"].append(words | ({"end": one.end} if np.isfinite(one.end) else {}))
+    if np.isfinite(loop.rig.torque_limit):
+        found["torque_limit"] = loop.rig.torque_limit
+    if actual.motor is not None and actual.motor.current_bandwidth is not None:
+        found["current_bandwidth_hz"] = actual.motor.current_bandwidth
+    if options.blind is not None:
+        found["blind"] = list(options.blind)
+    return found

@@ -14,7 +14,7 @@ from cabledrive.rig.controllers import Controller
 from cabledrive.rig.eigenvalues import pole_words
 from cabledrive.rig.loop import Loop, Run
 from cabledrive.rig.loop_numbers import ESTIMATES, SUMMARY, Array
-from cabledrive.rig.run_facts import span_tensions, why_ended
+from cabledrive.rig.run_facts import circumstance_words, span_tensions, why_ended
 from cabledrive.rig.setting import CABLE, DEGREE, Motion, RigOptions
 
 OBSERVERS = {0: "none, ideal states", 1: "filtered difference", 2: "Kalman filter"}
@@ -105,7 +105,7 @@ def told(
     incomplete = why_ended(loop, done)
     summary = summary_of(loop, done, error, motion, options, seed)
     summary |= bound_words(bound, error, broken, loop.gear)
-    summary |= pole_words(loop)
+    summary |= pole_words(loop) | {"circumstances": circumstance_words(loop, actual, options)}
     summary["estimates_within_bounds"] = within(estimates, made)
     if incomplete:
         summary["ended_at"] = ended * loop.rig.interval
