@@ -1,0 +1,72 @@
+"""The Python on the pages of the documentation runs, and prints what stands below it."""
+
+import contextlib
+import io
+import re
+from math import pi, sin
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+DOCS = ROOT / "docs"
+BLOCK = re.compile(r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```\n)?", re.S | re.M)
+FILES = {
+    "index.md": ("belt-axis.toml", r"```toml\n(.*?)```"),
+}
+"""Files that a page's Python reads, and where on the page they stand."""
+MOVE = "time [ms],torque [mN m]\n" + "".join(f"{k},{4 * sin(2 * pi * 0.08174 * k):.6g}\n" for k in range(400))
+"""A motion for the page that reads one: 4 mN m at the pulley mode of its drive."""
+SHARED = "../shared/data"
+
+
+def pages():
+    return sorted(path.name for path in DOCS.glob("*.md") if BLOCK.search(path.read_text(encoding="utf-8")))
+
+
+def run_blocks(text):
+    """Run blocks one after another in one namespace; what stands below one is what it must print."""
+    names = {}
+    for code, shown in BLOCK.findall(text):
+        printed = io.StringIO()
+        with contextlib.redirect_stdout(printed):
+            exec(compile(code, "page", "exec"), names)
+        if shown:
+            assert printed.getvalue() == shown
+
+
+def parts(text):
+    """A page as one part; its sections apart where one of them needs measured logs."""
+    return re.split(r"^## ", text, flags=re.M) if SHARED in text else [text]
+
+
+def test_there_are_pages_with_python():
+    assert {"identification_example.md", "modes.md", "simulation.md"} <= set(pages())
+
+
+@pytest.mark.parametrize("page", pages())
+def test_python_of_a_page_runs(page, tmp_path, monkeypatch):
+    """Sections that read measured logs are left out where those are absent; the page is then skipped."""
+    text = (DOCS / page).read_text(encoding="utf-8")
+    project, shared = tmp_path / "project", ROOT.parent / "shared"
+    project.mkdir()
+    if shared.exists():
+        (tmp_path / "shared").symlink_to(shared)
+    if page in FILES:
+        name, where = FILES[page]
+        (project / name).write_text(re.search(where, text, re.S)[1])
+    (project / "move.csv").write_text(MOVE)
+    monkeypatch.chdir(project)
+    absent = not (project / SHARED).exists()
+    for part in parts(text):
+        if not (absent and SHARED in part):
+            run_blocks(part)
+    if absent and SHARED in text:
+        pytest.skip(f"{page}: one section needs the measured logs {SHARED}, which are not here")
+
+
+def test_a_page_that_prints_something_else_is_found():
+    good = "```python\nprint(1 + 1)\n```\n\n```text\n2\n```\n"
+    run_blocks(good)
+    with pytest.raises(AssertionError):
+        run_blocks(good.replace("\n2\n", "\n3\n"))
