@@ -70,7 +70,7 @@ def circumstance_words(loop: Loop, actual: Drive, options: RigOptions) -> dict[s
     Returns
     -------
     dict
-        Jitter [s] and disturbances; torque limit [N m], bandwidth of the torque loop and a blind encoder where
+        Jitter [s], disturbances; torque limit [N m], bandwidth of the torque loop and a blind encoder where
         there are.
     """
     found: dict[str, Any] = {"jitter": options.jitter, "disturbances": []}
