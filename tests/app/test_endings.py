@@ -206,4 +206,4 @@ def test_mistyped_arguments_are_refused_in_one_line_with_the_nearest(arguments, 
 def test_help_is_an_answer(arguments):
     result = call(*arguments)
     assert (result.exit_code, result.stderr) == (0, "")
-    assert "cabledrive modes dissertation-2 --below 1000" in result.stdout
+    assert "cabledrive study dissertation-3 --quick -o study" in result.stdout

@@ -9,12 +9,14 @@ import sys
 from importlib import import_module
 from subprocess import Popen
 
+import numpy as np
 import pytest
 from click import Context
 from click.shell_completion import ShellComplete
 
 import cabledrive as cd
 from cabledrive.app.main import main
+from cabledrive.rig.virtual_camera import VirtualCamera, filmed
 from command import answer, call, object_of, refusal, run
 
 COMMANDS = main.list_commands(Context(main))
@@ -32,11 +34,26 @@ CONTRACT = {
     "response",
     "experiment",
     "track",
+    "study",
+    "reproduce",
 }
+MORE = {"report", "camera"}
 
 
-def test_every_command_is_one_of_the_contract_or_the_report():
-    assert {"drives", "schema", "check", "modes", "report"} <= set(COMMANDS) <= CONTRACT | {"report"}
+def test_every_command_is_one_of_the_contract_or_named_here():
+    assert {"drives", "schema", "check", "modes", "report"} <= set(COMMANDS) <= CONTRACT | MORE
+
+
+def film(path):
+    """A clip of a marker that swings, as the example of `camera` reads it."""
+    cv2 = pytest.importorskip("cv2", reason="needs the extra camera")
+    camera = VirtualCamera()
+    swing = 80.0 + 20.0 * np.sin(2 * np.pi * 5.0 * np.arange(240) / camera.frame_rate)[:, None]
+    size = (camera.columns, camera.rows)
+    video = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*"MJPG"), 30.0, size)
+    for frame in filmed(camera, swing, np.random.default_rng(0)):
+        video.write(np.repeat(frame[:, :, None], 3, axis=2))
+    video.release()
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -47,6 +64,8 @@ def test_help_has_one_example_and_it_runs(name, tmp_path, monkeypatch):
     program, *arguments = shlex.split(EXAMPLES[name])
     if "log.csv" in arguments[1:2]:  # as the example of `experiment` makes it
         assert call(*shlex.split(EXAMPLES["experiment"])[1:]).exit_code == 0
+    if "clip.avi" in arguments:
+        film(tmp_path / "clip.avi")
     done = call(*arguments)
     assert (program, done.exit_code) == ("cabledrive", 0), done.stderr
     if "-o" in arguments:
@@ -220,3 +239,24 @@ def test_text_survives_a_terminal_of_few_letters():
     done = run("check", "elevator", env={"PYTHONIOENCODING": "ascii"})
     assert (done.returncode, done.stderr) == (0, "")
     assert re.search(r"Mass of the whole cable +828.kg\n", done.stdout)
+
+
+def test_help_lists_every_command_once_under_a_heading_with_a_whole_sentence():
+    shown = call("--help").output
+    for name in COMMANDS:
+        assert len(re.findall(rf"^  {name}  ", shown, re.M)) == 1, name
+    assert "More:" not in shown, "give the command a place in SECTIONS of cabledrive.app.main"
+    sentences = shown.split("The whole job:")[1]
+    assert "..." not in sentences
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_answers_in_json_quietly_or_at_length(name):
+    options = {opt for option in main.get_command(Context(main), name).params for opt in option.opts}
+    assert {"--json", "--quiet", "--verbose"} <= options
+    assert "--output" not in options or "--force" in options, f"{name} writes and has no --force"
+
+
+def test_verbose_notes_carry_the_time(tmp_path):
+    done = call("check", "elevator", "--verbose", "-o", tmp_path / "check.json")
+    assert re.fullmatch(r" +\d+\.\d\d s  written to .*check.json\n", done.stderr), done.stderr

@@ -15,12 +15,22 @@ from cabledrive.parameters.version import __version__
 
 EPILOG = """\b
 Example:
-  cabledrive modes dissertation-2 --below 1000
+  cabledrive study dissertation-3 --quick -o study
 \b
 DRIVE is the path of a drive file or the name of a packaged drive.
+Each command has an example of its own: cabledrive COMMAND --help.
 Completion of commands, options and drives in bash (zsh: zsh_source):
   eval "$(_CABLEDRIVE_COMPLETE=bash_source cabledrive)"
 """
+
+SECTIONS = {
+    "The whole job": ("study", "reproduce", "report"),
+    "The drive": ("drives", "check", "schema"),
+    "Vibration": ("modes", "resonance", "simulate"),
+    "Measurement": ("experiment", "identify", "response", "camera"),
+    "Control": ("track",),
+}
+"""Commands by what they are for; one that is in none stands under "More"."""
 
 
 class Door(click.Group):
@@ -39,6 +49,27 @@ class Door(click.Group):
             In alphabetical order.
         """
         return sorted(module.name for module in pkgutil.iter_modules(commands.__path__))
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the commands by what they are for, each with its whole first sentence.
+
+        Parameters
+        ----------
+        ctx : click.Context
+        formatter : click.HelpFormatter
+        """
+        names = self.list_commands(ctx)
+        sorted_in = {name for group in SECTIONS.values() for name in group}
+        more = tuple(name for name in names if name not in sorted_in)
+        for title, group in (*SECTIONS.items(), ("More", more)):
+            rows = [(name, self._in_short(ctx, name)) for name in group if name in names]
+            if rows:
+                with formatter.section(title):
+                    formatter.write_dl(rows)
+
+    def _in_short(self, ctx: click.Context, name: str) -> str:
+        command = self.get_command(ctx, name)
+        return "" if command is None else command.get_short_help_str(limit=200)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import a subcommand.

@@ -1,11 +1,12 @@
 """What a command tells people on standard error, one line at a time."""
 
 import os
+import time
 
 import click
 
 PROGRAM = "cabledrive"
-QUIET = "cabledrive.quiet"
+QUIET, BEGUN = "cabledrive.quiet", "cabledrive.begun"
 
 
 def colours() -> bool | None:
@@ -30,15 +31,17 @@ def complain(message: str) -> None:
 
 
 def note(message: str) -> None:
-    """Write a note or the progress of long work; nothing under ``--quiet``.
+    """Write a note or the progress of long work; nothing under ``--quiet``, with times under ``--verbose``.
 
     Parameters
     ----------
     message : str
     """
     context = click.get_current_context(silent=True)
-    if context is None or not context.meta.get(QUIET):
-        _write(message)
+    told = {} if context is None else context.meta
+    if not told.get(QUIET):
+        begun = told.get(BEGUN)
+        _write(message if begun is None else f"{time.monotonic() - begun:8.2f} s  {message}")
 
 
 def _write(line: str) -> None:

@@ -1,6 +1,7 @@
 """Options that commands share: which drive, which settings, how to answer, where to write."""
 
 import functools
+import time
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,7 +11,7 @@ from typing import Any
 import click
 from click.shell_completion import CompletionItem
 
-from cabledrive.app.messages import QUIET, note
+from cabledrive.app.messages import BEGUN, QUIET, note
 from cabledrive.app.results import Answer, json_text, provenance, show
 from cabledrive.parameters import Drive, InputRefused, NotComputed, load_drive, packaged_drives
 from cabledrive.parameters.files import check_writable, write_whole
@@ -252,11 +253,12 @@ def answering(function: Function) -> Function:
 
     @click.option("--json", "as_json", is_flag=True, help="Print one JSON object, in SI.")
     @click.option("--quiet", is_flag=True, help="No notes and no progress on standard error.")
-    @click.option("--verbose", is_flag=True, help="The traceback of a defect on standard error.")
+    @click.option("--verbose", is_flag=True, help="Notes with times; the traceback of a defect.")
     @functools.wraps(function)
     def _answered(*, as_json: bool, quiet: bool, verbose: bool, **options: Any) -> None:
         meta = click.get_current_context().meta
         meta[QUIET] = quiet
+        meta[BEGUN] = time.monotonic() if verbose else None
         try:
             answer = function(**options)
         except NotComputed as failure:

@@ -1,7 +1,6 @@
 """`cabledrive resonance`: how near a drive is to its internal resonance, and what would help."""
 
 import click
-import numpy as np
 
 from cabledrive.app.options import (
     NewFile,
@@ -12,22 +11,8 @@ from cabledrive.app.options import (
     drive_argument,
     saves_answer,
 )
-from cabledrive.app.resonance_answer import (
-    alarm_data,
-    alarm_text,
-    branch_data,
-    branches_text,
-    resonance_data,
-    resonance_text,
-)
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import Drive, NotComputed
-from cabledrive.studies.alarm import alarm
-from cabledrive.studies.motion_file import read_motion
-from cabledrive.studies.resonance import resonance_summary
-from cabledrive.studies.resonance_remedies import remedies
-from cabledrive.studies.resonance_standing import BUILD_UP, SAFE
-from cabledrive.studies.steady_motion import steady_branches
 
 FLOOR, LIMIT = 1e-5, 5e-4
 METHOD = "certified modes, coupling by exact integrals, averaged equations to second order"
@@ -105,6 +90,23 @@ def command(
     The resonance is between the pulleys' own mode and transverse modes near half its frequency. With --motion
     a planned motion is judged as well: where along it the cable is pumped, how far it grows, what would help.
     """
+    import numpy as np
+
+    from cabledrive.app.resonance_answer import (
+        alarm_data,
+        alarm_text,
+        branch_data,
+        branches_text,
+        resonance_data,
+        resonance_text,
+    )
+    from cabledrive.studies.alarm import alarm
+    from cabledrive.studies.motion_file import read_motion
+    from cabledrive.studies.resonance import resonance_summary
+    from cabledrive.studies.resonance_remedies import remedies
+    from cabledrive.studies.resonance_standing import BUILD_UP, SAFE
+    from cabledrive.studies.steady_motion import steady_branches
+
     found = resonance_summary(drive, torque=torque, load_torque=load_torque)
     changes = () if found.verdict == SAFE else remedies(drive, found.torque, load_torque)
     judged = None

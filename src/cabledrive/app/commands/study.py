@@ -18,19 +18,25 @@ SERVED = "nothing has changed: served from the finished study"
 
 @click.command(
     cls=Subcommand,
-    example="cabledrive study dissertation-3 --log log.csv --goals study.toml -o study",
+    example="cabledrive study dissertation-3 --quick -o study",
     short_help="From a drive file and logs to a controller with a verdict.",
 )
 @answering
 @drive_argument
-@click.option("--log", "logs", multiple=True, metavar="LOG", help="A measured log; repeatable.")
-@click.option("--goals", metavar="FILE", help="TOML file: error, motion, torque, load range, draws.")
+@click.option(
+    "--log", "logs", type=click.Path(), multiple=True, metavar="LOG", help="A measured log; repeatable."
+)
+@click.option(
+    "--goals", type=click.Path(), metavar="FILE", help="TOML file: error, motion, torque, load range, draws."
+)
 @click.option("--quick", is_flag=True, help="A tenth of the plants: 100 lumped, 3 on the cable.")
 @click.option(
     "--resume", is_flag=True, help="Go on where an interrupted study ended; done by itself as well."
 )
-@click.option("--force", is_flag=True, help="Replace the report of another study in DIR.")
-@click.option("-o", "--output", required=True, metavar="DIR", help="Folder for report, results and stages.")
+@click.option("--force", is_flag=True, help="Replace the report of another study.")
+@click.option(
+    "-o", "--output", type=click.Path(), required=True, metavar="DIR", help="Folder of report and results."
+)
 def command(
     drive: Drive,
     logs: tuple[str, ...],
