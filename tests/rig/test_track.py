@@ -236,7 +236,7 @@ def test_making_the_law_anew_in_a_dwell_gives_no_bump():
 def test_law_that_learns_beats_the_count_of_its_encoder_over_draws():
     """Everything drawn: later pulses within one count, 0.036 deg, of the encoder's own zero."""
     over = track(
-        DRIVE, controller="darc-indirect", motion=Motion(pulses=2, dwell=0.2), draws=4, seed=1
+        DRIVE, controller="darc-indirect", gains="best", motion=Motion(pulses=2, dwell=0.2), draws=4, seed=1
     ).summary["over_draws"]
     assert over["failed"] == 0
     assert over["worst_encoder_error_deg"] <= 0.036, f"observed {over['worst_encoder_error_deg']:.4f} deg"

@@ -58,9 +58,26 @@ def darc_4_damped(wish: Wish) -> Controller:
     -------
     Controller
     """
+    return damped_law(wish, "darc-4-damped")
+
+
+def damped_law(wish: Wish, name: str) -> Controller:
+    """The damping-aware law at the printed gains of Model 4 or the best; its filter by what is not known.
+
+    Parameters
+    ----------
+    wish : Wish
+    name : str
+
+    Returns
+    -------
+    Controller
+    """
     if wish.best and wish.bandwidth is None:
-        return best_chain_law(wish, "darc-4-damped")
-    return chain_law(wish, 4, "darc-4-damped", damped=True)
+        return best_chain_law(wish, name)
+    counts = np.array(list(fitted_encoders(wish.drive).values()))
+    tuning = tuning_by_uncertainty(wish, wish.model(4), counts)
+    return chain_law(wish, 4, name, damped=True, tuning=tuning)
 
 
 def best_chain_law(wish: Wish, name: str) -> Controller:

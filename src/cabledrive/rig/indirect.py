@@ -11,7 +11,7 @@ from cabledrive.control.load_equation import LoadEstimate, estimate_load
 from cabledrive.control.momentum_sum import MotorEstimate, acting_torque, estimate_motor
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.rig.best_gains import best_chain_law
+from cabledrive.rig.best_gains import damped_law
 from cabledrive.rig.circumstances import current_rate
 from cabledrive.rig.controllers import Controller, Wish, chain_law
 from cabledrive.rig.fitting import fit_observer
@@ -61,7 +61,7 @@ class Learnt:
 
 
 def indirect(wish: Wish) -> Controller:
-    """The law before anything has been learnt: damping-aware Model 4 at the gains that have proven best.
+    """The law before anything has been learnt: damping-aware Model 4.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def indirect(wish: Wish) -> Controller:
     -------
     Controller
     """
-    return best_chain_law(wish, NAME)
+    return damped_law(wish, NAME)
 
 
 def learn(loop: Loop, early: Run, pause: int, drive: Drive, chain: LumpedChain) -> Learnt:
@@ -191,7 +191,7 @@ def rebuilt(loop: Loop, wish: Wish, found: Learnt, options: RigOptions) -> Loop:
     chain = learnt_chain(wish.model(4), found)
     bounds = learnt_bounds(chain, found)
     first = loop.controller
-    same = replace(wish, bandwidth=float(first.gains["bandwidth_hz"]))
+    same = replace(wish, bandwidth=float(first.gains["bandwidth_hz"]) if wish.best else wish.bandwidth)
     made = chain_law(same, 4, NAME, damped=True, tuning=first.tuning, chain=chain, bounds=bounds)
     made = replace(made, gains=first.gains | made.gains | {"beta": found.load.beta})
     drive = wish.drive

@@ -32,6 +32,7 @@ def track(
     gains: str = "printed",
     adapt: bool = True,
     draws: int = 0,
+    feedforward: str = "damped",
 ) -> Tracking:
     """Let a control law follow pulses on the virtual rig.
 
@@ -58,6 +59,8 @@ def track(
         Whether estimates move.
     draws : int, default 0
         How many plants to draw from what is known of the drive, besides the run that is kept.
+    feedforward : {"damped", "undamped", "rigid"}
+        Of the baselines; the laws of the chain bring their own.
 
     Returns
     -------
@@ -76,7 +79,13 @@ def track(
         raise InputRefused(f"gains = {gains!r} is not known: take printed or best")
     check_motion(actual, motion)
     wish = wish_for(
-        drive, motion, bandwidth=bandwidth, feedback=options.feedback, adapt=adapt, best=gains == "best"
+        drive,
+        motion,
+        bandwidth=bandwidth,
+        feedback=options.feedback,
+        adapt=adapt,
+        best=gains == "best",
+        feedforward=feedforward,
     )
     made = design(controller, wish)
     loop = close_loop(

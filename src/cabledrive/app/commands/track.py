@@ -32,6 +32,13 @@ METHOD = "hybrid simulation: exact between samples, stick-slip events on the exa
 )
 @click.option("--bandwidth", type=float, metavar="HZ", help="lambda/(2 pi) instead of the printed one.")
 @click.option("--gains", type=click.Choice(["printed", "best"]), default="printed", show_default=True)
+@click.option(
+    "--feedforward",
+    type=click.Choice(["damped", "undamped", "rigid"]),
+    default="damped",
+    show_default=True,
+    help="Inverse that pd, pid, lqg, dob and shaper follow.",
+)
 @click.option("--plant", metavar="NAME", help="model-1 to model-4, cable; by default the highest model.")
 @click.option("--angle", type=float, default=45.0, show_default=True, metavar="DEG", help="Of each pulse.")
 @click.option("--rise", type=float, default=0.5, show_default=True, metavar="S", help="Rise time.")
@@ -101,6 +108,7 @@ def command(drive: Drive, log_file: NewFile | None, plant_settings: tuple[str, .
         controller=wish["controller"],
         bandwidth=wish["bandwidth"],
         gains=wish["gains"],
+        feedforward=wish["feedforward"],
         plant=wish["plant"],
         motion=Motion(**{name: wish[name] for name in ("angle", "rise", "dwell", "pulses", "order")}),
         options=RigOptions(
@@ -153,6 +161,9 @@ def _text(drive: Drive, said: dict[str, Any]) -> str:
             f"  over {over['draws']} draws   median {over['median_peak_error_deg']:.4f}, "
             f"worst {over['worst_peak_error_deg']:.4f} deg"
         )
+        if over["expected_bound_deg"] is not None:
+            lines.append(f"  bound of all that is uncertain {over['expected_bound_deg']:.4f} deg")
+    lines += [f"  {reason}" for reason in said["gains"].get("reasons", ())]
     return "\n".join(lines)
 
 
@@ -164,6 +175,12 @@ def _circumstances(said: dict[str, Any]) -> list[str]:
             for pole in said["closed_loop_poles"]
         )
         lines.append(f"  poles on the plant, true states: {poles}")
+    if said.get("learnt"):
+        learnt = said["learnt"]
+        lines.append(
+            f"  learnt          beta {learnt['beta']:.1f} 1/s^2 ({learnt['beta_low']:.1f} to "
+            f"{learnt['beta_high']:.1f}), inertia {learnt['inertia']['value']:.4g} kg m^2"
+        )
     if said["slack_samples"]:
         lines.append(f"  a span was slack at {said['slack_samples']} samples; {said['slack_rule']}")
     if said["invalid_samples"]:

@@ -1,0 +1,136 @@
+"""The law that learns, the bound, the baselines: figures of docs/validation.md over many draws."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from cabledrive.parameters import load_drive
+from cabledrive.rig import Motion, RigOptions, track
+from cabledrive.rig.causes import causes, in_degrees
+from cabledrive.rig.comparison import Compared, compared
+from cabledrive.rig.draws import drawn_loops
+from cabledrive.rig.expected_bound import expected_bound
+from cabledrive.rig.learning_draws import LearningDraws, run_learning_draws
+from cabledrive.rig.loop import Loop, close_loop, run
+from cabledrive.rig.registry import design
+from cabledrive.rig.trial import wish_for
+
+pytestmark = pytest.mark.verify
+
+DRIVE = load_drive("dissertation-3")
+TWO = Motion(pulses=2)
+DRAWS, SEED = 1000, 2027
+BASELINES, KINDS = ("pd", "pid", "lqg", "dob", "shaper"), ("damped", "undamped", "rigid")
+
+
+def loop_of(name: str, motion: Motion, **choices) -> Loop:
+    wish = wish_for(DRIVE, motion, **choices)
+    return close_loop(DRIVE, DRIVE, design(name, wish), motion, RigOptions(), np.random.default_rng(0))
+
+
+@cache
+def learning() -> LearningDraws:
+    wish = wish_for(DRIVE, TWO, best=True)
+    loop = loop_of("darc-indirect", TWO, best=True)
+    found = run_learning_draws(loop, wish, RigOptions(), DRAWS, SEED)
+    print(found.words)
+    return found
+
+
+def test_law_that_learns_keeps_within_its_encoders_count():
+    """99 of 100 draws within 0.036 deg of the encoder's zero, 0.050 deg true; first pulse 0.10 deg."""
+    said = learning().words
+    assert said["failed"] == 0
+    assert said["encoder_error_99_deg"] <= 0.036
+    assert said["peak_error_99_deg"] <= 0.050
+    assert said["worst_first_pulse_error_deg"] <= 0.10
+
+
+def test_beta_after_one_pulse_and_the_coverage_of_its_interval():
+    said = learning().words
+    assert said["worst_relative_error_of_beta"] <= 2e-3
+    assert 0.93 <= said["interval_coverage"]["beta"] <= 0.97
+    for name, share in said["interval_coverage"].items():
+        assert share >= 0.85, f"observed {share:.3f} of {name}"
+
+
+@pytest.mark.parametrize("gains", ["printed", "best"])
+def test_cable_of_438_under_a_design_for_850(gains):
+    soft = load_drive("dissertation-3", overrides=["lumped.cable_stiffness=438"])
+    said = [
+        track(DRIVE, controller="darc-indirect", plant_drive=soft, motion=TWO, seed=seed, gains=gains).summary
+        for seed in range(32)
+    ]
+    first = max(one["first_pulse_error_deg"] for one in said)
+    later = [one["later_pulses_error_deg"] for one in said]
+    print(f"first pulse {first:.3f}, later {np.median(later):.4f} / {max(later):.4f} deg")
+    assert first < 1.0
+    assert max(later) <= 0.04
+
+
+@pytest.mark.parametrize("gains, median, worst", [("printed", 0.025, 0.041), ("best", 0.023, 0.041)])
+def test_damped_law_over_32_phases(gains, median, worst):
+    """Asked: 0.023 and 0.041 deg."""
+    said = [
+        track(DRIVE, controller="darc-4-damped", gains=gains, seed=seed).summary["peak_error_deg"]
+        for seed in range(32)
+    ]
+    print(f"{gains}: {np.median(said):.4f} / {max(said):.4f} deg")
+    assert np.median(said) <= median
+    assert max(said) <= worst
+
+
+def test_law_that_learns_at_the_printed_gains():
+    """A hundred draws at 23/25 Hz: still within the count of the encoder."""
+    wish = wish_for(DRIVE, TWO)
+    said = run_learning_draws(loop_of("darc-indirect", TWO), wish, RigOptions(), 100, SEED + 3).words
+    print(said)
+    assert said["encoder_error_99_deg"] <= 0.036
+    assert said["peak_error_99_deg"] <= 0.050
+    assert said["worst_first_pulse_error_deg"] <= 0.10
+
+
+def test_bound_holds_in_a_thousand_of_a_thousand_and_is_within_three():
+    loop = loop_of("darc-4-damped", Motion(), best=True)
+    bound, worst, outside = expected_bound(loop).total, 0.0, 0
+    for one in drawn_loops(loop, RigOptions(), DRAWS, SEED + 1):
+        error = np.abs(run(one).log[:, 2] - one.target)
+        worst, outside = max(worst, float(error.max())), outside + bool(np.any(error > bound))
+    print(f"bound {np.degrees(bound.max()):.4f}, worst {np.degrees(worst):.4f} deg, outside {outside}")
+    assert outside == 0
+    assert bound.max() <= 3.0 * worst
+
+
+@cache
+def table() -> list[Compared]:
+    found = compared(DRIVE, BASELINES, KINDS, 100, SEED + 2, wish_for(DRIVE, Motion()), Motion())
+    for one in found:
+        peak, torque = one.draws.degrees("peak"), one.draws.scores[:, 4].max()
+        words = f"{one.law} {one.feedforward} {one.setting:g}: {np.median(peak):.3f} / {peak.max():.3f} deg"
+        print(f"{words}, {torque:.2f} N m, {one.draws.failed} ended early")
+    return found
+
+
+def test_law_that_learns_is_three_times_better_than_every_baseline_but_lqg():
+    """Each with the damped inverse, tuned by one rule; LQG comes close, with the same filter."""
+    ours = float(np.degrees(learning().later.max()))
+    worst = {
+        one.law: float(one.draws.degrees("peak").max()) for one in table() if one.feedforward == "damped"
+    }
+    for name in ("pd", "pid", "dob", "shaper"):
+        assert worst[name] > 3.0 * ours, f"observed {name} {worst[name]:.3f}, ours {ours:.3f} deg"
+    assert ours < worst["lqg"] < 3.0 * ours, f"observed {worst['lqg']:.4f}, ours {ours:.4f} deg"
+
+
+def test_feedforward_decides_over_most_of_the_error():
+    worst = {(one.law, one.feedforward): float(one.draws.degrees("peak").max()) for one in table()}
+    for name in ("pd", "pid", "lqg", "dob"):
+        assert worst[name, "damped"] <= worst[name, "undamped"] < worst[name, "rigid"], name
+
+
+def test_causes_of_the_error_one_at_a_time():
+    found = {one.away: in_degrees(one) for one in causes(DRIVE, "darc-4-damped", Motion(), 32)}
+    for away, (median, worst, own) in found.items():
+        print(f"without {away}: {median:.4f} / {worst:.4f} deg, own zero {own:.4f}")
+    assert found["counts of every encoder"][1] < 0.5 * found["nothing"][1]
