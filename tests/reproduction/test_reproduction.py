@@ -84,6 +84,7 @@ def test_a_finished_entry_is_taken_from_the_folder(tmp_path, monkeypatch):
         "cabledrive.studies.reproduction.run.entries",
         lambda: tuple(entry for entry in entries() if entry.name in CHEAP[:2]),
     )
+    monkeypatch.setattr("cabledrive.studies.reproduction.run.source_hash", lambda: "0" * 64)
     lines = []
     first = reproduce(quick=True, folder=tmp_path, note=lines.append)
     assert len(lines) == 2
@@ -93,6 +94,19 @@ def test_a_finished_entry_is_taken_from_the_folder(tmp_path, monkeypatch):
     (tmp_path / sorted(path.name for path in tmp_path.iterdir())[0]).write_text("{broken")
     assert reproduce(quick=True, folder=tmp_path, note=lines.append).plain() == first.plain()
     assert len(lines) == 3
+
+
+def test_another_source_is_computed_again(tmp_path, monkeypatch):
+    monkeypatch.setattr(
+        "cabledrive.studies.reproduction.run.entries",
+        lambda: tuple(entry for entry in entries() if entry.name in CHEAP[:1]),
+    )
+    lines = []
+    for source in "010":
+        monkeypatch.setattr("cabledrive.studies.reproduction.run.source_hash", lambda s=source: s * 64)
+        reproduce(quick=True, folder=tmp_path, note=lines.append)
+    assert len(lines) == 3
+    assert len(list(tmp_path.iterdir())) == 1
 
 
 @pytest.mark.verify

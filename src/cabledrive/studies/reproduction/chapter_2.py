@@ -26,8 +26,7 @@ def section_2_4(quick: bool) -> Outcome:
     growth = [amplification(courant) for courant in (COURANT, true)]
     why = (
         f"c_u of (2.31) lacks the prestrain: {COURANT} by (2.31) is really {true:.4f}, and the shortest wave "
-        "of "
-        f"{SEGMENTS} segments grows {growth[1]:.3f} times per step; at a true {COURANT} it grows "
+        f"of {SEGMENTS} segments grows {growth[1]:.3f} times per step; at a true {COURANT} it grows "
         f"{growth[0]:.3f} "
         f"times. {place('erratum-2-31-wave-speed')}"
     )

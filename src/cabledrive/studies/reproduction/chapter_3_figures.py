@@ -64,8 +64,7 @@ def determinant(number: int) -> Outcome:
         otherwise=SHAPE_DIFFERS,
         note=(
             "two of the zeros near 750 Hz lie close together: the lower one is the in-phase mode that the "
-            "print "
-            f"passes over. {place('erratum-table-3-2-in-phase')}"
+            f"print passes over. {place('erratum-table-3-2-in-phase')}"
         ),
     )
     return outcome([item], panels)

@@ -51,8 +51,7 @@ def experiment(one: Experiment, quick: bool) -> Outcome:
             printed="a filter with zeta = 1 and 20 Hz reduces the noise of the encoder",
             computed=(
                 f"rms of what the filter takes: acceleration {noise[0]:.2g}, speed {noise[1]:.2g} of "
-                "the "
-                "filtered one"
+                "the filtered one"
             ),
             unit="",
             deviation=None,

@@ -134,8 +134,7 @@ def figure_4_6(quick: bool) -> Outcome:
         otherwise=(DIFFERS, "the centroid is pulled by what is left of the specks"),
         note=(
             "the frames of the print are lost: a white segment on black with noise and stray specks is "
-            "made "
-            "up"
+            "made up"
         ),
     )
     panel = Panel(

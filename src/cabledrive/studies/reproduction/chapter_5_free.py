@@ -72,8 +72,8 @@ def figure_5_7(quick: bool) -> Outcome:
             otherwise=(DIFFERS, "not explained"),
             note=(
                 f"plucks of {1e3 * ONE_SIDED[0]:g} and {1e3 * ONE_SIDED[1]:g} mm and "
-                f"{LIGHT * PULLEY_DAMPING:g} 1/s of the pulley mode chosen; with {1e3 * FREE_PLUCKS[0]:g} and "
-                f"{1e3 * FREE_PLUCKS[1]:g} mm the spans swap through the pulley and the claim fails: "
+                f"{LIGHT * PULLEY_DAMPING:g} 1/s of the pulley mode chosen; with {1e3 * FREE_PLUCKS[0]:g} "
+                f"and {1e3 * FREE_PLUCKS[1]:g} mm the spans swap through the pulley, and the claim fails: "
                 f"{words[1]}"
             ),
         ),

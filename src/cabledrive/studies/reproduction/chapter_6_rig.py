@@ -21,8 +21,11 @@ FIGURES = {
 }
 CAUSES = {
     "darc-3": "",
-    "darc-4": "encoders start anywhere within a count here; at centred phases 0.061 deg at 26 Hz, 0.054 deg "
-    "at 28 Hz. Dropped dampings move the poles: docs/errata_control.md#erratum-6-39-damping; the print's pulse is lost",
+    "darc-4": (
+        "encoders start anywhere within a count here; at centred phases 0.061 deg at 26 Hz, 0.054 deg at 28 "
+        "Hz. Dropped dampings move the poles: docs/errata_control.md#erratum-6-39-damping; the print's pulse "
+        "is lost"
+    ),
     "backstepping": "",
 }
 

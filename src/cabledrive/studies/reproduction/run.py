@@ -17,6 +17,8 @@ from cabledrive.studies.reproduction.panel import panel_of
 from cabledrive.studies.reproduction.registry import entries
 
 SUFFIXES = (".py", ".toml")
+BEYOND = ("report", "app")
+"""Rooms that no number depends on."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -95,6 +97,8 @@ def reproduce(
             kept = _plain(entry.compute(quick), time.perf_counter() - began)
             if place is not None:
                 place.parent.mkdir(parents=True, exist_ok=True)
+                for stale in place.parent.glob(f"{entry.name}-{'[0-9a-f]' * 24}.json"):
+                    stale.unlink()
                 write_whole(place, json.dumps(kept, allow_nan=False), force=True)
         outcomes.append((entry, _revived(kept)))
         seconds.append(float(kept["seconds"]))
@@ -102,7 +106,7 @@ def reproduce(
 
 
 def source_hash() -> str:
-    """Hash of every source and drive file of the package.
+    """Hash of every source and drive file of the package but for those of report and door.
 
     Returns
     -------
@@ -112,8 +116,10 @@ def source_hash() -> str:
     root = Path(str(resources.files("cabledrive")))
     digest = hashlib.sha256()
     for path in sorted(path for path in root.rglob("*") if path.suffix in SUFFIXES):
-        digest.update(path.relative_to(root).as_posix().encode())
-        digest.update(path.read_bytes())
+        name = path.relative_to(root)
+        if name.parts[0] not in BEYOND:
+            digest.update(name.as_posix().encode())
+            digest.update(path.read_bytes())
     return digest.hexdigest()
 
 

@@ -1,0 +1,75 @@
+"""`cabledrive reproduce`: the dissertation computed anew, item by item."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import click
+
+from cabledrive.app.messages import note
+from cabledrive.app.options import Subcommand, answering
+from cabledrive.app.results import Answer, plain
+from cabledrive.parameters import InputRefused
+from cabledrive.parameters.files import write_whole
+
+RESULTS, REPORT, FINISHED = "results.json", "report.html", "entries"
+
+
+@click.command(
+    cls=Subcommand,
+    example="cabledrive reproduce --quick -o dissertation",
+    short_help="The dissertation behind the packaged drives, computed anew item by item.",
+)
+@answering
+@click.option("--quick", is_flag=True, help="Fewer runs of the rig and a coarser loop.")
+@click.option("--resume", is_flag=True, help="Go on where an interrupted run ended; done by itself as well.")
+@click.option("--force", is_flag=True, help="Replace results in DIR.")
+@click.option("-o", "--output", required=True, metavar="DIR", help="Folder for report.html and results.json.")
+def command(quick: bool, resume: bool, force: bool, output: str) -> Answer:
+    """Compute every table, figure and printed number anew and say of each whether it agrees.
+
+    Verdicts: agrees, erratum, differs, not computable, each with its reason. Finished entries are kept in DIR
+    and not done again while the package does not change.
+    """
+    folder = Path(output)
+    _check(folder, force=force or resume)
+    from cabledrive.report.reproduction_page import reproduction_html
+    from cabledrive.studies.reproduction import reproduce
+
+    try:
+        found = reproduce(quick=quick, folder=folder / FINISHED, note=note)
+        note("report")
+        page = reproduction_html(found)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(
+            f"what is finished is kept in {folder / FINISHED}; to go on, give the same command again"
+        ) from None
+    data = found.plain()
+    folder.mkdir(parents=True, exist_ok=True)
+    write_whole(folder / REPORT, page, force=True)
+    write_whole(folder / RESULTS, json.dumps(plain(data), indent=1, allow_nan=False) + "\n", force=True)
+    shown = {name: value for name, value in data.items() if name not in ("provenance", "figures")}
+    return Answer(data=shown, text=_text(data, folder), provenance=data["provenance"])
+
+
+def _check(folder: Path, *, force: bool) -> None:
+    if folder.exists() and not folder.is_dir():
+        raise InputRefused(f"{folder}: is a file, a folder is needed: choose another name")
+    if not folder.exists() and not folder.parent.is_dir():
+        raise InputRefused(f"{folder}: its folder {folder.parent} does not exist: create it first")
+    taken = [name for name in (RESULTS, REPORT) if (folder / name).exists()]
+    if taken and not force:
+        raise InputRefused(f"{folder / taken[0]}: exists: choose another folder, or add --force")
+
+
+def _text(data: dict[str, Any], folder: Path) -> str:
+    items = data["items"]
+    lines = [f"{len(items)} items of the dissertation", ""]
+    lines += [f"  {verdict:<16}{count:>5}" for verdict, count in data["counts"].items()]
+    found = [item for item in items if item["verdict"] == "differs"]
+    lines += ["", "what differs:"] if found else []
+    for item in found:
+        values = f"printed {item['printed']}, computed {item['computed']} {item['unit']}"
+        lines += [f"  {item['source']}: {values}", f"    {item['note']}"]
+    lines += ["", f"report: {folder / REPORT}"]
+    return "\n".join(lines)

@@ -1,0 +1,171 @@
+"""The dissertation beside what is computed, on one page: verdicts first, then chapter by chapter."""
+
+import platform
+import re
+from datetime import UTC, datetime
+from importlib.metadata import version
+from itertools import groupby
+
+from markupsafe import Markup
+
+from cabledrive.parameters.version import __version__
+from cabledrive.report.blocks import Block, Cell, Chapter, Column, Paragraph, RowGroup, Section, Table
+from cabledrive.report.figures.panels import panels_figure
+from cabledrive.report.numbers import number
+from cabledrive.report.page import Page, render
+from cabledrive.report.provenance import Provenance
+from cabledrive.studies.reproduction import Entry, Item, Outcome, Reproduction
+
+PACKAGES = ("numpy", "scipy", "numba", "matplotlib", "Jinja2")
+TITLES = {
+    "2": "Chapter 2: dynamics",
+    "3": "Chapter 3: modal analysis",
+    "4": "Chapter 4: identification",
+    "5": "Chapter 5: autoparametric resonance",
+    "6": "Chapter 6: control",
+    "A": "Appendix A: hardware",
+}
+WORK = (
+    "Modeling and Direct Adaptive Robust Control of Flexible Cable-Actuated Systems, Purdue University, 2015"
+)
+VERDICT_WORDS = {
+    "agrees": "inside the print's rounding or a stated tolerance; a claim in words holds",
+    "erratum": "the derivation contradicts the print; the place in the errata is named",
+    "differs": "neither agrees nor is it an erratum; the cause is named",
+    "not computable": "nothing to compute it from: a price, a measured datum, a figure that is lost",
+}
+_PLACE = re.compile(r"(docs/errata(?:_control)?\.md)#([\w-]+)")
+
+
+def reproduction_html(found: Reproduction, written_at: datetime | None = None) -> str:
+    """The reproduction as text.
+
+    Parameters
+    ----------
+    found : Reproduction
+    written_at : datetime, optional
+        Time that the page states; now where it is not given.
+
+    Returns
+    -------
+    str
+        HTML that needs no other file.
+    """
+    chapters = (_summary(found), *_chapters(found))
+    counts = ", ".join(f"{count} {verdict}" for verdict, count in found.counts.items())
+    return render(
+        Page(
+            title="The dissertation, item by item",
+            subtitle=f"{len(found.items)} numbers and claims of J. R. Bhardhwaj, {WORK}: {counts}",
+            chapters=chapters,
+            provenance=Provenance(
+                written_at=(written_at or datetime.now(UTC)).astimezone(UTC),
+                versions=(
+                    ("cabledrive", __version__),
+                    ("Python", platform.python_version()),
+                    *((name, version(name)) for name in PACKAGES),
+                ),
+                hashes=(("sources of the package", found.source),),
+                methods=(
+                    "Each number is computed by the package as it stands; seeds are fixed; "
+                    + (
+                        "the quick version: fewer runs of the rig, a coarser loop."
+                        if found.quick
+                        else "the full version."
+                    ),
+                ),
+            ),
+        )
+    )
+
+
+def _summary(found: Reproduction) -> Chapter:
+    rows: tuple[tuple[Cell, ...], ...] = tuple(
+        (verdict, str(count), VERDICT_WORDS[verdict]) for verdict, count in found.counts.items()
+    )
+    differs = [item for item in found.items if item.verdict == "differs"]
+    blocks: list[Block] = [
+        Table(
+            caption="Verdicts.",
+            columns=(Column(title="Verdict"), Column(title="Items", numeric=True), Column(title="Meaning")),
+            groups=(RowGroup(rows=rows),),
+        )
+    ]
+    if differs:
+        blocks.append(_table("What differs, and why.", differs))
+    return Chapter(
+        title="Verdict",
+        anchor="verdict",
+        headline=f"{found.counts['agrees']} of {len(found.items)} items agree, "
+        f"{found.counts['erratum']} are errata, {found.counts['differs']} differ, {found.counts['not computable']} cannot be computed.",
+        blocks=(
+            Paragraph(
+                text="Every numbered table, every figure whose data the text defines and the numbers of the "
+                "prose, computed anew. Measured logs, photographs and the pulses of the printed figures are "
+                "lost; what stands in their place is said with each item."
+            ),
+            *blocks,
+        ),
+    )
+
+
+def _chapters(found: Reproduction) -> list[Chapter]:
+    made = []
+    for name, group in groupby(found.outcomes, key=lambda pair: pair[0].chapter):
+        pairs = list(group)
+        items = [item for _, outcome in pairs for item in outcome.items]
+        agree = sum(item.verdict == "agrees" for item in items)
+        made.append(
+            Chapter(
+                title=TITLES[name],
+                anchor=f"chapter-{name.lower()}",
+                headline=f"{agree} of {len(items)} items agree.",
+                blocks=(),
+                sections=tuple(_section(entry, outcome) for entry, outcome in pairs),
+            )
+        )
+    return made
+
+
+def _section(entry: Entry, outcome: Outcome) -> Section:
+    blocks: list[Block] = [_table("Printed beside computed.", outcome.items)]
+    for figure, group in groupby(outcome.panels, key=lambda panel: panel.figure):
+        name = f"{entry.name}-{figure.lower().replace('. ', '-').replace('.', '-')}"
+        blocks.append(panels_figure(name, tuple(group)))
+    return Section(title=", ".join(entry.covers), anchor=entry.name, blocks=tuple(blocks))
+
+
+def _table(caption: str, items: tuple[Item, ...] | list[Item]) -> Table:
+    return Table(
+        caption=caption,
+        columns=(
+            Column(title="Item"),
+            Column(title="Printed"),
+            Column(title="Computed"),
+            Column(title="Deviation", unit="%", numeric=True),
+            Column(title="Verdict"),
+            Column(title="Reason"),
+        ),
+        groups=(RowGroup(rows=tuple(_row(item) for item in items)),),
+    )
+
+
+def _row(item: Item) -> tuple[Cell, ...]:
+    deviation = "" if item.deviation is None else f"{100 * item.deviation:.2g}"
+    note = Markup(_PLACE.sub(lambda m: f"<code>{m[1]}#{m[2]}</code>", str(Markup.escape(item.note))))
+    return (
+        item.source,
+        _value(item.printed, item.unit),
+        _value(item.computed, item.unit),
+        deviation,
+        item.verdict,
+        note,
+    )
+
+
+def _value(value: float | str | None, unit: str) -> str:
+    if value is None:
+        return "none"
+    if isinstance(value, str):
+        return value
+    return f"{number(value)} {unit}".strip()
