@@ -36,7 +36,7 @@ class CarriageMove:
 
     distance: float = 1.0
     duration: float = 2.5
-    rest: float = 4.0
+    rest: float = 3.0
     payload_mass: float = 0.25
     line_length: float = 0.25
     gust: tuple[float, float, float] = (0.0, 1.0, 1.5)

@@ -44,7 +44,7 @@ def move_carriage(
     plant: Transporter | None = None,
     tuning: TransporterTuning | None = None,
     seed: int = 0,
-    substeps: int = 10,
+    substeps: int = 5,
     ideal_sensors: bool = False,
 ) -> CarriageRun:
     """Carry a hanging mass along the span and look at what swings on.
@@ -61,7 +61,7 @@ def move_carriage(
     tuning : TransporterTuning, optional
     seed : int, default 0
         Of the encoders' phases.
-    substeps : int, default 10
+    substeps : int, default 5
         Internal steps of the plant per sample.
     ideal_sensors : bool, default False
         The encoders do not count but tell the displacements themselves.

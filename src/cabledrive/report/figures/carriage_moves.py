@@ -1,0 +1,90 @@
+"""Pictures of the transporter: a move under several laws, and frequencies and stability along the way."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from cabledrive.report.picture import Picture, picture
+from cabledrive.report.style import BLUE, GREEN, INK, LINE, ORANGE, PURPLE, QUIET, RED, label
+from cabledrive.rig.carriage_move import CarriageRun
+from cabledrive.studies.transporter_moves import AlongTheWay
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+COLOURS = {"scheduled": BLUE, "pd-flat": GREEN, "pd": RED, "shaper": ORANGE, "frozen": PURPLE}
+
+
+def moves_picture(name: str, runs: Sequence[CarriageRun], gusty: Sequence[CarriageRun]) -> Picture:
+    """Distance of the payload from the end of its way, in still air and after a gust.
+
+    Parameters
+    ----------
+    name : str
+        Unique on the page.
+    runs, gusty : sequence of CarriageRun
+        The same laws without and with wind.
+
+    Returns
+    -------
+    Picture
+    """
+
+    def _draw(figure: "Figure", narrow: bool) -> None:
+        panels = figure.subplots(2, 1, sharex=True)
+        for axes, shown, words in zip(panels, (runs, gusty), ("still air", "gust, 1 to 1.5 s"), strict=True):
+            axes.axhline(0.0, color=LINE, linewidth=1.0)
+            for run in shown:
+                left = 1e3 * (run.payload - run.wanted[-1])
+                axes.plot(run.time, left, color=COLOURS[run.law], linewidth=1.3)
+            axes.set_ylim(-110.0, 110.0)
+            axes.set_title(words)
+            axes.set_ylabel("payload, mm from rest")
+            axes.axvline(shown[0].arrival, color=QUIET, linewidth=1.0, linestyle=":")
+        _name_the_laws(panels[0], runs)
+        panels[-1].set_xlabel("time [s]")
+        panels[-1].set_xlim(2.0, runs[0].time[-1])
+
+    return picture(name, _draw, wide=340.0, narrow=340.0)
+
+
+def _name_the_laws(axes: "Axes", runs: Sequence[CarriageRun]) -> None:
+    for i, run in enumerate(runs):
+        at = (4.55 + 0.45 * (i % 2), 92.0 - 25.0 * (i // 2))
+        label(axes, run.law, at, (0, 0), color=COLOURS[run.law])
+
+
+def way_picture(name: str, way: AlongTheWay) -> Picture:
+    """Natural frequencies, and the slowest closed-loop pole of each law, over the place of the carriage.
+
+    Parameters
+    ----------
+    name : str
+        Unique on the page.
+    way : AlongTheWay
+
+    Returns
+    -------
+    Picture
+    """
+
+    def _draw(figure: "Figure", narrow: bool) -> None:
+        above, below = figure.subplots(2, 1, sharex=True)
+        for column, words in ((0, "swing"), (1, "carriage on the cable")):
+            above.plot(way.position, way.frequency[:, column], color=INK, linewidth=1.4)
+            middle = len(way.position) // 2
+            label(above, words, (way.position[middle], way.frequency[middle, column]), (0, 6))
+        above.set_ylim(0.0, 1.15 * way.frequency[:, 1].max())
+        above.set_ylabel("Hz")
+        below.axhline(0.0, color=QUIET, linewidth=1.0)
+        for law, growth in way.growth.items():
+            below.plot(way.position, growth, color=COLOURS[law], linewidth=1.4)
+            place = int(np.argmax(growth)) if law == "frozen" else len(growth) // 3
+            shift = (-42, -2) if law == "frozen" else (0, -13) if law == "scheduled" else (0, 5)
+            label(below, law, (way.position[place], growth[place]), shift, color=COLOURS[law])
+        below.set_ylabel("growth [1/s]")
+        below.set_xlabel("place of the carriage [m]")
+
+    return picture(name, _draw, wide=320.0, narrow=320.0)
