@@ -114,7 +114,7 @@ def test_slack_ends_the_run_with_status_3_and_keeps_what_was_found(tmp_path):
         (["--duration", "0"], "duration = 0.0 s must be above 0"),
         (["--duration", "inf"], "not a quantity"),
         (["--duration", "1e9"], "takes"),
-        (["--duration", "1", "--step", "1 ms"], "is not stable: at most 5.54"),
+        (["--duration", "1", "--step", "1 ms"], "is not stable: at most 3.32"),
         (["--duration", "1", "--segments", "2"], "needs at least 3"),
         (["--duration", "1", "--pluck-upper", "2 m"], "longer than the span"),
         (["--duration", "1", "--pluck-upper", "2 s"], "of dimension [time]"),

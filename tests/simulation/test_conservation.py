@@ -95,7 +95,7 @@ def test_verlet_energy_error_stays_bounded_while_the_drive_resonates():
 
 @pytest.mark.verify
 def test_verlet_energy_error_does_not_drift_over_a_million_steps_at_the_default_resolution():
-    result = run(LOOP, 10.0, segments=100, torque=Sine(amplitude=0.02, frequency=60.0))
+    result = run(LOOP, 10.0, segments=Scheme().segments, torque=Sine(amplitude=0.02, frequency=60.0))
     assert result.steps >= 10**6
     slope, spread = drift(result.time, result.budget_error)
     change = slope * result.time[-1]

@@ -7,7 +7,7 @@ import pytest
 
 from cabledrive.parameters.carriage import Carriage
 from cabledrive.parameters.drive_file import load_drive
-from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
+from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, simulate
 
 DURATION = 1e-3  # s; longitudinal waves cross a span one and a half times
 SEGMENTS, REFERENCE = np.array([128, 256, 512]), 4096
@@ -135,3 +135,32 @@ def stuck_and_slipping(segments):
     assert np.any(result.channel("load_speed")[1:] == 0.0), "the load pulley never sticks"
     assert np.any(result.channel("load_speed") != 0.0), "the load pulley never slips"
     return result.load_angle
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("shape", ["half-sine", "triangle"])
+def test_the_default_resolution_reaches_one_per_cent(shape):
+    """Envelopes of load angle and midpoint over 1 s at 81.6 Hz after plucks of 1 mm, 3.26 N, Gamma 2 1/s."""
+    drive = load_drive("dissertation-2", overrides=["cable.pretension=3.26", "cable.transverse_damping=2"])
+    plucks = tuple(Pluck(height=1e-3, span=span, shape=shape) for span in ("upper", "lower"))
+    found = [
+        simulate(
+            drive,
+            1.0,
+            torque=Sine(amplitude=0.02, frequency=81.6),
+            start=Start(plucks=plucks),
+            scheme=scheme,
+        )
+        for scheme in (Scheme(), Scheme(segments=800))
+    ]
+    for signals in zip(*((r.load_angle, r.midpoint("upper")[:, 2]) for r in found), strict=True):
+        ours, fine = (envelope(signal[:10_000]) for signal in signals)
+        error = np.max(np.abs(ours - fine)) / np.max(fine)
+        assert error < 0.01, f"{100 * error:.2g} %"
+
+
+def envelope(signal, window=250):
+    """Peaks of windows of two forcing periods, linear trend removed."""
+    x = np.linspace(-1.0, 1.0, signal.size)
+    flat = np.abs(signal - np.polyval(np.polyfit(x, signal, 1), x))
+    return flat.reshape(-1, window).max(axis=1)

@@ -51,7 +51,7 @@ def test_budget_of_the_undamped_forced_loop_closes_to_round_off_over_ten_seconds
 
 @pytest.mark.verify
 def test_budget_closes_over_ten_seconds_at_the_default_resolution():
-    result = run(LOOP, 10.0, segments=100)
+    result = run(LOOP, 10.0, segments=Scheme().segments)
     assert result.steps > 10**6
     assert_budget(result, 1e-12)
 

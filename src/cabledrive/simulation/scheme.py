@@ -20,7 +20,7 @@ class Scheme:
         Cable law, see `cabledrive.mechanics.cable_laws`.
     method : {"verlet", "node-centred", "energy-conserving"}, default "verlet"
         Name of the method, see `cabledrive.simulation.methods`.
-    segments : int, default 120
+    segments : int, default 200
         Segments per span; more where carriages stand closer together.
     step : float or None, default None
         Time step [s]; None: from `cfl`. The step taken is the largest up to it that divides a recording
@@ -38,7 +38,7 @@ class Scheme:
 
     model: str = "exact"
     method: str = "verlet"
-    segments: int = 120
+    segments: int = 200
     step: float | None = None
     cfl: float = 0.9
     slack: str = "stop"
