@@ -1,8 +1,8 @@
 """The cable of the drive file is twice as stiff as the real one: what does one pulse of motion repair?
 
 Nylon of 850 N/m stands in the file, 438 N/m are on the rig. The law that identifies in the loop misses by a
-third of a degree in its first pulse, learns stiffness over load inertia from two encoders and no torque, makes
-law, reference and filter anew while the load rests, and then follows within a count of its encoder.
+third of a degree in its first pulse, learns stiffness over load inertia from two encoders and no torque,
+makes law, reference and filter anew while the load rests, and then follows within a count of its encoder.
 """
 
 import cabledrive as cd

@@ -123,7 +123,9 @@ def motor_coefficients(readings: Array, torque: Array, inertias: Array, interval
     speed = filtered(np.ascontiguousarray(readings[:, 0]), interval, FILTER_HZ)[1]
     acting = filtered(torque_at_samples(torque), interval, FILTER_HZ)[0]
     slow = np.abs(speed) < SLOW_SHARE * np.abs(speed).max()
-    after = np.convolve(slow, np.ones(round(AFTER / interval) + 1))[: len(slow)] > 0.5
+    lately = round(AFTER / interval)
+    so_far = np.concatenate((np.zeros(lately + 1), np.cumsum(slow)))
+    after = so_far[lately + 1 :] > so_far[: len(slow)]
     ones = np.ones(len(speed))
     regressors = np.column_stack((mean[2], speed, np.sign(speed), -ones))
     thin = slice(None, None, THINNING)
