@@ -39,7 +39,7 @@ def moves_picture(name: str, runs: Sequence[CarriageRun], gusty: Sequence[Carria
             for run in shown:
                 left = 1e3 * (run.payload - run.wanted[-1])
                 axes.plot(run.time, left, color=COLOURS[run.law], linewidth=1.3)
-            axes.set_ylim(-110.0, 110.0)
+            axes.set_ylim(-110.0, 155.0)
             axes.set_title(words)
             axes.set_ylabel("payload, mm from rest")
             axes.axvline(shown[0].arrival, color=QUIET, linewidth=1.0, linestyle=":")
@@ -52,7 +52,7 @@ def moves_picture(name: str, runs: Sequence[CarriageRun], gusty: Sequence[Carria
 
 def _name_the_laws(axes: "Axes", runs: Sequence[CarriageRun]) -> None:
     for i, run in enumerate(runs):
-        at = (4.55 + 0.45 * (i % 2), 92.0 - 25.0 * (i // 2))
+        at = (2.6 + 0.75 * i, 122.0)
         label(axes, run.law, at, (0, 0), color=COLOURS[run.law])
 
 
