@@ -1,7 +1,19 @@
 """Chapter "Controller": the law, its bandwidth, its projection bounds, and the bound that is stated."""
 
-from cabledrive.report.blocks import Block, Cell, Chapter, Column, Figure, Note, Paragraph, RowGroup, Table
+from cabledrive.report.blocks import (
+    Block,
+    Cell,
+    Chapter,
+    Column,
+    Equation,
+    Figure,
+    Note,
+    Paragraph,
+    RowGroup,
+    Table,
+)
 from cabledrive.report.figures.study_runs import bandwidths_picture
+from cabledrive.report.formula import fraction, row, sub, total
 from cabledrive.report.numbers import number
 from cabledrive.report.study.verdict import listed, sentences
 from cabledrive.rig.setting import DEGREE
@@ -32,7 +44,7 @@ def controller_chapter(result: StudyResult) -> Chapter | None:
     if found.bandwidth is None:
         blocks.append(Note(text=sentences((found.reason,)), tone="warning"))
     else:
-        blocks += [_words(found), _bounds(found)]
+        blocks += [_words(found), _equation(), _bounds(found)]
     if found.candidates:
         blocks.append(_candidates(found))
     if sum(one.bound is not None for one in _of_the_law(found)) > 1:
@@ -69,6 +81,19 @@ def _words(found: ControllerResult) -> Paragraph:
         f"{found.bound / DEGREE:.3g} deg. {sentences((found.reason,))} The law and its filter stand as "
         "numbers in "
         "controller.json beside this page."
+    )
+
+
+def _equation() -> Equation:
+    tube = row(sub("h", "θ"), "(t)")
+    moved = total("i", "|Δ", sub("e", "i"), "(t)|")
+    counts = total("j", fraction(sub("q", "j"), "2"), "(", sub("‖g‖", "1,j"), "+ max|", sub("s", "j"), "|)")
+    return Equation(
+        formula=row("|e| ≤", sub("max", "t"), "[", tube, "+", moved, "] +", counts),
+        words="the error is at most the largest, over time, of the theorem's tube plus the sum of the "
+        "deviations "
+        "by each uncertain quantity, plus, for each encoder, half a count times the sum of the impulse "
+        "response's absolute values and the step response's largest",
     )
 
 

@@ -3,6 +3,7 @@
 from cabledrive.report.blocks import Block, Cell, Chapter, Column, Figure, Note, Paragraph, RowGroup, Table
 from cabledrive.report.figures.control_runs import responses_picture
 from cabledrive.report.numbers import number, quantity
+from cabledrive.report.study.loop_in_motion import loop_in_motion
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import StudyResult
 from cabledrive.studies.study.modes_stage import MODEL_WORDS
@@ -157,6 +158,7 @@ def resonance_chapter(result: StudyResult) -> Chapter:
                 groups=(RowGroup(rows=tuple(rows)),),
             ),
             *(Paragraph(text=f"{line[:1].upper()}{line[1:]}.") for line in lines),
+            loop_in_motion(result),
         ),
         methods=(
             "Resonance: tongue of the averaged equations; alarm: Hill's equation of every transverse mode "

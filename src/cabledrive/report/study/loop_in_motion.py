@@ -1,0 +1,56 @@
+"""The loop under the planned torque, as a figure that moves."""
+
+from cabledrive.parameters import InputRefused, NotComputed
+from cabledrive.reduction.quality import with_measured_stiffness
+from cabledrive.report.animation import animation_svg
+from cabledrive.report.blocks import Block, Figure, Paragraph
+from cabledrive.simulation import Recording, Scheme, simulate
+from cabledrive.simulation.signals import Sampled
+from cabledrive.studies.study import StudyResult
+from cabledrive.studies.study.resonance_stage import motion_torque
+
+SEGMENTS, FRAMES, RATE = 12, 60, 2000.0
+MOST_STEPS = 2e6
+
+
+def loop_in_motion(result: StudyResult) -> Block:
+    """The nonlinear loop under the torque that the motion needs, without feedback.
+
+    Parameters
+    ----------
+    result : StudyResult
+
+    Returns
+    -------
+    Figure or Paragraph
+        A paragraph where the run would be too long or is refused, with the reason.
+    """
+    machine, motion = with_measured_stiffness(result.known), result.goals.motion
+    duration = motion.trajectory.duration
+    waves = (machine.cable.axial_rigidity / machine.cable.mass_per_length) ** 0.5 / machine.span_length
+    if duration * waves * SEGMENTS > MOST_STEPS:
+        return Paragraph(text="The loop is not shown in motion: its cable is too stiff for a quick run.")
+    time, torque = motion_torque(machine, motion)
+    try:
+        run = simulate(
+            machine,
+            duration,
+            torque=Sampled(values=torque, rate=(len(time) - 1) / duration),
+            scheme=Scheme(slack="tension-only", segments=SEGMENTS),
+            recording=Recording(rate=RATE, fields=max(1, round(RATE * duration / FRAMES))),
+        )
+        switch, wide, narrow = animation_svg("loop-in-motion", machine, run)
+    except (InputRefused, NotComputed) as failure:
+        return Paragraph(text=f"The loop is not shown in motion: {failure}.")
+    return Figure(
+        name="loop-in-motion",
+        alt="The loop in slow motion under the torque that the planned motion needs: the drive pulley leads, "
+        "the "
+        "load pulley follows, the spans between them stretch and shake.",
+        caption="The nonlinear loop under the torque that the planned motion needs, without feedback; "
+        "deflections "
+        "and turns are drawn larger by the factors that it says.",
+        switch=switch,
+        wide=wide,
+        narrow=narrow,
+    )
