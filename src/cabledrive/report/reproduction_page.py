@@ -97,7 +97,8 @@ def _summary(found: Reproduction) -> Chapter:
         title="Verdict",
         anchor="verdict",
         headline=f"{found.counts['agrees']} of {len(found.items)} items agree, "
-        f"{found.counts['erratum']} are errata, {found.counts['differs']} differ, {found.counts['not computable']} cannot be computed.",
+        f"{found.counts['erratum']} are errata, {found.counts['differs']} differ, "
+        f"{found.counts['not computable']} cannot be computed.",
         blocks=(
             Paragraph(
                 text="Every numbered table, every figure whose data the text defines and the numbers of the "
@@ -140,10 +141,10 @@ def _table(caption: str, items: tuple[Item, ...] | list[Item]) -> Table:
         caption=caption,
         columns=(
             Column(title="Item"),
+            Column(title="Verdict"),
             Column(title="Printed"),
             Column(title="Computed"),
             Column(title="Deviation", unit="%", numeric=True),
-            Column(title="Verdict"),
             Column(title="Reason"),
         ),
         groups=(RowGroup(rows=tuple(_row(item) for item in items)),),
@@ -151,16 +152,10 @@ def _table(caption: str, items: tuple[Item, ...] | list[Item]) -> Table:
 
 
 def _row(item: Item) -> tuple[Cell, ...]:
-    deviation = "" if item.deviation is None else f"{100 * item.deviation:.2g}"
+    deviation = "" if item.deviation is None else number(round(100 * item.deviation, 9), 2)
     note = Markup(_PLACE.sub(lambda m: f"<code>{m[1]}#{m[2]}</code>", str(Markup.escape(item.note))))
-    return (
-        item.source,
-        _value(item.printed, item.unit),
-        _value(item.computed, item.unit),
-        deviation,
-        item.verdict,
-        note,
-    )
+    printed, computed = (_value(value, item.unit) for value in (item.printed, item.computed))
+    return (item.source, item.verdict, printed, computed, deviation, note)
 
 
 def _value(value: float | str | None, unit: str) -> str:

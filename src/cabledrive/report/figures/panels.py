@@ -55,7 +55,7 @@ def _fill(axes: "Axes", panel: Panel, narrow: bool) -> None:
         axes.plot(
             one.x,
             one.y,
-            style if not marks else "none",
+            linestyle="" if marks else style,
             marker=marks,
             markersize=4,
             color=_COLOURS[number % len(_COLOURS)],

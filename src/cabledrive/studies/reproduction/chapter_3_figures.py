@@ -48,9 +48,7 @@ def determinant(number: int) -> Outcome:
                 title=f"Determinant of the modal matrix, {words}; {LOST}",
                 x="frequency [Hz]",
                 y="determinant",
-                curves=(curve("determinant", x, y), curve("certified modes", certified, 0 * certified))[
-                    : 1 + 1
-                ],
+                curves=(curve("determinant", x, y), curve("certified modes", inside, 0.0 * inside)),
             )
         )
     spacing = (RANGES["whole"][1] - RANGES["whole"][0]) / 6000

@@ -52,7 +52,7 @@ def figure_5_2(quick: bool) -> Outcome:
         "figure-5-2",
         "Fig. 5.2: frequency ratio over mass ratios and tension",
         "surfaces for different tensions that the plane gamma = 1/2 cuts",
-        f"gamma rises with either mass and with the tension: {rising}; each of T0 = {TENSIONS} is cut",
+        f"gamma rises with either mass and with the tension: {'yes' if rising else 'no'}; each of T0 = {TENSIONS} is cut",
         rising,
         otherwise=(DIFFERS, "the ratio is not monotonic"),
         note=f"with Le in gamma and chi. {place('convention-frequency-ratio')}",
