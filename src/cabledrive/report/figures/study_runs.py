@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 PARTS = (("theorem", BLUE, "-"), ("unmatched", PURPLE, "--"), ("sensors", GREEN, "-."))
 PART_WORDS = {"theorem": "theorem", "unmatched": "unmatched", "sensors": "encoders"}
+BESIDE = {"theorem": -12, "unmatched": 6, "sensors": 6}
 PLANT_LOOKS = {"lumped": (BLUE, "-"), "cable": (ORANGE, "--")}
 WIDEST = 2.0
 
@@ -88,7 +89,7 @@ def bandwidths_picture(name: str, found: ControllerResult) -> Picture:
         for part, colour, style in PARTS:
             values = np.degrees([getattr(one, part) or 0.0 for one in usable])
             axes.plot(hertz, values, style, color=colour, linewidth=1.5)
-            label(axes, PART_WORDS[part], (hertz[-1], values[-1]), (-52, 6), color=colour)
+            label(axes, PART_WORDS[part], (hertz[-1], values[-1]), (-52, BESIDE[part]), color=colour)
         chosen = [i for i, one in enumerate(usable) if one.bandwidth == found.bandwidth]
         axes.plot(hertz[chosen], bound[chosen], "o", markersize=9, fillstyle="none", color=RED)
         axes.set_ylim(max(1e-4, 0.3 * bound.min() / 30.0), 2.0 * bound.max())

@@ -85,11 +85,12 @@ def _words(found: ControllerResult) -> Paragraph:
 
 
 def _equation() -> Equation:
-    tube = row(sub("h", "θ"), "(t)")
-    moved = total("i", "|Δ", sub("e", "i"), "(t)|")
-    counts = total("j", fraction(sub("q", "j"), "2"), "(", sub("‖g‖", "1,j"), "+ max|", sub("s", "j"), "|)")
+    tube = row(sub("h", "θ"), "(", "t", ")")
+    moved = total("i", "|", "Δ", sub("e", "i"), "(", "t", ")", "|")
+    norm = row("‖", sub("g", "j"), "‖", "+", "max", "|", sub("s", "j"), "|")
+    counts = total("j", fraction(sub("q", "j"), "2"), "(", norm, ")")
     return Equation(
-        formula=row("|e| ≤", sub("max", "t"), "[", tube, "+", moved, "] +", counts),
+        formula=row(sub("e", "max"), "≤", sub("max", "t"), "(", tube, "+", moved, ")", "+", counts),
         words="the error is at most the largest, over time, of the theorem's tube plus the sum of the "
         "deviations "
         "by each uncertain quantity, plus, for each encoder, half a count times the sum of the impulse "
@@ -117,8 +118,7 @@ def _bounds(found: ControllerResult) -> Table:
 def _candidates(found: ControllerResult) -> Table:
     rows: tuple[tuple[Cell, ...], ...] = tuple(
         (
-            f"{one.model}",
-            f"{one.bandwidth:g}",
+            f"Model {one.model}, {one.bandwidth:g} Hz",
             *("" if v is None else number(v / DEGREE, 3) for v in (one.theorem, one.unmatched, one.sensors)),
             "" if one.bound is None else number(one.bound / DEGREE, 3),
             "" if one.torque is None else number(one.torque, 3),
@@ -127,14 +127,13 @@ def _candidates(found: ControllerResult) -> Table:
         for one in found.candidates
     )
     return Table(
-        caption="The bandwidths that were tried, and the parts of the bound.",
+        caption="The laws and bandwidths that were tried, and the parts of the bound in degrees.",
         columns=(
-            Column(title="Model", numeric=True),
-            Column(title="λ/2π", unit="Hz", numeric=True),
-            Column(title="Theorem", unit="deg", numeric=True),
-            Column(title="Unmatched", unit="deg", numeric=True),
-            Column(title="Encoders", unit="deg", numeric=True),
-            Column(title="Bound", unit="deg", numeric=True),
+            Column(title="Law"),
+            Column(title="Theorem", numeric=True),
+            Column(title="Unmatched", numeric=True),
+            Column(title="Encoders", numeric=True),
+            Column(title="Bound", numeric=True),
             Column(title="Torque", unit="N m", numeric=True),
             Column(title=""),
         ),
