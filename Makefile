@@ -5,6 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 BENCH_VENV := .venv-bench
 REPORT := build/demo/report.html
+DISSERTATION := build/demo/dissertation
 PIP_INSTALL = -m pip install --quiet --disable-pip-version-check -c constraints.txt
 BENCH_PEERS := $(wildcard benchmarks/requirements.txt)
 KERNEL_MODULES = $(shell grep -rlwE --include='*.py' 'njit|guvectorize' src)
@@ -28,7 +29,8 @@ help:
 demo: $(VENV)/run.stamp
 	@mkdir -p $(dir $(REPORT))
 	$(BIN)/cabledrive report -o $(REPORT) --force
-	@echo "The report is in $(REPORT)"
+	$(BIN)/cabledrive reproduce --quick -o $(DISSERTATION) --force
+	@echo "The report is in $(REPORT), the dissertation item by item in $(DISSERTATION)/report.html"
 
 test: lint
 	$(BIN)/python -m pytest -n 2

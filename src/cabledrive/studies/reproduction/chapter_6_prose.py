@@ -80,6 +80,16 @@ def prose(quick: bool) -> Outcome:
         )
     )
     items.append(
+        erratum(
+            "section-6-3-orders",
+            "Sections 6.3, 6.4: bounded derivatives of the reference that the laws need",
+            "up to fourth for Model 1, sixth for Model 2",
+            "second for Model 1, fourth for Model 2",
+            "",
+            f"what z_eq of each law ends with. {place('erratum-6-39-order', control=True)}",
+        )
+    )
+    items.append(
         claimed(
             "section-6-3-condition",
             "(6.22): example of u_s2",
