@@ -156,10 +156,10 @@ def test_every_place_is_stable_and_one_design_for_all_is_not():
 
 
 def test_residual_motion_is_less_than_a_fifth_of_that_under_pd():
-    """0.5 kg over 1 m in 2.5 s: about 1 mm against 83 mm of PD with rigid feedforward, 9 mm of the shaper."""
+    """0.5 kg over 1 m in 2.5 s: about 1 mm, as with the shaper, against 83 mm of PD with rigid feedforward."""
     found = {law: residual_motion(DRIVE, law, runs=2).at_once.max() for law in ("scheduled", "pd", "shaper")}
     assert found["scheduled"] < 0.2 * found["pd"], f"observed {found}"
-    assert found["scheduled"] < found["shaper"] < found["pd"], f"observed {found}"
+    assert found["shaper"] < 0.2 * found["pd"], f"observed {found}"
     assert found["scheduled"] < 2.5e-3
 
 
@@ -189,7 +189,7 @@ def test_shaper_starts_with_the_motion_and_ends_with_it_later():
     given, late = shaped(MACHINE, way(time, 2), INTERVAL, 0.75)
     assert given[0, 0] == 0.0
     assert given[0, -1] == pytest.approx(1.0, rel=1e-12)
-    assert late == pytest.approx(0.5 / 1.065 + 0.5 / 9.1, rel=0.05)
+    assert late == pytest.approx(0.5 / 0.995 + 0.5 / 9.1, rel=0.03)
 
 
 @pytest.mark.parametrize(
@@ -198,6 +198,7 @@ def test_shaper_starts_with_the_motion_and_ends_with_it_later():
         ({"law": "darc"}, "is not known"),
         ({"move": CarriageMove(distance=1.3)}, "shorten the way"),
         ({"move": CarriageMove(payload_mass=0.0)}, "above 0"),
+        ({"law": "shaper", "move": CarriageMove(duration=0.5)}, "take longer"),
     ],
 )
 def test_moves_that_cannot_be_are_refused(choices, words):

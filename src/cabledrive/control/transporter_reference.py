@@ -14,8 +14,7 @@ from cabledrive.reduction.transporter import (
     BODIES,
     Transporter,
     compliance,
-    frozen_frequencies,
-    strand_stiffness,
+    held_frequencies,
 )
 
 Array = NDArray[np.float64]
@@ -112,10 +111,7 @@ def shaped(transporter: Transporter, wanted: Array, interval: float, position: f
         How much longer it takes [s].
     """
     t, late = transporter, 0.0
-    first, second, third = strand_stiffness(t, position)
-    held = first + second * third / (second + third)
-    swing = float(frozen_frequencies(t, position)[0])
-    cable = sqrt(held / t.carriage_mass)
+    swing, cable = (float(f) for f in held_frequencies(t, position)[:2])
     for omega, ratio in ((swing, 0.5 * t.swing_damping * swing), (cable, 0.5 * t.damping_time * cable)):
         omega_d = omega * sqrt(1.0 - ratio**2)
         fade = exp(-ratio * pi / sqrt(1.0 - ratio**2))

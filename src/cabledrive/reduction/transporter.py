@@ -264,7 +264,28 @@ def frozen_frequencies(transporter: Transporter, position: float) -> Array:
     ndarray, shape (3,)
         [rad/s], ascending.
     """
-    root = 1.0 / np.sqrt(transporter.masses)
-    stiffness = stiffness_and_damping(transporter, position)[0]
+    return _frequencies(transporter, position, first=0)[1:]
+
+
+def held_frequencies(transporter: Transporter, position: float) -> Array:
+    """The same with the motor held.
+
+    Parameters
+    ----------
+    transporter : Transporter
+    position : float
+        Of the carriage [m].
+
+    Returns
+    -------
+    ndarray, shape (3,)
+        [rad/s], ascending.
+    """
+    return _frequencies(transporter, position, first=1)
+
+
+def _frequencies(transporter: Transporter, position: float, *, first: int) -> Array:
+    root = 1.0 / np.sqrt(transporter.masses[first:])
+    stiffness = stiffness_and_damping(transporter, position)[0][first:, first:]
     squares = np.linalg.eigvalsh(root[:, None] * stiffness * root)
-    return np.sqrt(np.clip(squares[1:], 0.0, None))
+    return np.sqrt(np.clip(squares, 0.0, None))

@@ -62,7 +62,7 @@ class CarriageRun:
     force : ndarray, shape (samples,)
         Of the motor at the rim [N].
     arrival : float
-        When the motion is over, a shaper's delay included [s].
+        When the motion is to be over [s].
     incomplete : str or None
         Why the run ended early.
     """

@@ -81,7 +81,7 @@ def move_carriage(
     believed = transporter_of(drive, payload_mass=move.payload_mass, line_length=move.line_length)
     check_way(believed, move.distance)
     interval, count = sample_interval(drive), one_count(drive)
-    wanted, reference, arrival = reference_of(believed, law, move, interval)
+    wanted, reference = reference_of(believed, law, move, interval)
     made = made_law(believed, law, move, interval, count, force_limit(drive), tuning)
     actual = plant or believed
     phases = np.random.default_rng(seed).uniform(-0.5, 0.5, 2)
@@ -123,15 +123,15 @@ def move_carriage(
         swing=log[:, 3],
         tensions=log[:, 9:12],
         force=log[:, 12],
-        arrival=arrival,
+        arrival=move.duration,
         incomplete=why,
     )
 
 
 def reference_of(
     transporter: Transporter, law: str, move: CarriageMove, interval: float
-) -> tuple[Array, Array, float]:
-    """What is wanted, what the law follows, and when that is over.
+) -> tuple[Array, Array]:
+    """What is wanted, and what the law follows; a shaped motion is as much shorter as its shaper is long.
 
     Parameters
     ----------
@@ -145,25 +145,44 @@ def reference_of(
     -------
     wanted : ndarray, shape (samples,)
     reference : ndarray, shape (samples, 10)
-    arrival : float
-        [s].
+
+    Raises
+    ------
+    InputRefused
+        If the shaper takes longer than the motion.
     """
-    way = Trajectory(
-        moves=(Move(start=0.0, duration=move.duration, distance=move.distance),),
-        duration=move.duration + move.rest,
-        order=ORDER,
-    )
-    time = np.asarray(interval * np.arange(round(way.duration / interval)), dtype=np.float64)
-    y, late = way(time, 6), 0.0
+    samples = round((move.duration + move.rest) / interval)
+    time = np.asarray(interval * np.arange(samples), dtype=np.float64)
+    y, middle = way_of(move, move.duration)(time, 6), transporter.start + 0.5 * move.distance
     feedforward = LAWS[law][1]
     if feedforward == "flat":
-        reference = flat_motion(transporter, y, interval)
-    else:
-        given = y
-        if feedforward != "rigid":
-            given, late = shaped(transporter, y, interval, transporter.start + 0.5 * move.distance)
-        reference = rigid_motion(transporter, given)
-    return y[0], reference, move.duration + late
+        return y[0], flat_motion(transporter, y, interval)
+    if feedforward == "rigid":
+        return y[0], rigid_motion(transporter, y)
+    late = shaped(transporter, y, interval, middle)[1]
+    if late >= move.duration:
+        raise InputRefused(
+            f"duration = {move.duration:.4g} s is not above {late:.4g} s, which the shaper takes: take longer"
+        )
+    sooner = way_of(move, move.duration - late)(time, 6)
+    return y[0], rigid_motion(transporter, shaped(transporter, sooner, interval, middle)[0])
+
+
+def way_of(move: CarriageMove, duration: float) -> Trajectory:
+    """A smooth way of the payload.
+
+    Parameters
+    ----------
+    move : CarriageMove
+    duration : float
+        [s].
+
+    Returns
+    -------
+    Trajectory
+    """
+    moves = (Move(start=0.0, duration=duration, distance=move.distance),)
+    return Trajectory(moves=moves, duration=move.duration + move.rest, order=ORDER)
 
 
 @lru_cache(maxsize=16)

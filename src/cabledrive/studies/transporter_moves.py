@@ -64,14 +64,11 @@ class ResidualMotion:
     at_once, later : ndarray, shape (runs,)
         Largest distance from the place of rest after the arrival, and from two seconds later on [m]; infinite
         for a run that ended early.
-    arrival : float
-        [s].
     """
 
     law: str
     at_once: Array
     later: Array
-    arrival: float
 
 
 def residual_motion(
@@ -104,7 +101,6 @@ def residual_motion(
         law=law,
         at_once=np.array([run.residual() for run in found]),
         later=np.array([run.residual(later=2.0) for run in found]),
-        arrival=found[0].arrival,
     )
 
 

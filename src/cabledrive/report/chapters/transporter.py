@@ -68,8 +68,8 @@ def _moves(drive: Drive) -> Section:
                 name="carriage-moves",
                 alt="Distance of the payload from its place of rest under four laws; largest in still air: "
                 f"{words}.",
-                caption="Distance of the hanging mass from where it is to rest. Dotted: end of the motion; "
-                "the shaper's comes half a second later. Below, a gust of 0.2 N on the mass.",
+                caption="Distance of the hanging mass from where it is to rest. Dotted: end of the motion, "
+                "the shaper's included. Below, a gust of 0.2 N on the mass.",
                 wide=picture.wide,
                 narrow=picture.narrow,
             ),
