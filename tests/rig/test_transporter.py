@@ -156,7 +156,7 @@ def test_every_place_is_stable_and_one_design_for_all_is_not():
 
 
 def test_residual_motion_is_less_than_a_fifth_of_that_under_pd():
-    """0.5 kg over 1 m in 2.5 s: about 1 mm, as with the shaper, against 83 mm of PD with rigid feedforward."""
+    """0.5 kg over 1 m in 2.5 s: about 1 mm, as with the shaper; 83 mm of PD with rigid feedforward."""
     found = {law: residual_motion(DRIVE, law, runs=2).at_once.max() for law in ("scheduled", "pd", "shaper")}
     assert found["scheduled"] < 0.2 * found["pd"], f"observed {found}"
     assert found["shaper"] < 0.2 * found["pd"], f"observed {found}"

@@ -33,7 +33,7 @@ LAWS = {
 """Feedback and feedforward of each law."""
 PD_HZ = 5.0
 ORDER = 13
-POSITIONS = 23
+POSITIONS = 12
 
 
 def move_carriage(
