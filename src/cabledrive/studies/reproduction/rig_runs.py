@@ -18,6 +18,7 @@ ENCODER = 0.036
 HELD = 5.41
 """The load's mode with the drive pulley held, sqrt(beta)/(2 pi) [Hz]."""
 
+RISES = (0.6, 0.7, 0.8, 0.9, 1.0)
 JOINT_BAND = (60.0, 150.0)
 MOTION = "pulse of 45 deg in 0.5 s with 0.5 s dwell chosen, the print's is lost"
 LAWS = {
@@ -53,6 +54,34 @@ def run(law: str, bandwidth: float | None = None, feedback: str = "motor", seed:
         options=options,
         seed=seed,
     )
+
+
+def slower_rise(law: str, wanted: float, seeds: int) -> str:
+    """The shortest of some rises at which an error is reached, as the encoder of the load shows it.
+
+    Parameters
+    ----------
+    law : str
+    wanted : float
+        [deg].
+    seeds : int
+        Encoder phases.
+
+    Returns
+    -------
+    str
+        In words.
+    """
+    for rise in RISES:
+        errors = [
+            track(load_drive("dissertation-3"), controller=law, motion=Motion(rise=rise), seed=seed).summary[
+                "encoder_error_deg"
+            ]
+            for seed in range(seeds)
+        ]
+        if (median := float(np.median(errors))) <= wanted:
+            return f"45 deg in {rise:g} s: {median:.3f} deg on the load's encoder, median of {seeds} phases"
+    return f"not reached with any rise up to {RISES[-1]:g} s"
 
 
 def dwell_spectrum(found: Tracking, inertia: int) -> tuple[Array, Array]:
