@@ -5,7 +5,6 @@ from math import pi, sqrt
 from cabledrive.parameters import Drive, load_drive
 from cabledrive.studies.reproduction.item import (
     DIFFERS,
-    ERRATUM,
     Entry,
     Item,
     Otherwise,
@@ -187,32 +186,25 @@ def table_a_3(quick: bool) -> Outcome:
     motor = load_drive("dissertation-3").motor
     assert motor is not None
     assert motor.gear_ratio is not None
-    backlash = (
-        f"18 times the 0.055 deg of Section 6.6.1, never discussed. {place('erratum-table-a-3-backlash')}"
-    )
-    speed = f"the motor is used up to its nominal 5680 rpm. {place('erratum-table-a-3-input-speed')}"
     rows = [
         unknown("table-a-3-price", "Table A.3: price", "544", "USD", PRICE),
         taken("table-a-3-reduction", "Table A.3: reduction", "5.2", motor.gear_ratio, ""),
         unknown("table-a-3-stages", "Table A.3: number of stages", 1.0, "", ALONE),
-        compared(
+        erratum(
             "table-a-3-torque",
-            "Table A.3: intermittent torque at the output, above the nominal 2.1 N m",
-            "12.0",
-            NOMINAL_TORQUE * motor.gear_ratio,
-            "N m",
-            otherwise=(
-                ERRATUM,
-                f"it is not the limit that 6.5.1 makes of 2.1 N m. {place('erratum-4-1-achievable-torque')}",
-            ),
+            "Table A.3: intermittent torque at the output, beside Section 6.5.1",
+            "12.0 N m",
+            f"{NOMINAL_TORQUE * motor.gear_ratio:.3f} N m is called the maximum achievable value",
+            "",
+            f"that is the continuous rating of the motor. {place('erratum-4-1-achievable-torque')}",
         ),
         erratum(
             "table-a-3-backlash",
-            "Table A.3: backlash, in tracking errors of Section 6.6.1",
-            1.0,
-            1.0 / 0.055,
-            "deg; times 0.055 deg",
-            backlash,
+            "Table A.3: average backlash without load",
+            "1.0 deg, beside a tracking error of 0.055 deg",
+            f"{1.0 / 0.055:.0f} times that error",
+            "",
+            f"never discussed. {place('erratum-table-a-3-backlash')}",
         ),
         compared(
             "table-a-3-inertia",
@@ -226,7 +218,14 @@ def table_a_3(quick: bool) -> Outcome:
                 f"{place('erratum-table-4-1-reflected-inertia')}"
             ),
         ),
-        erratum("table-a-3-input", "Table A.3: recommended input speed", 3000.0, NOMINAL_SPEED, "rpm", speed),
+        erratum(
+            "table-a-3-input",
+            "Table A.3: recommended input speed, beside Section 4.1",
+            "3000.0 rpm",
+            f"driven up to {NOMINAL_SPEED:.0f} rpm",
+            "",
+            f"the print does not mention it. {place('erratum-table-a-3-input-speed')}",
+        ),
     ]
     for key, words, alone, unit in (
         ("weight", "weight", 950.0, "g"),

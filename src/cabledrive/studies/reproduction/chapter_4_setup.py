@@ -94,9 +94,9 @@ def section_4_1(quick: bool) -> Outcome:
         erratum(
             "section-4-1-camera",
             "Sections 4.1, 5.2.2, 5.3: frames per second",
-            480.0,
-            400.0,
-            "1/s",
+            "at most 480",
+            "400 in the experiments",
+            "",
             f"{camera}. {place('erratum-4-1-camera')}",
         ),
         unknown("section-4-1-picture", "Section 4.1: size of a frame", "224 x 160", "pixel", CHOSEN),
@@ -230,9 +230,9 @@ def section_4_3(quick: bool) -> Outcome:
             erratum(
                 "section-4-3-lines",
                 "(4.14), (4.15): 1000 sines from 1 to 500 Hz seen through a Hann window of 1 s",
-                1.0,
-                spacing,
-                "Hz; window resolves, lines are apart",
+                "settings of the estimate",
+                f"lines {spacing:.4f} Hz apart, the window parts 1 Hz",
+                "",
                 f"a neighbouring line is seen with {leak:.2f} of its amplitude. "
                 f"{place('erratum-4-14-line-spacing')}",
             ),
