@@ -1,0 +1,274 @@
+"""Chapter "Control at the sensor's limit": learning in the loop, the bound, feedforward and feedback."""
+
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from cabledrive.parameters import Drive, InputRefused, Lumped
+from cabledrive.report.blocks import Block, Cell, Chapter, Column, Figure, Paragraph, RowGroup, Section, Table
+from cabledrive.report.chapters.control import can_be_controlled
+from cabledrive.report.context import ReportContext
+from cabledrive.report.figures.control_runs import errors_picture
+from cabledrive.report.numbers import number
+from cabledrive.rig import Motion, RigOptions, Tracking, track
+from cabledrive.rig.baselines import FEEDFORWARDS
+from cabledrive.rig.causes import causes, in_degrees
+from cabledrive.rig.comparison import compared
+from cabledrive.rig.draws import run_draws
+from cabledrive.rig.expected_bound import PARTS, bound_over_draws
+from cabledrive.rig.fitting import fitted_encoders
+from cabledrive.rig.learning_draws import run_learning_draws
+from cabledrive.rig.loop import Loop, close_loop
+from cabledrive.rig.registry import design
+from cabledrive.rig.trial import wish_for
+
+PLACE = 720
+SEEDS, DRAWS, SOFTER = 6, 8, 0.9
+ONE, TWO = Motion(), Motion(pulses=2)
+SETTINGS = {"pd": 20.0, "pid": 2.0, "lqg": 0.2, "dob": 11.0, "shaper": 11.0}
+SAID = {
+    "matched": "motor: inertia, friction and offset within their bounds",
+    "friction": "friction that sticks, in plant and filter",
+    "unmatched": "cable, load and joint within their spreads",
+    "counts": "counts of the encoders and their unknown zeros",
+}
+
+
+def chapter(context: ReportContext) -> Chapter | None:
+    """What the sensors allow, on every machine with motor, flexible joint and three encoders.
+
+    Parameters
+    ----------
+    context : ReportContext
+
+    Returns
+    -------
+    Chapter or None
+    """
+    parts = [p for p in zip(context.drives, context.anchors, strict=True) if can_learn(p[0])]
+    if not parts:
+        return None
+    sections = []
+    for drive, name in parts:
+        context.progress(f"control, learning: {drive.name}")
+        sections.append(
+            Section(title=drive.name, anchor=f"control-learning-{name}", blocks=_about(drive, name))
+        )
+    return Chapter(
+        title="Control at the sensor's limit",
+        anchor="control-learning",
+        blocks=(
+            Paragraph(
+                text="The parameters that the printed laws adapt are not those that limit them. Stiffness "
+                "over load inertia, which no motor torque can stand in for, is learnt here from one pulse "
+                "of two encoders, and law, reference and filter are made anew while the load rests. "
+                "Baselines follow with the same feedforwards, so that what feedback adds can be seen."
+            ),
+        ),
+        sections=tuple(sections),
+        methods=(
+            f"Control, learning: {DRAWS} plants drawn from the bounds and spreads of the drive, encoder "
+            "phases at random; intervals by rounding the smoothed motion again with other phases.",
+        ),
+    )
+
+
+@cache
+def can_learn(drive: Drive) -> bool:
+    """Whether the law that learns can run on a drive with the gains that the package chooses.
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    bool
+    """
+    if not can_be_controlled(drive):
+        return False
+    try:
+        design("darc-indirect", wish_for(drive, TWO, best=True))
+    except InputRefused:
+        return False
+    return list(fitted_encoders(drive)) == ["motor", "drive", "load"]
+
+
+def _about(drive: Drive, name: str) -> tuple[Block, ...]:
+    actual = softer(drive)
+    runs = [
+        track(drive, controller=law, gains="best", motion=TWO, plant_drive=actual, seed=1)
+        for law in ("darc-4-damped", "darc-indirect")
+    ]
+    loop = _loop(drive, "darc-4-damped", ONE)
+    return (
+        _errors(name, runs),
+        _learnt(runs[1].summary["learnt"]),
+        _draws(drive, loop),
+        _baselines(drive),
+        _causes(drive),
+        _bound(loop),
+        Paragraph(text="Gains chosen for it: " + "; ".join(loop.controller.gains["reasons"]) + "."),
+    )
+
+
+def softer(drive: Drive) -> Drive:
+    """The drive with a cable a tenth softer than believed, where the file gives its stiffness.
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    Drive
+    """
+    lumped = drive.lumped
+    if lumped is None or lumped.cable_stiffness is None:
+        return drive
+    cable = Lumped(cable_stiffness=SOFTER * lumped.cable_stiffness, cable_damping=lumped.cable_damping)
+    return replace(drive, lumped=cable)
+
+
+def _loop(drive: Drive, name: str, motion: Motion) -> Loop:
+    made = design(name, wish_for(drive, motion, best=True))
+    return close_loop(drive, drive, made, motion, RigOptions(), np.random.default_rng(0))
+
+
+def _errors(name: str, runs: list[Tracking]) -> Figure:
+    picture = errors_picture(f"learning-{name}", runs)
+    later = [run.summary["later_pulses_error_deg"] for run in runs]
+    return Figure(
+        name=f"learning-{name}",
+        alt="Error of the load over two pulses on a cable a tenth softer than believed: in the second pulse "
+        f"{number(later[1], 2)} deg with learning, {number(later[0], 2)} deg without.",
+        caption="Two pulses on a cable a tenth softer than the design believes. Above: the damping-aware law "
+        "without learning. Below: everything made anew in the rest after the first pulse. Dotted: the "
+        "theorem's bound, which holds for true states and a known cable only.",
+        wide=picture.wide,
+        narrow=picture.narrow,
+    )
+
+
+def _learnt(said: dict[str, Any]) -> Table:
+    rows: list[tuple[Cell, ...]] = [
+        (
+            "stiffness over load inertia",
+            "1/s²",
+            *(number(said[k], 5) for k in ("beta", "beta_low", "beta_high")),
+        ),
+        (
+            "damping over load inertia",
+            "1/s",
+            *(number(said[k], 3) for k in ("gamma", "gamma_low", "gamma_high")),
+        ),
+    ]
+    units = {
+        "inertia": ("whole inertia", "kg m²"),
+        "viscous_friction": ("viscous friction", "N m s/rad"),
+        "coulomb_friction": ("Coulomb friction", "N m"),
+        "offset_torque": ("offset torque", "N m"),
+    }
+    for key, (words, unit) in units.items():
+        rows.append((words, unit, *(number(said[key][k], 3) for k in ("value", "low", "high"))))
+    return Table(
+        caption="Learnt from the first pulse of the lower run, with 95 % intervals.",
+        columns=(
+            Column(title="Quantity"),
+            Column(title="Unit"),
+            Column(title="Value", numeric=True),
+            Column(title="From", numeric=True),
+            Column(title="To", numeric=True),
+        ),
+        groups=(RowGroup(rows=tuple(rows)),),
+    )
+
+
+def _draws(drive: Drive, loop: Loop) -> Table:
+    plain = run_draws(loop, RigOptions(), DRAWS, 1)
+    wish = wish_for(drive, TWO, best=True)
+    said = run_learning_draws(_loop(drive, "darc-indirect", TWO), wish, RigOptions(), DRAWS, 1).words
+    peak, own = plain.degrees("peak"), plain.degrees("own_peak")
+    rows = (
+        ("damping-aware, one pulse", *(f"{v:.3f}" for v in (np.median(peak), peak.max(), own.max()))),
+        (
+            "the same after learning",
+            f"{said['median_peak_error_deg']:.3f}",
+            f"{said['worst_peak_error_deg']:.3f}",
+            f"{said['worst_encoder_error_deg']:.3f}",
+        ),
+    )
+    count = np.degrees(loop.rig.counts[-1] / loop.gear)
+    return Table(
+        caption=f"Peak error over {DRAWS} plants drawn at random; a count of the load's encoder is "
+        f"{count:.3f} deg.",
+        columns=(
+            Column(title="Law, best gains"),
+            Column(title="Median", unit="deg", numeric=True),
+            Column(title="Worst", unit="deg", numeric=True),
+            Column(title="Worst, encoder's zero", unit="deg", numeric=True),
+        ),
+        groups=(RowGroup(rows=rows),),
+        note="The encoder's own zero is all that a rig can see; it is up to half a count off the true one.",
+    )
+
+
+def _baselines(drive: Drive) -> Table:
+    wish, kinds = wish_for(drive, ONE), tuple(FEEDFORWARDS)
+    settings = {(law, kind): value for law, value in SETTINGS.items() for kind in kinds}
+    found = compared(drive, tuple(SETTINGS), kinds, 4, 3, wish, ONE, settings=settings)
+    cells = {(one.law, one.feedforward): one.draws for one in found}
+    rows = []
+    for law, setting in SETTINGS.items():
+        peaks = [cells[law, kind] for kind in kinds]
+        words = ["ended early" if one.failed else f"{one.degrees('peak').max():.3f}" for one in peaks]
+        rows.append((law, f"{setting:g} {'N m' if law == 'lqg' else 'Hz'}", *words))
+    return Table(
+        caption="Worst peak error of four drawn plants: each feedback behind each feedforward.",
+        columns=(
+            Column(title="Feedback"),
+            Column(title="Setting"),
+            *(
+                Column(title=words, unit="deg", numeric=True)
+                for words in ("Damped inverse", "Undamped", "Rigid")
+            ),
+        ),
+        groups=(RowGroup(rows=tuple(rows)),),
+        note="All with friction by the reference's speed and the same filter. The documentation's page on "
+        "which controller to take has each pair tuned by one rule, over more draws.",
+    )
+
+
+def _causes(drive: Drive) -> Table:
+    rows = []
+    for one in causes(drive, "darc-4-damped", ONE, SEEDS):
+        rows.append((one.away, *(f"{value:.4f}" for value in in_degrees(one))))
+    return Table(
+        caption=f"What limits the damping-aware law: one cause taken away at a time, {SEEDS} encoder phases.",
+        columns=(
+            Column(title="Taken away"),
+            Column(title="Median", unit="deg", numeric=True),
+            Column(title="Worst", unit="deg", numeric=True),
+            Column(title="Worst, encoder's zero", unit="deg", numeric=True),
+        ),
+        groups=(RowGroup(rows=tuple(rows)),),
+    )
+
+
+def _bound(loop: Loop) -> Table:
+    said = bound_over_draws(loop)
+    if said["expected_bound_deg"] is None:
+        rows: tuple[tuple[Cell, ...], ...] = ((str(said["expected_bound_deg_reason"]), ""),)
+    else:
+        parts = said["expected_bound_parts_deg"]
+        rows = (
+            *((SAID[part], f"{parts[part]:.3f}") for part in PARTS),
+            ("together, where the sum is largest", f"{said['expected_bound_deg']:.3f}"),
+        )
+    return Table(
+        caption="Bound of the error for everything uncertain at once, filter and counts included.",
+        columns=(Column(title="From"), Column(title="Bound", unit="deg", numeric=True)),
+        groups=(RowGroup(rows=rows),),
+    )
