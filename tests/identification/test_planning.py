@@ -8,7 +8,8 @@ import pytest
 from cabledrive.identification.excitation import low_crest_multisine, multisine_lines
 from cabledrive.identification.frequency_response import response_by_periods
 from cabledrive.identification.planned_response import predicted_response_errors, resonance_warnings
-from cabledrive.identification.planning import AxisGuess, Instruments, largest_amplitude, plan_test
+from cabledrive.identification.planning import largest_amplitude, plan_test
+from cabledrive.identification.predicted_errors import AxisGuess, Instruments
 from cabledrive.identification.response_models import PARAMETERS, chain_for, fit_response
 from cabledrive.identification.rigid_axis import AxisOptions, identify_rigid_axis
 from cabledrive.parameters import InputRefused, load_drive

@@ -1,75 +1,23 @@
-r"""What a test will tell, before it is run: predicted standard errors, limits, and the 1:2 resonance.
+"""What a test will tell, before it is run: predicted standard errors, limits, and the 1:2 resonance.
 
-The axis is moved under the planned torque with guessed parameters. The regression of inverse dynamics then
-has known regressors, and its residual is the noise of the torque measurement and of the encoder,
-
-.. math::
-
-    S_e(f) = S_\tau + \big|J (2\pi f)^2 + 2\pi i f\,b\big|^2 S_\theta, \qquad
-    C = (\Phi^T\Phi)^{-1} \Big(\sum_k \hat\phi_k^* \hat\phi_k^T |H_f|^2 S_e(f_k)\Big) (\Phi^T\Phi)^{-1},
-
-white both, an encoder's rounding with a twelfth of its step squared.
+The axis is moved under the planned torque with guessed parameters; `predicted_errors` tells the rest.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from math import isfinite, pi
+from math import isfinite
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.identification.axis_equation import AxisEquation, filtered
-from cabledrive.identification.filters import butterworth, difference
+from cabledrive.identification.predicted_errors import NAMES, AxisGuess, Instruments, predicted_errors
 from cabledrive.parameters import InputRefused
 from cabledrive.reduction.friction_march import march_rigid_axis
 
 Array = NDArray[np.float64]
 
-NAMES = ("inertia", "viscous_friction", "coulomb_friction", "offset_torque")
 LIMITS = ("torque", "speed", "stroke")
 BISECTIONS = 24
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AxisGuess:
-    """What is thought of an axis before it is tested.
-
-    Attributes
-    ----------
-    inertia, viscous, coulomb, offset : float
-        [kg m^2, N m s/rad, N m, N m], or of a slide [kg, N s/m, N, N].
-    """
-
-    inertia: float
-    viscous: float
-    coulomb: float
-    offset: float = 0.0
-
-    def __post_init__(self) -> None:
-        if not (self.inertia > 0.0 and self.viscous >= 0.0 and self.coulomb >= 0.0):
-            raise InputRefused(
-                f"guess of inertia {self.inertia:g}, viscous {self.viscous:g} and Coulomb friction "
-                f"{self.coulomb:g}: the first must be positive, the others not negative"
-            )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Instruments:
-    """Noise of the test's instruments.
-
-    Attributes
-    ----------
-    torque_noise : float
-        Standard deviation of one sample of the torque [N m].
-    quantum : float
-        Step of the encoder [rad]; 0: none.
-    bandwidth : float
-        Of the filter on both sides of the regression [Hz].
-    """
-
-    torque_noise: float = 0.006
-    quantum: float = 2 * pi / 2600
-    bandwidth: float = 20.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -172,7 +120,7 @@ def plan_test(
             f"friction of {guess.coulomb:.4g} N m: raise the amplitude"
         )
     peaks = peaks_of(torque, motion)
-    errors = _standard_errors(motion, interval, guess, instruments)
+    errors = predicted_errors(motion.speed, interval, guess, instruments)
     sizes = (guess.inertia, guess.viscous, guess.coulomb, guess.offset)
     relative = {
         name: errors[name] / abs(size) if size else float("inf")
@@ -271,42 +219,3 @@ def largest_amplitude(torque: Array, interval: float, guess: AxisGuess, limits: 
         if high - low < 1e-4 * high:
             break
     return low
-
-
-def _standard_errors(
-    motion: PlannedMotion, interval: float, guess: AxisGuess, instruments: Instruments
-) -> dict[str, float]:
-    equation = AxisEquation(linear=False, bandwidth=min(instruments.bandwidth, 0.2 / interval))
-    columns = [difference(motion.speed, interval), motion.speed, np.sign(motion.speed)]
-    smooth = [filtered(column, equation, interval) for column in columns]
-    edge = int(np.ceil(2.0 / (equation.bandwidth * interval)))
-    regressors = np.column_stack([*smooth, -np.ones(motion.speed.size)])[edge:-edge]
-    sizes = np.linalg.norm(regressors, axis=0)
-    q, r = np.linalg.qr(regressors / sizes)
-    frequency = np.asarray(np.fft.rfftfreq(len(q), interval), dtype=float)
-    noise = _residual_spectrum(frequency, interval, guess, instruments) * _gain(frequency, interval, equation)
-    spectrum = np.fft.rfft(q, axis=0)
-    both = np.where((frequency == 0.0) | (2 * np.arange(frequency.size) == len(q)), 1.0, 2.0)
-    weights = both * noise / len(q)
-    middle = np.real(np.einsum("ki,k,kj->ij", spectrum.conj(), weights, spectrum))
-    inverse = np.linalg.inv(r)
-    covariance = inverse @ middle @ inverse.T
-    errors = np.sqrt(np.diag(covariance)) / sizes
-    return {name: float(error) for name, error in zip(NAMES, errors, strict=True)}
-
-
-def _residual_spectrum(
-    frequency: Array, interval: float, guess: AxisGuess, instruments: Instruments
-) -> Array:
-    """Variance of the residual's noise per sample, over frequency [(N m)^2]."""
-    omega = 2 * pi * frequency
-    from_angle = np.abs(-guess.inertia * omega**2 + 1j * omega * guess.viscous) ** 2
-    return instruments.torque_noise**2 + from_angle * instruments.quantum**2 / 12.0
-
-
-def _gain(frequency: Array, interval: float, equation: AxisEquation) -> Array:
-    """Power gain of the filter without phase."""
-    from scipy import signal
-
-    _, response = signal.sosfreqz(butterworth(interval, equation.bandwidth), 2 * pi * frequency * interval)
-    return np.asarray(np.abs(response) ** 4)

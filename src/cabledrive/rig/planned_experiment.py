@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from cabledrive.identification.planned_response import predicted_response_errors, resonance_warnings
-from cabledrive.identification.planning import AxisGuess, Instruments, plan_test
+from cabledrive.identification.planning import plan_test
+from cabledrive.identification.predicted_errors import AxisGuess, Instruments
 from cabledrive.identification.response_models import PARAMETERS
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain

@@ -133,7 +133,11 @@ def peak_near(frequency: Array, amplitude: Array, wanted: float, reach: float) -
     ends = amplitude[max(top - 1, 0)], amplitude[min(top + 1, amplitude.size - 1)]
     if top in (near[0], near[-1]) or 0.0 in ends:
         return None
-    return float(frequency[top]) if amplitude[top] > 5.0 * noise_level(amplitude) else None
+    if amplitude[top] <= 5.0 * noise_level(amplitude):
+        return None
+    low, middle, high = np.log([ends[0], amplitude[top], ends[1]])  # a parabola through the three
+    shift = 0.5 * (low - high) / (low - 2.0 * middle + high)
+    return float(frequency[top] + shift * (frequency[1] - frequency[0]))
 
 
 def noise_level(amplitude: Array) -> float:
