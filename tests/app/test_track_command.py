@@ -113,3 +113,16 @@ def test_identify_reads_the_log_of_a_run(tmp_path):
     value = {name: one["value"] for name, one in found["parameters"].items()}
     assert value["inertia"] == pytest.approx(0.0011 + 0.000642 + 0.00235, rel=0.005)
     assert value["coulomb_friction"] == pytest.approx(0.0376, rel=0.05)
+
+
+def test_conditions_of_the_robust_term_are_checked_when_asked():
+    plain = answer("track", "dissertation-3", "--controller", "darc-4", *FAST)
+    assert "robust_conditions" not in plain
+    found = answer("track", "dissertation-3", "--controller", "darc-4", *FAST, "--check-conditions")
+    met = found["robust_conditions"]
+    assert met["condition_1"] is True
+    assert met["condition_2"] is True
+    assert 0.0 < met["worst"] <= met["epsilon"]
+    other = answer("track", "dissertation-3", "--controller", "pd", *FAST, "--check-conditions")
+    assert other["robust_conditions"] is None
+    assert "laws of the chain" in other["robust_conditions_reason"]

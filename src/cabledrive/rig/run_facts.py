@@ -4,6 +4,8 @@ from typing import Any
 
 import numpy as np
 
+from cabledrive.control.bound import robust_conditions
+from cabledrive.control.numbers import DARC, HIGH, LawNumbers
 from cabledrive.parameters import Drive
 from cabledrive.rig.loop import Loop, Run
 from cabledrive.rig.loop_numbers import WENT_SLACK, Array
@@ -84,3 +86,55 @@ def circumstance_words(loop: Loop, actual: Drive, options: RigOptions) -> dict[s
     if options.blind is not None:
         found["blind"] = list(options.blind)
     return found
+
+
+def disturbance_bound(law: LawNumbers, shaft: Array, command: Array) -> Array:
+    """Bound of the disturbance: friction at rest, and what the actuator makes of the command.
+
+    Parameters
+    ----------
+    law : LawNumbers
+        Of the chain.
+    shaft, command : ndarray, shape (samples,)
+        Torque at the motor's shaft, and the one asked for [N m].
+
+    Returns
+    -------
+    ndarray, shape (samples,)
+        [N m].
+    """
+    late = np.abs(np.append(shaft[1:], shaft[-1]) - command)
+    return np.asarray(law.learning[HIGH][2] + late, dtype=np.float64)
+
+
+def condition_words(
+    loop: Loop, shaft: Array, command: Array, sigma: Array, regressor: Array
+) -> dict[str, Any]:
+    """Whether the robust term met its two conditions along a run.
+
+    Parameters
+    ----------
+    loop : Loop
+    shaft, command : ndarray, shape (samples,)
+        Torque at the motor's shaft, and the one asked for [N m].
+    sigma : ndarray, shape (samples,)
+    regressor : ndarray, shape (samples, 4)
+
+    Returns
+    -------
+    dict
+        None with a reason for laws that are none of the chain.
+    """
+    law = loop.controller.law
+    if law.kind != DARC or len(sigma) < 2:
+        reason = "the conditions are those of the adaptive robust laws of the chain"
+        return {"robust_conditions": None, "robust_conditions_reason": reason}
+    met = robust_conditions(law, sigma, regressor, disturbance_bound(law, shaft, command))
+    return {
+        "robust_conditions": {
+            "epsilon": met.epsilon,
+            "worst": met.worst,
+            "condition_1": met.worst <= met.epsilon,
+            "condition_2": met.dissipative,
+        }
+    }

@@ -94,7 +94,9 @@ def decide(
     """
     read_encoders(rig.encoders, rig.counts, rig.phases, rig.blind, x, k, s.readings)
     if observer.kind == 0:
-        seen = isfinite(s.readings[s.readings.size - 1])
+        seen = True
+        for j in range(s.readings.size):
+            seen = seen and isfinite(s.readings[j])
         for i in range(s.states.size):
             s.states[i] = x[observer.chosen[i]] if seen else nan
     else:

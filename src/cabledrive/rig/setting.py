@@ -94,6 +94,8 @@ class RigOptions:
         The distributed cable keeps its own EA and axial damping where ``[lumped]`` says otherwise.
     segments : int
         Of each span of the distributed cable.
+    check_conditions : bool
+        Whether the conditions on the robust term are checked along the run.
     """
 
     observer: str = "kalman"
@@ -108,6 +110,7 @@ class RigOptions:
     blind: tuple[str, float, float] | None = None
     as_printed: bool = False
     segments: int = 8
+    check_conditions: bool = False
 
     def __post_init__(self) -> None:
         for name, words in (

@@ -14,7 +14,13 @@ from cabledrive.rig.controllers import Controller
 from cabledrive.rig.eigenvalues import pole_words
 from cabledrive.rig.loop import Loop, Run
 from cabledrive.rig.loop_numbers import ESTIMATES, SUMMARY, Array
-from cabledrive.rig.run_facts import circumstance_words, span_tensions, why_ended
+from cabledrive.rig.run_facts import (
+    circumstance_words,
+    condition_words,
+    disturbance_bound,
+    span_tensions,
+    why_ended,
+)
 from cabledrive.rig.setting import CABLE, DEGREE, Motion, RigOptions
 
 OBSERVERS = {0: "none, ideal states", 1: "filtered difference", 2: "Kalman filter"}
@@ -106,6 +112,8 @@ def told(
     summary = summary_of(loop, done, error, motion, options, seed)
     summary |= bound_words(bound, error, broken, loop.gear)
     summary |= pole_words(loop) | {"circumstances": circumstance_words(loop, actual, options)}
+    if options.check_conditions:
+        summary |= condition_words(loop, log[:, 2 * n], log[:, column], log[:, column + 2], regressor)
     summary["estimates_within_bounds"] = within(estimates, made)
     if incomplete:
         summary["ended_at"] = ended * loop.rig.interval
@@ -213,8 +221,7 @@ def bound_of(loop: Loop, shaft: Array, command: Array, regressor: Array) -> Erro
     made = loop.controller
     if made.law.kind != DARC or made.bandwidth is None or made.flat is None:
         return None
-    late = np.abs(np.append(shaft[1:], shaft[-1]) - command)
-    delta = made.law.learning[HIGH][2] + late
+    delta = disturbance_bound(made.law, shaft, command)
     return error_bound(
         made.law, made.bandwidth, regressor, delta, loop.rig.interval, made.flat.time_constants
     )

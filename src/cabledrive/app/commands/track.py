@@ -83,6 +83,9 @@ METHOD = "hybrid simulation: exact between samples, stick-slip events on the exa
     "--blind", metavar="SHAFT:START:END", help="An encoder that gives no number for a while, as load:0.1:0.2."
 )
 @click.option(
+    "--check-conditions", is_flag=True, help="Check the conditions on the robust term along the run."
+)
+@click.option(
     "--plant-set", "plant_settings", multiple=True, metavar="KEY=VALUE", help="As --set, of the plant only."
 )
 @click.option("--draws", type=int, default=0, metavar="N", help="Plants to draw from the bounds as well.")
@@ -120,6 +123,7 @@ def command(drive: Drive, log_file: NewFile | None, plant_settings: tuple[str, .
             forbid_slack=not wish["tension_only"],
             as_printed=wish["as_printed"],
             segments=wish["segments"],
+            check_conditions=wish["check_conditions"],
             jitter=wish["jitter"],
             disturbances=tuple(spoken_disturbance(words) for words in wish["disturbances"]),
             blind=spoken_blindness(wish["blind"]),
