@@ -121,3 +121,39 @@ def test_the_tension_of_a_ping_is_told_at_the_door(tmp_path, capsys):
     assert (status, err) == (0, "")
     assert answer["parameters"]["tension_upper"]["value"] == pytest.approx(7.0, rel=0.01)
     assert answer["spans"]["upper"]["string_formula_bias"] == pytest.approx(-0.016, abs=0.002)
+
+
+def test_the_amplifier_is_fitted_at_the_door(tmp_path, capsys):
+    """(4.20): 4.2 dB, from 3 s of a multisine up to 400 Hz."""
+    toml = (
+        'kind = "multisine"\nduration = "3 s"\namplitude = "0.5 V"\nband = ["1 Hz", "400 Hz"]\nodd = false\n'
+    )
+    (tmp_path / "e.toml").write_text(toml)
+    made = ["--excitation", tmp_path / "e.toml", "--model", "1", "-o", tmp_path / "a.csv", "--quiet"]
+    assert run(capsys, "experiment", "dissertation-3", *made)[0] == 0
+    arguments = ["--input", "command voltage", "--output", "torque", "--amplifier", "--segment", "0.5 s"]
+    status, out, _ = run(capsys, "response", tmp_path / "a.csv", *arguments, "--json")
+    amplifier = json.loads(out)["amplifier"]
+    assert status == 0
+    assert amplifier["gain_db"] == pytest.approx(4.2, abs=0.02)
+    assert amplifier["gain"]["low"] < amplifier["gain"]["value"] < amplifier["gain"]["high"]
+
+
+def test_a_plan_with_a_stroke_says_how_far_the_torque_may_be_raised(capsys):
+    status, out, _ = run(
+        capsys, "experiment", "dissertation-3", "--model", "1", "--plan", "--stroke", "90 deg", "--json"
+    )
+    answer = json.loads(out)
+    assert status == 0
+    assert 0.0 < answer["amplitude_factor"] < 1.0
+    assert any("stroke reaches" in warning for warning in answer["warnings"])
+
+
+def test_a_log_that_is_too_long_for_memory_is_refused_in_one_line(log, capsys, monkeypatch):
+    from cabledrive.identification.logs import reading
+
+    monkeypatch.setattr(reading, "MOST_VALUES", 10_000)
+    status, out, err = run(capsys, "identify", log, "--json")
+    assert (status, out) == (2, "")
+    assert "more than 10000 numbers" in err
+    assert err.count("\n") == 1

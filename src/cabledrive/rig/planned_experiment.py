@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from cabledrive.identification.planned_response import predicted_response_errors, resonance_warnings
-from cabledrive.identification.planning import plan_test
+from cabledrive.identification.planning import largest_amplitude, plan_test
 from cabledrive.identification.predicted_errors import AxisGuess, Instruments
 from cabledrive.identification.response_models import PARAMETERS
 from cabledrive.parameters import Drive, InputRefused
@@ -19,7 +19,12 @@ MULTISINES = ("multisine", "idinput")
 
 
 def plan_experiment(
-    drive: Drive, excitation: Excitation | None = None, *, model: int | None = None, seed: int = 0
+    drive: Drive,
+    excitation: Excitation | None = None,
+    *,
+    model: int | None = None,
+    stroke: float | None = None,
+    seed: int = 0,
 ) -> dict[str, Any]:
     """Predict standard errors, peaks and warnings of an experiment.
 
@@ -29,12 +34,15 @@ def plan_experiment(
         Its own figures serve as the guess; its motor's limits are held against the peaks.
     excitation : Excitation, optional
     model : {1, 2, 3, 4}, optional
+    stroke : float, optional
+        Largest travel from end to end [rad].
     seed : int, default 0
 
     Returns
     -------
     dict
-        "relative_standard_error" of each parameter, "peaks" of the axis moved as a whole, "warnings".
+        "relative_standard_error" of each parameter, "peaks" of the axis moved as a whole,
+        "amplitude_factor" by which the torque reaches the first limit (None without limits), "warnings".
 
     Raises
     ------
@@ -47,7 +55,8 @@ def plan_experiment(
     torque = rig.torque_per_volt * command
     counts = rig.encoders.get("angle", 2600)
     instruments = Instruments(torque_noise=rig.imperfections.torque_noise, quantum=2 * pi / counts)
-    plan = plan_test(torque, 1.0 / rig.sample_rate, _whole(rig.chain), instruments, _limits(drive))
+    limits, guess, interval = _limits(drive, stroke), _whole(rig.chain), 1.0 / rig.sample_rate
+    plan = plan_test(torque, interval, guess, instruments, limits)
     errors: dict[str, float | None] = dict(plan.relative_errors)
     warnings = [*plan.findings, *resonance_warnings(drive, torque, rig.sample_rate)]
     if rig.chain.size > 1:
@@ -59,6 +68,7 @@ def plan_experiment(
         },
         "peaks": plan.peaks,
         "moving": plan.moving,
+        "amplitude_factor": largest_amplitude(torque, interval, guess, limits) if limits else None,
         "warnings": warnings,
     }
 
@@ -76,9 +86,13 @@ def _whole(chain: LumpedChain) -> AxisGuess:
     return AxisGuess(inertia=inertia, viscous=viscous, coulomb=coulomb, offset=chain.offsets[0])
 
 
-def _limits(drive: Drive) -> dict[str, float]:
+def _limits(drive: Drive, stroke: float | None) -> dict[str, float]:
     motor = drive.motor
-    known = {"torque": motor and motor.torque_limit, "speed": motor and motor.speed_limit}
+    known = {
+        "torque": motor and motor.torque_limit,
+        "speed": motor and motor.speed_limit,
+        "stroke": stroke,
+    }
     return {name: float(limit) for name, limit in known.items() if limit}
 
 

@@ -4,8 +4,16 @@ from typing import Any
 
 import click
 
-from cabledrive.app.options import NewFile, NewFileType, Subcommand, answering, drive_argument, force_option
-from cabledrive.app.results import Answer, provenance
+from cabledrive.app.options import (
+    NewFile,
+    NewFileType,
+    Quantity,
+    Subcommand,
+    answering,
+    drive_argument,
+    force_option,
+)
+from cabledrive.app.results import Absent, Answer, provenance
 from cabledrive.parameters import Drive, InputRefused
 
 METHOD = (
@@ -25,9 +33,16 @@ METHOD = (
 @click.option("--model", type=click.IntRange(1, 4), help="Plant: Model 1 to 4; by default the highest.")
 @click.option("--seed", type=int, default=0, show_default=True, metavar="N", help="Of noise and phases.")
 @click.option("--plan", is_flag=True, help="Run nothing: tell what the test would tell, and ask for.")
+@click.option("--stroke", type=Quantity("rad"), help="With --plan: largest travel from end to end.")
 @click.option("-o", "--output", type=NewFileType(".csv"), metavar="LOG.csv", help="The log to write.")
 def command(
-    drive: Drive, excitation: str | None, model: int | None, seed: int, plan: bool, output: NewFile | None
+    drive: Drive,
+    excitation: str | None,
+    model: int | None,
+    seed: int,
+    plan: bool,
+    stroke: float | None,
+    output: NewFile | None,
 ) -> Answer:
     """Excite the virtual rig of DRIVE and write what its instruments say, in the form `identify` reads."""
     from cabledrive.rig.experiment import experiment, load_excitation
@@ -35,7 +50,7 @@ def command(
 
     chosen = load_excitation(excitation) if excitation else None
     if plan:
-        return _planned(drive, chosen, model, seed)
+        return _planned(drive, chosen, model, stroke, seed)
     if output is None:
         raise InputRefused("no log to write: name it with -o LOG.csv, or ask for --plan")
     log = experiment(drive, chosen, model=model, seed=seed)
@@ -52,11 +67,11 @@ def command(
     )
 
 
-def _planned(drive: Drive, excitation: Any, model: int | None, seed: int) -> Answer:
+def _planned(drive: Drive, excitation: Any, model: int | None, stroke: float | None, seed: int) -> Answer:
     """Predicted errors, peaks and warnings."""
     from cabledrive.rig.planned_experiment import plan_experiment
 
-    found = plan_experiment(drive, excitation, model=model, seed=seed)
+    found = plan_experiment(drive, excitation, model=model, stroke=stroke, seed=seed)
     errors = found["relative_standard_error"]
     lines = [
         f"{name}: standard error " + ("not told" if value is None else f"{100 * value:.3g} %")
@@ -66,6 +81,14 @@ def _planned(drive: Drive, excitation: Any, model: int | None, seed: int) -> Ans
     lines.append(
         f"peaks: {peaks['torque']:.4g} N m, {peaks['speed']:.4g} rad/s, stroke {peaks['stroke']:.4g} rad"
     )
+    if found["amplitude_factor"] is not None:
+        lines.append(f"the torque may be raised {found['amplitude_factor']:.3g} times before a limit is met")
     lines += [f"warning: {warning}" for warning in found["warnings"]]
+    found["relative_standard_error"] = {
+        name: Absent(reason="this test does not tell it") if value is None else value
+        for name, value in errors.items()
+    }
+    if found["amplitude_factor"] is None:
+        found["amplitude_factor"] = Absent(reason="the drive states no limit")
     method = "moved with its own figures; noise of torque and encoder through the regression"
     return Answer(data=found, text="\n".join(lines), provenance=provenance(drive, method=method, seed=seed))

@@ -1,5 +1,7 @@
 """`cabledrive response`: a frequency response from a log."""
 
+from typing import Any
+
 import click
 
 from cabledrive.app.options import NewFile, NewFileType, Quantity, Subcommand, answering, force_option
@@ -27,6 +29,9 @@ from cabledrive.app.results import Answer, json_text, provenance
 @click.option("--differentiate", is_flag=True, help="The speed of the output, an angle or position.")
 @click.option("--coulomb", type=Quantity("N m"), help="Coulomb friction to take off the input first.")
 @click.option("--offset", type=Quantity("N m"), default=0.0, help="Offset to add to the input first.")
+@click.option(
+    "--amplifier", is_flag=True, help="Fit gain and bandwidth, from a command [V] to a torque [N m]."
+)
 @click.option("-o", "file", type=NewFileType(), metavar="FILE", help="Write the JSON object to FILE as well.")
 def command(
     log: str,
@@ -39,6 +44,7 @@ def command(
     differentiate: bool,
     coulomb: float | None,
     offset: float,
+    amplifier: bool,
     file: NewFile | None,
 ) -> Answer:
     """Measure the response from one channel of LOG to another: magnitude, phase, coherence."""
@@ -55,6 +61,7 @@ def command(
     found = response_by_segments(
         drive, values, read.interval, segment=segment, overlap=overlap, estimator=estimator
     )
+    fitted, words = _amplifier(read, source, target, segment) if amplifier else ({}, "")
     answer = Answer(
         data={
             "frequency_hz": found.frequency,
@@ -66,10 +73,25 @@ def command(
             "records_left_out": found.left_out,
             "input": input_,
             "output": output,
-        },
-        text=f"{found.frequency.size} lines up to {found.frequency[-1]:g} Hz, {found.averages:.1f} averages",
+        }
+        | fitted,
+        text=f"{found.frequency.size} lines up to {found.frequency[-1]:g} Hz, {found.averages:.1f} averages"
+        + words,
         provenance=provenance(method=f"{estimator}, Hann windows of {segment:g} s"),
     )
     if file is not None:
         file.write(json_text(answer) + "\n")
     return answer
+
+
+def _amplifier(log: Any, command_: str, torque: str, segment: float) -> tuple[dict[str, Any], str]:
+    """Gain, bandwidth and dead time, as JSON and in a line."""
+    from cabledrive.identification.amplifier import identify_amplifier
+    from cabledrive.identification.estimates import estimate_dict
+
+    fit = identify_amplifier(log, command=command_, torque=torque, segment=segment)
+    parts = {"gain": fit.gain, "bandwidth": fit.bandwidth, "delay": fit.delay}
+    data = {name: estimate_dict(estimate) for name, estimate in parts.items()}
+    lag = f"{fit.bandwidth.value:.5g} Hz" if fit.bandwidth.value > 0.0 else fit.bandwidth.reason
+    words = f"\namplifier: {fit.gain.value:.5g} {fit.gain.unit}, {fit.decibels:.3g} dB, {lag}"
+    return {"amplifier": data | {"gain_db": fit.decibels, "misfit": fit.misfit}}, words
