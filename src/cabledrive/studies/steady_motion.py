@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 STEP = 0.05
-TRIALS = 60
+TRIALS = 40
 _PER_SECTION = (
     "transverse_detuning",
     "feedback",
