@@ -52,6 +52,12 @@ def test_the_controller_stands_in_numbers(wrist):
     assert len(numbers["law"]["learning"][0]) == 4
 
 
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Studies without the drawing of their reports, which others test."""
+    monkeypatch.setattr("cabledrive.report.study_page.study_html", lambda result: result.drive.name)
+
+
 class Page(HTMLParser):
     """What a page loads, and which of its pictures are told in words."""
 
@@ -100,7 +106,7 @@ def test_another_study_does_not_replace_a_report_unasked(wrist):
     assert "--force" in line
 
 
-def test_a_no_is_an_answer_and_not_a_failure(tmp_path):
+def test_a_no_is_an_answer_and_not_a_failure(tmp_path, undrawn):
     result = call("study", WINCH, "--quick", "--json", "-o", tmp_path / "out")
     found = object_of(result.stdout)
     assert (result.exit_code, found["verdict"]) == (0, "no")
@@ -134,7 +140,7 @@ def test_a_report_that_is_no_studys_is_left_alone(tmp_path):
     assert (tmp_path / "report.html").read_text() == "mine"
 
 
-def test_ctrl_c_says_how_to_go_on_and_the_same_command_does(tmp_path):
+def test_ctrl_c_says_how_to_go_on_and_the_same_command_does(tmp_path, undrawn):
     command = [sys.executable, "-m", "cabledrive", "study", WINCH, "-o", str(tmp_path / "out")]
     started = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     for line in started.stderr:

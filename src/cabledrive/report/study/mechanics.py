@@ -144,7 +144,7 @@ def resonance_chapter(result: StudyResult) -> Chapter:
         ("Verdict for that torque, were it steady at the pulley mode", found.verdict),
     ]
     if found.alarm is not None:
-        rows.append(("Largest swing of a span along the motion", quantity(found.largest, "m", 3)))
+        rows.append(("Largest swing of a span along the motion", _maybe(found.largest, "m")))
         rows.append(("Allowed", quantity(found.limit, "m", 3)))
     lines = tuple(found.reasons)
     return Chapter(

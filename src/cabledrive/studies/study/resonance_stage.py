@@ -32,8 +32,10 @@ class ResonanceResult:
         Largest torque of the motion [N m].
     alarm : {"safe", "saturates", "alarm"}, or None
         Of the planned motion; None: there is no pulley mode.
-    largest, limit : float
-        Largest transverse amplitude along the motion, and what is allowed [m].
+    largest : float or None
+        Largest transverse amplitude along the motion [m]; None: beyond all numbers.
+    limit : float
+        What is allowed [m].
     slack : bool
         Whether the pulley mode's response takes a span's tension away.
     reasons : tuple of str
@@ -48,7 +50,7 @@ class ResonanceResult:
     threshold_torque: float | None
     torque: float
     alarm: str | None
-    largest: float
+    largest: float | None
     limit: float
     slack: bool
     reasons: tuple[str, ...]
@@ -102,7 +104,8 @@ def resonance_of(drive: Drive, motion: Motion) -> ResonanceResult:
     largest = float(np.abs(torque).max())
     summary = resonance_summary(machine, torque=largest)
     try:
-        told = alarm(machine, PlannedMotion(time=time, torque=torque))
+        with np.errstate(over="ignore"):  # a gain beyond all numbers is an alarm
+            told = alarm(machine, PlannedMotion(time=time, torque=torque))
         word, swing, limit, slack, remedy = (
             told.verdict,
             told.modes[0].largest,
@@ -123,7 +126,7 @@ def resonance_of(drive: Drive, motion: Motion) -> ResonanceResult:
         threshold_torque=summary.threshold_torque,
         torque=largest,
         alarm=word,
-        largest=float(swing),
+        largest=float(swing) if np.isfinite(swing) else None,
         limit=float(limit),
         slack=bool(slack),
         reasons=tuple(summary.reasons),

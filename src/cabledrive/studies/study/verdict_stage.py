@@ -135,7 +135,7 @@ def _refusals(found: Findings) -> tuple[list[str], list[str]]:
     if resonance.refuses:
         assert resonance.frequency_ratio is not None
         what = (
-            f"pumps a span to {1e3 * resonance.largest:.2g} mm, {1e3 * resonance.limit:.2g} mm are allowed"
+            f"pumps a span to {_millimetres(resonance.largest)}, {_millimetres(resonance.limit)} are allowed"
             if resonance.alarm == "alarm"
             else f"has {resonance.torque:.4g} N m, inside the tongue: at the pulley mode it feeds the spans"
         )
@@ -150,6 +150,10 @@ def _refusals(found: Findings) -> tuple[list[str], list[str]]:
                 f"keep cable.pretension away from {tuned:.4g} N, where the 1:2 resonance is exact"
             )
     return reasons, remedies
+
+
+def _millimetres(amplitude: float | None) -> str:
+    return "any amplitude" if amplitude is None else f"{1e3 * amplitude:.2g} mm"
 
 
 def _by_acceptance(found: Findings) -> tuple[str, list[str], list[str]]:

@@ -1,0 +1,60 @@
+"""The tutorial and the how-tos run as they are written."""
+
+import re
+import shlex
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from cabledrive.identification.logs.column_map import column_map
+from cabledrive.studies.study.goals import goals_of
+from command import call
+
+DOCS = Path(__file__).resolve().parent.parent / "docs"
+TUTORIAL, HOWTO, STUDY = ((DOCS / name).read_text() for name in ("tutorial.md", "guide_howto.md", "study.md"))
+FILES = re.findall(r"```\{code-block\} toml\n:caption: (\S+)\n\n(.*?)```", TUTORIAL, re.S)
+COMMANDS = re.findall(r"^\$ cabledrive (.+)\n((?:(?!\$|```).*\n)*)", TUTORIAL, re.M)
+FEW = "\n[acceptance]\ndraws = 12\ncable_draws = 1\n"
+
+
+def test_the_tutorial_runs_from_an_empty_folder_and_prints_what_it_shows(tmp_path, monkeypatch):
+    """Fewer plants than a reader's and no drawing; of a study the line with the verdict is compared."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("cabledrive.report.study_page.study_html", lambda result: result.drive.name)
+    assert [name for name, _ in FILES] == ["my-axis.toml", "shake.toml", "study.toml"]
+    for name, content in FILES:
+        Path(name).write_text(content + (FEW if name == "study.toml" else ""))
+    for line, shown in COMMANDS:
+        done = call(*shlex.split(line))
+        assert done.exit_code == 0, f"{line}: {done.stderr}"
+        if line.startswith("study"):
+            assert done.stdout.startswith(shown), f"{line}: {done.stdout}"
+        elif shown:
+            assert done.stdout == shown, line
+    assert done.stdout.count("finer encoders") == 1
+    listed = re.findall(r"^\| `([\w.]+)/?` \|", TUTORIAL, re.M)
+    assert sorted(path.name for path in Path("study").iterdir()) == sorted(listed)
+
+
+@pytest.mark.parametrize("line", re.findall(r"^\$ cabledrive (.+)", HOWTO, re.M))
+def test_commands_of_the_howtos_run(line):
+    assert call(*shlex.split(line)).exit_code == 0
+
+
+@pytest.mark.parametrize("block", re.findall(r"```toml\n(.*?)```", HOWTO, re.S))
+def test_goals_of_the_howtos_are_understood(block):
+    content = tomllib.loads(block)
+    assert goals_of(content).columns == column_map(content.get("log", {}))
+
+
+@pytest.mark.parametrize("block", re.findall(r"```python\n(.*?)```", HOWTO + STUDY, re.S))
+def test_python_of_the_pages_runs(block):
+    exec(block, {})
+
+
+def test_the_page_on_the_study_names_every_key_of_its_file():
+    from cabledrive.studies.study.goals import COUNTS, QUANTITIES, SPREADS
+
+    named = set(re.findall(r"`(\w+)`", STUDY.split("## `study.toml`")[1]))
+    assert {*COUNTS, *QUANTITIES, *SPREADS, "load_inertia"} <= named
