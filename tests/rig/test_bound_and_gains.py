@@ -118,3 +118,10 @@ def test_best_gains_reach_the_sensor_over_phases():
         for s in range(4)
     ]
     assert max(found) <= 0.041, f"observed {found}"
+
+
+def test_laws_without_better_gains_say_so_and_laws_with_their_own_feedforward_refuse_another():
+    wish = wish_for(DRIVE, Motion(), best=True)
+    assert "gains kept" in design("darc-3", wish).gains["reasons"][0]
+    with pytest.raises(InputRefused, match="darc-4 brings its own"):
+        design("darc-4", replace(wish, feedforward="rigid"))

@@ -1,6 +1,7 @@
 """Every control law of the rig by its name."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.fields import nearest
@@ -49,10 +50,30 @@ def design(name: str | None, wish: Wish) -> Controller:
         raise InputRefused(
             f"controller = {name!r} is not known{nearest(name, CONTROLLERS)}: see docs/control"
         )
+    if wish.feedforward != "damped" and name not in BASELINES:
+        raise InputRefused(
+            f"feedforward = {wish.feedforward!r} is for {', '.join(BASELINES)}; {name} brings its own: "
+            "leave it out"
+        )
     made = CONTROLLERS[name](wish)
     check_sample_rate(made, wish.interval)
     check_least_bandwidth(CONTROLLERS[name], made, wish)
-    return made
+    return made if not wish.best or "reasons" in made.gains else without_better(made)
+
+
+def without_better(controller: Controller) -> Controller:
+    """The same, saying that no better gains are known for it than its own.
+
+    Parameters
+    ----------
+    controller : Controller
+
+    Returns
+    -------
+    Controller
+    """
+    reason = "gains kept: better ones are known for darc-4-damped and darc-indirect only, without --bandwidth"
+    return replace(controller, gains=controller.gains | {"reasons": [reason]})
 
 
 def check_sample_rate(controller: Controller, interval: float) -> None:
