@@ -64,7 +64,7 @@ def flat_reference(flat: FlatOutput, reference: Array, interval: float) -> Array
     for time in flat.time_constants:
         z = lagged(z, float(time), interval)
     speed = flat.angles[0, :-1] @ z[1:]
-    return np.column_stack((z.T, speed, flat.inertial @ z))
+    return np.ascontiguousarray(np.column_stack((z.T, speed, flat.inertial @ z)))
 
 
 def joint_motion(flat: FlatOutput, flat_rows: Array) -> tuple[Array, Array]:
