@@ -5,8 +5,7 @@ it knows no wind; a law whose gains follow the carriage along the cable damps wh
 """
 
 import cabledrive as cd
-from cabledrive.rig.carriage_move import CarriageMove
-from cabledrive.rig.transporter import move_carriage
+from cabledrive.rig import CarriageMove, move_carriage
 from cabledrive.studies.transporter_moves import along_the_way, scaled_transporter
 
 drive = scaled_transporter(cd.load_drive("dissertation-transporter"))

@@ -1,7 +1,18 @@
 """The drive as a laboratory sees it: sampled, counted, delayed, limited, with friction that sticks."""
 
+from cabledrive.rig.carriage_move import CarriageMove, CarriageRun
 from cabledrive.rig.setting import Disturbance, Motion, RigOptions
 from cabledrive.rig.tracking import Tracking
+from cabledrive.rig.transporter import move_carriage
 from cabledrive.rig.trial import track
 
-__all__ = ["Disturbance", "Motion", "RigOptions", "Tracking", "track"]
+__all__ = [
+    "CarriageMove",
+    "CarriageRun",
+    "Disturbance",
+    "Motion",
+    "RigOptions",
+    "Tracking",
+    "move_carriage",
+    "track",
+]
