@@ -20,6 +20,7 @@ from scipy import optimize, stats
 from cabledrive.identification.estimates import Estimate
 from cabledrive.identification.frequency_response import FrequencyResponse, response_by_segments
 from cabledrive.identification.logs.log import Log
+from cabledrive.identification.response_lines import independent_lines
 from cabledrive.parameters import InputRefused
 
 Array = NDArray[np.float64]
@@ -203,15 +204,7 @@ def identify_amplifier(
     found = response_by_segments(
         log.channel(command), log.channel(torque), log.interval, segment=segment, overlap=0.5 * segment
     )
-    kept = found.between(1.5 / segment, HIGHEST_SHARE * log.sample_rate)
-    coherent = kept.coherence > LEAST_COHERENCE
-    kept = FrequencyResponse(
-        frequency=kept.frequency[coherent],
-        response=kept.response[coherent],
-        deviation=kept.deviation[coherent],
-        coherence=kept.coherence[coherent],
-        averages=kept.averages,
-    )
+    kept = independent_lines(found.between(1.5 / segment, HIGHEST_SHARE * log.sample_rate), LEAST_COHERENCE)
     interval = log.interval
     return fit_amplifier(kept, held=interval if held else 0.0, averaged=interval if averaged else 0.0)
 

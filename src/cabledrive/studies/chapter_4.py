@@ -12,6 +12,7 @@ from cabledrive.identification.friction_regressors import FrictionModel
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.regressor_curves import RegressorCurves, regressor_curves
 from cabledrive.identification.response_inputs import compensated_torque, speed_of
+from cabledrive.identification.response_lines import independent_lines
 from cabledrive.identification.response_models import ResponseFit, fit_response
 from cabledrive.identification.rig_differences import inertias_of_the_rigs
 from cabledrive.identification.rigid_axis import AxisOptions, identify_rigid_axis
@@ -198,5 +199,5 @@ def _response(log: Log, chain: LumpedChain, model: int) -> ResponseExperiment:
             "joint_damping": 0.05,
         }
     inertias = {name: value for name, value in start.items() if model == 2 and name.endswith("inertia")}
-    fit = fit_response(measured.between(5.0, 300.0), model, start, fixed=inertias)
+    fit = fit_response(independent_lines(measured.between(5.0, 300.0)), model, start, fixed=inertias)
     return ResponseExperiment(measured=measured, chain=chain, fit=fit)
