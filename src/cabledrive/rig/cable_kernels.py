@@ -39,7 +39,7 @@ class CableNumbers(NamedTuple):
     zeros : ndarray, shape (shafts,)
         Angles at the start [rad].
     middle : ndarray, shape (2,)
-        Largest |v| and |w| at the start [m].
+        Largest v and w at the start, either way [m].
     """
 
     shafts: int
