@@ -151,11 +151,15 @@ def _section_modes(drive: Drive, span: str, section: int) -> Array:
 
 
 def _without_pulley_modes(frequency: Array, amplitude: Array, drive: Drive, top: float) -> Array:
-    """The spectrum with the drive's longitudinal modes, which do not depend on the tension, cut out."""
+    """The spectrum without the drive's longitudinal modes, which do not depend on the tension.
+
+    Their second and third harmonics are cut out as well: rounding and stretch make them.
+    """
     cleared = amplitude.copy()
     for mode in longitudinal_modes(drive, below=top):
-        reach = max(0.06 * mode.frequency, 3.0 * (frequency[4] - frequency[0]))
-        cleared[np.abs(frequency - mode.frequency) < reach] = 0.0
+        for harmonic, share in ((1, 0.06), (2, 0.02), (3, 0.02)):
+            reach = max(share * harmonic * mode.frequency, 3.0 * (frequency[4] - frequency[0]))
+            cleared[np.abs(frequency - harmonic * mode.frequency) < reach] = 0.0
     return cleared
 
 

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 AUDIBLE = 3.0
 """Envelope over the noise in its band down to which a partial is followed."""
-HEARD = 8.0
+HEARD = 10.0
 """The same at its loudest, without which it is not taken for a tone."""
 FADED = 0.03
 """Share of its largest envelope at which a partial is left, noise or not."""
