@@ -12,9 +12,9 @@ from math import exp
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
+from scipy import signal, stats
 
-from cabledrive.identification.axis_case import Case, case_of, simulated, simulated_speed
+from cabledrive.identification.axis_case import Case, case_of, simulated, simulated_speed, weighed
 from cabledrive.identification.estimates import Identification
 from cabledrive.identification.filters import difference, zero_phase
 from cabledrive.identification.logs.log import Log
@@ -32,13 +32,10 @@ GAPS = (0.005, 0.0175)
 """Free plays that are tried [rad or m]."""
 BASE = ("inertia", "viscous", "coulomb", "offset")
 
-ALARM = 4.0
-"""Significance above which a fault is reported."""
-SMALLEST_GAIN = {"delay": 0.003, "flexibility": 0.003}
-OTHER_GAIN = 0.02
-"""Share of the residual's power below which a fault does no harm; this of all others."""
-BESIDE = 0.3
-"""Delay over flexibility, in significance, above which a load lags because of free play, not of a spring."""
+FALSE_ALARMS = 0.01
+"""Chance that a sound log raises any alarm: shared out among all disturbances that are tried (Bonferroni)."""
+
+HALF = 0.5
 
 FAULTS = {
     "delay": "the torque channel is delayed against the motion by {value:.3g} s: shift it",
@@ -61,16 +58,27 @@ class Suspicion:
         Key of `FAULTS`.
     significance : float
         Factor of its disturbance over its standard error.
+    critical : float
+        Significance that a sound log exceeds in one of a hundred cases at any fault, by Student's t.
     gain : float
-        Share of the residual's power that it explains.
+        Share of the weighted residual's power that it explains.
+    share : float
+        Of what all faults together explain.
     value : float
         The factor.
     """
 
     fault: str
     significance: float
+    critical: float
     gain: float
+    share: float
     value: float
+
+    @property
+    def alarms(self) -> bool:
+        """Whether it is beyond chance."""
+        return self.significance > self.critical
 
     @property
     def words(self) -> str:
@@ -99,9 +107,9 @@ def suspicions(
     torque, position = channels_of(logs[0], options)
     equation = equation_for(logs, torque, position, options)
     values = np.array([estimate.value for estimate in refined.parameters.values()])
+    cases = [case_of(log, torque, position, equation) for log in logs]
     parts = []
-    for log in logs:
-        case = case_of(log, torque, position, equation)
+    for case in weighed(cases, values, np.array([case.start for case in cases])):
         residual, sensitivities = simulated(case, values, case.start)
         answers = _answers(case, values)
         regressors = np.column_stack([sensitivities, *answers.values()])
@@ -109,7 +117,8 @@ def suspicions(
         count = max(12, SEGMENTS // len(logs))
         parts.append(factor(regressors, residual, names, min(count, residual.size // 40)))
     factors = suited_segments(joined(parts))
-    found = [_suspicion(factors, name) for name in factors.names[len(BASE) + 1 :]]
+    tried = factors.names[len(BASE) + 1 :]
+    found = [_suspicion(factors, name, len(tried)) for name in tried]
     best: dict[str, Suspicion] = {}
     for suspicion in found:
         if suspicion.fault not in best or suspicion.gain > best[suspicion.fault].gain:
@@ -118,10 +127,11 @@ def suspicions(
 
 
 def verdict(found: Sequence[Suspicion]) -> str | None:
-    """The fault that the evidence speaks for.
+    """The fault that the evidence speaks for: of those beyond chance, that which explains most.
 
-    A spring makes the apparent inertia rise with frequency and nothing else. Free play adds a lag, and what
-    is left near standstill. Friction shows by its sign: more near standstill, or less.
+    A law of friction that alone explains more than half of what all faults together do is the reason. Other
+    friction shows by its sign: more near standstill, or less. A spring makes the apparent inertia rise with
+    frequency and no lag. Free play makes a lag too, but most of what it does no delay of a channel explains.
 
     Parameters
     ----------
@@ -130,43 +140,21 @@ def verdict(found: Sequence[Suspicion]) -> str | None:
     Returns
     -------
     str or None
-        Key of `FAULTS`; None where no fault is significant.
+        Key of `FAULTS`; None where nothing is beyond chance.
     """
-    strength = {
-        s.fault: s.significance if s.gain > SMALLEST_GAIN.get(s.fault, OTHER_GAIN) else 0.0 for s in found
-    }
-    signs = {s.fault: np.sign(s.value) for s in found}
-    if max(strength.values()) < ALARM:
+    beyond = sorted((s for s in found if s.alarms), key=lambda s: -s.gain)
+    if not beyond:
         return None
-    spring = strength["flexibility"] if signs["flexibility"] > 0 else 0.0
-    lag = strength["delay"] if signs["delay"] > 0 else 0.0
-    friction = max(strength["stribeck"], strength["slope"])
-    if friction > 1.3 * max(spring, lag) and friction >= ALARM:
-        return "stribeck" if signs["stribeck"] < 0 else "slope"
-    others = max(spring, friction, strength["backlash"])
-    if lag >= ALARM and lag > BESIDE * spring:
-        return "backlash" if others >= ALARM else "delay"
-    if spring >= ALARM:
-        return "flexibility"
-    return max(strength, key=lambda fault: strength[fault])
-
-
-def friction_leads(found: Sequence[Suspicion], *, smoother: bool) -> bool:
-    """Whether friction near standstill is the strongest suspicion.
-
-    Parameters
-    ----------
-    found : sequence of Suspicion
-    smoother : bool
-        Whether it is to be weaker there than the model says, or stronger.
-
-    Returns
-    -------
-    bool
-    """
-    top = max(found, key=lambda s: s.significance)
-    weaker = {"slope": top.value < 0, "stribeck": top.value > 0}
-    return top.fault in weaker and weaker[top.fault] == smoother
+    top = beyond[0]
+    if top.fault in ("jump", "slope") and top.share > HALF:
+        return top.fault
+    lag = next((s for s in beyond if s.fault == "delay" and s.value > 0.0), None)
+    if lag is not None:
+        return "delay" if lag.share > HALF else "backlash"
+    near_rest = next((s for s in found if s.fault == "stribeck"), None)
+    if top.fault in ("stribeck", "slope") and near_rest is not None:
+        return "stribeck" if near_rest.value < 0.0 else "slope"
+    return top.fault
 
 
 def _answers(case: Case, values: Array) -> dict[str, Array]:
@@ -175,7 +163,7 @@ def _answers(case: Case, values: Array) -> dict[str, Array]:
     gain = (1.0 - pole) / values[1] if values[1] != 0.0 else case.interval / values[0]
     names, columns = zip(*disturbances(case, values).items(), strict=True)
     answered = signal.lfilter([0.0, gain], [1.0, -pole], np.column_stack(columns), axis=0)
-    filtered = zero_phase(answered, case.interval, case.bandwidth)[case.inner]
+    filtered = case.compared(case.filtered(answered))
     return dict(zip(names, filtered.T, strict=True))
 
 
@@ -236,14 +224,34 @@ def loose(speed: Array, acceleration: Array, gap: float, interval: float) -> Arr
     return free
 
 
-def _suspicion(factors: Factors, name: str) -> Suspicion:
+def _suspicion(factors: Factors, name: str, tried: int) -> Suspicion:
     rigid = (*BASE, "start")
-    without, beside = solve(only(factors, rigid)), solve(only(factors, (*rigid, name)))
+    without, beside, whole = (solve(only(factors, n)) for n in (rigid, (*rigid, name), factors.names))
     error = float(np.sqrt(beside.covariance[-1, -1]))
     value = float(beside.values[-1])
+    power = max(without.residual**2, 1e-300)
+    explained, most = power - beside.residual**2, power - whole.residual**2
     return Suspicion(
         fault=name.partition(":")[0],
         significance=abs(value) / error if error > 0 else 0.0,
-        gain=1.0 - (beside.residual / without.residual) ** 2 if without.residual > 0 else 0.0,
+        critical=critical(tried, beside.freedom),
+        gain=explained / power,
+        share=explained / most if most > 0.0 else 0.0,
         value=value,
     )
+
+
+def critical(tried: int, freedom: int) -> float:
+    """Significance beyond chance among several trials.
+
+    Parameters
+    ----------
+    tried : int
+    freedom : int
+
+    Returns
+    -------
+    float
+        Student's t of the two-sided level `FALSE_ALARMS` / ``tried``.
+    """
+    return float(stats.t.isf(0.5 * FALSE_ALARMS / tried, freedom))

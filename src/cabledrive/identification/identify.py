@@ -8,9 +8,10 @@ from typing import Any
 
 from cabledrive.identification.axis_case import driven_by_lines
 from cabledrive.identification.axis_refinement import refine_rigid_axis
-from cabledrive.identification.diagnosis import FAULTS, Suspicion, friction_leads, suspicions, verdict
+from cabledrive.identification.diagnosis import FAULTS, suspicions, verdict
 from cabledrive.identification.estimates import Identification
 from cabledrive.identification.friction_regressors import FRICTIONS, PRINTED_SLOPE, FrictionModel
+from cabledrive.identification.law_comparison import other_law
 from cabledrive.identification.logs.column_map import ColumnMap, column_map
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.logs.reading import open_log, read_log
@@ -25,8 +26,6 @@ MODELS = tuple(f"rigid-axis-{kind}" for kind in FRICTIONS)
 METHODS = ("auto", "inverse-dynamics", "output-error")
 KEYS = ("model", "method", "bandwidth", "filter", "slope", "fading", "check")
 CHECKED = ("coulomb", "tanh")
-BETTER, MUCH_BETTER = 0.995, 0.8
-"""Ratio of residuals below which another friction law is right: where friction is suspected first, or not."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -186,38 +185,18 @@ def _checked(
     if refined.findings[len(answer.findings) :] and refined["coulomb_friction"] > 0.0:
         method["model_check"] = "not possible: " + refined.findings[-1]
     found = suspicions(read, refined, options.axis)
-    method["suspicions"] = {s.fault: {"significance": s.significance, "value": s.value} for s in found}
+    if "model_check" not in method and verdict(found) is not None:
+        rival = other_law(read, refined, options.axis, found)
+        found = found if rival is None else (*found, rival)
+    method["suspicions"] = {
+        s.fault: {"significance": s.significance, "critical": s.critical, "value": s.value} for s in found
+    }
     fault = verdict(found) if "model_check" not in method else None
-    if fault is not None:
-        fault = _other_friction(read, refined, options, found) or fault
     if fault is None:
         return replace(answer, method=method)
     value = next((s.value for s in found if s.fault == fault), 0.0)
     words = f"the model does not fit: {FAULTS[fault].format(value=value)}"
     return replace(answer, method=method, findings=(*answer.findings, words))
-
-
-def _other_friction(
-    read: list[Log], refined: Identification, options: IdentifyOptions, suspected: Sequence[Suspicion]
-) -> str | None:
-    """Whether the other of jumping and smooth friction follows the log better, and how much is enough."""
-    fault = "slope" if options.axis.friction.kind == "coulomb" else "jump"
-    kind = "tanh" if fault == "slope" else "coulomb"
-    axis = replace(options.axis, friction=replace(options.axis.friction, kind=kind))
-    found = identify_rigid_axis(read, axis)
-    if (
-        not found.identifiable
-        or found["coulomb_friction"] <= 0.0
-        or found[next(iter(found.parameters))] <= 0.0
-    ):
-        return None
-    try:
-        other = refine_rigid_axis(read, found, axis)
-    except NotComputed:
-        return None
-    wrong_friction = friction_leads(suspected, smoother=fault == "slope")
-    enough = BETTER if wrong_friction else MUCH_BETTER
-    return fault if other.residual["rms"] < enough * refined.residual["rms"] else None
 
 
 def _options(table: Mapping[str, Any], columns: ColumnMap) -> IdentifyOptions:
