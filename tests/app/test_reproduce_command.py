@@ -30,9 +30,13 @@ def test_items_and_page_are_written_and_a_second_run_takes_what_is_finished(tmp_
     for item in data["items"]:
         assert item["verdict"] in page
     assert "Fig. 6.1" in page
-    again = call("reproduce", "--quick", "--resume", "--json", "-o", str(folder))
-    assert "1/4" not in again.stderr
+    again = call("reproduce", "--quick", "--json", "-o", str(folder))
+    assert "nothing has changed" in again.stderr
     assert json.loads(again.stdout)["items"] == data["items"]
+    anew = call("reproduce", "--quick", "--force", "--json", "-o", str(folder))
+    assert "1/4" not in anew.stderr
+    assert json.loads(anew.stdout)["items"] == data["items"]
+    assert "exists" in refusal("reproduce", "-o", str(folder))
 
 
 def test_finished_results_are_not_replaced_unasked(tmp_path):

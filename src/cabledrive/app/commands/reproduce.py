@@ -32,6 +32,10 @@ def command(quick: bool, resume: bool, force: bool, output: str) -> Answer:
     and not done again while the package does not change.
     """
     folder = Path(output)
+    before = _finished(folder)
+    if before is not None and not force and _still_holds(before, quick):
+        note("nothing has changed: served from the finished run")
+        return _answer(before, folder)
     _check(folder, force=force or resume)
     from cabledrive.report.reproduction_page import reproduction_html
     from cabledrive.studies.reproduction import reproduce
@@ -48,8 +52,27 @@ def command(quick: bool, resume: bool, force: bool, output: str) -> Answer:
     folder.mkdir(parents=True, exist_ok=True)
     write_whole(folder / REPORT, page, force=True)
     write_whole(folder / RESULTS, json.dumps(plain(data), indent=1, allow_nan=False) + "\n", force=True)
+    return _answer(data, folder)
+
+
+def _answer(data: dict[str, Any], folder: Path) -> Answer:
     shown = {name: value for name, value in data.items() if name not in ("provenance", "figures")}
     return Answer(data=shown, text=_text(data, folder), provenance=data["provenance"])
+
+
+def _finished(folder: Path) -> dict[str, Any] | None:
+    try:
+        data = json.loads((folder / RESULTS).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    whole = isinstance(data, dict) and {"items", "counts", "quick", "provenance"} <= set(data)
+    return data if whole and (folder / REPORT).is_file() else None
+
+
+def _still_holds(before: dict[str, Any], quick: bool) -> bool:
+    from cabledrive.studies.reproduction.run import source_hash
+
+    return bool(before["quick"] == quick and before["provenance"].get("source_hash") == source_hash())
 
 
 def _check(folder: Path, *, force: bool) -> None:
