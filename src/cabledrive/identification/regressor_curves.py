@@ -54,9 +54,11 @@ class RegressorCurves:
 def regressor_curves(
     log: Log, found: Identification, options: AxisOptions | None = None, *, slope: float = 0.5
 ) -> RegressorCurves:
-    r"""Regressors and modelling error of an identified axis, Eqs. (4.2), (4.9).
+    r"""Regressors and modelling error of an identified axis.
 
     .. math:: \tilde d = [\ddot\theta,\ \dot\theta,\ S(\dot\theta),\ -1]\,P - \tau
+
+    with the filter of `cabledrive.identification.filters.causal_filter`.
 
     Parameters
     ----------
