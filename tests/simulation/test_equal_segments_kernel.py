@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from cabledrive.mechanics.cable_laws import cable_law
+from cabledrive.mechanics.compiled import njit, njit_in_place
 from cabledrive.mechanics.mesh import mesh_of
 from cabledrive.parameters.drive_file import load_drive
 from cabledrive.simulation.channels import WIDTH
@@ -65,17 +66,28 @@ def test_quick_steps_equal_the_readable_ones(kind, planar, speed):
         assert state.events[0, 0] % EVERY not in (0, EVERY - 1), "meant to go slack between records"
 
 
+@njit_in_place
+def steps(*arguments):
+    """The part of a kernel, which has no entry of its own from Python."""
+    return step_equal_segments(*arguments)
+
+
+@njit
+def least(values):
+    return least_of(values)
+
+
 @pytest.mark.parametrize("planar", [True, False])
 def test_quick_steps_are_taken_while_taut_and_refused_when_slack(planar):
     for speed, expected in ((0.1, True), (6.0, False)):
         plan, state = setting("loop", planar=planar, speed=speed)
         rows = rows_of(state)
         assert (rows[1] is None) == (rows[4] is None) == planar
-        went = step_equal_segments(plan, state, new_workspace(plan), np.zeros(STEPS), *rows)
+        went = steps(plan, state, new_workspace(plan), np.zeros(STEPS), *rows)
         assert went == expected
 
 
 @pytest.mark.parametrize("size", range(1, 12))
 def test_the_least_of_any_number_of_values_is_found(size):
     values = np.random.default_rng(size).uniform(-1.0, 1.0, size)
-    assert least_of(values) == values.min()
+    assert least(values) == values.min()

@@ -131,9 +131,14 @@ def test_a_killed_run_is_resumed_to_the_byte(tmp_path):
 
 RUN = """
 import sys, test_resume as t
-method = t.Scheme(segments=12, method=sys.argv[1])
-rows = t.simulate(t.DRIVE, t.DURATION, **t.OPTIONS | {"scheme": method}).rows
-sys.stdout.write(rows.tobytes().hex())
+from dataclasses import replace
+damped = replace(t.DRIVE, cable=replace(t.DRIVE.cable, axial_damping=0.02))
+whirling = t.Start(plucks=(t.Pluck(height=1e-3), t.Pluck(height=1e-3, plane="v")))
+scheme = t.Scheme(segments=12, method=sys.argv[1])
+runs = [(t.DRIVE, t.OPTIONS["start"]), (t.DRIVE, whirling), (damped, whirling)]
+for drive, start in runs[: 2 if scheme.method == "node-centred" else 3]:
+    rows = t.simulate(drive, t.DURATION, **t.OPTIONS | {"scheme": scheme, "start": start}).rows
+    sys.stdout.write(rows.tobytes().hex())
 """
 
 

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from cabledrive.mechanics.cable_laws import LAWS, cable_law
+from cabledrive.mechanics.compiled import njit
 from cabledrive.mechanics.mesh import mesh_of
 from cabledrive.parameters.carriage import Carriage
 from cabledrive.parameters.drive_file import load_drive
@@ -132,6 +133,17 @@ def test_the_compiled_march_equals_the_readable_one(case, compiled, readable):
         assert state.counts[1] > 0, "the case meant to go slack did not"
 
 
+@njit
+def tensions(*arguments):
+    """The part of a kernel, which has no entry of its own from Python."""
+    return segment_tensions(*arguments)
+
+
+@njit
+def shafts(*arguments):
+    solve_shafts(*arguments)
+
+
 @pytest.mark.parametrize("model", LAWS)
 @pytest.mark.parametrize("tension_only", [False, True])
 @pytest.mark.parametrize("size", [1e-6, 1e-3, 0.02, 0.3])
@@ -143,9 +155,7 @@ def test_the_compiled_laws_equal_the_readable_ones(model, tension_only, size):
     x = np.cumsum(np.random.default_rng(1).uniform(-size, size, (3, 500)), axis=1)
     p = np.zeros((3, 499))
     number = list(LAWS).index(model)
-    slack = segment_tensions(
-        number, tension_only, law.pretension, law.axial_rigidity, x, np.full(499, 1.0), p
-    )
+    slack = tensions(number, tension_only, law.pretension, law.axial_rigidity, x, np.full(499, 1.0), p)
     gradients = np.diff(x, axis=1)
     expected = np.stack(law.excess_components(*gradients))
     np.testing.assert_allclose(p, expected, rtol=1e-12, atol=2e-15 * np.max(np.abs(expected)))
@@ -168,7 +178,7 @@ def test_shafts_stick_and_slip_as_the_readable_ones(seed, smooth):
     shaft = np.zeros((5, 3))
     shaft[OLD] = rng.uniform(-1.0, 1.0, 3) * table[TURNS]
     shaft[RIGHT] = rng.uniform(-1.5, 1.5, 3)
-    solve_shafts(matrix, table, shaft)
+    shafts(matrix, table, shaft)
     new, friction = solve_shafts_reference(matrix, table, shaft[RIGHT], shaft[OLD])
     np.testing.assert_allclose(shaft[NEW], new, atol=1e-13)
     np.testing.assert_allclose(shaft[FRICTION], friction, atol=1e-12)

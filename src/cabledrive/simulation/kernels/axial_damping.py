@@ -10,7 +10,7 @@ each span answers with :math:`q = q_0 + q_a V_a + q_b V_b`. Twin:
 from math import sqrt
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import njit_in_place
+from cabledrive.mechanics.compiled import for_kernels, njit_in_place
 from cabledrive.simulation.kernels.segments import (
     EXACT,
     LINEAR,
@@ -19,6 +19,7 @@ from cabledrive.simulation.kernels.segments import (
 
 
 @njit_in_place
+@for_kernels
 def strain_directions(
     law: int,
     slack_strain: float,
@@ -52,6 +53,7 @@ def strain_directions(
 
 
 @njit_in_place
+@for_kernels
 def solve_span(
     first: int,
     last: int,

@@ -12,7 +12,7 @@ linear forces plus c times the rest. Twin: `cabledrive.simulation.readable.energ
 from math import sqrt
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import njit_in_place, njit_inlined
+from cabledrive.mechanics.compiled import for_kernels, njit_in_place, njit_inlined
 from cabledrive.simulation.channels import BALANCE, TRANSVERSE_LOSS
 from cabledrive.simulation.kernels.equal_segments import gain_series, safe_range
 from cabledrive.simulation.kernels.nonlinear_energy import own_balance
@@ -63,6 +63,7 @@ def rest_at(u: Array, gain: Array, i: int, rigidity: float, h: float) -> float:
 
 
 @njit_in_place
+@for_kernels
 def step_equal_segments(
     plan: Plan,
     state: State,

@@ -22,8 +22,10 @@ from cabledrive.simulation.kernels.steps import (
     copy_rows,
     keep_before,
     keep_extremes,
+    move_rims,
     shaft_forces,
     tally_shafts,
+    turn_freely,
     turn_shafts,
 )
 from cabledrive.simulation.plan import (
@@ -39,7 +41,7 @@ from cabledrive.simulation.plan import (
     Plan,
 )
 from cabledrive.simulation.state import LOWER_SLACK, STEPS, UPPER_SLACK, State
-from cabledrive.simulation.workspace import NEW, Workspace
+from cabledrive.simulation.workspace import FORCE, NEW, OLD, Workspace
 
 Series: TypeAlias = tuple[float, float, float, float, float, float, float, float]
 
@@ -110,6 +112,7 @@ def rows_of(state: State) -> tuple[Array, Array | None, Array, Array, Array | No
 
 
 @njit_in_place
+@for_kernels
 def step_equal_segments(
     plan: Plan,
     state: State,
@@ -143,6 +146,7 @@ def step_equal_segments(
     loss = 0.25 * step * plan.node[DRAG, 1]
     matrix, back = plan.shaft_matrices[0], plan.shaft_matrices[1]
     per_radius = 1.0 / plan.shaft[RADIUS, 0]
+    of_drive, of_load, of_motor = turn_freely(matrix, plan.shaft, shaft)
     series = gain_series(plan.rigidity, inverse)
     c0, c1, c2, c3, c4, c5, c6, c7 = series
     for j in range(torque.size):
@@ -150,7 +154,13 @@ def step_equal_segments(
         pull = pretension + pulls_on_rims(x, series, h, pretension, n, p)
         push = torque[j] * per_radius
         shaft_forces(closed, n, plan.joint_stiffness, plan.node, x, x_t, motor, p, plan.driven, push, shaft)
-        turn_shafts(step, closed, n, matrix, back, plan.shaft, motor, x_t, shaft)
+        if of_drive >= 0.0:
+            shaft[NEW, 0] = of_drive * (shaft[FORCE, 0] + back[0, 0] * shaft[OLD, 0])
+            shaft[NEW, 1] = of_load * (shaft[FORCE, 1] + back[1, 1] * shaft[OLD, 1])
+            shaft[NEW, 2] = of_motor * (shaft[FORCE, 2] + back[2, 2] * shaft[OLD, 2])
+            move_rims(step, closed, n, motor, x_t, shaft)
+        else:
+            turn_shafts(step, closed, n, matrix, back, plan.shaft, motor, x_t, shaft)
         drive, load = u[0] + step * shaft[NEW, 0], u[n] + step * shaft[NEW, 1]
         p_u, p_w = h * p[0, 0], pull * w[1]  # as if the first segment pulled from before as well
         p_v = pull * v[1] if v is not None else 0.0

@@ -1,7 +1,7 @@
 """Compiled parts of a step in which every node has its own mass: kick, shafts, axial damping, tallies."""
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import njit_in_place
+from cabledrive.mechanics.compiled import for_kernels, njit_in_place
 from cabledrive.simulation.channels import AXIAL_LOSS, FORCE_WORK, TRANSVERSE_LOSS
 from cabledrive.simulation.kernels.axial_damping import solve_span, strain_directions
 from cabledrive.simulation.kernels.shafts import SHAFTS, add_to
@@ -21,6 +21,7 @@ from cabledrive.simulation.workspace import FORCE, NEW, OLD, Workspace
 
 
 @njit_in_place
+@for_kernels
 def turn(plan: Plan, matrix: Array, x_t: Array, motor: Array, shaft: Array) -> None:
     """New speeds of the shafts under a matrix of inertias and dampings."""
     back = plan.shaft_matrices[1]
@@ -28,6 +29,7 @@ def turn(plan: Plan, matrix: Array, x_t: Array, motor: Array, shaft: Array) -> N
 
 
 @njit_in_place
+@for_kernels
 def kick_nodes(plan: Plan, x_t: Array, old: Array, p: Array, forces: Array) -> None:
     """New velocities of all nodes but the rims, without axial damping; the old ones are kept."""
     node = plan.node
@@ -44,6 +46,7 @@ def kick_nodes(plan: Plan, x_t: Array, old: Array, p: Array, forces: Array) -> N
 
 
 @njit_in_place
+@for_kernels
 def tally_nodes(plan: Plan, x_t: Array, old: Array, tallies: Array, forces: Array) -> None:
     """Work of the forces and transverse loss over the step."""
     for k in range(plan.force.shape[0]):
@@ -57,6 +60,7 @@ def tally_nodes(plan: Plan, x_t: Array, old: Array, tallies: Array, forces: Arra
 
 
 @njit_in_place
+@for_kernels
 def damp_axially(plan: Plan, x: Array, x_t: Array, motor: Array, tallies: Array, work: Workspace) -> None:
     """Solve for the damping tensions of the segments together with the speeds of the shafts."""
     n = plan.segments

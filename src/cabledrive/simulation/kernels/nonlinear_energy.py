@@ -1,13 +1,14 @@
 """Compiled energy and components of the cable beyond the linear law, for the energy-conserving scheme."""
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import njit_in_place
+from cabledrive.mechanics.compiled import for_kernels, njit_in_place
 from cabledrive.simulation.kernels.segments import EXACT, LINEAR, transverse_stretch
 from cabledrive.simulation.plan import INVERSE_SPACING, KICK_T, KICK_U, SPACING, Plan
 from cabledrive.simulation.workspace import Workspace
 
 
 @njit_in_place
+@for_kernels
 def take_linear(plan: Plan, x: Array, p: Array, out: Array, sign: float) -> None:
     """Components plus or minus those of the linear law."""
     for axis in range(3):
@@ -18,6 +19,7 @@ def take_linear(plan: Plan, x: Array, p: Array, out: Array, sign: float) -> None
 
 
 @njit_in_place
+@for_kernels
 def answer_of(plan: Plan, rest: Array) -> float:
     """How much the nodes answer to their nonlinear forces, sum of kick times force squared."""
     total = 0.0
@@ -29,6 +31,7 @@ def answer_of(plan: Plan, rest: Array) -> float:
 
 
 @njit_in_place
+@for_kernels
 def stretching(rest: Array, x_t: Array) -> float:
     """Power of nonlinear components on the differences of velocities."""
     total = 0.0
@@ -39,6 +42,7 @@ def stretching(rest: Array, x_t: Array) -> float:
 
 
 @njit_in_place
+@for_kernels
 def nonlinear_energy(plan: Plan, x: Array) -> float:
     """Elastic energy beyond that of the linear law."""
     total = 0.0
@@ -54,6 +58,7 @@ def nonlinear_energy(plan: Plan, x: Array) -> float:
 
 
 @njit_in_place
+@for_kernels
 def own_balance(plan: Plan, work: Workspace, after: Array, stored: float) -> float:
     """What the balance of this scheme has beyond that of Stoermer-Verlet; ``work.p`` holds the components."""
     x, before = work.before[0], work.before[1]

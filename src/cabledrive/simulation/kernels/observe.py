@@ -162,6 +162,7 @@ def _strain_sums(
 
 
 @njit_in_place
+@for_kernels
 def least_of(values: Array) -> float:
     """Least of some numbers; four at once, since the compiler keeps minima in order."""
     a = b = c = d = values[0]

@@ -17,6 +17,7 @@ C4, C5, C6, C7 = 0.24609371288165302, -0.22558590223736838, 0.2096211067498548, 
 
 
 @njit_in_place
+@for_kernels
 def segment_tensions(
     law: int,
     tension_only: bool,

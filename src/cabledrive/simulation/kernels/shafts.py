@@ -16,6 +16,7 @@ MOST_SWEEPS = 100
 
 
 @njit_strict
+@for_kernels
 def solve_shafts(matrix: Array, table: Array, shaft: Array) -> None:
     """Speeds after the step: matrix @ new + friction = right, by coordinate descent on a convex function.
 

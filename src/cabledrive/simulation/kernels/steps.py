@@ -5,7 +5,7 @@ from cabledrive.mechanics.compiled import for_kernels, njit_in_place, njit_inlin
 from cabledrive.simulation.channels import COULOMB_LOSS, JOINT_LOSS, TALLIES, TORQUE_WORK, VISCOUS_LOSS
 from cabledrive.simulation.kernels.segments import segment_strain
 from cabledrive.simulation.kernels.shafts import SHAFTS, add_to, solve_shafts
-from cabledrive.simulation.plan import INVERSE_SPACING, VISCOUS, WEIGHT_U, Integers, Plan
+from cabledrive.simulation.plan import COULOMB, INVERSE_SPACING, TURNS, VISCOUS, WEIGHT_U, Integers, Plan
 from cabledrive.simulation.state import EVENTS, MOST_EVENTS, STEPS, UPPER_SLACK
 from cabledrive.simulation.workspace import FORCE, FRICTION, NEW, OLD, RIGHT
 
@@ -130,12 +130,37 @@ def turn_shafts(
 ) -> None:
     """New speeds of the shafts, and of the rim nodes, from the forces; the motor moves on at once."""
     speed_shafts(matrix, back, table, shaft)
+    move_rims(step, closed, segments, motor, x_t, shaft)
+
+
+@njit_inlined
+def move_rims(step: float, closed: bool, segments: int, motor: Array, x_t: Array, shaft: Array) -> None:
+    """New speeds of the shafts to the rim nodes and the motor, which moves on at once."""
     motor[1] = shaft[NEW, 2]
     motor[0] += step * shaft[NEW, 2]
     x_t[0, 0] = shaft[NEW, 0]
     x_t[0, segments] = shaft[NEW, 1]
     if closed:
         x_t[0, x_t.shape[1] - 1] = shaft[NEW, 0]
+
+
+@njit_inlined
+def turn_freely(matrix: Array, table: Array, shaft: Array) -> tuple[float, float, float]:
+    """New speed per force of each shaft that neither rubs nor twists a joint; negative if one does.
+
+    Sets the friction to zero, for good if none is negative.
+    """
+    coupled = matrix[0, 1] != 0.0 or matrix[0, 2] != 0.0 or matrix[1, 2] != 0.0
+    rubbing = False
+    for i in range(SHAFTS):
+        shaft[FRICTION, i] = 0.0
+        rubbing = rubbing or table[COULOMB, i] > 0.0
+    if coupled or rubbing:
+        return -1.0, -1.0, -1.0
+    drive = 1.0 / matrix[0, 0] if table[TURNS, 0] > 0.0 else 0.0
+    load = 1.0 / matrix[1, 1] if table[TURNS, 1] > 0.0 else 0.0
+    motor = 1.0 / matrix[2, 2] if table[TURNS, 2] > 0.0 else 0.0
+    return drive, load, motor
 
 
 @njit_inlined

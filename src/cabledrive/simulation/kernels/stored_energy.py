@@ -5,7 +5,7 @@ nobody does; like the stored energy it is summed with compensation.
 """
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import njit_in_place, njit_strict
+from cabledrive.mechanics.compiled import for_kernels, njit_in_place, njit_strict
 
 # Entries of State.extra: E half a step before the state's time, C, and what rounding took from E and from the
 # displacements of drive rim, load rim and motor.
@@ -13,6 +13,7 @@ STORED, SHIFT, STORED_LOST, DRIVE_LOST, LOAD_LOST, MOTOR_LOST = range(6)
 
 
 @njit_in_place
+@for_kernels
 def raised_shift(shift: float, lowest: float) -> float:
     """Shift C, doubled until the energy stays half of it away from zero."""
     while lowest + shift < 0.5 * shift:
@@ -21,6 +22,7 @@ def raised_shift(shift: float, lowest: float) -> float:
 
 
 @njit_strict
+@for_kernels
 def sum_with_loss(extra: Array, number: int, value: float, amount: float) -> float:
     """Value plus amount, and what rounding took away last time; keeps what it takes away now."""
     amount -= extra[number]
