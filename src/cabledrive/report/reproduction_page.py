@@ -89,6 +89,7 @@ def _summary(found: Reproduction) -> Chapter:
             caption="Verdicts.",
             columns=(Column(title="Verdict"), Column(title="Items", numeric=True), Column(title="Meaning")),
             groups=(RowGroup(rows=rows),),
+            note=f"{found.inputs} of the items that agree are inputs, held as printed and not computed.",
         )
     ]
     if differs:

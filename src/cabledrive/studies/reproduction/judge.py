@@ -10,6 +10,8 @@ from cabledrive.studies.reproduction.item import (
     Otherwise,
 )
 
+INPUT = "a measured or chosen input: what the packaged drive holds"
+
 
 def compared(
     name: str,
@@ -189,5 +191,4 @@ def taken(name: str, source: str, printed: str, used: float, unit: str, note: st
     -------
     Item
     """
-    words = "a measured or chosen input: what the packaged drive holds"
-    return compared(name, source, printed, used, unit, note=f"{words}; {note}" if note else words)
+    return compared(name, source, printed, used, unit, note=f"{INPUT}; {note}" if note else INPUT)

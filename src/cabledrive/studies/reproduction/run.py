@@ -12,7 +12,8 @@ from typing import Any
 
 from cabledrive.parameters.files import write_whole
 from cabledrive.parameters.version import __version__
-from cabledrive.studies.reproduction.item import VERDICTS, Entry, Item, Outcome
+from cabledrive.studies.reproduction.item import AGREES, VERDICTS, Entry, Item, Outcome
+from cabledrive.studies.reproduction.judge import INPUT
 from cabledrive.studies.reproduction.panel import panel_of
 from cabledrive.studies.reproduction.registry import entries
 
@@ -52,6 +53,11 @@ class Reproduction:
         found = Counter(item.verdict for item in self.items)
         return {verdict: found[verdict] for verdict in VERDICTS}
 
+    @property
+    def inputs(self) -> int:
+        """How many of the items that agree are inputs: held as printed, not computed."""
+        return sum(item.verdict == AGREES and INPUT in item.note for item in self.items)
+
     def plain(self) -> dict[str, Any]:
         """What results.json holds.
 
@@ -62,6 +68,7 @@ class Reproduction:
         return {
             "items": [item.plain() for item in self.items],
             "counts": self.counts,
+            "inputs": self.inputs,
             "figures": [panel.plain() for _, outcome in self.outcomes for panel in outcome.panels],
             "quick": self.quick,
             "provenance": {"cabledrive": __version__, "source_hash": self.source},
