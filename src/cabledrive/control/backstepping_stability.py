@@ -19,10 +19,11 @@ from cabledrive.control.backstepping_four import GAINS as GAINS_FOUR
 from cabledrive.control.backstepping_four import backstepping_four_reference
 from cabledrive.control.backstepping_six import GAINS as GAINS_SIX
 from cabledrive.control.backstepping_six import backstepping_six_reference
-from cabledrive.control.numbers import BY_REFERENCE, GAIN, SLOPE, LawNumbers
+from cabledrive.control.numbers import BY_REFERENCE, GAIN, NOMINAL, SLOPE, LawNumbers
 
 Array = NDArray[np.float64]
 STEP = 1e-30
+SIGNALS = {4: 5, 6: 16}
 TWINS = {4: (GAINS_FOUR, backstepping_four_reference), 6: (GAINS_SIX, backstepping_six_reference)}
 
 
@@ -70,6 +71,29 @@ def scaled_states(law: LawNumbers, states: Array) -> Array:
         x[2 * j] = scale * (states[n - 1 - j] - states[n - j])
         x[2 * j + 1] = scale * (states[2 * n - 1 - j] - states[2 * n - j])
     return x
+
+
+def backstepping_row(law: LawNumbers, size: int) -> list[float]:
+    """Command per angle and speed, estimates fixed, without Coulomb friction and offset.
+
+    Parameters
+    ----------
+    law : LawNumbers
+    size : {4, 6}
+        Number of states.
+
+    Returns
+    -------
+    list of float, length size
+    """
+    twin, estimate = TWINS[size][1], law.learning[NOMINAL].copy()
+    estimate[-3:-1] = 0.0  # Coulomb friction and offset, before the gain of the input
+    signals = np.zeros(SIGNALS[size])
+    return [
+        float(twin(law.rows[0], estimate, scaled_states(law, unit), signals, unit[size // 2], 0.0)[0])
+        - float(twin(law.rows[0], estimate, np.zeros(size), signals, 0.0, 0.0)[0])
+        for unit in np.eye(size)
+    ]
 
 
 def stability_margin(law: LawNumbers, estimate: Array, states: Array, reference: Array) -> float:

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from cabledrive.control.backstepping_stability import backstepping_row
 from cabledrive.control.darc import darc_step
-from cabledrive.control.numbers import DARC, LINEAR, NOMINAL
+from cabledrive.control.numbers import BACKSTEPPING, DARC, LINEAR, NOMINAL
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain, state_space
 from cabledrive.rig.controllers import Controller
@@ -105,6 +106,8 @@ def poles_of(chain: LumpedChain, controller: Controller) -> tuple[Pole, ...]:
         frozen = law.learning[NOMINAL].copy()
         frozen[2:] = 0.0
         rows = [darc_step(law, frozen, unit, np.zeros(count + 3)).command for unit in np.eye(count)]
+    elif law.kind == BACKSTEPPING:
+        rows = backstepping_row(law, count)
     elif law.kind == LINEAR and law.matrix.shape[0] == 0:
         rows = list(law.rows[0])
     else:

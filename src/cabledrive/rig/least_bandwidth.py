@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 
+from cabledrive.control.numbers import BACKSTEPPING
 from cabledrive.parameters import InputRefused
 from cabledrive.rig.controllers import Controller, Wish
 from cabledrive.rig.eigenvalues import closed_loop_poles
@@ -11,7 +12,7 @@ HIGHEST_HZ = 200.0
 
 
 def check_least_bandwidth(law: Callable[[Wish], Controller], made: Controller, wish: Wish) -> None:
-    """Refuse a bandwidth below which the law of Model 4 is unstable on its own drive.
+    """Refuse a bandwidth below which a law of Model 4 is unstable on its own drive.
 
     Without the dampers in its model the law needs a stiffness of its own to outdo them. Other laws are let
     through: what they excite belongs to what is to be seen.
@@ -29,7 +30,8 @@ def check_least_bandwidth(law: Callable[[Wish], Controller], made: Controller, w
         If the linear loop with true states is unstable and a higher bandwidth makes it stable.
     """
     hertz = wish.bandwidth
-    if hertz is None or made.model != 4 or made.damped or made.flat is None or _stable(made, wish):
+    one_of_them = made.law.kind == BACKSTEPPING or not (made.damped or made.flat is None)
+    if hertz is None or made.model != 4 or not one_of_them or _stable(made, wish):
         return
     high = hertz
     while not _stable(law(replace(wish, bandwidth=high)), wish):
@@ -41,8 +43,8 @@ def check_least_bandwidth(law: Callable[[Wish], Controller], made: Controller, w
         middle = 0.5 * (low + high)
         low, high = (low, middle) if _stable(law(replace(wish, bandwidth=middle)), wish) else (middle, high)
     raise InputRefused(
-        f"bandwidth = {hertz:.4g} Hz is below {high:.3g} Hz, where {made.name} is unstable on this drive (it "
-        "leaves the damping of the cable out): raise it, or take darc-4-damped"
+        f"bandwidth = {hertz:.4g} Hz is below {high:.3g} Hz, where {made.name} is unstable on this drive "
+        "(its feedback leaves the damping of the cable out): raise it, or take darc-4-damped"
     )
 
 
