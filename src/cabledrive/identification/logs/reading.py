@@ -153,7 +153,8 @@ def read_log(path: str | Path, columns: ColumnMap | None = None) -> Log:
         size += sum(values.size for values in block.values())
         if size > MOST_VALUES:
             raise InputRefused(
-                f"{recording.table.source}: more than {MOST_VALUES} numbers: choose fewer channels, or write it as Parquet"
+                f"{recording.table.source}: more than {MOST_VALUES} numbers: choose fewer channels, or write "
+                "it as Parquet"
             )
         for channel, values in block.items():
             parts[channel].append(values)
