@@ -13,7 +13,7 @@ settings.register_profile("deterministic", derandomize=True, deadline=None, data
 settings.load_profile("deterministic")
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def shared_data() -> Callable[[str], Path]:
     """Path of a measured log, by its name below ``../shared/data``; skips the test where it is absent."""
 
