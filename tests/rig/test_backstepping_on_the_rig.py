@@ -74,7 +74,7 @@ def test_sufficient_condition_is_told_over_the_run_and_not_met():
 
 
 def test_poles_on_the_true_plant_tell_the_least_bandwidth():
-    """Neglected dampers in the feedback: 30.8 Hz (0.34) and 7.2 Hz (0.81) at 25 Hz; unstable below 11.3 Hz."""
+    """Dampers left out of the feedback: 30.8 Hz (0.34), 7.2 Hz (0.81) at 25 Hz; unstable below 11.3 Hz."""
     poles = closed_loop_poles(DRIVE, backstepping_6(WISH))
     found = sorted((p.frequency, p.damping_ratio) for p in poles if p.damping_ratio < 0.99)
     assert found[0] == (pytest.approx(7.2, abs=0.1), pytest.approx(0.81, abs=0.01))

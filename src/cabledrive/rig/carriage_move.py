@@ -1,7 +1,7 @@
 """What is asked of a transporter, what a run of it leaves, and what it refuses."""
 
 from dataclasses import dataclass
-from math import pi
+from math import isfinite, pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +40,16 @@ class CarriageMove:
     payload_mass: float = 0.25
     line_length: float = 0.25
     gust: tuple[float, float, float] = (0.0, 1.0, 1.5)
+
+    def __post_init__(self) -> None:
+        for name, unit in (("duration", "s"), ("rest", "s"), ("payload_mass", "kg"), ("line_length", "m")):
+            value = getattr(self, name)
+            if not isfinite(value) or value <= 0.0:
+                raise InputRefused(f"{name} = {value:.4g} {unit} must be finite and above 0: give more")
+        if not isfinite(self.distance) or self.distance == 0.0:
+            raise InputRefused(f"distance = {self.distance:.4g} m must be finite and not 0: give a way to go")
+        if not all(isfinite(value) for value in self.gust) or self.gust[1] > self.gust[2]:
+            raise InputRefused(f"gust = {self.gust} must be a force, a start and a later end: mend it")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
