@@ -8,6 +8,7 @@ import numpy as np
 from cabledrive.modes.tuning import Pair, pulley_mode, resonant_pairs, span_frequency, tuned_pretension
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.autoparametric import AutoparametricModel, autoparametric_model
+from cabledrive.reduction.decay import guessed_damping
 from cabledrive.reduction.threshold import (
     coulomb_onset_torque,
     growth_torque,
@@ -181,6 +182,17 @@ def _tuned_threshold(model: AutoparametricModel | None) -> float | None:
     return float(threshold_torque(model))
 
 
+def _guessed_threshold(model: AutoparametricModel) -> float:
+    """Threshold with a guess for every damping that is zero."""
+    across = float(np.max(model.transverse)) / (2 * pi)
+    guessed = replace(
+        model,
+        modal_damping=model.modal_damping or guessed_damping(model.natural / (2 * pi)),
+        transverse_damping=model.transverse_damping or guessed_damping(across),
+    )
+    return float(threshold_torque(guessed))
+
+
 def _finite(value: float) -> float | None:
     return value if np.isfinite(value) else None
 
@@ -228,6 +240,11 @@ def _reasons(
     if model.transverse_damping == 0.0:
         found.append(
             "the cable is undamped across: at exact tuning any motion of the pulley mode makes it grow"
+        )
+    if at_tuning is not None and 0.0 in (at_tuning.modal_damping, at_tuning.transverse_damping):
+        found.append(
+            "dampings missing in the drive file are not known: with a guess of one per cent of critical for "
+            f"them the threshold at tuning would be {_guessed_threshold(at_tuning):.4g} N m"
         )
     if standing.slack:
         found.append(
