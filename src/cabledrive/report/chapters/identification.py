@@ -146,7 +146,7 @@ def _responses(found: Chapter4) -> Section:
             "identification-motor",
             response_picture("identification-motor", found.motor),
             "Magnitude and phase from torque to motor speed: an integrator.",
-            "As Fig. 4.17: motor alone, friction and offset taken off the torque. Dashed: 1/(J s + b) of the "
+            "As Fig. 4.17: motor alone, friction and offset taken off the torque. Dashed: 1/(Js + b) of the "
             "rig. Below 10 Hz the turns of the friction make it rough; above 200 Hz the encoder does.",
         ),
         _figure(

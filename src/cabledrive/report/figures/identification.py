@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MOST_POINTS = 700
+MOST_POINTS = 450
 HIGHEST = 300.0
 """Of the responses that are shown [Hz]."""
 
