@@ -16,7 +16,14 @@ from numpy.typing import NDArray
 from scipy import stats
 from scipy.integrate import cumulative_trapezoid
 
-from cabledrive.identification.axis_case import Case, between_samples, case_of, observed, simulated
+from cabledrive.identification.axis_case import (
+    CORNER_DOUBT,
+    Case,
+    between_samples,
+    case_of,
+    observed,
+    simulated,
+)
 from cabledrive.identification.estimates import Estimate, Identification
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.regression import factor, joined, solve, suited_segments
@@ -71,7 +78,7 @@ def error_of_refinement(cases: Sequence[Case], values: Array, speeds: Array) -> 
     -------
     ndarray, shape (4, 4)
     """
-    lefts, rights = [], []
+    lefts, rights, doubts = [], [], []
     for number, case in enumerate(cases):
         _, sensitivities = simulated(case, values, speeds[number])
         moved, _ = march_rigid_axis(
@@ -80,6 +87,7 @@ def error_of_refinement(cases: Sequence[Case], values: Array, speeds: Array) -> 
         shown = rounded_angles(moved, case.interval, case.quantum)
         seen = np.column_stack([observed(case, shown[:, k]) for k in range(PHASES)])
         off = case.compared(seen - case.filtered(moved)[:, None])
+        doubts.append(case.compared(case.filtered(_doubt(case, values, speeds[number], moved))[:, None]))
         left = np.zeros((off.shape[0], 4 + len(cases)))
         left[:, :4], left[:, 4 + number] = sensitivities[:, :4], sensitivities[:, 4]
         lefts.append(left)
@@ -93,7 +101,15 @@ def error_of_refinement(cases: Sequence[Case], values: Array, speeds: Array) -> 
             for left, right in zip(lefts, rights, strict=True)
         ]
         fits.append(solve(suited_segments(joined(parts))))
-    return unseen(np.array([f.values[:4] for f in fits]), np.array([f.covariance[:4, :4] for f in fits]))
+    doubt = np.linalg.lstsq(np.vstack(lefts), np.vstack(doubts), rcond=None)[0][:4]
+    seen_not = unseen(np.array([f.values[:4] for f in fits]), np.array([f.covariance[:4, :4] for f in fits]))
+    return seen_not + doubt @ doubt.T
+
+
+def _doubt(case: Case, values: Array, start: float, moved: Array) -> Array:
+    """What it changes in the speed whether the torque channel holds point samples or means."""
+    changed = between_samples(case.torque, CORNER_DOUBT)
+    return march_rigid_axis(values, changed, case.interval, start=start, slope=case.slope)[0] - moved
 
 
 def unseen(misses: Array, claimed: Array) -> Array:
