@@ -2,6 +2,8 @@
 
 from math import pi
 
+import numpy as np
+
 from cabledrive.studies.reproduction.item import DIFFERS, ERRATUM, Item, Outcome, outcome, place
 from cabledrive.studies.reproduction.judge import claimed, erratum, unknown
 from cabledrive.studies.reproduction.rig_runs import run
@@ -94,9 +96,17 @@ def prose(quick: bool) -> Outcome:
             "section-6-3-condition",
             "(6.22): example of u_s2",
             "satisfies Condition 1",
-            "breaks it by up to a factor of 2",
+            f"breaks it by up to a factor of {_worst_of_6_22():.3f}",
             False,
             otherwise=(ERRATUM, place("erratum-6-22-example", control=True)),
         )
     )
     return outcome(items)
+
+
+def _worst_of_6_22() -> float:
+    """Largest value of the left side of Condition 1 with the printed u_s2, over epsilon."""
+    delta = np.geomspace(1e-3, 1e3, 2001)[:, None]
+    sliding = np.linspace(0.0, 4.0, 2001) / (1.0 + delta**2) * (1.0 + delta)
+    left = sliding * (1.0 + delta) - 0.25 * sliding**2 * (1.0 + delta**2)
+    return float(left.max())

@@ -7,10 +7,10 @@ from cabledrive.studies.reproduction.judge import claimed
 from cabledrive.studies.reproduction.panel import Curve, Panel, curve
 from cabledrive.studies.reproduction.rig_runs import (
     ENCODER,
-    HELD,
     JOINT_BAND,
     MOTION,
     dwell_spectrum,
+    held_frequency,
     peak_of,
     run,
 )
@@ -52,12 +52,11 @@ def model_1(quick: bool) -> Outcome:
             "Fig. 6.6: spectrum of the load pulley, law of Model 1",
             "the frequency of vibrations is that of the dominant mode, caused by cable flexibility",
             f"peak at {load:.2f} Hz",
-            abs(load / HELD - 1) < 0.05,
+            abs(load / held_frequency() - 1) < 0.05,
             otherwise=(DIFFERS, "not explained"),
             note=(
-                f"the cable's mode with the drive pulley held by the law, {HELD} Hz; free it would be 8.27 "
-                "Hz. "
-                f"{place('erratum-6-47-beta', control=True)}"
+                f"the cable's mode with the drive pulley held by the law, {held_frequency():.2f} Hz; free it "
+                f"would be 8.27 Hz. {place('erratum-6-47-beta', control=True)}"
             ),
         ),
         claimed(
@@ -141,9 +140,9 @@ def model_2(quick: bool) -> Outcome:
             "Fig. 6.10: spectrum of the load pulley, law of Model 2",
             "the dominant cable mode, and the motor joint is not excited",
             f"peak at {hertz:.2f} Hz; {joint:.1g} deg between {JOINT_BAND[0]:g} and {JOINT_BAND[1]:g} Hz",
-            abs(hertz / HELD - 1) < 0.05 and joint < 0.01 * size,
+            abs(hertz / held_frequency() - 1) < 0.05 and joint < 0.01 * size,
             otherwise=(DIFFERS, "not explained"),
-            note=f"the cable's mode with the drive pulley held, {HELD} Hz",
+            note=f"the cable's mode with the drive pulley held, {held_frequency():.2f} Hz",
         ),
     ]
     panels = [

@@ -10,14 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.parameters import load_drive
+from cabledrive.reduction.models import rim_spring
 from cabledrive.rig import Motion, RigOptions, Tracking, track
 
 Array = NDArray[np.float64]
 LONG = Motion(dwell=1.0)
 ENCODER = 0.036
-HELD = 5.41
-"""The load's mode with the drive pulley held, sqrt(beta)/(2 pi) [Hz]."""
-
 RISES = (0.6, 0.7, 0.8, 0.9, 1.0)
 JOINT_BAND = (60.0, 150.0)
 MOTION = "pulse of 45 deg in 0.5 s with 0.5 s dwell chosen, the print's is lost"
@@ -54,6 +52,20 @@ def run(law: str, bandwidth: float | None = None, feedback: str = "motor", seed:
         options=options,
         seed=seed,
     )
+
+
+@cache
+def held_frequency() -> float:
+    """The load's mode while the law holds the drive pulley, sqrt(beta)/(2 pi).
+
+    Returns
+    -------
+    float
+        [Hz].
+    """
+    drive = load_drive("dissertation-3")
+    stiffness, _ = rim_spring(drive)
+    return float(np.sqrt(stiffness * drive.load_pulley.radius**2 / drive.load_pulley.inertia) / (2 * np.pi))
 
 
 def slower_rise(law: str, wanted: float, seeds: int) -> str:
