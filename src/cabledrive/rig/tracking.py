@@ -9,6 +9,7 @@ from cabledrive.control.bound import ErrorBound, error_bound
 from cabledrive.control.numbers import DARC, HIGH, LOW
 from cabledrive.parameters import Drive
 from cabledrive.rig.assumptions import broken_assumptions, plant_model
+from cabledrive.rig.backstepping_condition import margin_words
 from cabledrive.rig.cable_plant import cable_words
 from cabledrive.rig.controllers import Controller
 from cabledrive.rig.eigenvalues import pole_words
@@ -114,6 +115,7 @@ def told(
     summary |= pole_words(loop) | {"circumstances": circumstance_words(loop, actual, options)}
     if options.check_conditions:
         summary |= condition_words(loop, log[:, 2 * n], log[:, column], log[:, column + 2], regressor)
+        summary |= margin_words(loop, estimates, log[:, column + 3 + 2 * ESTIMATES :])
     summary["estimates_within_bounds"] = within(estimates, made)
     if incomplete:
         summary["ended_at"] = ended * loop.rig.interval
