@@ -163,7 +163,7 @@ def unit_of(name: str, linear: bool) -> str:
     -------
     str
     """
-    stem = name.removesuffix("_positive").removesuffix("_negative")
+    stem = name.removesuffix("_positive").removesuffix("_negative").rstrip(" 0123456789")
     return LINEAR_UNITS.get(stem, UNITS[stem]) if linear else UNITS[stem]
 
 
