@@ -45,7 +45,7 @@ CASES = (
         goals=goals(20, 0.3),
         log=None,
         verdict="no",
-        reason="resonance: the span's frequency is 0.49",
+        reason="resonance: a span swings at 0.4995",
     ),
     Case(
         name="winch",

@@ -141,7 +141,8 @@ def resonance_chapter(result: StudyResult) -> Chapter:
         ("Pretension of exact tuning", _maybe(found.tuned_pretension, "N")),
         ("Steady torque from which on the spans grow, at that tuning", _maybe(found.threshold_torque, "N m")),
         ("Largest torque of the motion", quantity(found.torque, "N m", 4)),
-        ("Verdict for that torque, were it steady at the pulley mode", found.verdict),
+        ("A twentieth of it, as ripple at the pulley mode", quantity(found.ripple, "N m", 3)),
+        ("Verdict for that ripple", found.verdict),
     ]
     if found.alarm is not None:
         rows.append(("Largest swing of a span along the motion", _maybe(found.largest, "m")))

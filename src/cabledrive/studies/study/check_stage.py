@@ -104,8 +104,9 @@ def missing_for_control(drive: Drive) -> tuple[str, ...]:
         found.append("neither sensors.motor_encoder nor sensors.drive_encoder is given: fit one")
     if drive.carriage:
         found.append(
-            f"{len(drive.carriage)} carriages ride on the cable, and the reduced models hold none: "
-            "the controller stages apply to a load pulley"
+            f"the cable carries masses ({len(drive.carriage)}), and the reduced models hold none: the "
+            "controller "
+            "stages are for a load pulley"
         )
     if any(pulley.fixed for pulley in drive.pulley):
         found.append("a pulley is fixed, so nothing turns at that end: the controller stages need two")

@@ -13,13 +13,14 @@ from cabledrive.studies.study.acceptance_stage import AcceptanceResult, accept, 
 from cabledrive.studies.study.check_stage import CheckResult, check
 from cabledrive.studies.study.controller_stage import ControllerResult, design_controller
 from cabledrive.studies.study.demand_stage import DemandResult, demand_of
+from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.goals import Goals
 from cabledrive.studies.study.knowledge_stage import Knowledge, know, known_drive
 from cabledrive.studies.study.modes_stage import ModelResult, ModesResult, choose_reduced_model, find_modes
 from cabledrive.studies.study.resonance_stage import ResonanceResult, resonance_of
 from cabledrive.studies.study.result import StudyResult
 from cabledrive.studies.study.stage_cache import StageCache, file_hash, key_of
-from cabledrive.studies.study.verdict_stage import Findings, judge
+from cabledrive.studies.study.verdict_stage import judge
 
 STAGES = 8
 

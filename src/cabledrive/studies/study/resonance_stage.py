@@ -12,6 +12,9 @@ from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.resonance import RESONANT, resonance_summary
 from cabledrive.studies.study.machine import values_of
 
+RIPPLE_SHARE = 0.05
+"""Torque at the pulley mode's frequency over the motion's largest: cogging, friction, counts of encoders."""
+
 REPEATED = 4
 """Pulses in a row for which the alarm is asked: the energy of one is still there when the next begins."""
 
@@ -23,13 +26,13 @@ class ResonanceResult:
     Attributes
     ----------
     verdict : {"safe", "close", "resonant"}
-        Under the motion's own largest torque, if it swung at the pulley mode's frequency.
+        Under the ripple, if it swung at the pulley mode's frequency.
     frequency_ratio, detuning, pulley_frequency : float or None
         [-], [-], [Hz].
     tuned_pretension, threshold_torque : float or None
         [N], [N m].
-    torque : float
-        Largest torque of the motion [N m].
+    torque, ripple : float
+        Largest torque of the motion, and what is taken to ripple at the pulley mode's frequency [N m].
     alarm : {"safe", "saturates", "alarm"}, or None
         Of the planned motion; None: there is no pulley mode.
     largest : float or None
@@ -49,6 +52,7 @@ class ResonanceResult:
     tuned_pretension: float | None
     threshold_torque: float | None
     torque: float
+    ripple: float
     alarm: str | None
     largest: float | None
     limit: float
@@ -102,7 +106,7 @@ def resonance_of(drive: Drive, motion: Motion) -> ResonanceResult:
     repeated = replace(motion, pulses=max(motion.pulses, REPEATED))
     time, torque = motion_torque(drive, repeated, samples=8001)
     largest = float(np.abs(torque).max())
-    summary = resonance_summary(machine, torque=largest)
+    summary = resonance_summary(machine, torque=RIPPLE_SHARE * largest)
     try:
         with np.errstate(over="ignore"):  # a gain beyond all numbers is an alarm
             told = alarm(machine, PlannedMotion(time=time, torque=torque))
@@ -125,6 +129,7 @@ def resonance_of(drive: Drive, motion: Motion) -> ResonanceResult:
         tuned_pretension=summary.tuned_pretension,
         threshold_torque=summary.threshold_torque,
         torque=largest,
+        ripple=RIPPLE_SHARE * largest,
         alarm=word,
         largest=float(swing) if np.isfinite(swing) else None,
         limit=float(limit),

@@ -5,6 +5,7 @@ import json
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -35,6 +36,20 @@ def key_of(name: str, inputs: Mapping[str, Any]) -> str:
     content = {"stage": name, "cabledrive": __version__, "inputs": as_plain(inputs)}
     canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(canonical.encode()).hexdigest()
+
+
+@cache
+def sources_hash() -> str:
+    """Hash of the stages' own code, so that a stage changed between two versions is done again.
+
+    Returns
+    -------
+    str
+    """
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
 
 
 def file_hash(path: Path) -> str:
@@ -95,7 +110,7 @@ class StageCache:
         object
             The result; a fresh one too has gone through its plain data, so that it is the same either way.
         """
-        key = key_of(name, inputs)
+        key = key_of(name, {**inputs, "sources": sources_hash()})
         data = self._found(name, key)
         if data is None:
             data = self._kept(name, key, compute)

@@ -2,24 +2,19 @@
 
 from dataclasses import dataclass
 
-from cabledrive.rig.setting import DEGREE
-from cabledrive.studies.study.acceptance_stage import AcceptanceResult
-from cabledrive.studies.study.check_stage import CheckResult
-from cabledrive.studies.study.controller_stage import ControllerResult
-from cabledrive.studies.study.demand_stage import DemandResult
-from cabledrive.studies.study.goals import Goals
-from cabledrive.studies.study.knowledge_stage import Knowledge
+from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.machine import LOG, WORDS
-from cabledrive.studies.study.resonance_stage import ResonanceResult
+from cabledrive.studies.study.verdict_words import (
+    ENOUGH,
+    RECORD,
+    accepted,
+    remedies_for,
+    resonance_words,
+    short_of,
+)
 
 YES, NO, UNKNOWN = "yes", "no", "unknown"
-ENOUGH = {"lumped": 0.99, "cable": 0.95}
-"""Share of the runs that must keep within bound and goal."""
-
-RECORD = (
-    "record a log of the whole drive with torque, motor, drive and load angle, excited from 0.25 to 10 Hz "
-    "in both directions (cabledrive experiment --excitation shows one)"
-)
+COMPLETE = "complete the drive file; what stands here of modes, resonance and torque holds without it"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,31 +56,6 @@ class Verdict:
     cautions: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Findings:
-    """What the verdict is made of.
-
-    Attributes
-    ----------
-    goals : Goals
-    check : CheckResult
-    knowledge : Knowledge
-    demand : DemandResult
-    resonance : ResonanceResult
-    controller : ControllerResult or None
-    lumped, cable : AcceptanceResult
-    """
-
-    goals: Goals
-    check: CheckResult
-    knowledge: Knowledge
-    demand: DemandResult
-    resonance: ResonanceResult
-    controller: ControllerResult | None
-    lumped: AcceptanceResult
-    cable: AcceptanceResult
-
-
 def judge(found: Findings) -> Verdict:
     """Put the stages together.
 
@@ -101,7 +71,7 @@ def judge(found: Findings) -> Verdict:
     if refusals:
         answer, reasons = NO, refusals
     elif found.check.missing:
-        answer, reasons, remedies = UNKNOWN, list(found.check.missing), list(found.check.missing)
+        answer, reasons, remedies = UNKNOWN, list(found.check.missing), [COMPLETE]
     elif found.controller is None or found.controller.bound is None:
         why = found.controller.reason if found.controller else "no controller was designed"
         answer, reasons, remedies = NO, [why], ["sample faster, fit finer encoders, or identify the drive"]
@@ -110,7 +80,7 @@ def judge(found: Findings) -> Verdict:
     return Verdict(
         answer=answer,
         reasons=tuple(reasons),
-        remedies=tuple(remedies),
+        remedies=tuple(dict.fromkeys(remedies)),
         margins=_margins(found),
         cautions=_cautions(found),
     )
@@ -133,27 +103,14 @@ def _refusals(found: Findings) -> tuple[list[str], list[str]]:
             remedies.append("raise cable.pretension")
     resonance = found.resonance
     if resonance.refuses:
-        assert resonance.frequency_ratio is not None
-        what = (
-            f"pumps a span to {_millimetres(resonance.largest)}, {_millimetres(resonance.limit)} are allowed"
-            if resonance.alarm == "alarm"
-            else f"has {resonance.torque:.4g} N m, inside the tongue: at the pulley mode it feeds the spans"
-        )
-        reasons.append(
-            f"resonance: the span's frequency is {resonance.frequency_ratio:.4g} of the pulley mode's "
-            f"{resonance.pulley_frequency:.4g} Hz, near 1/2, and the motion {what}"
-        )
-        tuned = resonance.tuned_pretension
+        reasons.append(resonance_words(resonance))
         remedies += [resonance.remedy] if resonance.remedy and resonance.remedy != "none needed" else []
-        if tuned is not None:
+        if resonance.tuned_pretension is not None:
+            tuned = resonance.tuned_pretension
             remedies.append(
                 f"keep cable.pretension away from {tuned:.4g} N, where the 1:2 resonance is exact"
             )
     return reasons, remedies
-
-
-def _millimetres(amplitude: float | None) -> str:
-    return "any amplitude" if amplitude is None else f"{1e3 * amplitude:.2g} mm"
 
 
 def _by_acceptance(found: Findings) -> tuple[str, list[str], list[str]]:
@@ -161,14 +118,14 @@ def _by_acceptance(found: Findings) -> tuple[str, list[str], list[str]]:
     assert controller is not None
     assert controller.bound is not None
     runs = [one for one in (found.lumped, found.cable) if one.draws]
-    short = [words for one in runs for words in _short_of(one, goals)]
+    short = [words for one in runs for words in short_of(one, goals)]
     open_words = [WORDS[name] for name in found.knowledge.open_names]
     if open_words:
         told = "; ".join(found.knowledge.undetermined)
         reasons = [f"the log cannot tell {', '.join(open_words)}: {told}"]
         return UNKNOWN, [*reasons, *short], [RECORD]
     if not short:
-        return YES, _accepted(found), []
+        return YES, accepted(found), []
     sheet = [name for name, q in found.knowledge.quantities.items() if q.source != LOG]
     median = found.lumped.quantile(0.5)
     possible = goals.error is not None and median is not None and median <= goals.error
@@ -178,70 +135,7 @@ def _by_acceptance(found: Findings) -> tuple[str, list[str], list[str]]:
             [*short, "it depends on which of the plants the datasheet allows this one is"],
             [RECORD],
         )
-    return NO, short, _remedies(found)
-
-
-def _short_of(one: AcceptanceResult, goals: Goals) -> list[str]:
-    words, enough = [], ENOUGH[one.plant]
-    if one.failed > (1.0 - enough) * one.draws:
-        words.append(
-            f"{one.failed} of {one.draws} runs on the {one.plant} plant ended early: unstable or slack"
-        )
-    if one.inside < enough:
-        words.append(
-            f"the stated bound held in {100 * one.inside:.1f} % of {one.draws} {one.plant} runs; "
-            f"asked are {100 * enough:.0f} %"
-        )
-    if one.reached is not None and one.reached < enough:
-        assert goals.error is not None
-        most = one.quantile(enough)
-        assert most is not None
-        words.append(
-            f"error: {100 * one.reached:.1f} % of {one.draws} runs on the {one.plant} plant kept within "
-            f"{goals.error / DEGREE:.3g} deg; {100 * enough:.0f} % keep within {most / DEGREE:.3g} deg"
-        )
-    return words
-
-
-def _accepted(found: Findings) -> list[str]:
-    controller, goals = found.controller, found.goals
-    assert controller is not None
-    assert controller.bound is not None
-    bound, move = controller.bound / DEGREE, f"{goals.angle / DEGREE:g} deg in {goals.duration:g} s"
-    words = [f"the load follows {move} within the stated bound of {bound:.3g} deg"]
-    if goals.error is not None:
-        kept = "the bound keeps it" if controller.bound <= goals.error else "by the runs, not by the bound"
-        words = [f"the load follows {move} within the goal of {goals.error / DEGREE:.3g} deg: {kept}"]
-    for one in (found.lumped, found.cable):
-        if one.draws:
-            words.append(
-                f"{one.draws} runs on the {one.plant} plant: largest error {one.peaks[-1] / DEGREE:.3g} deg; "
-                "the "
-                f"stated bound of {bound:.3g} deg held in {100 * one.inside:.1f} %"
-            )
-    return words
-
-
-def _remedies(found: Findings) -> list[str]:
-    controller = found.controller
-    assert controller is not None
-    assert controller.chosen is not None
-    chosen, words = controller.chosen, []
-    parts = {
-        "sensors": chosen.sensors or 0.0,
-        "unmatched": chosen.unmatched or 0.0,
-        "matched": chosen.theorem or 0.0,
-    }
-    largest = max(parts, key=lambda name: parts[name])
-    if largest == "sensors":
-        words.append("fit finer encoders: counts make the largest part of the bound")
-    elif largest == "unmatched" and controller.shares:
-        name = max(controller.shares, key=lambda key: controller.shares[key])
-        words.append(f"know the {WORDS[name]} better: it makes the largest part of the bound; {RECORD}")
-    else:
-        words.append(f"know friction and inertia of the motor better, or sample faster; {RECORD}")
-    words.append("take longer for the move: acceleration falls with its square")
-    return words
+    return NO, short, remedies_for(found)
 
 
 def _margins(found: Findings) -> tuple[Margin, ...]:
@@ -267,18 +161,21 @@ def _cautions(found: Findings) -> tuple[str, ...]:
     words = list(found.knowledge.findings)
     words += found.knowledge.undetermined if not found.knowledge.open_names else ()
     if found.knowledge.residual is None:
-        words.append("no log could be used: every value is the datasheet's, with the uncertainty stated")
+        given = "could be used" if found.check.logs else "was given"
+        words.append(f"no log {given}: every value is the data sheet's, with the uncertainty stated")
     if found.resonance.alarm == "saturates":
         words.append("the motion pumps a span, and the exchange of energy ends before the limit")
     if found.resonance.verdict == "close":
         words.append(
-            "were the motion's torque steady at the pulley mode, the drive would be close to the tongue"
+            "a twentieth of the torque as ripple at the pulley mode would bring a span close to swinging"
         )
     if found.resonance.slack:
         words.append("the pulley mode's answer to the motion takes a span's tension away for a moment")
+    unrun = {one.reason: one.plant for one in (found.cable, found.lumped) if not one.draws and one.reason}
+    for reason, plant in unrun.items():
+        where = "" if len(unrun) == 1 and not found.lumped.draws else f" on the {plant} plant"
+        words.append(f"acceptance{where} was not run: {reason}")
     for one in (found.lumped, found.cable):
-        if not one.draws and one.reason:
-            words.append(f"acceptance on the {one.plant} plant was not run: {one.reason}")
         if one.saturated:
             words.append(f"{one.saturated} of {one.draws} {one.plant} runs met the torque limit")
     if found.controller is not None and found.controller.broken:

@@ -1,0 +1,151 @@
+"""The sentences of a verdict."""
+
+from cabledrive.rig.setting import DEGREE
+from cabledrive.studies.study.acceptance_stage import AcceptanceResult
+from cabledrive.studies.study.findings import Findings
+from cabledrive.studies.study.goals import Goals
+from cabledrive.studies.study.machine import WORDS
+from cabledrive.studies.study.resonance_stage import ResonanceResult
+
+ENOUGH = {"lumped": 0.99, "cable": 0.95}
+"""Share of the runs that must keep within bound and goal."""
+
+FAR = 0.25
+"""From one half: then it is no lowest mode that resonates."""
+
+RECORD = (
+    "record a log of the whole drive with torque, motor, drive and load angle, excited from 0.25 to 10 Hz "
+    "in both directions (cabledrive experiment --excitation shows one)"
+)
+
+
+def resonance_words(resonance: ResonanceResult) -> str:
+    """Where the drive stands against its resonance, in one line.
+
+    Parameters
+    ----------
+    resonance : ResonanceResult
+        One that refuses.
+
+    Returns
+    -------
+    str
+    """
+    ratio, pulley = resonance.frequency_ratio, resonance.pulley_frequency
+    where = f"a span swings at {ratio:.4g} of the pulley mode's {pulley:.4g} Hz"
+    if ratio is not None and abs(ratio - 0.5) > FAR:
+        where = f"a higher mode of a span lies at half the pulley mode's {pulley:.4g} Hz"
+    if resonance.alarm == "alarm":
+        largest, limit = _millimetres(resonance.largest), _millimetres(resonance.limit)
+        return f"resonance: {where}, and the motion pumps it to {largest}; {limit} are allowed"
+    return (
+        f"resonance: {where}, so near 1/2 that {resonance.ripple:.4g} N m of ripple, a twentieth of the "
+        "motion's "
+        "torque, feed its swing"
+    )
+
+
+def _millimetres(amplitude: float | None) -> str:
+    return "any amplitude" if amplitude is None else f"{1e3 * amplitude:.2g} mm"
+
+
+def short_of(one: AcceptanceResult, goals: Goals) -> list[str]:
+    """What an acceptance lacks, in words.
+
+    Parameters
+    ----------
+    one : AcceptanceResult
+    goals : Goals
+
+    Returns
+    -------
+    list of str
+        Empty where nothing is short.
+    """
+    words, enough = [], ENOUGH[one.plant]
+    if one.failed > (1.0 - enough) * one.draws:
+        words.append(
+            f"{one.failed} of {one.draws} runs on the {one.plant} plant ended early: unstable or slack"
+        )
+    if one.inside < enough:
+        words.append(
+            f"the stated bound held in {100 * one.inside:.1f} % of {one.draws} {one.plant} runs; "
+            f"asked are {100 * enough:.0f} %"
+        )
+    if one.reached is not None and one.reached < enough:
+        assert goals.error is not None
+        most = one.quantile(enough)
+        assert most is not None
+        words.append(
+            f"error: {100 * one.reached:.1f} % of {one.draws} runs on the {one.plant} plant kept within "
+            f"{goals.error / DEGREE:.3g} deg; {100 * enough:.0f} % keep within {most / DEGREE:.3g} deg"
+        )
+    return words
+
+
+def accepted(found: Findings) -> list[str]:
+    """What was reached, in words.
+
+    Parameters
+    ----------
+    found : Findings
+        With a controller and a bound.
+
+    Returns
+    -------
+    list of str
+    """
+    controller, goals = found.controller, found.goals
+    assert controller is not None
+    assert controller.bound is not None
+    bound, move = controller.bound / DEGREE, f"{goals.angle / DEGREE:g} deg in {goals.duration:g} s"
+    words = [f"the load follows {move} within the stated bound of {bound:.3g} deg"]
+    if goals.error is not None:
+        kept = "the bound keeps it" if controller.bound <= goals.error else "by the runs, not by the bound"
+        words = [f"the load follows {move} within the goal of {goals.error / DEGREE:.3g} deg: {kept}"]
+    for one in (found.lumped, found.cable):
+        if one.draws:
+            words.append(
+                f"{_runs(one.draws)} on the {one.plant} plant: largest error {one.peaks[-1] / DEGREE:.3g} "
+                "deg; "
+                "the "
+                f"stated bound of {bound:.3g} deg held in {100 * one.inside:.1f} %"
+            )
+    return words
+
+
+def _runs(count: int) -> str:
+    return f"{count} run{'' if count == 1 else 's'}"
+
+
+def remedies_for(found: Findings) -> list[str]:
+    """What would make the bound smaller.
+
+    Parameters
+    ----------
+    found : Findings
+        With a controller.
+
+    Returns
+    -------
+    list of str
+    """
+    controller = found.controller
+    assert controller is not None
+    assert controller.chosen is not None
+    chosen, words = controller.chosen, []
+    parts = {
+        "sensors": chosen.sensors or 0.0,
+        "unmatched": chosen.unmatched or 0.0,
+        "matched": chosen.theorem or 0.0,
+    }
+    largest = max(parts, key=lambda name: parts[name])
+    if largest == "sensors":
+        words.append("fit finer encoders: counts make the largest part of the bound")
+    elif largest == "unmatched" and controller.shares:
+        name = max(controller.shares, key=lambda key: controller.shares[key])
+        words.append(f"know the {WORDS[name]} better: it makes the largest part of the bound; {RECORD}")
+    else:
+        words.append(f"know friction and inertia of the motor better, or sample faster; {RECORD}")
+    words.append("take longer for the move: acceleration falls with its square")
+    return words
