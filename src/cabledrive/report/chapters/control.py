@@ -19,7 +19,18 @@ from cabledrive.rig.trial import wish_for
 
 PLACE = 700
 SEEDS = range(8)
-LAWS = ("darc-1", "darc-2", "darc-3", "darc-4", "backstepping", "darc-4-damped", "pd", "lqg")
+LAWS = (
+    "darc-1",
+    "darc-2",
+    "darc-3",
+    "darc-4",
+    "backstepping",
+    "backstepping-6",
+    "darc-4-damped",
+    "pd",
+    "lqg",
+)
+DESIGNED = LAWS[:7]
 SHOWN = ("darc-3", "darc-4", "backstepping", "darc-4-damped")
 PRINTED = {"darc-3": "0.17", "darc-4": "0.055", "backstepping": "0.3"}
 
@@ -155,7 +166,7 @@ def _errors(name: str, runs: Sequence[Tracking]) -> Figure:
 
 def _poles(drive: Drive) -> Table:
     wish, rows = wish_for(drive, Motion()), []
-    for law in ("darc-1", "darc-2", "darc-3", "darc-4", "darc-4-damped"):
+    for law in DESIGNED:
         made = design(law, wish)
         poles = [p for p in closed_loop_poles(drive, made) if p.damping_ratio < 0.99]
         words = ", ".join(f"{p.frequency:.1f} Hz ({p.damping_ratio:.2f})" for p in poles)
