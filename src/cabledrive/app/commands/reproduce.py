@@ -92,7 +92,11 @@ def _text(data: dict[str, Any], folder: Path) -> str:
     found = [item for item in items if item["verdict"] == "differs"]
     lines += ["", "what differs:"] if found else []
     for item in found:
-        values = f"printed {item['printed']}, computed {item['computed']} {item['unit']}"
+        values = f"printed {_shown(item['printed'])}, computed {_shown(item['computed'])} {item['unit']}"
         lines += [f"  {item['source']}: {values}", f"    {item['note']}"]
     lines += ["", f"report: {folder / REPORT}"]
     return "\n".join(lines)
+
+
+def _shown(value: float | str | None) -> str:
+    return f"{value:.5g}" if isinstance(value, float) else str(value)
