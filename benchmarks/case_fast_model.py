@@ -2,8 +2,6 @@
 
 import os
 import time
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from functools import partial
 from unittest import mock
 
@@ -12,10 +10,10 @@ from case_chain import DRIVE, TORQUE, Marched
 from harness import duration, side_by_side, table
 
 from cabledrive.reduction import fast_simulation
+from cabledrive.reduction.fast_ensemble import fast_ensemble
 from cabledrive.reduction.fast_simulation import FastScheme, simulate_fast
-from cabledrive.reduction.uniform_tension import uniform_tension_model
-from cabledrive.reduction.uniform_tension_march import coefficients, march
-from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
+from cabledrive.reduction.uniform_tension_march import march
+from cabledrive.simulation import Pluck, Recording, Scheme, Setting, Start, simulate
 from cabledrive.simulation.case import case_of
 
 TITLE = "Fast model"
@@ -145,25 +143,12 @@ def many_sets() -> str:
     return table(["sines", "wall", "processor", "target, wall"], rows) + "\n\n" + note
 
 
-def ensemble(pretensions, sines: int, threads: int) -> np.ndarray:
-    """Largest midspan displacement of each set."""
-    with ThreadPoolExecutor(threads) as pool:
-        return np.array(list(pool.map(partial(one_pretension, sines=sines), pretensions)))
-
-
-def one_pretension(pretension: float, sines: int) -> list[float]:
-    model = uniform_tension_model(replace(DRIVE, cable=replace(DRIVE.cable, pretension=pretension)), sines)
-    c, steps = coefficients(model, STEP), round(1.0 / STEP)
-    wave = np.sin(2.0 * np.pi * TORQUE.frequency * STEP * np.arange(steps + 1))
-    heights = np.zeros((1, 2, sines))
-    heights[:, :, 0] = 1e-3
-    modes = np.zeros(model.natural.size)
-    return [
-        float(
-            march(
-                c, modes.copy(), modes.copy(), heights.copy(), np.zeros_like(heights),
-                torque * wave, STEP, steps // 100,
-            ).peaks[0, 1]
-        )
-        for torque in TORQUES
-    ]  # fmt: skip
+def ensemble(pretensions, sines: int, threads: int):
+    return fast_ensemble(
+        DRIVE,
+        1.0,
+        {"pretension": pretensions, "torque_amplitude": TORQUES},
+        common=Setting(torque_frequency=TORQUE.frequency, pluck_upper=1e-3, pluck_lower=1e-3),
+        scheme=FastScheme(sines=sines, step=STEP),
+        threads=threads,
+    )

@@ -96,14 +96,14 @@ def simulate_fast(
     path = None if output is None else check_writable(output, force=force)
     scheme, start, recording = scheme or FastScheme(), start or Start(), recording or Recording()
     model = uniform_tension_model(drive, scheme.sines)
-    steps, stride, step = _grid(model, duration, scheme, recording)
+    steps, stride, step = grid_of(model, duration, scheme, recording)
     signal = signal_of(torque, "torque")
     check_lasts(signal, duration, "torque")
     samples = signal.at(np.arange(steps + 1, dtype=np.float64) * step) + (
         drive.motor.offset_torque if drive.motor else 0.0
     )
-    _check_band(model, samples, step)
-    state = _start(drive, model, start)
+    check_band(model, samples, step)
+    state = start_amplitudes(drive, model, start)
     recorded = march(coefficients(model, step), *state, samples, step, stride)
     recorded, kept = bounded_part(recorded, model.span)
     steps = steps if kept is None else stride * (kept - 1)
@@ -121,10 +121,28 @@ def simulate_fast(
     return result
 
 
-def _grid(
+def grid_of(
     model: UniformTensionModel, duration: float, scheme: FastScheme, recording: Recording
 ) -> tuple[int, int, float]:
-    """Steps, steps per record, step."""
+    """Steps of a run, steps per record and step [s].
+
+    Parameters
+    ----------
+    model : UniformTensionModel
+    duration : float
+        Length of the run [s].
+    scheme : FastScheme
+    recording : Recording
+
+    Returns
+    -------
+    tuple of (int, int, float)
+
+    Raises
+    ------
+    InputRefused
+        If the duration or the step makes no sense.
+    """
     if not (np.isfinite(duration) and duration > 0.0):
         raise InputRefused(f"duration = {duration:.9g} s must be positive and finite: give a time in seconds")
     largest = pi / (2.0 * max(model.natural.max(), model.transverse.max()))
@@ -142,8 +160,22 @@ def _grid(
     return steps, max(1, int(1.0 / (recording.rate * step))), step
 
 
-def _check_band(model: UniformTensionModel, samples: Array, step: float) -> None:
-    """Refuse a torque whose content lies where the model has no modes."""
+def check_band(model: UniformTensionModel, samples: Array, step: float) -> None:
+    """Refuse a torque whose content lies where the model has no modes.
+
+    Parameters
+    ----------
+    model : UniformTensionModel
+    samples : ndarray
+        Torque at the steps [N m].
+    step : float
+        [s].
+
+    Raises
+    ------
+    InputRefused
+        If too much of it does, or a sample is not finite.
+    """
     if not np.all(np.isfinite(samples)):
         raise InputRefused("torque must be finite at every step: repair the samples")
     content = np.abs(np.fft.rfft(samples * np.hanning(samples.size))) ** 2
@@ -157,8 +189,29 @@ def _check_band(model: UniformTensionModel, samples: Array, step: float) -> None
         )
 
 
-def _start(drive: Drive, model: UniformTensionModel, start: Start) -> tuple[Array, Array, Array, Array]:
-    """Amplitudes and rates at t = 0: sines by projection, longitudinal modes by the rims."""
+def start_amplitudes(
+    drive: Drive, model: UniformTensionModel, start: Start
+) -> tuple[Array, Array, Array, Array]:
+    """Amplitudes and rates at t = 0: sines by projection, longitudinal modes by the rims.
+
+    Parameters
+    ----------
+    drive : Drive
+    model : UniformTensionModel
+    start : Start
+
+    Returns
+    -------
+    q, p : ndarray, shape (k,)
+        Longitudinal amplitudes [m kg^1/2] and rates.
+    a, b : ndarray, shape (planes, 2, m)
+        Transverse amplitudes [m] and rates; planes w, and v where something moves in it.
+
+    Raises
+    ------
+    InputRefused
+        If the start does not fit the model.
+    """
     mesh = mesh_of(drive, _PROJECTION_SEGMENTS)
     if any(pluck.plane == "u" for pluck in (*start.plucks, *start.kicks)):
         raise InputRefused(

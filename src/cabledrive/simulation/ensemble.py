@@ -167,17 +167,42 @@ def simulate_ensemble(
     InputRefused
         If an axis is unknown or empty, a member cannot be run, or the result would not fit into memory.
     """
-    common = common or Setting()
-    values = {name: np.atleast_1d(np.asarray(given, dtype=np.float64)) for name, given in axes.items()}
-    _check_axes(values, duration * rate)
-    members = [
-        replace(common, **dict(zip(values, map(float, combination), strict=True)))
-        for combination in product(*values.values())
-    ]
+    values, members = members_of(axes, common or Setting(), duration * rate)
     run = _runner(drive, duration, pluck_shape, scheme or Scheme(), rate)
     with ThreadPoolExecutor(max_workers=threads or cpu_count() or 1) as pool:
         results = list(pool.map(run, members))
     return _labelled(results, values)
+
+
+def members_of(
+    axes: Mapping[str, Sequence[float] | Array], common: Setting, records: float
+) -> tuple[dict[str, Array], list[Setting]]:
+    """Every combination of the values of some parameters, the last axis quickest.
+
+    Parameters
+    ----------
+    axes : mapping of str to sequence of float
+        Values of each parameter that is varied, by its name in `Setting`.
+    common : Setting
+        Parameters that are not varied.
+    records : float
+        Records of each run.
+
+    Returns
+    -------
+    values : dict of str to ndarray
+        The axes as arrays.
+    members : list of Setting
+
+    Raises
+    ------
+    InputRefused
+        If an axis is unknown or empty, or the result would not fit into memory.
+    """
+    values = {name: np.atleast_1d(np.asarray(given, dtype=np.float64)) for name, given in axes.items()}
+    _check_axes(values, records)
+    combinations = product(*(given.tolist() for given in values.values()))
+    return values, [replace(common, **dict(zip(values, one, strict=True))) for one in combinations]
 
 
 def _check_axes(values: dict[str, Array], records: float) -> None:
