@@ -10,6 +10,9 @@ from cabledrive.control.reference import lagged
 
 Array = NDArray[np.float64]
 REPLICATES, SMOOTHING_HZ = 20, 20.0
+IN_THE_LOOP = 1.1
+"""Rounding that a loop reacts to spreads wider than rounding drawn anew: over 1,000 draws of a pulse at 23
+and 35 Hz, set apart for this, estimates spread 1.05 to 1.15 times as far as the replicates say."""
 
 
 def filtered(signal: Array, interval: float, hertz: float) -> Array:
@@ -112,7 +115,7 @@ def rounding_errors(
     for _ in range(REPLICATES):
         phases = generator.uniform(-0.5, 0.5, len(counts))
         found.append(estimate(counts * (np.rint(motion / counts + phases) - np.rint(phases))))
-    return np.asarray(np.std(found, axis=0, ddof=1))
+    return np.asarray(IN_THE_LOOP * np.std(found, axis=0, ddof=1))
 
 
 def interval_factor(level: float = 0.95) -> float:
