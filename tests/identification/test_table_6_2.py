@@ -1,4 +1,4 @@
-"""Joint and cable of Table 6.2 from a virtual multisine through the motor encoder, and the model it calls for."""
+"""Joint and cable of Table 6.2 from a virtual multisine through the motor encoder, and their model."""
 
 import numpy as np
 import pytest
