@@ -202,3 +202,18 @@ def test_a_load_cell_without_angle_halves_its_reading_and_says_so():
     assert found.mean_upper[0] == pytest.approx(6.5, abs=0.01)
     assert found.mean_upper[0] == found.mean_lower[0]
     assert "no angle" in found.findings[0]
+
+
+def test_the_virtual_rig_of_chapter_4_has_a_load_cell():
+    """Model 4, 8 s: both spans at 7 N in the mean, parted by J2 a / r2 as the pulley turns."""
+    from cabledrive.rig.experiment import Excitation, experiment
+
+    drive = load_drive("dissertation-3", overrides=["sensors.sample_rate=1 kHz"])
+    log = experiment(drive, Excitation(duration=8.0), seed=3)
+    found = tensions_from_load_cell(log, drive)
+    for name in ("upper", "lower"):
+        value, low, high = getattr(found, f"mean_{name}")
+        assert value == pytest.approx(7.0, abs=0.02), (name, value)
+        assert low < 7.0 < high, (name, low, high)
+    assert np.std(found.upper - found.lower) > 2.0 * found.deviation
+    assert np.std(found.upper + found.lower) < 0.05

@@ -22,6 +22,7 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.units import to_si
 from cabledrive.rig.chapter_4 import rig_of
+from cabledrive.rig.load_cell import with_load_cell
 from cabledrive.rig.virtual_rig import run_rig
 
 Array = NDArray[np.float64]
@@ -206,4 +207,4 @@ def experiment(
     rng = np.random.default_rng(seed)
     rig = rig_of(drive, model)
     command = command_of(excitation or Excitation(), rig.sample_rate, rng)
-    return run_rig(rig, command, rng, source=f"virtual rig of {drive.name}")
+    return with_load_cell(run_rig(rig, command, rng, source=f"virtual rig of {drive.name}"), drive, rng)

@@ -58,7 +58,7 @@ def tensions_from_load_cell(
     log: Log,
     drive: Drive,
     *,
-    force: str = "force",
+    force: str = "load_cell_force",
     angle: str = "load_angle",
     zero: float = 0.0,
     bandwidth: float = BANDWIDTH,
@@ -72,6 +72,7 @@ def tensions_from_load_cell(
         Loop whose load pulley leans against the cell.
     force, angle : str
         Channels of the cell [N] and of the load pulley [rad]; without the angle the pulley is taken to rest.
+        The cell may be called "force" as well.
     zero : float, default 0.0
         What the cell says without cable: its zero and the weight's part [N].
     bandwidth : float, default 40.0
@@ -91,6 +92,7 @@ def tensions_from_load_cell(
             f'{drive.name}: kind = "{drive.kind}" has one span, whose tension the cell reads: give a loop'
         )
     bandwidth = min(bandwidth, 0.2 * log.sample_rate)
+    force = force if force in log.channels else "force"
     pull = zero_phase(log.channel(force), log.interval, bandwidth) - zero
     speed, turning = _turning(log, drive, angle, bandwidth)
     rim = drive.load_pulley.radius * speed
