@@ -5,13 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cabledrive.parameters import InputRefused
+from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.rig.loop import run
 from cabledrive.studies.study import Goals, load_goals, run_study
 from cabledrive.studies.study.chain_regression import tell
 from cabledrive.studies.study.closed_loop import joined_loop, make_law, rig_options
 from cabledrive.studies.study.drawn_plants import drawn_plant
 from cabledrive.studies.study.goals import SPREADS, goals_of
+from cabledrive.studies.study.knowledge_stage import know
 from cabledrive.studies.study.machine import by_datasheet, drive_with, values_of
 from cabledrive.studies.study.plain_data import as_plain, revived
 from cabledrive.studies.study.result import StudyResult
@@ -158,22 +159,54 @@ def test_draws_are_alike_for_alike_seeds_and_numbers():
     assert all(known[name].low <= value <= known[name].high for name, value in one.items())
 
 
-def test_logs_of_the_virtual_rig_are_told_within_their_intervals():
+def log_with(names):
     from io import StringIO
 
     from cabledrive.identification.logs.log import log_of
 
     text = log_text("turntable", LIVELY)
     rows = np.loadtxt(StringIO(text), delimiter=",", skiprows=1).T
-    heads = text.splitlines()[0].split(",")
-    names = {"torque": "torque [N m]", "angle": "angle [rad]", "load_angle": "load angle [rad]"}
-    channels = {name: rows[heads.index(head)] for name, head in names.items()}
-    log = log_of(rows[0], channels, {"torque": "N m", "angle": "rad", "load_angle": "rad"})
+    heads = {"torque": "torque [N m]", "angle": "angle [rad]", "load_angle": "load angle [rad]"}
+    listed = text.splitlines()[0].split(",")
+    channels = {name: rows[listed.index(heads[name])] for name in names}
+    units = {"torque": "N m", "angle": "rad", "load_angle": "rad"}
+    return log_of(rows[0], channels, {name: units[name] for name in names})
+
+
+def test_logs_of_the_virtual_rig_are_told_within_their_intervals():
     truth = values_of(drive_of("turntable"))
-    for name, (value, low, high) in tell([log], drive_of("turntable")).intervals.items():
-        assert low <= truth[name] <= high, (
-            f"{name}: {low:.5g} to {high:.5g} (best {value:.5g}), true {truth[name]:.5g}"
-        )
+    log = log_with(("torque", "angle", "load_angle"))
+    for name, (_, low, high) in tell([log], drive_of("turntable")).intervals.items():
+        assert low <= truth[name] <= high, f"{name}: {low:.5g} to {high:.5g}, true {truth[name]:.5g}"
+
+
+def test_torque_and_one_angle_tell_the_axis_and_not_the_cable():
+    """Motor and load reflected through the radii, 4e-4 + 2e-5 + 0.02/9, come out together."""
+    drive = drive_of("turntable")
+    found = know(drive, [log_with(("torque", "angle"))], SPREADS)
+    whole = found.values["near_inertia"] + found.values["load_inertia"] / 9.0
+    assert whole == pytest.approx(4.2e-4 + 0.02 / 9.0, rel=0.02)
+    assert found.quantities["cable_stiffness"].source == "datasheet"
+    assert any("no load angle" in words for words in found.undetermined)
+
+
+def test_a_range_of_loads_is_drawn_and_designed_for_its_middle():
+    drive = drive_of("turntable")
+    known = know(drive, [], SPREADS, (0.015, 0.025)).quantities["load_inertia"]
+    assert (known.low, known.value, known.high, known.source) == (0.015, 0.02, 0.025, "goal")
+    drawn = [drawn_plant({"load_inertia": known}, 2, 0, k)[0]["load_inertia"] for k in range(200)]
+    assert 0.015 <= min(drawn) < 0.016 < 0.024 < max(drawn) <= 0.025
+
+
+def test_a_drive_that_carries_masses_gets_its_resonance_and_no_controller():
+    found = run_study(load_drive("linear-axis"), [], goals(20, 0.5))
+    assert found.verdict.answer == "unknown"
+    assert any("load_encoder" in words for words in found.verdict.reasons)
+    assert any("carries masses" in words for words in found.verdict.reasons)
+    assert found.modes.certified
+    assert found.resonance.pulley_frequency > 0.0
+    assert found.controller is None
+    assert any("acceptance was not run" in words for words in found.verdict.cautions)
 
 
 @pytest.mark.parametrize(

@@ -81,7 +81,7 @@ def know(
     elif any(whole_drive(log) for log in logs):
         found = _by_regression(drive, [log for log in logs if whole_drive(log)], known)
     else:
-        found = _as_one_axis(logs, known)
+        found = _as_one_axis(drive, logs, known)
     return found if load_inertia is None else _with_load(found, load_inertia)
 
 
@@ -123,7 +123,7 @@ def _by_regression(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]
     )
 
 
-def _as_one_axis(logs: Sequence[Log], known: dict[str, Quantity]) -> Knowledge:
+def _as_one_axis(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]) -> Knowledge:
     """Only torque and one angle: what a rigid axis would tell, if the drive moved as one."""
     try:
         found = identify(list(logs), IdentifyOptions(), method="inverse-dynamics")
@@ -132,7 +132,7 @@ def _as_one_axis(logs: Sequence[Log], known: dict[str, Quantity]) -> Knowledge:
     wrong = [words for words in found.findings if "negative" in words or "does not fit" in words]
     fresh, told = dict(known), found.identifiable and not wrong
     if told:
-        fresh |= _rigid_quantities(found, known)
+        fresh |= _rigid_quantities(drive, found, known)
     words = found.unidentifiable + tuple(wrong)
     words += ("the log shows no load angle: stiffness, damping and load stay the datasheet's",)
     return Knowledge(
@@ -147,20 +147,20 @@ def _as_one_axis(logs: Sequence[Log], known: dict[str, Quantity]) -> Knowledge:
     )
 
 
-def _rigid_quantities(found: Identification, known: dict[str, Quantity]) -> dict[str, Quantity]:
+def _rigid_quantities(drive: Drive, found: Identification, known: dict[str, Quantity]) -> dict[str, Quantity]:
+    """Inertia of the whole axis at the motor, split as the data sheet has it; friction as it is."""
     estimates = found.parameters
     if "inertia" not in estimates:
         return {}
-    whole = known["near_inertia"].value + known["load_inertia"].value
-    share = known["near_inertia"].value / whole
-    fresh = {}
-    for name, source in (("near_inertia", "inertia"), ("load_inertia", "inertia")):
-        part = share if name == "near_inertia" else 1.0 - share
-        e = estimates[source]
-        own = known[name].half_width / known[name].value
-        value = part * e.value
-        half = part * 0.5 * (e.high - e.low) + own * abs(value)
-        fresh[name] = replace(known[name], value=value, low=value - half, high=value + half, source=LOG)
+    squared = (drive.load_pulley.radius / drive.drive_pulley.radius) ** 2
+    whole = known["near_inertia"].value + known["load_inertia"].value / squared
+    axis, fresh = estimates["inertia"], {}
+    for name in ("near_inertia", "load_inertia"):
+        sheet = known[name]
+        part = sheet.value / whole
+        value, half = part * axis.value, part * 0.5 * (axis.high - axis.low)
+        half += sheet.half_width / sheet.value * abs(value)
+        fresh[name] = replace(sheet, value=value, low=value - half, high=value + half, source=LOG)
     for name in ("viscous_friction", "coulomb_friction", "offset_torque"):
         e = estimates[name]
         fresh[name] = replace(known[name], value=e.value, low=e.low, high=e.high, source=LOG)
