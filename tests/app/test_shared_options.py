@@ -217,6 +217,13 @@ def test_drive_names_are_completed():
     assert "elevator" not in {item.value for item in completions}
 
 
+def test_shell_completes_the_names_of_controllers():
+    shell = ShellComplete(main, {}, "cabledrive", "_CABLEDRIVE_COMPLETE")
+    found = shell.get_completions(["track", "dissertation-3", "--controller"], "darc-")
+    assert {"darc-1", "darc-4-damped", "darc-indirect"} <= {item.value for item in found}
+    assert "pid" not in {item.value for item in found}
+
+
 def on_a_terminal(arguments, **environment):
     """What the command writes on standard error where a terminal reads."""
     theirs, ours = pty.openpty()

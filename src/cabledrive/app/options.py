@@ -281,6 +281,25 @@ def _nothing_found(failure: NotComputed, drive: Drive | None) -> Answer:
     return Answer(data={}, text="", provenance=provenance(drive), incomplete=str(failure))
 
 
+def complete_controller(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """Names of control laws, for the shell.
+
+    Parameters
+    ----------
+    ctx : click.Context
+    param : click.Parameter
+    incomplete : str
+        What has been typed.
+
+    Returns
+    -------
+    list of CompletionItem
+    """
+    from cabledrive.rig.registry import CONTROLLERS
+
+    return [CompletionItem(name) for name in sorted(CONTROLLERS) if name.startswith(incomplete)]
+
+
 def _complete_drive(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
     names = [CompletionItem(name) for name in packaged_drives() if name.startswith(incomplete)]
     return [*names, CompletionItem(incomplete, type="file")]

@@ -10,6 +10,7 @@ from cabledrive.app.options import (
     Quantity,
     Subcommand,
     answering,
+    complete_controller,
     drive_argument,
     saves_answer,
 )
@@ -28,7 +29,10 @@ METHOD = "hybrid simulation: exact between samples, stick-slip events on the exa
 @saves_answer
 @drive_argument
 @click.option(
-    "--controller", metavar="NAME", help="Control law; by default what the drive's joint calls for."
+    "--controller",
+    metavar="NAME",
+    shell_complete=complete_controller,
+    help="Control law; by default what the drive's joint calls for.",
 )
 @click.option("--bandwidth", type=float, metavar="HZ", help="lambda/(2 pi) instead of the printed one.")
 @click.option("--gains", type=click.Choice(["printed", "best"]), default="printed", show_default=True)
