@@ -16,6 +16,7 @@ from cabledrive.simulation import (
     Sampled,
     Scheme,
     SimulationStopped,
+    Sine,
     Start,
     simulate,
 )
@@ -106,6 +107,14 @@ def test_a_cable_that_only_pulls_never_pushes_and_keeps_its_budget(model):
     assert result.energy_budget_error < 5e-3, f"{result.energy_budget_error:.1e}"
 
 
+def test_a_cable_that_snaps_taut_again_and_again_gains_no_energy():
+    """Ten times the slack torque at the pulley mode's frequency: half the stable step would gain 5 % here."""
+    torque = Sine(amplitude=10.0 * SLACK_TORQUE, frequency=81.7)
+    result = simulate(WEIGHTLESS, 0.3, torque=torque, scheme=Scheme(segments=50, slack="tension-only"))
+    assert len(result.slack_events) > 100
+    assert result.energy_budget_error < 0.02, f"{result.energy_budget_error:.1e}"
+
+
 def test_slack_of_a_line_and_of_a_span_with_a_carriage_is_placed_where_it_happens():
     """A carriage thrown along the span slackens the cable ahead of it: place between carriage and pulley."""
     drive = replace(WEIGHTLESS, carriage=(Carriage(mass=0.01, position=0.25),))
@@ -131,8 +140,8 @@ def test_a_start_that_is_slack_already_is_refused():
     assert result.slack_events[0].time == 0.0
 
 
-def test_leapfrog_on_a_cable_that_goes_slack_needs_half_the_step():
-    """A kink in the springs: above half the linear limit the energy runs away, below it stays bounded."""
+def test_leapfrog_on_a_cable_that_goes_slack_needs_a_quarter_of_the_step():
+    """A kink in the springs: at half the linear limit the energy still runs away in some tenths of a second."""
     taut, slack = (simulate(HELD, 1e-3, scheme=Scheme(slack=word)) for word in ("stop", "tension-only"))
     limits = [result.provenance["method"]["largest_step"] for result in (taut, slack)]
-    assert limits[1] == pytest.approx(0.5 * limits[0], rel=1e-12)
+    assert limits[1] == pytest.approx(0.25 * limits[0], rel=1e-12)

@@ -61,7 +61,7 @@ def largest_stable_step(mesh: Mesh, law: CableLaw) -> float:
     :math:`S^{1/2} D M^{-1} D^T S^{1/2}` over the springs (segments and motor joint); the row sums of its
     moduli bound them from above, sharply for a uniform cable. A cable that may go slack is a chain of
     springs with a kink, on which leapfrog is resonantly unstable where the shortest period takes few steps:
-    there half of that, six steps per shortest period.
+    there a quarter of that, a dozen steps per shortest period.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def largest_stable_step(mesh: Mesh, law: CableLaw) -> float:
     rows = root * ((root + before) * mobility[:-1] + (root + after) * mobility[1:])
     beside = root[0] + (root[-1] if mesh.closed else 0.0)
     joint_row = joint * (joint * (mobility[0] + joint_mobility) + beside * mobility[0])
-    share = 0.5 if law.tension_only else 1.0
+    share = 0.25 if law.tension_only else 1.0
     return share * 2.0 / sqrt(max(float(np.max(rows)), joint_row))
 
 
