@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 import click
-from click.shell_completion import CompletionItem
 
+from cabledrive.app.completion import complete_drive
 from cabledrive.app.messages import BEGUN, QUIET, note
 from cabledrive.app.results import Answer, json_text, provenance, show
-from cabledrive.parameters import Drive, InputRefused, NotComputed, load_drive, packaged_drives
+from cabledrive.parameters import Drive, InputRefused, NotComputed, load_drive
 from cabledrive.parameters.files import check_writable, write_whole
 from cabledrive.parameters.units import to_si
 
@@ -170,7 +170,7 @@ def drive_argument(function: Function) -> Function:
     callable
     """
 
-    @click.argument("drive", metavar="DRIVE", shell_complete=_complete_drive)
+    @click.argument("drive", metavar="DRIVE", shell_complete=complete_drive)
     @click.option(
         "--set",
         "settings",
@@ -279,27 +279,3 @@ def answering(function: Function) -> Function:
 
 def _nothing_found(failure: NotComputed, drive: Drive | None) -> Answer:
     return Answer(data={}, text="", provenance=provenance(drive), incomplete=str(failure))
-
-
-def complete_controller(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    """Names of control laws, for the shell.
-
-    Parameters
-    ----------
-    ctx : click.Context
-    param : click.Parameter
-    incomplete : str
-        What has been typed.
-
-    Returns
-    -------
-    list of CompletionItem
-    """
-    from cabledrive.rig.registry import CONTROLLERS
-
-    return [CompletionItem(name) for name in sorted(CONTROLLERS) if name.startswith(incomplete)]
-
-
-def _complete_drive(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    names = [CompletionItem(name) for name in packaged_drives() if name.startswith(incomplete)]
-    return [*names, CompletionItem(incomplete, type="file")]

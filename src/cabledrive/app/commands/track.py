@@ -4,13 +4,13 @@ from typing import Any
 
 import click
 
+from cabledrive.app.completion import complete_controller
 from cabledrive.app.options import (
     NewFile,
     NewFileType,
     Quantity,
     Subcommand,
     answering,
-    complete_controller,
     drive_argument,
     saves_answer,
 )
