@@ -13,10 +13,11 @@ from cabledrive.control.flat_output import flat_output
 from cabledrive.control.kalman import KalmanTuning, Sampling, kalman_filter
 from cabledrive.parameters import InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain, natural_frequencies_of
+from cabledrive.reduction.models import FLEXIBLE_JOINT
 from cabledrive.rig.circumstances import current_rate, torque_limit
-from cabledrive.rig.controllers import Controller, Wish, chain_law
+from cabledrive.rig.controllers import Controller, Wish, chain_law, own_filter
 from cabledrive.rig.draws import Spreads
-from cabledrive.rig.fitting import fitted_encoders, place
+from cabledrive.rig.fitting import fitted_encoders, law_shafts, place
 from cabledrive.rig.linear_loop import assembled
 from cabledrive.rig.loop_numbers import Array
 from cabledrive.rig.plant import plant_numbers
@@ -61,50 +62,74 @@ def darc_4_damped(wish: Wish) -> Controller:
     return damped_law(wish, "darc-4-damped")
 
 
-def damped_law(wish: Wish, name: str) -> Controller:
-    """The damping-aware law at the printed gains of Model 4 or the best; its filter by what is not known.
+def damped_law(wish: Wish, name: str, number: int = 4) -> Controller:
+    """The damping-aware law at its model's printed gains or the best; its filter by what is not known.
 
     Parameters
     ----------
     wish : Wish
     name : str
+    number : {3, 4}, default 4
+        Model that it is made for.
 
     Returns
     -------
     Controller
     """
     if wish.best and wish.bandwidth is None:
-        return best_chain_law(wish, name)
-    counts = np.array(list(fitted_encoders(wish.drive).values()))
-    tuning = tuning_by_uncertainty(wish, wish.model(4), counts)
-    return chain_law(wish, 4, name, damped=True, tuning=tuning)
+        return best_chain_law(wish, name, number)
+    counts = np.array(list(read_encoders(wish, number).values()))
+    tuning = tuning_by_uncertainty(wish, wish.model(number), counts)
+    return chain_law(wish, number, name, damped=True, tuning=tuning)
 
 
-def best_chain_law(wish: Wish, name: str) -> Controller:
-    """The damping-aware law of Model 4 with the gains and the filter that the package chooses.
+def read_encoders(wish: Wish, number: int) -> dict[str, float]:
+    """One count of each encoder that the filter of a law reads, at the first shaft [rad], by shaft.
+
+    Parameters
+    ----------
+    wish : Wish
+    number : {3, 4}
+
+    Returns
+    -------
+    dict
+    """
+    fitted, shafts = fitted_encoders(wish.drive), law_shafts(number, wish.feedback)
+    if own_filter(number, wish.feedback) is None:
+        return fitted
+    return {shaft: count for shaft, count in fitted.items() if shaft in shafts}
+
+
+def best_chain_law(wish: Wish, name: str, number: int = 4) -> Controller:
+    """The damping-aware law of a model with the gains and the filter that the package chooses.
 
     Parameters
     ----------
     wish : Wish
         A bandwidth that it asks for is kept, and the filter chosen for it.
     name : str
+    number : {3, 4}, default 4
 
     Returns
     -------
     Controller
     """
-    chosen = best_gains(wish)
-    made = chain_law(replace(wish, bandwidth=chosen.bandwidth), 4, name, damped=True, tuning=chosen.tuning)
+    chosen = best_gains(wish, number)
+    same = replace(wish, bandwidth=chosen.bandwidth)
+    made = chain_law(same, number, name, damped=True, tuning=chosen.tuning)
     return replace(made, gains=made.gains | {"reasons": list(chosen.reasons)})
 
 
 @lru_cache(maxsize=16)
-def best_gains(wish: Wish) -> BestGains:
+def best_gains(wish: Wish, number: int = 4) -> BestGains:
     """Highest bandwidth whose noise leaves most of the torque, and a filter by what is not known.
 
     Parameters
     ----------
     wish : Wish
+    number : {3, 4}, default 4
+        Model of the law.
 
     Returns
     -------
@@ -118,13 +143,13 @@ def best_gains(wish: Wish) -> BestGains:
     limit = torque_limit(wish.drive)
     if not np.isfinite(limit):
         raise InputRefused("motor.torque_limit is missing, the best gains are weighed by it: add it, in N m")
-    chain, counts = wish.model(4), np.array(list(fitted_encoders(wish.drive).values()))
+    chain, counts = wish.model(number), np.array(list(read_encoders(wish, number).values()))
     tuning = tuning_by_uncertainty(wish, chain, counts)
     sampled = int(1.0 / (SAMPLES_PER_PERIOD * wish.interval))
     top = min(HIGHEST_HZ, sampled)
 
     def noise(hertz: float) -> float:
-        return torque_noise(wish, chain, hertz, tuning)
+        return torque_noise(wish, chain, hertz, tuning, number)
 
     if wish.bandwidth is not None:
         hertz = wish.bandwidth
@@ -208,7 +233,9 @@ def _moves(moving: Array) -> int:
     return int(np.count_nonzero(np.diff(moving.astype(int)) > 0)) + int(moving[0])
 
 
-def torque_noise(wish: Wish, chain: LumpedChain, hertz: float, tuning: KalmanTuning) -> float:
+def torque_noise(
+    wish: Wish, chain: LumpedChain, hertz: float, tuning: KalmanTuning, number: int = 4
+) -> float:
     """Five standard deviations of the command by rounding, at a bandwidth.
 
     Parameters
@@ -217,14 +244,15 @@ def torque_noise(wish: Wish, chain: LumpedChain, hertz: float, tuning: KalmanTun
     chain : LumpedChain
     hertz : float
     tuning : KalmanTuning
+    number : {3, 4}, default 4
 
     Returns
     -------
     float
         [N m].
     """
-    drive, interval, rate = wish.drive, wish.interval, current_rate(wish.drive)
-    fitted = fitted_encoders(drive)
+    interval, rate = wish.interval, current_rate(wish.drive)
+    fitted = read_encoders(wish, number)
     encoders = np.array([place(chain, shaft) for shaft in fitted], dtype=np.int64)
     counts = np.array(list(fitted.values()))
     sampling = Sampling(interval=interval, current_rate=rate)
@@ -232,9 +260,9 @@ def torque_noise(wish: Wish, chain: LumpedChain, hertz: float, tuning: KalmanTun
     seen = kalman_filter(
         chain, list(encoders), list(counts), sampling, chosen=chosen, tuning=tuning, settled=True
     )
-    flat, bounds = flat_output(chain), printed_bounds(chain, flexible_joint=True)
+    flat, bounds = flat_output(chain), printed_bounds(chain, flexible_joint=FLEXIBLE_JOINT[number])
     row = np.zeros((1, 2 * chain.size + 3))
-    law = darc_numbers(flat, darc_gains(4, hertz), bounds, row, interval, desired=True)
+    law = darc_numbers(flat, darc_gains(number, hertz), bounds, row, interval, desired=True)
     loop = assembled(plant_numbers(chain, interval, current_rate=rate), seen, law, encoders)
     return SIGMAS * loop.noise(counts, round(MEMORY / interval))[1]
 

@@ -11,6 +11,7 @@ from cabledrive.control.load_equation import LoadEstimate, estimate_load
 from cabledrive.control.momentum_sum import MotorEstimate, acting_torque, estimate_motor
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.reduction.models import highest_model
 from cabledrive.rig.best_gains import damped_law
 from cabledrive.rig.circumstances import current_rate
 from cabledrive.rig.controllers import Controller, Wish, chain_law
@@ -19,8 +20,8 @@ from cabledrive.rig.loop import Loop, Run, run
 from cabledrive.rig.setting import RigOptions
 
 NAME = "darc-indirect"
-SPREAD = (0.2, 0.05, 0.05)
-"""Relative half widths within which the inertias of motor, drive and load pulley are believed."""
+SPREADS = {3: (0.2, 0.05, 0.05), 2: (0.06, 0.05)}
+"""Relative half widths within which the inertias, motor to load, are believed, by their number."""
 LEAST_SPREAD = 0.02
 SEED = 20
 
@@ -61,7 +62,7 @@ class Learnt:
 
 
 def indirect(wish: Wish) -> Controller:
-    """The law before anything has been learnt: damping-aware Model 4.
+    """The law before anything has been learnt: the damping-aware one of its highest model.
 
     Parameters
     ----------
@@ -71,7 +72,7 @@ def indirect(wish: Wish) -> Controller:
     -------
     Controller
     """
-    return damped_law(wish, NAME)
+    return damped_law(wish, NAME, highest_model(wish.drive))
 
 
 def learn(loop: Loop, early: Run, pause: int, drive: Drive, chain: LumpedChain) -> Learnt:
@@ -95,15 +96,16 @@ def learn(loop: Loop, early: Run, pause: int, drive: Drive, chain: LumpedChain) 
     Raises
     ------
     InputRefused
-        If one of the three shafts has no encoder, or the law saw true states.
+        If one of the law's shafts has no encoder, or the law saw true states.
     """
-    if loop.encoder_shafts != ("motor", "drive", "load") or not np.all(loop.rig.counts > 0.0):
+    shafts = loop.controller.shafts
+    if loop.encoder_shafts != shafts or not np.all(loop.rig.counts > 0.0):
         raise InputRefused(
-            f"{NAME} learns from the counts of the encoders of motor, drive and load pulley, and reads "
-            f"{len(loop.encoder_shafts)} of them here: fit all three, leave ideal sensors out"
+            f"{NAME} learns from the counts of the encoders of {', '.join(shafts)}, and reads "
+            f"{len(loop.encoder_shafts)} encoders here: fit those, leave ideal sensors out"
         )
-    first = 2 * loop.chain.size + 1
-    readings, command = early.log[:pause, first : first + 3], early.log[:pause, first + 3]
+    first, last = 2 * loop.chain.size + 1, 2 * loop.chain.size + 1 + len(shafts)
+    readings, command = early.log[:pause, first:last], early.log[:pause, last]
     counts, interval, generator = loop.rig.counts, loop.rig.interval, np.random.default_rng(SEED)
     torque = acting_torque(
         command,
@@ -111,8 +113,8 @@ def learn(loop: Loop, early: Run, pause: int, drive: Drive, chain: LumpedChain) 
         delay=drive.sensors.delay if drive.sensors else 0.0,
         current_rate=current_rate(drive),
     )
-    load = estimate_load(readings[:, 1:], counts[1:], interval, generator)
-    inertias, spread = np.array(chain.inertias), np.array(SPREAD)
+    load = estimate_load(readings[:, -2:], counts[-2:], interval, generator)
+    inertias, spread = np.array(chain.inertias), np.array(SPREADS[chain.size])
     motor = estimate_motor(readings, torque, counts, inertias, interval, generator, spread=spread)
     return Learnt(load=load, motor=motor)
 
@@ -164,7 +166,7 @@ def learnt_bounds(chain: LumpedChain, found: Learnt) -> Bounds:
     -------
     Bounds
     """
-    printed = printed_bounds(chain, flexible_joint=True)
+    printed = printed_bounds(chain, flexible_joint=chain.size > 2)
     if not found.motor.excited or chain.coulomb[0] != float(found.motor.values[2]):
         return printed
     half = np.diff(found.motor.intervals, axis=0)[0] / 2.0
@@ -188,11 +190,11 @@ def rebuilt(loop: Loop, wish: Wish, found: Learnt, options: RigOptions) -> Loop:
     -------
     Loop
     """
-    chain = learnt_chain(wish.model(4), found)
+    first, number = loop.controller, loop.controller.model
+    chain = learnt_chain(wish.model(number), found)
     bounds = learnt_bounds(chain, found)
-    first = loop.controller
     same = replace(wish, bandwidth=float(first.gains["bandwidth_hz"]) if wish.best else wish.bandwidth)
-    made = chain_law(same, 4, NAME, damped=True, tuning=first.tuning, chain=chain, bounds=bounds)
+    made = chain_law(same, number, NAME, damped=True, tuning=first.tuning, chain=chain, bounds=bounds)
     made = replace(made, gains=first.gains | made.gains | {"beta": found.load.beta})
     drive = wish.drive
     sampling = Sampling(
@@ -202,8 +204,9 @@ def rebuilt(loop: Loop, wish: Wish, found: Learnt, options: RigOptions) -> Loop:
     )
     centred = options.encoder_phase == "centred"
     tuning = replace(made.tuning, offsets=()) if centred else made.tuning
+    own = made.filter_model is not None
     observer, _, _ = fit_observer(
-        chain, loop.chain, drive, made.shafts, options, sampling, tuning, settled=True
+        chain, loop.chain, drive, made.shafts, options, sampling, tuning, own=own, settled=True
     )
     return replace(loop, controller=made, observer=observer)
 
@@ -232,7 +235,7 @@ def run_indirect(wish: Wish, loop: Loop, options: RigOptions) -> tuple[Loop, Run
         return loop, early, None
     if pause >= len(loop.target) - 1:
         return loop, early if pause >= len(loop.target) else _rest(loop, early, pause), None
-    found = learn(loop, early, pause, wish.drive, wish.model(4))
+    found = learn(loop, early, pause, wish.drive, wish.model(loop.controller.model))
     later = loop
     if found.load.excited:
         later = rebuilt(loop, wish, found, options)
