@@ -1,6 +1,7 @@
 """Formulas as MathML, made while the pages are built: shown without a script and without a network."""
 
 import re
+from xml.etree import ElementTree
 
 from docutils import nodes
 from docutils.utils.math import MathError
@@ -12,6 +13,9 @@ from sphinx.writers.html5 import HTML5Translator
 
 SAME = {r"\dots": r"\ldots", r"\big": r"\bigl", r"\Big": r"\Bigl", r"\bigg": r"\biggl", r"\Bigg": r"\Biggl"}
 
+NAMESPACE = "http://www.w3.org/1998/Math/MathML"
+ACCENTS = set("\u02d9\u00a8\u02c6~\u02c9\u00af\u2192^")  # dots, hat, tilde, bars, arrow
+
 
 def mathml(latex: str, block: bool) -> str:
     """One formula; names that the converter lacks are replaced by those it knows."""
@@ -21,9 +25,25 @@ def mathml(latex: str, block: bool) -> str:
     if block and (r"\\" in known or "&" in known) and r"\begin{" not in known:
         known = rf"\begin{{aligned}}{known}\end{{aligned}}"
     try:
-        return str(tex2mathml(known, as_block=block))
+        return subscripts_beside(str(tex2mathml(known, as_block=block)))
     except MathError as error:
         raise SphinxError(f"formula not understood: {error}\n{latex}") from error
+
+
+def subscripts_beside(text: str) -> str:
+    """The converter puts the subscript of an accented letter under it; here it goes beside it."""
+    ElementTree.register_namespace("", NAMESPACE)
+    root = ElementTree.fromstring(text)
+    for node in root.iter(f"{{{NAMESPACE}}}munderover"):
+        base, below, above = list(node)
+        if (above.text or "").strip() in ACCENTS:
+            accented = ElementTree.Element(f"{{{NAMESPACE}}}mover", accent="true")
+            accented.extend([base, above])
+            for child in (base, below, above):
+                node.remove(child)
+            node.tag = f"{{{NAMESPACE}}}msub"
+            node.extend([accented, below])
+    return ElementTree.tostring(root, encoding="unicode")
 
 
 def visit_inline(self: HTML5Translator, node: nodes.math) -> None:
