@@ -220,6 +220,8 @@ def test_stiffness_learnt_from_one_pulse_repairs_a_wrong_design():
     assert learnt["inertia"]["value"] == pytest.approx(0.0011 + 0.000642 + 0.00235, rel=0.01)
     assert learnt["used"]
     assert learnt["motor_used"]
+    assert said["estimates_within_bounds"] is True
+    assert said["theory_bound_deg"] > 0.09  # the first pulse's: its bounds are the printed ones
     assert said["first_pulse_error_deg"] < 1.0
     assert said["later_pulses_error_deg"] <= 0.04, f"observed {said['later_pulses_error_deg']:.4f} deg"
 

@@ -14,6 +14,7 @@ from cabledrive.rig.loop import Loop, close_loop, run
 from cabledrive.rig.registry import design
 from cabledrive.rig.setting import CABLE, DEGREE, Motion, RigOptions, sample_interval
 from cabledrive.rig.tracking import Tracking, told
+from cabledrive.rig.two_laws import judged_apart
 from cabledrive.trajectories import move_limits, peak_demand
 
 PLANTS: dict[str, int | None] = {f"model-{number}": number for number in (1, 2, 3, 4)} | {CABLE: None}
@@ -106,6 +107,8 @@ def track(
     else:
         done = run(loop)
     found = told(loop, done, drive, actual, motion, options, seed)
+    if learnt is not None:
+        found = judged_apart(found, first, loop, done)
     if made.name == NAME:
         found.summary["learnt"] = None if learnt is None else learnt.words
     if draws:

@@ -1,0 +1,55 @@
+"""A run under two laws, one after the other: each judged by its own bounds."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from cabledrive.control.numbers import HIGH, LOW
+from cabledrive.rig.loop import Loop, Run
+from cabledrive.rig.loop_numbers import ESTIMATES
+from cabledrive.rig.setting import DEGREE
+from cabledrive.rig.tracking import Tracking, bound_of, within
+
+
+def judged_apart(found: Tracking, first: Loop, last: Loop, done: Run) -> Tracking:
+    """A run as `cabledrive.rig.tracking.told` puts it, its first part held to the first law's bounds.
+
+    Parameters
+    ----------
+    found : Tracking
+        Of the whole run, by the last law.
+    first, last : Loop
+        Of the laws before and after the first pulse with its dwell.
+    done : Run
+
+    Returns
+    -------
+    Tracking
+    """
+    pause = min(first.rig.first_end, done.ended)
+    before, after = first.controller, last.controller
+    inside = [within(found.estimates[:pause], before), within(found.estimates[pause:], after)]
+    found.summary["estimates_within_bounds"] = all(inside)
+    low, high = LOW, HIGH
+    limits = np.array(
+        [
+            np.minimum(before.law.learning[low], after.law.learning[low]),
+            np.maximum(before.law.learning[high], after.law.learning[high]),
+        ]
+    )
+    found = replace(found, estimate_bounds=limits)
+    column = 2 * first.chain.size + 1 + len(first.rig.encoders)
+    log, start = done.log[:pause], column + 3 + ESTIMATES
+    regressor = log[:, start : start + before.law.learning.shape[1]]
+    early = bound_of(first, log[:, 2 * first.chain.size], log[:, column], regressor)
+    if early is None or found.bound is None:
+        return found
+    tube = np.concatenate((early.tube / first.gear, found.bound[pause:]))
+    printed = max(early.printed / first.gear / DEGREE, found.summary["printed_norm_bound_deg"])
+    kept = bool(np.all(np.abs(found.error) <= tube + 1e-12))
+    found.summary.update(
+        theory_bound_deg=float(tube.max()) / DEGREE, printed_norm_bound_deg=printed, inside_tube=kept
+    )
+    if not found.summary["broken_assumptions"]:
+        found.summary["within_bound"] = kept
+    return replace(found, bound=tube)
