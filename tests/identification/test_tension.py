@@ -217,3 +217,25 @@ def test_the_virtual_rig_of_chapter_4_has_a_load_cell():
         assert low < 7.0 < high, (name, low, high)
     assert np.std(found.upper - found.lower) > 2.0 * found.deviation
     assert np.std(found.upper + found.lower) < 0.05
+
+
+@pytest.mark.parametrize(
+    "name, section", [("dissertation-transporter", 1), ("elevator", 0), ("camera-line", 0), ("ropeway", 0)]
+)
+def test_pings_of_other_machines_and_sections_tell_their_tension(name, section):
+    """Guided carriages part a span, hanging ones load it: each section by its own certified modes."""
+    from cabledrive.mechanics.spans import transverse_chains
+    from cabledrive.modes.tuning import section_frequencies
+
+    drive, rng = load_drive(name), np.random.default_rng(section)
+    chains = [chain for chain in transverse_chains(drive) if chain.stretches[0].span == "upper"]
+    f = np.array(section_frequencies(chains[section], 3)) / (2 * np.pi)
+    rate = max(20.0 * f[0], 12.0 * f[2])
+    time = np.arange(round(60.0 * rate / f[0])) / rate
+    tones = [np.sin(2 * np.pi * one * time + rng.uniform(0, 6)) / k**2 for k, one in enumerate(f, start=1)]
+    swing = np.exp(-time * f[0] / 15.0) * np.sum(tones, axis=0)
+    swing += NOISE * np.abs(swing).max() * rng.normal(size=time.size)
+    guess = replace(drive, cable=replace(drive.cable, pretension=1.7 * drive.cable.pretension))
+    log = log_of(time, {"position": swing}, {"position": "m"})
+    one = tension_from_ping(log, guess, section=section).spans["upper"]
+    assert one.tension.value == pytest.approx(drive.cable.pretension, rel=0.01), one

@@ -35,6 +35,12 @@ from cabledrive.parameters import InputRefused, load_drive
 )
 @click.option("--span", type=click.Choice(["upper", "lower"]), help="Which span of the ping was plucked.")
 @click.option(
+    "--section",
+    type=click.IntRange(0),
+    default=0,
+    help="Of the ping: between which guided carriages, from 0.",
+)
+@click.option(
     "--report", "page", type=NewFileType(".html"), metavar="FILE", help="Write a page with the log's figures."
 )
 @click.option("--no-check", is_flag=True, help="Do not test the model against known faults.")
@@ -46,6 +52,7 @@ def command(
     columns: tuple[str, ...],
     drive: str | None,
     span: str | None,
+    section: int,
     page: NewFile | None,
     no_check: bool,
 ) -> Answer:
@@ -63,7 +70,7 @@ def command(
         options, columns=with_choices(options.columns, columns), check=options.check and not no_check
     )
     if drive is not None:
-        return _ping(logs, drive, span, options.columns)
+        return _ping(logs, drive, (span, section), options.columns)
     found = identify(logs[0] if len(logs) == 1 else list(logs), options, model=model, method=method)
     data = found.as_dict()
     if page is not None:
@@ -85,14 +92,14 @@ def _write_page(logs: tuple[str, ...], found: Any, options: Any, page: NewFile) 
     write_log_report(log, found, page.path, options=options.axis, files=logs, force=page.force)
 
 
-def _ping(logs: tuple[str, ...], name: str, span: str | None, columns: Any) -> Answer:
+def _ping(logs: tuple[str, ...], name: str, place: tuple[str | None, int], columns: Any) -> Answer:
     """Tension of each span from one recording."""
     from cabledrive.identification.tension import read_ping, tension_from_ping
 
     if len(logs) != 1:
         raise InputRefused(f"--ping: {len(logs)} logs given, one recording is read at a time: name one")
     drive = load_drive(name)
-    found = tension_from_ping(read_ping(logs[0], columns), drive, span=span)
+    found = tension_from_ping(read_ping(logs[0], columns), drive, span=place[0], section=place[1])
     data = found.as_dict()
     formula = [
         f"string formula, {one.span}: {one.bare:.6g} N, off by {100 * one.bias:+.2g} %"

@@ -123,10 +123,10 @@ def _one_span(log: Log, drive: Drive, span: str, channel: str, section: int) -> 
         amplitude = _without_pulley_modes(frequency, amplitude, drive, top)
     ratios, noise = modes / modes[0], noise_level(amplitude)
     first = fundamental(frequency, amplitude, factor * ratios, low, high)
-    width = _width(ratios, first * factor, log.report.duration)
     partials = []
     for number, ratio in enumerate(ratios, start=1):
         near = factor * ratio * first
+        width = _width(ratios, number - 1, first * factor, log.report.duration)
         peak = peak_near(frequency, amplitude, near, 0.04 * near) if near + width < top else None
         power = 1 if squared else 2
         partial = peak and partial_at(values, log.interval, number, peak, width, power, noise)
@@ -137,10 +137,12 @@ def _one_span(log: Log, drive: Drive, span: str, channel: str, section: int) -> 
     return _tension(drive, span, section, channel, partials, factor)
 
 
-def _width(ratios: Array, first: float, duration: float) -> float:
-    """Half of the band of each partial [Hz]: away from its neighbours, and no wider than it needs."""
-    spacing = float(np.diff(np.concatenate([[0.0], ratios])).min())
-    return min(0.3 * spacing, 0.2, max(0.04, 8.0 / (duration * first))) * first
+def _width(ratios: Array, place: int, first: float, duration: float) -> float:
+    """Half of the band of a partial [Hz]: away from its neighbours, and no wider than it needs."""
+    others = np.concatenate([[0.0], np.delete(ratios, place)])
+    spacing = float(np.abs(others - ratios[place]).min())
+    share = max(0.04 * ratios[place], 8.0 / (duration * first))
+    return min(0.3 * spacing, 0.2, share) * first
 
 
 def _section_modes(drive: Drive, span: str, section: int) -> Array:
