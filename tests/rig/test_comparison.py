@@ -39,8 +39,8 @@ def test_feedforward_that_does_not_exist_is_refused():
 
 
 def test_counts_limit_the_law_and_sampling_does_not():
-    """Two phases: without any counts an eighth of a count is left; a faster clock gains far less."""
-    found = {one.away: in_degrees(one)[1] for one in causes(DRIVE, "darc-4-damped", Motion(), 2)}
+    """One phase: without any counts a quarter of a count is left at most; a faster clock gains far less."""
+    found = {one.away: in_degrees(one)[1] for one in causes(DRIVE, "darc-4-damped", Motion(), 1)}
     assert found["counts of every encoder"] < 0.01 < found["nothing"]
     faster = next(value for away, value in found.items() if "sample time" in away)
     assert faster > found["counts of every encoder"]

@@ -8,6 +8,7 @@ import numpy as np
 from cabledrive.parameters import Drive
 from cabledrive.rig.loop import Loop, close_loop, run
 from cabledrive.rig.loop_numbers import SUMMARY, Array
+from cabledrive.rig.other_plants import with_plant
 from cabledrive.rig.registry import design
 from cabledrive.rig.setting import DEGREE, Motion, RigOptions
 from cabledrive.rig.trial import wish_for
@@ -63,7 +64,7 @@ def _without(drive: Drive, name: str, motion: Motion, best: bool) -> Iterator[tu
         yield f"counts of the {shaft} encoder", replace(base, rig=base.rig._replace(counts=counts))
     fine = base.rig._replace(counts=FINE * base.rig.counts)
     yield "counts of every encoder", replace(base, rig=fine)
-    yield "sticking, friction smoothed", _loop(drive, name, motion, RigOptions(smooth_friction=True), best)
+    yield "sticking, friction smoothed", with_plant(base, base.chain, RigOptions(smooth_friction=True))
     centred = RigOptions(encoder_phase="centred")
     yield "unknown encoder zeros", _loop(drive, name, motion, centred, best)
     assert drive.sensors is not None
