@@ -10,11 +10,13 @@ from cabledrive.rig.loop import run
 from cabledrive.studies.study import Goals, load_goals, run_study
 from cabledrive.studies.study.chain_regression import tell
 from cabledrive.studies.study.closed_loop import joined_loop, make_law, rig_options
+from cabledrive.studies.study.demand_stage import demand_of
 from cabledrive.studies.study.drawn_plants import drawn_plant
 from cabledrive.studies.study.goals import SPREADS, goals_of
 from cabledrive.studies.study.knowledge_stage import know
 from cabledrive.studies.study.machine import by_datasheet, drive_with, values_of
 from cabledrive.studies.study.plain_data import as_plain, revived
+from cabledrive.studies.study.resonance_stage import resonance_of
 from cabledrive.studies.study.result import StudyResult
 from cabledrive.studies.study.sensor_gain import closed_loop_matrix, sensor_bound
 from study_drives import CASES, LIVELY, datasheet_of, drive_of, goals, log_text, written_log
@@ -43,6 +45,17 @@ def test_five_drives_get_the_right_verdict_with_the_right_reason(case, studies):
     assert verdict.answer == case.verdict, verdict
     assert case.reason in verdict.reasons[0], verdict.reasons
     assert bool(verdict.remedies) == (case.verdict != "yes"), verdict.remedies
+
+
+def test_what_the_study_advises_helps(studies):
+    """The longer move needs no more torque than there is; another pretension leaves the resonance."""
+    winch, harp = studies(CASES[3]), studies(CASES[2])
+    slower = replace(winch.goals, duration=winch.demand.shortest)
+    assert demand_of(winch.drive, slower.motion, None).exceeded == ()
+    assert demand_of(winch.drive, replace(slower, duration=0.5 * slower.duration).motion, None).exceeded
+    tight = replace(harp.drive, cable=replace(harp.drive.cable, pretension=8.0))
+    assert harp.resonance.refuses
+    assert not resonance_of(tight, harp.goals.motion).refuses
 
 
 def test_a_log_moves_the_numbers_from_the_datasheet_to_the_truth(studies):

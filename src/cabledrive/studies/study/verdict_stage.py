@@ -121,8 +121,7 @@ def _by_acceptance(found: Findings) -> tuple[str, list[str], list[str]]:
     short = [words for one in runs for words in short_of(one, goals)]
     open_words = [WORDS[name] for name in found.knowledge.open_names]
     if open_words:
-        told = "; ".join(found.knowledge.undetermined)
-        reasons = [f"the log cannot tell {', '.join(open_words)}: {told}"]
+        reasons = [f"the log cannot tell {', '.join(open_words)}", *found.knowledge.undetermined]
         return UNKNOWN, [*reasons, *short], [RECORD]
     if not short:
         return YES, accepted(found), []
