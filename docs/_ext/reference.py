@@ -17,16 +17,16 @@ def rooms() -> list[str]:
 
 
 def page(room: str) -> str:
-    """Markdown of one page: the room's own docstring, then every module that is public."""
+    """Markdown of one page: the room's own docstring, then every module that is public, folders included."""
     folder = ROOT / "src" / "cabledrive" / room
-    modules = sorted(path.stem for path in folder.glob("*.py") if not path.stem.startswith("_"))
     parts = [f"# {room}\n", _directive("automodule", f"cabledrive.{room}")]
-    for module in modules:
+    for path in sorted(folder.rglob("*.py")):
+        module = ".".join(path.relative_to(folder).with_suffix("").parts)
         has_code = any(
             isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_")
-            for node in ast.parse((folder / f"{module}.py").read_text()).body
+            for node in ast.parse(path.read_text()).body
         )
-        if has_code:
+        if has_code and not path.stem.startswith("_"):
             parts += [f"## {module}\n", _directive("automodule", f"cabledrive.{room}.{module}", ":members:")]
     return "\n".join(parts)
 

@@ -168,7 +168,7 @@ def rms_of(measured: Array, simulated: Array) -> float:
 
 
 def fit_of(measured: Array, simulated: Array) -> float:
-    """Share of the measured variation that is explained [%]: 100 (1 - |y - s| / |y - mean y|).
+    """Share of the measured variation that is explained [%]: 100 (1 - norm(y - s) / norm(y - mean y)).
 
     Parameters
     ----------

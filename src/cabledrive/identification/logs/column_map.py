@@ -141,7 +141,7 @@ def with_choices(base: ColumnMap, choices: Sequence[str]) -> ColumnMap:
     ----------
     base : ColumnMap
     choices : sequence of str
-        CHANNEL=COLUMN[:UNIT[*SCALE]].
+        ``CHANNEL=COLUMN[:UNIT[*SCALE]]``.
 
     Returns
     -------

@@ -58,7 +58,7 @@ def observe(
 
     ``before`` (2, 3, nodes) holds the displacements at t_j and the velocities before the step's kick,
     ``after`` (3, nodes) the velocities after it; ``p`` (3, segments) and ``tension`` (segments,) are work
-    space. The energy in the balance is the mean of those of the two half steps beside t_j,
+    space. The energy in the balance is the mean of those of the two half steps beside t_j::
 
         H(t_j) + |d|^2 / 2 - step / 2 d . F,  d = (velocity after - velocity before) / 2,  F = -dV/dx,
 

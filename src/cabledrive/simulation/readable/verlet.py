@@ -219,7 +219,7 @@ def tally_reference(
 
 
 def keep_extremes_reference(plan: Plan, state: State) -> None:
-    """Least and largest place of each rim, largest |v| and |w| at each midpoint."""
+    """Least and largest place of each rim, largest size of v and w at each midpoint."""
     places = np.array([state.x[0, 0], state.x[0, plan.segments], state.motor[0]])
     state.extremes[0:6:2] = np.minimum(state.extremes[0:6:2], places)
     state.extremes[1:6:2] = np.maximum(state.extremes[1:6:2], places)
