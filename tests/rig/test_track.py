@@ -258,6 +258,12 @@ def test_law_that_learns_runs_on_a_rigid_joint_with_two_encoders():
     assert said["later_pulses_error_deg"] < 0.05, f"observed {said['later_pulses_error_deg']:.4f} deg"
 
 
+def test_a_pulse_of_one_degree_teaches_nothing_and_changes_nothing():
+    said = track(DRIVE, controller="darc-indirect", motion=replace(SHORT, angle=1.0, pulses=2)).summary
+    assert said["learnt"]["used"] is False
+    assert "beta" not in said["gains"]
+
+
 def test_one_pulse_alone_teaches_nothing_and_ideal_states_are_refused():
     assert track(DRIVE, controller="darc-indirect", motion=SHORT).summary["learnt"] is None
     with pytest.raises(InputRefused, match="leave ideal sensors out"):

@@ -43,22 +43,27 @@ class Learnt:
 
     @property
     def words(self) -> dict[str, Any]:
-        """What was learnt, with 95 % intervals, and whether it was used."""
+        """What was learnt, with 95 % intervals, and whether it was used; None where nothing is known."""
         names = ("inertia", "viscous_friction", "coulomb_friction", "offset_torque")
-        low, high = self.motor.intervals
-        return {
-            "beta": self.load.beta,
-            "beta_low": self.load.interval[0],
-            "beta_high": self.load.interval[1],
-            "gamma": self.load.gamma,
-            "gamma_low": self.load.damping_interval[0],
-            "gamma_high": self.load.damping_interval[1],
-            "used": self.load.excited,
-            "motor_used": self.load.excited and self.motor.excited,
-        } | {
-            name: {"value": float(value), "low": float(a), "high": float(b)}
+        load, (low, high) = self.load, self.motor.intervals
+        cable = {
+            "beta": load.beta,
+            "beta_low": load.interval[0],
+            "beta_high": load.interval[1],
+            "gamma": load.gamma,
+            "gamma_low": load.damping_interval[0],
+            "gamma_high": load.damping_interval[1],
+        }
+        motor = {
+            name: {"value": _known(value), "low": _known(a), "high": _known(b)}
             for name, value, a, b in zip(names, self.motor.values, low, high, strict=True)
         }
+        used = {"used": load.excited, "motor_used": load.excited and self.motor.excited}
+        return {name: _known(value) for name, value in cable.items()} | used | motor
+
+
+def _known(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
 
 
 def indirect(wish: Wish) -> Controller:

@@ -184,11 +184,7 @@ def _circumstances(said: dict[str, Any]) -> list[str]:
         )
         lines.append(f"  poles on the plant, true states: {poles}")
     if said.get("learnt"):
-        learnt = said["learnt"]
-        lines.append(
-            f"  learnt          beta {learnt['beta']:.1f} 1/s^2 ({learnt['beta_low']:.1f} to "
-            f"{learnt['beta_high']:.1f}), inertia {learnt['inertia']['value']:.4g} kg m^2"
-        )
+        lines.append(_learnt(said["learnt"]))
     if said["slack_samples"]:
         lines.append(f"  a span was slack at {said['slack_samples']} samples; {said['slack_rule']}")
     if said["invalid_samples"]:
@@ -202,3 +198,14 @@ def _circumstances(said: dict[str, Any]) -> list[str]:
             f"(ratio {cable['frequency_ratio']:.1f})"
         )
     return lines
+
+
+def _learnt(said: dict[str, Any]) -> str:
+    if not said["used"]:
+        return "  nothing learnt: the motion is too small to tell the cable's stiffness to 2 %"
+    words = (
+        f"  learnt          beta {said['beta']:.1f} 1/s^2 ({said['beta_low']:.1f} to {said['beta_high']:.1f})"
+    )
+    if not said["motor_used"]:
+        return words + ", inertia and friction kept"
+    return words + f", inertia {said['inertia']['value']:.4g} kg m^2"
