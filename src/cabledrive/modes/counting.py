@@ -5,9 +5,9 @@ eigenvalues of the dynamic stiffness, plus the modes each segment has between he
 
 .. math:: J(\omega) = s\{K(\omega)\} + \sum_i \lfloor \omega l_i/(\pi c) \rfloor. \qquad \text{Eq. (M.5)}
 
-No mode is missed and none counted twice, whatever its multiplicity. W. H. Wittrick and F. W. Williams, "A general
-algorithm for computing natural frequencies of elastic structures", Quarterly Journal of Mechanics and Applied
-Mathematics 24(3), 263-284, 1971.
+No mode is missed and none counted twice, whatever its multiplicity. See W. H. Wittrick and F. W. Williams, "A
+general algorithm for computing natural frequencies of elastic structures", Quarterly Journal of Mechanics and
+Applied Mathematics 24(3), 263-284, 1971.
 """
 
 from collections.abc import Callable, Iterator

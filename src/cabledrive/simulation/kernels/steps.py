@@ -12,7 +12,7 @@ from cabledrive.simulation.workspace import FORCE, FRICTION, NEW, OLD, RIGHT
 
 @njit_inlined
 def keep_extremes(segments: int, spans: int, probe: Array, x: Array, motor: Array, extremes: Array) -> None:
-    """Least and largest place of each shaft's rim, largest size of v and w at each midpoint, at every step."""
+    """Least and largest place of each shaft's rim, largest size of v and w at each midpoint, every step."""
     for k in range(3):
         place = x[0, 0] if k == 0 else x[0, segments] if k == 1 else motor[0]
         extremes[2 * k] = min(extremes[2 * k], place)
