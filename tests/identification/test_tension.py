@@ -239,3 +239,14 @@ def test_pings_of_other_machines_and_sections_tell_their_tension(name, section):
     log = log_of(time, {"position": swing}, {"position": "m"})
     one = tension_from_ping(log, guess, section=section).spans["upper"]
     assert one.tension.value == pytest.approx(drive.cable.pretension, rel=0.01), one
+
+
+def test_another_span_that_sounds_as_well_is_told():
+    """The lower span at 8 N, half as loud, beside the upper one at 7 N; alone there is nothing to tell."""
+    time, upper = rung(with_tension("dissertation-3", 7.0), 1, rate=4000.0)
+    _, lower = rung(with_tension("dissertation-3", 8.0), 2, rate=4000.0)
+    drive = load_drive("dissertation-3")
+    both = tension_from_ping(log_of(time, {"sound": upper + 0.5 * lower}, {}), drive).spans["upper"]
+    assert any("another tone at 108" in finding for finding in both.findings), both.findings
+    assert both.tension.value == pytest.approx(7.0, rel=0.01)
+    assert tension_from_ping(log_of(time, {"sound": upper}, {}), drive).spans["upper"].findings == ()

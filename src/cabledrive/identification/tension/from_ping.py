@@ -15,6 +15,7 @@ from cabledrive.identification.tension.partials import (
     amplitude_spectrum,
     fundamental,
     noise_level,
+    other_tone,
     partial_at,
     peak_near,
 )
@@ -134,14 +135,22 @@ def _one_span(log: Log, drive: Drive, span: str, channel: str, section: int) -> 
             partials.append(partial)
     if not partials or partials[0].number != 1:
         raise NotComputed(f"{log.source}: {channel}: " + NO_TONE.format(low=factor * low, high=factor * high))
-    return _tension(drive, span, section, channel, partials, factor)
+    found = _tension(drive, span, section, channel, partials, factor)
+    peak, apart = partials[0].peak, 6.0 / log.report.duration
+    other = other_tone(frequency, amplitude, peak, (0.7 * peak, 1.4 * peak), apart)
+    if other is None or squared:
+        return found
+    words = (
+        f"{channel}: another tone at {other:.4g} Hz beside {peak:.4g} Hz: is the other span sounding? Damp it"
+    )
+    return replace(found, findings=(*found.findings, words))
 
 
 def _width(ratios: Array, place: int, first: float, duration: float) -> float:
     """Half of the band of a partial [Hz]: away from its neighbours, and no wider than it needs."""
     others = np.concatenate([[0.0], np.delete(ratios, place)])
     spacing = float(np.abs(others - ratios[place]).min())
-    share = max(0.04 * ratios[place], 8.0 / (duration * first))
+    share = max(0.04, 8.0 / (duration * first))
     return min(0.3 * spacing, 0.2, share) * first
 
 

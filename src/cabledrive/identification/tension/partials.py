@@ -31,6 +31,8 @@ SEGMENTS = 24
 USUAL_RISE = 0.01
 """Rise of the frequency with amplitude that is expected, relative; a soft bound where noise hides it."""
 FEWEST_PERIODS = 8.0
+LOUD = 0.3
+"""Share of the first partial above which another tone near it is told."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -138,6 +140,37 @@ def peak_near(frequency: Array, amplitude: Array, wanted: float, reach: float) -
     low, middle, high = np.log([ends[0], amplitude[top], ends[1]])  # a parabola through the three
     shift = 0.5 * (low - high) / (low - 2.0 * middle + high)
     return float(frequency[top] + shift * (frequency[1] - frequency[0]))
+
+
+def other_tone(
+    frequency: Array, amplitude: Array, peak: float, band: tuple[float, float], apart: float
+) -> float | None:
+    """A second tone beside the first partial, half an octave around it: another span, or none.
+
+    Parameters
+    ----------
+    frequency, amplitude : ndarray
+        Spectrum.
+    peak : float
+        Frequency of the first partial [Hz].
+    band : (float, float)
+        Where to look [Hz].
+    apart : float
+        How far from the first another one can be told [Hz].
+
+    Returns
+    -------
+    float or None
+        [Hz]; None where nothing is `LOUD` beside the first.
+    """
+    inside = (frequency > band[0]) & (frequency < band[1]) & (np.abs(frequency - peak) > apart)
+    tops = inside[1:-1] & (amplitude[1:-1] > amplitude[:-2]) & (amplitude[1:-1] > amplitude[2:])
+    places = np.flatnonzero(tops) + 1
+    if places.size == 0:
+        return None
+    best = places[int(np.argmax(amplitude[places]))]
+    own = float(np.interp(peak, frequency, amplitude))
+    return float(frequency[best]) if amplitude[best] > LOUD * own else None
 
 
 def noise_level(amplitude: Array) -> float:
