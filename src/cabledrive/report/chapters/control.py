@@ -7,6 +7,7 @@ import numpy as np
 
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.report.blocks import Block, Cell, Chapter, Column, Figure, Paragraph, RowGroup, Section, Table
+from cabledrive.report.cable_as_plant import CABLE_SEEDS, on_cable_table
 from cabledrive.report.chapters.reduced_models import has_models
 from cabledrive.report.context import ReportContext
 from cabledrive.report.control_figures import curves_figure, pulse_figure, record_figure, vibration_figures
@@ -103,6 +104,7 @@ def _about(drive: Drive, name: str) -> tuple[Block, ...]:
         _errors(name, [runs[law][0] for law in SHOWN]),
         *(record_figure(name, runs[law][0]) for law in PRINTED),
         curves_figure(drive, name),
+        on_cable_table(drive, {law: runs[law][:CABLE_SEEDS] for law in SHOWN}),
         _poles(drive),
         *vibration_figures(drive, name),
     )
