@@ -7,6 +7,7 @@ from pyarrow import parquet
 
 from cabledrive.identification.identify import IdentifyOptions, identify
 from cabledrive.identification.logs import reading, table
+from cabledrive.identification.logs.column_map import ColumnMap
 from cabledrive.identification.logs.reading import open_log
 from cabledrive.identification.long_logs import identify_long_log, is_long
 from cabledrive.parameters import InputRefused
@@ -52,3 +53,14 @@ def test_a_log_too_long_for_memory_is_refused_where_blocks_do_not_serve(path, mo
     monkeypatch.setattr(reading, "MOST_VALUES", 1000)
     with pytest.raises(InputRefused, match="more than 1000 numbers"):
         reading.read_log(path)
+
+
+def test_blocks_without_a_time_column_follow_one_another(path, tmp_path, monkeypatch):
+    """Time is counted from the sample rate over the whole file, not from each block's first row."""
+    monkeypatch.setattr("cabledrive.identification.logs.parquet.BLOCK_ROWS", 17_000)
+    timeless = parquet.read_table(path).drop_columns(["time [s]"])
+    parquet.write_table(timeless, tmp_path / "timeless.parquet")
+    recording = open_log(tmp_path / "timeless.parquet", ColumnMap(sample_rate=1000.0))
+    with_time, without = identify_long_log(open_log(path)), identify_long_log(recording)
+    assert without.method["blocks"] == 5
+    assert without["inertia"] == pytest.approx(with_time["inertia"], rel=1e-9)

@@ -32,8 +32,16 @@ GAPS = (0.005, 0.0175)
 """Free plays that are tried [rad or m]."""
 BASE = ("inertia", "viscous", "coulomb", "offset")
 
-FALSE_ALARMS = 0.01
+FALSE_ALARMS = 0.001
 """Chance that a sound log raises any alarm: shared out among all disturbances that are tried (Bonferroni)."""
+FAMILIES = {
+    "friction": ("stribeck", "slope", "jump"),
+    "link": ("delay", "flexibility", "backlash"),
+    "asymmetry": ("asymmetry",),
+}
+"""Faults that a log tells apart least."""
+ALONE = 0.9
+"""Share of its family's explanation that a spring, or a delay, reaches alone; free play does not."""
 
 HALF = 0.5
 
@@ -59,21 +67,29 @@ class Suspicion:
     significance : float
         Factor of its disturbance over its standard error.
     critical : float
-        Significance that a sound log exceeds in one of a hundred cases at any fault, by Student's t.
+        Significance that a sound log exceeds at any fault with the chance `FALSE_ALARMS`, by Student's t.
     gain : float
         Share of the weighted residual's power that it explains.
-    share : float
-        Of what all faults together explain.
+    family_gain : float
+        Share that all faults of its family explain together.
     value : float
         The factor.
+    from_law : bool
+        Whether it comes from the comparison of two laws of friction.
     """
 
     fault: str
     significance: float
     critical: float
     gain: float
-    share: float
+    family_gain: float
     value: float
+    from_law: bool = False
+
+    @property
+    def family(self) -> str:
+        """Key of `FAMILIES`."""
+        return next(family for family, faults in FAMILIES.items() if self.fault in faults)
 
     @property
     def alarms(self) -> bool:
@@ -127,11 +143,11 @@ def suspicions(
 
 
 def verdict(found: Sequence[Suspicion]) -> str | None:
-    """The fault that the evidence speaks for: of those beyond chance, that which explains most.
+    """The fault that the evidence speaks for: of the family that explains most, the plainest that suffices.
 
-    A law of friction that alone explains more than half of what all faults together do is the reason. Other
-    friction shows by its sign: more near standstill, or less. A spring makes the apparent inertia rise with
-    frequency and no lag. Free play makes a lag too, but most of what it does no delay of a channel explains.
+    A law of friction that alone explains half of it is the reason; other friction shows by its sign: more
+    near standstill, or less. A spring makes the apparent inertia rise with frequency, a delayed channel makes
+    a lag, free play does both and more.
 
     Parameters
     ----------
@@ -142,17 +158,19 @@ def verdict(found: Sequence[Suspicion]) -> str | None:
     str or None
         Key of `FAULTS`; None where nothing is beyond chance.
     """
-    beyond = sorted((s for s in found if s.alarms), key=lambda s: -s.gain)
+    beyond = [s for s in found if s.alarms]
     if not beyond:
         return None
-    top = beyond[0]
-    if top.fault in ("jump", "slope") and top.share > HALF:
-        return top.fault
-    lag = next((s for s in beyond if s.fault == "delay" and s.value > 0.0), None)
-    if lag is not None:
-        return "delay" if lag.share > HALF else "backlash"
-    near_rest = next((s for s in found if s.fault == "stribeck"), None)
-    if top.fault in ("stribeck", "slope") and near_rest is not None:
+    family = max(beyond, key=lambda s: s.family_gain).family
+    members = sorted((s for s in found if s.family == family), key=lambda s: -s.gain)
+    top = members[0]
+    if family == "link":
+        return top.fault if top.gain > ALONE * top.family_gain else "backlash"
+    if family == "friction":
+        law = next((s for s in members if s.from_law), None)
+        if law is not None and law.gain > HALF * law.family_gain:
+            return law.fault
+        near_rest = next(s for s in members if s.fault == "stribeck")
         return "stribeck" if near_rest.value < 0.0 else "slope"
     return top.fault
 
@@ -225,18 +243,19 @@ def loose(speed: Array, acceleration: Array, gap: float, interval: float) -> Arr
 
 
 def _suspicion(factors: Factors, name: str, tried: int) -> Suspicion:
-    rigid = (*BASE, "start")
-    without, beside, whole = (solve(only(factors, n)) for n in (rigid, (*rigid, name), factors.names))
+    rigid, fault = (*BASE, "start"), name.partition(":")[0]
+    family = next(faults for faults in FAMILIES.values() if fault in faults)
+    kin = tuple(n for n in factors.names if n.partition(":")[0] in family)
+    without, beside, whole = (solve(only(factors, (*rigid, *n))) for n in ((), (name,), kin))
     error = float(np.sqrt(beside.covariance[-1, -1]))
     value = float(beside.values[-1])
     power = max(without.residual**2, 1e-300)
-    explained, most = power - beside.residual**2, power - whole.residual**2
     return Suspicion(
-        fault=name.partition(":")[0],
+        fault=fault,
         significance=abs(value) / error if error > 0 else 0.0,
         critical=critical(tried, beside.freedom),
-        gain=explained / power,
-        share=explained / most if most > 0.0 else 0.0,
+        gain=1.0 - beside.residual**2 / power,
+        family_gain=1.0 - whole.residual**2 / power,
         value=value,
     )
 

@@ -26,6 +26,9 @@ MODELS = tuple(f"rigid-axis-{kind}" for kind in FRICTIONS)
 METHODS = ("auto", "inverse-dynamics", "output-error")
 KEYS = ("model", "method", "bandwidth", "filter", "slope", "fading", "check")
 CHECKED = ("coulomb", "tanh")
+NOT_LINES = (
+    "not made: the torque is no sum of lines, so that its noise would be in the motion that it is judged by"
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -161,9 +164,10 @@ def identify(
         if method == "output-error":
             raise NotComputed("output error needs an identifiable rigid axis with one Coulomb friction")
         return found
-    refining = method == "output-error" or (method == "auto" and driven_by_lines(read, options.axis))
+    lines = driven_by_lines(read, options.axis)
+    refining, checking = method == "output-error" or (method == "auto" and lines), options.check and lines
     refined = None
-    if refining or options.check:
+    if refining or checking:
         try:
             refined = refine_rigid_axis(read, found, options.axis)
         except NotComputed as failure:
@@ -174,7 +178,9 @@ def identify(
     if method == "output-error" and refined is not None and not follows:
         raise NotComputed(refined.findings[-1])
     answer = refined if refining and follows and refined else with_own_error(found, read, options.axis)
-    return _checked(read, answer, refined, options) if refined is not None and options.check else answer
+    if options.check and not lines:
+        return replace(answer, method=dict(answer.method) | {"model_check": NOT_LINES})
+    return _checked(read, answer, refined, options) if refined is not None and checking else answer
 
 
 def _checked(

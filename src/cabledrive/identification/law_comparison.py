@@ -73,8 +73,9 @@ def other_law(
         significance=float(np.sqrt(count) * difference.mean() / difference.std(ddof=1)),
         critical=critical(len(suspected) + 1, count - 1),
         gain=gain,
-        share=max(gain * s.share / s.gain for s in suspected if s.gain > 0.0),
+        family_gain=max(gain, *(s.family_gain for s in suspected)),
         value=options.friction.slope,
+        from_law=True,
     )
 
 

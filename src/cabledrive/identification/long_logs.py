@@ -90,8 +90,11 @@ def identify_long_log(recording: Recording, options: AxisOptions | None = None) 
 
 def _checked_blocks(recording: Recording) -> Iterator[Log]:
     wanted = tuple(c for c in recording.columns if c in ("time", "torque", "angle", "force", "position"))
+    before = 0
     for block in recording.blocks(wanted):
-        yield checked_log(recording, block)
+        rows = next(iter(block.values())).size
+        yield checked_log(recording, block, before)
+        before += rows
 
 
 def _overlapping(first: Log, blocks: Iterator[Log], reach: int) -> Iterator[Log]:

@@ -164,7 +164,7 @@ def read_log(path: str | Path, columns: ColumnMap | None = None) -> Log:
     return checked_log(recording, channels)
 
 
-def checked_log(recording: Recording, channels: dict[str, Array]) -> Log:
+def checked_log(recording: Recording, channels: dict[str, Array], before: int = 0) -> Log:
     """Check channels in SI and put them onto their even grid.
 
     Parameters
@@ -172,6 +172,8 @@ def checked_log(recording: Recording, channels: dict[str, Array]) -> Log:
     recording : Recording
     channels : dict of str to ndarray
         "time" among them, unless the map gives a sample rate.
+    before : int, default 0
+        Rows of the file before these, where time is counted from the sample rate.
 
     Returns
     -------
@@ -187,7 +189,7 @@ def checked_log(recording: Recording, channels: dict[str, Array]) -> Log:
     rate = recording.map.sample_rate
     if rate is not None:
         rows = next(iter(channels.values())).size
-        time = np.arange(rows) / rate
+        time = np.arange(before, before + rows) / rate
     assert time is not None
     check = check_time(time, source)
     if check.uneven and not recording.map.resample:
