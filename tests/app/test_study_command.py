@@ -14,21 +14,21 @@ from command import answer, call, object_of, refusal
 from study_drives import FOLDER
 
 WINCH = str(FOLDER / "winch.toml")
-GOALS = '[goals]\nerror = "0.5 deg"\n[motion]\nangle = "60 deg"\nduration = "0.3 s"\ndwell = "0.1 s"\n'
+GOALS = '[goals]\nerror = "0.5 deg"\n[motion]\nangle = "30 deg"\nduration = "0.3 s"\ndwell = "0.1 s"\n'
 FEW = "[acceptance]\ndraws = 5\ncable_draws = 1\n"
 
 
 @pytest.fixture(scope="module")
-def wrist(tmp_path_factory):
-    """A finished study of the wrist, with its answer."""
-    folder = tmp_path_factory.mktemp("wrist")
+def finished(tmp_path_factory):
+    """A finished study of the turntable by its data sheet, with its answer."""
+    folder = tmp_path_factory.mktemp("turntable")
     (folder / "study.toml").write_text(GOALS + FEW)
-    arguments = ["study", str(FOLDER / "wrist.toml"), "--goals", str(folder / "study.toml")]
+    arguments = ["study", str(FOLDER / "turntable.toml"), "--goals", str(folder / "study.toml")]
     return [*arguments, "-o", str(folder / "out")], folder / "out", answer(*arguments, "-o", folder / "out")
 
 
-def test_json_and_files_have_what_the_contract_promises(wrist):
-    _, out, found = wrist
+def test_json_and_files_have_what_the_contract_promises(finished):
+    _, out, found = finished
     assert found["verdict"] == "yes"
     assert found["reasons"]
     stages = {"check", "identification", "modes", "resonance", "demand", "model", "controller", "acceptance"}
@@ -40,13 +40,13 @@ def test_json_and_files_have_what_the_contract_promises(wrist):
     assert len(found["stages"]["acceptance"]["lumped"]["peaks"]) == 5
 
 
-def test_the_drive_as_identified_can_be_used(wrist):
-    _, out, _ = wrist
+def test_the_drive_as_identified_can_be_used(finished):
+    _, out, _ = finished
     assert answer("check", out / "drive.toml")["valid"]
 
 
-def test_the_controller_stands_in_numbers(wrist):
-    _, out, found = wrist
+def test_the_controller_stands_in_numbers(finished):
+    _, out, found = finished
     numbers = json.loads((out / "controller.json").read_text())
     assert numbers["bandwidth_hz"] == found["stages"]["controller"]["bandwidth"]
     assert len(numbers["law"]["learning"][0]) == 4
@@ -76,8 +76,8 @@ class Page(HTMLParser):
             self.headings.append(found["id"])
 
 
-def test_the_report_needs_nothing_else_and_starts_with_the_verdict(wrist):
-    _, out, found = wrist
+def test_the_report_needs_nothing_else_and_starts_with_the_verdict(finished):
+    _, out, found = finished
     text = (out / "report.html").read_text()
     page = Page(text)
     assert [item for item in page.loads if item != ("link", "data:,")] == []
@@ -90,8 +90,8 @@ def test_the_report_needs_nothing_else_and_starts_with_the_verdict(wrist):
     assert found["provenance"]["drive_hash"] in text
 
 
-def test_a_second_run_is_served_and_changes_no_file(wrist):
-    arguments, out, found = wrist
+def test_a_second_run_is_served_and_changes_no_file(finished):
+    arguments, out, found = finished
     before = {path: path.stat().st_mtime_ns for path in out.rglob("*")}
     result = call(*arguments, "--json")
     assert "served from the finished study" in result.stderr
@@ -99,8 +99,8 @@ def test_a_second_run_is_served_and_changes_no_file(wrist):
     assert {path: path.stat().st_mtime_ns for path in out.rglob("*")} == before
 
 
-def test_another_study_does_not_replace_a_report_unasked(wrist):
-    arguments, _, _ = wrist
+def test_another_study_does_not_replace_a_report_unasked(finished):
+    arguments, _, _ = finished
     line = refusal(*arguments, "--set", "cable.pretension=61 N")
     assert "holds the report of another study" in line
     assert "--force" in line
