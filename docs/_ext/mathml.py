@@ -1,6 +1,7 @@
 """Formulas as MathML, made while the pages are built: shown without a script and without a network."""
 
 import re
+from html import unescape
 from xml.etree import ElementTree
 
 from docutils import nodes
@@ -15,6 +16,8 @@ SAME = {r"\dots": r"\ldots", r"\big": r"\bigl", r"\Big": r"\Bigl", r"\bigg": r"\
 
 NAMESPACE = "http://www.w3.org/1998/Math/MathML"
 ACCENTS = set("\u02d9\u00a8\u02c6~\u02c9\u00af\u2192^")  # dots, hat, tilde, bars, arrow
+
+NAMED = re.compile(r"&(?!(?:amp|lt|gt|quot);)[A-Za-z]+;")  # entities that HTML knows and XML does not
 
 
 def mathml(latex: str, block: bool) -> str:
@@ -33,7 +36,7 @@ def mathml(latex: str, block: bool) -> str:
 def subscripts_beside(text: str) -> str:
     """The converter puts the subscript of an accented letter under it; here it goes beside it."""
     ElementTree.register_namespace("", NAMESPACE)
-    root = ElementTree.fromstring(text)
+    root = ElementTree.fromstring(NAMED.sub(lambda name: unescape(name[0]), text))
     for node in root.iter(f"{{{NAMESPACE}}}munderover"):
         base, below, above = list(node)
         if (above.text or "").strip() in ACCENTS:
