@@ -29,11 +29,13 @@ if TYPE_CHECKING:
     from cabledrive.report import write_report
     from cabledrive.simulation import simulate
     from cabledrive.studies import frequency_against, frequency_against_carriage_position
+    from cabledrive.studies.study import run_study
 
 # Loaded when first asked for, with the libraries they need.
 _ON_DEMAND = {
     "frequency_against": "cabledrive.studies",
     "frequency_against_carriage_position": "cabledrive.studies",
+    "run_study": "cabledrive.studies.study",
     "simulate": "cabledrive.simulation",
     "write_report": "cabledrive.report",
 }
@@ -65,6 +67,7 @@ __all__ = [
     "natural_frequencies",
     "packaged_drives",
     "practitioner_warnings",
+    "run_study",
     "save_drive",
     "simulate",
     "write_report",
