@@ -118,10 +118,12 @@ def driven_by_lines(logs: Sequence[Log], options: AxisOptions) -> bool:
     -------
     bool
         False where what stands above the noise fills more than half of its band, as steps, chirps and torques
-        of feedback loops do.
+        of feedback loops do; and where the torque channel saturates, for it cannot drive a model then.
     """
     torque, _ = channels_of(logs[0], options)
     for log in logs:
+        if torque in log.saturated and log.saturated[torque].any():
+            return False
         kept = _lines_of(np.fft.rfft(log.channel(torque)))
         band = np.flatnonzero(kept)
         if band.size == 0 or band.size > HALF * (band[-1] - band[0] + 1) or kept.mean() > SPARSE:

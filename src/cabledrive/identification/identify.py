@@ -27,7 +27,8 @@ METHODS = ("auto", "inverse-dynamics", "output-error")
 KEYS = ("model", "method", "bandwidth", "filter", "slope", "fading", "check")
 CHECKED = ("coulomb", "tanh")
 NOT_LINES = (
-    "not made: the torque is no sum of lines, so that its noise would be in the motion that it is judged by"
+    "not made: the torque saturates or is no sum of lines, so that its noise would be in the motion that "
+    "the log is held against"
 )
 
 
