@@ -165,7 +165,9 @@ def verdict(found: Sequence[Suspicion]) -> str | None:
     members = sorted((s for s in found if s.family == family), key=lambda s: -s.gain)
     top = members[0]
     if family == "link":
-        return top.fault if top.gain > ALONE * top.family_gain else "backlash"
+        lags = any(s.fault == "delay" and s.value > 0.0 for s in beyond)
+        springs = top.fault == "flexibility" and not lags
+        return top.fault if springs or top.gain > ALONE * top.family_gain else "backlash"
     if family == "friction":
         law = next((s for s in members if s.from_law), None)
         if law is not None and law.gain > HALF * law.family_gain:
