@@ -85,7 +85,7 @@ def chain_loop(
     plant : LumpedChain
         Links between equal angles.
     trajectory : Trajectory
-        Of the last inertia, with at least 2n - 1 continuous derivatives for a torque without jumps.
+        Of the last inertia, with n + 1 continuous derivatives for a torque without jumps.
     rig : ChainRig
     bandwidth : float
         lambda/(2 pi) [Hz].
