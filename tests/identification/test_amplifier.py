@@ -29,14 +29,14 @@ def noisy(seed, bandwidth=800.0, delay=1.5e-4, noise=0.01):
 
 
 def test_intervals_of_gain_bandwidth_and_delay_hold_the_truth():
-    """60 responses with 1 % noise: each 95 % interval holds its truth in 52 to 60."""
+    """40 responses with 1 % noise: each 95 % interval holds its truth in at least 34."""
     held = np.zeros(3)
-    for seed in range(60):
+    for seed in range(40):
         fit = fit_amplifier(noisy(seed))
         truth = ((fit.gain, GAIN), (fit.bandwidth, 800.0), (fit.delay, 1.5e-4))
         held += [estimate.low <= value <= estimate.high for estimate, value in truth]
         assert fit.misfit == pytest.approx(1.0, abs=0.25)
-    assert (held >= 52).all(), held
+    assert (held >= 34).all(), held
 
 
 def test_a_lag_far_above_the_band_gets_no_number_but_a_bound():
