@@ -128,6 +128,14 @@ def test_bad_input_is_refused_before_anything_is_written(arguments, words, tmp_p
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_log_without_torque_is_refused_and_nothing_is_written(tmp_path):
+    log = tmp_path / "speed.csv"
+    log.write_text("time [s],speed [rad/s]\n" + "".join(f"{0.001 * k},{k % 7}\n" for k in range(300)))
+    line = refusal("study", WINCH, "--quiet", "--log", log, "-o", tmp_path / "out")
+    assert 'speed.csv: needs "torque [N m]" and "angle [rad]", has velocity' in line
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_file_or_a_missing_folder_is_no_place_for_a_study(tmp_path):
     (tmp_path / "file").write_text("mine")
     assert "is a file" in refusal("study", WINCH, "-o", tmp_path / "file")

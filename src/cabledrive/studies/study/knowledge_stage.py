@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from cabledrive.identification.estimates import Identification
 from cabledrive.identification.identify import IdentifyOptions, identify
@@ -83,6 +84,37 @@ def know(
     else:
         found = _as_one_axis(drive, logs, known)
     return found if load_inertia is None else _with_load(found, load_inertia)
+
+
+def usable_log(log: Log) -> Log:
+    """A log with torque and angle; a "motor_angle" is taken as the angle.
+
+    Parameters
+    ----------
+    log : Log
+
+    Returns
+    -------
+    Log
+
+    Raises
+    ------
+    InputRefused
+        If it has neither pair.
+    """
+    if "angle" not in log.channels and "motor_angle" in log.channels:
+        tables = [_renamed(table) for table in (log.channels, log.units, log.saturated)]
+        log = replace(log, channels=tables[0], units=tables[1], saturated=tables[2])
+    if not {"torque", "angle"} <= set(log.channels):
+        raise InputRefused(
+            f'{log.source}: needs "torque [N m]" and "angle [rad]", has {", ".join(log.channels)}: name its '
+            "columns in [log] of study.toml"
+        )
+    return log
+
+
+def _renamed(table: Mapping[str, Any]) -> dict[str, Any]:
+    return {"angle" if name == "motor_angle" else name: value for name, value in table.items()}
 
 
 def known_drive(drive: Drive, knowledge: Knowledge) -> Drive:

@@ -15,7 +15,7 @@ from cabledrive.studies.study.controller_stage import ControllerResult, design_c
 from cabledrive.studies.study.demand_stage import DemandResult, demand_of
 from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.goals import Goals
-from cabledrive.studies.study.knowledge_stage import Knowledge, know, known_drive
+from cabledrive.studies.study.knowledge_stage import Knowledge, know, known_drive, usable_log
 from cabledrive.studies.study.modes_stage import ModelResult, ModesResult, choose_reduced_model, find_modes
 from cabledrive.studies.study.resonance_stage import ResonanceResult, resonance_of
 from cabledrive.studies.study.result import StudyResult
@@ -91,7 +91,7 @@ class _Reader:
 
     def read(self) -> list[Log]:
         if self.paths and not self.kept:
-            self.kept.extend(read_log(path, self.columns) for path in self.paths)
+            self.kept.extend(usable_log(read_log(path, self.columns)) for path in self.paths)
         return self.kept
 
 
