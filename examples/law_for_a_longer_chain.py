@@ -2,8 +2,8 @@
 
 Encoders sit on motor and load only, 40,000 counts in a turn, their zeros unknown. The torque of the motor
 needs ten derivatives of the motion, of which the dampers smooth four: a pulse of order 13 makes it without a
-jump. The bandwidth has to lie above the lowest mode: the loop's stiffness falls with the ninth power of it, and
-at 10 Hz friction wins.
+jump. The bandwidth has to lie above the lowest mode: the loop's stiffness falls with the ninth power of it,
+and at 10 Hz friction wins.
 """
 
 import numpy as np
