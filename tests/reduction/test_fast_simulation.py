@@ -67,6 +67,11 @@ def test_a_motion_that_outgrows_everything_ends_there_and_keeps_what_came_before
     assert result.steps * result.step == pytest.approx(result.time[-1])
 
 
+def test_a_run_that_does_not_fit_into_memory_is_refused():
+    with pytest.raises(cd.InputRefused, match="GB of memory, at most 4 GB are used: lower rate"):
+        simulate_fast(DRIVE, 5000.0)
+
+
 def test_slack_ends_the_run_with_the_span_and_time():
     with pytest.raises(SimulationStopped, match="slack at t =") as stop:
         simulate_fast(DRIVE, 0.2, torque=Sine(amplitude=2.0, frequency=81.7))

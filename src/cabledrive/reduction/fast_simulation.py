@@ -17,6 +17,7 @@ from cabledrive.reduction.uniform_tension import HIGHEST_SHARE, UniformTensionMo
 from cabledrive.reduction.uniform_tension_march import coefficients, march
 from cabledrive.simulation import Recording, Signal, SimulationResult, SimulationStopped, Start
 from cabledrive.simulation.netcdf import write_netcdf
+from cabledrive.simulation.records import MOST_MEMORY
 from cabledrive.simulation.signals import Function, check_lasts, signal_of
 from cabledrive.simulation.start import displacement_at_start, velocity_at_start
 
@@ -97,6 +98,7 @@ def simulate_fast(
     scheme, start, recording = scheme or FastScheme(), start or Start(), recording or Recording()
     model = uniform_tension_model(drive, scheme.sines)
     steps, stride, step = grid_of(model, duration, scheme, recording)
+    _check_memory(model, steps, steps // stride + 1)
     signal = signal_of(torque, "torque")
     check_lasts(signal, duration, "torque")
     samples = signal.at(np.arange(steps + 1, dtype=np.float64) * step) + (
@@ -158,6 +160,16 @@ def grid_of(
         )
     step = duration / steps
     return steps, max(1, int(1.0 / (recording.rate * step))), step
+
+
+def _check_memory(model: UniformTensionModel, steps: int, records: int) -> None:
+    """Refuse what does not fit: the torque and its spectrum per step, amplitudes and row per record."""
+    size = 64 * steps + 8 * records * (8 * model.transverse.size + 2 * model.natural.size + 100)
+    if size > MOST_MEMORY:
+        raise InputRefused(
+            f"this run takes {size / 1e9:.3g} GB of memory, at most {MOST_MEMORY / 1e9:.0f} GB are used: "
+            "lower rate or shorten it"
+        )
 
 
 def check_band(model: UniformTensionModel, samples: Array, step: float) -> None:
