@@ -89,7 +89,7 @@ def test_table_4_2_follows_from_the_differences_of_the_rigs():
 def coverage(test, repeats, seed):
     inside = []
     for k in range(repeats):
-        found = identify(bench_log(test, seed + k), PLAIN, method="output-error")
+        found = identify(bench_log(test, seed + k), PLAIN)
         inside.append(
             [found.parameters[n].low < v < found.parameters[n].high for n, v in printed(test).items()]
         )
@@ -203,11 +203,13 @@ def test_several_logs_narrow_the_intervals():
 
 
 def test_a_log_written_and_read_again_gives_the_same(tmp_path):
+    """To the twentieth of a standard error within which the refinement ends."""
     log = bench_log(TEST, 11).part(end=15.0)
     (tmp_path / "log.csv").write_text(log_csv(log))
     direct, read = identify(log, PLAIN), identify(tmp_path / "log.csv", PLAIN)
     for name in NAMES:
-        assert read[name] == pytest.approx(direct[name], rel=1e-6)
+        off = abs(read[name] - direct[name]) / direct.parameters[name].standard_error
+        assert off < 0.05, f"{name}: {off:.3f} standard errors"
 
 
 def test_a_configuration_is_read_and_a_mistyped_key_is_named(tmp_path):
