@@ -106,7 +106,7 @@ def _margins(margins: tuple[Margin, ...]) -> Table:
             Column(title="Figure"),
             Column(title="Value", numeric=True),
             Column(title="Allowed", numeric=True),
-            Column(title="Used", bar=True),
+            Column(title="Used", unit="%", bar=True),
         ),
         groups=(RowGroup(rows=rows),),
     )
