@@ -1,9 +1,11 @@
 """`cabledrive track`: the contract's object, its refusals, and its log."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
+import cabledrive as cd
 from command import answer, call, refusal
 
 KEYS = {
@@ -126,3 +128,21 @@ def test_conditions_of_the_robust_term_are_checked_when_asked():
     other = answer("track", "dissertation-3", "--controller", "pd", *FAST, "--check-conditions")
     assert other["robust_conditions"] is None
     assert "laws of the chain" in other["robust_conditions_reason"]
+
+
+def test_a_plant_that_runs_away_ends_with_status_3_and_what_was_found():
+    wild = ("--controller", "darc-3", "--feedback", "drive", "--bandwidth", "40", "--ideal-sensors")
+    done = call(
+        "track", "dissertation-3", "--json", *wild, "--set", "motor.torque_limit=1e6", "--tension-only"
+    )
+    assert done.exit_code == 3
+    assert "the plant diverged at t = " in done.stderr
+    assert json.loads(done.stdout)["ended_at"] < 2.0
+
+
+@pytest.mark.parametrize("law", ["darc-2", "darc-4"])
+def test_laws_with_a_flexible_joint_need_its_data(law, tmp_path):
+    drive = cd.load_drive("dissertation-3")
+    path = tmp_path / "rigid.toml"
+    cd.save_drive(replace(drive, motor=replace(drive.motor, joint_stiffness=None)), path)
+    assert "motor.joint_stiffness" in refusal("track", str(path), "--controller", law)

@@ -9,7 +9,7 @@ from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.rig.loop_kernels import DIVERGED, WENT_SLACK
 from cabledrive.rig.loop_numbers import LoopState, RigNumbers
-from cabledrive.rig.sample_kernels import decide, keep_score, write_row
+from cabledrive.rig.sample_kernels import decide, farthest, keep_score, write_row
 from cabledrive.simulation.channels import MEAN_TENSION
 from cabledrive.simulation.kernels.verlet import march_any
 from cabledrive.simulation.plan import WEIGHT_U, Plan
@@ -138,11 +138,12 @@ def run_cable_loop(
     ``forces`` (steps, 0) and ``fields`` (0, 3, nodes) are work space of the march.
     """
     x, n = s.x, numbers.shafts
+    gone = farthest(target)
     own_offset = rig.counts[rig.counts.size - 1] * rig.phases[rig.phases.size - 1]
     ended = last
     for k in range(first, last):
         read_shafts(plan, cable, numbers, x)
-        if not isfinite(x[n - 1]) or abs(x[n - 1]) > 1e6:
+        if not isfinite(x[n - 1]) or abs(x[n - 1]) > gone:
             s.discrete[2] = DIVERGED
             ended = k
             break

@@ -14,6 +14,7 @@ from cabledrive.rig.lane_kernels import INPUTS, LANES, ROWS, STATES, march_many,
 from cabledrive.rig.lane_tables import free_transitions
 from cabledrive.rig.loop import Loop
 from cabledrive.rig.loop_numbers import SUMMARY, Array
+from cabledrive.rig.sample_kernels import farthest
 
 PLACES = {1: (0,), 2: (0, 2), 3: (0, 1, 2)}
 """Which of three angles each inertia of a row has; of one inertia load and motor are the same."""
@@ -224,5 +225,5 @@ def _scores(loop: Loop, z: Array) -> tuple[Array, Array]:
     scores[:, :6] = z[row.SCORE : row.SCORE + 6].T
     scores[:, SUMMARY.index("twist")] = z[row.TWIST]
     scores[:, SUMMARY.index("own_peak")] = z[row.SCORE]
-    diverged = ~np.isfinite(z[:STATES]).all(axis=0) | (np.abs(z[2]) > 1e6)
+    diverged = ~np.isfinite(z[:STATES]).all(axis=0) | (z[row.SCORE] > farthest(loop.target))
     return scores, diverged | (z[row.TWIST] > loop.twist_limit)

@@ -8,7 +8,7 @@ from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.rig.kink_kernels import KinkNumbers, advance_kinked
 from cabledrive.rig.loop_numbers import Array, LoopState, RigNumbers
 from cabledrive.rig.plant_kernels import PlantNumbers, advance
-from cabledrive.rig.sample_kernels import decide, keep_score, write_row
+from cabledrive.rig.sample_kernels import decide, farthest, keep_score, write_row
 
 DIVERGED, WENT_SLACK = 1, 2
 
@@ -71,11 +71,12 @@ def run_loop(
     states of the law.
     """
     x, n = s.x, s.x.size // 2
+    gone = farthest(target)
     own_offset = rig.counts[rig.counts.size - 1] * rig.phases[rig.phases.size - 1]
     for k in range(first, last):
         twist = abs(x[n - 2] - x[n - 1]) if n > 1 else 0.0
         look_at(kinks, x, twist, s.summary)
-        if not isfinite(x[n - 1]) or abs(x[n - 1]) > 1e6 or twist > twist_limit:
+        if not isfinite(x[n - 1]) or abs(x[n - 1]) > gone or twist > twist_limit:
             s.discrete[2] = WENT_SLACK if isfinite(twist) and twist > twist_limit else DIVERGED
             return k
         wanted, command, sigma = decide(observer, law, rig, reference, k, x, s)

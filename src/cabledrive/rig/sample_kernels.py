@@ -126,3 +126,12 @@ def decide(
             s.commands[1], s.work,
         )  # fmt: skip
     return wanted, command, sigma
+
+
+@njit_in_place
+def farthest(target: Array) -> float:
+    """Load angle beyond which the plant has run away: ten times what is wanted, and 10 rad [rad]."""
+    largest = 0.0
+    for k in range(target.size):
+        largest = max(largest, abs(target[k]))
+    return 10.0 * (1.0 + largest)
