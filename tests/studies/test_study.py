@@ -12,6 +12,7 @@ from cabledrive.studies.study.chain_regression import tell
 from cabledrive.studies.study.closed_loop import joined_loop, make_law, rig_options
 from cabledrive.studies.study.demand_stage import demand_of
 from cabledrive.studies.study.drawn_plants import drawn_plant
+from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.goals import SPREADS, goals_of
 from cabledrive.studies.study.knowledge_stage import know
 from cabledrive.studies.study.machine import by_datasheet, drive_with, values_of
@@ -19,6 +20,7 @@ from cabledrive.studies.study.plain_data import as_plain, revived
 from cabledrive.studies.study.resonance_stage import resonance_of
 from cabledrive.studies.study.result import StudyResult
 from cabledrive.studies.study.sensor_gain import closed_loop_matrix, sensor_bound
+from cabledrive.studies.study.verdict_stage import judge
 from study_drives import CASES, LIVELY, datasheet_of, drive_of, goals, log_text, written_log
 
 
@@ -56,6 +58,28 @@ def test_what_the_study_advises_helps(studies):
     tight = replace(harp.drive, cable=replace(harp.drive.cable, pretension=8.0))
     assert harp.resonance.refuses
     assert not resonance_of(tight, harp.goals.motion).refuses
+
+
+def judged(found, error, reached, inside=1.0):
+    """The verdict of a study, were this its goal and these its shares."""
+    parts = {
+        name: getattr(found, name) for name in ("check", "knowledge", "demand", "resonance", "controller")
+    }
+    wanted = replace(found.goals, error=error)
+    lumped = replace(found.lumped, reached=reached, inside=inside)
+    cable = replace(found.cable, reached=1.0 if reached else 0.0)
+    return judge(Findings(goals=wanted, lumped=lumped, cable=cable, **parts))
+
+
+def test_an_error_that_some_plants_of_a_data_sheet_reach_is_unknown_and_one_that_none_reach_is_a_no(studies):
+    found = studies(CASES[1])
+    median = 1.001 * found.lumped.quantile(0.5)
+    some = judged(found, median, reached=0.5)
+    assert some.answer == "unknown"
+    assert "datasheet allows" in some.reasons[-1]
+    assert judged(found, 0.1 * found.lumped.peaks[0], reached=0.0).answer == "no"
+    assert judged(found, 2.0 * found.lumped.peaks[-1], reached=0.99).answer == "yes"
+    assert judged(found, 2.0 * found.lumped.peaks[-1], reached=1.0, inside=0.98).answer == "no"
 
 
 def test_a_log_moves_the_numbers_from_the_datasheet_to_the_truth(studies):

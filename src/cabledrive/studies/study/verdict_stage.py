@@ -128,7 +128,8 @@ def _by_acceptance(found: Findings) -> tuple[str, list[str], list[str]]:
     sheet = [name for name, q in found.knowledge.quantities.items() if q.source != LOG]
     median = found.lumped.quantile(0.5)
     possible = goals.error is not None and median is not None and median <= goals.error
-    if sheet and possible and found.knowledge.residual is None:
+    bounded = all(one.inside >= ENOUGH[one.plant] for one in runs)
+    if sheet and possible and bounded and found.knowledge.residual is None:
         return (
             UNKNOWN,
             [*short, "it depends on which of the plants the datasheet allows this one is"],
