@@ -61,8 +61,8 @@ def track_marker(
     """Follow a white marker on a dark background, or several.
 
     Spots that stand still are clutter, whatever their size. Where the marker moves enough to show what is
-    behind it, that is taken off the picture and the clip gone through once more. Clutter that touches a marker
-    which never clears its place is not told from it.
+    behind it, that is taken off the picture and the clip gone through once more. Clutter that touches a
+    marker which never clears its place is not told from it.
 
     Parameters
     ----------
