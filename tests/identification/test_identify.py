@@ -203,13 +203,13 @@ def test_several_logs_narrow_the_intervals():
 
 
 def test_a_log_written_and_read_again_gives_the_same(tmp_path):
-    """To the twentieth of a standard error within which the refinement ends."""
+    """To twice the tenth of a standard error at which the refinement ends."""
     log = bench_log(TEST, 11).part(end=15.0)
     (tmp_path / "log.csv").write_text(log_csv(log))
     direct, read = identify(log, PLAIN), identify(tmp_path / "log.csv", PLAIN)
     for name in NAMES:
         off = abs(read[name] - direct[name]) / direct.parameters[name].standard_error
-        assert off < 0.05, f"{name}: {off:.3f} standard errors"
+        assert off < 0.2, f"{name}: {off:.3f} standard errors"
 
 
 def test_a_configuration_is_read_and_a_mistyped_key_is_named(tmp_path):

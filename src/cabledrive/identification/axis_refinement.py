@@ -25,7 +25,7 @@ from cabledrive.parameters import NotComputed
 Array = NDArray[np.float64]
 
 PASSES = 12
-CONVERGED = 0.02
+CONVERGED = 0.1
 """Largest step of a parameter, in standard errors, at which the iteration ends."""
 HALVINGS = 5
 SLACK = 1e-3
@@ -71,7 +71,7 @@ def refine_rigid_axis(
     cases = [case_of(log, torque, position, equation) for log in logs]
     values = np.array([estimate.value for estimate in found.parameters.values()])
     speeds = np.array([case.start for case in cases])
-    values, speeds, _ = _solved(cases, values, speeds, PASSES // 2)
+    values, speeds, _ = _solved(cases, values, speeds, PASSES // 4)
     cases = weighed(cases, values, speeds)
     values, speeds, fit = _solved(cases, values, speeds, PASSES)
     plain = [simulated(replace(c, weights=None), values, v)[0] for c, v in zip(cases, speeds, strict=True)]
@@ -82,19 +82,19 @@ def refine_rigid_axis(
 
 
 def _solved(cases: list[Case], values: Array, speeds: Array, passes: int) -> tuple[Array, Array, Fit]:
-    """Gauss-Newton steps, halved where the residual would grow, until they are small against their errors."""
+    """Gauss-Newton steps until they are small; halved where one beyond its errors raised the residual."""
     factors, residual = _linearised(cases, values, speeds)
     for _ in range(passes):
         fit = solve(suited_segments(factors))
-        step = fit.values
+        step, errors = fit.values, np.sqrt(np.diag(fit.covariance))[:4]
+        near = bool(np.all(np.abs(step[:4]) <= errors))
         for _ in range(HALVINGS):
             tried = _within(values, step[:4]), speeds + step[4:]
             new_factors, new_residual = _linearised(cases, *tried)
-            if new_residual <= (1.0 + SLACK) * residual:
+            if near or new_residual <= (1.0 + SLACK) * residual:
                 break
             step = 0.5 * step
         (values, speeds), factors, residual = tried, new_factors, new_residual
-        errors = np.sqrt(np.diag(fit.covariance))[:4]
         if np.all(np.abs(step[:4]) <= CONVERGED * errors):
             break
     return values, speeds, solve(suited_segments(factors))
