@@ -106,12 +106,12 @@ def tongue_dwell(course: Course, mode: int) -> float:
     float
         [s].
     """
+    from scipy.ndimage import uniform_filter1d
     from scipy.signal import hilbert
 
     turning = hilbert(course.q - np.mean(course.q))
     omega = np.gradient(np.unwrap(np.angle(turning)), course.h)
-    smooth = np.full(2 * STEPS_PER_PERIOD, 0.5 / STEPS_PER_PERIOD)
-    omega = np.maximum(np.convolve(omega, smooth, "same"), 1e-9)
+    omega = np.maximum(uniform_filter1d(omega, 2 * STEPS_PER_PERIOD, mode="nearest"), 1e-9)
     pumping = 0.5 * np.abs(course.lift[mode] * turning) / omega
     growth = np.sqrt(np.maximum(pumping**2 - (course.across[mode] - 0.5 * omega) ** 2, 0.0))
     inside = growth > 0.5 * course.gamma

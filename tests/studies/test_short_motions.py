@@ -1,0 +1,18 @@
+"""A motion that ends before the pulley mode has turned once is judged like any other."""
+
+import numpy as np
+
+from cabledrive import load_drive
+from cabledrive.studies.alarm import alarm
+from cabledrive.studies.motion_file import read_motion
+
+
+def test_a_motion_of_a_millisecond_is_judged(tmp_path):
+    """A ninth of a period cannot pump: what is there at the end is the floor and hardly more."""
+    path = tmp_path / "move.csv"
+    path.write_text("time [ms],torque [mN m],pretension [N],carriage [mm]\n0,0,3.30,250\n1,4.2,3.30,250\n")
+    found = alarm(load_drive("dissertation-transporter"), read_motion(path), floor=1e-5, limit=5e-4)
+    largest = max(mode.largest for mode in found.modes)
+    assert found.verdict == "safe"
+    assert 1e-5 < largest < 1.2e-5, largest
+    assert all(np.isfinite(mode.dwell) and mode.dwell <= 1e-3 for mode in found.modes)
