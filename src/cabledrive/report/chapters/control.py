@@ -50,10 +50,12 @@ def chapter(context: ReportContext) -> Chapter | None:
     parts = [p for p in zip(context.drives, context.anchors, strict=True) if can_be_controlled(p[0])]
     if not parts:
         return None
-    sections = []
+    sections, said = [], []
     for drive, name in parts:
         context.progress(f"control: {drive.name}")
-        sections.append(Section(title=drive.name, anchor=f"control-{name}", blocks=_about(drive, name)))
+        runs = {law: [track(drive, controller=law, seed=seed) for seed in SEEDS] for law in LAWS}
+        sections.append(Section(title=drive.name, anchor=f"control-{name}", blocks=_about(drive, name, runs)))
+        said.append(_headline(drive, runs))
     return Chapter(
         title="Control",
         anchor="control",
@@ -72,6 +74,16 @@ def chapter(context: ReportContext) -> Chapter | None:
             "Control: hybrid simulation, exact between samples; starts, stops and turns of the motor "
             f"found on the exact motion; {len(SEEDS)} runs of each law with encoder phases at random.",
         ),
+        headline=" ".join(said),
+    )
+
+
+def _headline(drive: Drive, runs: dict[str, list[Tracking]]) -> str:
+    worst = {law: max(run.summary["peak_error_deg"] for run in found) for law, found in runs.items()}
+    best = min(worst, key=worst.__getitem__)
+    return (
+        f"{drive.name}: {best} errs least, by at most {number(worst[best], 2)} deg in {len(SEEDS)} runs; "
+        f"the printed law of Model 4, darc-4, by {number(worst['darc-4'], 2)} deg."
     )
 
 
@@ -96,8 +108,7 @@ def can_be_controlled(drive: Drive) -> bool:
     return True
 
 
-def _about(drive: Drive, name: str) -> tuple[Block, ...]:
-    runs = {law: [track(drive, controller=law, seed=seed) for seed in SEEDS] for law in LAWS}
+def _about(drive: Drive, name: str, runs: dict[str, list[Tracking]]) -> tuple[Block, ...]:
     return (
         pulse_figure(name, Motion()),
         _comparison(runs),

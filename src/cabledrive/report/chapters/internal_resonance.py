@@ -82,14 +82,10 @@ def chapter(context: ReportContext) -> Chapter:
 
 
 def _headline(found: list[tuple[Drive, ResonanceSummary]]) -> str:
-    names = {
-        verdict: [drive.name for drive, summary in found if summary.verdict == verdict]
-        for verdict in ("resonant", "close")
-    }
-    said = [f"{verdict}: {', '.join(listed)}" for verdict, listed in names.items() if listed]
-    if not said:
-        return "no machine is near a pulley mode of twice a transverse one."
-    return f"{'; '.join(said)}; {len(found) - sum(map(len, names.values()))} of {len(found)} safe."
+    verdicts = [summary.verdict for _, summary in found]
+    counted = ((verdict, verdicts.count(verdict)) for verdict in ("resonant", "close", "safe"))
+    said = ", ".join(f"{n} {verdict}" for verdict, n in counted if n)
+    return f"of {len(found)} machines {said}, each at the torque named there."
 
 
 def _standings(found: list[tuple[Drive, ResonanceSummary]]) -> Table:
