@@ -83,6 +83,8 @@ def chapter(context: ReportContext) -> Chapter:
 
 def _headline(found: list[tuple[Drive, ResonanceSummary]]) -> str:
     verdicts = [summary.verdict for _, summary in found]
+    if len(verdicts) == 1:
+        return f"{verdicts[0]} at the torque named there."
     counted = ((verdict, verdicts.count(verdict)) for verdict in ("resonant", "close", "safe"))
     said = ", ".join(f"{n} {verdict}" for verdict, n in counted if n)
     return f"of {len(found)} machines {said}, each at the torque named there."
