@@ -68,7 +68,7 @@ class Page(HTMLParser):
 
     def handle_starttag(self, tag, attributes):
         found = dict(attributes)
-        if tag in ("script", "link", "img", "iframe") or "src" in found:
+        if tag in ("link", "img", "iframe") or "src" in found:
             self.loads.append((tag, found.get("src") or found.get("href")))
         if found.get("role") == "img":
             self.pictures.append(found.get("aria-label"))

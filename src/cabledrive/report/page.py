@@ -68,7 +68,8 @@ def render(page: Page) -> str:
     environment.filters["identity"] = id
     numbers = _numbered([block for chapter in page.chapters for block in chapter.all_blocks])
     css = Markup(theme_css() + _template("report.css"))
-    return environment.get_template("page.html").render(page=page, css=css, numbers=numbers)
+    script = Markup(_template("looking.js"))
+    return environment.get_template("page.html").render(page=page, css=css, script=script, numbers=numbers)
 
 
 def _template(name: str) -> str:

@@ -1,9 +1,11 @@
 """A figure as part of the page: drawn for wide and for narrow pages, as SVG that follows the page's colours.
 
-Text stays text, in the page's own typeface; every colour of the style becomes a variable of the page. Nothing
-in the picture depends on the time or on chance.
+Text stays text, in the page's own typeface; every colour of the style becomes a variable of the page. Where
+axes lie and what they measure goes with the picture, so that the page can tell the values under a pointer.
+Nothing in the picture depends on the time or on chance.
 """
 
+import json
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,6 +17,8 @@ from markupsafe import Markup
 from cabledrive.report.style import COLOURS, NARROW, WIDE, house_style
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
 
@@ -74,10 +78,41 @@ def _drawn(
         draw(figure, narrow)
         buffer = BytesIO()
         figure.savefig(buffer, format="svg", metadata={"Date": None})
-    return inline_svg(buffer.getvalue().decode(), name, size)
+        scales = [_scales(axes, size) for axes in figure.axes if axes.axison]
+    return inline_svg(buffer.getvalue().decode(), name, size, scales)
 
 
-def inline_svg(text: str, name: str, size: tuple[float, float]) -> Markup:
+def _scales(axes: "Axes", size: tuple[float, float]) -> dict[str, list[float | int | str]]:
+    """Ends of each axis on the picture [px]; where it measures, its limits, whether by ratios, its label."""
+    place = axes.get_position()
+    ends = {
+        "x": (place.x0 * size[0], place.x1 * size[0]),
+        "y": ((1.0 - place.y0) * size[1], (1.0 - place.y1) * size[1]),
+    }
+    found: dict[str, list[float | int | str]] = {}
+    for name, axis in (("x", axes.xaxis), ("y", axes.yaxis)):
+        found[name] = [round(end, 1) for end in ends[name]]
+        if _measures(axis):
+            limits = [float(f"{limit:.6g}") for limit in axis.get_view_interval()]
+            low, high = reversed(limits) if axis.get_inverted() else limits
+            found[name] += [low, high, int(axis.get_scale() == "log"), axis.get_label_text()]
+    return found
+
+
+def _measures(axis: "Axis") -> bool:
+    """Whether the axis has a scale of numbers: not names at its ticks, and not some other law."""
+    from matplotlib.ticker import FixedFormatter, NullFormatter
+
+    words = isinstance(axis.get_major_formatter(), FixedFormatter | NullFormatter)
+    return axis.get_scale() in ("linear", "log") and not words
+
+
+def inline_svg(
+    text: str,
+    name: str,
+    size: tuple[float, float],
+    scales: list[dict[str, list[float | int | str]]] | None = None,
+) -> Markup:
     """An SVG file as part of a page: no prolog, no metadata, no foreign names, colours as variables.
 
     Parameters
@@ -88,6 +123,8 @@ def inline_svg(text: str, name: str, size: tuple[float, float]) -> Markup:
         Put before the names inside the picture that are referred to; the others are dropped.
     size : (float, float)
         Width and height [px].
+    scales : list of dict, optional
+        Of the axes in the picture.
 
     Returns
     -------
@@ -105,5 +142,6 @@ def inline_svg(text: str, name: str, size: tuple[float, float]) -> Markup:
         body = body.replace(light, f"var(--{colour})")
     body = re.sub(r"\s*\n\s*", "\n", body)
     width, height = size
-    head = f'<svg viewBox="0 0 {width:g} {height:g}" style="max-width: {width:g}px" aria-hidden="true">'
+    told = Markup(' data-axes="{}"').format(json.dumps(scales)) if scales else ""
+    head = f'<svg viewBox="0 0 {width:g} {height:g}" style="max-width: {width:g}px" aria-hidden="true"{told}>'
     return Markup(f"{head}{body}</svg>")
