@@ -105,11 +105,8 @@ def test_few_repeats_do_not_contradict_the_coverage():
 @pytest.mark.verify
 @pytest.mark.parametrize("test", BENCH_TESTS, ids=lambda test: test.name)
 def test_intervals_cover_the_truth_in_a_thousand_repeats(test):
-    """93 to 97 % of a rig's four intervals together; one alone is known to reach 90 to 98 %, see the docs."""
     share = coverage(test, 1000, 10_000)
-    print(test.name, share)
-    assert 0.93 < share.mean() < 0.97, f"observed {share}"
-    assert share.min() > 0.87, f"observed {share}"
+    assert np.all((share > 0.93) & (share < 0.97)), f"observed {share}"
 
 
 @pytest.mark.parametrize("slope, model", [(0.0, "coulomb"), (0.5, "tanh")])
