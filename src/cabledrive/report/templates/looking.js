@@ -18,10 +18,9 @@
     return logarithmic ? low * (high / low) ** share : low + share * (high - low);
   }
 
-  function told(svg, event) {
+  function told(svg, panels, event) {
     const at = inPicture(svg, event);
     const between = (value, [first, last]) => (value - first) * (value - last) <= 0;
-    const panels = JSON.parse(svg.dataset.axes);
     const panel = panels.find((one) => between(at.x, one.x) && between(at.y, one.y));
     if (!panel) return "";
     const alike = (axis) => (one) => one[axis][5] && String(one[axis].slice(0, 5)) === String(panel[axis].slice(0, 5));
@@ -33,8 +32,9 @@
   }
 
   for (const svg of document.querySelectorAll("svg[data-axes]")) {
+    const panels = JSON.parse(svg.dataset.axes);
     svg.addEventListener("pointermove", (event) => {
-      reading.value = told(svg, event);
+      reading.value = told(svg, panels, event);
       reading.hidden = !reading.value;
       const right = Math.min(event.clientX + 14, window.innerWidth - reading.offsetWidth - 8);
       reading.style.transform = `translate(${Math.max(right, 4)}px, ${Math.max(event.clientY - 38, 4)}px)`;
