@@ -16,9 +16,13 @@ from scipy import signal
 Array = NDArray[np.float64]
 
 BANDS = 24
-LONGEST_SEGMENT = 8192
-REACH = 0.5
-"""Half of the filter's length [s]."""
+LONGEST_SEGMENT = 8.0
+"""Of the records whose spectra are averaged [s]."""
+REACH = 4.0
+"""Half of the filter's length [s]; a short one cannot follow the corner, some tenths of a hertz, below which
+noise of the torque no longer grows."""
+SHARE = 1 / 16
+"""Of the shortest log, that half of the filter's length at most."""
 INSIDE = 0.8
 """Share of the bandwidth of the compared signals that is used: above, their filter leaves too little."""
 
@@ -39,8 +43,9 @@ def whitener(residuals: Sequence[Array], interval: float, bandwidth: float) -> A
     ndarray, shape (2 m + 1,)
         Weights; the filtered residual has a power density of 1 [1/Hz].
     """
-    length = min(LONGEST_SEGMENT, *(r.size for r in residuals))
-    spectra = [signal.welch(r, 1.0 / interval, nperseg=length) for r in residuals]
+    shortest = min(r.size for r in residuals)
+    length = min(round(LONGEST_SEGMENT / interval), shortest)
+    spectra = [signal.welch(r, 1.0 / interval, nperseg=length, detrend=False) for r in residuals]
     frequency, power = spectra[0][0], np.mean([s[1] for s in spectra], axis=0)
     top = INSIDE * bandwidth
     edges = np.geomspace(frequency[1], top, BANDS + 1)
@@ -51,7 +56,7 @@ def whitener(residuals: Sequence[Array], interval: float, bandwidth: float) -> A
     smooth = np.interp(np.log(np.maximum(frequency, frequency[1])), middles, levels)
     gain = np.exp(-0.5 * smooth) * np.clip((bandwidth - frequency) / (bandwidth - top), 0.0, 1.0)
     impulse = np.fft.fftshift(np.fft.irfft(gain))
-    reach = min(round(REACH / interval), impulse.size // 2 - 1)
+    reach = min(round(REACH / interval), round(SHARE * shortest), impulse.size // 2 - 1)
     middle = impulse.size // 2
     window = np.hanning(2 * reach + 3)[1:-1]
     return np.asarray(impulse[middle - reach : middle + reach + 1] * window)
