@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 
 BANDWIDTH = 50.0
 """Of the compared speeds [Hz]."""
+FORGOTTEN = 1e-3
+"""Rest of a change of the speed at the start, as the comparison begins, that tells nothing about it."""
 SPARSE = 0.3
 HALF = 0.5
 CORNER, CORNER_DOUBT = 5 / 48, 1 / 48
@@ -233,9 +235,13 @@ def simulated(case: Case, values: Array, start: float) -> tuple[Array, Array]:
     -------
     residual : ndarray, shape (rows,)
     sensitivities : ndarray, shape (rows, 5)
+        By the speed at the start: zero where the axis stops before the comparison begins, since what is left of
+        it then is the filter's tail alone.
     """
     moved, _ = march_rigid_axis(values, case.torque, case.interval, start=start, slope=case.slope)
     _, along = march_rigid_axis(values, case.lines, case.interval, start=start, slope=case.slope)
+    if np.abs(along[case.inner, 4]).max() < FORGOTTEN:
+        along[:, 4] = 0.0
     filtered = case.filtered(np.column_stack([moved, along]))
     rows = case.compared(np.column_stack([case.speed - filtered[:, 0], filtered[:, 1:]]))
     return rows[:, 0], rows[:, 1:]
