@@ -10,8 +10,15 @@ import numpy as np
 import pytest
 
 from cabledrive.control.scheduled_kernels import scheduled_step
-from cabledrive.control.transporter_law import OBSERVED, STATES, scheduled_law
+from cabledrive.control.transporter_law import (
+    OBSERVED,
+    STATES,
+    TransporterTuning,
+    frozen_poles,
+    scheduled_law,
+)
 from cabledrive.control.transporter_reference import flat_motion, shaped
+from cabledrive.control.transporter_tuning import tuning_for
 from cabledrive.modes import natural_frequencies
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.reduction.transporter import (
@@ -21,8 +28,9 @@ from cabledrive.reduction.transporter import (
     strand_stiffness,
     transporter_of,
 )
+from cabledrive.rig.carriage_loop import plant_of
 from cabledrive.rig.carriage_move import CarriageMove, one_count
-from cabledrive.rig.transporter import move_carriage, plant_of
+from cabledrive.rig.transporter import move_carriage
 from cabledrive.rig.transporter_kernels import transporter_advance, transporter_rates
 from cabledrive.studies.transporter_moves import along_the_way, residual_motion, scaled_transporter
 from cabledrive.trajectories import Move, Trajectory
@@ -240,3 +248,32 @@ def test_a_drive_without_motor_or_encoder_is_refused():
     blind = replace(DRIVE, sensors=replace(DRIVE.sensors, load_encoder=None))
     with pytest.raises(InputRefused, match="load_encoder"):
         move_carriage(blind)
+
+
+def test_one_bandwidth_tells_the_weights_that_were_chosen_by_hand():
+    """The weights of the section on the transporter are those of 6.7 Hz, within 15 %."""
+    found = tuning_for(MACHINE, 2.0 * np.pi * 6.7, interval=INTERVAL, count=one_count(DRIVE))
+    chosen = TransporterTuning()
+    for name in ("force", "stretching"):
+        ratio = getattr(found, name) / getattr(chosen, name)
+        assert ratio == pytest.approx(1.0, abs=0.15), f"{name}: observed {ratio:.3f}"
+
+
+def test_the_encoder_of_the_drive_pulley_alone_keeps_every_place_stable():
+    """Without an encoder on the load pulley, EA 20 % off, at 20 places."""
+    there = np.linspace(0.25, 1.25, 20)
+    tuning = tuning_for(MACHINE, 2.0 * np.pi * 2.0, interval=INTERVAL, count=one_count(DRIVE))
+    law = scheduled_law(
+        MACHINE,
+        interval=INTERVAL,
+        count=one_count(DRIVE),
+        limit=70.0,
+        positions=np.linspace(0.2, 1.3, 12),
+        tuning=tuning,
+        reads=(0,),
+    )
+    assert not law.correction[:, :, 1].any()
+    for rigidity in (0.8, 1.0, 1.2):
+        plant = replace(MACHINE, axial_rigidity=rigidity * MACHINE.axial_rigidity)
+        radius = max(np.abs(frozen_poles(law, plant, float(x), INTERVAL)).max() for x in there)
+        assert radius < 1.0, f"EA x {rigidity}: observed {radius:.7f}"

@@ -17,6 +17,8 @@ from cabledrive.reduction.transporter import BODIES, Transporter, frozen_state_s
 Array = NDArray[np.float64]
 STATES = 2 * BODIES
 OBSERVED = STATES + 2
+ENCODERS = (0, 2)
+"""Bodies whose displacements can be measured: drive pulley, load pulley."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -135,7 +137,12 @@ def feedback_at(transition: Array, drive: Array, tuning: TransporterTuning) -> A
 
 
 def correction_at(
-    transition: Array, system: Array, count: float, interval: float, tuning: TransporterTuning
+    transition: Array,
+    system: Array,
+    count: float,
+    interval: float,
+    tuning: TransporterTuning,
+    reads: tuple[int, ...] = ENCODERS,
 ) -> Array:
     """Steady Kalman gain of one frozen position, Eq. (T.7).
 
@@ -147,10 +154,13 @@ def correction_at(
     interval : float
         Sample time [s].
     tuning : TransporterTuning
+    reads : tuple of int, default (0, 2)
+        Displacements that are measured: drive pulley 0, load pulley 2; what is not is not corrected by.
 
     Returns
     -------
     ndarray, shape (10, 2)
+        By the readings of drive and load pulley.
     """
     density = np.zeros(OBSERVED)
     density[BODIES:STATES] = tuning.acceleration
@@ -161,13 +171,15 @@ def correction_at(
     block[OBSERVED:, OBSERVED:] = system.T
     power = expm(block * interval)
     noise = power[OBSERVED:, OBSERVED:].T @ power[:OBSERVED, OBSERVED:]
-    output = np.zeros((2, OBSERVED))
-    output[0, 0] = output[1, 2] = 1.0
-    reading = np.eye(2) * tuning.reading * count**2 / 12.0
+    output = np.eye(OBSERVED)[list(reads)]
+    reading = np.eye(len(reads)) * tuning.reading * count**2 / 12.0
     # in counts: the equation is solved with numbers of one size
     scaled = 0.5 * (noise + noise.T) / count**2
     spread = solve_discrete_are(transition.T, output.T, scaled, reading / count**2)
-    return spread @ output.T @ np.linalg.inv(output @ spread @ output.T + reading / count**2)
+    gain = spread @ output.T @ np.linalg.inv(output @ spread @ output.T + reading / count**2)
+    correction = np.zeros((OBSERVED, len(ENCODERS)))
+    correction[:, [ENCODERS.index(body) for body in reads]] = gain
+    return correction
 
 
 def scheduled_law(
@@ -179,6 +191,7 @@ def scheduled_law(
     positions: Array,
     tuning: TransporterTuning | None = None,
     frozen: float | None = None,
+    reads: tuple[int, ...] = ENCODERS,
 ) -> ScheduledLaw:
     """Design law and observer at every position of a grid.
 
@@ -196,6 +209,8 @@ def scheduled_law(
     tuning : TransporterTuning, optional
     frozen : float, optional
         The one position [m] for which all is made; every position has its own unless told.
+    reads : tuple of int, default (0, 2)
+        Pulleys with an encoder, see `correction_at`.
 
     Returns
     -------
@@ -213,7 +228,8 @@ def scheduled_law(
     for position in positions if frozen is None else [frozen]:
         transition, drive, system = sampled_model(transporter, float(position), interval, tuning.wind_time)
         gain = feedback_at(transition[:STATES, :STATES], drive[:STATES], tuning)
-        rows.append((gain, correction_at(transition, system, count, interval, tuning), transition, drive))
+        correct = correction_at(transition, system, count, interval, tuning, reads)
+        rows.append((gain, correct, transition, drive))
     if frozen is not None:
         rows = rows * len(positions)
     feedback, correction, transitions, drives = (np.array(part) for part in zip(*rows, strict=True))

@@ -10,6 +10,7 @@ from cabledrive.control.transporter_law import STATES, ScheduledLaw, Transporter
 from cabledrive.control.transporter_reference import flat_motion, rigid_motion, shaped
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.transporter import Transporter, transporter_of
+from cabledrive.rig.carriage_loop import CarriageLoop, run_carriage
 from cabledrive.rig.carriage_move import (
     MARGIN,
     CarriageMove,
@@ -19,7 +20,6 @@ from cabledrive.rig.carriage_move import (
     one_count,
 )
 from cabledrive.rig.setting import sample_interval
-from cabledrive.rig.transporter_kernels import TransporterPlant, run_transporter
 from cabledrive.trajectories import Move, Trajectory
 
 Array = NDArray[np.float64]
@@ -88,30 +88,16 @@ def move_carriage(
     wind, samples = np.zeros(len(reference)), len(reference)
     strength, start, end = move.gust
     wind[round(start / interval) : round(end / interval)] = strength
-    log = np.zeros((samples, 13 + STATES + 2))
-    p = plant_of(actual)
-    ended = run_transporter(
-        p.lengths,
-        p.cable,
-        p.masses,
-        p.friction,
-        p.gravity,
-        made.grid,
-        made.feedback,
-        made.correction,
-        made.transition,
-        made.drive,
-        made.limit,
-        reference,
-        wind,
-        interval,
-        substeps,
-        0.0 if ideal_sensors else count,
-        phases,
-        np.zeros(8),
-        log,
+    loop = CarriageLoop(
+        law=made,
+        reference=reference,
+        wind=wind,
+        interval=interval,
+        substeps=substeps,
+        count=0.0 if ideal_sensors else count,
     )
-    log, why = log[:ended], None
+    log, why = run_carriage(loop, actual, phases), None
+    ended = len(log)
     if ended < samples:
         why = f"a strand went slack at t = {ended * interval:.4g} s: raise cable.pretension, or take longer"
     return CarriageRun(
@@ -242,26 +228,3 @@ def pd_feedback(transporter: Transporter) -> Array:
     row, rate = np.zeros(STATES), 2.0 * pi * PD_HZ
     row[0], row[4] = transporter.masses.sum() * rate**2, 2.0 * transporter.masses.sum() * rate
     return np.tile(row, (POSITIONS, 1))
-
-
-def plant_of(transporter: Transporter) -> TransporterPlant:
-    """The transporter as the compiled run takes it.
-
-    Parameters
-    ----------
-    transporter : Transporter
-
-    Returns
-    -------
-    TransporterPlant
-    """
-    t = transporter
-    return TransporterPlant(
-        lengths=np.array([t.span_length, t.start, t.line_length]),
-        cable=np.array([t.axial_rigidity, t.pretension / t.axial_rigidity, t.damping_time]),
-        masses=t.masses,
-        friction=np.array(
-            [t.viscous, t.coulomb, t.offset, t.rail_friction, t.swing_damping * t.gravity / t.line_length]
-        ),
-        gravity=t.gravity,
-    )
