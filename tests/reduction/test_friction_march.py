@@ -47,6 +47,17 @@ def test_torque_below_the_friction_moves_nothing():
     assert np.all(found.angles == 0.0)
 
 
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_an_axis_at_rest_breaks_away_within_a_step(way):
+    """Under u = r t it stands until r t = c; then J w' = r (t - c/r) - b w, whatever the steps."""
+    inertia, viscous, coulomb, rise = 0.002, 0.003, 0.04, 1.7
+    t = 0.01 * np.arange(12)
+    speeds, _ = march_rigid_axis(np.array([inertia, viscous, coulomb, 0.0]), way * rise * t, 0.01)
+    later, lag = np.maximum(t - coulomb / rise, 0.0), inertia / viscous
+    exact = way * rise / viscous * (later - lag * (1.0 - np.exp(-later / lag)))
+    np.testing.assert_allclose(speeds, exact, atol=1e-9)
+
+
 def test_steady_speed_is_torque_less_friction_over_viscous():
     speeds = march_chain(ONE, np.full(8000, 0.1), 1e-3).speeds[:, 0]
     assert speeds[-1] == pytest.approx((0.1 - 0.04) / 0.003, rel=1e-4)

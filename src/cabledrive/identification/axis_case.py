@@ -22,8 +22,9 @@ FORGOTTEN = 1e-3
 """Rest of a change of the speed at the start, as the comparison begins, that tells nothing about it."""
 SPARSE = 0.3
 HALF = 0.5
-CORNER, CORNER_DOUBT = 5 / 48, 1 / 48
-"""Between the 4/48 of point samples and the 6/48 of means over the interval, and the distance to both."""
+CORNER, CORNER_DOUBT = 6 / 48, 2 / 48
+"""Means over the interval of a smooth torque; 4/48 for its point samples, 8/48 where the command stands from
+sample to sample. The doubt is the distance to both."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -143,13 +144,14 @@ def between_samples(values: Array, share: float = CORNER) -> Array:
     r"""Corners of a polygon that runs through the band of a signal without loss.
 
     A polygon through point samples loses :math:`(\omega T)^2/12` of every sine, a mean over the interval
-    :math:`(\omega T)^2/24` more: its corners are moved out by that. What a channel holds is seldom known.
+    :math:`(\omega T)^2/24` more, and where a command stands from sample to sample the mean that much again:
+    its corners are moved out by that. What a channel holds is seldom known.
 
     Parameters
     ----------
     values : ndarray, shape (samples,)
     share : float
-        Of the second difference that is taken off; default: half-way between point samples and means.
+        Of the second difference that is taken off; default: that of means of a smooth torque.
 
     Returns
     -------
@@ -235,8 +237,8 @@ def simulated(case: Case, values: Array, start: float) -> tuple[Array, Array]:
     -------
     residual : ndarray, shape (rows,)
     sensitivities : ndarray, shape (rows, 5)
-        By the speed at the start: zero where the axis stops before the comparison begins, since what is left of
-        it then is the filter's tail alone.
+        By the speed at the start: zero where the axis stops before the comparison begins, since what is left
+        of it then is the filter's tail alone.
     """
     moved, _ = march_rigid_axis(values, case.torque, case.interval, start=start, slope=case.slope)
     _, along = march_rigid_axis(values, case.lines, case.interval, start=start, slope=case.slope)

@@ -58,6 +58,18 @@ def axis_step(
 
 
 @njit
+def release(load: float, rise: float, friction: float, done: float, interval: float) -> tuple[float, float]:
+    """When within a step an axis at rest breaks away, and which way; the end and 0: not in this step."""
+    now, end = load + rise * done, load + rise * interval
+    if abs(now) > friction:
+        return done, 1.0 if now > 0.0 else -1.0
+    if abs(end) <= friction:
+        return interval, 0.0
+    way = 1.0 if end > 0.0 else -1.0
+    return min(max(done, (way * friction - load) / rise), interval), way
+
+
+@njit
 def march_axis(
     p: Array, slope: float, torque: Array, interval: float, start: float, speeds: Array, out: Array
 ) -> None:
@@ -76,8 +88,10 @@ def march_axis(
         u0, rise = torque[sample], (torque[sample + 1] - torque[sample]) / interval
         done = 0.0
         for _ in range(MOST_TURNS):
-            if slip == 0.0 and abs(u0 + rise * done + p[3]) > p[2]:
-                slip = 1.0 if u0 + rise * done + p[3] > 0.0 else -1.0
+            if slip == 0.0:
+                done, slip = release(u0 + p[3], rise, p[2], done, interval)
+                if slip == 0.0:
+                    break
             rest = interval - done
             ua, ub = u0 + rise * done, u0 + rise * interval
             end = axis_step(p, slope, slip, ua, ub, rest, v, s, w)
