@@ -266,3 +266,25 @@ def test_emps_is_read_by_its_own_gain(shared_data):
 def test_a_file_that_holds_objects_beside_numbers_is_read(shared_data):
     columns = with_choices(ColumnMap(), ["time=rec.time_cont", "angle=rec.act_pos_mot_deg[0]:deg"])
     assert len(read_log(shared_data("kuka_kr300/run_a.mat"), columns)) == 2501
+
+
+@pytest.mark.parametrize(("encoding", "data"), [("json", b"{torque: 1"), ("cdr", b"\0")])
+def test_an_mcap_message_that_does_not_decode_is_refused(tmp_path, encoding, data):
+    """Neither half a JSON object nor a ROS 2 message without its schema is a defect of the reader."""
+    writing = pytest.importorskip("mcap.writer", reason="needs the extra mcap")
+    with (tmp_path / "log.mcap").open("wb") as stream:
+        writer = writing.Writer(stream)
+        writer.start()
+        schema = writer.register_schema(name="s", encoding="ros2msg", data=b"float64 torque")
+        topic = writer.register_channel(schema_id=schema, topic="/axis", message_encoding=encoding)
+        writer.add_message(topic, log_time=0, publish_time=0, data=data)
+        writer.finish()
+    with pytest.raises(InputRefused, match="is damaged"):
+        read_log(tmp_path / "log.mcap")
+
+
+def test_a_comma_is_no_decimal_mark_where_points_are(tmp_path):
+    """White space between cells, points in the numbers: "3,5" in a later row is refused, not read as 3.5."""
+    rows = "\n".join(f"{0.001 * k:.3f} {0.1 * k:.1f} {0.2 * k:.1f}" for k in range(20))
+    with pytest.raises(InputRefused, match="line 22"):
+        read_log(written(tmp_path, f"time torque angle\n{rows}\n0.020 3,5 4.0\n"))

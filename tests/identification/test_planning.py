@@ -14,7 +14,9 @@ from cabledrive.identification.response_models import PARAMETERS, chain_for, fit
 from cabledrive.identification.rigid_axis import AxisOptions, identify_rigid_axis
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.reduction.lumped_chain import speed_response
-from cabledrive.rig.chapter_4 import BENCH_TESTS, TORQUE_PER_VOLT, bench_command, bench_rig
+from cabledrive.rig.chapter_4 import BENCH_TESTS, TORQUE_PER_VOLT, bench_command, bench_rig, rig_of
+from cabledrive.rig.experiment import Excitation
+from cabledrive.rig.planned_experiment import plan_experiment
 from cabledrive.rig.virtual_rig import Imperfections, run_rig
 
 TEST = replace(BENCH_TESTS[1], duration=12.0)
@@ -146,3 +148,24 @@ def test_the_door_plans_an_experiment_without_running_it(tmp_path, capsys):
     assert 0.0 < answer["relative_standard_error"]["joint_stiffness"] < 0.05
     assert set(answer["peaks"]) == {"torque", "speed", "stroke"}
     assert [path.name for path in tmp_path.iterdir()] == ["e.toml"]
+
+
+def test_a_plan_without_the_motors_encoder_is_refused():
+    """The errors are those of the motor's encoder: no count is made up for it."""
+    drive = load_drive("dissertation-3")
+    drive = replace(drive, sensors=replace(drive.sensors, motor_encoder=None))
+    with pytest.raises(InputRefused, match=r"sensors\.motor_encoder is missing"):
+        plan_experiment(drive, Excitation(duration=2.0))
+
+
+@pytest.mark.parametrize(
+    ("sensors", "words"),
+    [
+        ({"motor_encoder": None, "drive_encoder": None, "load_encoder": None}, "no encoder on motor"),
+        ({"sample_rate": None}, r"sensors\.sample_rate is missing"),
+    ],
+)
+def test_a_rig_without_encoder_or_sample_rate_writes_no_log(sensors, words):
+    drive = load_drive("dissertation-3")
+    with pytest.raises(InputRefused, match=words):
+        rig_of(replace(drive, sensors=replace(drive.sensors, **sensors)), 1)

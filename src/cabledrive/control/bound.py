@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.control.numbers import GAIN, HIGH, LOW, LawNumbers
+from cabledrive.control.numbers import HIGH, LOW, LawNumbers
 
 Array = NDArray[np.float64]
 
@@ -172,19 +172,5 @@ def robust_conditions(
     return RobustConditions(
         epsilon=float(np.max(h**2) / (4.0 * gain)),
         worst=float(np.max(met)),
-        dissipative=bool(gain >= 0.0 and np.all(-gain * sigma**2 <= 0.0)),
+        dissipative=gain >= 0.0,
     )
-
-
-def adapts(law: LawNumbers) -> bool:
-    """Whether any estimate of a law moves.
-
-    Parameters
-    ----------
-    law : LawNumbers
-
-    Returns
-    -------
-    bool
-    """
-    return bool(np.any(law.learning[GAIN] > 0.0))

@@ -46,6 +46,7 @@ class RowFit:
     residual : float
         Root mean square over the training samples, weighted as they were fitted.
     evaluations : int
+        Of the model, until the fit had settled.
     """
 
     model: RowModel
@@ -97,7 +98,7 @@ def fit_output_error(
     InputRefused
         If no record is given, or a start value is missing or outside its bounds.
     NotComputed
-        If the motion diverges at the start values.
+        If the motion diverges at the start values, or the fit has not settled after so many evaluations.
     """
     if not records:
         raise InputRefused("no record given: name at least one")
@@ -128,6 +129,10 @@ def fit_output_error(
         x_scale="jac",
         max_nfev=most_evaluations,
     )
+    if found.status == 0:
+        raise NotComputed(
+            f"output error has not settled after {most_evaluations} evaluations: start nearer, or allow more"
+        )
     return _concluded(records, model, found)
 
 

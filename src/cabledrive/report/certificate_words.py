@@ -66,5 +66,5 @@ def certificate_words(modes: Modes) -> str:
             f"list, and two such counts, {number(proof.enclosure, 1)} of the frequency to either side, "
             f"enclose every mode. {rigid}"
         )
-    return f"{held}. The list could not be proven to hold all of them; do not rely on its being complete. "
-    f"{rigid}"
+    doubt = "The list could not be proven to hold all of them; do not rely on its being complete."
+    return f"{held}. {doubt} {rigid}"

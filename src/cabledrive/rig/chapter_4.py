@@ -11,9 +11,10 @@ from cabledrive.identification.excitation import (
     random_multisine,
     sum_of_sines,
 )
-from cabledrive.parameters import Drive
+from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.models import lumped_model
+from cabledrive.rig.setting import sample_interval
 from cabledrive.rig.virtual_rig import Imperfections, VirtualRig
 
 Array = NDArray[np.float64]
@@ -125,7 +126,7 @@ def bench_command(test: BenchTest, rng: np.random.Generator, sample_rate: float 
 
 
 def rig_of(drive: Drive, model: int | None = None, imperfections: Imperfections | None = None) -> VirtualRig:
-    """The virtual rig of a drive: its reduced model with its sensors.
+    """The virtual rig of a drive: its reduced model with its sensors; 1 N m/V where it names no amplifier.
 
     Parameters
     ----------
@@ -138,6 +139,11 @@ def rig_of(drive: Drive, model: int | None = None, imperfections: Imperfections 
     Returns
     -------
     VirtualRig
+
+    Raises
+    ------
+    InputRefused
+        If the drive has no encoder of the model's shafts, or no sample rate.
     """
     motor, sensors = drive.motor, drive.sensors
     flaws = imperfections or Imperfections(
@@ -150,12 +156,17 @@ def rig_of(drive: Drive, model: int | None = None, imperfections: Imperfections 
         "drive_angle": sensors.drive_encoder if sensors and "drive" in chain.names else None,
         "load_angle": sensors.load_encoder if sensors and "load" in chain.names else None,
     }
-    encoders = {name: count for name, count in counts.items() if count is not None} or {"angle": 2600}
+    encoders = {name: count for name, count in counts.items() if count is not None}
+    if not encoders:
+        raise InputRefused(
+            f"{drive.name} has no encoder on {', '.join(chain.names)}, a log needs one: add such as "
+            "sensors.motor_encoder = 2600"
+        )
     return VirtualRig(
         chain=chain,
         torque_per_volt=(motor.torque_per_volt if motor and motor.torque_per_volt else 1.0),
         encoders=encoders,
-        sample_rate=sensors.sample_rate if sensors and sensors.sample_rate else 1000.0,
+        sample_rate=1.0 / sample_interval(drive),
         torque_limit=motor.torque_limit if motor else None,
         imperfections=flaws,
     )

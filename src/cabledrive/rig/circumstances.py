@@ -79,6 +79,20 @@ def current_rate(drive: Drive) -> float:
     return 0.0 if hertz is None else 2.0 * pi * hertz
 
 
+def control_delay(drive: Drive) -> float:
+    """Time from sampling to torque [s]; 0 where the drive names no sensors.
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    float
+    """
+    return drive.sensors.delay if drive.sensors else 0.0
+
+
 def torque_limit(drive: Drive) -> float:
     """Largest torque [N m]; infinite where the drive names none.
 

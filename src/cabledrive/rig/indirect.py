@@ -13,7 +13,7 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.models import highest_model
 from cabledrive.rig.best_gains import damped_law
-from cabledrive.rig.circumstances import current_rate
+from cabledrive.rig.circumstances import control_delay, current_rate
 from cabledrive.rig.controllers import Controller, Wish, chain_law
 from cabledrive.rig.fitting import fit_observer
 from cabledrive.rig.loop import Loop, Run, run
@@ -112,12 +112,7 @@ def learn(loop: Loop, early: Run, pause: int, drive: Drive, chain: LumpedChain) 
     first, last = 2 * loop.chain.size + 1, 2 * loop.chain.size + 1 + len(shafts)
     readings, command = early.log[:pause, first:last], early.log[:pause, last]
     counts, interval, generator = loop.rig.counts, loop.rig.interval, np.random.default_rng(SEED)
-    torque = acting_torque(
-        command,
-        interval,
-        delay=drive.sensors.delay if drive.sensors else 0.0,
-        current_rate=current_rate(drive),
-    )
+    torque = acting_torque(command, interval, delay=control_delay(drive), current_rate=current_rate(drive))
     load = estimate_load(readings[:, -2:], counts[-2:], interval, generator)
     inertias, spread = np.array(chain.inertias), np.array(SPREADS[chain.size])
     motor = estimate_motor(readings, torque, counts, inertias, interval, generator, spread=spread)
@@ -202,11 +197,7 @@ def rebuilt(loop: Loop, wish: Wish, found: Learnt, options: RigOptions) -> Loop:
     made = chain_law(same, number, NAME, damped=True, tuning=first.tuning, chain=chain, bounds=bounds)
     made = replace(made, gains=first.gains | made.gains | {"beta": found.load.beta})
     drive = wish.drive
-    sampling = Sampling(
-        interval=wish.interval,
-        delay=drive.sensors.delay if drive.sensors else 0.0,
-        current_rate=current_rate(drive),
-    )
+    sampling = Sampling(interval=wish.interval, delay=control_delay(drive), current_rate=current_rate(drive))
     centred = options.encoder_phase == "centred"
     tuning = replace(made.tuning, offsets=()) if centred else made.tuning
     own = made.filter_model is not None

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cabledrive.parameters import NotComputed
 from cabledrive.rig.controllers import Wish
 from cabledrive.rig.draws import drawn_loops
 from cabledrive.rig.indirect import Learnt, run_indirect
@@ -85,6 +86,11 @@ def run_learning_draws(
     Returns
     -------
     LearningDraws
+
+    Raises
+    ------
+    NotComputed
+        If no draw runs to its end.
     """
 
     def score(one: Loop) -> tuple[Array, Array] | None:
@@ -96,6 +102,8 @@ def run_learning_draws(
     with ThreadPoolExecutor(threads) as pool:
         results = list(pool.map(score, drawn_loops(loop, options, draws, seed)))
     kept = [result for result in results if result is not None]
+    if not kept:
+        raise NotComputed(f"none of {draws} drawn plants ran to its end: take longer, turn less")
     peaks = np.array([peak for peak, _ in kept]).reshape(-1, 5)
     truths = np.array([truth for _, truth in kept]).reshape(-1, 8)
     return LearningDraws(

@@ -13,6 +13,7 @@ from cabledrive.reduction.reflected import reflected
 from cabledrive.rig.cable_plant import CablePlant, cable_plant, run_cable
 from cabledrive.rig.circumstances import (
     blind_encoder,
+    control_delay,
     current_rate,
     disturbing_torques,
     encoder_phases,
@@ -148,7 +149,7 @@ def close_loop(
     own = controller.filter_model if not options.ideal_sensors and options.observer == "kalman" else None
     design = plant_chain(design_drive, own or highest_model(design_drive))
     rate = current_rate(plant_drive)
-    delay = plant_drive.sensors.delay if plant_drive.sensors else 0.0
+    delay = control_delay(plant_drive)
     sampling = Sampling(interval=interval, delay=delay, current_rate=current_rate(design_drive))
     observer, encoders, counts = fit_observer(
         design,

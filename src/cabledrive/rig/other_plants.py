@@ -1,4 +1,4 @@
-"""A loop with another plant: drawn ones, or that of another loop."""
+"""A loop with another plant, such as a drawn one."""
 
 from dataclasses import replace
 
@@ -34,26 +34,3 @@ def with_plant(loop: Loop, chain: LumpedChain, options: RigOptions) -> Loop:
     if cable is not None:
         cable = cable_plant(drive_like(cable.drive, chain), chain, interval, options, measured=False)
     return replace(loop, cable=cable, **parts)
-
-
-def on_the_plant_of(loop: Loop, other: Loop) -> Loop:
-    """The law and filter of a loop on the plant, and with the sensors, of another.
-
-    Parameters
-    ----------
-    loop, other : Loop
-
-    Returns
-    -------
-    Loop
-    """
-    return replace(
-        loop,
-        rig=other.rig,
-        plant=other.plant,
-        chain=other.chain,
-        kinks=other.kinks,
-        cable=other.cable,
-        slack=other.slack,
-        twist_limit=other.twist_limit,
-    )

@@ -47,14 +47,13 @@ def plan_experiment(
     Raises
     ------
     InputRefused
-        If the torque does not move the axis.
+        If the torque does not move the axis, or the motor has no encoder.
     """
     excitation = excitation or Excitation()
     rig = rig_of(drive, model)
     command = command_of(excitation, rig.sample_rate, np.random.default_rng(seed))
     torque = rig.torque_per_volt * command
-    counts = rig.encoders.get("angle", 2600)
-    instruments = Instruments(torque_noise=rig.imperfections.torque_noise, quantum=2 * pi / counts)
+    instruments = Instruments(torque_noise=rig.imperfections.torque_noise, quantum=_quantum(rig))
     limits, guess, interval = _limits(drive, stroke), _whole(rig.chain), 1.0 / rig.sample_rate
     plan = plan_test(torque, interval, guess, instruments, limits)
     errors: dict[str, float | None] = dict(plan.relative_errors)
@@ -71,6 +70,13 @@ def plan_experiment(
         "amplitude_factor": largest_amplitude(torque, interval, guess, limits) if limits else None,
         "warnings": warnings,
     }
+
+
+def _quantum(rig: VirtualRig) -> float:
+    """One count of the motor's encoder [rad], of which alone the errors are predicted."""
+    if "angle" not in rig.encoders:
+        raise InputRefused("sensors.motor_encoder is missing, a plan counts on it: add it, such as 2600")
+    return 2 * pi / rig.encoders["angle"]
 
 
 def _whole(chain: LumpedChain) -> AxisGuess:
@@ -126,7 +132,7 @@ def _of_response(
             lines * rig.sample_rate / period,
             spectrum[lines],
             radius=radius,
-            quantum=2 * pi / rig.encoders.get("angle", 2600),
+            quantum=_quantum(rig),
             sample_rate=rig.sample_rate,
             duration=max(excitation.duration - excitation.period, excitation.period),
             torque_noise=rig.imperfections.torque_noise,

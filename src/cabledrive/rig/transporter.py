@@ -99,7 +99,10 @@ def move_carriage(
     log, why = run_carriage(loop, actual, phases), None
     ended = len(log)
     if ended < samples:
-        why = f"a strand went slack at t = {ended * interval:.4g} s: raise cable.pretension, or take longer"
+        why = (
+            f"a strand went slack, or the carriage left its span, at t = {ended * interval:.4g} s: raise "
+            "cable.pretension, shorten the way, or take longer"
+        )
     return CarriageRun(
         law=law,
         time=np.asarray(interval * np.arange(ended), dtype=np.float64),

