@@ -2,7 +2,8 @@
 
 from math import pi, sqrt
 
-from cabledrive.parameters import Drive, load_drive
+from cabledrive.parameters import load_drive
+from cabledrive.rig.chapter_4 import BENCH_TESTS
 from cabledrive.studies.reproduction.item import (
     DIFFERS,
     Entry,
@@ -131,7 +132,7 @@ def table_a_1(quick: bool) -> Outcome:
             "table-a-1-rotor",
             "Table A.1: rotor inertia beside J11 = 0.0011 of Table 4.1",
             536.0,
-            0.0011 / 5.2**2 * 1e7,
+            BENCH_TESTS[0].inertia / gear_ratio() ** 2 * 1e7,
             "g cm^2",
             "J11 of Table 4.1 taken back through the gear; the rotor alone is heavier. "
             f"{place('erratum-table-4-1-reflected-inertia')}",
@@ -152,23 +153,40 @@ def table_a_2(quick: bool) -> Outcome:
     -------
     Outcome
     """
-    drive = load_drive("dissertation-3")
-    assert drive.sensors is not None
-    assert drive.sensors.motor_encoder is not None
     return outcome(
         [
             unknown("table-a-2-price", "Table A.2: price", "131.5", "USD", PRICE),
             unknown("table-a-2-channels", "Table A.2: number of channels", 3.0, "", ALONE),
-            taken("table-a-2-counts", "Table A.2: counts per turn", "500", _counts(drive), ""),
+            taken("table-a-2-counts", "Table A.2: counts per turn", "500", encoder_counts(), ""),
             unknown("table-a-2-speed", "Table A.2: largest speed", 12000.0, "rpm", ALONE),
         ]
     )
 
 
-def _counts(drive: Drive) -> float:
-    assert drive.sensors is not None
-    assert drive.motor is not None
-    return float(drive.sensors.motor_encoder or 0) / float(drive.motor.gear_ratio or 1.0)
+def encoder_counts() -> float:
+    """Counts per turn of the motor itself, by the packaged drive.
+
+    Returns
+    -------
+    float
+    """
+    sensors = load_drive("dissertation-3").sensors
+    assert sensors is not None
+    assert sensors.motor_encoder is not None
+    return sensors.motor_encoder / gear_ratio()
+
+
+def gear_ratio() -> float:
+    """Reduction of the gearhead, by the packaged drive.
+
+    Returns
+    -------
+    float
+    """
+    motor = load_drive("dissertation-3").motor
+    assert motor is not None
+    assert motor.gear_ratio is not None
+    return motor.gear_ratio
 
 
 def table_a_3(quick: bool) -> Outcome:
@@ -183,18 +201,16 @@ def table_a_3(quick: bool) -> Outcome:
     -------
     Outcome
     """
-    motor = load_drive("dissertation-3").motor
-    assert motor is not None
-    assert motor.gear_ratio is not None
+    gear = gear_ratio()
     rows = [
         unknown("table-a-3-price", "Table A.3: price", "544", "USD", PRICE),
-        taken("table-a-3-reduction", "Table A.3: reduction", "5.2", motor.gear_ratio, ""),
+        taken("table-a-3-reduction", "Table A.3: reduction", "5.2", gear, ""),
         unknown("table-a-3-stages", "Table A.3: number of stages", 1.0, "", ALONE),
         erratum(
             "table-a-3-torque",
             "Table A.3: intermittent torque at the output, beside Section 6.5.1",
             "12.0 N m",
-            f"{NOMINAL_TORQUE * motor.gear_ratio:.3f} N m is called the maximum achievable value",
+            f"{NOMINAL_TORQUE * gear:.3f} N m is called the maximum achievable value",
             "",
             f"that is the continuous rating of the motor. {place('erratum-4-1-achievable-torque')}",
         ),
@@ -210,7 +226,7 @@ def table_a_3(quick: bool) -> Outcome:
             "table-a-3-inertia",
             "Table A.3: mass inertia, from J11 + J12 of Table 4.1 less the rotor",
             "109.0",
-            (0.001742 / 5.2**2 - ROTOR) * 1e7,
+            (BENCH_TESTS[1].inertia / gear**2 - ROTOR) * 1e7,
             "g cm^2",
             tolerance=CONSISTENT * 109.0,
             note=(

@@ -3,12 +3,14 @@
 from math import pi, sqrt
 
 from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.rig.chapter_4 import BENCH_TESTS, bench_rig
 from cabledrive.studies.reproduction.item import DIFFERS, ERRATUM, Entry, Outcome, outcome, place
 from cabledrive.studies.reproduction.judge import claimed, compared
 from cabledrive.studies.reproduction.responses import measured_response
 
 JOINT, JOINT_DAMPING = 135.0, 0.075
-MOTOR, PULLEY = 0.0011, 0.000642
+MOTOR = BENCH_TESTS[0].inertia
+PULLEY = BENCH_TESTS[1].inertia - MOTOR
 CLOSE = 0.25
 """Median difference that an eye calls a good agreement on logarithmic axes: 2 dB."""
 
@@ -26,9 +28,7 @@ def motor_alone() -> LumpedChain:
     -------
     LumpedChain
     """
-    return LumpedChain(
-        names=("motor",), inertias=(MOTOR,), viscous=(0.00216,), coulomb=(0.024,), offsets=(-0.0057,)
-    )
+    return bench_rig(BENCH_TESTS[0]).chain
 
 
 def motor_with_pulley() -> LumpedChain:
@@ -38,12 +38,13 @@ def motor_with_pulley() -> LumpedChain:
     -------
     LumpedChain
     """
+    both = BENCH_TESTS[1]
     return LumpedChain(
         names=("motor", "drive"),
         inertias=(MOTOR, PULLEY),
-        viscous=(0.0031, 0.0),
-        coulomb=(0.0376, 0.0),
-        offsets=(-0.0006, 0.0),
+        viscous=(both.viscous, 0.0),
+        coulomb=(both.coulomb, 0.0),
+        offsets=(both.offset, 0.0),
         stiffness=(JOINT,),
         damping=(JOINT_DAMPING,),
         ratios=((1.0, 1.0),),

@@ -13,13 +13,15 @@ from cabledrive.studies.reproduction.appendix import (
     NOMINAL_TORQUE,
     RPM,
     TORQUE_CONSTANT,
+    VOLTAGE,
+    encoder_counts,
+    gear_ratio,
 )
 from cabledrive.studies.reproduction.item import DIFFERS, Entry, Item, Outcome, outcome, place
 from cabledrive.studies.reproduction.judge import claimed, compared, erratum, taken, unknown
 from cabledrive.studies.reproduction.panel import Panel, curve
 
 CHOSEN = "a dimension or setting of the rig: nothing in the print gives it again"
-GEAR, COUNTS = 5.2, 500
 ROWS, COLUMNS = 160, 224
 SEED = 2015
 
@@ -36,10 +38,9 @@ def section_4_1(quick: bool) -> Outcome:
     -------
     Outcome
     """
-    drive = load_drive("dissertation-3")
-    sensors, motor = drive.sensors, drive.motor
+    sensors, gear = load_drive("dissertation-3").sensors, gear_ratio()
     assert sensors is not None
-    assert motor is not None
+    assert sensors.load_encoder is not None
     power = "240 W is nominal torque times nominal speed, 200 W the motor's name in Table A.1"
     camera = "480 frames/s is the camera's largest rate; the experiments of chapter 5 ran at 400"
     items: list[Item] = [
@@ -56,31 +57,33 @@ def section_4_1(quick: bool) -> Outcome:
         compared(
             "section-4-1-speed", "Section 4.1: nominal speed, as Table A.1", "5680", NOMINAL_SPEED, "rpm"
         ),
-        compared("section-4-1-voltage", "Section 4.1: nominal voltage, as Table A.1", "24", 24.0, "V"),
+        compared("section-4-1-voltage", "Section 4.1: nominal voltage, as Table A.1", "24", VOLTAGE, "V"),
         compared(
             "section-4-1-torque", "Section 4.1: nominal torque, as Table A.1", "0.405", NOMINAL_TORQUE, "N m"
         ),
-        taken("section-4-1-gear", "Section 4.1: gear ratio", "5.2", motor.gear_ratio or 0.0, ""),
+        taken("section-4-1-gear", "Section 4.1: gear ratio", "5.2", gear, ""),
         compared(
             "section-4-1-output-torque",
             "Section 4.1: torque at the output",
             "2.1",
-            GEAR * NOMINAL_TORQUE,
+            gear * NOMINAL_TORQUE,
             "N m",
         ),
         compared(
             "section-4-1-output-speed",
             "Section 4.1: speed at the output",
             "1092",
-            NOMINAL_SPEED / GEAR,
+            NOMINAL_SPEED / gear,
             "rpm",
         ),
-        taken("section-4-1-counts", "Section 4.1: counts of the motor's encoder", "500", COUNTS, ""),
+        taken(
+            "section-4-1-counts", "Section 4.1: counts of the motor's encoder", "500", encoder_counts(), ""
+        ),
         compared(
             "section-4-1-output-counts",
             "Section 4.1: counts per revolution of the output",
             "2600",
-            COUNTS * GEAR,
+            encoder_counts() * gear,
             "",
             note="without the fourfold edges of an incremental encoder",
         ),
@@ -88,7 +91,7 @@ def section_4_1(quick: bool) -> Outcome:
             "section-4-1-pulley-counts",
             "Section 4.1: counts of the pulleys' encoders",
             "10000",
-            float(sensors.load_encoder or 0),
+            float(sensors.load_encoder),
             "",
         ),
         erratum(
@@ -173,7 +176,7 @@ def figure_4_21(quick: bool) -> Outcome:
     hertz = np.geomspace(1.0, 500.0, 200)
     bandwidth = load_drive("dissertation-3").motor.current_bandwidth or np.inf  # type: ignore[union-attr]
     size = 20 * np.log10(TORQUE_PER_VOLT / np.hypot(1.0, hertz / bandwidth))
-    current = 20 * np.log10(TORQUE_PER_VOLT / (TORQUE_CONSTANT * GEAR))
+    current = 20 * np.log10(TORQUE_PER_VOLT / (TORQUE_CONSTANT * gear_ratio()))
     items = [
         compared("section-4-4-gain", "(4.20): gain of the amplifier", "4.2", 20 * np.log10(1.6218), "dB"),
         compared("section-4-4-torque", "(4.20): torque per volt", "1.6218", TORQUE_PER_VOLT, "N m/V"),

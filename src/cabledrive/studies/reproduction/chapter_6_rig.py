@@ -20,6 +20,12 @@ FIGURES = {
     "backstepping": ("6.23", "6.24", "", "6.25", ("6.26", "6.26", "6.27", "6.27", "6.28", "6.28", "6.29")),
 }
 
+COUNTS_OF_ERROR = {
+    "darc-3": ("about five times the encoder resolution", 4.5, 5.5),
+    "darc-4": ("less than twice the encoder resolution", 0.0, 2.0),
+}
+"""What the print says of an accuracy in counts, and the counts that bear it out."""
+
 
 def followed(law: str, quick: bool) -> Outcome:
     """The figures of one of the laws that follow: output, error, surface, torque, estimates.
@@ -98,17 +104,12 @@ def followed(law: str, quick: bool) -> Outcome:
 
 
 def _numbers(law: str, peaks: Array, runs: list[Tracking]) -> list[Item]:
-    section, words, printed, steps, torque = LAWS[law]
+    section, words, printed, torque = LAWS[law]
     output, error, _, torques, _ = FIGURES[law]
     median, worst = float(np.median(peaks)), float(peaks.max())
     inside = median <= printed
     used = max(one.summary["peak_torque"] for one in runs)
-    why = (
-        "reached"
-        if inside
-        else f"the pulse of the print is lost, and a slower one reaches it: {_slower(law)}"
-    )
-    key = f"section-{section.replace('.', '-')}"
+    found = f"median of {len(peaks)} encoder phases, worst {worst:.3f} deg"
     anchor = place("erratum-maximum-torque", control=True)
     slack = place("erratum-slack-torque", control=True)
     return [
@@ -130,19 +131,10 @@ def _numbers(law: str, peaks: Array, runs: list[Tracking]) -> list[Item]:
             deviation=median / printed - 1.0,
             verdict="agrees" if inside else DIFFERS,
             note=(
-                f"reached; median of {len(peaks)} encoder phases, worst {worst:.3f} deg; {MOTION}"
+                f"reached; {found}; {MOTION}"
                 if inside
-                else f"median of {len(peaks)} encoder phases, worst {worst:.3f} deg; {why}"
+                else f"{found}; the pulse of the print is lost, a slower one: {_slower(law)}"
             ),
-        ),
-        claimed(
-            f"{key}-resolution",
-            f"Section {section}: accuracy over the resolution of the encoder",
-            steps,
-            f"{printed / ENCODER:.1f} counts of {ENCODER} deg printed, {median / ENCODER:.1f} computed",
-            {"darc-3": 4.5 < printed / ENCODER < 5.5, "darc-4": printed / ENCODER < 2.0}.get(law, True),
-            otherwise=(DIFFERS, "not explained"),
-            note="arithmetic of the print",
         ),
         claimed(
             f"figure-{torques.replace('.', '-')}",
@@ -153,7 +145,23 @@ def _numbers(law: str, peaks: Array, runs: list[Tracking]) -> list[Item]:
             otherwise=(DIFFERS, "not explained"),
             note=f"the value is the continuous rating, {anchor}; a span goes slack at 0.56 N m, {slack}",
         ),
+        *([_resolution(law, median)] if law in COUNTS_OF_ERROR else []),
     ]
+
+
+def _resolution(law: str, median: float) -> Item:
+    """What the print says of an accuracy in counts, against the accuracy that it prints."""
+    words, low, high = COUNTS_OF_ERROR[law]
+    section, _, printed, _ = LAWS[law]
+    return claimed(
+        f"section-{section.replace('.', '-')}-resolution",
+        f"Section {section}: accuracy over the resolution of the encoder",
+        words,
+        f"{printed / ENCODER:.1f} counts of {ENCODER} deg printed, {median / ENCODER:.1f} computed",
+        low < printed / ENCODER < high,
+        otherwise=(DIFFERS, "not explained"),
+        note="arithmetic of the print",
+    )
 
 
 def _slower(law: str) -> str:

@@ -20,9 +20,9 @@ RISES = (0.6, 0.7, 0.8, 0.9, 1.0)
 JOINT_BAND = (60.0, 150.0)
 MOTION = "pulse of 45 deg in 0.5 s with 0.5 s dwell chosen, the print's is lost"
 LAWS = {
-    "darc-3": ("6.5.1", "Model 3", 0.17, "about five times the encoder resolution", 2.1),
-    "darc-4": ("6.6.1", "Model 4", 0.055, "less than twice the encoder resolution", 2.0),
-    "backstepping": ("6.7.2", "backstepping", 0.3, "a tracking accuracy of 0.3 deg", 2.1),
+    "darc-3": ("6.5.1", "Model 3", 0.17, 2.1),
+    "darc-4": ("6.6.1", "Model 4", 0.055, 2.0),
+    "backstepping": ("6.7.2", "backstepping", 0.3, 2.1),
 }
 
 

@@ -32,8 +32,9 @@ def table_6_3(quick: bool) -> Outcome:
     drive = drive_3()
     assert drive.motor is not None
     assert drive.lumped is not None
-    first, second = 0.001742, drive.load_pulley.inertia
-    stiffness = 2 * (drive.lumped.cable_stiffness or 0.0) * drive.drive_pulley.radius**2
+    assert drive.lumped.cable_stiffness is not None
+    first, second = drive.motor.inertia + drive.drive_pulley.inertia, drive.load_pulley.inertia
+    stiffness = 2 * drive.lumped.cable_stiffness * drive.drive_pulley.radius**2
     beta = stiffness / second
     viscous, coulomb = drive.motor.viscous_friction, drive.motor.coulomb_friction
     values = {
