@@ -1,0 +1,211 @@
+"""Tensions of both spans from one recording in which both sound."""
+
+from dataclasses import replace
+from math import pi, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.identification.logs.log import Log
+from cabledrive.identification.tension.both_answers import BothTensions
+from cabledrive.identification.tension.decaying_tones import Tones, TonesFit, fit_tones, with_decays
+from cabledrive.identification.tension.families import Family, Proposal, matched, proposals
+from cabledrive.identification.tension.family_tensions import of_one_family, of_two_families
+from cabledrive.identification.tension.from_ping import (
+    NO_TONE,
+    PARTIALS,
+    SEARCHED,
+    _channels,
+)
+from cabledrive.identification.tension.heard import Heard, heard_in
+from cabledrive.identification.tension.telling_apart import (
+    LOUDER,
+    SPANS,
+    apart,
+    excess,
+    label,
+    strength,
+)
+from cabledrive.parameters import Drive, InputRefused, NotComputed
+
+Array = NDArray[np.float64]
+
+AUDIBLE = 8.0
+"""Amplitude of a tone over its standard error from which it is kept."""
+MISSING_PRICE = 10.0
+"""Units of the information criterion for one of the score: the same tones may be read as those of a lower
+family of which every other one is missing."""
+SPLIT_EXCESS = 1.5
+"""Density of what is left about the tones, over that elsewhere, from which one family may be two."""
+MOST_OTHERS = 6
+"""Tones of no span that are fitted beside the families."""
+BETTER = 0.8
+"""Sum of squares, over that of the other assignment, from which an assignment is told."""
+
+
+def tension_of_both(
+    log: Log,
+    drive: Drive,
+    *,
+    channel: str | None = None,
+    plucked: str | None = None,
+    section: int = 0,
+    length_error: float = 0.0,
+    density_error: float = 0.0,
+) -> BothTensions:
+    """Tension of each span from one recording in which both sound.
+
+    The partials are parted into two families, each with the frequency ratios of the certified modes of its
+    span, and fitted together. Unknown are the pretension and a standing torque on the drive pulley, which
+    keep the unstretched lengths of the spans.
+
+    Parameters
+    ----------
+    log : Log
+    drive : Drive
+        A loop; its pretension serves as a first guess, good to a factor of four for either span.
+    channel : str, optional
+        Default: the first that hears a ping.
+    plucked : {"upper", "lower"}, optional
+        Which span was plucked harder: its family is the louder one. Needed for labels where both spans have
+        the same modes.
+    section : int, default 0
+        Which section of a span was plucked, where guided carriages part it; a span in one piece has one.
+    length_error, density_error : float, default 0.0
+        Relative standard errors of the file's length and mass per length; the intervals grow by them.
+
+    Returns
+    -------
+    BothTensions
+        With one family alone where the recording does not tell two.
+
+    Raises
+    ------
+    InputRefused
+        If the drive has one span, or channel or section are not there.
+    NotComputed
+        If no tone is heard, or two assignments fit equally well.
+    """
+    if len(drive.spans) < 2:
+        raise InputRefused(f"{drive.name} has one span: read it without asking for both")
+    if plucked is not None and plucked not in drive.spans:
+        raise InputRefused(f'plucked = "{plucked}": {drive.name} has {", ".join(drive.spans)}: choose one')
+    name = channel or _channels(log)[0]
+    heard = heard_in(log, drive, name, section)
+    single, pairs = proposals(heard.peaks, heard.teeth, heard.factor, sqrt(SEARCHED))
+    if single is None:
+        low, high = heard.band
+        raise NotComputed(f"{log.source}: {name}: " + NO_TONE.format(low=low, high=high))
+    fitted = _two_families(heard, pairs, plucked)
+    errors = (length_error, density_error)
+    if fitted is None:
+        one = _fit(heard, single.families)
+        if one is None:
+            low, high = heard.band
+            raise NotComputed(f"{log.source}: {name}: " + NO_TONE.format(low=low, high=high))
+        doubtful = heard.alike and excess(fit=one, family=0, heard=heard) > SPLIT_EXCESS
+        split = _split(heard, single.families[0], one) if doubtful else None
+        if split is None or not apart(heard, split, SPANS):
+            overlapping = split is not None and split.residual < BETTER * one.residual
+            span = single.families[0].span
+            return of_one_family(heard, log, drive, span, one, overlapping, plucked, errors)
+        fitted = split
+    return of_two_families(heard, log, drive, fitted, label(heard, fitted, plucked), plucked, errors)
+
+
+def _tones(heard: Heard, families: tuple[Family, ...]) -> Tones:
+    """The tones to begin with: modes that have a peak, and the loudest peaks that belong to none."""
+    rows, explained = [], np.zeros(heard.peaks.frequency.size, dtype=bool)
+    for place, one in enumerate(families):
+        teeth = heard.factor * heard.teeth[one.span]
+        taken = matched(heard.peaks, one.scale * teeth)
+        explained[taken[taken >= 0]] = True
+        rows += [(place, teeth[k], k + 1) for k in range(PARTIALS) if taken[k] >= 0]
+    others = np.flatnonzero(~explained)
+    others = others[np.argsort(heard.peaks.amplitude[others])[::-1][:MOST_OTHERS]]
+    scale = [one.scale for one in families] + [1.0] * others.size
+    rows += [(len(families) + k, heard.peaks.frequency[p], 0) for k, p in enumerate(others)]
+    family, tooth, number = zip(*rows, strict=True)
+    return Tones(
+        family=np.array(family, dtype=np.intp),
+        tooth=np.array(tooth, dtype=float),
+        number=np.array(number, dtype=np.intp),
+        scale=np.array(scale, dtype=float),
+        decay=np.zeros(len(rows)),
+        rise=np.zeros(len(rows)),
+    )
+
+
+def _fit(heard: Heard, families: tuple[Family, ...], tones: Tones | None = None) -> TonesFit | None:
+    """Fit of families, without tones that drown in the noise; None where one of them falls silent."""
+    start = with_decays(heard.values, heard.interval, tones or _tones(heard, families), heard.power)
+    fit = fit_tones(heard.values, heard.interval, start, heard.power)
+    clear = fit.amplitude > AUDIBLE * fit.amplitude_error
+    if not clear.all():
+        if not all(np.any(clear & (fit.tones.family == k)) for k in range(len(families))):
+            return None
+        fit = fit_tones(heard.values, heard.interval, fit.tones.only(clear), heard.power)
+    return fit
+
+
+def _two_families(heard: Heard, pairs: tuple[Proposal, ...], plucked: str | None) -> TonesFit | None:
+    """The best of some assignments; None where there is none whose families are apart."""
+    tried = [(_fit(heard, pair.families), pair.score) for pair in pairs]
+    clear = [(fit, score) for fit, score in tried if fit is not None and apart(heard, fit, SPANS)]
+    clear.sort(key=lambda one: _criterion(one[0], heard.values.size) - MISSING_PRICE * one[1])
+    fits = [fit for fit, _ in clear]
+    if heard.alike or len(fits) < 2 or fits[0].residual < BETTER * fits[1].residual:
+        return fits[0] if fits else None
+    rivals = [fit for fit in fits if fits[0].residual >= BETTER * fit.residual]
+    if plucked is not None:
+        index = SPANS.index(plucked)
+        rivals = [one for one in rivals if strength(one, index) > LOUDER * strength(one, 1 - index)]
+        if len(rivals) == 1:
+            return rivals[0]
+    raise NotComputed(
+        f"{heard.channel}: two assignments of the partials fit equally well, {_told(heard, fits[0])} or "
+        f"{_told(heard, fits[1])}: pluck so that more partials sound, or say which span was plucked"
+    )
+
+
+def _told(heard: Heard, fit: TonesFit) -> str:
+    first = [fit.tones.scale[k] * heard.factor * heard.teeth[span][0] for k, span in enumerate(SPANS)]
+    return f"first modes at {first[0]:.4g} Hz (upper) and {first[1]:.4g} Hz (lower)"
+
+
+def _criterion(fit: TonesFit, samples: int) -> float:
+    """Bayesian information criterion."""
+    parameters = 4 * fit.tones.tooth.size + fit.tones.scale.size
+    return float(samples * np.log(fit.residual) + parameters * np.log(samples))
+
+
+def _split(heard: Heard, family: Family, one: TonesFit) -> TonesFit | None:
+    """Two families in the place of one, less than the spectrum parts; the best of a few beginnings."""
+    own = one.tones.family == 0
+    lowest = float(one.tones.frequency[own].min())
+    width = (float(np.median(one.tones.decay[own])) / pi + 1.0 / heard.duration) / lowest
+    loudest = one.tones.number[own][int(np.argmax(one.amplitude[own]))]
+    best: TonesFit | None = None
+    for share in (0.25, 1.0):
+        fit = _fit(heard, (family, family), _doubled(one.tones, own, share * width))
+        if fit is None or abs(fit.tones.scale[1] / fit.tones.scale[0] - 1.0) > 4.0 * width:
+            continue
+        both = all(loudest in fit.tones.number[fit.tones.family == k] for k in (0, 1))
+        if both and (best is None or fit.residual < best.residual):
+            best = fit
+    return best
+
+
+def _doubled(tones: Tones, own: NDArray[np.bool_], distance: float) -> Tones:
+    """The first family twice, half a distance below and above its place."""
+    rest = tones.only(~own)
+    first = tones.only(own)
+    x = tones.scale[0]
+    both = {
+        name: np.concatenate([getattr(first, name), getattr(first, name), getattr(rest, name)])
+        for name in ("tooth", "number", "decay", "rise")
+    }
+    zero = np.zeros(first.tooth.size, dtype=np.intp)
+    family = np.concatenate([zero, zero + 1, rest.family + 1])
+    scale = np.concatenate([[x * (1 - 0.5 * distance), x * (1 + 0.5 * distance)], tones.scale[1:]])
+    return replace(tones, family=family, scale=scale, **both)

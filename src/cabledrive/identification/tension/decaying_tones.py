@@ -1,0 +1,296 @@
+r"""Decaying tones fitted together, so that neighbours within one another's band do not bias each other.
+
+Each tone of a recording is
+
+.. math:: y_k(t) = e^{-a_k t}\,\mathrm{Re}\Big[c_k\,e^{2\pi i f_k(t + \kappa_k q_k(t))}\Big], \qquad
+          q_k = \frac{1 - e^{-p\,a_k t}}{p\,a_k},
+
+whose frequency is by :math:`\kappa_k` higher at its first amplitude: p = 2 where the string itself is heard,
+p = 1 where its stretch is. Tones of one family share a factor on their frequencies,
+:math:`f_k = x\,g_k`. Least squares by variable projection in the form of Kaufman.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+PASSES = 25
+SETTLED = 1e-9
+"""Relative fall of the sum of squares below which a fit has settled."""
+USUAL_RISE = 0.01
+"""Rise of the frequency with amplitude that is expected, relative; a soft bound where noise hides it."""
+TELLING = 0.7
+"""Fall of the envelope (p a T) from which the rise with amplitude can be told."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Tones:
+    """Tones in families.
+
+    Attributes
+    ----------
+    family : ndarray of int, shape (tones,)
+        To which family each tone belongs.
+    tooth : ndarray, shape (tones,)
+        Frequency of each where its family's factor is 1 [Hz].
+    number : ndarray of int, shape (tones,)
+        Which mode, from 1; 0 for a tone of no span.
+    scale : ndarray, shape (families,)
+        Factor x of each family.
+    decay, rise : ndarray, shape (tones,)
+        a [1/s] and kappa [-].
+    """
+
+    family: NDArray[np.intp]
+    tooth: Array
+    number: NDArray[np.intp]
+    scale: Array
+    decay: Array
+    rise: Array
+
+    @property
+    def frequency(self) -> Array:
+        """Frequency of each tone at vanishing amplitude [Hz]."""
+        return np.asarray(self.scale[self.family] * self.tooth)
+
+    def only(self, kept: NDArray[np.bool_]) -> "Tones":
+        """Some of the tones.
+
+        Parameters
+        ----------
+        kept : ndarray of bool, shape (tones,)
+
+        Returns
+        -------
+        Tones
+            With the same families, some perhaps without a tone.
+        """
+        rows = {name: getattr(self, name)[kept] for name in ("family", "tooth", "number", "decay", "rise")}
+        return replace(self, **rows)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TonesFit:
+    """Tones that fit a recording best.
+
+    Attributes
+    ----------
+    tones : Tones
+    amplitude : ndarray, shape (tones,)
+        At the beginning of the fitted part, in the channel's unit.
+    amplitude_error : ndarray, shape (tones,)
+    scale_covariance : ndarray, shape (families, families)
+        Of the factors x.
+    offset, offset_error : ndarray, shape (tones,)
+        By how much each tone alone would lie beside its family, with its standard error [Hz].
+    residual : float
+        Sum of squares.
+    freedom : int
+    telling : ndarray of bool, shape (tones,)
+        Whether a tone decays enough for the effect of its amplitude.
+    left : ndarray, shape (samples,)
+        What the tones do not explain.
+    """
+
+    tones: Tones
+    amplitude: Array
+    amplitude_error: Array
+    scale_covariance: Array
+    offset: Array
+    offset_error: Array
+    residual: float
+    freedom: int
+    telling: NDArray[np.bool_]
+    left: Array
+
+
+def with_decays(values: Array, interval: float, tones: Tones, power: int) -> Tones:
+    """Tones with the common decay that fits best, to begin with.
+
+    Parameters
+    ----------
+    values : ndarray, shape (samples,)
+    interval : float
+        [s].
+    tones : Tones
+    power : {1, 2}
+
+    Returns
+    -------
+    Tones
+    """
+    time = interval * np.arange(values.size, dtype=np.float64)
+    tried = [
+        replace(tones, decay=np.full(tones.tooth.size, share / time[-1]))
+        for share in (0.3, 1.0, 2.5, 6.0, 15.0)
+    ]
+    return min(tried, key=lambda one: _projected(values, time, one, power).squares)
+
+
+def fit_tones(values: Array, interval: float, start: Tones, power: int) -> TonesFit:
+    """Fit tones to a recording that begins after the pluck.
+
+    Parameters
+    ----------
+    values : ndarray, shape (samples,)
+    interval : float
+        [s].
+    start : Tones
+    power : {1, 2}
+        Power p of the envelope that shifts the frequency.
+
+    Returns
+    -------
+    TonesFit
+    """
+    time = interval * np.arange(values.size, dtype=np.float64)
+    tones, state = start, _projected(values, time, start, power)
+    for _ in range(PASSES):
+        steps = _step(time, tones, state, power)
+        share, before = 1.0, _judged(tones, state)
+        while share > 1e-3:
+            tried = _moved(tones, share * steps, time[-1], power)
+            following = _projected(values, time, tried, power)
+            if _judged(tried, following) < before:
+                tones, state = tried, following
+                break
+            share *= 0.4
+        if share <= 1e-3 or _judged(tones, state) > before * (1.0 - SETTLED):
+            break
+    return _conclude(time, tones, state, power)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Projection:
+    basis: Array
+    linear: Array
+    residual: Array
+    squares: float
+    triangle: Array
+    directions: Array
+
+
+def _projected(values: Array, time: Array, tones: Tones, power: int) -> _Projection:
+    """Best amplitudes for given frequencies, decays and rises; a constant beside them."""
+    envelope, angle, _ = _angles(time, tones, power)
+    columns = np.column_stack([envelope * np.cos(angle), envelope * np.sin(angle), np.ones(time.size)])
+    directions, triangle = np.linalg.qr(columns)
+    linear = np.linalg.lstsq(triangle, directions.T @ values, rcond=1e-10)[0]
+    residual = values - columns @ linear
+    return _Projection(
+        basis=columns,
+        linear=linear,
+        residual=residual,
+        squares=float(residual @ residual),
+        triangle=triangle,
+        directions=directions,
+    )
+
+
+def _judged(tones: Tones, state: _Projection) -> float:
+    """Sum of squares, with the soft bound on the rises."""
+    softly = float(np.sum((tones.rise / USUAL_RISE) ** 2)) / state.residual.size
+    return state.squares * (1.0 + softly)
+
+
+def _angles(time: Array, tones: Tones, power: int) -> tuple[Array, Array, Array]:
+    """Envelope, angle and q of each tone, shape (samples, tones)."""
+    envelope = np.exp(-np.outer(time, tones.decay))
+    rate = power * np.maximum(tones.decay, 1e-9 / time[-1])
+    q = -np.expm1(-np.outer(time, rate)) / rate
+    return envelope, 2 * np.pi * tones.frequency * (time[:, None] + tones.rise * q), q
+
+
+def _telling(tones: Tones, duration: float, power: int) -> NDArray[np.bool_]:
+    return np.asarray((power * tones.decay * duration > TELLING) & (tones.number > 0))
+
+
+def _sensitivities(time: Array, tones: Tones, state: _Projection, power: int) -> tuple[Array, Array, Array]:
+    """Derivatives of each tone with its frequency, its decay and its rise."""
+    _, _, q = _angles(time, tones, power)
+    count = tones.tooth.size
+    cosine, sine = state.basis[:, :count], state.basis[:, count : 2 * count]
+    c, s = state.linear[:count], state.linear[count : 2 * count]
+    turned = 2 * np.pi * (s * cosine - c * sine)
+    by_frequency = turned * (time[:, None] + tones.rise * q)
+    by_decay = -time[:, None] * (c * cosine + s * sine)
+    return by_frequency, by_decay, turned * tones.frequency * q
+
+
+def _families(tones: Tones) -> Array:
+    """By how much each tone moves with each family's factor, shape (tones, families)."""
+    return np.asarray(tones.tooth[:, None] * (tones.family[:, None] == np.arange(tones.scale.size)))
+
+
+def _step(time: Array, tones: Tones, state: _Projection, power: int) -> Array:
+    by_frequency, by_decay, by_rise = _sensitivities(time, tones, state, power)
+    told = _telling(tones, time[-1], power)
+    columns = np.column_stack([by_frequency @ _families(tones), by_decay, by_rise * told])
+    columns -= state.directions @ (state.directions.T @ columns)
+    families, count = tones.scale.size, tones.tooth.size
+    deviation = np.sqrt(state.squares / time.size)
+    soft = np.hstack([np.zeros((count, families + count)), np.eye(count) * deviation / USUAL_RISE])
+    rows = np.vstack([columns, soft])
+    left = np.concatenate([state.residual, -tones.rise * deviation / USUAL_RISE])
+    size = np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
+    return np.asarray(np.linalg.lstsq(rows / size, left, rcond=1e-9)[0] / size)
+
+
+def _moved(tones: Tones, step: Array, duration: float, power: int) -> Tones:
+    families, count = tones.scale.size, tones.tooth.size
+    narrow = 0.5 / (duration * np.median(tones.tooth))
+    scale = tones.scale + np.clip(step[:families], -narrow, narrow)
+    change = step[families : families + count]
+    decay = np.clip(tones.decay + change, 0.3 * tones.decay, 3.0 * tones.decay + 0.1 / duration)
+    moved = replace(tones, scale=scale, decay=np.maximum(decay, 0.01 / duration))
+    told = _telling(moved, duration, power)
+    return replace(moved, rise=np.where(told, tones.rise + step[families + count :], 0.0))
+
+
+def _conclude(time: Array, tones: Tones, state: _Projection, power: int) -> TonesFit:
+    by_frequency, by_decay, by_rise = _sensitivities(time, tones, state, power)
+    told = _telling(tones, time[-1], power)
+    families, count = tones.scale.size, tones.tooth.size
+    others = np.column_stack([by_decay, by_rise[:, told]])
+    freedom = max(1, time.size - 2 * count - 1 - families - others.shape[1])
+    variance = state.squares / freedom
+    soft = np.concatenate([np.zeros(count), np.full(int(told.sum()), np.sqrt(variance) / USUAL_RISE)])
+    common = _covariance(by_frequency @ _families(tones), others, soft, state)
+    alone = _covariance(by_frequency, others, soft, state)
+    left = np.concatenate(
+        [state.residual, np.zeros(count), -tones.rise[told] * np.sqrt(variance) / USUAL_RISE]
+    )
+    change = alone @ (_clear(by_frequency, others, soft, state).T @ left)
+    linear = np.linalg.pinv(state.triangle.T @ state.triangle, hermitian=True)
+    spread = np.sqrt(variance * np.diag(linear))
+    return TonesFit(
+        tones=tones,
+        amplitude=np.hypot(state.linear[:count], state.linear[count : 2 * count]),
+        amplitude_error=np.hypot(spread[:count], spread[count : 2 * count]) / np.sqrt(2.0),
+        scale_covariance=variance * common,
+        offset=change,
+        offset_error=np.sqrt(variance * np.diag(alone)),
+        residual=state.squares,
+        freedom=freedom,
+        telling=told,
+        left=state.residual,
+    )
+
+
+def _clear(wanted: Array, others: Array, soft: Array, state: _Projection) -> Array:
+    """Columns without what amplitudes, decays and rises could do instead."""
+    both = np.column_stack([wanted, others])
+    both = both - state.directions @ (state.directions.T @ both)
+    both = np.vstack([both, np.hstack([np.zeros((soft.size, wanted.shape[1])), np.diag(soft)])])
+    kept = both[:, wanted.shape[1] :]
+    size = np.maximum(np.linalg.norm(kept, axis=0), 1e-300)
+    wanted = both[:, : wanted.shape[1]]
+    return np.asarray(wanted - (kept / size) @ np.linalg.lstsq(kept / size, wanted, rcond=1e-9)[0])
+
+
+def _covariance(wanted: Array, others: Array, soft: Array, state: _Projection) -> Array:
+    clear = _clear(wanted, others, soft, state)
+    return np.asarray(np.linalg.pinv(clear.T @ clear, hermitian=True, rcond=1e-14))

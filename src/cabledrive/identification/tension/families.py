@@ -1,0 +1,228 @@
+"""Two families of partials in one spectrum: each peak belongs to the modes of one span, of both, or of none.
+
+The transverse frequencies of a section keep their ratios at every tension, so that a family is known by one
+factor on the certified modes of its span: each peak, taken for each of the lowest modes, proposes one.
+"""
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage, signal
+
+Array = NDArray[np.float64]
+
+MOST_PEAKS = 24
+STANDING_OUT = 6.0
+"""Peak over the level of the spectrum around it."""
+DIP = 0.4
+"""Fall on both sides of a peak, in the logarithm of the amplitude."""
+FAINTEST = 0.003
+"""Peak over the largest one, below which window and rounding are heard."""
+PROPOSING = 4
+"""Modes for which a peak may be taken when it proposes a family."""
+MISSING = 1.0
+"""Price of a tooth without a peak below the highest one that has one; of the first tooth twice that."""
+WORTH = 0.5
+"""What a second family must add to be looked at."""
+FAINT = 0.03
+"""Its largest own peak over the largest of all, below which it is no span that was plucked."""
+OTHERWISE = 0.004
+"""Relative difference of its factor from which a family is another one."""
+MOST_PAIRS = 6
+ALIKE = 1e-9
+"""Relative difference up to which modes of both spans are the same."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Peaks:
+    """Peaks of a spectrum.
+
+    Attributes
+    ----------
+    frequency : ndarray, shape (peaks,)
+        [Hz], ascending.
+    amplitude : ndarray, shape (peaks,)
+    weight : ndarray, shape (peaks,)
+        Logarithm of the amplitude over what is just a peak.
+    reach : ndarray, shape (peaks,)
+        How far from it a mode may lie that is still taken for it [Hz].
+    """
+
+    frequency: Array
+    amplitude: Array
+    weight: Array
+    reach: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Family:
+    """A family of partials that the peaks propose.
+
+    Attributes
+    ----------
+    span : str
+    scale : float
+        Factor on the frequencies of the span's modes.
+    """
+
+    span: str
+    scale: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Proposal:
+    """One family, or one for each span.
+
+    Attributes
+    ----------
+    families : tuple of Family
+    score : float
+        Weight of the peaks that it explains, less what is missing.
+    """
+
+    families: tuple[Family, ...]
+    score: float
+
+
+def peaks_of(frequency: Array, amplitude: Array, band: tuple[float, float], duration: float) -> Peaks:
+    """Peaks that stand out of the spectrum around them.
+
+    Parameters
+    ----------
+    frequency, amplitude : ndarray
+        From `amplitude_spectrum`.
+    band : (float, float)
+        [Hz].
+    duration : float
+        Of the recording [s].
+
+    Returns
+    -------
+    Peaks
+        The `MOST_PEAKS` largest.
+    """
+    step = float(frequency[1] - frequency[0])
+    wide = max(31, round(60.0 / (duration * step)))
+    level = ndimage.median_filter(amplitude[:: max(1, wide // 31)], 31, mode="nearest")
+    floor = np.interp(frequency, frequency[:: max(1, wide // 31)], level)
+    tops = signal.find_peaks(np.log(np.maximum(amplitude, 1e-300)), prominence=DIP)[0]
+    inside = (frequency[tops] > band[0]) & (frequency[tops] < band[1])
+    tops = tops[inside & (amplitude[tops] > 0.0)]
+    least = np.maximum(STANDING_OUT * floor, FAINTEST * amplitude.max())
+    tops = tops[amplitude[tops] > least[tops]]
+    tops = np.sort(tops[np.argsort(amplitude[tops])[::-1][:MOST_PEAKS]])
+    rows = np.log(amplitude[tops[:, None] + np.array([-1, 0, 1])])
+    shift = 0.5 * (rows[:, 0] - rows[:, 2]) / (rows[:, 0] - 2.0 * rows[:, 1] + rows[:, 2])
+    exact = frequency[tops] + shift * step
+    return Peaks(
+        frequency=exact,
+        amplitude=amplitude[tops],
+        weight=np.log(amplitude[tops] / least[tops]) + 0.5,
+        reach=1.0 / duration + 0.003 * exact,
+    )
+
+
+def matched(peaks: Peaks, teeth: Array) -> NDArray[np.intp]:
+    """Which peak each mode is taken for.
+
+    Parameters
+    ----------
+    peaks : Peaks
+    teeth : ndarray, shape (modes,)
+        [Hz].
+
+    Returns
+    -------
+    ndarray of int, shape (modes,)
+        Number of the nearest peak within its reach, or -1.
+    """
+    if peaks.frequency.size == 0:
+        return np.full(teeth.size, -1, dtype=np.intp)
+    distance = np.abs(teeth[:, None] - peaks.frequency)
+    nearest = np.argmin(distance, axis=1)
+    near = distance[np.arange(teeth.size), nearest] <= peaks.reach[nearest]
+    return np.where(near, nearest, -1)
+
+
+def proposals(
+    peaks: Peaks, teeth: dict[str, Array], factor: float, limit: float
+) -> tuple[Proposal | None, tuple[Proposal, ...]]:
+    """The best single family, and the best pairs of families.
+
+    Parameters
+    ----------
+    peaks : Peaks
+    teeth : mapping of str to ndarray
+        Modes of each span at the drive's own tension [Hz].
+    factor : float
+        2 where the recording has twice the frequency of the span, else 1.
+    limit : float
+        Families are sought from 1 / limit to limit.
+
+    Returns
+    -------
+    single : Proposal or None
+    pairs : tuple of Proposal
+        The best `MOST_PAIRS` that differ, best first; empty where no second family is worth it. Where both
+        spans have the same modes only one order of each pair.
+    """
+    found = {
+        span: [_scored(peaks, span, factor * row, x) for x in _factors(peaks, factor * row, limit)]
+        for span, row in teeth.items()
+    }
+    every = [one for row in found.values() for one in row]
+    if not every:
+        return None, ()
+    best = max(every, key=lambda one: one[1])
+    single = Proposal(families=(best[0],), score=best[1])
+    pairs = []
+    alike = bool(np.allclose(teeth["upper"], teeth["lower"], rtol=ALIKE))
+    for one, two in product(found["upper"], found["lower"]):
+        if alike and one[0].scale > two[0].scale:
+            continue
+        total = float(peaks.weight[one[2] | two[2]].sum()) - one[3] - two[3]
+        own = (peaks.amplitude[mask].max(initial=0.0) for mask in (one[2] & ~two[2], two[2] & ~one[2]))
+        if total >= single.score + WORTH and min(own) >= FAINT * peaks.amplitude.max():
+            pairs.append(Proposal(families=(one[0], two[0]), score=total))
+    distinct: list[Proposal] = []
+    for pair in sorted(pairs, key=lambda pair: -pair.score):
+        if all(_otherwise(pair, one) for one in distinct):
+            distinct.append(pair)
+        if len(distinct) == MOST_PAIRS:
+            break
+    return single, tuple(distinct)
+
+
+def _otherwise(pair: Proposal, other: Proposal) -> bool:
+    """Whether a family is another one; which span is which does not matter."""
+    first, second = (sorted(one.scale for one in two.families) for two in (pair, other))
+    spans = [tuple(sorted(one.families, key=lambda family: family.scale)) for one in (pair, other)]
+    same = all(abs(one / two - 1.0) < OTHERWISE for one, two in zip(first, second, strict=True))
+    return not (same and [f.span for f in spans[0]] == [f.span for f in spans[1]])
+
+
+_Scored = tuple[Family, float, NDArray[np.bool_], float]
+
+
+def _factors(peaks: Peaks, teeth: Array, limit: float) -> Array:
+    scale = (peaks.frequency[:, None] / teeth[None, :PROPOSING]).ravel()
+    scale = np.sort(scale[(scale > 1.0 / limit) & (scale < limit)])
+    return scale[np.diff(scale, prepend=-1.0) > 1e-5]
+
+
+def _scored(peaks: Peaks, span: str, teeth: Array, scale: float) -> _Scored:
+    """A family, its score, the peaks it explains and what it pays for what is missing."""
+    taken = matched(peaks, scale * teeth)
+    explained = np.zeros(peaks.frequency.size, dtype=bool)
+    explained[taken[taken >= 0]] = True
+    heard = np.flatnonzero(taken >= 0)
+    silent = taken[: heard[-1] + 1] < 0 if heard.size else np.zeros(0, dtype=bool)
+    price = MISSING * (float(silent.sum()) + float(silent[:1].sum()))
+    return (
+        Family(span=span, scale=float(scale)),
+        float(peaks.weight[explained].sum()) - price,
+        explained,
+        price,
+    )

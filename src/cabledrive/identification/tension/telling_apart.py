@@ -1,0 +1,119 @@
+"""Whether two fitted families can be told apart, and by what a family is known to be that of a span."""
+
+from math import pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.identification.tension.decaying_tones import TonesFit
+from cabledrive.identification.tension.heard import Heard
+
+Array = NDArray[np.float64]
+
+SPANS = ("upper", "lower")
+ABOUT = 4.0
+"""Line widths about a tone within which what is left is its noise."""
+LOUDER = 1.5
+"""Ratio of the loudness of both families from which the louder one is that of the plucked span."""
+
+
+def strength(fit: TonesFit, family: int) -> float:
+    """Loudness of a family: root of the sum of squares of its amplitudes.
+
+    Parameters
+    ----------
+    fit : TonesFit
+    family : int
+
+    Returns
+    -------
+    float
+    """
+    return float(np.linalg.norm(fit.amplitude[fit.tones.family == family]))
+
+
+def line_widths(fit: TonesFit, duration: float) -> Array:
+    """Width of each tone: at half power by its decay, and of the record.
+
+    Parameters
+    ----------
+    fit : TonesFit
+    duration : float
+        [s].
+
+    Returns
+    -------
+    ndarray, shape (tones,)
+        [Hz].
+    """
+    return np.asarray(fit.tones.decay / pi + 1.0 / duration)
+
+
+def excess(heard: Heard, fit: TonesFit, family: int) -> float:
+    """Density of what is left about the tones of a family, over its mean over all frequencies.
+
+    Parameters
+    ----------
+    heard : Heard
+    fit : TonesFit
+    family : int
+
+    Returns
+    -------
+    float
+        1 in white noise.
+    """
+    density = np.abs(np.fft.rfft(fit.left)) ** 2
+    frequency = np.fft.rfftfreq(fit.left.size, heard.interval)
+    own = fit.tones.family == family
+    reach = ABOUT * line_widths(fit, heard.duration)[own]
+    near = np.abs(frequency[:, None] - fit.tones.frequency[own]) < reach
+    about = np.array([density[column].mean() if column.any() else 0.0 for column in near.T])
+    weights = (fit.amplitude[own] * fit.tones.frequency[own]) ** 2
+    return float(weights @ about / weights.sum() / density.mean())
+
+
+def apart(heard: Heard, fit: TonesFit, spans: tuple[str, str]) -> bool:
+    """Whether each of two families has a partial more than a line width from every mode of the other.
+
+    Parameters
+    ----------
+    heard : Heard
+    fit : TonesFit
+    spans : (str, str)
+        Whose modes each family has.
+
+    Returns
+    -------
+    bool
+    """
+    tones, width = fit.tones, line_widths(fit, heard.duration)
+    for one, two in ((0, 1), (1, 0)):
+        own = np.flatnonzero(tones.family == one)
+        others = tones.scale[two] * heard.factor * heard.teeth[spans[two]]
+        distance = np.abs(tones.frequency[own][:, None] - others).min(axis=1)
+        if not np.any(distance > width[own]):
+            return False
+    return True
+
+
+def label(heard: Heard, fit: TonesFit, plucked: str | None) -> tuple[str, str] | None:
+    """Which span each of two families belongs to.
+
+    Parameters
+    ----------
+    heard : Heard
+    fit : TonesFit
+    plucked : {"upper", "lower"} or None
+
+    Returns
+    -------
+    (str, str) or None
+        None where the modes are the same and the loudness does not tell.
+    """
+    if not heard.alike:
+        return SPANS
+    first, second = strength(fit, 0), strength(fit, 1)
+    if plucked is None or max(first, second) < LOUDER * min(first, second):
+        return None
+    return SPANS if (plucked == "upper") == (first > second) else (SPANS[1], SPANS[0])
