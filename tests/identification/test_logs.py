@@ -288,3 +288,31 @@ def test_a_comma_is_no_decimal_mark_where_points_are(tmp_path):
     rows = "\n".join(f"{0.001 * k:.3f} {0.1 * k:.1f} {0.2 * k:.1f}" for k in range(20))
     with pytest.raises(InputRefused, match="line 22"):
         read_log(written(tmp_path, f"time torque angle\n{rows}\n0.020 3,5 4.0\n"))
+
+
+def test_channels_of_classic_netcdf_that_differ_in_length_are_refused(tmp_path):
+    with io.netcdf_file(str(tmp_path / "log.nc"), "w") as file:
+        for name, values, size in (("time", TIME, N), ("torque", TORQUE, N), ("angle", ANGLE[:-1], N - 1)):
+            file.createDimension(f"rows of {name}", size)
+            file.createVariable(name, "d", (f"rows of {name}",))[:] = values
+    with pytest.raises(InputRefused, match="differ in length"):
+        read_log(tmp_path / "log.nc")
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("counts_per_revolution = 0", "must be a whole number of at least 1"),
+        ('counts_per_revolution = "many"', "must be a whole number"),
+        ('resample = "yes"', "neither true nor false"),
+        ("columns = 3", "is no table"),
+        ("sample_rate = 0", "must be above 0"),
+        ('start = "soon"', "log.start"),
+        ('columns.torque = {column = "tau", scale = [1]}', "is no quantity"),
+    ],
+)
+def test_a_map_with_a_value_of_another_kind_is_refused_in_one_line(tmp_path, line, words):
+    (tmp_path / "map.toml").write_text(f"[log]\n{line}\n")
+    with pytest.raises(InputRefused, match=words) as refusal:
+        load_column_map(tmp_path / "map.toml")
+    assert "\n" not in str(refusal.value)

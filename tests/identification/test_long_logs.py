@@ -10,6 +10,7 @@ from cabledrive.identification.logs import reading, table
 from cabledrive.identification.logs.column_map import ColumnMap
 from cabledrive.identification.logs.reading import open_log
 from cabledrive.identification.long_logs import identify_long_log, is_long
+from cabledrive.identification.rigid_axis import identify_rigid_axis
 from cabledrive.parameters import InputRefused
 from cabledrive.rig.chapter_4 import BENCH_TESTS, bench_command, bench_rig
 from cabledrive.rig.virtual_rig import run_rig
@@ -64,3 +65,19 @@ def test_blocks_without_a_time_column_follow_one_another(path, tmp_path, monkeyp
     with_time, without = identify_long_log(open_log(path)), identify_long_log(recording)
     assert without.method["blocks"] == 5
     assert without["inertia"] == pytest.approx(with_time["inertia"], rel=1e-9)
+
+
+def test_samples_at_which_the_torque_saturates_are_left_out_of_every_block(path, tmp_path, monkeypatch):
+    """Torque clipped at seven tenths of its peak: blocks and whole log leave the same samples out."""
+    columns = parquet.read_table(path).to_pydict()
+    torque = np.array(columns["torque [N m]"])
+    most = 0.7 * np.abs(torque).max()
+    columns["torque [N m]"] = np.clip(torque, -most, most)
+    parquet.write_table(pa.table(columns), tmp_path / "clipped.parquet")
+    whole = identify_rigid_axis([reading.read_log(tmp_path / "clipped.parquet")])
+    monkeypatch.setattr("cabledrive.identification.logs.parquet.BLOCK_ROWS", 17_000)
+    blocks = identify_long_log(open_log(tmp_path / "clipped.parquet"))
+    assert blocks.method["blocks"] == 5
+    for name, estimate in whole.parameters.items():
+        off = abs(blocks[name] - estimate.value) / estimate.standard_error
+        assert off < 0.5, f"{name}: {off:.2f} standard errors"

@@ -15,7 +15,7 @@ from cabledrive.identification.rigid_axis import AxisOptions, identify_rigid_axi
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.reduction.lumped_chain import speed_response
 from cabledrive.rig.chapter_4 import BENCH_TESTS, TORQUE_PER_VOLT, bench_command, bench_rig, rig_of
-from cabledrive.rig.experiment import Excitation
+from cabledrive.rig.experiment import Excitation, command_of, load_excitation
 from cabledrive.rig.planned_experiment import plan_experiment
 from cabledrive.rig.virtual_rig import Imperfections, run_rig
 
@@ -169,3 +169,29 @@ def test_a_rig_without_encoder_or_sample_rate_writes_no_log(sensors, words):
     drive = load_drive("dissertation-3")
     with pytest.raises(InputRefused, match=words):
         rig_of(replace(drive, sensors=replace(drive.sensors, **sensors)), 1)
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("frequencies = 3", "is no list"),
+        ('band = ["1 Hz"]', "band holds 1 frequencies"),
+        ('lines = "all"', "must be a whole number"),
+        ("trials = 0", "at least 1"),
+        ("odd = 3", "neither true nor false"),
+        ("kind = 3", 'excitation "3" is unknown'),
+        ("period = 0", "must be above 0"),
+        ("amplitude = true", "is no quantity"),
+        ("frequencies = []\namplitudes = []", "frequencies holds none"),
+    ],
+)
+def test_an_excitation_with_a_value_of_another_kind_is_refused(tmp_path, line, words):
+    (tmp_path / "e.toml").write_text(line + "\n")
+    with pytest.raises(InputRefused, match=words):
+        load_excitation(tmp_path / "e.toml")
+
+
+def test_a_multisine_shorter_than_its_period_allows_is_refused():
+    short = Excitation(kind="multisine", period=1e-6)
+    with pytest.raises(InputRefused, match="holds 0 samples"):
+        command_of(short, 1000.0, np.random.default_rng(0))

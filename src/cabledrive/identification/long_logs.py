@@ -110,8 +110,16 @@ def _overlapping(first: Log, blocks: Iterator[Log], reach: int) -> Iterator[Log]
             for name, values in block.channels.items()
         }
         time = np.concatenate([before.time[-2 * reach :], block.time])
-        yield replace(block, time=time, channels=joint, saturated={})
+        flat = {
+            name: np.concatenate([_flat(before, name)[-2 * reach :], _flat(block, name)]) for name in joint
+        }
+        yield replace(block, time=time, channels=joint, saturated=flat)
         before = block
+
+
+def _flat(block: Log, channel: str) -> NDArray[np.bool_]:
+    """Samples at which a channel saturates."""
+    return block.saturated.get(channel, np.zeros(block.time.size, dtype=bool))
 
 
 def _whole(recording: Recording, reports: list[DataReport]) -> DataReport:

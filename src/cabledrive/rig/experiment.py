@@ -1,6 +1,5 @@
 """A virtual experiment as chapter 4 describes them: excitation by a file, log like a laboratory's."""
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +19,7 @@ from cabledrive.identification.excitation import (
 from cabledrive.identification.logs.log import Log
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import nearest
-from cabledrive.parameters.units import to_si
+from cabledrive.parameters.toml_values import flag_of, quantities_of, quantity_of, read_toml, whole_of
 from cabledrive.rig.chapter_4 import rig_of
 from cabledrive.rig.load_cell import with_load_cell
 from cabledrive.rig.virtual_rig import run_rig
@@ -93,6 +92,12 @@ class Excitation:
         if len(self.frequencies) != len(self.amplitudes):
             counts = f"{len(self.frequencies)} frequencies and {len(self.amplitudes)} amplitudes"
             raise InputRefused(f"{counts}: give as many of one as of the other")
+        if not self.frequencies:
+            raise InputRefused("frequencies holds none: give at least one, or another kind")
+        if len(self.band) != 2:
+            raise InputRefused(f"band holds {len(self.band)} frequencies: give the lowest and the highest")
+        if not self.period > 0.0:
+            raise InputRefused(f"period = {self.period:.4g} s must be above 0: lengthen it")
 
 
 def load_excitation(path: str | Path) -> Excitation:
@@ -112,11 +117,9 @@ def load_excitation(path: str | Path) -> Excitation:
         If it is not understood.
     """
     path = Path(path)
+    content = read_toml(path, "write TOML")
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
         return excitation_of(content)
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise InputRefused(f"{path.name}: {error}: write TOML") from None
     except InputRefused as refusal:
         raise refusal.at(path.name) from None
 
@@ -144,11 +147,13 @@ def excitation_of(table: Mapping[str, Any]) -> Excitation:
         if key not in KEYS:
             raise InputRefused(f"{key}: unknown key{nearest(key, KEYS)}")
         if key in units:
-            found[key] = to_si(str(value), units[key])
+            found[key] = quantity_of(key, value, units[key])
         elif key in lists:
-            found[key] = tuple(to_si(str(item), lists[key]) for item in value)
+            found[key] = quantities_of(key, value, lists[key])
+        elif key in ("lines", "trials"):
+            found[key] = whole_of(key, value)
         else:
-            found[key] = value
+            found[key] = flag_of(key, value) if key == "odd" else str(value)
     return Excitation(**found)
 
 
@@ -167,6 +172,11 @@ def command_of(excitation: Excitation, sample_rate: float, rng: np.random.Genera
     -------
     ndarray, shape (samples,)
         [V].
+
+    Raises
+    ------
+    InputRefused
+        If the period of a multisine is shorter than three samples.
     """
     e, samples = excitation, round(excitation.duration * sample_rate)
     if e.kind == "sines":
@@ -177,6 +187,8 @@ def command_of(excitation: Excitation, sample_rate: float, rng: np.random.Genera
     if e.kind == "steps":
         return e.bias + e.amplitude * steps(e.duration, sample_rate, e.period)
     period = round(e.period * sample_rate)
+    if period < 3:
+        raise InputRefused(f"period = {e.period:.4g} s holds {period} samples: lengthen it")
     lines = multisine_lines(period, sample_rate, *e.band, count=e.lines, odd=e.odd)
     if e.kind == "idinput":
         wave = random_multisine(period, sample_rate, lines, e.trials, rng)

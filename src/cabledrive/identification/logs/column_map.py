@@ -1,6 +1,5 @@
 """Which column is which channel: from a small TOML file, from the command line, or from the heads alone."""
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -10,7 +9,7 @@ from cabledrive.identification.logs.quantities import UNITS, recognise
 from cabledrive.identification.logs.table import Table
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.fields import nearest
-from cabledrive.parameters.units import to_si
+from cabledrive.parameters.toml_values import flag_of, quantity_of, read_toml, table_of, whole_of
 
 KEYS = ("columns", "sample_rate", "counts_per_revolution", "resample", "start", "end")
 
@@ -75,11 +74,8 @@ def load_column_map(path: Path) -> ColumnMap:
     InputRefused
         If the file or a key in it is not understood.
     """
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise InputRefused(f"{path.name}: {error}: write TOML with a table [log]") from None
-    return column_map(content.get("log", {}))
+    content = read_toml(path, "write TOML with a table [log]")
+    return column_map(table_of("log", content.get("log", {})))
 
 
 def column_map(table: Mapping[str, Any]) -> ColumnMap:
@@ -105,18 +101,18 @@ def _fields(table: Mapping[str, Any]) -> dict[str, Any]:
     for key in table:
         if key not in KEYS:
             raise InputRefused(f"log.{key}: unknown key{nearest(key, KEYS)}")
-    found: dict[str, Any] = {
-        "columns": {name: _column(name, entry) for name, entry in table.get("columns", {}).items()}
-    }
-    if "sample_rate" in table:
-        found["sample_rate"] = to_si(str(table["sample_rate"]), "Hz")
-    for key in ("start", "end"):
+    columns = table_of("log.columns", table.get("columns", {}))
+    found: dict[str, Any] = {"columns": {name: _column(name, entry) for name, entry in columns.items()}}
+    for key, unit in (("sample_rate", "Hz"), ("start", "s"), ("end", "s")):
         if key in table:
-            found[key] = to_si(str(table[key]), "s")
+            found[key] = quantity_of(f"log.{key}", table[key], unit)
     if "counts_per_revolution" in table:
-        found["counts_per_revolution"] = int(table["counts_per_revolution"])
+        counts = table["counts_per_revolution"]
+        found["counts_per_revolution"] = whole_of("log.counts_per_revolution", counts)
     if "resample" in table:
-        found["resample"] = table["resample"] is True
+        found["resample"] = flag_of("log.resample", table["resample"])
+    if found.get("sample_rate", 1.0) <= 0.0:
+        raise InputRefused(f"log.sample_rate = {found['sample_rate']:.4g} Hz must be above 0: give it in Hz")
     return found
 
 
@@ -126,7 +122,9 @@ def _column(name: str, entry: Any) -> Column:
         return Column(column=entry)
     if not isinstance(entry, Mapping) or "column" not in entry or set(entry) - {"column", "unit", "scale"}:
         raise InputRefused(f'log.columns.{name}: write {{column = "...", unit = "...", scale = 1.0}}')
-    return Column(column=str(entry["column"]), unit=str(entry.get("unit", "")), scale=entry.get("scale", 1.0))
+    scale = entry.get("scale", 1.0)
+    scale = scale if isinstance(scale, str) else quantity_of(f"log.columns.{name}.scale", scale, "1")
+    return Column(column=str(entry["column"]), unit=str(entry.get("unit", "")), scale=scale)
 
 
 def _known(name: str) -> None:

@@ -5,7 +5,14 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.identification.logs.table import BLOCK_ROWS, LARGEST_UNPACKED, Array, Blocks, Table
+from cabledrive.identification.logs.table import (
+    BLOCK_ROWS,
+    LARGEST_UNPACKED,
+    Array,
+    Blocks,
+    Table,
+    check_lengths,
+)
 from cabledrive.identification.logs.unpacking import LARGEST_CHUNK
 from cabledrive.parameters import InputRefused
 
@@ -108,6 +115,7 @@ def open_classic_netcdf(path: Path) -> Table:
     units = {name: _text(a["units"]) for name, (_, a) in vectors.items() if "units" in a}
 
     def read(names: tuple[str, ...]) -> Blocks:
+        check_lengths({name: len(vectors[name][0]) for name in names}, path.name)
         yield {name: _scaled(vectors[name][0], vectors[name][1]) for name in names}
 
     return Table(source=path.name, names=tuple(vectors), units=units, rows=None, read=read)
@@ -154,11 +162,7 @@ def _read(path: Path, columns: dict[str, tuple[str, int | None]], names: tuple[s
 
     with h5py.File(path, "r") as file:
         lengths = {name: max(file[columns[name][0]].shape) for name in names}
-        if len(set(lengths.values())) > 1:
-            told = ", ".join(f"{name} {length}" for name, length in lengths.items())
-            raise InputRefused(
-                f"{path.name}: channels differ in length ({told}): choose channels of one length"
-            )
+        check_lengths(lengths, path.name)
         for start in range(0, max(lengths.values()), BLOCK_ROWS):
             part = slice(start, start + BLOCK_ROWS)
             yield {name: _slice(file[columns[name][0]], columns[name][1], part) for name in names}

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from cabledrive.identification.logs.hierarchical import is_hdf5, open_hdf5
-from cabledrive.identification.logs.table import Array, Table, sliced
+from cabledrive.identification.logs.table import Array, Table, check_lengths, sliced
 from cabledrive.identification.logs.unpacking import LARGEST_IN_MEMORY, unpacked_matlab
 from cabledrive.parameters import InputRefused
 
@@ -37,12 +37,7 @@ def open_matlab(path: Path) -> Table:
         raise InputRefused(f"{path.name}: holds no vector of numbers: save the channels as vectors (-v7)")
 
     def read(names: tuple[str, ...]) -> Any:
-        lengths = {name: len(columns[name]) for name in names}
-        if len(set(lengths.values())) > 1:
-            told = ", ".join(f"{name} {length}" for name, length in lengths.items())
-            raise InputRefused(
-                f"{path.name}: channels differ in length ({told}): choose channels of one length"
-            )
+        check_lengths({name: len(columns[name]) for name in names}, path.name)
         return sliced({name: columns[name] for name in names})
 
     return Table(source=path.name, names=tuple(columns), units={}, rows=None, read=read, scalars=scalars)

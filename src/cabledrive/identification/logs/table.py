@@ -1,6 +1,6 @@
 """What every log format looks like from inside: named columns that are read in blocks."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -66,6 +66,26 @@ class Table:
         return name
 
 
+def check_lengths(lengths: Mapping[str, int], source: str) -> None:
+    """Refuse columns of different lengths.
+
+    Parameters
+    ----------
+    lengths : mapping of str to int
+        By column.
+    source : str
+        Name of the file.
+
+    Raises
+    ------
+    InputRefused
+        If they differ.
+    """
+    if len(set(lengths.values())) > 1:
+        told = ", ".join(f"{name} {length}" for name, length in lengths.items())
+        raise InputRefused(f"{source}: channels differ in length ({told}): choose channels of one length")
+
+
 def sliced(columns: dict[str, Array], rows: int = BLOCK_ROWS) -> Blocks:
     """Columns in memory as blocks.
 
@@ -80,7 +100,7 @@ def sliced(columns: dict[str, Array], rows: int = BLOCK_ROWS) -> Blocks:
     ------
     dict of str to ndarray
     """
-    length = min((len(values) for values in columns.values()), default=0)
+    length = len(next(iter(columns.values()), ()))
     for start in range(0, length, rows):
         yield {name: values[start : start + rows] for name, values in columns.items()}
 
