@@ -79,6 +79,7 @@ def test_logs_that_cannot_be_read_are_status_2_and_name_file_place_and_remedy(tm
         ("twice.csv", short(head="time [s],angle [deg],angle [rad]"), 'two columns are called "angle"'),
         ("back.csv", short(rows=np.r_[0:100, 50:200]), "time runs backwards at row 101"),
         ("heads.csv", short(head="a,b,c"), "no column head names a channel"),
+        ("brief.csv", text(TIME[:9], TIME[:9] ** 2, time=TIME[:9]), "9 samples are too few"),
         ("log.pkl", b"\x80\x04", "logs end in"),
         ("log.npy", b"\x93NUMPY", "logs end in"),
         ("log.csv.gz", b"\x1f\x8b", "unpack compressed files"),

@@ -46,6 +46,9 @@ def written(tmp_path, content, name="log.csv"):
         text("time\ttorque\tangle\ns\tN m\trad", "\t"),
         text("t tau theta", " "),
         text("\ufefftime (s),torque (N m),angle (turn)", columns=(TIME, TORQUE, ANGLE / (2 * np.pi))),
+        text("time (s)\ttorque (N·m)\tangle (°)", "\t", (TIME, TORQUE, np.degrees(ANGLE))).encode("cp1252"),
+        text("time(µs) torque angle", " ", (1e6 * TIME, TORQUE, ANGLE)).encode("cp1252"),
+        text("time [s];torque [Nm];angle [rad]", ";").replace(".", ",").encode("utf-16"),
     ],
     ids=[
         "csv",
@@ -55,6 +58,9 @@ def written(tmp_path, content, name="log.csv"):
         "tsv with units below",
         "white space",
         "bom and brackets",
+        "windows",
+        "windows, white space",
+        "utf-16",
     ],
 )
 def test_dialects_and_units_are_recognised(tmp_path, content):
@@ -217,6 +223,15 @@ BAD = {
     "binary": (b"\x00\x01\x02" * 50, "not text"),
     "two of a kind": (text("time [s],torque [N m],torque [N mm]"), "two columns|both torque"),
     "infinite": (text().replace(repr(float(TORQUE[50])), "inf", 1), "infinite"),
+    "huge": (text(columns=(TIME, 1e300 * TORQUE, ANGLE)), "torque reaches .* no size of a machine"),
+    "tiny": (text(columns=(TIME, 1e-300 * TORQUE, ANGLE)), "torque reaches .* no size of a machine"),
+    "eternal": (text(columns=(1e300 * TIME, TORQUE, ANGLE)), "time reaches .* no size of a machine"),
+    "one row": (text(rows=slice(1)), "only 1 row of numbers"),
+    "dates": (
+        text().replace("\n0.", "\n2026-01-02T00:00:00."),
+        'no row of numbers up to line .*, "2026-01-02',
+    ),
+    "heads in other words": (text("Zeit,Moment,Winkel"), '--column "torque=Winkel:N m"'),
 }
 
 
@@ -225,6 +240,14 @@ def test_a_bad_log_is_refused_in_one_line(tmp_path, content, words):
     with pytest.raises(InputRefused, match=words) as refusal:
         read_log(written(tmp_path, content))
     assert "\n" not in str(refusal.value)
+
+
+def test_a_folder_is_not_called_a_missing_file(tmp_path):
+    (tmp_path / "log.csv").mkdir()
+    with pytest.raises(InputRefused, match=r"log\.csv: is a folder: give the path of a log"):
+        read_log(tmp_path / "log.csv")
+    with pytest.raises(InputRefused, match=r"other\.csv: no such file"):
+        read_log(tmp_path / "other.csv")
 
 
 @pytest.mark.parametrize("name", ["log.parquet", "log.mat", "log.nc", "log.mcap"])

@@ -14,6 +14,8 @@ Array = NDArray[np.float64]
 
 DIFFERENCES = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
 """Weights of the central difference of order 8, by distance."""
+FEWEST_SAMPLES = 24
+"""Of a position whose bandwidth is sought: bands of it have to lie below a tenth of the sample rate."""
 
 
 def causal_filter(values: Array, interval: float, natural_frequency: float, damping: float = 1.0) -> Array:
@@ -172,7 +174,17 @@ def chosen_bandwidth(position: Array, interval: float) -> float:
     -------
     float
         [Hz].
+
+    Raises
+    ------
+    InputRefused
+        If there are too few samples to tell motion from noise.
     """
+    if position.size < FEWEST_SAMPLES:
+        raise InputRefused(
+            f"{position.size} samples are too few to tell motion from noise, {FEWEST_SAMPLES} the least: "
+            "record longer"
+        )
     segment = min(position.size, max(1024, int(8.0 / interval)))
     detrended = np.diff(position)
     frequency, power = signal.welch(detrended, 1 / interval, nperseg=min(segment, detrended.size))

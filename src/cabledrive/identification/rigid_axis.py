@@ -108,8 +108,15 @@ def channels_of(log: Log, options: AxisOptions) -> tuple[str, str]:
             return torque, position
     raise InputRefused(
         f'{log.source}: needs "torque [N m]" and "angle [rad]", or "force [N]" and "position [m]"; '
-        f"has {', '.join(log.channels)}: map the columns"
+        f'has {", ".join(log.channels)}: map the others, as --column "angle=my column:deg"'
     )
+
+
+def _bandwidth_of(log: Log, position: str) -> float:
+    try:
+        return chosen_bandwidth(log.channel(position), log.interval)
+    except InputRefused as refusal:
+        raise refusal.at(log.source) from None
 
 
 def equation_for(logs: Sequence[Log], torque: str, position: str, options: AxisOptions) -> AxisEquation:
@@ -137,8 +144,7 @@ def equation_for(logs: Sequence[Log], torque: str, position: str, options: AxisO
                 raise InputRefused(f"{log.source}: {name} is constant: a log must move the axis")
     bandwidth = options.bandwidth
     if bandwidth is None:
-        found = [chosen_bandwidth(log.channel(position), log.interval) for log in logs]
-        bandwidth = float(np.clip(max(found), *BANDWIDTH_LIMITS))
+        bandwidth = float(np.clip(max(_bandwidth_of(log, position) for log in logs), *BANDWIDTH_LIMITS))
         bandwidth = min(bandwidth, *(0.2 * log.sample_rate for log in logs))
     return AxisEquation(
         linear=logs[0].units[torque] == "N",

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.fields import LARGEST, SMALLEST
 
 Array = NDArray[np.float64]
 LONGEST_HOLE = 5
@@ -40,12 +41,34 @@ def fill_holes(values: Array, name: str, source: str, repaired: list[str]) -> Ar
     longest = _longest_run(hole)
     if longest > LONGEST_HOLE or hole.mean() > MOST_HOLES:
         raise InputRefused(
-            f"{source}: {name} has {hole.sum()} missing values ({100 * hole.mean():.2g} %, {longest} in a "
+            f"{source}: {name} has {hole.sum()} missing values ({100 * hole.mean():.3g} %, {longest} in a "
             f"row); at most {LONGEST_HOLE} in a row and {100 * MOST_HOLES:g} % are filled: cut the log there"
         )
     repaired.append(f"{int(hole.sum())} missing values of {name} filled by straight lines")
     rows = np.arange(values.size)
     return np.interp(rows, rows[~hole], values[~hole])
+
+
+def require_size(values: Array, name: str, unit: str, source: str) -> None:
+    """Refuse values that no machine has: a wrong unit or factor, or a file read the wrong way.
+
+    Parameters
+    ----------
+    values : ndarray, shape (samples,)
+    name, unit, source : str
+        For the refusal.
+
+    Raises
+    ------
+    InputRefused
+        If the largest of them is above `LARGEST`, or below `SMALLEST` and not zero.
+    """
+    largest = float(np.abs(values).max(initial=0.0))
+    if largest > LARGEST or 0.0 < largest < SMALLEST:
+        raise InputRefused(
+            f"{source}: {name} reaches {largest:.3g} {unit}, no size of a machine ({SMALLEST:g} to "
+            f"{LARGEST:g}): check its unit and factor"
+        )
 
 
 def quantum_of(values: Array) -> float:

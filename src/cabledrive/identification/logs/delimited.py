@@ -1,5 +1,6 @@
 """Text logs: delimiter, decimal mark, comments, header and units recognised from the first lines."""
 
+import codecs
 import csv
 import re
 from collections.abc import Iterator
@@ -28,6 +29,8 @@ class Dialect:
     delimiter : str
         A space stands for any white space.
     decimal : {".", ","}
+    encoding : str
+        Unicode where the bytes are valid, else Windows-1252, as many a logger writes "°" and "µ".
     skip : int
         Lines before the first row of numbers.
     names : tuple of str
@@ -37,6 +40,7 @@ class Dialect:
 
     delimiter: str
     decimal: str
+    encoding: str
     skip: int
     names: tuple[str, ...]
     units: dict[str, str]
@@ -94,11 +98,13 @@ def dialect_of(path: Path) -> Dialect:
         sample = file.read(SAMPLE_BYTES)
     if not sample.strip():
         raise InputRefused(f"{path.name}: is empty: give a log with a header and rows of numbers")
-    if b"\0" in sample:
+    encoding = _encoding_of(sample)
+    text = sample.decode(encoding, errors="replace")
+    if "\0" in text:
         raise InputRefused(
             f"{path.name}: is not text: name its format by the ending (.parquet, .mat, .nc, .mcap)"
         )
-    lines = sample.decode("utf-8-sig", errors="replace").splitlines()
+    lines = text.splitlines()
     if len(sample) == SAMPLE_BYTES:
         lines = lines[:-1]
     delimiter, decimal, first = _first_numbers(lines, path.name)
@@ -110,7 +116,9 @@ def dialect_of(path: Path) -> Dialect:
         names, units = _header([split_line(lines[number], delimiter) for number in heads], width)
     except InputRefused as refusal:
         raise refusal.at(path.name) from None
-    return Dialect(delimiter=delimiter, decimal=decimal, skip=first, names=names, units=units)
+    return Dialect(
+        delimiter=delimiter, decimal=decimal, encoding=encoding, skip=first, names=names, units=units
+    )
 
 
 def open_delimited(path: Path) -> Table:
@@ -133,6 +141,17 @@ def open_delimited(path: Path) -> Table:
     return Table(source=path.name, names=dialect.names, units=dialect.units, rows=None, read=read)
 
 
+def _encoding_of(sample: bytes) -> str:
+    """How the first bytes of a text are written; a character cut off at their end does not count."""
+    if sample.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return "utf-16"
+    try:
+        codecs.getincrementaldecoder("utf-8-sig")().decode(sample)
+    except UnicodeDecodeError:
+        return "cp1252"
+    return "utf-8-sig"
+
+
 def _first_numbers(lines: list[str], source: str) -> tuple[str, str, int]:
     """Delimiter, decimal mark and number of the first line that holds numbers only."""
     for number, line in enumerate(lines):
@@ -148,7 +167,10 @@ def _first_numbers(lines: list[str], source: str) -> tuple[str, str, int]:
                     and (len(cells) > 1 or delimiter == " ")
                 ):
                     return delimiter, decimal, number
-    raise InputRefused(f"{source}: no row of numbers in its first {len(lines)} lines: check the format")
+    shown = next((line.strip() for line in reversed(lines) if line.strip()), "")[:40]
+    raise InputRefused(
+        f'{source}: no row of numbers up to line {len(lines)}, "{shown}": write every row as numbers alone'
+    )
 
 
 def _is_number(cell: str, decimal: str) -> bool:
@@ -187,7 +209,10 @@ def _read_arrow(path: Path, dialect: Dialect, names: tuple[str, ...]) -> Iterato
         reader = arrow.open_csv(
             path,
             read_options=arrow.ReadOptions(
-                skip_rows=dialect.skip, column_names=list(dialect.names), block_size=BLOCK_BYTES
+                skip_rows=dialect.skip,
+                column_names=list(dialect.names),
+                block_size=BLOCK_BYTES,
+                encoding=dialect.encoding if dialect.encoding == "utf-16" else "utf8",
             ),
             parse_options=arrow.ParseOptions(delimiter=dialect.delimiter),
             convert_options=arrow.ConvertOptions(
@@ -205,7 +230,7 @@ def _read_arrow(path: Path, dialect: Dialect, names: tuple[str, ...]) -> Iterato
 
 def _fault(path: Path, dialect: Dialect, message: str) -> str:
     """Where a text log stops being one: first row with another number of cells, or with text."""
-    with path.open(encoding="utf-8-sig", errors="replace") as file:
+    with path.open(encoding=dialect.encoding, errors="replace") as file:
         for number, line in enumerate(file, start=1):
             if number <= dialect.skip or not line.strip():
                 continue
@@ -225,7 +250,7 @@ def _fault(path: Path, dialect: Dialect, message: str) -> str:
 def _read_white_space(path: Path, dialect: Dialect, names: tuple[str, ...]) -> Blocks:
     places = [dialect.names.index(name) for name in names]
     comma = dialect.decimal == ","
-    with path.open(encoding="utf-8-sig", errors="replace") as file:
+    with path.open(encoding=dialect.encoding, errors="replace") as file:
         for _ in range(dialect.skip):
             next(file)
         while lines := file.readlines(BLOCK_BYTES):

@@ -105,7 +105,7 @@ def open_log(path: str | Path, columns: ColumnMap | None = None) -> Recording:
     if not columns.columns and len(set(chosen) - {"time"}) < 1:
         raise InputRefused(
             f"{path.name}: no column head names a channel (found: {', '.join(table.names)[:90]}): "
-            'write heads like "torque [N m]", or map the columns'
+            f'write heads like "torque [N m]", or map each, as --column "torque={table.names[-1][:30]}:N m"'
         )
     if "time" not in chosen and columns.sample_rate is None:
         raise InputRefused(f'{path.name}: no column "time [s]": map one, or give the sample rate')
@@ -195,7 +195,7 @@ def checked_log(recording: Recording, channels: dict[str, Array], before: int = 
     if check.uneven and not recording.map.resample:
         raise InputRefused(
             f"{source}: time stamps are uneven (jitter {check.jitter:.2g} of {check.interval:.4g} s): "
-            "say resample = true, or give the sample rate if the stamps are wrong"
+            "say resample = true in a table [log], or sample_rate there if the stamps are wrong"
         )
     findings = [*recording.findings, *check.findings]
     repaired = check.repaired
@@ -204,6 +204,7 @@ def checked_log(recording: Recording, channels: dict[str, Array], before: int = 
     flat: dict[str, NDArray[np.bool_]] = {}
     for name, values in channels.items():
         values = channel_check.fill_holes(values, name, source, repaired)
+        channel_check.require_size(values, name, recording.units[name], source)
         quantum = channel_check.quantum_of(values)
         if name.endswith("angle"):
             values = channel_check.unwrap(values, name, quantum, repaired)
@@ -281,7 +282,8 @@ def _scale(column: Column, table: Table) -> float:
 
 def _table(path: Path) -> Table:
     if not path.is_file():
-        raise InputRefused(f"{path}: no such file: give the path of a log")
+        what = "is a folder" if path.is_dir() else "is no plain file" if path.exists() else "no such file"
+        raise InputRefused(f"{path}: {what}: give the path of a log")
     if path.suffix.lower() not in FORMATS:
         raise InputRefused(
             f"{path.name}: logs end in {', '.join(FORMATS)}: unpack compressed files, rename others"

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cabledrive.identification.logs.channel_check import require_size
 from cabledrive.parameters import InputRefused
 
 Array = NDArray[np.float64]
@@ -65,7 +66,7 @@ def check_time(time: Array, source: str) -> TimeCheck:
     Raises
     ------
     InputRefused
-        If time is missing or runs backwards, or too much of it is missing.
+        If time is missing, runs backwards or is no time of a test, or too much of it is missing.
     """
     repaired: list[str] = []
     findings: list[str] = []
@@ -97,7 +98,9 @@ def check_time(time: Array, source: str) -> TimeCheck:
 
 def _without_doubles(time: Array, source: str, repaired: list[str]) -> NDArray[np.int64]:
     if time.size < 3:
-        raise InputRefused(f"{source}: {time.size} rows: a log needs more than 2")
+        raise InputRefused(
+            f"{source}: only {time.size} row{'s' * (time.size > 1)} of numbers: a log needs more than 2"
+        )
     if not np.all(np.isfinite(time)):
         row = int(np.argmin(np.isfinite(time)))
         raise InputRefused(
@@ -110,6 +113,7 @@ def _without_doubles(time: Array, source: str, repaired: list[str]) -> NDArray[n
             f"{source}: time runs backwards at row {row + 2}: {time[row + 1]:.6g} s after {time[row]:.6g} s; "
             "sort or split the log, or give the sample rate"
         )
+    require_size(time - time[0], "time", "s", source)
     doubled = np.flatnonzero(steps == 0.0)
     if doubled.size > MOST_MISSING * time.size:
         raise InputRefused(
