@@ -9,6 +9,7 @@ from cabledrive.parameters.version import __version__
 from cabledrive.report.page import Page, render
 from cabledrive.report.provenance import Provenance
 from cabledrive.report.study.acceptance import acceptance_chapter
+from cabledrive.report.study.carriage import carriage_acceptance_chapter, carriage_controller_chapter
 from cabledrive.report.study.controller import controller_chapter
 from cabledrive.report.study.data import data_chapter
 from cabledrive.report.study.knowledge import knowledge_chapter
@@ -48,6 +49,8 @@ def study_html(result: StudyResult, written_at: datetime | None = None) -> str:
             resonance_chapter(result),
             controller_chapter(result),
             acceptance_chapter(result),
+            carriage_controller_chapter(result),
+            carriage_acceptance_chapter(result),
         )
         if chapter is not None
     )

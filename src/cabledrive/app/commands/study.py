@@ -12,7 +12,7 @@ from cabledrive.app.options import Subcommand, answering, drive_argument
 from cabledrive.app.results import Answer
 from cabledrive.parameters import Drive, InputRefused
 
-QUICK = {"draws": 100, "cable_draws": 3}
+QUICK = {"draws": 100, "cable_draws": 3, "carriage_draws": 50}
 SERVED = "nothing has changed: served from the finished study"
 
 
@@ -27,9 +27,12 @@ SERVED = "nothing has changed: served from the finished study"
     "--log", "logs", type=click.Path(), multiple=True, metavar="LOG", help="A measured log; repeatable."
 )
 @click.option(
-    "--goals", type=click.Path(), metavar="FILE", help="TOML file: error, motion, torque, load range, draws."
+    "--goals",
+    type=click.Path(),
+    metavar="FILE",
+    help="TOML file: error, motion, torque, load range, carriage, draws.",
 )
-@click.option("--quick", is_flag=True, help="A tenth of the plants: 100 lumped, 3 on the cable.")
+@click.option("--quick", is_flag=True, help="Fewer plants: 100 lumped, 3 on the cable, 50 with a carriage.")
 @click.option(
     "--resume", is_flag=True, help="Go on where an interrupted study ended; done by itself as well."
 )

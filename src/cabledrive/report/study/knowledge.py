@@ -5,9 +5,10 @@ from cabledrive.report.figures.study_runs import intervals_picture
 from cabledrive.report.numbers import number
 from cabledrive.report.study.verdict import listed
 from cabledrive.studies.study import StudyResult
-from cabledrive.studies.study.machine import DATASHEET, GOAL, LOG, WORDS, by_datasheet
+from cabledrive.studies.study.carriage_machine import carriage_quantities
+from cabledrive.studies.study.machine import DATASHEET, GOAL, GUESS, LOG, WORDS, Quantity, by_datasheet
 
-SOURCES = {LOG: "log", DATASHEET: "data sheet", GOAL: "goal"}
+SOURCES = {LOG: "log", DATASHEET: "data sheet", GOAL: "goal", GUESS: "guess"}
 
 
 def knowledge_chapter(result: StudyResult) -> Chapter:
@@ -42,8 +43,8 @@ def _words(result: StudyResult, told: int) -> str:
     known = result.knowledge
     if known.residual is None and not told:
         return (
-            "No log told anything, so every number is the data sheet's, with the relative uncertainty that "
-            "the study was given. The controller has to live with all of it."
+            "No log told anything, so every number is the data sheet's or the goals', with the relative "
+            "uncertainty that the study was given. The controller has to live with all of it."
         )
     residual = (
         ""
@@ -59,8 +60,15 @@ def _words(result: StudyResult, told: int) -> str:
     )
 
 
+def _sheet(result: StudyResult) -> dict[str, Quantity]:
+    """What stood in file and goals before any log."""
+    if result.carriage is not None:
+        return carriage_quantities(result.drive, result.goals)
+    return by_datasheet(result.drive, result.goals.spreads)
+
+
 def _table(result: StudyResult) -> Table:
-    sheet = by_datasheet(result.drive, result.goals.spreads)
+    sheet = _sheet(result)
     rows: tuple[tuple[Cell, ...], ...] = tuple(
         (
             WORDS[name][:1].upper() + WORDS[name][1:],
@@ -90,7 +98,7 @@ def _table(result: StudyResult) -> Table:
 
 
 def _picture(result: StudyResult) -> Figure:
-    sheet = by_datasheet(result.drive, result.goals.spreads)
+    sheet = _sheet(result)
     picture = intervals_picture("intervals", result.knowledge.quantities, sheet)
     words = "; ".join(
         f"{WORDS[name]} {100 * q.half_width / abs(q.value):.2g} %"

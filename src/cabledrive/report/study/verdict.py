@@ -4,6 +4,7 @@ from markupsafe import Markup, escape
 
 from cabledrive.report.blocks import Block, Cell, Chapter, Column, Note, Paragraph, RowGroup, Table
 from cabledrive.report.numbers import number, quantity
+from cabledrive.report.study.carriage_goals import CARRIAGE_METHODS, asked_of_carriage
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import Goals, StudyResult
 from cabledrive.studies.study.verdict_stage import Margin
@@ -12,7 +13,9 @@ TONES = {"yes": "good", "no": "warning", "unknown": "warning"}
 HEADS = {"yes": "Yes.", "no": "No.", "unknown": "Unknown."}
 MARGINS = {
     "torque": "Torque of the motion, without feedback",
-    "speed": "Speed of the load pulley",
+    "speed": "Speed of the pulley",
+    "lost tension": "Tension that a strand loses along the motion, against the pretension",
+    "error, carriage": "Error that 99 % of the runs keep below, against the goal",
     "slack_torque": "Torque through the cable, before a span goes slack",
     "error, lumped": "Error that 99 % of the lumped plants keep below, against the stated bound",
     "error, cable": "Error that 95 % of the plants on the cable keep below, against the stated bound",
@@ -42,12 +45,15 @@ def verdict_chapter(result: StudyResult) -> Chapter:
         blocks.append(_margins(verdict.margins))
     if verdict.cautions:
         blocks.append(Paragraph(text=listed("To be known:", verdict.cautions)))
-    blocks.append(_asked(result.goals))
+    carried = result.carriage is not None
+    blocks.append(_asked(result.goals) if not carried else asked_of_carriage(result.goals))
     return Chapter(
         title="Verdict",
         anchor="verdict",
         blocks=tuple(blocks),
-        methods=(
+        methods=CARRIAGE_METHODS
+        if carried
+        else (
             "Verdict: yes if 99 % of the lumped and 95 % of the cable plants keep within the stated bound "
             "and, "
             "where one is given, the error goal; no if torque, speed, slack, resonance or that test refuse; "

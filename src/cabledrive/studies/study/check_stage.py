@@ -8,6 +8,7 @@ from cabledrive.identification.logs.log import Log
 from cabledrive.mechanics import derived_quantities, practitioner_warnings
 from cabledrive.parameters import Drive
 from cabledrive.rig.fitting import SHAFTS
+from cabledrive.studies.study.carriage_machine import missing_for_carriage
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -94,6 +95,8 @@ def missing_for_control(drive: Drive) -> tuple[str, ...]:
     tuple of str
         Empty where a controller can be designed.
     """
+    if drive.carriage:
+        return missing_for_carriage(drive)
     found = []
     sensors = drive.sensors
     if sensors is None or sensors.sample_rate is None:
@@ -102,12 +105,6 @@ def missing_for_control(drive: Drive) -> tuple[str, ...]:
         found.append("sensors.load_encoder is missing, and the load's angle is what is controlled: fit one")
     if sensors is not None and all(getattr(sensors, f"{shaft}_encoder") is None for shaft in SHAFTS[:2]):
         found.append("neither sensors.motor_encoder nor sensors.drive_encoder is given: fit one")
-    if drive.carriage:
-        found.append(
-            f"the cable carries masses ({len(drive.carriage)}), and the reduced models hold none: the "
-            "controller "
-            "stages are for a load pulley"
-        )
     if any(pulley.fixed for pulley in drive.pulley):
         found.append("a pulley is fixed, so nothing turns at that end: the controller stages need two")
     return tuple(found)

@@ -2,7 +2,9 @@
 
 from dataclasses import dataclass
 
+from cabledrive.parameters import Drive
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult
+from cabledrive.studies.study.carriage_pipeline import CarriageStages
 from cabledrive.studies.study.check_stage import CheckResult
 from cabledrive.studies.study.controller_stage import ControllerResult
 from cabledrive.studies.study.demand_stage import DemandResult
@@ -24,6 +26,10 @@ class Findings:
     resonance : ResonanceResult
     controller : ControllerResult or None
     lumped, cable : AcceptanceResult
+    carriage : CarriageStages or None
+        Of a drive whose one carriage the scheduled law covers.
+    drive : Drive or None
+        With the best values.
     """
 
     goals: Goals
@@ -34,3 +40,5 @@ class Findings:
     controller: ControllerResult | None
     lumped: AcceptanceResult
     cable: AcceptanceResult
+    carriage: CarriageStages | None = None
+    drive: Drive | None = None

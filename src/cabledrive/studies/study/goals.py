@@ -19,9 +19,14 @@ QUANTITIES = {
     "duration": "s",
     "dwell": "s",
     "torque": "N m",
+    "travel": "m",
+    "carriage_error": "m",
+    "hanging_mass": "kg",
+    "line_length": "m",
+    "rail_friction": "N s/m",
 }
-COUNTS = ("pulses", "order", "draws", "cable_draws", "seed")
-TABLES = ("goals", "motion", "acceptance")
+COUNTS = ("pulses", "order", "draws", "cable_draws", "carriage_draws", "seed")
+TABLES = ("goals", "motion", "carriage", "acceptance")
 SPREADS = {"inertia": 0.1, "stiffness": 0.2, "damping": 0.5, "friction": 0.3}
 """Relative half widths of what a datasheet says, where nothing else is stated."""
 
@@ -41,8 +46,16 @@ class Goals:
         Largest torque [N m]; None: the motor's limit.
     load_inertia : tuple of (float, float), or None
         Smallest and largest inertia of the load pulley with its load [kg m^2].
-    draws, cable_draws : int
-        Plants of the acceptance, lumped and on the cable.
+    travel : float or None
+        Way of a carriage in each pulse [m]; None: what `angle` at the load pulley carries.
+    carriage_error : float or None
+        Largest error of a carriage, and of the mass that hangs below it [m]; None: there is no goal.
+    hanging_mass, line_length : float or None
+        Mass below the carriage [kg] and the line on which it hangs [m]; None: nothing hangs.
+    rail_friction : float or None
+        Of the carriage on its guide [N s/m]; None: a guess.
+    draws, cable_draws, carriage_draws : int
+        Plants of the acceptance: lumped, on the cable, with a carriage.
     seed : int
     spreads : mapping of str to float
         Relative half widths of datasheet values, by kind, see `SPREADS`.
@@ -58,20 +71,32 @@ class Goals:
     order: int = 9
     torque: float | None = None
     load_inertia: tuple[float, float] | None = None
+    travel: float | None = None
+    carriage_error: float | None = None
+    hanging_mass: float | None = None
+    line_length: float | None = None
+    rail_friction: float | None = None
     draws: int = 1000
     cable_draws: int = 20
+    carriage_draws: int = 200
     seed: int = 0
     spreads: Mapping[str, float] = field(default_factory=lambda: dict(SPREADS))
     columns: ColumnMap = field(default_factory=ColumnMap)
 
     def __post_init__(self) -> None:
-        for name in ("error", "torque", "duration", "angle", "dwell"):
+        for name in QUANTITIES:
             value = getattr(self, name)
             if value is not None and not (isfinite(value) and value > 0.0):
                 unit = QUANTITIES[name]
                 raise InputRefused(f"{name} = {value:.4g} {unit} must be finite and above 0: correct it")
-        if self.draws < 1 or self.cable_draws < 0:
-            raise InputRefused(f"draws = {self.draws} must be at least 1, cable_draws = {self.cable_draws} 0")
+        if min(self.draws, self.carriage_draws) < 1 or self.cable_draws < 0:
+            raise InputRefused(
+                f"draws = {self.draws} and carriage_draws = {self.carriage_draws} must be at least 1, "
+                f"cable_draws = {self.cable_draws} 0"
+            )
+        if (self.hanging_mass is None) != (self.line_length is None):
+            given, other = ("hanging_mass", "line_length")[:: 1 if self.line_length is None else -1]
+            raise InputRefused(f"{given} is given without {other}: state both, or none")
         if self.load_inertia is not None and not 0.0 < self.load_inertia[0] <= self.load_inertia[1]:
             low, high = self.load_inertia
             raise InputRefused(f"load_inertia = {low:.4g} to {high:.4g} kg m^2: give 0 < smallest <= largest")
@@ -97,8 +122,8 @@ def load_goals(path: str | Path) -> Goals:
     Parameters
     ----------
     path : path-like
-        TOML with tables ``[goals]``, ``[motion]``, ``[acceptance]``, ``[uncertainty]`` and ``[log]``; the
-        keys of the first three may stand without a table as well.
+        TOML with tables ``[goals]``, ``[motion]``, ``[carriage]``, ``[acceptance]``, ``[uncertainty]`` and
+        ``[log]``; the keys of the first four may stand without a table as well.
 
     Returns
     -------
@@ -142,7 +167,9 @@ def goals_of(content: Mapping[str, Any]) -> Goals:
     for key, value in flat.items():
         if key not in known:
             raise InputRefused(f"{key}: unknown key{nearest(key, known)}")
-        if key in QUANTITIES:
+        if key == "error" and _is_length(value):
+            found["carriage_error"] = _si(key, value, "m")
+        elif key in QUANTITIES:
             found[key] = _si(key, value, QUANTITIES[key])
         elif key == "load_inertia":
             found[key] = _range(value)
@@ -175,6 +202,14 @@ def _si(key: str, value: Any, unit: str) -> float:
     return float(value)
 
 
+def _is_length(value: Any) -> bool:
+    """Whether an error is one of a carriage, such as "0.5 mm", and not of an angle."""
+    try:
+        return isinstance(value, str) and to_si(value, "m") is not None
+    except InputRefused:
+        return False
+
+
 def _range(value: Any) -> tuple[float, float]:
     if not isinstance(value, list) or len(value) != 2:
         raise InputRefused(f"load_inertia = {value!r} is no range: write [smallest, largest]")
@@ -187,3 +222,18 @@ def _spreads(content: Mapping[str, Any]) -> dict[str, float]:
         if key not in SPREADS:
             raise InputRefused(f"uncertainty.{key}: unknown key{nearest(key, SPREADS)}")
     return SPREADS | {key: _si(f"uncertainty.{key}", value, "1") for key, value in given.items()}
+
+
+def motion_of(goals: Goals) -> dict[str, Any]:
+    """The motion as plain data.
+
+    Parameters
+    ----------
+    goals : Goals
+
+    Returns
+    -------
+    dict
+    """
+    names = ("angle", "duration", "dwell", "pulses", "order")
+    return {name: getattr(goals, name) for name in names}

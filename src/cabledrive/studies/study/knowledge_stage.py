@@ -83,7 +83,7 @@ def know(
         found = _by_regression(drive, [log for log in logs if whole_drive(log)], known)
     else:
         found = _as_one_axis(drive, logs, known)
-    return found if load_inertia is None else _with_load(found, load_inertia)
+    return found if load_inertia is None else with_load(found, load_inertia)
 
 
 def usable_log(log: Log) -> Log:
@@ -210,7 +210,19 @@ def _told_nothing(known: dict[str, Quantity], why: str) -> Knowledge:
     )
 
 
-def _with_load(found: Knowledge, load: tuple[float, float]) -> Knowledge:
+def with_load(found: Knowledge, load: tuple[float, float]) -> Knowledge:
+    """The same with the load that the goals ask for.
+
+    Parameters
+    ----------
+    found : Knowledge
+    load : tuple of (float, float)
+        Smallest and largest inertia [kg m^2].
+
+    Returns
+    -------
+    Knowledge
+    """
     low, high = load
     own = found.quantities["load_inertia"]
     value = 0.5 * (low + high)

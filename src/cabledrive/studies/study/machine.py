@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from cabledrive.parameters import Drive, Lumped
 from cabledrive.reduction.models import rim_spring
 
-LOG, DATASHEET, GOAL = "log", "datasheet", "goal"
+LOG, DATASHEET, GOAL, GUESS = "log", "datasheet", "goal", "guess"
 UNITS = {
     "near_inertia": "kg m^2",
     "motor_share": "1",
@@ -18,6 +18,10 @@ UNITS = {
     "cable_damping": "N s/rad",
     "joint_stiffness": "N m/rad",
     "joint_damping": "N m s/rad",
+    "carriage_mass": "kg",
+    "rail_friction": "N s/m",
+    "hanging_mass": "kg",
+    "line_length": "m",
 }
 WORDS = {
     "near_inertia": "inertia of motor and drive pulley",
@@ -30,6 +34,10 @@ WORDS = {
     "cable_damping": "damping of a span",
     "joint_stiffness": "stiffness of the motor joint",
     "joint_damping": "damping of the motor joint",
+    "carriage_mass": "mass of the carriage",
+    "rail_friction": "friction of the carriage on its guide",
+    "hanging_mass": "hanging mass",
+    "line_length": "length of its line",
 }
 KINDS = {
     "near_inertia": "inertia",
@@ -42,6 +50,10 @@ KINDS = {
     "cable_damping": "damping",
     "joint_stiffness": "stiffness",
     "joint_damping": "damping",
+    "carriage_mass": "inertia",
+    "rail_friction": "friction",
+    "hanging_mass": "inertia",
+    "line_length": "inertia",
 }
 
 
@@ -58,7 +70,7 @@ class Quantity:
         From a log: the 95 % interval, with what the choice of filter moves. Else: all that is thought
         possible.
     unit : str
-    source : {"log", "datasheet", "goal"}
+    source : {"log", "datasheet", "goal", "guess"}
     """
 
     name: str
@@ -194,3 +206,22 @@ def by_datasheet(drive: Drive, spreads: Mapping[str, float]) -> dict[str, Quanti
             name=name, value=value, low=value - half, high=high, unit=UNITS[name], source=DATASHEET
         )
     return found
+
+
+def mechanical(drive: Drive) -> Drive:
+    """A drive without what its mechanics do not depend on: sensors, goals, limits and words.
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    Drive
+    """
+    motor = drive.motor
+    if motor is not None:
+        motor = replace(
+            motor, torque_limit=None, speed_limit=None, torque_per_volt=None, current_bandwidth=None
+        )
+    return replace(drive, sensors=None, goal=None, motor=motor, name="", title="", source="")

@@ -10,12 +10,20 @@ from cabledrive.identification.logs.log import Log
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.parameters import Drive, content_hash
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult, accept, no_runs
-from cabledrive.studies.study.check_stage import CheckResult, check
+from cabledrive.studies.study.carriage_machine import goals_for
+from cabledrive.studies.study.carriage_pipeline import (
+    NO_MODELS,
+    carriage_stages,
+    demand_of_carriage,
+    know_carriage,
+)
+from cabledrive.studies.study.check_stage import CheckResult, check, missing_for_control
 from cabledrive.studies.study.controller_stage import ControllerResult, design_controller
 from cabledrive.studies.study.demand_stage import DemandResult, demand_of
 from cabledrive.studies.study.findings import Findings
-from cabledrive.studies.study.goals import Goals
+from cabledrive.studies.study.goals import Goals, motion_of
 from cabledrive.studies.study.knowledge_stage import Knowledge, know, known_drive, usable_log
+from cabledrive.studies.study.machine import mechanical
 from cabledrive.studies.study.modes_stage import ModelResult, ModesResult, choose_reduced_model, find_modes
 from cabledrive.studies.study.resonance_stage import ResonanceResult, resonance_of
 from cabledrive.studies.study.result import StudyResult
@@ -68,7 +76,7 @@ def run_study(
     -------
     StudyResult
     """
-    goals, note = goals or Goals(), note or (lambda line: None)
+    goals, note = goals_for(drive, goals or Goals()), note or (lambda line: None)
     hashes = [file_hash(path) for path in logs]
     cache = StageCache(folder=folder, note=note)
     reader = _Reader(tuple(logs), goals.columns, [])
@@ -77,7 +85,7 @@ def run_study(
     checked = run.stage("check", CheckResult, run.about_logs, lambda: check(drive, reader.read(), hashes))
     note(f"[2/{STAGES}] what the logs tell")
     known = run.stage("knowledge", Knowledge, run.about_knowledge, run.identify)
-    machine = known_drive(drive, known) if not checked.missing else drive
+    machine = drive if checked.missing or drive.carriage else known_drive(drive, known)
     return _judged(run, checked, known, machine)
 
 
@@ -116,30 +124,18 @@ class _Run:
     def about_knowledge(self) -> dict[str, Any]:
         mechanics = mechanical(self.drive)
         spreads, load = dict(self.goals.spreads), self.goals.load_inertia
-        columns = _plain(self.goals)["columns"]
-        return {"drive": mechanics, "logs": self.hashes, "spreads": spreads, "load": load, "columns": columns}
+        about: dict[str, Any] = {"drive": mechanics, "logs": self.hashes, "carriage": self.carriage_numbers}
+        return about | {"spreads": spreads, "load": load, "columns": _plain(self.goals)["columns"]}
+
+    @property
+    def carriage_numbers(self) -> list[float | None]:
+        goals = self.goals
+        return [goals.hanging_mass, goals.line_length, goals.rail_friction]
 
     def identify(self) -> Knowledge:
+        if self.drive.carriage and not missing_for_control(self.drive):
+            return know_carriage(self.drive, self.goals, self.hashes)
         return know(self.drive, self.reader.read(), self.goals.spreads, self.goals.load_inertia)
-
-
-def mechanical(drive: Drive) -> Drive:
-    """A drive without what its mechanics do not depend on: sensors, goals, limits and words.
-
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    Drive
-    """
-    motor = drive.motor
-    if motor is not None:
-        motor = replace(
-            motor, torque_limit=None, speed_limit=None, torque_per_volt=None, current_bandwidth=None
-        )
-    return replace(drive, sensors=None, goal=None, motor=motor, name="", title="", source="")
 
 
 def _judged(run: _Run, checked: CheckResult, known: Knowledge, machine: Drive) -> StudyResult:
@@ -147,17 +143,24 @@ def _judged(run: _Run, checked: CheckResult, known: Knowledge, machine: Drive) -
     goals, note, motion = run.goals, run.cache.note, run.goals.motion
     bare, course = mechanical(machine), motion_of(goals)
     note(f"[3/{STAGES}] certified modes, reduced models")
-    why = "; ".join(checked.missing)
-    modes = run.stage("modes", ModesResult, {"drive": bare, "why": why}, lambda: find_modes(machine, why))
+    why, carried = "; ".join(checked.missing), bool(machine.carriage) and not checked.missing
+    alone = NO_MODELS if carried else why
+    modes = run.stage("modes", ModesResult, {"drive": bare, "why": alone}, lambda: find_modes(machine, alone))
     note(f"[4/{STAGES}] internal resonance under the planned motion")
     resonance = run.stage(
         "resonance", ResonanceResult, {"drive": bare, "motion": course}, lambda: resonance_of(machine, motion)
     )
-    limited = {"drive": machine, "motion": course, "torque": goals.torque}
-    demand = run.stage("demand", DemandResult, limited, lambda: demand_of(machine, motion, goals.torque))
-    model = controller = None
-    if checked.missing:
-        lumped, cable = no_runs("lumped", why), no_runs("cable", why)
+    if carried:
+        demand = demand_of_carriage(run.cache, machine, goals)
+    else:
+        limited = {"drive": machine, "motion": course, "torque": goals.torque}
+        demand = run.stage("demand", DemandResult, limited, lambda: demand_of(machine, motion, goals.torque))
+    model = controller = carriage = None
+    if carried:
+        possible = not demand.exceeded
+        carriage = carriage_stages(run.cache, machine, goals, known, possible=possible, stages=STAGES)
+    if checked.missing or carried:
+        lumped, cable = no_runs("lumped", alone), no_runs("cable", alone)
     elif demand.exceeded:
         asked = "the motion asks for more than the drive has"
         lumped, cable = no_runs("lumped", asked), no_runs("cable", asked)
@@ -173,6 +176,8 @@ def _judged(run: _Run, checked: CheckResult, known: Knowledge, machine: Drive) -
         controller=controller,
         lumped=lumped,
         cable=cable,
+        carriage=carriage,
+        drive=machine,
     )
     return StudyResult(
         drive=run.drive,
@@ -187,6 +192,7 @@ def _judged(run: _Run, checked: CheckResult, known: Knowledge, machine: Drive) -
         controller=controller,
         lumped=lumped,
         cable=cable,
+        carriage=carriage,
         verdict=judge(findings),
         key=study_key(run.drive, run.hashes, goals),
     )
@@ -271,21 +277,6 @@ def _accepted(
         ),
     )
     return result
-
-
-def motion_of(goals: Goals) -> dict[str, Any]:
-    """The motion as plain data.
-
-    Parameters
-    ----------
-    goals : Goals
-
-    Returns
-    -------
-    dict
-    """
-    names = ("angle", "duration", "dwell", "pulses", "order")
-    return {name: getattr(goals, name) for name in names}
 
 
 def _plain(goals: Goals) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from cabledrive.parameters import Drive
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult
+from cabledrive.studies.study.carriage_pipeline import CarriageStages
 from cabledrive.studies.study.check_stage import CheckResult
 from cabledrive.studies.study.controller_stage import ControllerResult
 from cabledrive.studies.study.demand_stage import DemandResult
@@ -36,6 +37,8 @@ class StudyResult:
     verdict : Verdict
     key : str
         Hash of all inputs.
+    carriage : CarriageStages or None
+        Model, controller and acceptance of a drive whose one carriage the scheduled law covers.
     """
 
     drive: Drive
@@ -52,3 +55,4 @@ class StudyResult:
     cable: AcceptanceResult
     verdict: Verdict
     key: str
+    carriage: CarriageStages | None = None

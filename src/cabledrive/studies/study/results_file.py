@@ -11,7 +11,9 @@ from cabledrive.parameters import content_hash
 from cabledrive.parameters.drive_file import drive_text
 from cabledrive.parameters.files import write_whole
 from cabledrive.parameters.version import __version__
+from cabledrive.rig.carriage_move import DEFAULT_LIMIT
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult
+from cabledrive.studies.study.carriage_case import case_of, loop_at
 from cabledrive.studies.study.closed_loop import joined_loop, make_law
 from cabledrive.studies.study.plain_data import as_plain
 from cabledrive.studies.study.result import StudyResult
@@ -32,15 +34,15 @@ def results_of(result: StudyResult) -> dict[str, Any]:
     dict
         Plain data, SI.
     """
-    verdict = result.verdict
+    verdict, carriage = result.verdict, result.carriage
     stages = {
         "check": result.check,
         "identification": result.knowledge,
         "modes": result.modes,
         "resonance": result.resonance,
         "demand": result.demand,
-        "model": result.model,
-        "controller": result.controller,
+        "model": result.model if carriage is None else carriage.model,
+        "controller": result.controller if carriage is None else carriage.controller,
     }
     goals = as_plain(result.goals)
     return {
@@ -53,7 +55,7 @@ def results_of(result: StudyResult) -> dict[str, Any]:
         "drive_hash": content_hash(result.drive),
         "goals": {name: value for name, value in goals.items() if name not in ("columns", "spreads")},
         "stages": {name: as_plain(stage) for name, stage in stages.items()}
-        | {"acceptance": {"lumped": _shown(result.lumped), "cable": _shown(result.cable)}},
+        | {"acceptance": _acceptance(result)},
         "study": result.key,
         "provenance": {
             "cabledrive": __version__,
@@ -64,6 +66,18 @@ def results_of(result: StudyResult) -> dict[str, Any]:
             "seed": result.goals.seed,
         },
     }
+
+
+def _acceptance(result: StudyResult) -> dict[str, Any]:
+    if result.carriage is None:
+        return {"lumped": _shown(result.lumped), "cable": _shown(result.cable)}
+    runs = result.carriage.acceptance
+    if runs is None:
+        return {"carriage": None}
+    shares = {"median": 0.5, "quantile_95": 0.95, "quantile_99": 0.99, "largest": 1.0}
+    found: dict[str, Any] = as_plain(runs)
+    found |= {f"{name}_error": runs.quantile(share) for name, share in shares.items()}
+    return {"carriage": found | {"quantile_99_error_at_rest": runs.quantile(0.99, rest=True)}}
 
 
 def _shown(found: AcceptanceResult) -> dict[str, Any]:
@@ -85,6 +99,8 @@ def controller_numbers(result: StudyResult) -> dict[str, Any] | None:
         None where no controller was found.
     """
     found, goals = result.controller, result.goals
+    if result.carriage is not None:
+        return _carriage_numbers(result)
     if found is None or found.bandwidth is None:
         return None
     law = make_law(result.known, goals.motion, result.knowledge.quantities, found.model, found.bandwidth)
@@ -99,6 +115,27 @@ def controller_numbers(result: StudyResult) -> dict[str, Any] | None:
         "law": _numbers(law.law._asdict()),
         "filter": _numbers(loop.observer._asdict() | {"gains": loop.observer.gains[-1]}),
         "stated_bound": found.bound,
+    }
+
+
+def _carriage_numbers(result: StudyResult) -> dict[str, Any] | None:
+    """Tables of the scheduled law over the carriage's place; forces at the rim of the drive pulley."""
+    found = result.carriage.controller if result.carriage else None
+    if found is None or found.bandwidth is None:
+        return None
+    case = case_of(result.known, result.goals)
+    law = loop_at(case, found.bandwidth).law
+    return {
+        "about": "See cabledrive.control.transporter_law.ScheduledLaw and scheduled_kernels beside it",
+        "name": found.name,
+        "bandwidth_hz": found.bandwidth,
+        "radius": case.design.radius,
+        "interval": case.interval,
+        "count": case.count,
+        "encoders": ["drive", "load"] if found.both else ["drive"],
+        "torque_limit": case.limit * case.design.radius if case.limit < DEFAULT_LIMIT else None,
+        "law": _numbers(law._asdict()),
+        "stated_bound": None,
     }
 
 

@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass
 
+from cabledrive.parameters import Drive
+from cabledrive.studies.study.carriage_verdict import ENOUGH as CARRIAGE_ENOUGH
+from cabledrive.studies.study.carriage_verdict import carriage_cautions, judge_carriage
 from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.machine import LOG, WORDS
 from cabledrive.studies.study.verdict_words import (
@@ -14,6 +17,7 @@ from cabledrive.studies.study.verdict_words import (
 )
 
 YES, NO, UNKNOWN = "yes", "no", "unknown"
+ENDS = {"slack torque": "carry before a span goes slack", "lost tension": "are the pretension"}
 COMPLETE = "complete the drive file; what stands here of modes, resonance and torque holds without it"
 
 
@@ -72,6 +76,8 @@ def judge(found: Findings) -> Verdict:
         answer, reasons = NO, refusals
     elif found.check.missing:
         answer, reasons, remedies = UNKNOWN, list(found.check.missing), [COMPLETE]
+    elif found.carriage is not None:
+        answer, reasons, remedies = judge_carriage(found.carriage, found.goals)
     elif found.controller is None or found.controller.bound is None:
         why = found.controller.reason if found.controller else "no controller was designed"
         answer, reasons, remedies = NO, [why], ["sample faster, fit finer encoders, or identify the drive"]
@@ -93,13 +99,13 @@ def _refusals(found: Findings) -> tuple[list[str], list[str]]:
         name = demand.name.replace("_", " ")
         reasons.append(
             f"{name}: the motion asks for {demand.asked:.4g} {demand.unit}, and {demand.limit:.4g} "
-            f"{demand.unit} {'carry before a span goes slack' if name == 'slack torque' else 'is the limit'}"
+            f"{demand.unit} {ENDS.get(name, 'is the limit')}"
         )
         if found.demand.shortest is not None:
             remedies.append(
                 f"take {found.demand.shortest:.3g} s for the move instead of {found.goals.duration:.3g} s"
             )
-        if name == "slack torque":
+        if name in ENDS:
             remedies.append("raise cable.pretension")
     resonance = found.resonance
     if resonance.refuses:
@@ -154,6 +160,11 @@ def _margins(found: Findings) -> tuple[Margin, ...]:
                 )
         if goals.error is not None:
             rows.append(Margin(name="bound", value=controller.bound, allowed=goals.error, unit="rad"))
+    if found.carriage is not None and found.carriage.acceptance is not None and goals.carriage_error:
+        most = found.carriage.acceptance.quantile(CARRIAGE_ENOUGH)
+        if most is not None:
+            goal = goals.carriage_error
+            rows.append(Margin(name="error, carriage", value=most, allowed=goal, unit="m"))
     return tuple(rows)
 
 
@@ -171,6 +182,8 @@ def _cautions(found: Findings) -> tuple[str, ...]:
         )
     if found.resonance.slack:
         words.append("the pulley mode's answer to the motion takes a span's tension away for a moment")
+    if found.carriage is not None:
+        return (*words, *carriage_cautions(found.carriage, found.goals, _late(found.drive)))
     unrun = {one.reason: one.plant for one in (found.cable, found.lumped) if not one.draws and one.reason}
     for reason, plant in unrun.items():
         where = "" if len(unrun) == 1 and not found.lumped.draws else f" on the {plant} plant"
@@ -185,3 +198,10 @@ def _cautions(found: Findings) -> tuple[str, ...]:
             + " (the other parts of the bound answer for them)"
         )
     return tuple(words)
+
+
+def _late(drive: Drive | None) -> bool:
+    """Whether the drive file names a delay or a torque loop."""
+    if drive is None or drive.motor is None or drive.sensors is None:
+        return False
+    return drive.sensors.delay > 0.0 or drive.motor.current_bandwidth is not None

@@ -1,0 +1,263 @@
+"""A carriage under its scheduled law: design at a bandwidth, runs on this plant or that, their errors."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from math import ceil, pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.control.transporter_law import frozen_poles, scheduled_law
+from cabledrive.control.transporter_reference import flat_motion
+from cabledrive.control.transporter_tuning import WIND_TIME, tuning_for
+from cabledrive.parameters import Drive
+from cabledrive.reduction.transporter import Transporter, frozen_frequencies
+from cabledrive.rig.carriage_loop import CARRIAGE, FORCE, PAYLOAD, CarriageLoop, run_carriage
+from cabledrive.rig.carriage_move import force_limit
+from cabledrive.rig.setting import sample_interval
+from cabledrive.studies.study.carriage_machine import (
+    MARGIN,
+    cable_frequency,
+    carriage_values,
+    encoders_read,
+    transporter_with,
+)
+from cabledrive.studies.study.goals import Goals
+from cabledrive.studies.study.machine import Quantity
+from cabledrive.trajectories import pulse
+
+Array = NDArray[np.float64]
+POSITIONS, LOOKED_AT = 12, 9
+FINE, LEAST_SUBSTEPS = 0.3, 5
+"""Largest angle of the fastest mode in an internal step [rad], and the fewest steps in a sample."""
+STILL = 1e-9
+"""Speed below which the carriage is to stand, over the largest."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CarriageCase:
+    """What every run of a carriage shares.
+
+    Attributes
+    ----------
+    drive : Drive
+    design : Transporter
+        With the best values.
+    goals : Goals
+    hanging : bool
+        Whether a mass hangs below the carriage.
+    wanted : ndarray, shape (samples,)
+        Course of the hanging mass, or of the carriage where nothing hangs [m].
+    standing : ndarray of bool, shape (samples,)
+        When a move is over and the next has not begun.
+    reference : ndarray, shape (samples, 10)
+    interval, count, limit : float
+        Sample time [s], count at the rim [m], largest force at the rim [N].
+    reads : tuple of int
+        Pulleys with an encoder.
+    substeps : int
+    """
+
+    drive: Drive
+    design: Transporter
+    goals: Goals
+    hanging: bool
+    wanted: Array
+    standing: NDArray[np.bool_]
+    reference: Array
+    interval: float
+    count: float
+    limit: float
+    reads: tuple[int, ...]
+    substeps: int
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Where the way begins and ends, from the drive pulley [m]."""
+        assert self.goals.travel is not None
+        return self.design.start, self.design.start + self.goals.travel
+
+    @property
+    def places(self) -> Array:
+        """Where poles are looked at, shape (9,) [m]."""
+        return np.asarray(np.linspace(*self.ends, LOOKED_AT), dtype=np.float64)
+
+    @property
+    def cable_frequencies(self) -> Array:
+        """Of the carriage on the cable at those places, shape (9,) [Hz]."""
+        return np.array([cable_frequency(self.design, float(x)) for x in self.places])
+
+
+def case_of(drive: Drive, goals: Goals) -> CarriageCase:
+    """The motion and its feedforward, made once.
+
+    Parameters
+    ----------
+    drive : Drive
+        One that the law covers.
+    goals : Goals
+        As `goals_for` leaves them.
+
+    Returns
+    -------
+    CarriageCase
+    """
+    assert goals.travel is not None
+    design, interval = transporter_with(drive, carriage_values(drive, goals)), sample_interval(drive)
+    way = pulse(goals.travel, goals.duration, goals.dwell, pulses=goals.pulses, order=goals.order)
+    time = np.asarray(interval * np.arange(round(way.duration / interval)), dtype=np.float64)
+    y, (count, reads) = way(time, 6), encoders_read(drive)
+    limit = force_limit(drive)
+    if goals.torque is not None:
+        limit = min(limit, goals.torque / design.radius)
+    ends = (design.start, design.start + goals.travel)
+    fastest = 1.2 * max(float(frozen_frequencies(design, x).max()) for x in ends)
+    return CarriageCase(
+        drive=drive,
+        design=design,
+        goals=goals,
+        hanging=goals.hanging_mass is not None,
+        wanted=y[0],
+        standing=(np.abs(y[1]) <= STILL * np.abs(y[1]).max()) & (time >= goals.duration),
+        reference=flat_motion(design, y, interval),
+        interval=interval,
+        count=count,
+        limit=limit,
+        reads=reads,
+        substeps=max(LEAST_SUBSTEPS, ceil(fastest * interval / FINE)),
+    )
+
+
+def loop_at(case: CarriageCase, hertz: float, *, ideal: bool = False) -> CarriageLoop:
+    """The scheduled law of a bandwidth, ready to run.
+
+    Parameters
+    ----------
+    case : CarriageCase
+    hertz : float
+        [Hz].
+    ideal : bool, default False
+        The encoders do not count but tell the displacements themselves.
+
+    Returns
+    -------
+    CarriageLoop
+    """
+    tuning = tuning_for(
+        case.design, 2.0 * pi * hertz, interval=case.interval, count=case.count, hanging=case.hanging
+    )
+    beyond = MARGIN * case.design.span_length
+    law = scheduled_law(
+        case.design,
+        interval=case.interval,
+        count=case.count,
+        limit=case.limit,
+        positions=np.linspace(case.ends[0] - beyond, case.ends[1] + beyond, POSITIONS),
+        tuning=tuning,
+        reads=case.reads,
+    )
+    return CarriageLoop(
+        law=law,
+        reference=case.reference,
+        wind=np.zeros(len(case.reference)),
+        interval=case.interval,
+        substeps=case.substeps,
+        count=0.0 if ideal else case.count,
+    )
+
+
+def growth(case: CarriageCase, loop: CarriageLoop, plant: Transporter) -> tuple[float, float]:
+    """Largest real part of a pole of law, observer and frozen plant along the way, and where.
+
+    Parameters
+    ----------
+    case : CarriageCase
+    loop : CarriageLoop
+    plant : Transporter
+
+    Returns
+    -------
+    rate : float
+        [1/s]; below 0: stable.
+    place : float
+        [m].
+    """
+    radius = [
+        float(np.abs(frozen_poles(loop.law, plant, float(x), case.interval, WIND_TIME)).max())
+        for x in case.places
+    ]
+    worst = int(np.argmax(radius))
+    return float(np.log(radius[worst])) / case.interval, float(case.places[worst])
+
+
+def errors(case: CarriageCase, log: Array) -> Array:
+    """Distance of the carriage from its planned course; below it, that of the hanging mass where one hangs.
+
+    Parameters
+    ----------
+    case : CarriageCase
+    log : ndarray, shape (samples, 23)
+
+    Returns
+    -------
+    ndarray, shape (1 or 2, samples)
+        [m].
+    """
+    n = len(log)
+    if not case.hanging:
+        return np.asarray(log[:, CARRIAGE] - case.wanted[:n], dtype=np.float64)[None]
+    return np.array([log[:, CARRIAGE] - case.reference[:n, CARRIAGE], log[:, PAYLOAD] - case.wanted[:n]])
+
+
+def whole_run(case: CarriageCase, loop: CarriageLoop, values: Mapping[str, float], phases: Array) -> Array:
+    """One run on a plant with other values.
+
+    Parameters
+    ----------
+    case : CarriageCase
+    loop : CarriageLoop
+    values : mapping of str to float
+    phases : ndarray, shape (2,)
+        Of the encoders, in counts.
+
+    Returns
+    -------
+    ndarray, shape (samples, 23)
+        Fewer samples where a strand went slack or the carriage left its span.
+    """
+    given = carriage_values(case.drive, case.goals) | dict(values)
+    return run_carriage(loop, transporter_with(case.drive, given), phases)
+
+
+def torque_of(case: CarriageCase, log: Array) -> tuple[float, float]:
+    """Largest torque of a run, and the share of the samples at the limit.
+
+    Parameters
+    ----------
+    case : CarriageCase
+    log : ndarray, shape (samples, 23)
+
+    Returns
+    -------
+    torque : float
+        [N m].
+    saturated : float
+    """
+    force = np.abs(log[:, FORCE])
+    return float(force.max()) * case.design.radius, float(np.mean(force >= (1.0 - 1e-9) * case.limit))
+
+
+def at_its_bounds(quantities: Mapping[str, Quantity]) -> Iterator[tuple[str, tuple[float, float]]]:
+    """Each quantity that is not known for sure, with its bounds.
+
+    Parameters
+    ----------
+    quantities : mapping of str to Quantity
+
+    Yields
+    ------
+    (str, (float, float))
+    """
+    for name, quantity in quantities.items():
+        if quantity.low < quantity.high:
+            yield name, quantity.outer

@@ -1,0 +1,251 @@
+"""The bandwidth of a carriage's law: the smallest error that torque, sampling and stability allow."""
+
+from collections.abc import Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.linalg import LinAlgError
+
+from cabledrive.parameters import Drive
+from cabledrive.rig.carriage_loop import CarriageLoop
+from cabledrive.studies.study.carriage_case import (
+    Array,
+    CarriageCase,
+    at_its_bounds,
+    case_of,
+    errors,
+    growth,
+    loop_at,
+    torque_of,
+    whole_run,
+)
+from cabledrive.studies.study.carriage_machine import carriage_values, transporter_with
+from cabledrive.studies.study.controller_stage import RIPPLE, SAMPLES_PER_PERIOD
+from cabledrive.studies.study.goals import Goals
+from cabledrive.studies.study.machine import Quantity
+
+SHARES = (0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8)
+"""Bandwidths that are tried, over the lowest frequency of the carriage on its cable along the way."""
+CENTRED = np.zeros(2)
+OFF = np.array([0.25, -0.25])
+"""Encoder phases of the run that tells what counting costs, in counts."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CarriageCandidate:
+    """One bandwidth and what it costs.
+
+    Attributes
+    ----------
+    bandwidth : float
+        Of the loop round the rigid whole [Hz].
+    nominal : float or None
+        Largest error at the best values, encoders that do not count [m].
+    uncertain : float or None
+        What each number within its bounds adds, by itself, summed [m].
+    sensors : float or None
+        What counting adds [m].
+    estimate : float or None
+        All of it, with what the model leaves out [m]: computed, no theorem's bound.
+    torque : float or None
+        Largest torque with encoders that count [N m].
+    growth : float or None
+        Largest real part of a pole along the way, the cable at its best value and at its bounds [1/s].
+    refused : str
+        Why it cannot be used; empty where it can.
+    """
+
+    bandwidth: float
+    nominal: float | None
+    uncertain: float | None
+    sensors: float | None
+    estimate: float | None
+    torque: float | None
+    growth: float | None
+    refused: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CarriageController:
+    """The law of a carriage.
+
+    Attributes
+    ----------
+    name : str
+    bandwidth : float or None
+        [Hz]; None: none could be used.
+    chosen : CarriageCandidate or None
+    candidates : tuple of CarriageCandidate
+    shares : dict of str to float
+        What each uncertain number adds to the error [m].
+    both : bool
+        Whether the law listens to the encoder of the load pulley as well.
+    positions, frequencies : tuple of float
+        Places along the way [m] and the carriage's frequency on its cable there [Hz].
+    reason : str
+    """
+
+    name: str
+    bandwidth: float | None
+    chosen: CarriageCandidate | None
+    candidates: tuple[CarriageCandidate, ...]
+    shares: dict[str, float]
+    both: bool
+    positions: tuple[float, ...]
+    frequencies: tuple[float, ...]
+    reason: str
+
+
+def design_carriage_law(
+    drive: Drive, goals: Goals, quantities: Mapping[str, Quantity], left_out: float
+) -> CarriageController:
+    """The scheduled law with the smallest estimated error.
+
+    Parameters
+    ----------
+    drive : Drive
+    goals : Goals
+    quantities : mapping of str to Quantity
+    left_out : float
+        What the model leaves out [m].
+
+    Returns
+    -------
+    CarriageController
+    """
+    case = case_of(drive, goals)
+    lowest, rate = float(case.cable_frequencies.min()), 1.0 / case.interval / SAMPLES_PER_PERIOD
+    hertz = [float(f"{share * lowest:.3g}") for share in SHARES]
+    candidates, best, parts = [], None, {}
+    for found, shares in _tried(case, quantities, [f for f in hertz if f <= rate], left_out):
+        candidates.append(found)
+        if found.refused or found.estimate is None:
+            continue
+        if best is None or best.estimate is None or found.estimate < best.estimate:
+            best, parts = found, shares
+    return CarriageController(
+        name="scheduled",
+        bandwidth=None if best is None else best.bandwidth,
+        chosen=best,
+        candidates=tuple(candidates),
+        shares=parts,
+        both=len(case.reads) > 1,
+        positions=tuple(float(x) for x in case.places),
+        frequencies=tuple(float(f) for f in case.cable_frequencies),
+        reason=_reason(best, candidates, lowest, rate),
+    )
+
+
+def _tried(
+    case: CarriageCase, quantities: Mapping[str, Quantity], hertz: list[float], left_out: float
+) -> Iterator[tuple[CarriageCandidate, dict[str, float]]]:
+    """Bandwidths from the lowest on, until the encoders' counts make too much torque."""
+    calm = float("inf")
+    for bandwidth in hertz:
+        found, shares = evaluate(case, quantities, bandwidth, left_out)
+        calm = min(calm, found.torque if found.torque is not None else calm)
+        loud = found.torque is not None and found.torque > RIPPLE * calm
+        if loud and not found.refused:
+            found = replace(found, refused="encoder counts raise the torque by half and more")
+        yield found, shares
+        if loud:
+            return
+
+
+def evaluate(
+    case: CarriageCase, quantities: Mapping[str, Quantity], hertz: float, left_out: float
+) -> tuple[CarriageCandidate, dict[str, float]]:
+    """What one bandwidth costs.
+
+    Parameters
+    ----------
+    case : CarriageCase
+    quantities : mapping of str to Quantity
+    hertz, left_out : float
+        [Hz], [m].
+
+    Returns
+    -------
+    candidate : CarriageCandidate
+    shares : dict of str to float
+        What each number adds [m].
+    """
+    none = dict.fromkeys(("nominal", "uncertain", "sensors", "estimate", "torque", "growth"))
+    empty = CarriageCandidate(bandwidth=hertz, refused="", **none)
+    try:
+        ideal, real = (loop_at(case, hertz, ideal=kind) for kind in (True, False))
+    except LinAlgError as failure:
+        return replace(empty, refused=f"no feedback or observer was found: {failure}"), {}
+    rate, place, bound = _growth_within_bounds(case, real, quantities)
+    empty = replace(empty, growth=rate)
+    if rate >= 0.0:
+        return replace(empty, refused=f"unstable at {place:.3g} m, {bound}"), {}
+    clean, seen = whole_run(case, ideal, {}, CENTRED), whole_run(case, real, {}, OFF)
+    if min(len(clean), len(seen)) < len(case.reference):
+        return replace(empty, refused="a strand goes slack, or the carriage leaves its span"), {}
+    shares, moved = _moved(case, ideal, quantities, errors(case, clean))
+    if moved is None:
+        return replace(empty, refused="within its bounds the drive diverges, or a strand goes slack"), {}
+    nominal = np.abs(errors(case, clean))
+    sensors = float(np.abs(errors(case, seen) - errors(case, clean)).max())
+    torque, saturated = torque_of(case, seen)
+    return replace(
+        empty,
+        nominal=float(nominal.max()),
+        uncertain=float(moved.max()),
+        sensors=sensors,
+        estimate=float((nominal + moved).max()) + sensors + left_out,
+        torque=torque,
+        refused=f"the torque reaches its limit of {torque:.4g} N m" if saturated else "",
+    ), shares
+
+
+def _growth_within_bounds(
+    case: CarriageCase, loop: CarriageLoop, quantities: Mapping[str, Quantity]
+) -> tuple[float, float, str]:
+    """Of the best value and both bounds of the cable, the worst."""
+    best, cable = carriage_values(case.drive, case.goals), quantities["cable_stiffness"]
+    tried = {"the cable as it is known": cable.value}
+    tried |= dict(zip(("the cable at its softest", "the cable at its stiffest"), cable.outer, strict=True))
+    found = []
+    for words, stiffness in tried.items():
+        plant = transporter_with(case.drive, best | {"cable_stiffness": stiffness})
+        found.append((*growth(case, loop, plant), words))
+    return max(found)
+
+
+def _moved(
+    case: CarriageCase, loop: CarriageLoop, quantities: Mapping[str, Quantity], clean: Array
+) -> tuple[dict[str, float], Array | None]:
+    """How far each number can move the error, at the worse of its bounds; their sum at every sample."""
+    asked = [(name, value) for name, ends in at_its_bounds(quantities) for value in ends]
+
+    def one(item: tuple[str, float]) -> Array | None:
+        log = whole_run(case, loop, {item[0]: item[1]}, CENTRED)
+        return np.abs(errors(case, log) - clean) if len(log) == len(case.reference) else None
+
+    with ThreadPoolExecutor(2) as pool:
+        found = list(pool.map(one, asked))
+    shares, total = {}, np.zeros_like(clean)
+    for (name, _), low, high in zip(asked[::2], found[::2], found[1::2], strict=True):
+        if low is None or high is None:
+            return {}, None
+        largest = np.maximum(low, high)
+        shares[name] = float(largest.max())
+        total += largest
+    return shares, total
+
+
+def _reason(
+    best: CarriageCandidate | None, candidates: list[CarriageCandidate], lowest: float, rate: float
+) -> str:
+    if best is None:
+        why = candidates[0].refused if candidates else f"none is below {rate:.3g} Hz, a fortieth of sampling"
+        return f"no bandwidth can be used: {why}"
+    assert best.estimate is not None
+    return (
+        f"{best.bandwidth:g} Hz has the smallest estimated error, {1e3 * best.estimate:.3g} mm, of those "
+        "that stay stable along the way with the cable at either of its bounds and whose torque encoder "
+        f"counts leave calm; the carriage swings on its cable at {lowest:.3g} Hz and more"
+    )

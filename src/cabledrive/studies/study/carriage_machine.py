@@ -1,0 +1,294 @@
+"""Which carriages the scheduled law covers, and the numbers that such a machine depends on."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from math import pi
+
+from cabledrive.control.transporter_law import ENCODERS
+from cabledrive.parameters import Drive, InputRefused
+from cabledrive.reduction.transporter import Transporter, compliance, frozen_frequencies, transporter_of
+from cabledrive.rig.setting import DEGREE
+from cabledrive.studies.study.goals import Goals
+from cabledrive.studies.study.machine import (
+    DATASHEET,
+    GOAL,
+    GUESS,
+    KINDS,
+    UNITS,
+    Quantity,
+    by_datasheet,
+    has_flexible_joint,
+    values_of,
+)
+
+SHARED = (
+    "near_inertia",
+    "load_inertia",
+    "viscous_friction",
+    "coulomb_friction",
+    "offset_torque",
+    "cable_stiffness",
+    "cable_damping",
+)
+RAIL = 0.5
+"""Friction of a carriage on its guide, where nobody says [N s/m]: a guess, drawn from 0 to twice as much."""
+STIFF_JOINT = 10.0
+"""Stiffness of a motor joint that is taken as rigid, over the cable's between motor and carriage."""
+LATE = 0.05
+"""Largest delay with the torque loop's lag, over the shortest period of the carriage on its cable."""
+MARGIN = 0.02
+"""Nearest to a pulley that the carriage may come, over the span's length."""
+ORDER = 13
+"""Lowest order of the rise: six derivatives enter the feedforward."""
+SWING_RATIO = 0.005
+"""Damping ratio of the hanging mass: a guess."""
+GRAIN, GRAIN_RATIO, GRAVITY = 1e-6, 0.5, 9.81
+"""Where nothing hangs: a grain, over the carriage's mass, its damping ratio, and the gravity it needs."""
+
+
+def missing_for_carriage(drive: Drive) -> tuple[str, ...]:
+    """What stands between a drive that carries masses and the scheduled law of one carriage.
+
+    Parameters
+    ----------
+    drive : Drive
+        With a carriage.
+
+    Returns
+    -------
+    tuple of str
+        Each with what would be needed; empty where the law covers the drive.
+    """
+    found, sensors = _other_machine(drive), drive.sensors
+    if drive.motor is None:
+        found.append("motor is missing, and the carriage is to be moved: add motor.inertia")
+    if sensors is None or sensors.sample_rate is None:
+        found.append('sensors.sample_rate is missing: give it, such as "5 kHz"')
+    if sensors is None or (sensors.motor_encoder is None and sensors.drive_encoder is None):
+        found.append("neither sensors.motor_encoder nor sensors.drive_encoder is given: fit one")
+    return tuple(found) or _too_soft_or_late(drive)
+
+
+def _other_machine(drive: Drive) -> list[str]:
+    found, first = [], drive.carriage[0]
+    if drive.kind != "loop" or any(pulley.fixed for pulley in drive.pulley):
+        found.append(
+            "the law of a carriage is for a loop round two pulleys that turn, and this is none: "
+            "it would need a closed loop, both pulleys on bearings"
+        )
+    if len(drive.carriage) > 1:
+        found.append(
+            f"the cable carries {len(drive.carriage)} masses, and the law of a carriage knows one: it would "
+            "need a model with all of them"
+        )
+    elif first.span != "upper" or not first.guided:
+        found.append(
+            "the carriage hangs on the cable or rides on the lower span, and the law is for one on a guide "
+            'of the upper span: it would need guided = true and span = "upper"'
+        )
+    if drive.layout.gravity <= 0.0:
+        found.append("layout.gravity is 0, and a mass may hang below the carriage: it would need its value")
+    if drive.layout.inclination != 0.0:
+        found.append(
+            f"layout.inclination = {drive.layout.inclination / DEGREE:.4g} deg, and the law knows no weight "
+            "along the way: it would need a level span"
+        )
+    return found
+
+
+def _too_soft_or_late(drive: Drive) -> tuple[str, ...]:
+    found = []
+    assert drive.motor is not None
+    assert drive.sensors is not None
+    machine = transporter_with(drive, carriage_values(drive, Goals()))
+    if has_flexible_joint(drive):
+        assert drive.motor.joint_stiffness is not None
+        joint = drive.motor.joint_stiffness / machine.radius**2
+        cable = 1.0 / float(compliance(machine, machine.start)[0])  # type: ignore[arg-type]
+        if joint < STIFF_JOINT * cable:
+            found.append(
+                f"motor.joint_stiffness is {joint / cable:.3g} times the cable's between motor and carriage, "
+                f"and the law of a carriage takes the joint as rigid: it would need {STIFF_JOINT:g} times"
+            )
+    loop = drive.motor.current_bandwidth
+    lag = drive.sensors.delay + (0.0 if loop is None else 1.0 / (2.0 * pi * loop))
+    frequency = cable_frequency(machine, machine.start)
+    if lag * frequency > LATE:
+        found.append(
+            f"delay and torque loop come {1e3 * lag:.3g} ms late, more than a twentieth of a period of the "
+            f"carriage on its cable ({frequency:.3g} Hz), and the runs hold no delay: lower sensors.delay"
+        )
+    return tuple(found)
+
+
+def cable_frequency(transporter: Transporter, position: float) -> float:
+    """Frequency of the carriage on the cable, without what hangs below it.
+
+    Parameters
+    ----------
+    transporter : Transporter
+    position : float
+        [m].
+
+    Returns
+    -------
+    float
+        [Hz].
+    """
+    bare = replace(transporter, payload_mass=GRAIN * transporter.carriage_mass, line_length=1e6)
+    return float(frozen_frequencies(bare, position)[1]) / (2.0 * pi)
+
+
+def goals_for(drive: Drive, goals: Goals) -> Goals:
+    """Goals in which the travel of a carriage and the turn of its pulley agree.
+
+    Parameters
+    ----------
+    drive : Drive
+    goals : Goals
+
+    Returns
+    -------
+    Goals
+
+    Raises
+    ------
+    InputRefused
+        If they speak of a carriage and there is none, or of an angle where there is one, or the way leaves
+        the span.
+    """
+    if not drive.carriage:
+        for name in ("travel", "carriage_error", "hanging_mass", "rail_friction"):
+            if getattr(goals, name) is not None:
+                word = "error, a length," if name == "carriage_error" else name
+                raise InputRefused(f"{word} is of a carriage, and the drive has none: state it of the load")
+        return goals
+    if goals.error is not None:
+        raise InputRefused(
+            f"error = {goals.error / DEGREE:.4g} deg is an angle, and the drive has a carriage: state a "
+            'length, such as error = "0.5 mm"'
+        )
+    radius = drive.load_pulley.radius
+    travel = goals.angle * radius if goals.travel is None else goals.travel
+    if not missing_for_carriage(drive):
+        _check_way(drive, travel)
+    return replace(goals, travel=travel, angle=travel / radius, order=max(goals.order, ORDER))
+
+
+def _check_way(drive: Drive, travel: float) -> None:
+    start, length = drive.carriage[0].position, drive.span_length
+    least, most = MARGIN * length, (1.0 - MARGIN) * length
+    if not least < start < start + travel < most:
+        raise InputRefused(
+            f"travel = {travel:.4g} m takes the carriage from {start:.4g} m to {start + travel:.4g} m, and "
+            f"{least:.4g} m to {most:.4g} m of its span can be used: shorten it, or move the carriage"
+        )
+
+
+def carriage_values(drive: Drive, goals: Goals) -> dict[str, float]:
+    """The numbers of a machine with a carriage, as file and goals give them.
+
+    Parameters
+    ----------
+    drive : Drive
+    goals : Goals
+
+    Returns
+    -------
+    dict of str to float
+    """
+    known = values_of(drive)
+    values = {name: known[name] for name in SHARED} | {"carriage_mass": drive.carriage[0].mass}
+    values["rail_friction"] = RAIL if goals.rail_friction is None else goals.rail_friction
+    if goals.hanging_mass is not None and goals.line_length is not None:
+        values |= {"hanging_mass": goals.hanging_mass, "line_length": goals.line_length}
+    return values
+
+
+def carriage_quantities(drive: Drive, goals: Goals) -> dict[str, Quantity]:
+    """The same with their bounds; a guess may be nothing, or twice as much.
+
+    Parameters
+    ----------
+    drive : Drive
+    goals : Goals
+
+    Returns
+    -------
+    dict of str to Quantity
+    """
+    sheet, found = by_datasheet(drive, goals.spreads), {}
+    for name, value in carriage_values(drive, goals).items():
+        if name in sheet:
+            found[name] = sheet[name]
+            continue
+        guessed = name == "rail_friction" and goals.rail_friction is None
+        half = value if guessed else goals.spreads[KINDS[name]] * value
+        source = GUESS if guessed else DATASHEET if name == "carriage_mass" else GOAL
+        found[name] = Quantity(
+            name=name, value=value, low=value - half, high=value + half, unit=UNITS[name], source=source
+        )
+    return found
+
+
+def transporter_with(drive: Drive, values: Mapping[str, float]) -> Transporter:
+    """The transporter of a drive with these numbers; where nothing hangs, a grain stands in for it.
+
+    Parameters
+    ----------
+    drive : Drive
+    values : mapping of str to float
+        As `carriage_values` gives them.
+
+    Returns
+    -------
+    Transporter
+    """
+    assert drive.sensors is not None
+    assert drive.sensors.sample_rate is not None
+    hanging = "hanging_mass" in values
+    r, gravity = drive.drive_pulley.radius, drive.layout.gravity if hanging else GRAVITY
+    base = transporter_of(
+        drive,
+        payload_mass=values["hanging_mass"] if hanging else GRAIN * drive.carriage[0].mass,
+        line_length=values["line_length"] if hanging else gravity / drive.sensors.sample_rate**2,
+        rail_friction=values["rail_friction"],
+    )
+    damping = 2.0 * (SWING_RATIO if hanging else GRAIN_RATIO) * (base.line_length / gravity) ** 0.5
+    return replace(
+        base,
+        axial_rigidity=values["cable_stiffness"] * drive.span_length,
+        damping_time=values["cable_damping"] / r / values["cable_stiffness"],
+        drive_mass=values["near_inertia"] / r**2,
+        load_mass=values["load_inertia"] / drive.load_pulley.radius**2,
+        carriage_mass=values["carriage_mass"],
+        gravity=gravity,
+        swing_damping=damping,
+        viscous=values["viscous_friction"] / r**2,
+        coulomb=values["coulomb_friction"] / r,
+        offset=values["offset_torque"] / r,
+    )
+
+
+def encoders_read(drive: Drive) -> tuple[float, tuple[int, ...]]:
+    """One count at the rim, and the pulleys whose encoders the law listens to.
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    count : float
+        [m].
+    reads : tuple of int
+        Both pulleys where their encoders have one count at the rim, else the drive pulley alone.
+    """
+    sensors, (first, second) = drive.sensors, drive.pulley
+    assert sensors is not None
+    own = sensors.drive_encoder or sensors.motor_encoder
+    assert own is not None
+    count = 2.0 * pi * first.radius / own
+    other = 2.0 * pi * second.radius / sensors.load_encoder if sensors.load_encoder else None
+    alike = other is not None and abs(other / count - 1.0) < 1e-9
+    return count, ENCODERS if alike else ENCODERS[:1]
