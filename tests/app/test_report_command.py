@@ -3,6 +3,7 @@
 import os
 
 import cabledrive as cd
+from cabledrive.report.typesetting import typeset
 from command import answer, call, refusal
 
 
@@ -15,7 +16,7 @@ def test_page_holds_the_drives_that_are_named(tmp_path):
     ]
     page = path.read_text(encoding="utf-8")
     for name, there in (("elevator", True), ("finger-tendon", True), ("ropeway", False)):
-        assert (cd.load_drive(name).title in page) == there
+        assert (typeset(cd.load_drive(name).title) in page) == there
 
 
 def test_progress_goes_to_standard_error_and_quiet_stops_it(tmp_path):

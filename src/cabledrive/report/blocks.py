@@ -16,10 +16,13 @@ class Paragraph:
     Attributes
     ----------
     text : str or Markup
+    items : tuple of str or Markup, default ()
+        Points of a list below it.
     """
 
     kind: ClassVar[str] = "paragraph"
     text: Text
+    items: tuple[Text, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -41,7 +41,7 @@ def on_cable_table(drive: Drive, runs: Mapping[str, Sequence[Tracking]]) -> Tabl
                 f"{np.median(theirs):.3f}",
                 f"{ours.max():.3f}",
                 f"{theirs.max():.3f}",
-                f"{max(one['cable']['spillover_deg'] for one in on_cable):.0e}",
+                number(max(one["cable"]["spillover_deg"] for one in on_cable), 1),
             )
         )
     cable = on_cable[0]["cable"]

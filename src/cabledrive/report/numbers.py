@@ -25,7 +25,9 @@ def number(value: float, digits: int = 5) -> str:
     if not isfinite(value):
         return "infinite" if value > 0 else "minus infinite" if value < 0 else "not a number"
     rounded = float(f"{value:.{digits}g}")
-    if rounded == 0.0 or 1e-3 <= abs(rounded) < 1e6:
+    if rounded == 0.0:
+        return "0"
+    if 1e-3 <= abs(rounded) < 1e6:
         return f"{rounded:.{max(digits, 6)}g}".replace("-", "−")
     exponent = floor(log10(abs(value)))
     mantissa = f"{value / 10.0**exponent:.{digits}g}"

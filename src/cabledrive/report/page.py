@@ -13,6 +13,7 @@ from cabledrive.report.blocks import Block, Chapter, Figure, Table
 from cabledrive.report.numbers import unit_name
 from cabledrive.report.provenance import Provenance
 from cabledrive.report.style import theme_css
+from cabledrive.report.typesetting import typeset
 
 _TEMPLATES = resources.files("cabledrive.report") / "templates"
 
@@ -69,7 +70,8 @@ def render(page: Page) -> str:
     numbers = _numbered([block for chapter in page.chapters for block in chapter.all_blocks])
     css = Markup(theme_css() + _template("report.css"))
     script = Markup(_template("looking.js"))
-    return environment.get_template("page.html").render(page=page, css=css, script=script, numbers=numbers)
+    html = environment.get_template("page.html").render(page=page, css=css, script=script, numbers=numbers)
+    return typeset(html)
 
 
 def _template(name: str) -> str:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from markupsafe import Markup
 
 from cabledrive.report.style import COLOURS, NARROW, WIDE, house_style
+from cabledrive.report.typesetting import typeset_words
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -95,7 +96,7 @@ def _scales(axes: "Axes", size: tuple[float, float]) -> dict[str, list[float | i
         if _measures(axis):
             limits = [float(f"{limit:.6g}") for limit in axis.get_view_interval()]
             low, high = reversed(limits) if axis.get_inverted() else limits
-            found[name] += [low, high, int(axis.get_scale() == "log"), axis.get_label_text()]
+            found[name] += [low, high, int(axis.get_scale() == "log"), typeset_words(axis.get_label_text())]
     return found
 
 

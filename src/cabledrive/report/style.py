@@ -47,6 +47,7 @@ FAMILY_COLOURS = {
 _RC: dict[Any, Any] = {
     "axes.edgecolor": LINE,
     "axes.facecolor": "none",
+    "axes.formatter.useoffset": False,
     "axes.grid": False,
     "axes.labelcolor": QUIET,
     "axes.labelsize": SMALL,

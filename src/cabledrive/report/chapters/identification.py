@@ -80,7 +80,7 @@ def _bench_table(experiments: Sequence[Experiment]) -> Table:
     return Table(
         caption="What the rig was made of (Table 4.1, in thousandths of its SI units), what the log tells.",
         columns=(
-            Column(title=""),
+            Column(title="Parameter"),
             Column(title="Rig", numeric=True),
             Column(title="Identified, 95 %", numeric=True),
             Column(title="Holds it"),
@@ -111,7 +111,7 @@ def _second_table(found: Chapter4) -> Table:
     return Table(
         caption="Differences of the rigs (Table 4.2), the coupling (4.19), the amplifier (4.20).",
         columns=(
-            Column(title=""),
+            Column(title="Parameter"),
             Column(title="Printed", numeric=True),
             Column(title="Identified, 95 %", numeric=True),
             Column(title="Unit"),

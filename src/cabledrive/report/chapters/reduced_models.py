@@ -16,7 +16,7 @@ from cabledrive.report.blocks import (
     Table,
 )
 from cabledrive.report.context import ReportContext
-from cabledrive.report.figures.control_runs import motor_speed_picture, responses_picture
+from cabledrive.report.figures.control_runs import models_with_cable, motor_speed_picture, responses_picture
 from cabledrive.report.numbers import number
 
 PLACE = 600
@@ -142,11 +142,12 @@ def _motor_speed(drive: Drive, name: str, printed: bool) -> Figure:
     picture = motor_speed_picture(f"motor-speed-{name}", drive, (7.0, 120.0) if printed else ())
     like = ", as the theory in Fig. 6.3" if printed else ""
     dotted = " Dotted: the two frequencies that its text reads off it, beside both peaks." if printed else ""
+    models = "Models 3 and 4" if len(models_with_cable(drive)) == 2 else "Model 3"
     return Figure(
         name=f"motor-speed-{name}",
         alt="Magnitude of the response from motor torque to motor speed: a dip and a peak of the cable, and "
         "with a flexible joint a second pair; the distributed cable lies on the model with both springs.",
-        caption=f"Motor speed per motor torque{like}: Models 3 and 4, the distributed cable in grey.{dotted}",
+        caption=f"Motor speed per motor torque{like}: {models}, the distributed cable in grey.{dotted}",
         wide=picture.wide,
         narrow=picture.narrow,
     )

@@ -11,9 +11,9 @@ from cabledrive.rig.carriage_move import CarriageRun
 from cabledrive.studies.transporter_moves import AlongTheWay
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+STYLES = {"scheduled": "-", "pd-flat": "--", "pd": "-.", "shaper": ":", "frozen": (0, (6, 2))}
 COLOURS = {"scheduled": BLUE, "pd-flat": GREEN, "pd": RED, "shaper": ORANGE, "frozen": PURPLE}
 
 
@@ -38,22 +38,17 @@ def moves_picture(name: str, runs: Sequence[CarriageRun], gusty: Sequence[Carria
             axes.axhline(0.0, color=LINE, linewidth=1.0)
             for run in shown:
                 left = 1e3 * (run.payload - run.wanted[-1])
-                axes.plot(run.time, left, color=COLOURS[run.law], linewidth=1.3)
+                axes.plot(run.time, left, ls=STYLES[run.law], color=COLOURS[run.law], lw=1.5, label=run.law)
             axes.set_ylim(-110.0, 155.0)
             axes.set_title(words)
-            axes.set_ylabel("payload, mm from rest")
+            axes.set_ylabel("from rest [mm]")
             axes.axvline(shown[0].arrival, color=QUIET, linewidth=1.0, linestyle=":")
-        _name_the_laws(panels[0], runs)
+        names = {"ncols": 4, "handlelength": 1.8, "columnspacing": 1.0, "borderpad": 0.0}
+        panels[0].legend(loc="upper right", frameon=False, fontsize=10, **names)
         panels[-1].set_xlabel("time [s]")
         panels[-1].set_xlim(2.0, runs[0].time[-1])
 
     return picture(name, _draw, wide=340.0, narrow=340.0)
-
-
-def _name_the_laws(axes: "Axes", runs: Sequence[CarriageRun]) -> None:
-    for i, run in enumerate(runs):
-        at = (2.6 + 0.75 * i, 122.0)
-        label(axes, run.law, at, (0, 0), color=COLOURS[run.law])
 
 
 def way_picture(name: str, way: AlongTheWay) -> Picture:
@@ -77,10 +72,10 @@ def way_picture(name: str, way: AlongTheWay) -> Picture:
             middle = len(way.position) // 2
             label(above, words, (way.position[middle], way.frequency[middle, column]), (0, 6))
         above.set_ylim(0.0, 1.15 * way.frequency[:, 1].max())
-        above.set_ylabel("Hz")
+        above.set_ylabel("frequency [Hz]")
         below.axhline(0.0, color=QUIET, linewidth=1.0)
         for law, growth in way.growth.items():
-            below.plot(way.position, growth, color=COLOURS[law], linewidth=1.4)
+            below.plot(way.position, growth, ls=STYLES[law], color=COLOURS[law], linewidth=1.4)
             place = int(np.argmax(growth)) if law == "frozen" else len(growth) // 3
             shift = (-42, -2) if law == "frozen" else (0, -13) if law == "scheduled" else (0, 5)
             label(below, law, (way.position[place], growth[place]), shift, color=COLOURS[law])

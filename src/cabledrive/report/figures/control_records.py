@@ -98,7 +98,7 @@ def record_picture(name: str, run: Tracking) -> Picture:
         _output(panels[0], run)
         _error(panels[1], run)
         _history(
-            panels[2], run.time, run.sigma / np.abs(run.sigma).max(), "surface over its largest value", "1"
+            panels[2], run.time, run.sigma / np.abs(run.sigma).max(), "surface over its largest value", ""
         )
         _history(panels[3], run.time, run.torque, "torque", "N m")
         _estimates(panels[4], run)

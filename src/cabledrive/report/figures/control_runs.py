@@ -44,8 +44,8 @@ def responses_picture(name: str, drive: Drive, models: Sequence[int]) -> Picture
         for number in models:
             size = np.abs(model_response(drive, number, omega))
             axes.plot(hertz, size, STYLES[number - 1], color=MODEL_COLOURS[number], linewidth=1.4)
-            at = 4.0 * 2.2 ** (number - 1)
-            label(axes, str(number), (at, np.interp(at, hertz, size)), (3, 4), color=MODEL_COLOURS[number])
+            end = (hertz[-1], size[-1])
+            label(axes, str(number), end, (4, -4), color=MODEL_COLOURS[number], annotation_clip=False)
         axes.set_xlim(0.5, 500.0)
         axes.set_ylim(np.abs(distributed_response(drive, omega)).min(), 1e3)
         log_axis(axes, "x", 280.0 if narrow else 600.0)
@@ -54,6 +54,20 @@ def responses_picture(name: str, drive: Drive, models: Sequence[int]) -> Picture
         axes.set_ylabel("load angle per torque [rad/(N m)]")
 
     return picture(name, _draw, wide=300.0, narrow=280.0)
+
+
+def models_with_cable(drive: Drive) -> tuple[int, ...]:
+    """Which of Models 1 to 4 have a flexible cable and can be made of a drive.
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    tuple of int
+    """
+    return (3, 4) if highest_model(drive) == 4 else (3,)
 
 
 def motor_speed_picture(name: str, drive: Drive, printed: Sequence[float]) -> Picture:
@@ -79,15 +93,17 @@ def motor_speed_picture(name: str, drive: Drive, printed: Sequence[float]) -> Pi
         axes = figure.subplots()
         for place in printed:
             axes.axvline(place, color=RED, linewidth=1.0, linestyle=":")
-            label(axes, f"{place:g} Hz", (place, 1.5 * exact.min()), (3, 0), color=RED)
+            label(axes, f"{place:g} Hz", (place, exact.max()), (3, 0), color=RED)
         axes.plot(hertz, exact, color=INK, linewidth=3.0, alpha=0.35)
-        for number in (3, 4) if highest_model(drive) == 4 else (3,):
+        lowest = exact.min()
+        for number in models_with_cable(drive):
             size = np.abs(speed_response(lumped_model(drive, number), omega))
             colour = MODEL_COLOURS[number]
             axes.plot(hertz, size, STYLES[number - 1], color=colour, linewidth=1.4)
-            label(axes, str(number), (250.0, np.interp(250.0, hertz, size)), (3, 4), color=colour)
+            lowest = min(lowest, size.min())
+            label(axes, str(number), (hertz[-1], size[-1]), (4, -4), color=colour, annotation_clip=False)
         axes.set_xlim(1.0, 500.0)
-        axes.set_ylim(0.7 * exact.min(), 1.4 * exact.max())
+        axes.set_ylim(0.7 * lowest, 1.4 * exact.max())
         log_axis(axes, "x", 280.0 if narrow else 600.0)
         log_axis(axes, "y", 200.0)
         axes.set_xlabel("frequency [Hz]")

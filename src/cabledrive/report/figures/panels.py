@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from cabledrive.report.blocks import Figure
 from cabledrive.report.picture import picture
-from cabledrive.report.style import BLUE, GREEN, INK, ORANGE, PURPLE, RED, log_axis
+from cabledrive.report.style import BLUE, GREEN, INK, ORANGE, PURPLE, RED, SMALL, log_axis
 from cabledrive.studies.reproduction.panel import Panel
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def panels_figure(name: str, panels: tuple[Panel, ...]) -> Figure:
 
 def _fill(axes: "Axes", panel: Panel, narrow: bool) -> None:
     for number, one in enumerate(panel.curves):
-        style = _STYLES[(number // len(_COLOURS)) % len(_STYLES)]
+        style = _STYLES[number % len(_STYLES)] if len(panel.curves) > 2 else "-"
         marks = "o" if len(one.x) < 12 else ""
         axes.plot(
             one.x,
@@ -71,7 +71,7 @@ def _fill(axes: "Axes", panel: Panel, narrow: bool) -> None:
         axes.set_ylim(*_limits([value for one in panel.curves for value in one.y]))
         log_axis(axes, "y", HEIGHT - 60.0)
     if len(panel.curves) > 1:
-        axes.legend(fontsize=9, frameon=False, ncols=1 if narrow else 2, loc="best")
+        axes.legend(fontsize=SMALL - 1.0, frameon=False, ncols=1 if narrow else 2, loc="best")
 
 
 def _limits(values: list[float]) -> tuple[float, float]:

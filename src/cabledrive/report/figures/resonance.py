@@ -8,7 +8,7 @@ from cabledrive.modes.frequency_ratio import frequency_ratio, mass_ratios, reson
 from cabledrive.parameters import Drive
 from cabledrive.report.numbers import number
 from cabledrive.report.picture import Picture, picture
-from cabledrive.report.style import BLUE, GREEN, INK, ORANGE, PURPLE, QUIET, label, log_axis
+from cabledrive.report.style import BLUE, GREEN, INK, ORANGE, PURPLE, QUIET, SPAN_COLOURS, label, log_axis
 from cabledrive.studies.chapter_5 import ForcedResponse, FreeResponse, SweptResponse
 from cabledrive.studies.resonance_map import GrowthMap
 from cabledrive.studies.steady_motion import SteadyBranch
@@ -52,8 +52,8 @@ def surfaces_picture(name: str, drive: Drive) -> Picture:
         axes.set_ylim(0.0, 2.0)
         axes.set_xlim(chi2[0], chi2[-1])
         log_axis(axes, "x", 230.0 if narrow else 560.0)
-        axes.set_xlabel("load pulley over cable, chi2")
-        axes.set_ylabel("frequency ratio gamma")
+        axes.set_xlabel("load pulley over cable, χ₂")
+        axes.set_ylabel("frequency ratio γ")
 
     return picture(name, _draw, wide=HEIGHT, narrow=HEIGHT)
 
@@ -89,8 +89,8 @@ def contours_picture(name: str, drive: Drive) -> Picture:
         axes.set_ylim(1.0, 100.0)
         log_axis(axes, "x", 230.0 if narrow else 560.0)
         log_axis(axes, "y", HEIGHT - 60.0)
-        axes.set_xlabel("drive pulley over cable, chi1")
-        axes.set_ylabel("load pulley over cable, chi2")
+        axes.set_xlabel("drive pulley over cable, χ₁")
+        axes.set_ylabel("load pulley over cable, χ₂")
 
     return picture(name, _draw, wide=HEIGHT, narrow=HEIGHT)
 
@@ -112,8 +112,8 @@ def forced_picture(name: str, forced: ForcedResponse) -> Picture:
 
     def _draw(figure: "Figure", narrow: bool) -> None:
         above, below = figure.subplots(2, 1, sharex=True)
-        _band(above, forced.time, np.degrees(level), BLUE)
-        _band(below, forced.time, 1e3 * forced.midpoint, ORANGE)
+        _band(above, forced.time, np.degrees(level), INK)
+        _band(below, forced.time, 1e3 * forced.midpoint, SPAN_COLOURS["upper"])
         above.set_ylabel("load [deg]")
         below.set_ylabel("midpoint [mm]")
         below.set_xlabel("time [s]")
@@ -139,13 +139,15 @@ def swept_picture(name: str, swept: SweptResponse) -> Picture:
         axes = figure.add_subplot()
         axes.plot(swept.ratio, 1e3 * swept.amplitude, color=BLUE)
         foot = ("data", "axes fraction")
-        marks = ((swept.edge, "edge", QUIET, 0.9), (swept.predicted, "growth integral", ORANGE, 0.75))
-        for place, words, colour, height in (*marks, (swept.found, "onset", BLUE, 0.6)):
+        beside = {"ha": "left"}, {"ha": "right"}
+        marks = ((swept.edge, "edge", QUIET, 0.9, 0), (swept.predicted, "growth integral", ORANGE, 0.15, 0))
+        for place, words, colour, height, side in (*marks, (swept.found, "onset", BLUE, 0.9, 1)):
             axes.axvline(place, color=colour, linewidth=1.0, dashes=(4, 3))
-            label(axes, words, (place, height), (5, 0), xycoords=foot, color=colour)
+            offset = (-5 if side else 5, 0)
+            label(axes, words, (place, height), offset, xycoords=foot, color=colour, **beside[side])
         axes.set_ylim(5e-3, 20.0)
         log_axis(axes, "y", HEIGHT - 60.0)
-        axes.set_xlabel("frequency ratio gamma")
+        axes.set_xlabel("frequency ratio γ")
         axes.set_ylabel("amplitude [mm]")
 
     return picture(name, _draw, wide=HEIGHT, narrow=HEIGHT)
@@ -167,16 +169,17 @@ def free_picture(name: str, free: FreeResponse) -> Picture:
 
     def _draw(figure: "Figure", narrow: bool) -> None:
         first, second, third = figure.subplots(3, 1, sharex=True)
-        _band(first, free.time, np.degrees(free.load_angle), BLUE)
-        _band(second, free.time, 1e3 * free.midpoints[0], ORANGE)
-        for (words, share), colour in zip(free.shares.items(), (ORANGE, PURPLE, BLUE), strict=True):
-            third.plot(free.share_time, 100 * share, color=colour, linewidth=1.5, label=words)
+        _band(first, free.time, np.degrees(free.load_angle), INK)
+        _band(second, free.time, 1e3 * free.midpoints[0], SPAN_COLOURS["upper"])
+        looks = ((*SPAN_COLOURS.values(), PURPLE), ("-", "--", "-."))
+        for (words, share), colour, style in zip(free.shares.items(), *looks, strict=True):
+            third.plot(free.share_time, 100 * share, style, color=colour, linewidth=1.5, label=words)
         first.set_ylabel("load [deg]")
         second.set_ylabel("upper [mm]")
         third.set_ylabel("energy [%]")
         third.set_xlabel("time [s]")
         third.set_ylim(0, 100)
-        third.legend(loc="upper right", fontsize=9, frameon=False, ncols=1 if narrow else 3)
+        third.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False, ncols=1 if narrow else 3)
 
     return picture(name, _draw, wide=HEIGHT + 100, narrow=HEIGHT + 100)
 

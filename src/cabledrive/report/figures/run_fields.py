@@ -127,7 +127,7 @@ def tension_picture(name: str, drive: Drive, result: SimulationResult) -> Pictur
 
     def _draw(figure: "Figure", narrow: bool) -> None:
         axes = figure.add_subplot()
-        _map(axes, figure, 1e3 * result.field_time, middles, above.T, "T - T0 [N]")
+        _map(axes, figure, 1e3 * result.field_time, middles, above.T, "T − T₀ [N]")
         for turn in range(1, len(result.spans)):
             axes.axhline(turn * drive.pulley_distance, color=INK, linewidth=1.0, dashes=(4, 3))
         axes.set_ylabel("along the cable [m]")
@@ -162,6 +162,8 @@ def energy_picture(name: str, result: SimulationResult) -> Picture:
         shares["lost"] = (lost, OCHRE)
 
     def _draw(figure: "Figure", narrow: bool) -> None:
+        from matplotlib.ticker import FuncFormatter, MaxNLocator
+
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2.2, 1.0))
         for words, (energy, colour) in shares.items():
             above.plot(result.time, energy, color=colour, linewidth=1.1, label=words)
@@ -169,7 +171,7 @@ def energy_picture(name: str, result: SimulationResult) -> Picture:
             above.plot(result.time, work, color=INK, linewidth=1.4, dashes=(4, 3), label="work done")
         above.set_ylabel("energy [µJ]")
         above.legend(
-            loc="lower left", bbox_to_anchor=(0.0, 1.0), fontsize=9, frameon=False, ncols=3 if narrow else 6
+            loc="lower left", bbox_to_anchor=(0.0, 1.0), fontsize=10, frameon=False, ncols=3 if narrow else 6
         )
         below.plot(
             result.time, result.budget_error / (result.energy_handled or 1.0), color=INK, linewidth=0.9
@@ -177,7 +179,8 @@ def energy_picture(name: str, result: SimulationResult) -> Picture:
         below.set_ylabel("error [-]")
         below.set_xlabel("time [s]")
         below.set_xlim(result.time[0], result.time[-1])
-        below.ticklabel_format(axis="y", style="sci", scilimits=(0, 0))
+        below.yaxis.set_major_locator(MaxNLocator(3))
+        below.yaxis.set_major_formatter(FuncFormatter(lambda value, _: number(value, 2)))
 
     return picture(name, _draw, wide=HEIGHT + 60, narrow=HEIGHT + 60)
 

@@ -12,11 +12,11 @@ from cabledrive.studies.study.controller_stage import ControllerResult
 from cabledrive.studies.study.machine import LOG, WORDS, Quantity
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 PARTS = (("theorem", BLUE, "-"), ("unmatched", PURPLE, "--"), ("sensors", GREEN, "-."))
 PART_WORDS = {"theorem": "theorem", "unmatched": "unmatched", "sensors": "encoders"}
-BESIDE = {"theorem": -12, "unmatched": 6, "sensors": 6}
 PLANT_LOOKS = {"lumped": (BLUE, "-"), "cable": (ORANGE, "--")}
 WIDEST = 2.0
 
@@ -86,18 +86,32 @@ def bandwidths_picture(name: str, found: ControllerResult) -> Picture:
         bound = np.degrees([one.bound or 0.0 for one in usable])
         axes.plot(hertz, bound, color=INK, linewidth=2.4)
         label(axes, "bound", (hertz[0], bound[0]), (4, 6), color=INK)
+        ends = []
         for part, colour, style in PARTS:
             values = np.degrees([getattr(one, part) or 0.0 for one in usable])
             axes.plot(hertz, values, style, color=colour, linewidth=1.5)
-            label(axes, PART_WORDS[part], (hertz[-1], values[-1]), (-52, BESIDE[part]), color=colour)
+            ends.append((values[-1], PART_WORDS[part], colour))
         chosen = [i for i, one in enumerate(usable) if one.bandwidth == found.bandwidth]
         axes.plot(hertz[chosen], bound[chosen], "o", markersize=9, fillstyle="none", color=RED)
         axes.set_ylim(max(1e-4, 0.3 * bound.min() / 30.0), 2.0 * bound.max())
         log_axis(axes, "y", 230.0)
+        _name_the_ends(axes, hertz[-1], ends)
         axes.set_xlabel("bandwidth [Hz]")
-        axes.set_ylabel("deg")
+        axes.set_ylabel("error [deg]")
 
     return picture(name, _draw, wide=280.0, narrow=260.0)
+
+
+def _name_the_ends(axes: "Axes", right: float, ends: list[tuple[float, str, str]]) -> None:
+    """Names to the right of curves that end at these values, moved up where they would lie on one another."""
+    low, high = axes.get_ylim()
+    height = 230.0 / np.log10(high / low)  # px of a decade
+    floor = -np.inf
+    for value, words, colour in sorted(ends):
+        place = height * np.log10(value / low)
+        lifted = max(place, floor + 13.0)
+        label(axes, words, (right, value), (5, lifted - place - 4), color=colour, annotation_clip=False)
+        floor = lifted
 
 
 def peaks_picture(name: str, runs: Sequence[AcceptanceResult], bound: float, error: float | None) -> Picture:

@@ -135,7 +135,7 @@ def _candidates(found: ControllerResult) -> Table:
             Column(title="Encoders", numeric=True),
             Column(title="Bound", numeric=True),
             Column(title="Torque", unit="N m", numeric=True),
-            Column(title=""),
+            Column(title="Outcome"),
         ),
         groups=(RowGroup(rows=rows),),
         note="; ".join(f"{hertz} Hz refused: {why}" for why, hertz in _refusals(found).items()),

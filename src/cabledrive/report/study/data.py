@@ -3,7 +3,7 @@
 from cabledrive.report.blocks import Block, Cell, Chapter, Column, Note, Paragraph, RowGroup, Table
 from cabledrive.report.datasheet_words import DATASHEET
 from cabledrive.report.numbers import quantity
-from cabledrive.report.study.verdict import listed
+from cabledrive.report.study.verdict import listed, points
 from cabledrive.studies.study import StudyResult
 from cabledrive.studies.study.check_stage import LogWords
 
@@ -28,7 +28,7 @@ def data_chapter(result: StudyResult) -> Chapter:
     if found.logs:
         blocks.append(_logs(found.logs))
         said = tuple(f"{log.name}: {words}" for log in found.logs for words in (*log.repaired, *log.findings))
-        blocks += [Paragraph(text=listed("In the logs:", said))] if said else []
+        blocks += [points("In the logs:", said)] if said else []
     else:
         blocks.append(Paragraph(text="No log was given."))
     return Chapter(

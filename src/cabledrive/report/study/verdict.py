@@ -1,6 +1,6 @@
 """Chapter "Verdict": the answer, why, with which margins, and what would help."""
 
-from markupsafe import Markup, escape
+from markupsafe import Markup
 
 from cabledrive.report.blocks import Block, Cell, Chapter, Column, Note, Paragraph, RowGroup, Table
 from cabledrive.report.numbers import number, quantity
@@ -38,13 +38,13 @@ def verdict_chapter(result: StudyResult) -> Chapter:
     answer = Markup("<strong>{}</strong> {}").format(HEADS[verdict.answer], sentences(verdict.reasons[:1]))
     blocks: list[Block] = [Note(text=answer, tone=TONES[verdict.answer])]
     if verdict.reasons[1:]:
-        blocks.append(Paragraph(text=listed("Besides:", verdict.reasons[1:])))
+        blocks.append(points("Besides:", verdict.reasons[1:]))
     if verdict.remedies:
-        blocks.append(Paragraph(text=listed("What would help:", verdict.remedies)))
+        blocks.append(points("What would help:", verdict.remedies))
     if verdict.margins:
         blocks.append(_margins(verdict.margins))
     if verdict.cautions:
-        blocks.append(Paragraph(text=listed("To be known:", verdict.cautions)))
+        blocks.append(points("To be known:", verdict.cautions))
     carried = result.carriage is not None
     blocks.append(_asked(result.goals) if not carried else asked_of_carriage(result.goals))
     return Chapter(
@@ -78,8 +78,25 @@ def sentences(lines: tuple[str, ...]) -> str:
     return " ".join(f"{line[:1].upper()}{line[1:].rstrip('.')}." for line in lines)
 
 
+def points(head: str, lines: tuple[str, ...]) -> Paragraph:
+    """A head and lines as a paragraph of the page, a list where they are several.
+
+    Parameters
+    ----------
+    head : str
+    lines : tuple of str
+
+    Returns
+    -------
+    Paragraph
+    """
+    if len(lines) == 1:
+        return Paragraph(text=f"{head} {sentences(lines)}")
+    return Paragraph(text=head, items=lines)
+
+
 def listed(head: str, lines: tuple[str, ...]) -> Markup:
-    """A head and lines, each on its own.
+    """A head and lines inside a remark, a list where they are several.
 
     Parameters
     ----------
@@ -92,8 +109,8 @@ def listed(head: str, lines: tuple[str, ...]) -> Markup:
     """
     if len(lines) == 1:
         return Markup("{} {}").format(head, sentences(lines))
-    items = Markup("<br>").join(Markup("– {}").format(escape(line)) for line in lines)
-    return Markup("{}<br>{}").format(head, items)
+    items = Markup("").join(Markup("<li>{}</li>").format(line) for line in lines)
+    return Markup("{}<ul>{}</ul>").format(head, items)
 
 
 def _margins(margins: tuple[Margin, ...]) -> Table:

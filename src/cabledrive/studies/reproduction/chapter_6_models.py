@@ -256,7 +256,7 @@ def figure_6_3(quick: bool) -> Outcome:
         figure="Fig. 6.3",
         title="Motor speed over compensated torque: virtual rig, Models 3 and 4",
         x="frequency [Hz]",
-        y="[rad/s / (N m)]",
+        y="speed per torque [rad/(N m s)]",
         curves=(measured, *theory),
         log_x=True,
         log_y=True,

@@ -64,7 +64,7 @@ class MeasuredResponse:
             figure=figure,
             title=title,
             x="frequency [Hz]",
-            y="motor speed over torque [rad/s / (N m)]",
+            y="speed per torque [rad/(N m s)]",
             curves=(
                 curve("virtual rig", self.frequency[band], np.abs(self.measured[band])),
                 curve("theory", self.frequency[band], np.abs(self.theory[band])),

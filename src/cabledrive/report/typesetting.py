@@ -1,0 +1,73 @@
+"""The last touch on a page: what program text spells in plain letters is set as print has it.
+
+Powers and indices are raised and lowered, a minus is a minus, and no line ends between a number and its unit.
+Formulas, code, styles and scripts stay as they are, and so does what stands inside a tag.
+"""
+
+import re
+
+from cabledrive.report.numbers import SPACE, number
+
+_KEPT = re.compile(r"(<(style|script|code|math)\b.*?</\2>|<[^>]+>)", re.S)
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_LOWERED = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
+_LETTERS = {"chi": "χ", "eps": "ε", "rho": "ρ", "gamma": "γ", "Gamma": "Γ"}
+
+_EXPONENT = re.compile(r"(?<![\w.#])(\d+(?:\.\d+)?)e([+-]?)0*(\d+)(?!\w)")
+_POWER = re.compile(r"(?<=[\w)\]])\^(-?\d+)(?![\d.]*\d)")
+_MINUS = re.compile(r"(?:(?<=[\s(=\[])|^)-(?=\d)")
+_SYMBOL = re.compile(r"\b(chi|eps|rho|[JTr])(\d{1,2})\b|\b([gG]amma)\b")
+_MICRO = re.compile(rf"(?<=\d[ {SPACE}])u(?=[ms]\b)")
+_ONE = r"(?:[kMGmµ]?(?:N|Hz|Pa|m|s|V|A|W|rad)|k?g|deg|rpm|dB)[²³]?"
+_DIVISOR = rf"(?:{_ONE}|\({_ONE}(?: {_ONE})*\))"
+_UNIT = re.compile(rf"(?<=[\d⁰¹²³⁴-⁹])[ {SPACE}]((?:%|1/s|{_ONE}(?: {_ONE})*(?:/{_DIVISOR})?)(?![\w/^]))")
+
+
+def typeset(html: str) -> str:
+    """Set the words of a page.
+
+    Parameters
+    ----------
+    html : str
+        Page or part of one, well formed.
+
+    Returns
+    -------
+    str
+        The same page; only words outside tags, code, formulas, styles and scripts are changed.
+    """
+    pieces = _KEPT.split(html)
+    # two groups of the pattern lie between one stretch of words and the next: what is kept, and its tag
+    pieces[::3] = [typeset_words(words) if words.strip() else words for words in pieces[::3]]
+    del pieces[2::3]
+    return "".join(pieces)
+
+
+def typeset_words(words: str) -> str:
+    """Set words that hold no tags.
+
+    Parameters
+    ----------
+    words : str
+
+    Returns
+    -------
+    str
+        "3.3 × 10⁻⁵ kg m²" for "3.3e-05 kg m^2".
+    """
+    words = _EXPONENT.sub(_scientific, words)
+    words = _POWER.sub(lambda m: m[1].translate(_RAISED), words)
+    words = _MINUS.sub("−", words)
+    words = _SYMBOL.sub(_symbol, words)
+    words = _MICRO.sub("µ", words)
+    return _UNIT.sub(lambda m: SPACE + m[1].replace(" ", "\N{NO-BREAK SPACE}"), words)
+
+
+def _scientific(found: re.Match[str]) -> str:
+    return number(float(found[0]), sum(letter.isdigit() for letter in found[1]))
+
+
+def _symbol(found: re.Match[str]) -> str:
+    if found[3]:
+        return _LETTERS[found[3]]
+    return _LETTERS.get(found[1], found[1]) + found[2].translate(_LOWERED)
