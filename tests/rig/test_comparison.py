@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cabledrive.parameters import InputRefused, load_drive
+from cabledrive.parameters import InputRefused, NotComputed, load_drive
 from cabledrive.rig.causes import causes, in_degrees
 from cabledrive.rig.comparison import compared, controller, loops_of, tuned
 from cabledrive.rig.setting import Motion, RigOptions
@@ -30,6 +30,13 @@ def test_tuning_takes_the_setting_with_the_smallest_worst_error():
     put = loops_of(wish, Motion(), OPTIONS)
     assert tuned("pd", wish, put, OPTIONS, draws=2, settings=(2.0, 11.0)) == 11.0
     assert tuned("lqg", wish, put, OPTIONS, draws=2, settings=(0.2, 2.0)) == 0.2
+
+
+def test_a_law_of_which_no_setting_leaves_torque_to_spare_is_not_tuned():
+    """lqg that weighs 2 N m as one count asks for the whole torque limit."""
+    wish = wish_for(DRIVE, Motion())
+    with pytest.raises(NotComputed, match="no setting of lqg among 2 "):
+        tuned("lqg", wish, loops_of(wish, Motion(), OPTIONS), OPTIONS, draws=1, settings=(2.0,))
 
 
 def test_feedforward_that_does_not_exist_is_refused():

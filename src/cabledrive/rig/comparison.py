@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cabledrive.parameters import Drive
+from cabledrive.parameters import Drive, NotComputed
 from cabledrive.rig.baselines import BASELINES, lqg
 from cabledrive.rig.best_gains import best_chain_law, best_gains
 from cabledrive.rig.circumstances import torque_limit
@@ -104,8 +104,6 @@ def tuned(
 ) -> float:
     """The setting with the smallest worst error over the draws for tuning that leaves torque to spare.
 
-    If none does, or all runs end early, the first setting is taken.
-
     Parameters
     ----------
     name : str
@@ -119,16 +117,26 @@ def tuned(
     Returns
     -------
     float
+
+    Raises
+    ------
+    NotComputed
+        If no setting does.
     """
     offered = tuple(settings or SETTINGS[name])
     most = TORQUE_SHARE * torque_limit(wish.drive)
-    best, least = offered[0], np.inf
+    best, least = None, np.inf
     for setting in offered:
         found = run_draws(put(controller(name, wish, setting)), options, draws, TUNING_SEED)
         worst = float(found.degrees("peak").max())
         torque = float(found.scores[:, SUMMARY.index("peak_torque")].max())
         if not found.failed and torque <= most and worst < least:
             best, least = setting, worst
+    if best is None:
+        raise NotComputed(
+            f"no setting of {name} among {', '.join(f'{s:g}' for s in offered)} ran to its end on every drawn "
+            f"plant below {most:.4g} N m: offer others"
+        )
     return best
 
 
