@@ -7,8 +7,7 @@ from cabledrive.control.numbers import LawNumbers
 from cabledrive.control.observer_numbers import ObserverNumbers
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import njit_in_place
-from cabledrive.rig.loop_kernels import DIVERGED, WENT_SLACK
-from cabledrive.rig.loop_numbers import LoopState, RigNumbers
+from cabledrive.rig.loop_numbers import DIVERGED, WENT_SLACK, LoopState, RigNumbers
 from cabledrive.rig.sample_kernels import decide, farthest, keep_score, write_row
 from cabledrive.simulation.channels import MEAN_TENSION
 from cabledrive.simulation.kernels.verlet import march_any

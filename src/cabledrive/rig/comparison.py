@@ -133,9 +133,10 @@ def tuned(
         if not found.failed and torque <= most and worst < least:
             best, least = setting, worst
     if best is None:
+        tried = ", ".join(f"{setting:g}" for setting in offered)
         raise NotComputed(
-            f"no setting of {name} among {', '.join(f'{s:g}' for s in offered)} ran to its end on every drawn "
-            f"plant below {most:.4g} N m: offer others"
+            f"no setting of {name} among {tried} ran to its end on every drawn plant below {most:.4g} N m: "
+            "offer others"
         )
     return best
 

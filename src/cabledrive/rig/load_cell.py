@@ -40,7 +40,6 @@ def with_load_cell(log: Log, drive: Drive, rng: np.random.Generator) -> Log:
     if "load_angle" in log.channels:
         bandwidth = min(SPEED_BANDWIDTH, 0.2 * log.sample_rate)
         speed = difference(zero_phase(log.channel("load_angle"), log.interval, bandwidth), log.interval)
-        density = drive.cable.mass_per_length / (1.0 + drive.cable.prestrain)
-        pull -= 2.0 * density * (drive.load_pulley.radius * speed) ** 2
+        pull -= 2.0 * drive.cable.stretched_mass_per_length * (drive.load_pulley.radius * speed) ** 2
     read = pull + noise * rng.normal(size=len(log))
     return replace(log, channels={**log.channels, CHANNEL: read}, units={**log.units, CHANNEL: "N"})

@@ -3,6 +3,7 @@
 import numpy as np
 
 from cabledrive.parameters import Drive
+from cabledrive.rig.log_table import csv_text
 from cabledrive.rig.loop_numbers import Array
 from cabledrive.rig.tracking import Tracking
 
@@ -31,9 +32,7 @@ def log_text(tracking: Tracking, drive: Drive | None = None) -> str:
     if cell is not None:
         head.append("load cell force [N]")
         columns.append(cell)
-    table = np.column_stack(columns) + 0.0  # no negative zeros
-    lines = [",".join(f"{value:.10g}" for value in row) for row in table]
-    return "\n".join([",".join(head), *lines]) + "\n"
+    return csv_text(head, columns)
 
 
 def load_cell(tracking: Tracking, drive: Drive) -> Array | None:

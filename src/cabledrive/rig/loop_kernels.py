@@ -6,11 +6,9 @@ from cabledrive.control.numbers import LawNumbers
 from cabledrive.control.observer_numbers import ObserverNumbers
 from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.rig.kink_kernels import KinkNumbers, advance_kinked
-from cabledrive.rig.loop_numbers import Array, LoopState, RigNumbers
+from cabledrive.rig.loop_numbers import DIVERGED, WENT_SLACK, Array, LoopState, RigNumbers
 from cabledrive.rig.plant_kernels import PlantNumbers, advance
 from cabledrive.rig.sample_kernels import decide, farthest, keep_score, write_row
-
-DIVERGED, WENT_SLACK = 1, 2
 
 
 @njit_in_place
