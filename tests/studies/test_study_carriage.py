@@ -1,5 +1,6 @@
 """A study answers for one guided carriage, by its goal, and says plainly of other drives why it does not."""
 
+import json
 from dataclasses import replace
 from shutil import copy2
 
@@ -8,6 +9,11 @@ import pytest
 
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.reduction.transporter import transporter_of
+from cabledrive.report.blocks import Figure, Table
+from cabledrive.report.study.acceptance import acceptance_chapter
+from cabledrive.report.study.carriage import carriage_acceptance_chapter, carriage_controller_chapter
+from cabledrive.report.study.controller import controller_chapter
+from cabledrive.report.study.verdict import verdict_chapter
 from cabledrive.rig.carriage_loop import run_carriage
 from cabledrive.studies.study import Goals, run_study
 from cabledrive.studies.study.carriage_case import case_of, errors, loop_at, whole_run
@@ -24,6 +30,7 @@ from cabledrive.studies.study.carriage_verdict import judge_carriage, rounded_up
 from cabledrive.studies.study.goals import goals_of
 from cabledrive.studies.study.plain_data import as_plain, revived
 from cabledrive.studies.study.result import StudyResult
+from cabledrive.studies.study.results_file import controller_numbers, results_of
 from cabledrive.studies.transporter_moves import scaled_transporter
 
 BELT = load_drive("printer-belt")
@@ -64,6 +71,34 @@ def test_the_same_runs_decide_otherwise_where_another_goal_is_asked(studied):
     answer, _, remedies = asked(0.5 * runs.peaks[0])
     assert answer == "no"
     assert any("know the" in words for words in remedies)
+
+
+def test_the_page_tells_the_carriages_law_its_runs_and_that_no_theorem_bounds_them(studied):
+    found, _ = studied
+    chapters = [
+        verdict_chapter(found),
+        carriage_controller_chapter(found),
+        carriage_acceptance_chapter(found),
+    ]
+    blocks = [block for chapter in chapters for block in chapter.blocks]
+    pictures = {block.name for block in blocks if isinstance(block, Figure)}
+    assert pictures == {"bandwidths", "peaks", "worst"}
+    assert any("No theorem bounds" in str(getattr(block, "text", "")) for block in chapters[1].blocks)
+    assert controller_chapter(found) is None
+    assert acceptance_chapter(found) is None
+    tables = [block for block in blocks if isinstance(block, Table)]
+    cells = [str(cell) for table in tables for group in table.groups for row in group.rows for cell in row]
+    assert any("in 0.3 s, 0.05 s rest, and back" in cell for cell in cells), cells
+
+
+def test_the_law_stands_in_numbers_that_another_program_can_run(studied):
+    numbers = controller_numbers(studied[0])
+    assert numbers["encoders"] == ["drive"]
+    assert np.array(numbers["law"]["transition"]).shape == (12, 10, 10)
+    assert not np.array(numbers["law"]["correction"])[:, :, 1].any()
+    assert (
+        json.loads(json.dumps(results_of(studied[0])))["stages"]["acceptance"]["carriage"]["reached"] == 1.0
+    )
 
 
 def test_runs_that_end_early_count_against_the_goal(studied):
