@@ -15,7 +15,7 @@ from cabledrive.identification.rigid_axis import AxisOptions, identify_rigid_axi
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.reduction.lumped_chain import speed_response
 from cabledrive.rig.chapter_4 import BENCH_TESTS, TORQUE_PER_VOLT, bench_command, bench_rig, rig_of
-from cabledrive.rig.experiment import Excitation, command_of, load_excitation
+from cabledrive.rig.experiment import Excitation, command_of, experiment, load_excitation
 from cabledrive.rig.planned_experiment import plan_experiment
 from cabledrive.rig.virtual_rig import Imperfections, run_rig
 
@@ -156,6 +156,12 @@ def test_a_plan_without_the_motors_encoder_is_refused():
     drive = replace(drive, sensors=replace(drive.sensors, motor_encoder=None))
     with pytest.raises(InputRefused, match=r"sensors\.motor_encoder is missing"):
         plan_experiment(drive, Excitation(duration=2.0))
+
+
+@pytest.mark.parametrize("run", [experiment, plan_experiment])
+def test_a_negative_seed_is_refused(run):
+    with pytest.raises(InputRefused, match=r"seed = -1 must not be negative: give 0 or more"):
+        run(load_drive("dissertation-3"), Excitation(duration=2.0), seed=-1)
 
 
 @pytest.mark.parametrize(

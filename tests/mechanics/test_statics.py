@@ -13,7 +13,7 @@ from cabledrive.mechanics.sag import catenary_sag, parabola_sag
 from cabledrive.mechanics.statics import equilibrium
 from cabledrive.parameters.carriage import Carriage
 from cabledrive.parameters.drive_file import load_drive
-from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.errors import InputRefused, NotComputed
 
 DRIVE = load_drive("dissertation-2")
 
@@ -110,3 +110,11 @@ def test_an_upright_line_stretches_under_its_own_weight():
 def test_an_unknown_hold_is_refused():
     with pytest.raises(InputRefused, match='hold = "left" is not one of its values'):
         rest(DRIVE, hold="left")
+
+
+def test_a_loop_that_hangs_slack_at_rest_has_no_equilibrium_of_a_cable_that_cannot_push():
+    """Below half the weights the lower ends go slack: nothing holds the nodes there across."""
+    lift = load_drive("elevator")
+    slack = with_cable(lift, pretension=0.8 * lift.cable.pretension)
+    with pytest.raises(NotComputed, match=r"hangs slack; raise cable\.pretension"):
+        equilibrium(mesh_of(slack, 12), cable_law(slack.cable, tension_only=True))

@@ -1,8 +1,10 @@
 """A motion that ends before the pulley mode has turned once is judged like any other."""
 
 import numpy as np
+import pytest
 
 from cabledrive import load_drive
+from cabledrive.parameters import NotComputed
 from cabledrive.studies.alarm import alarm
 from cabledrive.studies.motion_file import read_motion
 
@@ -16,3 +18,13 @@ def test_a_motion_of_a_millisecond_is_judged(tmp_path):
     assert found.verdict == "safe"
     assert 1e-5 < largest < 1.2e-5, largest
     assert all(np.isfinite(mode.dwell) and mode.dwell <= 1e-3 for mode in found.modes)
+
+
+def test_a_motion_that_pumps_beyond_any_number_is_told_from_a_defect(tmp_path):
+    """Growth between two edges that no double holds; the torque of such a motion is no machine's."""
+    path = tmp_path / "move.csv"
+    path.write_text("time [s],torque [N m]\n" + "".join(f"{k / 100},{1e9 * (-1) ** k}\n" for k in range(100)))
+    with pytest.raises(
+        NotComputed, match=r"pumps a span beyond any number .* plan a smaller or a slower one"
+    ):
+        alarm(load_drive("dissertation-2"), read_motion(path), floor=1e-5, limit=5e-4)

@@ -259,6 +259,10 @@ def test_a_drive_that_carries_several_masses_gets_its_resonance_and_no_controlle
         ({"uncertainty": {"stiffness": 1.5}}, "below 1"),
         ({"motoin": {"angle": 1}}, "unknown table"),
         ({"goals": 3}, "is no table"),
+        ({"acceptance": {"seed": -1}}, "seed = -1 must not be negative"),
+        ({"motion": {"pulses": 10**9}}, "pulses of 1 s last 1e\\+09 s, above 3600 s"),
+        ({"motion": {"duration": "1e9 s"}}, "above 3600 s: shorten the motion"),
+        ({"motion": {"angle": "1e30 deg"}}, "above 1e\\+06 rad"),
     ],
 )
 def test_goals_that_make_no_sense_are_refused(content, words):

@@ -61,7 +61,7 @@ def equilibrium(mesh: Mesh, law: CableLaw, *, hold: str = "none") -> Equilibrium
     InputRefused
         If `hold` is unknown, or both pulleys are free and the weight of carriages on a slope would turn them.
     NotComputed
-        If Newton's method finds no equilibrium.
+        If Newton's method finds no equilibrium, or a piece of a cable that cannot push hangs slack.
     """
     if hold not in ("none", "drive", "both"):
         raise InputRefused(f'hold = "{hold}" is not one of its values: write "none", "drive" or "both"')
@@ -181,7 +181,12 @@ def _newton_step(
             before = ~(known[1:, row] | known[:-1, column])
             band[5 + row - column, column:-2:2] = np.where(before, -blocks[:, row, column], 0.0)
     band[3][known.ravel()] = law.stiffness
-    solution = solve_banded((3, 3), band, left[planes].T.ravel())
+    try:
+        solution = solve_banded((3, 3), band, left[planes].T.ravel())
+    except np.linalg.LinAlgError:  # a slack piece resists nothing
+        raise NotComputed(
+            "no equilibrium: a piece of the cable hangs slack; raise cable.pretension"
+        ) from None
     step = np.zeros_like(displacement)
     step[planes] = solution.reshape(-1, 2).T
     if mesh.closed:

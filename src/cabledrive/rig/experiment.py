@@ -197,6 +197,27 @@ def command_of(excitation: Excitation, sample_rate: float, rng: np.random.Genera
     return e.bias + e.amplitude * np.tile(wave.values, -(-samples // period))[:samples]
 
 
+def random_from(seed: int) -> np.random.Generator:
+    """A generator for phases and noise.
+
+    Parameters
+    ----------
+    seed : int
+
+    Returns
+    -------
+    numpy.random.Generator
+
+    Raises
+    ------
+    InputRefused
+        If it is negative.
+    """
+    if seed < 0:
+        raise InputRefused(f"seed = {seed} must not be negative: give 0 or more")
+    return np.random.default_rng(seed)
+
+
 def experiment(
     drive: Drive, excitation: Excitation | None = None, *, model: int | None = None, seed: int = 0
 ) -> Log:
@@ -216,7 +237,7 @@ def experiment(
     -------
     Log
     """
-    rng = np.random.default_rng(seed)
+    rng = random_from(seed)
     rig = rig_of(drive, model)
     command = command_of(excitation or Excitation(), rig.sample_rate, rng)
     return with_load_cell(run_rig(rig, command, rng, source=f"virtual rig of {drive.name}"), drive, rng)

@@ -12,7 +12,7 @@ from cabledrive.identification.response_models import PARAMETERS
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.chapter_4 import rig_of
-from cabledrive.rig.experiment import Excitation, command_of
+from cabledrive.rig.experiment import Excitation, command_of, random_from
 from cabledrive.rig.virtual_rig import VirtualRig
 
 MULTISINES = ("multisine", "idinput")
@@ -51,7 +51,7 @@ def plan_experiment(
     """
     excitation = excitation or Excitation()
     rig = rig_of(drive, model)
-    command = command_of(excitation, rig.sample_rate, np.random.default_rng(seed))
+    command = command_of(excitation, rig.sample_rate, random_from(seed))
     torque = rig.torque_per_volt * command
     instruments = Instruments(torque_noise=rig.imperfections.torque_noise, quantum=_quantum(rig))
     limits, guess, interval = _limits(drive, stroke), _whole(rig.chain), 1.0 / rig.sample_rate

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from cabledrive.parameters import NotComputed
 from cabledrive.reduction.motion_kernels import march_from, transitions
 from cabledrive.studies.planned_motion import STEPS_PER_PERIOD, Course
 
@@ -29,11 +30,21 @@ def hill_gain(course: Course, mode: int) -> tuple[float, int, int]:
         0 or more.
     start, end : int
         Steps.
+
+    Raises
+    ------
+    NotComputed
+        If the growth between two edges is beyond a double.
     """
     blocks = max(2, int(course.time.size * course.h * BLOCKS_PER_SECOND))
     edges = np.unique(np.linspace(0, course.time.size, blocks + 1).astype(np.int64))
     steps = np.empty((edges.size - 1, 2, 2))
     transitions(course.across[mode], course.lift[mode], course.q, course.gamma, course.h, edges, steps)
+    if not np.isfinite(steps).all():
+        raise NotComputed(
+            f"the planned motion pumps a span beyond any number (q up to {np.abs(course.q).max():.3g} m): "
+            "plan a smaller or a slower one"
+        )
     best, where = 0.0, (0, 0)
     running = np.broadcast_to(np.eye(2), (steps.shape[0], 2, 2)).copy()
     scale = np.zeros(steps.shape[0])

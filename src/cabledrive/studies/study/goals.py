@@ -29,6 +29,10 @@ COUNTS = ("pulses", "order", "draws", "cable_draws", "carriage_draws", "seed")
 TABLES = ("goals", "motion", "carriage", "acceptance")
 SPREADS = {"inertia": 0.1, "stiffness": 0.2, "damping": 0.5, "friction": 0.3}
 """Relative half widths of what a datasheet says, where nothing else is stated."""
+LONGEST_MOTION = 3600.0
+"""Of all pulses [s]."""
+LARGEST_ANGLE = 1e6
+"""Of a pulse [rad]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,6 +97,18 @@ class Goals:
             raise InputRefused(
                 f"draws = {self.draws} and carriage_draws = {self.carriage_draws} must be at least 1, "
                 f"cable_draws = {self.cable_draws} 0"
+            )
+        if self.seed < 0:
+            raise InputRefused(f"seed = {self.seed} must not be negative: give a whole number from 0 on")
+        length = self.pulses * (self.duration + self.dwell)
+        if length > LONGEST_MOTION:
+            raise InputRefused(
+                f"{self.pulses} pulses of {self.duration + self.dwell:.4g} s last {length:.4g} s, above "
+                f"{LONGEST_MOTION:g} s: shorten the motion"
+            )
+        if self.angle > LARGEST_ANGLE:
+            raise InputRefused(
+                f"angle = {self.angle:.4g} rad is above {LARGEST_ANGLE:g} rad: give a pulse of the load"
             )
         if (self.hanging_mass is None) != (self.line_length is None):
             given, other = ("hanging_mass", "line_length")[:: 1 if self.line_length is None else -1]
