@@ -33,7 +33,16 @@ from cabledrive.parameters import InputRefused, load_drive
     metavar="DRIVE",
     help="Tell the tension of each span of DRIVE from the recording of a ping, a log or a .wav file.",
 )
-@click.option("--span", type=click.Choice(["upper", "lower"]), help="Which span of the ping was plucked.")
+@click.option(
+    "--span",
+    type=click.Choice(["upper", "lower", "both"]),
+    help="Which span of the ping was plucked; both: both sound in the one recording.",
+)
+@click.option(
+    "--plucked",
+    type=click.Choice(["upper", "lower"]),
+    help="Of --span both: which span was plucked harder, where the spans have the same modes.",
+)
 @click.option(
     "--section",
     type=click.IntRange(0),
@@ -52,6 +61,7 @@ def command(
     columns: tuple[str, ...],
     drive: str | None,
     span: str | None,
+    plucked: str | None,
     section: int,
     page: NewFile | None,
     no_check: bool,
@@ -70,6 +80,12 @@ def command(
         options, columns=with_choices(options.columns, columns), check=options.check and not no_check
     )
     if drive is not None:
+        if plucked is not None and span != "both":
+            raise InputRefused(
+                "--plucked belongs to --span both: give that, or name the one span with --span"
+            )
+        if span == "both":
+            return _ping_of_both(logs, drive, (plucked, section), options.columns)
         return _ping(logs, drive, (span, section), options.columns)
     found = identify(logs[0] if len(logs) == 1 else list(logs), options, model=model, method=method)
     data = found.as_dict()
@@ -96,10 +112,8 @@ def _ping(logs: tuple[str, ...], name: str, place: tuple[str | None, int], colum
     """Tension of each span from one recording."""
     from cabledrive.identification.tension import read_ping, tension_from_ping
 
-    if len(logs) != 1:
-        raise InputRefused(f"--ping: {len(logs)} logs given, one recording is read at a time: name one")
     drive = load_drive(name)
-    found = tension_from_ping(read_ping(logs[0], columns), drive, span=place[0], section=place[1])
+    found = tension_from_ping(read_ping(_only(logs), columns), drive, span=place[0], section=place[1])
     data = found.as_dict()
     formula = [
         f"string formula, {one.span}: {one.bare:.6g} N, off by {100 * one.bias:+.2g} %"
@@ -110,6 +124,27 @@ def _ping(logs: tuple[str, ...], name: str, place: tuple[str | None, int], colum
         text="\n".join([*_rows(data), *formula, *_words(data)]),
         provenance=provenance(drive, method="tones at vanishing amplitude against certified modes"),
     )
+
+
+def _ping_of_both(logs: tuple[str, ...], name: str, place: tuple[str | None, int], columns: Any) -> Answer:
+    """Tension of both spans from one recording in which both sound."""
+    from cabledrive.identification.tension import read_ping, tension_of_both
+
+    drive = load_drive(name)
+    found = tension_of_both(read_ping(_only(logs), columns), drive, plucked=place[0], section=place[1])
+    data = found.as_dict()
+    return Answer(
+        data=data,
+        text="\n".join([*_rows(data), *_words(data)]),
+        provenance=provenance(drive, method="two families of decaying tones against certified modes"),
+        incomplete=None if found.told else found.unidentifiable[0],
+    )
+
+
+def _only(logs: tuple[str, ...]) -> str:
+    if len(logs) != 1:
+        raise InputRefused(f"--ping: {len(logs)} logs given, one recording is read at a time: name one")
+    return logs[0]
 
 
 def _incomplete(found: Any) -> str | None:

@@ -88,7 +88,7 @@ class BothTensions:
         return {
             "model": "tension-from-ping-of-both-spans",
             "parameters": parameters,
-            "identifiable": self.told and self.labelled,
+            "identifiable": self.told,
             "unidentifiable": list(self.unidentifiable),
             "residual": {
                 "relative": max(one.spread for one in self.families.values()),

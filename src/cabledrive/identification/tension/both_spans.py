@@ -40,7 +40,9 @@ SPLIT_EXCESS = 1.5
 MOST_OTHERS = 6
 """Tones of no span that are fitted beside the families."""
 BETTER = 0.8
-"""Sum of squares, over that of the other assignment, from which an assignment is told."""
+"""Sum of squares of two families, over that of one, from which two are taken to be there."""
+CLEARLY = 10.0
+"""Units of the criterion by which an assignment must be better than any other."""
 
 
 def tension_of_both(
@@ -103,10 +105,10 @@ def tension_of_both(
         if one is None:
             low, high = heard.band
             raise NotComputed(f"{log.source}: {name}: " + NO_TONE.format(low=low, high=high))
-        doubtful = heard.alike and excess(fit=one, family=0, heard=heard) > SPLIT_EXCESS
-        split = _split(heard, single.families[0], one) if doubtful else None
+        doubtful = excess(fit=one, family=0, heard=heard) > SPLIT_EXCESS
+        split = _split(heard, single.families[0], one) if doubtful and heard.alike else None
         if split is None or not apart(heard, split, SPANS):
-            overlapping = split is not None and split.residual < BETTER * one.residual
+            overlapping = split.residual < BETTER * one.residual if split else doubtful and not heard.alike
             span = single.families[0].span
             return of_one_family(heard, log, drive, span, one, overlapping, plucked, errors)
         fitted = split
@@ -119,6 +121,7 @@ def _tones(heard: Heard, families: tuple[Family, ...]) -> Tones:
     for place, one in enumerate(families):
         teeth = heard.factor * heard.teeth[one.span]
         taken = matched(heard.peaks, one.scale * teeth)
+        taken = taken[:PARTIALS]
         explained[taken[taken >= 0]] = True
         rows += [(place, teeth[k], k + 1) for k in range(PARTIALS) if taken[k] >= 0]
     others = np.flatnonzero(~explained)
@@ -151,20 +154,24 @@ def _fit(heard: Heard, families: tuple[Family, ...], tones: Tones | None = None)
 def _two_families(heard: Heard, pairs: tuple[Proposal, ...], plucked: str | None) -> TonesFit | None:
     """The best of some assignments; None where there is none whose families are apart."""
     tried = [(_fit(heard, pair.families), pair.score) for pair in pairs]
-    clear = [(fit, score) for fit, score in tried if fit is not None and apart(heard, fit, SPANS)]
-    clear.sort(key=lambda one: _criterion(one[0], heard.values.size) - MISSING_PRICE * one[1])
-    fits = [fit for fit, _ in clear]
-    if heard.alike or len(fits) < 2 or fits[0].residual < BETTER * fits[1].residual:
-        return fits[0] if fits else None
-    rivals = [fit for fit in fits if fits[0].residual >= BETTER * fit.residual]
+    clear = [
+        (_criterion(fit, heard.values.size) - MISSING_PRICE * score, fit)
+        for fit, score in tried
+        if fit is not None and apart(heard, fit, SPANS)
+    ]
+    clear.sort(key=lambda one: one[0])
+    rivals = [fit for cost, fit in clear if cost < clear[0][0] + CLEARLY]
+    if heard.alike or len(rivals) < 2:
+        return clear[0][1] if clear else None
+    first, second = rivals[:2]
     if plucked is not None:
         index = SPANS.index(plucked)
         rivals = [one for one in rivals if strength(one, index) > LOUDER * strength(one, 1 - index)]
         if len(rivals) == 1:
             return rivals[0]
     raise NotComputed(
-        f"{heard.channel}: two assignments of the partials fit equally well, {_told(heard, fits[0])} or "
-        f"{_told(heard, fits[1])}: pluck so that more partials sound, or say which span was plucked"
+        f"{heard.channel}: two assignments of the partials fit equally well, {_told(heard, first)} or "
+        f"{_told(heard, second)}: pluck so that more partials sound, or say which span was plucked"
     )
 
 

@@ -24,6 +24,8 @@ PROPOSING = 4
 """Modes for which a peak may be taken when it proposes a family."""
 MISSING = 1.0
 """Price of a tooth without a peak below the highest one that has one; of the first tooth twice that."""
+PRICED = 8
+"""Lowest modes whose absence is paid for."""
 WORTH = 0.5
 """What a second family must add to be looked at."""
 FAINT = 0.03
@@ -196,11 +198,11 @@ def proposals(
 
 
 def _otherwise(pair: Proposal, other: Proposal) -> bool:
-    """Whether a family is another one; which span is which does not matter."""
-    first, second = (sorted(one.scale for one in two.families) for two in (pair, other))
-    spans = [tuple(sorted(one.families, key=lambda family: family.scale)) for one in (pair, other)]
-    same = all(abs(one / two - 1.0) < OTHERWISE for one, two in zip(first, second, strict=True))
-    return not (same and [f.span for f in spans[0]] == [f.span for f in spans[1]])
+    """Whether a family is another one."""
+    return any(
+        abs(one.scale / two.scale - 1.0) > OTHERWISE
+        for one, two in zip(pair.families, other.families, strict=True)
+    )
 
 
 _Scored = tuple[Family, float, NDArray[np.bool_], float]
@@ -218,7 +220,7 @@ def _scored(peaks: Peaks, span: str, teeth: Array, scale: float) -> _Scored:
     explained = np.zeros(peaks.frequency.size, dtype=bool)
     explained[taken[taken >= 0]] = True
     heard = np.flatnonzero(taken >= 0)
-    silent = taken[: heard[-1] + 1] < 0 if heard.size else np.zeros(0, dtype=bool)
+    silent = taken[: heard[-1] + 1][:PRICED] < 0 if heard.size else np.zeros(0, dtype=bool)
     price = MISSING * (float(silent.sum()) + float(silent[:1].sum()))
     return (
         Family(span=span, scale=float(scale)),

@@ -116,10 +116,16 @@ def of_one_family(
     tone = f"{fit.tones.frequency[loudest]:.4g} Hz, lines {width:.2g} Hz wide"
     if name == "heard":
         one = replace(one, tension=_widened(one.tension, within))
-    if overlapping:
+    other = SPANS[1 - SPANS.index(span)]
+    if overlapping and heard.alike:
         line = (
             f"two families of partials within a line width ({tone}): both tensions lie within {within:.2g} N "
             "and cannot be told apart; record longer, or damp one span and read the other alone"
+        )
+    elif overlapping:
+        line = (
+            f"the partials ({tone}) are those of the {span} span, but something sounds within a line width "
+            f"of them: the {other} span cannot be told; record longer, or damp one and read the other alone"
         )
     elif heard.alike:
         line = (
@@ -127,7 +133,6 @@ def of_one_family(
             f"tension within {within:.2g} N; pluck the other span and record again"
         )
     else:
-        other = SPANS[1 - SPANS.index(span)]
         line = f"the {other} span is not heard beside the {span} one ({tone}): pluck it and record again"
     unknown = Estimate(value=nan, unit="N", standard_error=np.inf, low=-np.inf, high=np.inf, reason=line)
     return BothTensions(

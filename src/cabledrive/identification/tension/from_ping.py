@@ -141,7 +141,8 @@ def _one_span(log: Log, drive: Drive, span: str, channel: str, section: int) -> 
     if other is None or squared:
         return found
     words = (
-        f"{channel}: another tone at {other:.4g} Hz beside {peak:.4g} Hz: is the other span sounding? Damp it"
+        f"{channel}: another tone at {other:.4g} Hz beside {peak:.4g} Hz: is the other span sounding? "
+        "Damp it, or read both (--span both)"
     )
     return replace(found, findings=(*found.findings, words))
 
@@ -154,11 +155,11 @@ def _width(ratios: Array, place: int, first: float, duration: float) -> float:
     return min(0.3 * spacing, 0.2, share) * first
 
 
-def _section_modes(drive: Drive, span: str, section: int) -> Array:
+def _section_modes(drive: Drive, span: str, section: int, numbers: int = PARTIALS) -> Array:
     chains = [chain for chain in transverse_chains(drive) if chain.stretches[0].span == span]
     if not 0 <= section < len(chains):
         raise InputRefused(f"section {section}: the {span} span has {len(chains)}: count from 0")
-    return np.array(section_frequencies(chains[section], PARTIALS)) / (2 * pi)
+    return np.array(section_frequencies(chains[section], numbers)) / (2 * pi)
 
 
 def _without_pulley_modes(frequency: Array, amplitude: Array, drive: Drive, top: float) -> Array:

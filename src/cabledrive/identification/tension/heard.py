@@ -11,6 +11,7 @@ from cabledrive.identification.filters import zero_phase
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.tension.families import ALIKE, Peaks, peaks_of
 from cabledrive.identification.tension.from_ping import (
+    PARTIALS,
     SEARCHED,
     SQUARED,
     _section_modes,
@@ -24,6 +25,8 @@ Array = NDArray[np.float64]
 
 LOUDEST = 0.9
 """Share of the largest energy that marks the last pluck."""
+TEETH = 16
+"""Modes of a span that a peak may belong to; tones are sought up to the `PARTIALS`-th."""
 SAMPLES_PER_PERIOD = 2.6
 """Of the highest tone, down to which a recording is thinned."""
 
@@ -101,7 +104,10 @@ def heard_in(log: Log, drive: Drive, name: str, section: int) -> Heard:
     teeth = {span: modes_of(drive, span, section) for span in drive.spans}
     top, limit = 0.45 * log.sample_rate, sqrt(SEARCHED)
     lowest = min(row[0] for row in teeth.values())
-    low, high = factor * lowest / limit, min(top, factor * limit * max(row[-1] for row in teeth.values()))
+    low, high = (
+        factor * lowest / limit,
+        min(top, factor * limit * max(row[PARTIALS - 1] for row in teeth.values())),
+    )
     if low >= high:
         raise InputRefused(
             f"{log.source}: {log.sample_rate:.4g} samples per second are too few for tones about "
@@ -143,11 +149,11 @@ def modes_of(drive: Drive, span: str, section: int) -> Array:
 
     Returns
     -------
-    ndarray, shape (PARTIALS,)
+    ndarray, shape (TEETH,)
         [Hz].
     """
     parted = any(carriage.guided for carriage in drive.carriages_on(span))
-    return _section_modes(drive, span, section if parted else 0)
+    return _section_modes(drive, span, section if parted else 0, TEETH)
 
 
 def _last_pluck(values: Array, width: int) -> int:
