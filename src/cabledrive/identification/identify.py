@@ -6,18 +6,22 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from cabledrive.identification.axis_case import driven_by_lines
 from cabledrive.identification.axis_refinement import refine_rigid_axis
 from cabledrive.identification.diagnosis import FAULTS, suspicions, verdict
 from cabledrive.identification.estimates import Identification
+from cabledrive.identification.fault_evidence import named, told
 from cabledrive.identification.friction_regressors import FRICTIONS, PRINTED_SLOPE, FrictionModel
 from cabledrive.identification.law_comparison import other_law
 from cabledrive.identification.logs.column_map import ColumnMap, column_map
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.logs.reading import open_log, read_log
 from cabledrive.identification.long_logs import identify_long_log, is_long
+from cabledrive.identification.loop_check import evidence
 from cabledrive.identification.method_error import with_own_error
-from cabledrive.identification.rigid_axis import AxisOptions, identify_rigid_axis
+from cabledrive.identification.rigid_axis import AxisOptions, channels_of, identify_rigid_axis
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.units import to_si
@@ -26,10 +30,14 @@ MODELS = tuple(f"rigid-axis-{kind}" for kind in FRICTIONS)
 METHODS = ("auto", "inverse-dynamics", "output-error")
 KEYS = ("model", "method", "bandwidth", "filter", "slope", "fading", "check")
 CHECKED = ("coulomb", "tanh")
-NOT_LINES = (
-    "not made: the torque saturates or is no sum of lines, so that its noise would be in the motion that "
-    "the log is held against"
-)
+NOT_MADE = {
+    "saturated": "not made: the torque saturates, so that what acts on the axis is not known",
+    "smooth": "not made: where the torque is no sum of lines only Coulomb's law is checked",
+    "parameters": "not made: the log does not tell inertia and friction",
+}
+INNOVATIONS = "innovations of an observer"
+NOISE_SEED = 4016
+"""Of the noise in the sound logs that a log is held against: the same log gives the same answer."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,7 +53,8 @@ class IdentifyOptions:
     axis : AxisOptions
     columns : ColumnMap
     check : bool
-        Whether the model is tested against the faults of `cabledrive.identification.diagnosis`.
+        Whether the model is tested against faults: by `cabledrive.identification.diagnosis` where the torque
+        is a sum of lines, else by `cabledrive.identification.loop_check`.
     """
 
     model: str = "rigid-axis-coulomb"
@@ -164,7 +173,8 @@ def identify(
     if not plausible or options.axis.friction.kind not in CHECKED:
         if method == "output-error":
             raise NotComputed("output error needs an identifiable rigid axis with one Coulomb friction")
-        return found
+        known = options.axis.friction.kind == "coulomb" and not driven_by_lines(read, options.axis)
+        return _checked_by_innovations(read, found, options) if options.check and known else found
     lines = driven_by_lines(read, options.axis)
     refining, checking = method == "output-error" or (method == "auto" and lines), options.check and lines
     refined = None
@@ -180,7 +190,7 @@ def identify(
         raise NotComputed(refined.findings[-1])
     answer = refined if refining and follows and refined else with_own_error(found, read, options.axis)
     if options.check and not lines:
-        return replace(answer, method=dict(answer.method) | {"model_check": NOT_LINES})
+        return _checked_by_innovations(read, answer, options)
     return _checked(read, answer, refined, options) if refined is not None and checking else answer
 
 
@@ -204,6 +214,35 @@ def _checked(
     value = next((s.value for s in found if s.fault == fault), 0.0)
     words = f"the model does not fit: {FAULTS[fault].format(value=value)}"
     return replace(answer, method=method, findings=(*answer.findings, words))
+
+
+def _checked_by_innovations(
+    read: list[Log], answer: Identification, options: IdentifyOptions
+) -> Identification:
+    """The answer with what the check of any torque found, or why it was not made."""
+    method = dict(answer.method)
+    reason = _not_made(read, answer, options)
+    if reason is not None:
+        return replace(answer, method=method | {"model_check": NOT_MADE[reason]})
+    try:
+        found = evidence(read, answer, options.axis, np.random.default_rng(NOISE_SEED))
+    except NotComputed as failure:
+        return replace(answer, method=method | {"model_check": f"not possible: {failure}"})
+    method |= {"model_check": INNOVATIONS, "suspicions": {e.fault: e.as_dict() for e in found}}
+    faults = named(found)
+    findings = answer.findings if not faults else (*answer.findings, told(faults))
+    return replace(answer, method=method, findings=findings)
+
+
+def _not_made(read: list[Log], answer: Identification, options: IdentifyOptions) -> str | None:
+    """Key of `NOT_MADE`, or None where the check can be made; viscous friction need not be known for it."""
+    torque, _ = channels_of(read[0], options.axis)
+    if any(torque in log.saturated and log.saturated[torque].any() for log in read):
+        return "saturated"
+    if options.axis.friction.kind != "coulomb":
+        return "smooth"
+    inertia, _, coulomb, offset = (estimate.value for estimate in answer.parameters.values())
+    return None if inertia > 0.0 and coulomb > 0.0 and np.isfinite(offset) else "parameters"
 
 
 def _options(table: Mapping[str, Any], columns: ColumnMap) -> IdentifyOptions:

@@ -132,7 +132,7 @@ def march_chain(
         If the motion leaves the finite numbers.
     """
     n = chain.size
-    numbers = _numbers(chain, gains, gaps, law, directions)
+    numbers = chain_numbers(chain, gains, gaps, law, directions)
     torque = np.ascontiguousarray(torque, dtype=float)
     states = np.empty((torque.size, 2 * n))
     sensitivities = np.empty((torque.size, 2 * n, numbers.directions.shape[1]))
@@ -151,13 +151,25 @@ def march_chain(
     )
 
 
-def _numbers(
+def chain_numbers(
     chain: LumpedChain,
-    gains: tuple[float, ...] | None,
-    gaps: tuple[float, ...] | None,
-    law: FrictionLaw | None,
-    directions: Array | None,
+    gains: tuple[float, ...] | None = None,
+    gaps: tuple[float, ...] | None = None,
+    law: FrictionLaw | None = None,
+    directions: Array | None = None,
 ) -> ChainNumbers:
+    """A row of inertias as the kernels take it.
+
+    Parameters
+    ----------
+    chain : LumpedChain
+    gains, gaps, law, directions
+        As `march_chain` takes them.
+
+    Returns
+    -------
+    ChainNumbers
+    """
     n = chain.size
     zeros = (0.0,) * n
     law = law or FrictionLaw(excess=zeros, fading=(1.0,) * n, slope=zeros)

@@ -110,22 +110,53 @@ def run_rig(
     fine = 1.0 / (rig.sample_rate * oversampling)
     torque = acting_torque(rig, command, rng, oversampling)
     angles = _angles(rig, torque, fine)
-    channels = {"command_voltage": command, "torque": _logged(torque, oversampling, rig, rng)}
-    units = {"command_voltage": "V", "torque": "N m"}
+    return log_from(rig, torque, angles[::oversampling], rng, {"command_voltage": command}, source)
+
+
+def log_from(
+    rig: VirtualRig,
+    torque: Array,
+    angles: Array,
+    rng: np.random.Generator,
+    commands: dict[str, Array],
+    source: str,
+    phases: dict[str, float] | None = None,
+) -> Log:
+    """What the instruments of a rig say of its motion.
+
+    Parameters
+    ----------
+    rig : VirtualRig
+    torque : ndarray, shape (samples * oversampling,)
+        That acted [N m].
+    angles : ndarray, shape (samples, n)
+        Of every inertia [rad].
+    rng : numpy.random.Generator
+    commands : dict of str to ndarray
+        Voltages that are logged with it [V].
+    source : str
+    phases : dict of str to float, optional
+        Place of each encoder within a count, from 0 to 1; default: random.
+
+    Returns
+    -------
+    Log
+    """
+    samples = angles.shape[0]
+    channels = commands | {"torque": _logged(torque, torque.size // samples, rig, rng)}
+    units = dict.fromkeys(commands, "V") | {"torque": "N m"}
     quanta = {}
     for name, counts in rig.encoders.items():
         quantum = 2 * pi / counts
         number = rig.chain.names.index(
             {"drive_angle": "drive", "load_angle": "load"}.get(name, rig.chain.names[0])
         )
-        exact = angles[::oversampling, number]
-        channels[name] = quantum * np.floor(exact / quantum + rng.uniform())
+        phase = rng.uniform() if phases is None else phases[name]
+        channels[name] = quantum * np.floor(angles[:, number] / quantum + phase)
         units[name], quanta[name] = "rad", quantum
     interval = 1.0 / rig.sample_rate
-    report = DataReport(
-        rows=command.size, duration=(command.size - 1) * interval, interval=interval, quantum=quanta
-    )
-    time = interval * np.arange(command.size, dtype=float)
+    report = DataReport(rows=samples, duration=(samples - 1) * interval, interval=interval, quantum=quanta)
+    time = interval * np.arange(samples, dtype=float)
     return Log(source=source, time=time, channels=channels, units=units, report=report)
 
 
@@ -167,13 +198,29 @@ def _angles(rig: VirtualRig, torque: Array, fine: float) -> Array:
         speeds, _ = march_rigid_axis(np.array(values), torque, fine, slope=flaws.smooth_slope)
         middle = 0.5 * (speeds[1:] + speeds[:-1]) * fine
         return np.concatenate([[0.0], np.cumsum(middle)])[:, None]
+    law, gaps = friction_and_gaps(rig)
+    return march_chain(rig.chain, torque, fine, law=law, gaps=gaps).angles
+
+
+def friction_and_gaps(rig: VirtualRig) -> tuple[FrictionLaw, tuple[float, ...]]:
+    """Friction and free play of a rig as the march of a row takes them.
+
+    Parameters
+    ----------
+    rig : VirtualRig
+
+    Returns
+    -------
+    law : FrictionLaw
+    gaps : tuple of float
+    """
+    flaws, n = rig.imperfections, rig.chain.size
     law = FrictionLaw(
         excess=(flaws.stribeck_excess, *(0.0,) * (n - 1)),
         fading=(flaws.stribeck_speed,) * n,
         slope=(flaws.smooth_slope, *(0.0,) * (n - 1)),
     )
-    gaps = (flaws.backlash, *(0.0,) * (n - 2)) if n > 1 else ()
-    return march_chain(rig.chain, torque, fine, law=law, gaps=gaps).angles
+    return law, (flaws.backlash, *(0.0,) * (n - 2)) if n > 1 else ()
 
 
 def _logged(torque: Array, oversampling: int, rig: VirtualRig, rng: np.random.Generator) -> Array:

@@ -1,0 +1,109 @@
+"""What speaks for a fault of an axis, and what is said of it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from cabledrive.identification.diagnosis import FAULTS as LINE_FAULTS
+
+ONE_SIDED = ("stribeck", "slope", "quadratic", "load", "flexibility", "backlash")
+"""Faults that only a positive factor shows."""
+CLOSE = 0.8
+"""Share of the best explanation from which on another fault cannot be told from it."""
+
+FAULTS = LINE_FAULTS | {
+    "quadratic": "friction rises faster than in proportion to the speed",
+    "load": "friction grows with the torque that is carried",
+    "position": "a torque depends on the position: cogging, a screw's or guide's error, a weight",
+    "backlash": "the inertia is smaller while the torque changes sign: backlash",
+}
+SHORT = {
+    "stribeck": "Stribeck friction",
+    "slope": "a smooth law of friction",
+    "quadratic": "friction that rises faster than the speed",
+    "load": "friction that grows with the load",
+    "asymmetry": "viscous friction that differs between both directions",
+    "position": "a torque that depends on the position",
+    "flexibility": "a flexible joint",
+    "backlash": "backlash",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Evidence:
+    """One disturbance with the evidence for it.
+
+    Attributes
+    ----------
+    name : str
+        Of the disturbance.
+    value, error : float
+        Factor and standard error.
+    critical : float
+        Significance that a sound log exceeds at any disturbance with the chance `FALSE_ALARMS`.
+    gain : float
+        Share of the innovations' power that it explains.
+    """
+
+    name: str
+    value: float
+    error: float
+    critical: float
+    gain: float
+
+    @property
+    def fault(self) -> str:
+        """Key of `FAULTS`."""
+        return self.name.partition(":")[0]
+
+    @property
+    def significance(self) -> float:
+        """Factor over its standard error; negative where it is not of this fault's sign."""
+        size = self.value if self.fault in ONE_SIDED else abs(self.value)
+        return size / self.error if self.error > 0.0 else 0.0
+
+    @property
+    def alarms(self) -> bool:
+        """Whether it is beyond chance."""
+        return self.significance > self.critical
+
+    def as_dict(self) -> dict[str, float]:
+        """Numbers as the answer has them.
+
+        Returns
+        -------
+        dict of str to float
+        """
+        return {"significance": self.significance, "critical": self.critical, "value": self.value}
+
+
+def named(found: Sequence[Evidence]) -> tuple[str, ...]:
+    """The faults that the evidence speaks for: the one that explains most, and those that explain nearly it.
+
+    Parameters
+    ----------
+    found : sequence of Evidence
+
+    Returns
+    -------
+    tuple of str
+        Keys of `FAULTS`; empty where nothing is beyond chance.
+    """
+    beyond = sorted((e for e in found if e.alarms), key=lambda e: -e.gain)
+    return tuple(e.fault for e in beyond if e.gain >= CLOSE * beyond[0].gain)
+
+
+def told(faults: Sequence[str]) -> str:
+    """A verdict in a sentence.
+
+    Parameters
+    ----------
+    faults : sequence of str
+        Keys of `FAULTS`, at least one.
+
+    Returns
+    -------
+    str
+    """
+    words = f"the model does not fit: {FAULTS[faults[0]]}"
+    others = ", ".join(SHORT[fault] for fault in faults[1:])
+    return f"{words}; this log does not tell it from {others}" if others else words

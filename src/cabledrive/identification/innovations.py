@@ -1,0 +1,270 @@
+r"""What a log does that a rigid axis, told the past, does not foresee.
+
+An observer moves the axis under the measured torque, with set-valued friction, and corrects it at every
+sample by the measured angle:
+
+.. math:: e_k = \theta_k - \hat\theta_k, \qquad \hat\theta + g_1 e_k, \quad \hat\omega + g_2 e_k
+
+An autoregression makes the innovations e white. They then have nothing to do with what was known before,
+whoever made the torque: a feedback loop does no harm. A disturbing torque that is known up to a factor adds
+to the prediction what the linearised observer answers.
+
+References
+----------
+.. [1] L. Ljung, System Identification, 2nd ed., Prentice Hall 1999, sections 7.2 and 13.4.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal
+from scipy.linalg import solve_toeplitz
+
+from cabledrive.identification.axis_case import between_samples
+from cabledrive.identification.innovation_kernels import answers, observe
+from cabledrive.identification.inverse_dynamics import settling
+from cabledrive.identification.regression import Factors, factor
+from cabledrive.parameters import NotComputed
+
+Array = NDArray[np.float64]
+
+HELD = 8 / 48
+"""Second difference taken off the torque: half-way between the 4/48 of point samples and the 12/48 of means
+over the interval of a torque that a controller holds from sample to sample."""
+HELD_DOUBT = 4 / 48
+"""Distance to both."""
+ORDER = 30
+"""Of the autoregression."""
+SLOWEST, FASTEST, TRIED = 2.0, 200.0, 14
+"""Observers that are tried [Hz]."""
+SLOWER = 0.4
+"""Of the best observer's bandwidth: what the encoder's rounding does to a slow axis is no noise, and a slower
+observer believes it less; the autoregression makes up for it."""
+
+
+SHORTEST = 60
+"""Samples of a segment."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Track:
+    """One log as the observer takes it.
+
+    Attributes
+    ----------
+    torque : ndarray, shape (samples,)
+        Mean from each sample to the next.
+    position : ndarray, shape (samples,)
+    start : float
+        Speed at the first sample.
+    interval : float
+        [s].
+    quantum : float
+        Step of the encoder; 0: none.
+    """
+
+    torque: Array
+    position: Array
+    start: float
+    interval: float
+    quantum: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Foreseen:
+    """The observer's run along a track.
+
+    Attributes
+    ----------
+    values : ndarray, shape (4,)
+        Inertia, viscous friction, Coulomb friction, offset.
+    gains : ndarray, shape (2,)
+    innovation, speed, acceleration, direction, jump : ndarray, shape (samples,)
+        Of the angle; predicted motion; 0 where the axis sticks; factor of a sensitivity over a turn.
+    """
+
+    values: Array
+    gains: Array
+    innovation: Array
+    speed: Array
+    acceleration: Array
+    direction: Array
+    jump: Array
+
+
+def held(torque: Array, share: float = HELD) -> Array:
+    """Mean torque from each sample to the next.
+
+    Parameters
+    ----------
+    torque : ndarray, shape (samples,)
+        As logged.
+    share : float
+        Of the second difference that is taken off.
+
+    Returns
+    -------
+    ndarray, shape (samples,)
+    """
+    corners = between_samples(torque, share)
+    mean = corners.copy()
+    mean[:-1] = 0.5 * (corners[1:] + corners[:-1])
+    return mean
+
+
+def foreseen(track: Track, values: Array, bandwidth: float) -> Foreseen:
+    """Run the observer.
+
+    Parameters
+    ----------
+    track : Track
+    values : ndarray, shape (4,)
+    bandwidth : float
+        [rad/s].
+
+    Returns
+    -------
+    Foreseen
+    """
+    gains = observer_gains(bandwidth, track.interval)
+    out = np.empty((5, track.position.size))
+    start = np.array([track.position[0], track.start])
+    observe(np.array(values, dtype=float), gains, track.torque, track.position, start, track.interval, out)
+    return Foreseen(
+        values=values,
+        gains=gains,
+        innovation=out[0],
+        speed=out[1],
+        acceleration=out[2],
+        direction=out[3],
+        jump=out[4],
+    )
+
+
+def observer_gains(bandwidth: float, interval: float) -> Array:
+    """Gains of angle and speed, for two poles with the damping 0.7.
+
+    Parameters
+    ----------
+    bandwidth : float
+        [rad/s].
+    interval : float
+        [s].
+
+    Returns
+    -------
+    ndarray, shape (2,)
+    """
+    return np.array([np.sqrt(2.0) * bandwidth * interval, bandwidth**2 * interval])
+
+
+def best_bandwidth(track: Track, values: Array) -> float:
+    """Bandwidth of the observer whose innovations are smallest.
+
+    Parameters
+    ----------
+    track : Track
+    values : ndarray, shape (4,)
+
+    Returns
+    -------
+    float
+        [rad/s].
+
+    Raises
+    ------
+    NotComputed
+        If none follows the log.
+    """
+    top = min(FASTEST, 0.05 / track.interval)
+    tried = 2 * np.pi * np.geomspace(SLOWEST, top, TRIED)
+    edge = settling(SLOWEST, track.interval) if track.position.size > 4000 else 0
+    sizes = np.array([np.mean(foreseen(track, values, w).innovation[edge:] ** 2) for w in tried])
+    if not np.isfinite(sizes).any():
+        raise NotComputed("an observer with the axis's inertia and friction does not follow the log")
+    return float(tried[int(np.nanargmin(sizes))])
+
+
+def answered(track: Track, run: Foreseen, torques: Mapping[str, Array]) -> Array:
+    """What disturbing torques add to the innovation, shape (disturbances, samples).
+
+    Parameters
+    ----------
+    track : Track
+    run : Foreseen
+    torques : mapping of str to ndarray
+
+    Returns
+    -------
+    ndarray
+    """
+    out = np.empty((len(torques), track.position.size))
+    columns = np.array(list(torques.values()))
+    answers(run.values, run.gains, columns, run.direction, run.jump, track.interval, out)
+    return out
+
+
+def autoregression(values: Array, order: int = ORDER) -> Array:
+    """Filter that makes a stationary signal white and of deviation 1, by Yule and Walker.
+
+    Parameters
+    ----------
+    values : ndarray, shape (samples,)
+    order : int
+
+    Returns
+    -------
+    ndarray, shape (order + 1,)
+    """
+    power = np.abs(np.fft.rfft(values, 2 * values.size)) ** 2
+    products = np.fft.irfft(power)[: order + 1] / values.size
+    products[0] *= 1.0 + 1e-9
+    past = solve_toeplitz(products[:-1], products[1:])
+    weights = np.concatenate([[1.0], -past])
+    return weights / np.sqrt(max(float(weights @ products), 1e-300))
+
+
+def regression(track: Track, run: Foreseen, torques: Mapping[str, Array], segments: int) -> Factors:
+    """Whitened innovations against what each disturbance would add, by segments of time.
+
+    Parameters
+    ----------
+    track : Track
+    run : Foreseen
+    torques : mapping of str to ndarray
+    segments : int
+
+    Returns
+    -------
+    Factors
+
+    Raises
+    ------
+    NotComputed
+        If the log is too short.
+    """
+    rows = np.vstack([answered(track, run, torques), run.innovation])
+    edge = min(track.position.size // 10, settled(run, track.interval))
+    white = signal.oaconvolve(rows, autoregression(run.innovation[edge:])[None, :], axes=1)
+    white = white[:, edge + ORDER : track.position.size]
+    if white.shape[1] < SHORTEST * segments:
+        raise NotComputed(f"{white.shape[1]} samples are too few for {segments} segments: record longer")
+    return factor(white[:-1].T, white[-1], tuple(torques), segments)
+
+
+def settled(run: Foreseen, interval: float) -> int:
+    """Samples after which the observer has forgotten its start.
+
+    Parameters
+    ----------
+    run : Foreseen
+    interval : float
+        [s].
+
+    Returns
+    -------
+    int
+    """
+    return int(np.ceil(8.0 * run.gains[0] / (run.gains[1] * interval)))

@@ -1,0 +1,258 @@
+r"""Is the model right, in a log whose torque is no sum of lines: steps, chirps, feedback loops.
+
+The innovations of `cabledrive.identification.innovations` are held against what each fault would add to them,
+beside the four parameters and the instant at which the torque is measured. The standard error of a factor
+comes from its contributions :math:`g_b` in segments of time, by the differences of neighbours,
+
+.. math:: C = \frac{G}{2(G-1)}\sum_b (g_b - g_{b-1})^2
+
+so that a fault that shows in a part of the log only does not hide itself in its own scatter. A factor beyond
+Student's t is then tried again: what the same check finds in logs of a sound axis that moves alike, its angle
+rounded and its torque noisy, is added to C, and so is the doubt about the hold of the torque channel.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from cabledrive.identification.axis_case import case_of
+from cabledrive.identification.diagnosis import FALSE_ALARMS
+from cabledrive.identification.estimates import Identification
+from cabledrive.identification.fault_evidence import Evidence
+from cabledrive.identification.innovations import (
+    HELD_DOUBT,
+    SLOWER,
+    Track,
+    best_bandwidth,
+    foreseen,
+    held,
+    regression,
+)
+from cabledrive.identification.logs.log import Log
+from cabledrive.identification.loop_disturbances import (
+    BASE,
+    GAPS,
+    LINEAR_GAPS,
+    base_torques,
+    fault_torques,
+)
+from cabledrive.identification.regression import (
+    FEWEST_SEGMENTS,
+    MOST_SEGMENTS,
+    Factors,
+    joined,
+    only,
+    solve,
+    triangle,
+)
+from cabledrive.identification.rigid_axis import AxisOptions, channels_of, equation_for
+from cabledrive.identification.sound_logs import sound_tracks
+from cabledrive.parameters import NotComputed
+
+Array = NDArray[np.float64]
+
+NUISANCE = (*BASE, "lag")
+HOLD = "hold"
+ROUNDS = 3
+"""Corrections of the four parameters."""
+EFFICIENCY = 2 / 3
+"""Of a variance from differences of neighbours, against one from the same number of deviations."""
+
+
+def evidence(
+    logs: Sequence[Log], found: Identification, options: AxisOptions, rng: np.random.Generator
+) -> tuple[Evidence, ...]:
+    """Evidence for each fault in logs of any torque, that which explains most first.
+
+    Parameters
+    ----------
+    logs : sequence of Log
+    found : Identification
+        By inverse dynamics, with Coulomb friction; only the viscous friction may be missing.
+    options : AxisOptions
+        Those it was found with.
+    rng : numpy.random.Generator
+        For the noise of the sound logs.
+
+    Returns
+    -------
+    tuple of Evidence
+        Of each fault the one that explains most.
+
+    Raises
+    ------
+    NotComputed
+        If the observer cannot follow the log.
+    """
+    tracks = tracks_of(logs, options)
+    values = np.array([estimate.value for estimate in found.parameters.values()])
+    values[1] = np.nan_to_num(values[1])
+    slow = [SLOWER * best_bandwidth(track, values) for track in tracks]
+    values = refitted(tracks, values, slow)
+    gaps = free_plays(logs[0], options)
+    factors = joint_factors(tracks, values, slow, gaps)
+    names = tuple(name for name in factors.names if name not in (*NUISANCE, HOLD))
+    found_first = tuple(_evidence(factors, name, len(names)) for name in names)
+    if any(e.alarms for e in found_first):
+        sound = [joint_factors(made, values, slow, gaps) for made in sound_tracks(tracks, values, slow, rng)]
+        found_first = tuple(_doubted(e, factors, sound) for e in found_first)
+    best: dict[str, Evidence] = {}
+    for one in sorted(found_first, key=lambda e: (e.alarms, e.gain)):
+        best[one.fault] = one
+    return tuple(sorted(best.values(), key=lambda e: -e.gain))
+
+
+def tracks_of(logs: Sequence[Log], options: AxisOptions) -> list[Track]:
+    """Logs as the observer takes them.
+
+    Parameters
+    ----------
+    logs : sequence of Log
+    options : AxisOptions
+
+    Returns
+    -------
+    list of Track
+    """
+    torque, position = channels_of(logs[0], options)
+    equation = equation_for(logs, torque, position, options)
+    return [
+        Track(
+            torque=held(log.channel(torque)),
+            position=log.channel(position),
+            start=case_of(log, torque, position, equation).start,
+            interval=log.interval,
+            quantum=log.report.quantum.get(position, 0.0),
+        )
+        for log in logs
+    ]
+
+
+def free_plays(log: Log, options: AxisOptions) -> tuple[float, ...]:
+    """Free plays that are tried.
+
+    Parameters
+    ----------
+    log : Log
+    options : AxisOptions
+
+    Returns
+    -------
+    tuple of float
+        [rad or m].
+    """
+    torque, position = channels_of(log, options)
+    if log.units[torque] == "N":
+        return tuple(share * float(np.ptp(log.channel(position))) for share in LINEAR_GAPS)
+    return tuple(float(np.radians(gap)) for gap in GAPS)
+
+
+def refitted(tracks: Sequence[Track], values: Array, bandwidths: Sequence[float]) -> Array:
+    """The four parameters that leave the smallest innovations.
+
+    Parameters
+    ----------
+    tracks : sequence of Track
+    values : ndarray, shape (4,)
+        To begin with.
+    bandwidths : sequence of float
+        Of the observers [rad/s].
+
+    Returns
+    -------
+    ndarray, shape (4,)
+
+    Raises
+    ------
+    NotComputed
+        If they are no machine's.
+    """
+    for _ in range(ROUNDS):
+        values = values + solve(joint_factors(tracks, values, bandwidths)).values[: len(BASE)]
+        if not np.all(np.isfinite(values)) or values[0] <= 0.0 or values[2] < 0.0:
+            raise NotComputed("an observer with the axis's inertia and friction does not follow the log")
+    return values
+
+
+def joint_factors(
+    tracks: Sequence[Track],
+    values: Array,
+    bandwidths: Sequence[float],
+    gaps: tuple[float, ...] | None = None,
+) -> Factors:
+    """Innovations of all logs against what disturbances add to them.
+
+    Parameters
+    ----------
+    tracks : sequence of Track
+    values : ndarray, shape (4,)
+    bandwidths : sequence of float
+        Of the observers [rad/s].
+    gaps : tuple of float, optional
+        Free plays; default: no faults at all.
+
+    Returns
+    -------
+    Factors
+        Of `NUISANCE` alone, or with all faults and `HOLD`.
+    """
+    parts = []
+    for track, bandwidth in zip(tracks, bandwidths, strict=True):
+        run = foreseen(track, values, bandwidth)
+        torques = base_torques(run, track)
+        if gaps is not None:
+            torques |= fault_torques(run, track, gaps)
+            torques[HOLD] = HELD_DOUBT * np.diff(track.torque, 2, prepend=0.0, append=0.0)
+        parts.append(regression(track, run, torques, max(FEWEST_SEGMENTS, MOST_SEGMENTS // len(tracks))))
+    return joined(parts)
+
+
+def factor_of(factors: Factors, name: str, left: str | None = None) -> tuple[float, float, float]:
+    """Factor of one disturbance, its standard error by differences of neighbours, and the residual.
+
+    Parameters
+    ----------
+    factors : Factors
+    name : str
+    left : str, optional
+        Column on the left side; default: the innovations.
+
+    Returns
+    -------
+    value, error, residual : float
+    """
+    names = (*NUISANCE, name)
+    last = len(factors.names) if left is None else factors.names.index(left)
+    places = [*(factors.names.index(n) for n in names), last]
+    part = Factors(names=names, triangles=triangle(factors.triangles[:, :, places]), rows=factors.rows)
+    fit = solve(part)
+    upper, right = part.triangles[:, :, :-1], part.triangles[:, :, -1]
+    scores = np.einsum("bij,bi->bj", upper, right - upper @ fit.values)
+    whole = triangle(part.triangles.reshape(-1, len(names) + 1))[: len(names), :-1]
+    moved = np.linalg.lstsq(whole, np.linalg.lstsq(whole.T, scores.T, rcond=None)[0], rcond=None)[0][-1]
+    count = moved.size
+    error = np.sqrt(0.5 * np.sum(np.diff(moved) ** 2) * count / (count - 1))
+    return float(fit.values[-1]), float(error), float(fit.residual)
+
+
+def _evidence(factors: Factors, name: str, tried: int) -> Evidence:
+    value, error, residual = factor_of(factors, name)
+    freedom = EFFICIENCY * factors.triangles.shape[0]
+    return Evidence(
+        name=name,
+        value=value,
+        error=error,
+        critical=float(stats.t.isf(0.5 * FALSE_ALARMS / tried, freedom)),
+        gain=1.0 - residual**2 / solve(only(factors, NUISANCE)).residual ** 2,
+    )
+
+
+def _doubted(one: Evidence, factors: Factors, sound: Sequence[Factors]) -> Evidence:
+    """With what sound logs show, and with the doubt about the hold of the torque."""
+    misses = [factor_of(made, one.name) for made in sound]
+    unseen = max(0.0, float(np.mean([value**2 - error**2 for value, error, _ in misses])))
+    doubt = factor_of(factors, one.name, HOLD)[0]
+    return replace(one, error=float(np.sqrt(one.error**2 + unseen + doubt**2)))

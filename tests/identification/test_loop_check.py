@@ -1,0 +1,133 @@
+"""Wrong models in logs whose torque is no sum of lines: feedback loops, chirps, steps."""
+
+import numpy as np
+import pytest
+
+from cabledrive.identification.identify import INNOVATIONS, NOT_MADE, identify
+from cabledrive.identification.innovation_kernels import observe, shadow
+from cabledrive.identification.innovations import Track, answered, foreseen, held, observer_gains
+from cabledrive.identification.logs.column_map import ColumnMap, with_choices
+from cabledrive.identification.logs.reading import read_log
+from cabledrive.identification.sound_logs import innovation_powers
+from cabledrive.rig.servo import Servo, run_servo
+from cabledrive.rig.virtual_rig import Imperfections, VirtualRig
+from servo_logs import RIGID, servo_log
+
+VALUES = np.array([0.001742, 0.0031, 0.0376, -0.0006])
+STEP = 1e-3
+WORDS = {"stribeck": "Stribeck", "backlash": "backlash", "flexible": "flexible joint"}
+MOTIONS = ("trapezoids", "s-curves", "chirp", "steps")
+SHOWN = [(m, r) for m in MOTIONS for r in WORDS if r != "flexible" or m in ("chirp", "steps")]
+
+
+def free_motion(torque):
+    """Angle of a rigid axis under a torque that stands from sample to sample."""
+    moved, acting = np.empty_like(torque), np.empty_like(torque)
+    still = np.zeros_like(torque)
+    shadow(VALUES, np.zeros(2), torque, still, still, STEP, moved, acting)
+    return moved
+
+
+def sticking_torque(size=3000):
+    t = STEP * np.arange(size)
+    return 0.12 * np.sin(2 * np.pi * 1.3 * t) * (np.sin(2 * np.pi * 0.35 * t) > 0)
+
+
+@pytest.mark.kernel
+def test_an_observer_foresees_a_rigid_axis_that_sticks_and_turns():
+    """cabledrive.identification.innovation_kernels: no innovation without noise, to round-off."""
+    torque = sticking_torque()
+    angle, out = free_motion(torque), np.empty((5, torque.size))
+    observe(VALUES, observer_gains(60.0, STEP), torque, angle, np.zeros(2), STEP, out)
+    assert np.abs(out[0]).max() < 1e-12 * np.ptp(angle), f"observed {np.abs(out[0]).max():.2g} rad"
+    assert 0.2 < np.mean(out[3] == 0.0) < 0.8, "the motion must hold sticking and slipping"
+
+
+def test_the_answer_to_a_disturbance_is_the_derivative_of_the_innovation():
+    """A torque of 1e-7 N m while the axis slips one way: to its second order."""
+    torque = np.full(800, 0.1)
+    track = Track(torque=torque, position=free_motion(torque), start=0.0, interval=STEP, quantum=0.0)
+    extra = 1e-7 * np.sin(0.05 * np.arange(800.0))
+    run = foreseen(track, VALUES, 60.0)
+    made = free_motion(torque + extra)
+    other = foreseen(Track(torque=torque, position=made, start=0.0, interval=STEP, quantum=0.0), VALUES, 60.0)
+    expected = answered(track, run, {"extra": extra})[0]
+    off = np.abs(other.innovation - run.innovation - expected).max() / np.abs(expected).max()
+    assert off < 2e-3, f"observed {off:.2g}"  # the answer takes viscous decay to the first order in the step
+
+
+def test_the_power_of_innovations_under_noise_is_the_calculated_one():
+    """White noise of the angle of an axis in steady rotation; 20,000 samples: 3 standard errors are 5 %."""
+    rng, torque = np.random.default_rng(5), np.full(20_000, 0.1)
+    noise = 1e-3 * rng.normal(size=torque.size)
+    track = Track(torque=torque, position=free_motion(torque) + noise, start=0.0, interval=STEP, quantum=0.0)
+    power = np.mean(foreseen(track, VALUES, 60.0).innovation[1000:] ** 2)
+    by_angle, _ = innovation_powers(VALUES[0], 60.0, STEP)
+    assert power == pytest.approx(1e-6 * by_angle, rel=0.05)
+
+
+def test_held_torque_keeps_a_constant_and_a_ramp():
+    ramp = np.linspace(0.0, 1.0, 50)
+    np.testing.assert_allclose(held(ramp)[1:-2], ramp[1:-2] + 0.5 / 49, rtol=1e-12)
+
+
+@pytest.mark.kernel
+def test_a_servo_comes_to_rest_within_its_friction_and_its_count():
+    """cabledrive.rig.servo_kernels: where the torque is below friction: |error| <= (c + |d|)/kp + a count."""
+    rig = VirtualRig(chain=RIGID, imperfections=Imperfections(amplifier_noise=0.0, torque_noise=0.0))
+    reference = np.zeros((2, 400))
+    reference[0] = 0.5
+    log = run_servo(rig, reference, np.random.default_rng(1), Servo(bandwidth=6.0))
+    count = 2 * np.pi / 2600
+    limit = (0.0376 + 0.0006) / (0.001742 * (2 * np.pi * 6.0) ** 2) + count
+    angle = log.channel("angle")
+    assert np.ptp(angle[-50:]) == 0.0
+    assert abs(angle[-1] - 0.5) <= limit, f"observed {abs(angle[-1] - 0.5):.4f} rad, limit {limit:.4f}"
+
+
+@pytest.mark.parametrize("motion", ["trapezoids", "steps"])
+def test_a_sound_axis_raises_no_alarm(motion):
+    found = identify(servo_log(motion, "rigid", 1, 30.0))
+    assert found.method["model_check"] == INNOVATIONS
+    assert found.findings == ()
+
+
+@pytest.mark.parametrize(
+    "motion, rig", [("trapezoids", "stribeck"), ("steps", "backlash"), ("chirp", "flexible")]
+)
+def test_a_wrong_model_is_named_in_a_log_without_lines(motion, rig):
+    found = identify(servo_log(motion, rig, 1, 30.0))
+    assert WORDS[rig] in " ".join(found.findings[-1:]), found.findings
+
+
+def test_what_is_not_checked_is_said():
+    log = servo_log("steps", "rigid", 2, 20.0)
+    assert identify(log, model="rigid-axis-tanh").method["model_check"] == NOT_MADE["smooth"]
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_forty_sound_logs_of_each_motion(motion):
+    """At most 8 % false alarms: 3 of 40."""
+    alarms = [bool(identify(servo_log(motion, "rigid", 60_000 + k)).findings) for k in range(40)]
+    assert sum(alarms) <= 3, f"{sum(alarms)} false alarms"
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("motion, rig", SHOWN)
+def test_forty_faulty_logs_of_each_motion(motion, rig):
+    """At least 90 % named first: 36 of 40."""
+    found = [identify(servo_log(motion, rig, 60_000 + k)).findings for k in range(40)]
+    named = sum(bool(f) and WORDS[rig] in f[-1].partition(";")[0] for f in found)
+    assert named >= 36, f"{named} of 40 named"
+
+
+@pytest.mark.shared_data
+def test_emps_has_friction_that_falls_behind_a_straight_line(shared_data):
+    """Beyond chance: a smooth law of friction, and, as published, viscous friction of two sizes."""
+    columns = with_choices(ColumnMap(), ["time=t", "position=qm", "force=vir:N*gtau"])
+    found = identify(read_log(shared_data("emps/DATA_EMPS.mat"), columns))
+    assert "smooth law" in found.findings[-1], found.findings
+    beyond = {n for n, s in found.method["suspicions"].items() if s["significance"] > s["critical"]}
+    assert {"slope", "asymmetry"} <= beyond, found.method["suspicions"]
+    assert not beyond & {"backlash", "flexibility", "stribeck"}

@@ -1,0 +1,98 @@
+"""Logs as users have them: moves of a position servo, a chirp or steps of torque; rigs sound and faulty."""
+
+from math import radians
+
+import numpy as np
+
+from cabledrive.identification.excitation import chirp
+from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.rig.chapter_4 import BENCH_TESTS, bench_rig
+from cabledrive.rig.servo import run_servo
+from cabledrive.rig.virtual_rig import Imperfections, VirtualRig, run_rig
+from cabledrive.trajectories.waypoints import waypoints
+
+TEST = BENCH_TESTS[1]
+RATE = 1000.0
+RIGID = bench_rig(TEST).chain
+JOINTED = LumpedChain(
+    names=("motor", "drive"),
+    inertias=(0.0011, 0.000642),
+    viscous=(TEST.viscous, 0.0),
+    coulomb=(TEST.coulomb, 0.0),
+    offsets=(TEST.offset, 0.0),
+    stiffness=(135.0,),
+    damping=(0.075,),
+    ratios=((1.0, 1.0),),
+)
+RIGS = {
+    "rigid": (RIGID, {}),
+    "stribeck": (RIGID, {"stribeck_excess": 0.03, "stribeck_speed": 1.0}),
+    "backlash": (JOINTED, {"backlash": radians(1.0)}),
+    "flexible": (JOINTED, {}),
+}
+
+
+def distances(rng):
+    """Moves to places between -3 and 3 rad, none shorter than 0.3 rad."""
+    here = 0.0
+    while True:
+        there = rng.uniform(-3, 3)
+        if abs(there - here) >= 0.3:
+            yield here, there
+            here = there
+
+
+def trapezoids(rng, duration):
+    """Angle and speed: 6 to 12 rad/s, 100 to 150 rad/s^2, rests of 0.05 to 0.3 s."""
+    top, rise = rng.uniform(6, 12), rng.uniform(100, 150)
+    samples, parts = round(duration * RATE), [np.zeros(1)]
+    for here, there in distances(rng):
+        way = there - here
+        peak = min(top, np.sqrt(rise * abs(way)))
+        up, flat = peak / rise, abs(way) / peak - peak / rise
+        t = np.arange(0, 2 * up + flat, 1 / RATE)
+        moving = np.sign(way) * np.interp(t, [0, up, up + flat, 2 * up + flat], [0, peak, peak, 0])
+        parts += [moving, np.zeros(int(rng.uniform(0.05, 0.3) * RATE))]
+        if sum(part.size for part in parts) > samples:
+            break
+    speed = np.concatenate(parts)[:samples]
+    return np.array([np.concatenate([[0], np.cumsum(0.5 * (speed[1:] + speed[:-1])) / RATE]), speed])
+
+
+def s_curves(rng, duration):
+    """Angle and speed of order 7: largest accelerations 80 to 120 rad/s^2."""
+    places, rises, rests = [0.0], [], []
+    for here, there in distances(rng):
+        places.append(there)
+        rises.append(np.sqrt(abs(there - here) * 7.5 / rng.uniform(80, 120)))
+        rests.append(rng.uniform(0.05, 0.3))
+        if sum(rises) + sum(rests) >= duration:
+            break
+    return waypoints(places, rise=rises, dwell=rests, order=7)(np.arange(round(duration * RATE)) / RATE, 1)
+
+
+def steps(rng, duration):
+    """Command: steps of 0.05 to 0.2 V to either side in turn, 0.1 to 0.6 s long."""
+    parts, side = [], 1
+    while sum(part.size for part in parts) < duration * RATE:
+        length = int(rng.uniform(0.1, 0.6) * RATE)
+        parts.append(np.full(length, side * rng.uniform(0.05, 0.2)))
+        side = -side
+    return np.concatenate(parts)[: round(duration * RATE)]
+
+
+def servo_log(motion, rig, seed, duration=60.0):
+    """One log of "trapezoids", "s-curves", a "chirp" (0.5 to 60 Hz) or "steps"."""
+    chain, flaws = RIGS[rig]
+    rng = np.random.default_rng(seed)
+    made = VirtualRig(chain=chain, torque_per_volt=1.6218, imperfections=Imperfections(**flaws))
+    oversampling = 12 if rig == "backlash" else 4
+    if motion in ("trapezoids", "s-curves"):
+        reference = (trapezoids if motion == "trapezoids" else s_curves)(rng, duration)
+        return run_servo(made, reference, rng, oversampling=oversampling)
+    if motion == "chirp":
+        size = rng.uniform(0.15, 0.25) * rng.choice([-1, 1])
+        command = size * chirp(duration, RATE, rng.uniform(0.4, 0.6), 60.0)
+    else:
+        command = steps(rng, duration)
+    return run_rig(made, command, rng, oversampling=oversampling)
