@@ -85,7 +85,7 @@ def _solved(cases: list[Case], values: Array, speeds: Array, passes: int) -> tup
     """Gauss-Newton steps until they are small; halved where one beyond its errors raised the residual."""
     factors, residual = _linearised(cases, values, speeds)
     for _ in range(passes):
-        fit = solve(suited_segments(factors))
+        fit = solve(suited_segments(factors, each=True))
         step, errors = fit.values, np.sqrt(np.diag(fit.covariance))[:4]
         near = bool(np.all(np.abs(step[:4]) <= errors))
         for _ in range(HALVINGS):
@@ -97,7 +97,7 @@ def _solved(cases: list[Case], values: Array, speeds: Array, passes: int) -> tup
         (values, speeds), factors, residual = tried, new_factors, new_residual
         if np.all(np.abs(step[:4]) <= CONVERGED * errors):
             break
-    return values, speeds, solve(suited_segments(factors))
+    return values, speeds, solve(suited_segments(factors, each=True))
 
 
 def _linearised(cases: list[Case], values: Array, speeds: Array) -> tuple[Factors, float]:

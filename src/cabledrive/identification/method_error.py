@@ -6,6 +6,9 @@ measured torque, its angle is rounded at a few phases of the encoder, and the me
 the mean square of its misses has beyond the covariance that the scores claim there is added:
 
 .. math:: C' = C + \Big[\frac1K\sum_k (m_k m_k^T - C_k)\Big]_+
+
+Output error has two doubts more, each added by the product of its shift of the parameters with itself: what
+the torque does between its samples, and how much of its noise the axis does not feel.
 """
 
 from collections.abc import Sequence
@@ -87,7 +90,10 @@ def error_of_refinement(cases: Sequence[Case], values: Array, speeds: Array) -> 
         shown = rounded_angles(moved, case.interval, case.quantum)
         seen = np.column_stack([observed(case, shown[:, k]) for k in range(PHASES)])
         off = case.compared(seen - case.filtered(moved)[:, None])
-        doubts.append(case.compared(case.filtered(_doubt(case, values, speeds[number], moved))[:, None]))
+        changes = np.column_stack(
+            [_between(case, values, speeds[number], moved), _noisier(case, values, speeds[number], moved)]
+        )
+        doubts.append(case.compared(case.filtered(changes)))
         left = np.zeros((off.shape[0], 4 + len(cases)))
         left[:, :4], left[:, 4 + number] = sensitivities[:, :4], sensitivities[:, 4]
         lefts.append(left)
@@ -100,16 +106,30 @@ def error_of_refinement(cases: Sequence[Case], values: Array, speeds: Array) -> 
             factor(left, right[:, k], names, min(count, left.shape[0] // 20))
             for left, right in zip(lefts, rights, strict=True)
         ]
-        fits.append(solve(suited_segments(joined(parts))))
+        fits.append(solve(suited_segments(joined(parts), each=True)))
     doubt = np.linalg.lstsq(np.vstack(lefts), np.vstack(doubts), rcond=None)[0][:4]
     seen_not = unseen(np.array([f.values[:4] for f in fits]), np.array([f.covariance[:4, :4] for f in fits]))
     return seen_not + doubt @ doubt.T
 
 
-def _doubt(case: Case, values: Array, start: float, moved: Array) -> Array:
-    """What it changes in the speed whether the torque channel holds point samples or means."""
+def _between(case: Case, values: Array, start: float, moved: Array) -> Array:
+    """What it changes in the speed whether the torque channel holds samples, means or means of steps."""
     changed = between_samples(case.torque, CORNER_DOUBT)
     return march_rigid_axis(values, changed, case.interval, start=start, slope=case.slope)[0] - moved
+
+
+def _noisier(case: Case, values: Array, start: float, moved: Array) -> Array:
+    """What noise of the torque channel changes in the mean: it blurs every turn, as a smaller friction does.
+
+    How much of the noise the axis feels too, and how much is the channel's own, is not known: all of it is
+    put on the torque once more, backwards in time and with either sign, so that only its square is left.
+    """
+    noise = (case.torque - case.lines)[::-1]
+    either = [
+        march_rigid_axis(values, case.torque + sign * noise, case.interval, start=start, slope=case.slope)[0]
+        for sign in (1.0, -1.0)
+    ]
+    return 0.5 * (either[0] + either[1]) - moved
 
 
 def unseen(misses: Array, claimed: Array) -> Array:

@@ -240,15 +240,17 @@ def _robust(triangles: Array, values: Array, inverse: Array) -> tuple[Array, int
     return count / freedom * moved.T @ moved, freedom
 
 
-def suited_segments(factors: Factors) -> Factors:
+def suited_segments(factors: Factors, *, each: bool = False) -> Factors:
     """Segments long enough to forget one another, at most `MOST_SEGMENTS` and not under `FEWEST_SEGMENTS`.
 
-    Neighbours are joined until the scores of neighbouring segments correlate by less than 0.2 in the mean.
+    Neighbours are joined until the scores of neighbouring segments correlate by less than 0.2.
 
     Parameters
     ----------
     factors : Factors
         In short segments.
+    each : bool, default False
+        Whether those of each parameter must, not their mean alone; a log needs length for that.
 
     Returns
     -------
@@ -258,20 +260,20 @@ def suited_segments(factors: Factors) -> Factors:
     group = max(1, -(-count // MOST_SEGMENTS))
     while True:
         joint = merged(factors, group)
-        if joint.triangles.shape[0] // 2 < FEWEST_SEGMENTS or _correlation(joint) < 0.2:
+        if joint.triangles.shape[0] // 2 < FEWEST_SEGMENTS or _correlation(joint, each) < 0.2:
             return joint
         group *= 2
 
 
-def _correlation(factors: Factors) -> float:
-    """Mean correlation of scores of neighbouring segments."""
+def _correlation(factors: Factors, each: bool) -> float:
+    """Correlation of scores of neighbouring segments: largest or mean of the parameters'."""
     p = len(factors.names)
     fit = solve(factors)
     upper, right = factors.triangles[:, :, :p], factors.triangles[:, :, p]
     scores = np.einsum("bij,bi->bj", upper, right - upper @ fit.values)
     power = (scores**2).sum(axis=0)
     power[power == 0.0] = 1.0
-    return float(np.mean((scores[1:] * scores[:-1]).sum(axis=0) / power))
+    return float((np.max if each else np.mean)((scores[1:] * scores[:-1]).sum(axis=0) / power))
 
 
 def bootstrap(factors: Factors, repeats: int, rng: np.random.Generator) -> Array:
