@@ -73,7 +73,7 @@
     const panel = shown.panels[mark.panel];
     const [left, right] = panel.x, [foot, head] = panel.y;
     const at = { x: left + mark.x * (right - left), y: foot + mark.y * (head - foot) };
-    mark.lines ??= shown.svg.appendChild(document.createElementNS("http://www.w3.org/2000/svg", "path"));
+    mark.lines ??= shown.svg.appendChild(document.createElementNS(shown.svg.namespaceURI, "path"));
     mark.lines.setAttribute("class", "mark");
     mark.lines.setAttribute("d", `M${left} ${at.y}H${right}M${at.x} ${foot}V${head}`);
     said.value = told(shown.panels, at) || "no numbers on these axes";
