@@ -5,10 +5,11 @@ import shlex
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from cabledrive.identification.logs.column_map import column_map
-from cabledrive.studies.study.goals import goals_of
+from cabledrive.identification.logs.reading import read_log
+from cabledrive.studies.study.goals import Goals, goals_of
 from command import call
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
@@ -44,8 +45,18 @@ def test_commands_of_the_howtos_run(line):
 
 @pytest.mark.parametrize("block", re.findall(r"```toml\n(.*?)```", HOWTO, re.S))
 def test_goals_of_the_howtos_are_understood(block):
-    content = tomllib.loads(block)
-    assert goals_of(content).columns == column_map(content.get("log", {}))
+    assert goals_of(tomllib.loads(block)) != Goals()
+
+
+def test_the_log_of_the_howto_is_read_with_its_names_and_units(tmp_path):
+    """1 N mm and 360 deg in the file are 1e-3 N m and 2 pi in the log."""
+    block = next(block for block in re.findall(r"```toml\n(.*?)```", HOWTO, re.S) if "[log.columns]" in block)
+    rows = "".join(f"{k / 1000},{k % 7},{k},{2 * k}\n" for k in range(181))
+    (tmp_path / "log.csv").write_text(f"t,tau,theta_m,theta_l\n{rows}")
+    log = read_log(tmp_path / "log.csv", goals_of(tomllib.loads(block)).columns)
+    assert sorted(log.channels) == ["angle", "load_angle", "torque"]
+    assert log.channel("torque")[1] == pytest.approx(1e-3)
+    assert log.channel("load_angle")[-1] == pytest.approx(2.0 * np.pi)
 
 
 @pytest.mark.parametrize("block", re.findall(r"```python\n(.*?)```", HOWTO + STUDY, re.S))
