@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 
+from cabledrive.identification.axis_case import driven_by_lines
 from cabledrive.identification.identify import INNOVATIONS, NOT_MADE, identify
 from cabledrive.identification.innovation_kernels import observe, shadow
 from cabledrive.identification.innovations import Track, answered, foreseen, held, observer_gains
 from cabledrive.identification.logs.column_map import ColumnMap, with_choices
 from cabledrive.identification.logs.reading import read_log
+from cabledrive.identification.rigid_axis import AxisOptions
 from cabledrive.identification.sound_logs import innovation_powers
 from cabledrive.rig.servo import Servo, run_servo
 from cabledrive.rig.virtual_rig import Imperfections, VirtualRig
@@ -98,6 +100,12 @@ def test_a_sound_axis_raises_no_alarm(motion):
 def test_a_wrong_model_is_named_in_a_log_without_lines(motion, rig):
     found = identify(servo_log(motion, rig, 1, 30.0))
     assert WORDS[rig] in " ".join(found.findings[-1:]), found.findings
+
+
+def test_peaks_of_a_servo_torque_are_no_lines():
+    """Seed 700: a tenth of its band stands above the rest, and the rest is five times the noise."""
+    log = servo_log("trapezoids", "rigid", 700, 60.0)
+    assert not driven_by_lines([log], AxisOptions())
 
 
 def test_what_is_not_checked_is_said():

@@ -22,6 +22,9 @@ FORGOTTEN = 1e-3
 """Rest of a change of the speed at the start, as the comparison begins, that tells nothing about it."""
 SPARSE = 0.3
 HALF = 0.5
+BETWEEN = 2.5
+"""Power density between lines over that above them: nearly 1 where the rest is noise; 4 and more where the
+torque of a feedback loop happens to have peaks."""
 CORNER, CORNER_DOUBT = 6 / 48, 2 / 48
 """Means over the interval of a smooth torque; 4/48 for its point samples, 8/48 where the command stands from
 sample to sample. The doubt is the distance to both."""
@@ -120,18 +123,30 @@ def driven_by_lines(logs: Sequence[Log], options: AxisOptions) -> bool:
     Returns
     -------
     bool
-        False where what stands above the noise fills more than half of its band, as steps, chirps and torques
-        of feedback loops do; and where the torque channel saturates, for it cannot drive a model then.
+        False where what stands above the noise fills more than half of its band, or more than noise lies
+        between, as in steps, chirps and torques of feedback loops; and where the torque channel saturates,
+        for it cannot drive a model then.
     """
     torque, _ = channels_of(logs[0], options)
     for log in logs:
         if torque in log.saturated and log.saturated[torque].any():
             return False
-        kept = _lines_of(np.fft.rfft(log.channel(torque)))
+        spectrum = np.fft.rfft(log.channel(torque))
+        kept = _lines_of(spectrum)
         band = np.flatnonzero(kept)
         if band.size == 0 or band.size > HALF * (band[-1] - band[0] + 1) or kept.mean() > SPARSE:
             return False
+        if _between_and_above(np.abs(spectrum) ** 2, kept) > BETWEEN:
+            return False
     return True
+
+
+def _between_and_above(power: Array, kept: NDArray[np.bool_]) -> float:
+    """Mean power between the lines over that above them; 1 where there is no such place."""
+    first, last = np.flatnonzero(kept)[[0, -1]]
+    between = power[first:last][~kept[first:last]]
+    above = power[last + 1 :]
+    return float(between.mean() / above.mean()) if between.size and above.size and above.any() else 1.0
 
 
 def _lines_of(spectrum: NDArray[np.complex128]) -> NDArray[np.bool_]:

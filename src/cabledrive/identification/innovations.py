@@ -218,8 +218,7 @@ def autoregression(values: Array, order: int = ORDER) -> Array:
     -------
     ndarray, shape (order + 1,)
     """
-    power = np.abs(np.fft.rfft(values, 2 * values.size)) ** 2
-    products = np.fft.irfft(power)[: order + 1] / values.size
+    products = np.array([values[k:] @ values[: values.size - k] for k in range(order + 1)]) / values.size
     products[0] *= 1.0 + 1e-9
     past = solve_toeplitz(products[:-1], products[1:])
     weights = np.concatenate([[1.0], -past])
