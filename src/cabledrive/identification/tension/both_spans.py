@@ -155,7 +155,7 @@ def _two_families(heard: Heard, pairs: tuple[Proposal, ...], plucked: str | None
     """The best of some assignments; None where there is none whose families are apart."""
     tried = [(_fit(heard, pair.families), pair.score) for pair in pairs]
     clear = [
-        (_criterion(fit, heard.values.size) - MISSING_PRICE * score, fit)
+        (_criterion(fit, heard.interval) - MISSING_PRICE * score, fit)
         for fit, score in tried
         if fit is not None and apart(heard, fit, SPANS)
     ]
@@ -180,10 +180,14 @@ def _told(heard: Heard, fit: TonesFit) -> str:
     return f"first modes at {first[0]:.4g} Hz (upper) and {first[1]:.4g} Hz (lower)"
 
 
-def _criterion(fit: TonesFit, samples: int) -> float:
-    """Bayesian information criterion."""
-    parameters = 4 * fit.tones.tooth.size + fit.tones.scale.size
-    return float(samples * np.log(fit.residual) + parameters * np.log(samples))
+def _criterion(fit: TonesFit, interval: float) -> float:
+    """Bayesian information criterion, tones of no span counting as not explained."""
+    tones, samples = fit.tones, fit.left.size
+    free = tones.number == 0
+    lasting = -np.expm1(-2.0 * tones.decay * interval * samples) / (4.0 * tones.decay * interval)
+    unexplained = fit.residual + float(np.sum((fit.amplitude**2 * lasting)[free]))
+    parameters = 4 * int(np.sum(~free)) + 2
+    return float(samples * np.log(unexplained) + parameters * np.log(samples))
 
 
 def _split(heard: Heard, family: Family, one: TonesFit) -> TonesFit | None:

@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 PASSES = 25
+SHORTEST = 0.02
+"""Share of a step below which none is taken."""
 SETTLED = 1e-9
 """Relative fall of the sum of squares below which a fit has settled."""
 USUAL_RISE = 0.01
@@ -151,14 +153,14 @@ def fit_tones(values: Array, interval: float, start: Tones, power: int) -> Tones
     for _ in range(PASSES):
         steps = _step(time, tones, state, power)
         share, before = 1.0, _judged(tones, state)
-        while share > 1e-3:
+        while share > SHORTEST:
             tried = _moved(tones, share * steps, time[-1], power)
             following = _projected(values, time, tried, power)
             if _judged(tried, following) < before:
                 tones, state = tried, following
                 break
             share *= 0.4
-        if share <= 1e-3 or _judged(tones, state) > before * (1.0 - SETTLED):
+        if share <= SHORTEST or _judged(tones, state) > before * (1.0 - SETTLED):
             break
     return _conclude(time, tones, state, power)
 

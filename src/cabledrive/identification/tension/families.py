@@ -22,9 +22,9 @@ FAINTEST = 0.003
 """Peak over the largest one, below which window and rounding are heard."""
 PROPOSING = 4
 """Modes for which a peak may be taken when it proposes a family."""
-MISSING = 1.0
-"""Price of a tooth without a peak below the highest one that has one; of the first tooth twice that."""
-PRICED = 8
+MISSING, FIRST_MISSING = 0.5, 1.5
+"""Price of a mode without a peak below the highest one that has one, and what the first costs beyond it."""
+PRICED = 6
 """Lowest modes whose absence is paid for."""
 WORTH = 0.5
 """What a second family must add to be looked at."""
@@ -219,9 +219,9 @@ def _scored(peaks: Peaks, span: str, teeth: Array, scale: float) -> _Scored:
     taken = matched(peaks, scale * teeth)
     explained = np.zeros(peaks.frequency.size, dtype=bool)
     explained[taken[taken >= 0]] = True
-    heard = np.flatnonzero(taken >= 0)
-    silent = taken[: heard[-1] + 1][:PRICED] < 0 if heard.size else np.zeros(0, dtype=bool)
-    price = MISSING * (float(silent.sum()) + float(silent[:1].sum()))
+    heard = np.flatnonzero(taken[:PRICED] >= 0)
+    silent = taken[: heard[-1]] < 0 if heard.size else np.ones(1, dtype=bool)
+    price = MISSING * float(silent.sum()) + FIRST_MISSING * float(silent[:1].sum())
     return (
         Family(span=span, scale=float(scale)),
         float(peaks.weight[explained].sum()) - price,
