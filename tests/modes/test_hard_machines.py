@@ -163,3 +163,15 @@ def test_certificate_holds_by_the_eigenvalues_of_the_matrix(seed):
         for labelled in longitudinal_chains(loop)
     )
     assert brute == modes.certificate.longitudinal
+
+
+def test_a_span_as_long_as_a_file_may_say_rings_at_the_tone_of_a_string():
+    """c / (2 L_e) at 1e20 m: the count squares no small number away."""
+    loop = cd.load_drive("dissertation-2")
+    steel = replace(loop.cable, youngs_modulus=200e9, area=6e-7, mass_per_length=4.7e-3, pretension=60.0)
+    loop = replace(loop, cable=steel, layout=replace(loop.layout, span_length=1e20))
+    found = cd.modes(loop, count=1)
+    lowest = min(mode.frequency for mode in found.transverse)
+    expected = loop.cable.transverse_wave_speed / (2 * loop.pulley_distance)
+    assert found.certified
+    assert lowest == pytest.approx(expected, rel=1e-9)

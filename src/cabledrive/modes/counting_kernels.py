@@ -178,7 +178,7 @@ def count_ring(
             ground_first += far
     determinant = ground_first * ground_second + total_link * (ground_first + ground_second)
     scale = abs(ground_first) + abs(ground_second) + abs(total_link)
-    margin = worst * abs(determinant) / scale**2
+    margin = worst * (abs(determinant) / scale) / scale if scale > 0.0 else 0.0
     if determinant < 0.0:
         count += 1
     elif ground_first + ground_second + 2.0 * total_link < 0.0:
