@@ -164,8 +164,8 @@ def test_existing_output_is_kept_unless_forced(arguments, tmp_path):
     ("name", "words"),
     [
         ("absent/modes.svg", "does not exist: create it first"),
-        ("file/modes.svg", "does not exist: create it first"),
-        ("modes.gif", "does not end in .png or .svg or .pdf: choose one of them"),
+        ("file/modes.svg", "is a file, no folder: choose another name"),
+        ("modes.gif", "does not end in .png or .svg or .pdf: rename it"),
         ("folder.svg", "is a folder: name a file in it"),
     ],
 )

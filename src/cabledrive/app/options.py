@@ -112,7 +112,7 @@ class NewFileType(click.ParamType):  # type: ignore[type-arg]
         force = bool(ctx.meta.get(_FORCE))
         path = check_writable(value, force=force)
         if self.suffixes and path.suffix.lower() not in self.suffixes:
-            raise InputRefused(f"{path}: does not end in {' or '.join(self.suffixes)}: choose one of them")
+            raise InputRefused(f"{path}: does not end in {' or '.join(self.suffixes)}: rename it")
         taken = ctx.meta.setdefault(_TAKEN, set())
         if path.resolve() in taken:
             raise InputRefused(f"{path}: is to be written twice: give two names")

@@ -44,6 +44,8 @@ def _fault(path: Path, folder: Path, force: bool) -> str:
         return "is a device or a pipe and is not replaced by a file: choose another name"
     if path.exists() and not force:
         return "exists and is not overwritten: choose another name or add --force"
+    if folder.exists() and not folder.is_dir():
+        return f"{folder} is a file, no folder: choose another name"
     if not folder.is_dir():
         return f"its folder {folder} does not exist: create it first"
     if not os.access(folder, os.W_OK):
