@@ -56,6 +56,7 @@ def test_settings_of_the_plant_leave_the_law_alone():
         (["--blind", "gear:0.1:0.2"], "SHAFT:START:END"),
         (["--disturbance", "drive:0.1:0.2"], "take motor or load"),
         (["--rise", "0"], "rise = 0 s must be finite and above 0"),
+        (["--rise", "1e-300"], "a nanosecond at least"),
         (["--pulses", "0"], "pulses = 0 must be at least 1"),
         (["--set", "sensors.sample_rate=200 Hz"], "sample faster"),
     ],

@@ -201,3 +201,8 @@ def test_a_multisine_shorter_than_its_period_allows_is_refused():
     short = Excitation(kind="multisine", period=1e-6)
     with pytest.raises(InputRefused, match="holds 0 samples"):
         command_of(short, 1000.0, np.random.default_rng(0))
+
+
+def test_a_stroke_of_zero_is_refused_and_not_passed_over():
+    with pytest.raises(InputRefused, match="stroke = 0"):
+        plan_experiment(load_drive("dissertation-3"), Excitation(duration=2.0), model=1, stroke=0.0)

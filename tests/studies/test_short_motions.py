@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cabledrive import load_drive
-from cabledrive.parameters import NotComputed
+from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.studies.alarm import alarm
 from cabledrive.studies.motion_file import read_motion
 
@@ -28,3 +28,9 @@ def test_a_motion_that_pumps_beyond_any_number_is_told_from_a_defect(tmp_path):
         NotComputed, match=r"pumps a span beyond any number .* plan a smaller or a slower one"
     ):
         alarm(load_drive("dissertation-2"), read_motion(path), floor=1e-5, limit=5e-4)
+
+
+def test_a_motion_file_with_a_column_twice_is_refused(tmp_path):
+    (tmp_path / "twice.csv").write_text("time [s],torque [N m],Torque [N m]\n0,1,2\n1,1,2\n")
+    with pytest.raises(InputRefused, match="two columns have one name"):
+        read_motion(tmp_path / "twice.csv")

@@ -95,11 +95,11 @@ def _whole(chain: LumpedChain) -> AxisGuess:
 def _limits(drive: Drive, stroke: float | None) -> dict[str, float]:
     motor = drive.motor
     known = {
-        "torque": motor and motor.torque_limit,
-        "speed": motor and motor.speed_limit,
+        "torque": None if motor is None else motor.torque_limit,
+        "speed": None if motor is None else motor.speed_limit,
         "stroke": stroke,
     }
-    return {name: float(limit) for name, limit in known.items() if limit}
+    return {name: float(limit) for name, limit in known.items() if limit is not None}
 
 
 def _of_response(

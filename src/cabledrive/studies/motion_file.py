@@ -36,13 +36,15 @@ def read_motion(path: str | Path) -> PlannedMotion:
     Raises
     ------
     InputRefused
-        If the file cannot be read, a column is unknown or missing, or a number is.
+        If the file cannot be read, a column is unknown, missing or there twice, or a number is missing.
     """
     path = Path(path)
     if not path.is_file():
         raise InputRefused(f"{path}: no such file: name a CSV file with time and torque")
     table = open_delimited(path)
     chosen = {name.lower().replace("_", " "): name for name in table.names}
+    if len(chosen) < len(table.names):
+        raise InputRefused(f"{path.name}: two columns have one name ({', '.join(table.names)}): drop one")
     for name in chosen:
         if name not in COLUMNS:
             known = nearest(name, tuple(COLUMNS))

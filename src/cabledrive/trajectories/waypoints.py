@@ -9,6 +9,9 @@ import numpy as np
 from cabledrive.parameters import InputRefused
 from cabledrive.trajectories.smooth_rise import Array, check_order, derivative_jump, peak_factor, smooth_rise
 
+SHORTEST_RISE = 1e-9
+"""Below it powers of the rise time leave the range of a double [s]."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Move:
@@ -167,11 +170,15 @@ def waypoints(
             f"positions: {len(positions)} given, at least 2 are needed: the start and one to go to"
         )
     rises, dwells = _per_move(rise, steps, "rise"), _per_move(dwell, steps, "dwell")
-    for name, values, lowest in (("rise", rises, "above"), ("dwell", dwells, "not below")):
-        wrong = [v for v in values if not isfinite(v) or v < 0.0 or (v == 0.0 and lowest == "above")]
+    bounds = {
+        "rise": (rises, SHORTEST_RISE, "above 0, a nanosecond at least"),
+        "dwell": (dwells, 0.0, "not below 0"),
+    }
+    for name, (values, least, words) in bounds.items():
+        wrong = [v for v in values if not isfinite(v) or v < least]
         if wrong:
             raise InputRefused(
-                f"{name} = {wrong[0]:.9g} s must be finite and {lowest} 0: give a time in seconds"
+                f"{name} = {wrong[0]:.9g} s must be finite and {words}: give a time in seconds"
             )
     if not all(isfinite(position) for position in positions):
         raise InputRefused("positions must be finite: give numbers in rad or m")
