@@ -20,6 +20,7 @@ from scipy import optimize, stats
 from cabledrive.identification.estimates import Estimate
 from cabledrive.identification.frequency_response import FrequencyResponse, response_by_segments
 from cabledrive.identification.logs.log import Log
+from cabledrive.identification.regression import FEWEST_SEGMENTS, factor, solve
 from cabledrive.identification.response_lines import independent_lines
 from cabledrive.parameters import InputRefused
 
@@ -33,6 +34,9 @@ HIGHEST_SHARE = 0.4
 LEAST_COHERENCE = 0.5
 T_SQUARED = 4.0
 """Rise of the weighted squares, per part of the response, at the end of a 95 % interval."""
+GROUP = 4
+"""Lines at least whose scores are summed; a line shares its noise with its neighbours alone."""
+MOST_GROUPS = 30
 FARTHEST = 300.0
 """Bandwidth over the highest line above which it cannot be told."""
 
@@ -148,10 +152,25 @@ def fit_amplifier(measured: FrequencyResponse, *, held: float = 0.0, averaged: f
     freedom = 2 * count - 3
     squares = 2.0 * float(found.fun @ found.fun)  # each part of the response carries half the variance
     scale = max(1.0, squares / freedom)
-    inverse = np.linalg.pinv(np.linalg.qr(found.jac, mode="r"), rcond=1e-12)
-    errors = np.sqrt(0.5 * scale * (inverse**2).sum(axis=1))
+    errors, freedom_of_errors = _errors(found.jac, found.fun, scale)
     least = _least_bandwidth(residual, found.x, found.cost + 0.25 * T_SQUARED * scale, top)
-    return _fit(found.x, errors, freedom, (top, least), float(np.sqrt(squares / freedom)))
+    return _fit(found.x, errors, freedom_of_errors, (top, least), float(np.sqrt(squares / freedom)))
+
+
+def _errors(slopes: Array, residual: Array, scale: float) -> tuple[Array, int]:
+    """Standard errors with their degrees of freedom, from the scores of groups of neighbouring lines.
+
+    Lines share noise through their window, and their weights are estimates: the squares alone show neither. A
+    response with too few lines for `FEWEST_SEGMENTS` groups has the errors that its weights claim.
+    """
+    count = residual.size // 2
+    groups = min(MOST_GROUPS, count // GROUP)
+    if groups < FEWEST_SEGMENTS:
+        inverse = np.linalg.pinv(np.linalg.qr(slopes, mode="r"), rcond=1e-12)
+        return np.sqrt(0.5 * scale * (inverse**2).sum(axis=1)), 2 * count - slopes.shape[1]
+    by_line = np.arange(2 * count).reshape(2, count).T.ravel()
+    fit = solve(factor(slopes[by_line], -residual[by_line], ("gain", "bandwidth", "delay"), groups))
+    return np.sqrt(np.diag(fit.covariance)), fit.freedom
 
 
 def _least_bandwidth(residual: Callable[[Array], Array], x: Array, cost: float, top: float) -> float:
