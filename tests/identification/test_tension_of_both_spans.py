@@ -4,11 +4,14 @@ Recordings are made by the exact loop: the load pulley is held, a standing torqu
 the tensions, both spans are plucked, and a microphone hears the speed of a point of each.
 """
 
+import json
 from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from scipy.io import wavfile
 
+from cabledrive.app.main import main
 from cabledrive.identification.filters import zero_phase
 from cabledrive.identification.logs.log import log_of
 from cabledrive.identification.tension import tension_of_both
@@ -82,6 +85,16 @@ def carrying(mass=6e-5):
     overrides = [*(f"carriage.0.{key}={value}" for key, value in settings.items()), *BRAKED]
     base = load_drive("dissertation-transporter", overrides=overrides)
     return replace(base, cable=load_drive("dissertation-3").cable)
+
+
+def called(capsys, *arguments):
+    """Status, standard output and standard error of one call."""
+    try:
+        status = main([str(a) for a in arguments])
+    except SystemExit as end:
+        status = end.code
+    printed = capsys.readouterr()
+    return status or 0, printed.out, printed.err
 
 
 def errors(found, one):
@@ -216,6 +229,33 @@ def test_noise_has_no_families_and_bad_input_is_refused():
         tension_of_both(noise, line)
     with pytest.raises(InputRefused, match="plucked"):
         tension_of_both(noise, loop, plucked="middle")
+
+
+def test_the_command_reads_both_spans_of_a_sound_file(tmp_path, capsys):
+    """Two tensions with labels and status 0; one family and status 3 with one line on standard error."""
+    for name, heights in (("both", (1.5e-3, 0.6e-3)), ("one", (1.5e-3, 0.0))):
+        one = played(10_060, heights=heights, share=0.1, loudness=(1.0, 1.0), rate=1000.0)
+        sound = one.log.channel("sound")
+        stored = (20_000 * sound / np.abs(sound).max()).astype("int16")
+        wavfile.write(tmp_path / f"{name}.wav", 1000, stored)
+    options = ["--ping", "dissertation-3", "--span", "both", "--json"]
+    status, out, err = called(capsys, "identify", tmp_path / "both.wav", *options, "--plucked", "upper")
+    answer = json.loads(out)
+    assert (status, err) == (0, "")
+    assert answer["parameters"]["tension_upper"]["value"] == pytest.approx(one.upper, rel=0.002)
+    assert answer["parameters"]["tension_lower"]["value"] == pytest.approx(one.lower, rel=0.002)
+    status, out, err = called(capsys, "identify", tmp_path / "one.wav", *options)
+    answer = json.loads(out)
+    assert status == 3
+    assert len(err.splitlines()) == 1
+    assert "one family" in err
+    assert answer["identifiable"] is False
+    assert answer["parameters"]["standing_torque"]["value"] is None
+    refused = called(
+        capsys, "identify", tmp_path / "one.wav", "--ping", "dissertation-3", "--plucked", "upper"
+    )
+    assert refused[0] == 2
+    assert "--span both" in refused[2]
 
 
 def test_overlapping_decaying_tones_are_fitted_without_bias():
