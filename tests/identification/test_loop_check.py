@@ -1,5 +1,7 @@
 """Wrong models in logs whose torque is no sum of lines: feedback loops, chirps, steps."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -100,6 +102,15 @@ def test_a_sound_axis_raises_no_alarm(motion):
 def test_a_wrong_model_is_named_in_a_log_without_lines(motion, rig):
     found = identify(servo_log(motion, rig, 1, 30.0))
     assert WORDS[rig] in " ".join(found.findings[-1:]), found.findings
+
+
+def test_a_late_torque_channel_is_named():
+    """Shifted by 5 ms, more than a sample: its size to a fifth."""
+    log = servo_log("trapezoids", "rigid", 3, 30.0)
+    late = replace(log, channels={**log.channels, "torque": np.roll(log.channel("torque"), 5)})
+    found = identify(late.part(start=0.1))
+    assert "torque channel is delayed" in found.findings[-1], found.findings
+    assert found.method["suspicions"]["delay"]["value"] == pytest.approx(5e-3, rel=0.2)
 
 
 def test_peaks_of_a_servo_torque_are_no_lines():

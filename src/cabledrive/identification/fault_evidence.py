@@ -25,6 +25,7 @@ SHORT = {
     "position": "a torque that depends on the position",
     "flexibility": "a flexible joint",
     "backlash": "backlash",
+    "delay": "a delay of the torque channel",
 }
 
 
@@ -76,7 +77,7 @@ class Evidence:
         return {"significance": self.significance, "critical": self.critical, "value": self.value}
 
 
-def named(found: Sequence[Evidence]) -> tuple[str, ...]:
+def named(found: Sequence[Evidence]) -> tuple[Evidence, ...]:
     """The faults that the evidence speaks for: the one that explains most, and those that explain nearly it.
 
     Parameters
@@ -85,25 +86,25 @@ def named(found: Sequence[Evidence]) -> tuple[str, ...]:
 
     Returns
     -------
-    tuple of str
-        Keys of `FAULTS`; empty where nothing is beyond chance.
+    tuple of Evidence
+        Empty where nothing is beyond chance.
     """
     beyond = sorted((e for e in found if e.alarms), key=lambda e: -e.gain)
-    return tuple(e.fault for e in beyond if e.gain >= CLOSE * beyond[0].gain)
+    return tuple(e for e in beyond if e.gain >= CLOSE * beyond[0].gain)
 
 
-def told(faults: Sequence[str]) -> str:
+def told(faults: Sequence[Evidence]) -> str:
     """A verdict in a sentence.
 
     Parameters
     ----------
-    faults : sequence of str
-        Keys of `FAULTS`, at least one.
+    faults : sequence of Evidence
+        At least one.
 
     Returns
     -------
     str
     """
-    words = f"the model does not fit: {FAULTS[faults[0]]}"
-    others = ", ".join(SHORT[fault] for fault in faults[1:])
+    words = f"the model does not fit: {FAULTS[faults[0].fault].format(value=faults[0].value)}"
+    others = ", ".join(SHORT[one.fault] for one in faults[1:])
     return f"{words}; this log does not tell it from {others}" if others else words

@@ -56,6 +56,8 @@ Array = NDArray[np.float64]
 
 NUISANCE = (*BASE, "lag")
 HOLD = "hold"
+DELAY = "delay"
+"""Of the torque channel against the motion, by more than a sample: less is left free."""
 ROUNDS = 3
 """Corrections of the four parameters."""
 EFFICIENCY = 2 / 3
@@ -95,7 +97,11 @@ def evidence(
     gaps = free_plays(logs[0], options)
     factors = joint_factors(tracks, values, slow, gaps)
     names = tuple(name for name in factors.names if name not in (*NUISANCE, HOLD))
-    found_first = tuple(_evidence(factors, name, len(names)) for name in names)
+    tried = len(names) + 1
+    found_first = tuple(_evidence(factors, name, tried) for name in names)
+    delay = _evidence(factors, DELAY, tried)
+    if abs(delay.value) > tracks[0].interval:
+        found_first = (*found_first, delay)
     if any(e.alarms for e in found_first):
         sound = [joint_factors(made, values, slow, gaps) for made in sound_tracks(tracks, values, slow, rng)]
         found_first = tuple(_doubted(e, factors, sound) for e in found_first)
@@ -217,6 +223,7 @@ def factor_of(factors: Factors, name: str, left: str | None = None) -> tuple[flo
     ----------
     factors : Factors
     name : str
+        Of a disturbance, or `DELAY`.
     left : str, optional
         Column on the left side; default: the innovations.
 
@@ -224,7 +231,7 @@ def factor_of(factors: Factors, name: str, left: str | None = None) -> tuple[flo
     -------
     value, error, residual : float
     """
-    names = (*NUISANCE, name)
+    names = (*BASE, "lag") if name == DELAY else (*NUISANCE, name)
     last = len(factors.names) if left is None else factors.names.index(left)
     places = [*(factors.names.index(n) for n in names), last]
     part = Factors(names=names, triangles=triangle(factors.triangles[:, :, places]), rows=factors.rows)
@@ -240,13 +247,14 @@ def factor_of(factors: Factors, name: str, left: str | None = None) -> tuple[flo
 
 def _evidence(factors: Factors, name: str, tried: int) -> Evidence:
     value, error, residual = factor_of(factors, name)
+    rigid = BASE if name == DELAY else NUISANCE
     freedom = EFFICIENCY * factors.triangles.shape[0]
     return Evidence(
         name=name,
         value=value,
         error=error,
         critical=float(stats.t.isf(0.5 * FALSE_ALARMS / tried, freedom)),
-        gain=1.0 - residual**2 / solve(only(factors, NUISANCE)).residual ** 2,
+        gain=1.0 - residual**2 / solve(only(factors, rigid)).residual ** 2,
     )
 
 
