@@ -7,12 +7,50 @@ import pytest
 from scipy import signal
 
 from cabledrive.identification.axis_case import case_of
+from cabledrive.identification.identify import IdentifyOptions, identify
 from cabledrive.identification.method_error import _noisier
 from cabledrive.identification.regression import factor, suited_segments
 from cabledrive.identification.rigid_axis import AxisOptions, equation_for
 from cabledrive.reduction.friction_march import march_rigid_axis
 from cabledrive.rig.chapter_4 import BENCH_TESTS, bench_command, bench_rig
-from cabledrive.rig.virtual_rig import run_rig
+from cabledrive.rig.virtual_rig import Imperfections, run_rig
+
+DRIVES = {
+    "500 Hz": {"rate": 500.0},
+    "2 kHz": {"rate": 2000.0},
+    "400 counts": {"counts": 400},
+    "20,000 counts": {"counts": 20_000},
+    "10 s": {"duration": 10.0},
+    "inertia ten times": {"inertia": 10.0, "amplitude": 3.0},
+    "all ten times": {"inertia": 10.0, "friction": 10.0, "amplitude": 10.0},
+    "all a tenth": {"inertia": 0.1, "friction": 0.1, "amplitude": 0.1},
+}
+"""Against the motor alone, 55 s at 1 kHz with 2,600 counts; the noise stays."""
+
+
+def held(test, repeats, seed, *, rate=1000.0, counts=2600, **flaws):
+    """Share of the 95 % intervals of J, b, c, d that hold the truth."""
+    rig = replace(bench_rig(test, Imperfections(**flaws)), sample_rate=rate, encoders={"angle": counts})
+    inside = []
+    for k in range(seed, seed + repeats):
+        rng = np.random.default_rng(k)
+        found = identify(run_rig(rig, bench_command(test, rng, rate), rng), IdentifyOptions(check=False))
+        truth = (test.inertia, test.viscous, test.coulomb, test.offset)
+        inside.append([e.low < v < e.high for e, v in zip(found.parameters.values(), truth, strict=True)])
+    return np.mean(inside, axis=0)
+
+
+def changed(*, duration=55.0, inertia=1.0, friction=1.0, amplitude=1.0):
+    motor = BENCH_TESTS[0]
+    return replace(
+        motor,
+        duration=duration,
+        inertia=inertia * motor.inertia,
+        viscous=friction * motor.viscous,
+        coulomb=friction * motor.coulomb,
+        offset=friction * motor.offset,
+        amplitudes=tuple(amplitude * a for a in motor.amplitudes),
+    )
 
 
 @pytest.mark.parametrize("friction, least", [(0.0, 0.0), (0.024, 1e-4)])
@@ -39,3 +77,21 @@ def test_segments_grow_until_the_slowest_score_forgets():
     slow = factor(regressors, rng.normal(size=rows) + drift, ("a", "b", "c", "d"), 240)
     kept, joined = (suited_segments(f, each=True).triangles.shape[0] for f in (white, slow))
     assert kept >= 30 > joined, f"observed {kept} and {joined} segments"
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("test", BENCH_TESTS, ids=lambda test: test.name)
+def test_intervals_hold_where_the_torque_is_measured_without_noise(test):
+    """100 repeats; fewer than 88 of 100 would be a sign of a defect (one standard error: 2.2 %)."""
+    share = held(test, 100, 900_000, torque_noise=1e-5)
+    assert np.all(share >= 0.88), f"observed {share}"
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("name", DRIVES)
+def test_intervals_hold_for_other_drives_encoders_and_rates(name):
+    """60 repeats; the four together at least 90 % (three standard errors of 240 below 95 %)."""
+    case = dict(DRIVES[name])
+    instruments = {key: case.pop(key) for key in ("rate", "counts") if key in case}
+    share = held(changed(**case), 60, 840_000, **instruments)
+    assert share.mean() >= 0.90, f"observed {share}"
