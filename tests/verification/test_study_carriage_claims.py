@@ -19,7 +19,7 @@ CASES = {
         Goals(
             travel=1.0,
             duration=2.5,
-            dwell=1.0,
+            dwell=0.5,
             hanging_mass=0.25,
             line_length=0.25,
             spreads={"inertia": 0.05, "stiffness": 0.05, "damping": 0.5, "friction": 0.1},

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 PARTS = (
     ("nominal", "best values", BLUE, "-", 0, 5),
-    ("uncertain", "uncertain", PURPLE, "--", 1, -13),
+    ("uncertain", "uncertain", PURPLE, "--", 0, -13),
     ("sensors", "encoders", GREEN, "-.", 0, 5),
 )
 """Name, words, look, and where the words stand: by which bandwidth, and how far above."""

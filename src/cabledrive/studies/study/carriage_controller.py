@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from math import pi
 
 import numpy as np
 from numpy.linalg import LinAlgError
@@ -27,6 +28,8 @@ from cabledrive.studies.study.machine import Quantity
 
 SHARES = (0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8)
 """Bandwidths that are tried, over the lowest frequency of the carriage on its cable along the way."""
+SWINGS = (1.0, 1.5, 2.0, 3.0, 4.5)
+"""The same over the frequency of the swing, where a mass hangs below the carriage."""
 CENTRED = np.zeros(2)
 OFF = np.array([0.25, -0.25])
 """Encoder phases of the run that tells what counting costs, in counts."""
@@ -43,7 +46,7 @@ class CarriageCandidate:
     nominal : float or None
         Largest error at the best values, encoders that do not count [m].
     uncertain : float or None
-        What each number within its bounds adds, by itself, summed [m].
+        What each number within its bounds adds, by itself; the root of the squares' sum [m].
     sensors : float or None
         What counting adds [m].
     estimate : float or None
@@ -116,9 +119,8 @@ def design_carriage_law(
     """
     case = case_of(drive, goals)
     lowest, rate = float(case.cable_frequencies.min()), 1.0 / case.interval / SAMPLES_PER_PERIOD
-    hertz = [float(f"{share * lowest:.3g}") for share in SHARES]
     candidates, best, parts = [], None, {}
-    for found, shares in _tried(case, quantities, [f for f in hertz if f <= rate], left_out):
+    for found, shares in _tried(case, quantities, _bandwidths(case, lowest, rate), left_out):
         candidates.append(found)
         if found.refused or found.estimate is None:
             continue
@@ -135,6 +137,15 @@ def design_carriage_law(
         frequencies=tuple(float(f) for f in case.cable_frequencies),
         reason=_reason(best, candidates, lowest, rate),
     )
+
+
+def _bandwidths(case: CarriageCase, lowest: float, rate: float) -> list[float]:
+    """From the lowest on; what is too fast for sampling or for the cable is not tried."""
+    hertz = [share * lowest for share in SHARES]
+    if case.hanging:
+        swing = (case.design.gravity / case.design.line_length) ** 0.5 / (2.0 * pi)
+        hertz += [share * swing for share in SWINGS if share * swing < SHARES[-1] * lowest]
+    return sorted({float(f"{f:.3g}") for f in hertz if f <= rate})
 
 
 def _tried(
@@ -218,7 +229,7 @@ def _growth_within_bounds(
 def _moved(
     case: CarriageCase, loop: CarriageLoop, quantities: Mapping[str, Quantity], clean: Array
 ) -> tuple[dict[str, float], Array | None]:
-    """How far each number can move the error, at the worse of its bounds; their sum at every sample."""
+    """How far each number can move the error, at the worse of its bounds; at every sample, by squares."""
     asked = [(name, value) for name, ends in at_its_bounds(quantities) for value in ends]
 
     def one(item: tuple[str, float]) -> Array | None:
@@ -227,14 +238,14 @@ def _moved(
 
     with ThreadPoolExecutor(2) as pool:
         found = list(pool.map(one, asked))
-    shares, total = {}, np.zeros_like(clean)
+    shares, squares = {}, np.zeros_like(clean)
     for (name, _), low, high in zip(asked[::2], found[::2], found[1::2], strict=True):
         if low is None or high is None:
             return {}, None
         largest = np.maximum(low, high)
         shares[name] = float(largest.max())
-        total += largest
-    return shares, total
+        squares += largest**2  # the numbers are drawn independently of one another
+    return shares, np.sqrt(squares)
 
 
 def _reason(

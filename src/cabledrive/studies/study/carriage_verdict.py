@@ -146,7 +146,7 @@ def carriage_cautions(found: CarriageStages, goals: Goals, current_loop: bool) -
     -------
     list of str
     """
-    words = [NO_BOUND]
+    words = [NO_BOUND] if found.acceptance is not None else []
     if goals.rail_friction is None:
         words.append(
             "friction of the carriage on its guide is guessed, 0 to 1 N s/m: state rail_friction "

@@ -17,6 +17,7 @@ from cabledrive.studies.study.verdict_words import (
 )
 
 YES, NO, UNKNOWN = "yes", "no", "unknown"
+OTHER = "give the carriage what is needed where the machine allows it; modes, resonance and torque hold as is"
 ENDS = {"slack torque": "carry before a span goes slack", "lost tension": "are the pretension"}
 COMPLETE = "complete the drive file; what stands here of modes, resonance and torque holds without it"
 
@@ -75,7 +76,8 @@ def judge(found: Findings) -> Verdict:
     if refusals:
         answer, reasons = NO, refusals
     elif found.check.missing:
-        answer, reasons, remedies = UNKNOWN, list(found.check.missing), [COMPLETE]
+        carries = found.drive is not None and bool(found.drive.carriage)
+        answer, reasons, remedies = UNKNOWN, list(found.check.missing), [OTHER if carries else COMPLETE]
     elif found.carriage is not None:
         answer, reasons, remedies = judge_carriage(found.carriage, found.goals)
     elif found.controller is None or found.controller.bound is None:
