@@ -67,14 +67,19 @@ def animation_page(drive: Drive, result: SimulationResult) -> str:
     InputRefused
         If the run kept less than two whole fields.
     """
-    switch, wide, _ = animation_svg("loop", drive, result)
+    switch, wide, narrow = animation_svg("loop", drive, result)
     frame = Markup(
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         "<title>{title}</title>\n<style>{css}\nbody {{ margin: 2rem auto; max-width: 47rem; padding: 0 1rem; "
         "--sans: system-ui, sans-serif; font: 1rem/1.5 var(--sans); background: var(--paper); "
-        'color: var(--ink); }}</style>\n</head>\n<body>\n<main>\n<h1>{title}</h1>\n<figure style="margin: 0">'
-        '\n{switch}\n<div class="drawing" role="img" aria-label="{alt}">{wide}</div>\n'
+        "color: var(--ink); }}\nh1 {{ font-size: 1.5rem; line-height: 1.25; }}\n"
+        ".drawing svg {{ display: block; width: 100%; height: auto; }}\n"
+        "@media (max-width: 40rem) {{ .wide {{ display: none; }} }}\n"
+        "@media (min-width: 40.01rem) {{ .narrow {{ display: none; }} }}"
+        '</style>\n</head>\n<body>\n<main>\n<h1>{title}</h1>\n<figure style="margin: 0">'
+        '\n{switch}\n<div class="drawing wide" role="img" aria-label="{alt}">{wide}</div>\n'
+        '<div class="drawing narrow" role="img" aria-label="{alt}">{narrow}</div>\n'
         "</figure>\n</main>\n</body>\n</html>\n"
     )
     return str(
@@ -83,6 +88,7 @@ def animation_page(drive: Drive, result: SimulationResult) -> str:
             css=Markup(theme_css()),
             switch=switch,
             wide=wide,
+            narrow=narrow,
             alt="The cable loop in motion: both spans swing, the pulleys turn to and fro.",
         )
     )

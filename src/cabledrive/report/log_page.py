@@ -100,7 +100,7 @@ def _numbers(found: Identification) -> list[Block]:
     table = Table(
         caption="What the log tells.",
         columns=(
-            Column(title=""),
+            Column(title="Parameter"),
             Column(title="Value", numeric=True),
             Column(title="95 %", numeric=True),
             Column(title="Unit"),

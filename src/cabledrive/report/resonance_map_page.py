@@ -9,6 +9,7 @@ from markupsafe import Markup
 
 from cabledrive.report.numbers import number, quantity
 from cabledrive.report.style import theme_css
+from cabledrive.report.typesetting import typeset
 from cabledrive.studies.resonance_map import GrowthMap
 
 _TEMPLATES = resources.files("cabledrive.report") / "templates"
@@ -32,7 +33,7 @@ def resonance_map_page(growth: GrowthMap, referee: str = "") -> str:
 
     text = (_TEMPLATES / "resonance_map.html").read_text(encoding="utf-8")
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
-    return environment.from_string(text).render(
+    html = environment.from_string(text).render(
         map=growth,
         css=Markup(theme_css() + (_TEMPLATES / "report.css").read_text(encoding="utf-8")),
         data=Markup(_data(growth).replace("<", "\\u003c")),
@@ -41,6 +42,7 @@ def resonance_map_page(growth: GrowthMap, referee: str = "") -> str:
         number=number,
         version=__version__,
     )
+    return typeset(html)
 
 
 def summary_line(growth: GrowthMap) -> str:

@@ -24,6 +24,7 @@ HEIGHT = 300.0  # px
 MOST_POINTS = 1500
 MOST_MARKS = 40
 DECADES = 4.0
+LONGEST_TITLE = 88
 
 
 def spectrum_marks(drive: Drive, octaves: float = 3.0) -> tuple[tuple[float, str], ...]:
@@ -143,7 +144,8 @@ def run_plot(drive: Drive, result: SimulationResult, form: str) -> bytes:
     undated: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
     with file_style(), BytesIO() as file:
         figure = Figure(figsize=(9.0, 8.0))
-        figure.suptitle(shorten(drive.title or drive.name, 88, placeholder=" ..."), fontsize=TEXT - 1, y=0.99)
+        title = drive.title if 0 < len(drive.title) <= LONGEST_TITLE else shorten(drive.name, LONGEST_TITLE)
+        figure.suptitle(title, fontsize=TEXT - 1, y=0.99)
         rows = len(result.spans) + 1
         heights = [0.50 / rows] * rows + [0.28]
         feet = [0.96 - sum(heights[: row + 1]) - 0.02 * row for row in range(rows)] + [0.07]
