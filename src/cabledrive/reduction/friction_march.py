@@ -163,8 +163,10 @@ def chain_numbers(
     Parameters
     ----------
     chain : LumpedChain
-    gains, gaps, law, directions
-        As `march_chain` takes them.
+    gains, gaps : tuple of float, optional
+    law : FrictionLaw, optional
+    directions : ndarray, optional
+        All as `march_chain` takes them.
 
     Returns
     -------
