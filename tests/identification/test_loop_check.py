@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cabledrive.identification.axis_case import driven_by_lines
+from cabledrive.identification.axis_case import noise_between_lines
 from cabledrive.identification.identify import INNOVATIONS, NOT_MADE, identify
 from cabledrive.identification.innovation_kernels import observe, shadow
 from cabledrive.identification.innovations import Track, answered, foreseen, held, observer_gains
@@ -113,10 +113,10 @@ def test_a_late_torque_channel_is_named():
     assert found.method["suspicions"]["delay"]["value"] == pytest.approx(5e-3, rel=0.2)
 
 
-def test_peaks_of_a_servo_torque_are_no_lines():
+def test_peaks_of_a_servo_torque_are_not_all_that_moves_the_axis():
     """Seed 700: a tenth of its band stands above the rest, and the rest is five times the noise."""
     log = servo_log("trapezoids", "rigid", 700, 60.0)
-    assert not driven_by_lines([log], AxisOptions())
+    assert not noise_between_lines([log], AxisOptions())
 
 
 def test_what_is_not_checked_is_said():
@@ -155,7 +155,7 @@ def test_emps_has_friction_that_falls_behind_a_straight_line(shared_data):
 @pytest.mark.verify
 @pytest.mark.parametrize("motion", ["trapezoids", "s-curves"])
 def test_a_joint_too_stiff_for_the_moves_is_called_nothing_else(motion):
-    """Its resonance, 92 Hz, lies ten times above the moves: seldom named; another fault in at most 3 of 40."""
+    """Resonance, 92 Hz, ten times above the moves: seldom named; another fault in at most 3 of 40."""
     found = [identify(servo_log(motion, "flexible", 60_000 + k)).findings for k in range(40)]
     wrong = sum(bool(f) and WORDS["flexible"] not in f[-1] for f in found)
     assert wrong <= 3, f"{wrong} of 40 called something else"

@@ -123,22 +123,36 @@ def driven_by_lines(logs: Sequence[Log], options: AxisOptions) -> bool:
     Returns
     -------
     bool
-        False where what stands above the noise fills more than half of its band, or more than noise lies
-        between, as in steps, chirps and torques of feedback loops; and where the torque channel saturates,
-        for it cannot drive a model then.
+        False where what stands above the noise fills more than half of its band, as steps, chirps and torques
+        of feedback loops do; and where the torque channel saturates, for it cannot drive a model then.
     """
     torque, _ = channels_of(logs[0], options)
     for log in logs:
         if torque in log.saturated and log.saturated[torque].any():
             return False
-        spectrum = np.fft.rfft(log.channel(torque))
-        kept = _lines_of(spectrum)
+        kept = _lines_of(np.fft.rfft(log.channel(torque)))
         band = np.flatnonzero(kept)
         if band.size == 0 or band.size > HALF * (band[-1] - band[0] + 1) or kept.mean() > SPARSE:
             return False
-        if _between_and_above(np.abs(spectrum) ** 2, kept) > BETWEEN:
-            return False
     return True
+
+
+def noise_between_lines(logs: Sequence[Log], options: AxisOptions) -> bool:
+    """Whether nothing but noise lies between the torque's lines, so that they are all that moves the axis.
+
+    Parameters
+    ----------
+    logs : sequence of Log
+        Driven by lines, see `driven_by_lines`.
+    options : AxisOptions
+
+    Returns
+    -------
+    bool
+    """
+    torque, _ = channels_of(logs[0], options)
+    spectra = [np.fft.rfft(log.channel(torque)) for log in logs]
+    return all(_between_and_above(np.abs(s) ** 2, _lines_of(s)) <= BETWEEN for s in spectra)
 
 
 def _between_and_above(power: Array, kept: NDArray[np.bool_]) -> float:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.identification.axis_case import driven_by_lines
+from cabledrive.identification.axis_case import driven_by_lines, noise_between_lines
 from cabledrive.identification.axis_refinement import refine_rigid_axis
 from cabledrive.identification.diagnosis import FAULTS, suspicions, verdict
 from cabledrive.identification.estimates import Identification
@@ -169,14 +169,15 @@ def identify(
             return identify_long_log(recording, options.axis)
     read = [log if isinstance(log, Log) else read_log(log, options.columns) for log in given]
     found = identify_rigid_axis(read, options.axis)
+    lines = driven_by_lines(read, options.axis)
+    alone = lines and noise_between_lines(read, options.axis)
     plausible = found.identifiable and not any("negative" in finding for finding in found.findings)
     if not plausible or options.axis.friction.kind not in CHECKED:
         if method == "output-error":
             raise NotComputed("output error needs an identifiable rigid axis with one Coulomb friction")
-        known = options.axis.friction.kind == "coulomb" and not driven_by_lines(read, options.axis)
+        known = options.axis.friction.kind == "coulomb" and not alone
         return _checked_by_innovations(read, found, options) if options.check and known else found
-    lines = driven_by_lines(read, options.axis)
-    refining, checking = method == "output-error" or (method == "auto" and lines), options.check and lines
+    refining, checking = method == "output-error" or (method == "auto" and lines), options.check and alone
     refined = None
     if refining or checking:
         try:
@@ -189,7 +190,7 @@ def identify(
     if method == "output-error" and refined is not None and not follows:
         raise NotComputed(refined.findings[-1])
     answer = refined if refining and follows and refined else with_own_error(found, read, options.axis)
-    if options.check and not lines:
+    if options.check and not alone:
         return _checked_by_innovations(read, answer, options)
     return _checked(read, answer, refined, options) if refined is not None and checking else answer
 
