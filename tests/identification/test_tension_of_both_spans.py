@@ -231,6 +231,25 @@ def test_noise_has_no_families_and_bad_input_is_refused():
         tension_of_both(noise, loop, plucked="middle")
 
 
+def test_counts_of_an_encoder_make_no_families_of_their_own():
+    """Both spans pull at the drive pulley of configuration 2 by a few counts of 40,000 in all: too little."""
+    known = load_drive("dissertation-2", overrides=BRAKED)
+    drive = replace(known, cable=replace(known.cable, pretension=5.0, transverse_damping=2.0))
+    plucks = (Pluck(height=8e-3, place=0.4), Pluck(height=6e-3, place=0.3, span="lower"))
+    run = simulate(
+        drive,
+        2.0,
+        start=Start(plucks=plucks),
+        scheme=Scheme(segments=60),
+        recording=Recording(rate=2000.0),
+    )
+    count = 2 * np.pi / 40_000
+    angle = count * np.floor(run.drive_angle / count + 0.3)
+    assert np.ptp(angle) > 1.5 * count, "the encoder does turn"
+    with pytest.raises(NotComputed, match="no tone"):
+        tension_of_both(log_of(run.time, {"drive_angle": angle}, {"drive_angle": "rad"}), known)
+
+
 def test_the_command_reads_both_spans_of_a_sound_file(tmp_path, capsys):
     """Two tensions with labels and status 0; one family and status 3 with one line on standard error."""
     for name, heights in (("both", (1.5e-3, 0.6e-3)), ("one", (1.5e-3, 0.0))):

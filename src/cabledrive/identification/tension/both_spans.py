@@ -148,7 +148,13 @@ def _fit(heard: Heard, families: tuple[Family, ...], tones: Tones | None = None)
         if not all(np.any(clear & (fit.tones.family == k)) for k in range(len(families))):
             return None
         fit = fit_tones(heard.values, heard.interval, fit.tones.only(clear), heard.power)
-    return fit
+    return fit if all(_is_a_ping(fit, k) for k in range(len(families))) else None
+
+
+def _is_a_ping(fit: TonesFit, family: int) -> bool:
+    """Whether a family decays, or has several partials: a single tone that stays is hum."""
+    own = fit.tones.family == family
+    return bool(np.sum(own) > 1 or fit.telling[own].any())
 
 
 def _two_families(heard: Heard, pairs: tuple[Proposal, ...], plucked: str | None) -> TonesFit | None:

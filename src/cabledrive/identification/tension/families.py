@@ -111,7 +111,7 @@ def peaks_of(frequency: Array, amplitude: Array, band: tuple[float, float], dura
     floor = np.interp(frequency, frequency[:: max(1, wide // 31)], level)
     tops = signal.find_peaks(np.log(np.maximum(amplitude, 1e-300)), prominence=DIP)[0]
     inside = (frequency[tops] > band[0]) & (frequency[tops] < band[1])
-    tops = tops[inside & (amplitude[tops] > 0.0)]
+    tops = tops[inside & (np.minimum(amplitude[tops - 1], amplitude[tops + 1]) > 0.0)]
     least = np.maximum(STANDING_OUT * floor, FAINTEST * amplitude.max())
     tops = tops[amplitude[tops] > least[tops]]
     tops = np.sort(tops[np.argsort(amplitude[tops])[::-1][:MOST_PEAKS]])
