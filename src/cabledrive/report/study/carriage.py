@@ -51,7 +51,7 @@ def carriage_controller_chapter(result: StudyResult) -> Chapter | None:
         anchor="controller",
         blocks=tuple(blocks),
         methods=(
-            "Controller: linear-quadratic feedback and steady Kalman filter at twelve places of the carriage; "
+            "Controller: linear-quadratic feedback and Kalman filter at twelve places of the carriage; "
             "the feedforward is the flat output's. Estimated error: the run at the best values, plus "
             "what each number does at the worse of its bounds, by the root of the squares' sum, plus the "
             "encoders' counts, plus what the model leaves out. Stable: no pole of law, observer and plant "
