@@ -32,6 +32,8 @@ FAINT = 0.03
 """Its largest own peak over the largest of all, below which it is no span that was plucked."""
 OTHERWISE = 0.004
 """Relative difference of its factor from which a family is another one."""
+NEAR_OCTAVE = 0.02
+"""Relative distance of two factors from a whole ratio below which, on like spans, one is not believed."""
 MOST_PAIRS = 6
 ALIKE = 1e-9
 """Relative difference up to which modes of both spans are the same."""
@@ -182,7 +184,7 @@ def proposals(
     pairs = []
     alike = bool(np.allclose(teeth["upper"], teeth["lower"], rtol=ALIKE))
     for one, two in product(found["upper"], found["lower"]):
-        if alike and one[0].scale > two[0].scale:
+        if alike and (one[0].scale > two[0].scale or _octaves(one[0].scale, two[0].scale)):
             continue
         total = float(peaks.weight[one[2] | two[2]].sum()) - one[3] - two[3]
         own = (peaks.amplitude[mask].max(initial=0.0) for mask in (one[2] & ~two[2], two[2] & ~one[2]))
@@ -195,6 +197,13 @@ def proposals(
         if len(distinct) == MOST_PAIRS:
             break
     return single, tuple(distinct)
+
+
+def _octaves(low: float, high: float) -> bool:
+    """Whether a family lies on every second or third mode of the other: split partials look like that."""
+    ratio = high / low
+    whole = round(ratio)
+    return whole > 1 and abs(ratio / whole - 1.0) < NEAR_OCTAVE
 
 
 def _otherwise(pair: Proposal, other: Proposal) -> bool:
