@@ -269,3 +269,15 @@ def test_every_command_answers_in_json_quietly_or_at_length(name):
 def test_verbose_notes_carry_the_time(tmp_path):
     done = call("check", "elevator", "--verbose", "-o", tmp_path / "check.json")
     assert re.fullmatch(r" +\d+\.\d\d s  written to .*check.json\n", done.stderr), done.stderr
+
+
+@pytest.mark.parametrize("arguments", [["check"], ["modes", "--count", "1"], ["identify", "--no-check"]])
+def test_a_file_that_is_read_is_never_written_over(arguments, tmp_path):
+    name, *options = arguments
+    path = tmp_path / "mine.toml"
+    path.write_text("precious")
+    (tmp_path / "link").symlink_to(path)
+    for output in (path, tmp_path / "link", tmp_path / "." / "mine.toml"):
+        words = refusal(name, path, *options, "-o", output, "--force")
+        assert "is read and was to be written: give the output another name" in words
+    assert path.read_text() == "precious"

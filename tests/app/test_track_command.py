@@ -58,6 +58,7 @@ def test_settings_of_the_plant_leave_the_law_alone():
         (["--rise", "0"], "rise = 0 s must be finite and above 0"),
         (["--rise", "1e-300"], "a nanosecond at least"),
         (["--pulses", "0"], "pulses = 0 must be at least 1"),
+        (["--pulses", "1000000000"], "pulses = 1000000000 are too many, 10000 at most"),
         (["--set", "sensors.sample_rate=200 Hz"], "sample faster"),
     ],
 )

@@ -1,25 +1,24 @@
 """Options that commands share: which drive, which settings, how to answer, where to write."""
 
 import functools
+import os
 import time
 import traceback
-from collections.abc import Callable
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import click
 
 from cabledrive.app.completion import complete_drive
-from cabledrive.app.messages import BEGUN, QUIET, note
+from cabledrive.app.messages import BEGUN, QUIET
+from cabledrive.app.new_file import FORCE, NewFile, NewFileType
 from cabledrive.app.results import Answer, json_text, provenance, show
 from cabledrive.parameters import Drive, InputRefused, NotComputed, load_drive
-from cabledrive.parameters.files import check_writable, write_whole
 from cabledrive.parameters.units import to_si
 
 Function = Callable[..., Any]
 SHARED = {"--set", "--output", "--force", "--json", "--quiet", "--verbose", "--help"}
-_TAKEN, _ABOUT, _FORCE = "cabledrive.taken", "cabledrive.about", "cabledrive.force"
+_ABOUT = "cabledrive.about"
 
 
 class Subcommand(click.Command):
@@ -39,6 +38,33 @@ class Subcommand(click.Command):
         super().__init__(*args, **options)
         self.epilog = f"\b\nExample:\n  {example}"
 
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Read the arguments; no file that is read is written over, not even with ``--force``.
+
+        Parameters
+        ----------
+        ctx : click.Context
+        args : list of str
+
+        Returns
+        -------
+        list of str
+
+        Raises
+        ------
+        InputRefused
+            If one file is named to be read and to be written.
+        """
+        rest = super().parse_args(ctx, args)
+        given = [name for value in ctx.params.values() for name in _texts(value)]
+        read = {os.path.realpath(name) for name in given if "\0" not in name}
+        for value in ctx.params.values():
+            if isinstance(value, NewFile) and os.path.realpath(value.path) in read:
+                raise InputRefused(
+                    f"{value.path}: is read and was to be written: give the output another name"
+                )
+        return rest
+
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the options in two lists.
 
@@ -57,67 +83,9 @@ class Subcommand(click.Command):
                     formatter.write_dl(records)
 
 
-@dataclass(frozen=True, slots=True)
-class NewFile:
-    """A file that a command is going to write.
-
-    Attributes
-    ----------
-    path : Path
-    force : bool
-        Whether an existing file may be replaced.
-    """
-
-    path: Path
-    force: bool
-
-    def write(self, content: str | bytes) -> None:
-        """Write it whole or not at all, and say so.
-
-        Parameters
-        ----------
-        content : str or bytes
-        """
-        write_whole(self.path, content, force=self.force)
-        note(f"written to {self.path}")
-
-
-class NewFileType(click.ParamType):  # type: ignore[type-arg]
-    """Path of a file to write; refused before the work starts where it could not be written."""
-
-    name = "file"
-
-    def __init__(self, *suffixes: str) -> None:
-        self.suffixes = suffixes
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> NewFile:
-        """Check a path that is going to be written.
-
-        Parameters
-        ----------
-        value : str
-        param : click.Parameter
-        ctx : click.Context
-
-        Returns
-        -------
-        NewFile
-
-        Raises
-        ------
-        InputRefused
-            If it exists (without ``--force``), cannot be written, has a wrong ending, or is asked for twice.
-        """
-        assert ctx is not None
-        force = bool(ctx.meta.get(_FORCE))
-        path = check_writable(value, force=force)
-        if self.suffixes and path.suffix.lower() not in self.suffixes:
-            raise InputRefused(f"{path}: does not end in {' or '.join(self.suffixes)}: rename it")
-        taken = ctx.meta.setdefault(_TAKEN, set())
-        if path.resolve() in taken:
-            raise InputRefused(f"{path}: is to be written twice: give two names")
-        taken.add(path.resolve())
-        return NewFile(path, force)
+def _texts(value: Any) -> Iterator[str]:
+    """Texts among the values of a parameter."""
+    return (text for text in (value if isinstance(value, tuple) else (value,)) if isinstance(text, str))
 
 
 class Quantity(click.ParamType):  # type: ignore[type-arg]
@@ -200,7 +168,7 @@ def force_option(function: Function) -> Function:
     """
 
     def _remember(ctx: click.Context, param: click.Parameter, value: bool) -> None:
-        ctx.meta[_FORCE] = value
+        ctx.meta[FORCE] = value
 
     first: dict[str, Any] = {"is_eager": True, "expose_value": False, "callback": _remember}
     return click.option("--force", is_flag=True, **first, help="Replace files that exist.")(function)

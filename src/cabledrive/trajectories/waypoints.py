@@ -10,6 +10,7 @@ from cabledrive.parameters import InputRefused
 from cabledrive.trajectories.smooth_rise import Array, check_order, derivative_jump, peak_factor, smooth_rise
 
 SHORTEST_RISE = 1e-9
+MOST_PULSES = 10_000
 """Below it powers of the rise time leave the range of a double [s]."""
 
 
@@ -131,6 +132,8 @@ def pulse(angle: float, rise: float, dwell: float, *, pulses: int = 1, order: in
     """
     if pulses < 1:
         raise InputRefused(f"pulses = {pulses} must be at least 1: ask for one")
+    if pulses > MOST_PULSES:
+        raise InputRefused(f"pulses = {pulses} are too many, {MOST_PULSES} at most: ask for fewer")
     positions = [angle, 0.0] * pulses
     return waypoints([0.0, *positions], rise=rise, dwell=dwell, order=order)
 

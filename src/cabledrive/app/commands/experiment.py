@@ -4,15 +4,8 @@ from typing import Any
 
 import click
 
-from cabledrive.app.options import (
-    NewFile,
-    NewFileType,
-    Quantity,
-    Subcommand,
-    answering,
-    drive_argument,
-    force_option,
-)
+from cabledrive.app.new_file import NewFile, NewFileType
+from cabledrive.app.options import Quantity, Subcommand, answering, drive_argument, force_option
 from cabledrive.app.results import Absent, Answer, provenance
 from cabledrive.parameters import Drive, InputRefused
 

@@ -4,7 +4,8 @@ from typing import Any
 
 import click
 
-from cabledrive.app.options import NewFile, NewFileType, Subcommand, answering, saves_answer
+from cabledrive.app.new_file import NewFile, NewFileType
+from cabledrive.app.options import Subcommand, answering, saves_answer
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import InputRefused, load_drive
 

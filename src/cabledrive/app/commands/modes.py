@@ -4,15 +4,8 @@ from typing import Any
 
 import click
 
-from cabledrive.app.options import (
-    NewFile,
-    NewFileType,
-    Quantity,
-    Subcommand,
-    answering,
-    drive_argument,
-    saves_answer,
-)
+from cabledrive.app.new_file import NewFile, NewFileType
+from cabledrive.app.options import Quantity, Subcommand, answering, drive_argument, saves_answer
 from cabledrive.app.results import Answer, provenance
 from cabledrive.modes import Mode, Modes, modes
 from cabledrive.modes.mode_table import certificate_line, mode_table

@@ -3,7 +3,8 @@
 import click
 
 from cabledrive.app.messages import note
-from cabledrive.app.options import NewFile, NewFileType, Subcommand, answering, force_option
+from cabledrive.app.new_file import NewFile, NewFileType
+from cabledrive.app.options import Subcommand, answering, force_option
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import content_hash, load_drive, packaged_drives
 

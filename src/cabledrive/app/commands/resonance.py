@@ -2,15 +2,8 @@
 
 import click
 
-from cabledrive.app.options import (
-    NewFile,
-    NewFileType,
-    Quantity,
-    Subcommand,
-    answering,
-    drive_argument,
-    saves_answer,
-)
+from cabledrive.app.new_file import NewFile, NewFileType
+from cabledrive.app.options import Quantity, Subcommand, answering, drive_argument, saves_answer
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import Drive, NotComputed
 

@@ -4,7 +4,8 @@ from typing import Any
 
 import click
 
-from cabledrive.app.options import NewFile, NewFileType, Quantity, Subcommand, answering, force_option
+from cabledrive.app.new_file import NewFile, NewFileType
+from cabledrive.app.options import Quantity, Subcommand, answering, force_option
 from cabledrive.app.results import Answer, json_text, provenance
 
 

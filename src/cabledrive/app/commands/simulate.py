@@ -7,15 +7,8 @@ import click
 from click.core import ParameterSource
 
 from cabledrive.app.messages import QUIET, note
-from cabledrive.app.options import (
-    NewFile,
-    NewFileType,
-    Quantity,
-    Subcommand,
-    answering,
-    drive_argument,
-    force_option,
-)
+from cabledrive.app.new_file import NewFile, NewFileType
+from cabledrive.app.options import Quantity, Subcommand, answering, drive_argument, force_option
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.simulation import (

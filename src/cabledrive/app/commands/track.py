@@ -5,15 +5,8 @@ from typing import Any
 import click
 
 from cabledrive.app.completion import complete_controller
-from cabledrive.app.options import (
-    NewFile,
-    NewFileType,
-    Quantity,
-    Subcommand,
-    answering,
-    drive_argument,
-    saves_answer,
-)
+from cabledrive.app.new_file import NewFile, NewFileType
+from cabledrive.app.options import Quantity, Subcommand, answering, drive_argument, saves_answer
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import Drive, load_drive
 
