@@ -134,6 +134,9 @@ BAD_SHAPES = {
     ),
     'unknown key "cable.pretention" (did you mean "cable.pretension"?)': changed("pretension", "pretention"),
     'unknown key "cabel" (did you mean "cable"?)': changed("[cable]", "[cabel]"),
+    'unknown key "cable.axial_rigidity": it is youngs_modulus times area, of which only the product matters: '
+    "give both": changed("pretension", 'axial_rigidity = "19 kN"\npretension'),
+    'unknown key "pulley.1.diameter": give radius, half of it': DRIVE + "diameter = 1",
     'unknown key "pulley.1.raduis" (did you mean "pulley.1.radius"?)': DRIVE + "raduis = 1",
     'unknown key "goal.x" (known: tracking_error)': DRIVE + "[goal]\nx = 1",
     'unknown key "goal.\\n\\x00" (known: tracking_error)': DRIVE + '[goal]\n"\\n\\u0000" = 1',

@@ -24,6 +24,17 @@ TABLES: dict[str, type] = {
 }
 ARRAYS: dict[str, type] = {"pulley": Pulley, "carriage": Carriage}
 HEAD = ("schema", "name", "kind", "title", "source")
+_RIGIDITY = "it is youngs_modulus times area, of which only the product matters: give both"
+OTHER_WORDS = {
+    "cable.axial_rigidity": _RIGIDITY,
+    "cable.EA": _RIGIDITY,
+    "cable.stiffness": "that of a span is youngs_modulus * area / layout.span_length: give modulus and area",
+    "cable.diameter": "give area, the cross-section that carries load",
+    "cable.density": "give mass_per_length, density times cross-section",
+    "pulley.diameter": "give radius, half of it",
+    "carriage.weight": "give mass",
+}
+"""Words of data sheets that are no keys, each with the key that says it."""
 
 
 def drive_from_tables(data: dict[str, Any]) -> Drive:
@@ -72,7 +83,9 @@ def _check_keys(data: dict[str, Any], table: type, place: str) -> None:
     fields = {field.name: field for field in dataclasses.fields(table)}
     for key in data:
         if key not in fields:
-            raise InputRefused(f'unknown key "{place}{key[:60]}"{nearest(key[:60], fields, place)}')
+            other = OTHER_WORDS.get(f"{place.split('.')[0]}.{key}")
+            hint = f": {other}" if other else nearest(key[:60], fields, place)
+            raise InputRefused(f'unknown key "{place}{key[:60]}"{hint}')
     for name, field in fields.items():
         if field.default is dataclasses.MISSING and name not in data:
             table_or_key = "table" if name in TABLES or name in ARRAYS else "key"
