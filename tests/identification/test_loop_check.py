@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cabledrive.identification.axis_case import noise_between_lines
 from cabledrive.identification.identify import INNOVATIONS, NOT_MADE, identify
 from cabledrive.identification.innovation_kernels import observe, shadow
 from cabledrive.identification.innovations import Track, answered, foreseen, held, observer_gains
@@ -13,6 +12,7 @@ from cabledrive.identification.logs.column_map import ColumnMap, with_choices
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.identification.rigid_axis import AxisOptions
 from cabledrive.identification.sound_logs import innovation_powers
+from cabledrive.identification.torque_lines import noise_between_lines
 from cabledrive.rig.servo import Servo, run_servo
 from cabledrive.rig.virtual_rig import Imperfections, VirtualRig
 from servo_logs import RIGID, servo_log

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.identification.axis_case import driven_by_lines, noise_between_lines
 from cabledrive.identification.axis_refinement import refine_rigid_axis
 from cabledrive.identification.diagnosis import FAULTS, suspicions, verdict
 from cabledrive.identification.estimates import Identification
@@ -22,6 +21,7 @@ from cabledrive.identification.long_logs import identify_long_log, is_long
 from cabledrive.identification.loop_check import evidence
 from cabledrive.identification.method_error import with_own_error
 from cabledrive.identification.rigid_axis import AxisOptions, channels_of, identify_rigid_axis
+from cabledrive.identification.torque_lines import driven_by_lines, noise_between_lines
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.units import to_si
