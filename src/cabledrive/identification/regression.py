@@ -231,8 +231,7 @@ def solve(factors: Factors) -> Fit:
 
 
 def _robust(triangles: Array, values: Array, inverse: Array) -> tuple[Array, int]:
-    p = values.size
-    count = triangles.shape[0]
+    p, count = values.size, triangles.shape[0]
     upper, right = triangles[:, :, :p], triangles[:, :, p]
     scores = np.einsum("bij,bi->bj", upper, right - upper @ values)
     moved = scores @ inverse @ inverse.T
@@ -256,8 +255,7 @@ def suited_segments(factors: Factors, *, each: bool = False) -> Factors:
     -------
     Factors
     """
-    count = factors.triangles.shape[0]
-    group = max(1, -(-count // MOST_SEGMENTS))
+    group = max(1, -(-factors.triangles.shape[0] // MOST_SEGMENTS))
     while True:
         joint = merged(factors, group)
         if joint.triangles.shape[0] // 2 < FEWEST_SEGMENTS or _correlation(joint, each) < 0.2:
