@@ -46,7 +46,7 @@ lint: $(VENV)/test.stamp
 	$(BIN)/lint-imports --no-logo
 
 verify: $(VENV)/test.stamp
-	$(BIN)/python -m pytest -n 2 -m "verify or not verify"
+	$(BIN)/python -m pytest -n 2 --dist worksteal -m "verify or not verify"
 
 docs: $(VENV)/docs.stamp
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs build/docs
