@@ -23,6 +23,7 @@ from cabledrive.identification.tension.telling_apart import (
     SPANS,
     apart,
     excess,
+    has_tone_below,
     label,
     strength,
 )
@@ -163,7 +164,7 @@ def _two_families(heard: Heard, pairs: tuple[Proposal, ...], plucked: str | None
     clear = [
         (_criterion(fit, heard.interval) - MISSING_PRICE * score, fit)
         for fit, score in tried
-        if fit is not None and apart(heard, fit, SPANS)
+        if fit is not None and apart(heard, fit, SPANS) and not has_tone_below(heard, fit)
     ]
     clear.sort(key=lambda one: one[0])
     rivals = [fit for cost, fit in clear if cost < clear[0][0] + CLEARLY]

@@ -13,6 +13,10 @@ Array = NDArray[np.float64]
 SPANS = ("upper", "lower")
 ABOUT = 4.0
 """Line widths about a tone within which what is left is its noise."""
+WHOLE = (2, 3)
+BELOW = 0.5
+"""Loudness of a tone at half or a third of a family's first mode, over that mode's, from which it is a first
+mode itself: a plucked span has more speed in its first mode than in its second, most points hear it."""
 LOUDER = 1.5
 """Ratio of the loudness of both families from which the louder one is that of the plucked span."""
 
@@ -95,6 +99,31 @@ def apart(heard: Heard, fit: TonesFit, spans: tuple[str, str]) -> bool:
         if not np.any(distance > width[own]):
             return False
     return True
+
+
+def has_tone_below(heard: Heard, fit: TonesFit) -> bool:
+    """Whether a family may be every second or third mode of a lower one, whose first is among other tones.
+
+    Parameters
+    ----------
+    heard : Heard
+    fit : TonesFit
+
+    Returns
+    -------
+    bool
+        Split partials of one frequency and two tensions look so where their first is not split.
+    """
+    tones = fit.tones
+    free = tones.number == 0
+    reach = ABOUT * line_widths(fit, heard.duration)[free]
+    for first in np.flatnonzero(tones.number == 1):
+        loud = fit.amplitude[free] > BELOW * fit.amplitude[first]
+        for whole in WHOLE:
+            distance = np.abs(tones.frequency[free] - tones.frequency[first] / whole)
+            if np.any(loud & (distance < reach)):
+                return True
+    return False
 
 
 def label(heard: Heard, fit: TonesFit, plucked: str | None) -> tuple[str, str] | None:
