@@ -20,7 +20,7 @@ help:
 	@echo "make demo     natural modes of the packaged drives, written to $(REPORT)"
 	@echo "make test     format, lint, types, import contract, tests, examples, kernels without the compiler"
 	@echo "make lint     the part of it that runs no test"
-	@echo "make verify   every test, the long statistical runs included"
+	@echo "make verify   every test, the long statistical runs included, and the figures they measure"
 	@echo "make docs     the documentation, into build/docs; a warning is an error"
 	@echo "make bench    the figures of docs/performance.md, measured on this machine"
 	@echo "make format   rewrite the sources in the house format"
@@ -46,7 +46,7 @@ lint: $(VENV)/test.stamp
 	$(BIN)/lint-imports --no-logo
 
 verify: $(VENV)/test.stamp
-	$(BIN)/python -m pytest -n 2 --dist worksteal -m "verify or not verify"
+	$(BIN)/python -m pytest -n 2 --dist worksteal --figures -m "verify or not verify"
 
 docs: $(VENV)/docs.stamp
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs build/docs

@@ -104,8 +104,9 @@ def test_few_repeats_do_not_contradict_the_coverage():
 
 @pytest.mark.verify
 @pytest.mark.parametrize("test", BENCH_TESTS, ids=lambda test: test.name)
-def test_intervals_cover_the_truth_in_a_thousand_repeats(test):
+def test_intervals_cover_the_truth_in_a_thousand_repeats(test, measured):
     share = coverage(test, 1000, 10_000)
+    measured("J, b, c, d: " + ", ".join(f"{100 * one:.1f} %" for one in share))
     assert np.all((share > 0.93) & (share < 0.97)), f"observed {share}"
 
 
@@ -135,15 +136,17 @@ def test_a_wrong_model_is_noticed_and_named(case, seed):
 
 @pytest.mark.verify
 @pytest.mark.parametrize("case", CASES)
-def test_two_hundred_logs_of_each_fault(case):
+def test_two_hundred_logs_of_each_fault(case, measured):
     """At least 180 of 200 flagged with the reason; at most 16 of 200 false alarms."""
     words = CASES[case][2]
     found = [identify(faulty_log(case, 30_000 + seed)).findings for seed in range(200)]
     if words is None:
         alarms = sum(bool(findings) for findings in found)
+        measured(f"{alarms} false alarms in 200")
         assert alarms <= 16, f"{alarms} false alarms"
     else:
         named = sum(bool(findings) and words in findings[-1] for findings in found)
+        measured(f"{named} of 200 named, {sum(map(bool, found))} with an alarm")
         assert named >= 180, f"{named} of 200 named"
 
 
