@@ -34,17 +34,19 @@ def some_ring(rng):
     )
 
 
-def test_counts_of_a_thousand_rings_agree_with_eigenvalues_of_the_matrix():
+def test_counts_of_a_thousand_rings_agree_with_eigenvalues_of_the_matrix(measured):
     """Wittrick and Williams by elimination and by brute force, at random frequencies far up the spectrum."""
     rng = np.random.default_rng(1)
-    wrong = []
+    wrong, counts = [], 0
     for number in range(RINGS):
         chain = some_ring(rng)
         counter = ModeCounter(chain)
         for omega in 60.0 * rng.random(5) / chain.travel_times.sum():
             counted, brute = counter(omega), modes_below_reference(chain, omega)
+            counts += 1
             if counted != brute:
                 wrong.append(f"ring {number}, omega {omega:.17g}: {counted} counted, {brute} by brute force")
+    measured(f"{len(wrong)} disagreements in {counts:,} counts")
     assert not wrong, "\n".join(wrong)
 
 
@@ -89,24 +91,29 @@ def test_count_grows_with_frequency_and_as_weyl_predicts():
 
 @pytest.mark.kernel
 @pytest.mark.parametrize("fixed", [(False, False), (True, False), (False, True), (True, True)])
-def test_kernel_of_lines_counts_alike_compiled_and_not(fixed):
+def test_kernel_of_lines_counts_alike_compiled_and_not(fixed, measured):
     """`cabledrive.modes.counting` runs count_line as Python on lists, as machine code on arrays."""
-    compiled = njit_strict(counting_kernels.count_line)
+    compiled, pairs = njit_strict(counting_kernels.count_line), []
     for arguments in line_arguments(np.random.default_rng(4), fixed):
         omega, times, masses, *rest = arguments
         plain = counting_kernels.count_line(omega, times.tolist(), masses.tolist(), *rest)
-        assert compiled(*arguments) == plain
+        pairs.append((compiled(*arguments), plain))
+    measured(f"{sum(a != b for a, b in pairs)} of {len(pairs)} counts differ")
+    for counted, plain in pairs:
+        assert counted == plain
 
 
 @pytest.mark.kernel
-def test_kernel_of_rings_counts_alike_compiled_and_not():
+def test_kernel_of_rings_counts_alike_compiled_and_not(measured):
     """The same for count_ring; its margin may differ by the round-off of another tangent."""
-    compiled = njit_strict(counting_kernels.count_ring)
+    compiled, pairs = njit_strict(counting_kernels.count_ring), []
     for *start, _, _ in line_arguments(np.random.default_rng(5), (False, False)):
         omega, times, masses, *rest = start
         masses = masses[:-1]
-        count, margin = counting_kernels.count_ring(omega, times.tolist(), masses.tolist(), *rest, 2)
-        fast, fast_margin = compiled(omega, times, masses, *rest, 2)
+        plain = counting_kernels.count_ring(omega, times.tolist(), masses.tolist(), *rest, 2)
+        pairs.append((compiled(omega, times, masses, *rest, 2), plain))
+    measured(f"{sum(a[0] != b[0] for a, b in pairs)} of {len(pairs)} counts differ")
+    for (fast, fast_margin), (count, margin) in pairs:
         assert fast == count
         assert fast_margin == pytest.approx(margin, rel=1e-6, abs=1e-9)
 
@@ -121,7 +128,7 @@ def line_arguments(rng, fixed):
 
 @pytest.mark.kernel
 @pytest.mark.parametrize("seed", range(3))
-def test_long_chains_in_machine_code_have_the_modes_of_the_general_solver(seed, monkeypatch):
+def test_long_chains_in_machine_code_have_the_modes_of_the_general_solver(seed, monkeypatch, measured):
     """`cabledrive.modes.polish` compiles inverse iteration, `cabledrive.modes.counting` the count.
 
     The general solver is LAPACK's elimination with exchange of rows; its counts run as Python here.
@@ -135,6 +142,9 @@ def test_long_chains_in_machine_code_have_the_modes_of_the_general_solver(seed, 
     plain = chain_modes(chain, top)
     monkeypatch.setattr(refinement, "polished", lambda *arguments: None)
     general = chain_modes(chain, top)
+    pairs = [pair for other in (plain, general) for pair in zip(fast, other, strict=False)]
+    apart = max(abs(a.omega / b.omega - 1.0) for a, b in pairs)
+    measured(f"{len(fast)} frequencies within {apart:.1e}, relative")
     assert len(fast) > 10
     for other in (plain, general):
         check_alike(fast, other)
