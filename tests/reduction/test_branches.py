@@ -103,11 +103,12 @@ def test_continuation_stays_on_the_closed_branch():
 
 
 @pytest.mark.parametrize("kind", ["one", "both"])
-def test_continuation_finds_the_fold_of_the_closed_form(kind):
+def test_continuation_finds_the_fold_of_the_closed_form(kind, measured):
     c = settings(2.0, 2.0, 5.0, 6.0, 1e-3)
     force, squared = fold(c, kind)
     branch = followed(c, 1.5 * force, kind, upwards=False)
     folds = [point for point in branch.special if point.kind == "fold"]
+    measured(f"fold, {kind}: force within {abs(folds[0].parameter / force - 1.0):.1e} of the closed form")
     assert folds[0].parameter == pytest.approx(force, rel=1e-10)
     assert np.sum(np.abs(complex_of(folds[0].state)[1:]) ** 2) == pytest.approx(squared, rel=1e-6)
 
@@ -120,11 +121,12 @@ def test_fold_lies_well_below_the_threshold():
     assert fold(c, "one")[0] * float(c.pump[0]) == pytest.approx(abs(2 * 6 + 5 * 2) / 2, rel=1e-12)
 
 
-def test_continuation_finds_the_hopf_point_of_the_closed_form():
+def test_continuation_finds_the_hopf_point_of_the_closed_form(measured):
     c = settings(0.83, 4.12, 2.83, -4.86, 1e-3, cubic=False)
     force = hopf_torque_force(c)
     branch = followed(c, 1.6 * force, upwards=False)
     hopf = [point for point in branch.special if point.kind == "hopf"]
+    measured(f"Hopf point: force within {abs(hopf[0].parameter / force - 1.0):.1e} of the closed form")
     assert hopf[0].parameter == pytest.approx(force, rel=1e-10)
 
 
@@ -162,13 +164,16 @@ def settled(c, state, duration, h=1e-3):
     return state
 
 
-def test_a_stable_branch_is_where_time_integration_ends():
+def test_a_stable_branch_is_where_time_integration_ends(measured):
     """A motion started nearby settles on it to 1e-6."""
     c = settings(2.0, 6.0, 1.0, -2.0, 3e-3)
     kind = "one"
     state = steady_state(c, steady_amplitudes(c, kind)[-1], kind)
     assert growth_of(c, state) < 0
     end = settled(c, state * (1.05 + 0.02j), 18.0)
+    moving = np.abs(state) > 1e-9
+    apart = np.max(np.abs(np.abs(end[moving]) / np.abs(state[moving]) - 1.0))
+    measured(f"amplitudes after 18 s within {apart:.1e} of the branch")
     np.testing.assert_allclose(np.abs(end), np.abs(state), rtol=1e-6, atol=1e-9)
 
 

@@ -2,6 +2,7 @@
 
 import json
 import re
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -32,12 +33,14 @@ def test_every_table_and_figure_of_the_print_has_an_entry():
 
 
 @pytest.mark.shared_data
-def test_tables_figures_and_sketches_are_all_that_the_print_has():
+def test_tables_figures_and_sketches_are_all_that_the_print_has(measured):
     if not PRINT.exists():
         pytest.skip("../shared/reference/dissertation.txt is not there")
     text = PRINT.read_text(encoding="utf-8")
     figures = {f"Fig. {number}" for number in re.findall(r"^Figure (\d\.\d+)\.", text, flags=re.M)}
     tables = {f"Table {number}" for number in re.findall(r"^Table ([\dA]\.\d)\.", text, flags=re.M)}
+    drawn = len(figures - set(SKETCHES))
+    measured(f"{len(tables)} tables, {drawn} figures, {len(figures) - drawn} sketches in the print")
     assert figures == {*FIGURES, *SKETCHES}
     assert tables == set(TABLES)
 
@@ -111,8 +114,10 @@ def test_another_source_is_computed_again(tmp_path, monkeypatch):
 
 @pytest.mark.verify
 @pytest.mark.parametrize("quick", [True, False])
-def test_no_item_differs_without_a_cause(quick):
+def test_no_item_differs_without_a_cause(quick, measured):
     found = reproduce(quick=quick)
+    verdicts = Counter(item.verdict for item in found.items)
+    measured(f"{len(found.items)} items: " + ", ".join(f"{n} {word}" for word, n in verdicts.items()))
     json.dumps(found.plain(), allow_nan=False)
     ids = [item.id for item in found.items]
     assert len(set(ids)) == len(ids)

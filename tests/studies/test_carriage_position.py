@@ -19,9 +19,10 @@ from cabledrive.studies import (
 LOOP = load_drive("dissertation-1")
 
 
-def test_in_phase_mode_falls_below_the_fundamental_at_chi_m_16_59():
+def test_in_phase_mode_falls_below_the_fundamental_at_chi_m_16_59(measured):
     """The exact value is 2 J/(r^2 m_cable): the carriage is then as heavy as both rims together."""
     found = midspan_crossing(LOOP)
+    measured(f"crossing at chi_m = {found.mass_ratio:.4f}")
     assert found.mass_ratio == pytest.approx(16.59, abs=5e-3)
     assert found.mass == pytest.approx(2 * LOOP.drive_pulley.rim_mass, rel=1e-9)
     assert found.frequency == pytest.approx(116.32932059, rel=1e-9)
@@ -40,10 +41,11 @@ def test_crossing_of_any_symmetric_loop_is_at_twice_the_mass_of_a_rim(inertia):
     assert count == [1, 3], "the rigid-body mode, then both modes"
 
 
-def test_mass_at_midspan_lowers_the_fundamental_only_above_the_crossing():
+def test_mass_at_midspan_lowers_the_fundamental_only_above_the_crossing(measured):
     """The print: midspan equals no mass. So it is at chi_m = 16, and at chi_m = 50 it is 94.5 Hz."""
     data = frequency_against_carriage_position(LOOP, [0.0, 5.0, 16.0, 50.0], [0.5], modes=2)
     fundamental = data.frequency.sel(mode=0, position=0.5).values
+    measured(f"fundamental at chi_m = 50, midspan: {fundamental[3]:.2f} Hz")
     np.testing.assert_allclose(fundamental[:3], 116.32932059, rtol=1e-9)
     assert fundamental[3] == pytest.approx(94.5, abs=0.05)
     assert data.frequency.sel(mass_ratio=50.0, position=0.5, mode=1) == pytest.approx(116.32932059, rel=1e-9)

@@ -39,7 +39,7 @@ def test_without_a_load_both_spans_move_alike():
         assert np.min(np.abs(closed / found - 1)) < 1e-8, f"{found} {closed}"
 
 
-def test_a_tenth_of_a_millinewton_metre_parts_the_spans_and_time_finds_them_so():
+def test_a_tenth_of_a_millinewton_metre_parts_the_spans_and_time_finds_them_so(measured):
     """The branch of both leaves that of the relaxed span at a torque; motion in time ends on it, unequal."""
     both = branches_of(LOAD)[-1]
     assert both.spans == ("upper", "lower")
@@ -51,21 +51,27 @@ def test_a_tenth_of_a_millinewton_metre_parts_the_spans_and_time_finds_them_so()
     c = averaged_coefficients(autoparametric_model(DRIVE, load_torque=LOAD), torque=TORQUE, drift=False)
     start = np.array([1e-4, 1.5e-3, 2.5e-3j])
     _, states = averaged_history(c, start, 16.0, second=False, step=4e-3)
+    apart = np.max(np.abs(np.abs(states[:, -1]) / found[:3] - 1.0))
+    measured(f"amplitudes in time within {apart:.1e} of the branch")
     np.testing.assert_allclose(np.abs(states[:, -1]), found[:3], rtol=2e-3)
 
 
 @pytest.mark.parametrize("transverse, pulley, folds", [(3.0, 0.0, 0), (6.0, 5.0, 1)])
 def test_a_branch_leaves_rest_at_the_threshold_and_folds_where_the_closed_form_does(
-    transverse, pulley, folds
+    transverse, pulley, folds, measured
 ):
     """Gamma = c_q = 2: detunings of one sign make the branch of one span turn back, Eq. (A.27)."""
     drive, forcing = at_detunings(damped(2.0, 2.0), transverse, pulley)
     upper = steady_branches(drive, TORQUE, np.random.default_rng(0), forcing=forcing)[0]
     model = autoparametric_model(drive)
-    assert upper.onset == pytest.approx(float(threshold_torque(model, forcing, second=False)), rel=1e-3)
+    threshold = float(threshold_torque(model, forcing, second=False))
     c = settings_pair(averaged_coefficients(model, torque=TORQUE, forcing=forcing, drift=False))
     closed = fold(c, "one")
     expected = [] if closed is None else [closed[0] * TORQUE / float(np.abs(c.force))]
+    apart = [abs(seen / closed - 1.0) for seen, closed in zip(upper.folds, expected, strict=False)]
+    away = "".join(f", fold within {one:.1e}" for one in apart)
+    measured(f"leaves rest within {abs(upper.onset / threshold - 1.0):.1e} of the threshold{away}")
+    assert upper.onset == pytest.approx(threshold, rel=1e-3)
     np.testing.assert_allclose(upper.folds, expected, rtol=1e-8)
     assert len(expected) == folds
 
@@ -90,7 +96,7 @@ def test_just_beyond_the_hopf_point_beats_have_the_period_of_its_eigenvalues():
 
 
 @pytest.mark.verify
-def test_beats_have_the_envelope_and_period_of_the_exact_loop():
+def test_beats_have_the_envelope_and_period_of_the_exact_loop(measured):
     """Gamma 0.83, c_q 4.12, detunings -4.86 and 2.83, 35 mN m, 100 segments: period 1 %, envelope 2 %."""
     drive, forcing = at_detunings(damped(0.83, 4.12), -4.86, 2.83)
     c = averaged_coefficients(autoparametric_model(drive), torque=0.035, forcing=forcing, drift=False)
@@ -109,6 +115,9 @@ def test_beats_have_the_envelope_and_period_of_the_exact_loop():
     rising = np.flatnonzero((level[:-1] < 0) & (level[1:] >= 0))
     period = (time[rising[-1]] - time[rising[0]]) / (rising.size - 1)
     seen_beats = (period, size.min(), size.max())
+    least, most = size.min() / found.least - 1.0, size.max() / found.most - 1.0
+    apart = f"period {100 * (period / found.period - 1.0):+.2f} %"
+    measured(f"loop over beats: {apart}, envelope {100 * least:+.2f} and {100 * most:+.2f} %")
     assert period == pytest.approx(found.period, rel=0.01), f"{found} {seen_beats}"
     assert size.min() == pytest.approx(found.least, rel=0.02), f"{found} {seen_beats}"
     assert size.max() == pytest.approx(found.most, rel=0.02), f"{found} {seen_beats}"

@@ -75,24 +75,28 @@ def judged(count, seed):
         yield drive.name, result, truth
 
 
-def check(rows):
+def check(rows, measured):
     misses = [row for row in rows if row[2] > LIMIT and row[1].verdict != ALARM]
     false = [row for row in rows if row[2] <= LIMIT * np.exp(-0.5) and row[1].verdict == ALARM]
     table = [(name, result.verdict, result.modes[0].largest, truth) for name, result, truth in rows]
+    beyond = sum(truth > LIMIT for _, _, truth in rows)
+    measured(
+        f"{len(rows)} motions, {beyond} beyond the limit: {len(misses)} missed, {len(false)} false alarms"
+    )
     assert not misses, table
     assert not false, table
 
 
-def test_alarm_misses_nothing_of_a_few_motions():
-    check(list(judged(3, 1)))
+def test_alarm_misses_nothing_of_a_few_motions(measured):
+    check(list(judged(3, 1)), measured)
 
 
 @pytest.mark.verify
-def test_alarm_on_fifty_motions_of_three_drives():
+def test_alarm_on_fifty_motions_of_three_drives(measured):
     rows = list(islice(judged(80, 0), 50))
     assert len(rows) == 50
     assert sum(truth > LIMIT for _, _, truth in rows) >= 10
-    check(rows)
+    check(rows, measured)
 
 
 @pytest.mark.kernel
