@@ -52,7 +52,9 @@ def datasheet():
     [None, Excitation(kind="multisine", duration=20.0, amplitude=0.5, band=(0.25, 10.0), period=8.0)],
     ids=["three sines of 70 s", "multisine of 20 s"],
 )
-def test_a_controller_from_virtual_logs_alone_keeps_its_bound_on_the_true_plant(excitation, tmp_path, capsys):
+def test_a_controller_from_virtual_logs_alone_keeps_its_bound_on_the_true_plant(
+    excitation, tmp_path, measured
+):
     """At least 99 % of 1,000 runs of the true plant, encoders at random phases, stay in the stated bound."""
     path = tmp_path / "log.csv"
     path.write_text(log_csv(experiment(TRUTH, excitation, seed=3)))
@@ -69,12 +71,8 @@ def test_a_controller_from_virtual_logs_alone_keeps_its_bound_on_the_true_plant(
             assert done.ended == len(loop.target)
             peaks.append(done.state.summary[0] / loop.gear)
         shares[plant] = float(np.mean(np.array(peaks) <= control.bound))
-        with capsys.disabled():
-            print(
-                f"\n{plant}: {draws} runs of the true plant, {100 * shares[plant]:.2f} % in the bound of "
-                f"{control.bound / DEGREE:.4f} deg; median {np.median(peaks) / DEGREE:.4f}, worst "
-                f"{max(peaks) / DEGREE:.4f} deg"
-            )
+        words = f"{plant}: {100 * shares[plant]:.1f} % of {draws} in {control.bound / DEGREE:.3f} deg"
+        measured(f"{words}; median {np.median(peaks) / DEGREE:.3f}, worst {max(peaks) / DEGREE:.3f} deg")
     assert found.verdict.answer == "yes", found.verdict
     assert shares["lumped"] >= 0.99
     assert shares["cable"] >= 0.95
@@ -93,7 +91,7 @@ def told_within(seed):
 
 
 @pytest.mark.verify
-def test_intervals_hold_the_truth_in_19_of_20_logs(capsys):
+def test_intervals_hold_the_truth_in_19_of_20_logs(measured):
     """They count what filters move and what the residual could hide, so they hold more than 95 %."""
     rows = [told_within(seed) for seed in range(20)]
     shares = {
@@ -101,8 +99,7 @@ def test_intervals_hold_the_truth_in_19_of_20_logs(capsys):
         for name in values_of(TRUTH)
         if any(name in row for row in rows)
     }
-    with capsys.disabled():
-        print("\n" + ", ".join(f"{name} {100 * share:.0f} %" for name, share in shares.items()))
+    measured("held by " + ", ".join(f"{name} {100 * share:.0f} %" for name, share in shares.items()))
     assert min(shares.values()) >= 0.95, shares
 
 
@@ -119,7 +116,7 @@ def without_times(out: Path) -> tuple[str, str]:
 
 
 @pytest.mark.verify
-def test_ten_kills_at_random_moments_leave_the_same_report(tmp_path, capsys):
+def test_ten_kills_at_random_moments_leave_the_same_report(tmp_path, measured):
     drive, log, goals = tmp_path / "drive.toml", tmp_path / "log.csv", tmp_path / "study.toml"
     drive.write_text(drive_text(datasheet()))
     excitation = Excitation(kind="multisine", duration=20.0, amplitude=0.5, band=(0.25, 10.0), period=8.0)
@@ -143,15 +140,15 @@ def test_ten_kills_at_random_moments_leave_the_same_report(tmp_path, capsys):
             for path in sorted((tmp_path / "killed").rglob("*"), reverse=True):
                 path.rmdir() if path.is_dir() else path.unlink()
     subprocess.run(disturbed, check=True, capture_output=True)
-    with capsys.disabled():
-        print(f"\nkilled after {', '.join(f'{k:.1f}' for k in kills)} s of {whole:.1f} s")
     calm, killed = without_times(tmp_path / "calm"), without_times(tmp_path / "killed")
+    moments = ", ".join(f"{k:.1f}" for k in kills)
+    measured(f"killed after {moments} s of {whole:.1f} s; same to the byte: {killed == calm}")
     assert killed == calm
     assert json.loads(killed[1])["verdict"] == "yes"
 
 
 @pytest.mark.verify
-def test_a_second_run_is_served_in_under_three_seconds(tmp_path, capsys):
+def test_a_second_run_is_served_in_under_three_seconds(tmp_path, measured):
     drive = tmp_path / "drive.toml"
     drive.write_text(drive_text(TRUTH))
     command = [
@@ -168,6 +165,5 @@ def test_a_second_run_is_served_in_under_three_seconds(tmp_path, capsys):
     begun = time.monotonic()
     subprocess.run(command, check=True, capture_output=True)
     spent = time.monotonic() - begun
-    with capsys.disabled():
-        print(f"\nserved in {spent:.2f} s")
+    measured(f"served in {spent:.2f} s")
     assert spent < 3.0
