@@ -97,25 +97,29 @@ def even_ring():
 
 
 @pytest.mark.parametrize("drive", drives())
-def test_shapes_have_unit_modal_mass_and_are_orthogonal(drive):
+def test_shapes_have_unit_modal_mass_and_are_orthogonal(drive, measured):
     """Integral of rho0 u_i u_j ds + sum of m u_i u_j = delta_ij, shapes of one multiple mode included."""
-    found = sampled(drive)
+    found, distances = sampled(drive), []
     for i, a in enumerate(found):
         for b in found[: i + 1]:
             together = a.modal_mass(b)
             expected = np.eye(len(together)) if a is b else np.zeros(together.shape)
-            assert np.max(np.abs(together - expected)) < 1e-8, f"{a.mode.frequency}: {together - expected}"
+            distances.append((a.mode.frequency, together - expected))
+    measured(f"modal masses within {max(np.max(np.abs(apart)) for _, apart in distances):.1e}")
+    for frequency, apart in distances:
+        assert np.max(np.abs(apart)) < 1e-8, f"{frequency}: {apart}"
 
 
 @pytest.mark.parametrize("drive", drives())
-def test_rayleigh_quotient_of_each_shape_is_its_squared_frequency(drive):
-    for found in sampled(drive):
-        energy = found.stiffness() / found.omega**2
+def test_rayleigh_quotient_of_each_shape_is_its_squared_frequency(drive, measured):
+    energies = [found.stiffness() / found.omega**2 for found in sampled(drive)]
+    measured(f"energies within {max(np.max(np.abs(one - np.eye(len(one)))) for one in energies):.1e}")
+    for energy in energies:
         assert np.max(np.abs(energy - np.eye(len(energy)))) < 1e-7, f"{energy}"
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_transverse_shapes_have_unit_modal_mass_and_the_right_energy(seed):
+def test_transverse_shapes_have_unit_modal_mass_and_the_right_energy(seed, measured):
     """Strings under T0 with hanging carriages; shapes of one section are orthogonal."""
     rng = np.random.default_rng(seed)
     drive = uneven_machine(rng, contrast=100.0)
@@ -123,6 +127,7 @@ def test_transverse_shapes_have_unit_modal_mass_and_the_right_energy(seed):
         drive, carriage=tuple(replace(c, guided=bool(rng.random() < 0.3)) for c in drive.carriage)
     )
     found = sampled(drive, "transverse")
+    measured(f"energies within {max(abs(a.stiffness()[0, 0] / a.omega**2 - 1.0) for a in found):.1e}")
     for i, a in enumerate(found):
         assert a.stiffness()[0, 0] / a.omega**2 == pytest.approx(1.0, abs=1e-7)
         for b in found[: i + 1]:
@@ -133,32 +138,17 @@ def test_transverse_shapes_have_unit_modal_mass_and_the_right_energy(seed):
 @pytest.mark.parametrize(
     "name", ["dissertation-1", "dissertation-2", "dissertation-transporter", "printer-belt"]
 )
-def test_pulleys_and_carriages_obey_their_equations_of_motion(name):
+def test_pulleys_and_carriages_obey_their_equations_of_motion(name, measured):
     """Eq. (3.9) and (3.16): -omega^2 m u = EA (slope after - slope before); the cable sticks to the rims."""
     drive = cd.load_drive(name)
-    for found in sampled(drive):
-        mode, rigidity = found.mode, drive.cable.axial_rigidity
-        upper = [p for p in found.pieces if p["span"] == "upper"]
-        lower = [p for p in found.pieces if p["span"] == "lower"]
-        rims = [p.inertia / p.radius**2 for p in drive.pulley]
-        if drive.motor is not None and drive.motor.joint_stiffness is None:
-            rims[0] += drive.motor.inertia / drive.pulley[0].radius ** 2
-        forces = {
-            "drive pulley": (rims[0], upper[0]["ends"][0] - lower[-1]["ends"][1]),
-            "load pulley": (rims[1], lower[0]["ends"][0] - upper[-1]["ends"][1]),
-        }
-        for i, c in enumerate(drive.carriage):
-            pieces = upper if c.span == "upper" else lower
-            after = sum(other.position <= c.position for other in drive.carriages_on(c.span))
-            jump = pieces[after]["ends"][0] - pieces[after - 1]["ends"][1]
-            forces[f"carriage {i}"] = c.mass, jump
-        scale = rigidity * max(np.max(np.abs(p["slope"])) for p in found.pieces)
-        for joint, (mass, jump) in forces.items():
-            left = -(found.omega**2) * mass * mode.joints[joint]
-            assert np.max(np.abs(left - rigidity * jump)) < 1e-7 * scale, joint
-        length = drive.span_length
+    found = sampled(drive)
+    imbalances = [pair for one in found for pair in imbalance(drive, one)]
+    measured(f"forces on the joints in balance to {max(share for _, share in imbalances):.1e}")
+    for joint, share in imbalances:
+        assert share < 1e-7, joint
+    for mode in (one.mode for one in found):
         for span, first, last in (("upper", "drive", "load"), ("lower", "load", "drive")):
-            ends = mode.shape(span, [0.0, length])
+            ends = mode.shape(span, [0.0, drive.span_length])
             np.testing.assert_allclose(
                 ends[:, 0], mode.joints[f"{first} pulley"], atol=1e-12 * np.max(np.abs(ends) + 1)
             )
@@ -167,20 +157,48 @@ def test_pulleys_and_carriages_obey_their_equations_of_motion(name):
             )
 
 
+def imbalance(drive, found):
+    """Each joint with the force that its equation of motion leaves, over the largest in the cable."""
+    rigidity = drive.cable.axial_rigidity
+    upper = [p for p in found.pieces if p["span"] == "upper"]
+    lower = [p for p in found.pieces if p["span"] == "lower"]
+    rims = [p.inertia / p.radius**2 for p in drive.pulley]
+    if drive.motor is not None and drive.motor.joint_stiffness is None:
+        rims[0] += drive.motor.inertia / drive.pulley[0].radius ** 2
+    forces = {
+        "drive pulley": (rims[0], upper[0]["ends"][0] - lower[-1]["ends"][1]),
+        "load pulley": (rims[1], lower[0]["ends"][0] - upper[-1]["ends"][1]),
+    }
+    for i, c in enumerate(drive.carriage):
+        pieces = upper if c.span == "upper" else lower
+        after = sum(other.position <= c.position for other in drive.carriages_on(c.span))
+        jump = pieces[after]["ends"][0] - pieces[after - 1]["ends"][1]
+        forces[f"carriage {i}"] = c.mass, jump
+    scale = rigidity * max(np.max(np.abs(p["slope"])) for p in found.pieces)
+    for joint, (mass, jump) in forces.items():
+        left = -(found.omega**2) * mass * found.mode.joints[joint]
+        yield joint, np.max(np.abs(left - rigidity * jump)) / scale
+
+
 @pytest.mark.parametrize("drive", drives())
-def test_shapes_satisfy_the_wave_equation(drive):
+def test_shapes_satisfy_the_wave_equation(drive, measured):
     """u'' = -(omega/c)^2 u on every stretch: slope and displacement turn into each other."""
     speed = np.sqrt(drive.cable.axial_rigidity / drive.cable.mass_per_length)
+    invariants = []
     for found in sampled(drive):
         k = found.omega / speed
-        for piece in found.pieces:
-            invariant = piece["u"] ** 2 + (piece["slope"] / k) ** 2
-            assert np.all(np.ptp(invariant, axis=1) <= 1e-6 * invariant.max(axis=1)), piece["span"]
+        invariants += [(piece["span"], piece["u"] ** 2 + (piece["slope"] / k) ** 2) for piece in found.pieces]
+    worst = max(np.max(np.ptp(one, axis=1) / np.maximum(one.max(axis=1), 1e-300)) for _, one in invariants)
+    measured(f"u^2 + (u'/k)^2 constant to {worst:.1e}")
+    for span, invariant in invariants:
+        assert np.all(np.ptp(invariant, axis=1) <= 1e-6 * invariant.max(axis=1)), span
 
 
-def test_shapes_of_a_double_mode_are_independent_and_orthogonal():
+def test_shapes_of_a_double_mode_are_independent_and_orthogonal(measured):
     """Gram matrix by modal mass is the identity: a basis, not one shape twice."""
     doubles = [found for found in sampled(even_ring()) if found.mode.multiplicity == 2]
+    apart = [np.max(np.abs(found.modal_mass(found) - np.eye(2))) for found in doubles]
+    measured(f"{len(doubles)} double modes, Gram matrices within {max(apart):.1e}")
     assert len(doubles) >= 3
     for found in doubles:
         gram = found.modal_mass(found)
@@ -190,14 +208,16 @@ def test_shapes_of_a_double_mode_are_independent_and_orthogonal():
 
 
 @pytest.mark.parametrize("drive", drives())
-def test_kinetic_shares_sum_to_one_and_are_those_of_the_shapes(drive):
+def test_kinetic_shares_sum_to_one_and_are_those_of_the_shapes(drive, measured):
     """Shares of the joints are m u^2; what is left is the cable's, by quadrature."""
+    density, pairs = drive.cable.mass_per_length, []
     for found in sampled(drive):
-        shares = found.mode.kinetic_shares
+        cable = density * sum(np.mean((p["u"] ** 2) @ p["weights"]) for p in found.pieces)
+        pairs.append((found.mode.kinetic_shares, cable))
+    measured(f"share of the cable within {max(abs(s['cable'] - cable) for s, cable in pairs):.1e}")
+    for shares, cable in pairs:
         assert sum(shares.values()) == pytest.approx(1.0, abs=1e-12)
         assert min(shares.values()) > -1e-9
-        density = drive.cable.mass_per_length
-        cable = density * sum(np.mean((p["u"] ** 2) @ p["weights"]) for p in found.pieces)
         assert shares["cable"] == pytest.approx(cable, abs=1e-8)
 
 
