@@ -1,6 +1,5 @@
 """The door of the room: from logs, or their paths, to parameters with intervals and a word on the model."""
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -8,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from cabledrive.identification.axis_equation import FILTERS
 from cabledrive.identification.axis_refinement import refine_rigid_axis
 from cabledrive.identification.diagnosis import FAULTS, suspicions, verdict
 from cabledrive.identification.estimates import Identification
@@ -24,7 +24,7 @@ from cabledrive.identification.rigid_axis import AxisOptions, channels_of, ident
 from cabledrive.identification.torque_lines import driven_by_lines, noise_between_lines
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.fields import nearest
-from cabledrive.parameters.units import to_si
+from cabledrive.parameters.toml_values import flag_of, quantity_of, read_toml, table_of, text_of
 
 MODELS = tuple(f"rigid-axis-{kind}" for kind in FRICTIONS)
 METHODS = ("auto", "inverse-dynamics", "output-error")
@@ -82,15 +82,13 @@ def load_options(path: str | Path) -> IdentifyOptions:
         If it is not understood.
     """
     path = Path(path)
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise InputRefused(f"{path.name}: {error}: write TOML with tables [identify] and [log]") from None
+    content = read_toml(path, "write TOML with tables [identify] and [log]")
     try:
         for key in content:
             if key not in ("identify", "log"):
                 raise InputRefused(f"{key}: unknown table{nearest(key, ('identify', 'log'))}")
-        return with_model(_options(content.get("identify", {}), column_map(content.get("log", {}))), None)
+        columns = column_map(table_of("log", content.get("log", {})))
+        return with_model(_options(table_of("identify", content.get("identify", {})), columns), None)
     except InputRefused as refusal:
         raise refusal.at(path.name) from None
 
@@ -251,14 +249,36 @@ def _options(table: Mapping[str, Any], columns: ColumnMap) -> IdentifyOptions:
         if key not in KEYS:
             raise InputRefused(f"identify.{key}: unknown key{nearest(key, KEYS)}")
     friction = FrictionModel(
-        slope=float(table.get("slope", PRINTED_SLOPE)), fading=float(table.get("fading", 0.0))
+        slope=_above_zero(table, "slope", "s/rad") or PRINTED_SLOPE,
+        fading=_above_zero(table, "fading", "rad/s") or 0.0,
     )
-    bandwidth = to_si(str(table["bandwidth"]), "Hz") if "bandwidth" in table else None
-    axis = AxisOptions(friction=friction, bandwidth=bandwidth, filter=str(table.get("filter", "zero-phase")))
+    axis = AxisOptions(
+        friction=friction,
+        bandwidth=_above_zero(table, "bandwidth", "Hz"),
+        filter=_word(table, "filter", "zero-phase", FILTERS),
+    )
     return IdentifyOptions(
-        model=str(table.get("model", "rigid-axis")),
-        method=str(table.get("method", "auto")),
+        model=_word(table, "model", "rigid-axis", ("rigid-axis", *MODELS)),
+        method=_word(table, "method", "auto", METHODS),
         axis=axis,
         columns=columns,
-        check=table.get("check", True) is not False,
+        check=flag_of("identify.check", table.get("check", True)),
     )
+
+
+def _above_zero(table: Mapping[str, Any], key: str, unit: str) -> float | None:
+    """A quantity above 0, None where the table does not say it."""
+    if key not in table:
+        return None
+    value = quantity_of(f"identify.{key}", table[key], unit)
+    if value <= 0.0:
+        raise InputRefused(f"identify.{key} = {value:.4g} {unit} must be above 0: correct it")
+    return value
+
+
+def _word(table: Mapping[str, Any], key: str, default: str, known: Sequence[str]) -> str:
+    """One of a few words."""
+    word = text_of(f"identify.{key}", table.get(key, default))
+    if word not in known:
+        raise InputRefused(f'identify.{key} = "{word}" is unknown{nearest(word, known)}')
+    return word

@@ -12,10 +12,9 @@ from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.files import write_whole
 from cabledrive.parameters.tables import ARRAYS, drive_from_tables, tables_from_drive
+from cabledrive.parameters.toml_values import LARGEST_FILE, toml_of
 
-LARGEST_FILE = 16_000_000
 DEEPEST_KEY = 3  # pulley.0.inertia
-_DEEP_KEY = re.compile(r"(?<![^\s.=])(?:[^\s.=,\[\]{}]+[ \t]*\.[ \t]*){20}")  # would take tomllib minutes
 
 
 def load_drive(source: str | Path, *, overrides: Iterable[str] = ()) -> Drive:
@@ -39,7 +38,7 @@ def load_drive(source: str | Path, *, overrides: Iterable[str] = ()) -> Drive:
         If the file cannot be read, is not TOML, or does not describe a drive.
     """
     try:
-        data = _parse(_read(source))
+        data = toml_of(_read(source))
         for setting in overrides:
             _override(data, setting)
         return drive_from_tables(data)
@@ -122,22 +121,6 @@ def _read(source: str | Path) -> bytes:
             f"larger than the {LARGEST_FILE / 1e6:.0f} MB that are read: lump carriages together"
         )
     return content
-
-
-def _parse(content: bytes) -> dict[str, Any]:
-    try:
-        text = content.decode("utf-8-sig")
-        if _DEEP_KEY.search(text):
-            raise RecursionError
-        return tomllib.loads(text)
-    except UnicodeDecodeError as error:
-        raise InputRefused(f"not text (byte {error.start} is not UTF-8): give a TOML file") from None
-    except tomllib.TOMLDecodeError as error:
-        raise InputRefused(f"not TOML: {error}; correct that line") from None
-    except (RecursionError, ValueError):
-        raise InputRefused(
-            "not TOML that can be read: nested too deeply, or a number of absurd length"
-        ) from None
 
 
 def _override(data: dict[str, Any], setting: str) -> None:

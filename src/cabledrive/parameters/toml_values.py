@@ -1,5 +1,6 @@
 """Values of the small TOML files that stand beside a drive file: each of its kind, or refused in a line."""
 
+import re
 import tomllib
 from collections.abc import Mapping
 from math import isfinite
@@ -9,6 +10,9 @@ from typing import Any
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import written
 from cabledrive.parameters.units import to_si
+
+LARGEST_FILE = 16_000_000
+_DEEP_KEY = re.compile(r"(?<![^\s.=])(?:[^\s.=,\[\]{}]+[ \t]*\.[ \t]*){20}")  # would take tomllib minutes
 
 
 def read_toml(path: Path, remedy: str) -> dict[str, Any]:
@@ -30,9 +34,56 @@ def read_toml(path: Path, remedy: str) -> dict[str, Any]:
         If it cannot be read or is no TOML.
     """
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise InputRefused(f"{path.name}: {error}: {remedy}") from None
+        return toml_of(_content(path))
+    except FileNotFoundError:
+        raise InputRefused("is not there: check the path").at(str(path)) from None
+    except IsADirectoryError:
+        raise InputRefused("is a folder: name the file in it").at(str(path)) from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None)
+        shown = f"cannot be read ({reason}): check the path" if reason else f"{error}; {remedy}"
+        raise InputRefused(shown).at(str(path) if reason else path.name) from None
+
+
+def _content(path: Path) -> bytes:
+    if path.exists() and not path.is_dir() and not path.is_file():
+        raise InputRefused("is no plain file")
+    with path.open("rb") as file:
+        content = file.read(LARGEST_FILE + 1)
+    if len(content) > LARGEST_FILE:
+        raise InputRefused(f"larger than the {LARGEST_FILE / 1e6:.0f} MB that are read")
+    return content
+
+
+def toml_of(content: bytes) -> dict[str, Any]:
+    """What a TOML file holds.
+
+    Parameters
+    ----------
+    content : bytes
+
+    Returns
+    -------
+    dict
+
+    Raises
+    ------
+    InputRefused
+        If it is no TOML, or such as cannot be read in reasonable time.
+    """
+    try:
+        text = content.decode("utf-8-sig")
+        if _DEEP_KEY.search(text):
+            raise RecursionError
+        return tomllib.loads(text)
+    except UnicodeDecodeError as error:
+        raise InputRefused(f"not text (byte {error.start} is not UTF-8): give a TOML file") from None
+    except tomllib.TOMLDecodeError as error:
+        raise InputRefused(f"not TOML: {error}; correct that line") from None
+    except (RecursionError, ValueError):
+        raise InputRefused(
+            "not TOML that can be read: nested too deeply, or a number of absurd length"
+        ) from None
 
 
 def table_of(key: str, value: Any) -> Mapping[str, Any]:
@@ -81,11 +132,18 @@ def quantity_of(key: str, value: Any, unit: str) -> float:
             value = to_si(value, unit)
         except InputRefused as refusal:
             raise InputRefused(f"{key} = {refusal}") from None
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not isfinite(value):
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not _finite(value):
         raise InputRefused(
             f'{key} = {written(value)} is no quantity: write one number in {unit}, or "3 {unit}"'
         )
     return float(value)
+
+
+def _finite(value: int | float) -> bool:
+    try:
+        return isfinite(value)
+    except OverflowError:  # a whole number of more digits than a double holds
+        return False
 
 
 def quantities_of(key: str, value: Any, unit: str) -> tuple[float, ...]:
@@ -154,4 +212,26 @@ def flag_of(key: str, value: Any) -> bool:
     """
     if not isinstance(value, bool):
         raise InputRefused(f"{key} = {written(value)} is neither true nor false: write one of them")
+    return value
+
+
+def text_of(key: str, value: Any) -> str:
+    """A text.
+
+    Parameters
+    ----------
+    key : str
+    value : object
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    InputRefused
+        If it is none.
+    """
+    if not isinstance(value, str):
+        raise InputRefused(f"{key} = {written(value)} is no text: write it in quotation marks")
     return value

@@ -1,6 +1,5 @@
 """What a study is asked to reach: error, motion, load range and torque, from a small TOML file."""
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import isfinite
@@ -9,7 +8,8 @@ from typing import Any
 
 from cabledrive.identification.logs.column_map import ColumnMap, column_map
 from cabledrive.parameters import InputRefused
-from cabledrive.parameters.fields import nearest
+from cabledrive.parameters.fields import nearest, written
+from cabledrive.parameters.toml_values import quantities_of, quantity_of, read_toml, table_of, whole_of
 from cabledrive.parameters.units import to_si
 from cabledrive.rig.setting import DEGREE, Motion
 
@@ -151,10 +151,9 @@ def load_goals(path: str | Path) -> Goals:
         If it cannot be read or is not understood.
     """
     path = Path(path)
+    content = read_toml(path, "write TOML with a table [goals]")
     try:
-        return goals_of(tomllib.loads(path.read_text(encoding="utf-8")))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise InputRefused(f"{path.name}: {error}: write TOML with a table [goals]") from None
+        return goals_of(content)
     except InputRefused as refusal:
         raise refusal.at(path.name) from None
 
@@ -175,6 +174,7 @@ def goals_of(content: Mapping[str, Any]) -> Goals:
     InputRefused
         If a key is unknown or a value has another unit.
     """
+    plain_tables = {name: _table(content, name) for name in ("uncertainty", "log")}
     flat = {key: value for key, value in content.items() if not isinstance(value, Mapping)}
     for table in TABLES:
         flat |= _table(content, table)
@@ -184,38 +184,23 @@ def goals_of(content: Mapping[str, Any]) -> Goals:
         if key not in known:
             raise InputRefused(f"{key}: unknown key{nearest(key, known)}")
         if key == "error" and _is_length(value):
-            found["carriage_error"] = _si(key, value, "m")
+            found["carriage_error"] = quantity_of(key, value, "m")
         elif key in QUANTITIES:
-            found[key] = _si(key, value, QUANTITIES[key])
+            found[key] = quantity_of(key, value, QUANTITIES[key])
         elif key == "load_inertia":
             found[key] = _range(value)
-        elif isinstance(value, bool) or not isinstance(value, int):
-            raise InputRefused(f"{key} = {value!r} is no whole number: write one")
         else:
-            found[key] = value
+            found[key] = whole_of(key, value, least=0 if key in ("seed", "cable_draws") else 1)
     others = [key for key, value in content.items() if isinstance(value, Mapping) and key not in TABLES]
     for key in others:
-        if key not in ("uncertainty", "log"):
-            raise InputRefused(f"{key}: unknown table{nearest(key, (*TABLES, 'uncertainty', 'log'))}")
-    return Goals(spreads=_spreads(content), columns=column_map(_table(content, "log")), **found)
+        if key not in plain_tables:
+            raise InputRefused(f"{key}: unknown table{nearest(key, (*TABLES, *plain_tables))}")
+    spreads, columns = _spreads(plain_tables["uncertainty"]), column_map(plain_tables["log"])
+    return Goals(spreads=spreads, columns=columns, **found)
 
 
 def _table(content: Mapping[str, Any], name: str) -> dict[str, Any]:
-    table = content.get(name, {})
-    if not isinstance(table, Mapping):
-        raise InputRefused(f"{name} is no table: write [{name}] and its keys below")
-    return dict(table)
-
-
-def _si(key: str, value: Any, unit: str) -> float:
-    if isinstance(value, str):
-        try:
-            return to_si(value, unit)
-        except InputRefused as refusal:
-            raise InputRefused(f"{key} = {refusal}") from None
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise InputRefused(f'{key} = {value!r} is no quantity: write one number in {unit}, or "0.1 {unit}"')
-    return float(value)
+    return dict(table_of(name, content.get(name, {})))
 
 
 def _is_length(value: Any) -> bool:
@@ -228,16 +213,16 @@ def _is_length(value: Any) -> bool:
 
 def _range(value: Any) -> tuple[float, float]:
     if not isinstance(value, list) or len(value) != 2:
-        raise InputRefused(f"load_inertia = {value!r} is no range: write [smallest, largest]")
-    return _si("load_inertia", value[0], "kg m^2"), _si("load_inertia", value[1], "kg m^2")
+        raise InputRefused(f"load_inertia = {written(value)} is no range: write [smallest, largest]")
+    smallest, largest = quantities_of("load_inertia", value, "kg m^2")
+    return smallest, largest
 
 
-def _spreads(content: Mapping[str, Any]) -> dict[str, float]:
-    given = _table(content, "uncertainty")
+def _spreads(given: Mapping[str, Any]) -> dict[str, float]:
     for key in given:
         if key not in SPREADS:
             raise InputRefused(f"uncertainty.{key}: unknown key{nearest(key, SPREADS)}")
-    return SPREADS | {key: _si(f"uncertainty.{key}", value, "1") for key, value in given.items()}
+    return SPREADS | {key: quantity_of(f"uncertainty.{key}", value, "1") for key, value in given.items()}
 
 
 def motion_of(goals: Goals) -> dict[str, Any]:
