@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cabledrive.report.picture import Picture, picture
 from cabledrive.report.style import BLUE, FAINT, GREEN, INK, LINE, ORANGE, PURPLE, QUIET, RED, label, log_axis
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+Array = NDArray[np.float64]
 PARTS = (("theorem", BLUE, "-"), ("unmatched", PURPLE, "--"), ("sensors", GREEN, "-."))
 PART_WORDS = {"theorem": "theorem", "unmatched": "unmatched", "sensors": "encoders"}
 PLANT_LOOKS = {"lumped": (BLUE, "-"), "cable": (ORANGE, "--")}
@@ -122,6 +124,7 @@ def peaks_picture(name: str, runs: Sequence[AcceptanceResult], bound: float, err
     name : str
         Unique on the page.
     runs : sequence of AcceptanceResult
+        In each of which at least one run lasted.
     bound : float
         [rad].
     error : float or None
@@ -134,16 +137,14 @@ def peaks_picture(name: str, runs: Sequence[AcceptanceResult], bound: float, err
 
     def _draw(figure: "Figure", narrow: bool) -> None:
         axes = figure.subplots()
-        right = 1.15 * max(np.degrees(bound), np.degrees(error or 0.0))
+        right = _end_of_axis(runs, max(bound, error or 0.0))
         for one in runs:
             colour, style = PLANT_LOOKS[one.plant]
-            peaks = np.minimum(np.degrees(one.peaks), right)
-            share = 100.0 * np.arange(1, len(peaks) + 1) / len(peaks)
-            axes.step(
-                np.append(0.0, peaks), np.append(0.0, share), style, where="post", color=colour, linewidth=1.8
-            )
-            middle = len(peaks) // (2 if one.plant == "lumped" else 4)
-            label(axes, one.plant, (peaks[middle], share[middle]), (8, -4), color=colour)
+            peaks, share = shares_below(one)
+            axes.step(peaks, share, style, where="post", color=colour, linewidth=1.8)
+            seen = int(np.count_nonzero(peaks <= right)) - 1
+            middle = max(seen // (2 if one.plant == "lumped" else 4), min(seen, 1))
+            label(axes, one.plant, (float(peaks[middle]), float(share[middle])), (8, -4), color=colour)
         limits = [("bound", bound, INK, ":")] + ([("goal", error, RED, "-.")] if error else [])
         for words, value, colour, style in limits:
             axes.axvline(np.degrees(value), color=colour, linestyle=style, linewidth=1.4)
@@ -154,6 +155,28 @@ def peaks_picture(name: str, runs: Sequence[AcceptanceResult], bound: float, err
         axes.set_ylabel("runs below [%]")
 
     return picture(name, _draw, wide=280.0, narrow=260.0)
+
+
+def shares_below(one: AcceptanceResult) -> tuple[Array, Array]:
+    """Curve of the runs below an error; it ends below 100 % where runs ended early.
+
+    Parameters
+    ----------
+    one : AcceptanceResult
+
+    Returns
+    -------
+    error, share : ndarray, shape (lasting runs + 1,)
+        [deg], [% of all runs].
+    """
+    errors = np.degrees(np.append(0.0, one.peaks))
+    return errors, 100.0 * np.arange(len(errors)) / one.draws
+
+
+def _end_of_axis(runs: Sequence[AcceptanceResult], limit: float) -> float:
+    """Beyond the limit, and beyond errors up to four times as large [deg]."""
+    largest = max(one.peaks[-1] for one in runs)
+    return 1.15 * float(np.degrees(max(limit, min(largest, 4.0 * limit))))
 
 
 def worst_picture(name: str, worst: WorstCase) -> Picture:

@@ -37,7 +37,9 @@ def acceptance_chapter(result: StudyResult) -> Chapter | None:
             words = f"Not run on {NAMES[one.plant]}: {one.reason}."
             blocks.append(Note(text=words, tone="warning"))
     if runs:
-        blocks += [_table(runs), _peaks(result, runs)]
+        blocks.append(_table(runs))
+    if any(one.peaks for one in runs):
+        blocks.append(_peaks(result, [one for one in runs if one.peaks]))
     if result.lumped.worst is not None:
         blocks += [_worst(result, result.lumped.worst), _worst_values(result.lumped.worst, result)]
     return Chapter(
@@ -69,9 +71,9 @@ def _table(runs: list[AcceptanceResult]) -> Table:
             f"{one.draws}",
             degrees(one.quantile(0.5)),
             degrees(one.quantile(0.99)),
-            degrees(one.peaks[-1]),
+            degrees(one.quantile(1.0)),
             shares(one),
-            number(one.largest_torque, 3),
+            "" if one.largest_torque is None else number(one.largest_torque, 3),
             f"{one.failed}",
         )
         for one in runs
@@ -89,25 +91,40 @@ def _table(runs: list[AcceptanceResult]) -> Table:
             Column(title="Ended early", numeric=True),
         ),
         groups=(RowGroup(rows=rows),),
+        note=" ".join(_early(one) for one in runs if one.failed),
     )
+
+
+def _early(one: AcceptanceResult) -> str:
+    """What runs that ended early mean for a row of the table."""
+    if not one.peaks:
+        return f"All {one.draws} runs on {NAMES[one.plant]} ended early: there is no error to tell."
+    return (
+        f"{one.failed} of {one.draws} runs on {NAMES[one.plant]} ended early and count as missed; the "
+        f"largest error of the others is {number(one.peaks[-1] / DEGREE, 3)} deg. A field is empty where so "
+        "many ended early that no error stands for that share of all runs."
+    )
+
+
+def _below(one: AcceptanceResult) -> str:
+    """A curve of the figure in words."""
+    median = one.quantile(0.5)
+    half = "fewer than half lasted" if median is None else f"half below {median / DEGREE:.3g} deg"
+    lasting = "all" if not one.failed else f"the {len(one.peaks)} of {one.draws} that lasted"
+    return f"{NAMES[one.plant]}: {half}, {lasting} below {one.peaks[-1] / DEGREE:.3g} deg"
 
 
 def _peaks(result: StudyResult, runs: list[AcceptanceResult]) -> Figure:
     assert result.controller is not None
     assert result.controller.bound is not None
     picture = peaks_picture("peaks", runs, result.controller.bound, result.goals.error)
-    words = "; ".join(
-        f"{NAMES[one.plant]}: half below {(one.quantile(0.5) or 0.0) / DEGREE:.3g} deg, all below "
-        f"{one.peaks[-1] / DEGREE:.3g} deg"
-        for one in runs
-    )
+    words = "; ".join(_below(one) for one in runs)
     return Figure(
         name="peaks",
         alt=f"Share of the runs below an error. {words}. The stated bound is "
         f"{result.controller.bound / DEGREE:.3g} deg.",
-        caption="Share of the runs whose largest error stays below the value on the axis; the stated bound "
-        "and, where "
-        "there is one, the goal are upright lines.",
+        caption="Share of all runs that lasted and whose largest error stays below the value on the axis; "
+        "the stated bound and, where there is one, the goal are upright lines.",
         wide=picture.wide,
         narrow=picture.narrow,
     )

@@ -13,6 +13,7 @@ from cabledrive.rig.setting import Motion
 from cabledrive.studies.study.closed_loop import joined_loop, make_law, with_values
 from cabledrive.studies.study.controller_stage import ControllerResult
 from cabledrive.studies.study.drawn_plants import drawn_plant
+from cabledrive.studies.study.lasting_runs import quantile_of_all
 from cabledrive.studies.study.machine import Quantity
 from cabledrive.studies.study.stage_cache import StageCache
 
@@ -27,18 +28,15 @@ class DrawBlock:
 
     Attributes
     ----------
-    peaks, torques : tuple of float
-        Largest error [rad] and torque [N m] of each run.
+    peaks, torques : tuple of float or None
+        Largest error [rad] and torque [N m] of each run; None where it ended before its time.
     saturated : tuple of float
         Share of the samples at the torque's limit.
-    failed : tuple of bool
-        Runs that ended before their time.
     """
 
-    peaks: tuple[float, ...]
-    torques: tuple[float, ...]
+    peaks: tuple[float | None, ...]
+    torques: tuple[float | None, ...]
     saturated: tuple[float, ...]
-    failed: tuple[bool, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,16 +72,17 @@ class AcceptanceResult:
     plant : {"lumped", "cable"}
     draws : int
     peaks : tuple of float
-        Largest error of each run, ascending [rad].
+        Largest error of each run that lasted, ascending [rad].
     inside : float
-        Share of the runs whose error stayed inside the stated bound.
+        Share of all runs whose error stayed inside the stated bound.
     reached : float or None
-        Share of the runs whose error stayed inside the goal; None without one.
+        Share of all runs whose error stayed inside the goal; None without one.
     failed : int
+        Runs that ended before their time.
     saturated : int
         Runs in which the torque met its limit.
-    largest_torque : float
-        [N m].
+    largest_torque : float or None
+        Of the runs that lasted [N m]; None: none did, or none was made.
     worst : WorstCase or None
         None: every run failed, or none was made.
     reason : str
@@ -97,12 +96,12 @@ class AcceptanceResult:
     reached: float | None
     failed: int
     saturated: int
-    largest_torque: float
+    largest_torque: float | None
     worst: WorstCase | None
     reason: str
 
     def quantile(self, share: float) -> float | None:
-        """Error that a share of the runs kept below.
+        """Error that a share of all runs kept below.
 
         Parameters
         ----------
@@ -111,9 +110,9 @@ class AcceptanceResult:
         Returns
         -------
         float or None
-            [rad]; None without runs.
+            [rad]; None where too many runs ended early, or without runs.
         """
-        return float(np.quantile(self.peaks, share)) if self.peaks else None
+        return quantile_of_all(self.peaks, self.draws, share)
 
 
 def accept(
@@ -177,24 +176,19 @@ def _block(
     loop: Loop, drive: Drive, quantities: Mapping[str, Quantity], seed: int, draws: range
 ) -> Callable[[], DrawBlock]:
     def compute() -> DrawBlock:
-        def one(draw: int) -> tuple[float, float, float, bool]:
+        def one(draw: int) -> tuple[float | None, float | None, float]:
             values, phases = drawn_plant(quantities, len(loop.rig.phases), seed, draw)
             moved = with_values(loop, drive, values, phases)
             done = run(moved, log=False)
             score = dict(zip(SUMMARY, (float(v) for v in done.state.summary), strict=False))
-            samples = len(moved.target)
-            return (
-                score["peak"] / moved.gear,
-                score["peak_torque"],
-                score["saturated"] / samples,
-                done.ended < samples,
-            )
+            share = score["saturated"] / len(moved.target)
+            if done.state.discrete[2] != 0:
+                return None, None, share
+            return score["peak"] / moved.gear, score["peak_torque"], share
 
         with ThreadPoolExecutor(2) as pool:
-            rows = list(pool.map(one, draws))
-        peaks, torques, saturated, failed = zip(*rows, strict=True)
-        sound = tuple(p if np.isfinite(p) else 1e9 for p in peaks)
-        return DrawBlock(peaks=sound, torques=torques, saturated=saturated, failed=failed)
+            peaks, torques, saturated = zip(*pool.map(one, draws), strict=True)
+        return DrawBlock(peaks=peaks, torques=torques, saturated=saturated)
 
     return compute
 
@@ -209,22 +203,23 @@ def _summed(
     error: float | None,
     plant: str,
 ) -> AcceptanceResult:
-    peaks = np.array([p for block in blocks for p in block.peaks])
-    failed = np.array([f for block in blocks for f in block.failed])
-    inside = (peaks <= bound) & ~failed
-    reached = None if error is None else float(np.mean((peaks <= error) & ~failed))
-    lasting = np.where(failed, -1.0, peaks)
-    worst = int(np.argmax(lasting))
+    peaks = [p for block in blocks for p in block.peaks]
+    lasting = sorted((p, draw) for draw, p in enumerate(peaks) if p is not None)
+    torques = [t for block in blocks for t in block.torques if t is not None]
+
+    def within(limit: float) -> float:
+        return sum(p <= limit for p, _ in lasting) / len(peaks)
+
     return AcceptanceResult(
         plant=plant,
         draws=len(peaks),
-        peaks=tuple(float(p) for p in np.sort(peaks)),
-        inside=float(inside.mean()),
-        reached=reached,
-        failed=int(failed.sum()),
+        peaks=tuple(p for p, _ in lasting),
+        inside=within(bound),
+        reached=None if error is None else within(error),
+        failed=len(peaks) - len(lasting),
         saturated=sum(s > 0.0 for block in blocks for s in block.saturated),
-        largest_torque=max(t for block in blocks for t in block.torques),
-        worst=None if failed.all() else _worst(loop, drive, quantities, seed, worst),
+        largest_torque=max(torques) if torques else None,
+        worst=_worst(loop, drive, quantities, seed, lasting[-1][1]) if lasting else None,
         reason="",
     )
 
@@ -269,7 +264,7 @@ def no_runs(plant: str, reason: str) -> AcceptanceResult:
         reached=None,
         failed=0,
         saturated=0,
-        largest_torque=0.0,
+        largest_torque=None,
         worst=None,
         reason=reason,
     )

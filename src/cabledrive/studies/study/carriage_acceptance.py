@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from math import ceil
 from typing import Any
 
 import numpy as np
@@ -21,6 +20,7 @@ from cabledrive.studies.study.carriage_case import (
 )
 from cabledrive.studies.study.drawn_plants import drawn_plant
 from cabledrive.studies.study.goals import Goals
+from cabledrive.studies.study.lasting_runs import quantile_of_all
 from cabledrive.studies.study.machine import Quantity
 from cabledrive.studies.study.stage_cache import StageCache
 
@@ -121,8 +121,7 @@ class CarriageAcceptance:
         float or None
             [m]; None where too many runs ended early.
         """
-        found, needed = self.rests if rest else self.peaks, ceil(share * self.draws - 1e-9)
-        return found[max(needed, 1) - 1] if needed <= len(found) else None
+        return quantile_of_all(self.rests if rest else self.peaks, self.draws, share)
 
 
 def accept_carriage(

@@ -75,10 +75,10 @@ def short_of(one: AcceptanceResult, goals: Goals) -> list[str]:
     if one.reached is not None and one.reached < enough:
         assert goals.error is not None
         most = one.quantile(enough)
-        assert most is not None
+        kept = "" if most is None else f"; {100 * enough:.0f} % keep within {most / DEGREE:.3g} deg"
         words.append(
             f"error: {100 * one.reached:.1f} % of {one.draws} runs on the {one.plant} plant kept within "
-            f"{goals.error / DEGREE:.3g} deg; {100 * enough:.0f} % keep within {most / DEGREE:.3g} deg"
+            f"{goals.error / DEGREE:.3g} deg{kept}"
         )
     return words
 
@@ -105,11 +105,11 @@ def accepted(found: Findings) -> list[str]:
         words = [f"the load follows {move} within the goal of {goals.error / DEGREE:.3g} deg: {kept}"]
     for one in (found.lumped, found.cable):
         if one.draws:
+            early = f", {one.failed} ended early" if one.failed else ""
             words.append(
-                f"{_runs(one.draws)} on the {one.plant} plant: largest error {one.peaks[-1] / DEGREE:.3g} "
-                "deg; "
-                "the "
-                f"stated bound of {bound:.3g} deg held in {100 * one.inside:.1f} %"
+                f"{_runs(one.draws)} on the {one.plant} plant{early}: largest error "
+                f"{one.peaks[-1] / DEGREE:.3g} deg; the stated bound of {bound:.3g} deg held in "
+                f"{100 * one.inside:.1f} %"
             )
     return words
 

@@ -1,0 +1,150 @@
+"""A run that ends early has no error: it counts as missed, and nothing stands in for it."""
+
+import json
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from cabledrive.report.blocks import Figure
+from cabledrive.report.figures.study_runs import shares_below
+from cabledrive.report.study.acceptance import acceptance_chapter
+from cabledrive.rig.setting import DEGREE
+from cabledrive.studies.study.acceptance_stage import accept
+from cabledrive.studies.study.controller_stage import ControllerResult
+from cabledrive.studies.study.findings import Findings
+from cabledrive.studies.study.goals import SPREADS
+from cabledrive.studies.study.knowledge_stage import know
+from cabledrive.studies.study.machine import by_datasheet
+from cabledrive.studies.study.plain_data import as_plain
+from cabledrive.studies.study.stage_cache import StageCache
+from cabledrive.studies.study.verdict_stage import judge
+from study_drives import drive_of, goals
+
+WRIST = drive_of("wrist")
+ASKED = goals(60, 0.3, error=0.5 * DEGREE)
+LAW = ControllerResult(
+    model=4,
+    name="darc-4-damped",
+    bandwidth=55.0,
+    sliding_rate=None,
+    bound=1.0 * DEGREE,
+    chosen=None,
+    candidates=(),
+    lower=(),
+    upper=(),
+    shares={},
+    broken=(),
+    reason="",
+)
+
+
+def accepted(pretension, *, drive=WRIST, law=LAW, draws=12):
+    """A law on plants with less pretension: a span that goes slack ends the run."""
+    drive = replace(drive, cable=replace(drive.cable, pretension=pretension))
+    return accept(
+        drive,
+        ASKED.motion,
+        by_datasheet(drive, SPREADS),
+        law,
+        draws=draws,
+        seed=0,
+        torque=None,
+        error=ASKED.error,
+        cable=False,
+        cache=StageCache(folder=None, note=lambda line: None),
+        inputs={},
+    )
+
+
+@pytest.fixture(scope="module")
+def some():
+    return accepted(1.5)
+
+
+@pytest.fixture(scope="module")
+def none():
+    return accepted(1.0)
+
+
+def judged(runs):
+    """The verdict, were these the runs."""
+    return judge(
+        Findings(
+            goals=ASKED,
+            check=SimpleNamespace(missing=(), logs=()),
+            knowledge=know(WRIST, [], SPREADS),
+            demand=SimpleNamespace(exceeded=(), demands=()),
+            resonance=SimpleNamespace(refuses=False, alarm="", verdict="", slack=False),
+            controller=replace(LAW, chosen=SimpleNamespace(sensors=1.0, unmatched=0.0, theorem=0.0)),
+            lumped=runs,
+            cable=replace(runs, plant="cable", draws=0, reason="not asked for"),
+        )
+    )
+
+
+def pictures(runs):
+    result = SimpleNamespace(
+        controller=LAW,
+        goals=ASKED,
+        lumped=runs,
+        cable=replace(runs, plant="cable", draws=0, reason="not asked for"),
+        knowledge=know(WRIST, [], SPREADS),
+    )
+    return acceptance_chapter(result).blocks
+
+
+def test_errors_are_those_of_the_runs_that_lasted(some):
+    """Slack comes before the largest error: an early end would pass as a small error."""
+    whole = accepted(30.0)
+    assert 0 < some.failed < some.draws == 12, some.failed
+    assert len(some.peaks) == some.draws - some.failed
+    assert set(some.peaks) <= set(whole.peaks), "a run that lasted errs as it does at more pretension"
+    assert some.inside == some.reached == (some.draws - some.failed) / some.draws
+
+
+def test_a_share_that_too_few_runs_kept_has_no_error(some):
+    lasted = len(some.peaks) / some.draws
+    assert some.quantile(1.0) is None
+    assert some.quantile(lasted) == some.peaks[-1]
+    assert some.quantile(lasted + 1.0 / some.draws) is None
+
+
+def test_the_curve_of_shares_ends_where_the_lasting_runs_do(some):
+    errors, shares = shares_below(some)
+    assert shares[-1] == pytest.approx(100.0 * len(some.peaks) / 12)
+    assert errors[-1] == pytest.approx(np.degrees(some.peaks[-1]))
+
+
+def test_where_no_run_lasts_there_is_no_number_and_no_picture_and_the_answer_is_no(none):
+    assert none.failed == none.draws == 12
+    assert none.peaks == ()
+    assert none.worst is none.largest_torque is none.quantile(0.5) is None
+    verdict = judged(none)
+    assert verdict.answer == "no", verdict
+    assert "12 of 12 runs on the lumped plant ended early" in verdict.reasons[0]
+    assert not any(margin.name.startswith("error") for margin in verdict.margins)
+    blocks = pictures(none)
+    assert not [block for block in blocks if isinstance(block, Figure)]
+    assert any("All 12 runs on lumped plants ended early" in str(getattr(b, "note", "")) for b in blocks)
+
+
+def test_where_some_last_the_answer_is_no_and_the_page_counts_them(some):
+    verdict = judged(some)
+    assert verdict.answer == "no", verdict
+    blocks = pictures(some)
+    (curve,) = [block for block in blocks if isinstance(block, Figure) and block.name == "peaks"]
+    assert f"the {len(some.peaks)} of 12 that lasted" in curve.alt
+    assert any("count as missed" in str(getattr(block, "note", "")) for block in blocks)
+
+
+def test_a_run_that_flies_apart_leaves_plain_numbers():
+    """A law far too quick for its filter and a motor without limit: no infinity, nothing invented."""
+    free = replace(WRIST, motor=replace(WRIST.motor, torque_limit=None))
+    runs = accepted(1e9, drive=free, law=replace(LAW, bandwidth=900.0), draws=4)
+    assert runs.failed == 4, runs
+    assert runs.largest_torque is None, "what a diverging law asked for is no torque of the drive"
+    text = json.dumps(as_plain(runs), allow_nan=False)
+    assert "1e9" not in text
+    assert "1000000000" not in text
