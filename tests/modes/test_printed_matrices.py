@@ -62,25 +62,30 @@ def zeros(matrix, drive, top):
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_printed_matrix_is_singular_at_every_certified_frequency_as_often_as_its_multiplicity(case):
+def test_printed_matrix_is_singular_at_every_certified_frequency_as_often_as_its_multiplicity(case, measured):
     matrix, drive = CASES[case]
-    for mode in longitudinal_modes(drive, count=12):
-        values = singular_values(matrix, drive, mode.frequency)
+    modes = longitudinal_modes(drive, count=12)
+    spectra = [singular_values(matrix, drive, mode.frequency) for mode in modes]
+    vanishing = max(v[mode.multiplicity - 1] for v, mode in zip(spectra, modes, strict=True))
+    others = min(v[mode.multiplicity] for v, mode in zip(spectra, modes, strict=True))
+    measured(f"singular values below {vanishing:.1e} at {len(modes)} modes, the others above {others:.1e}")
+    for mode, values in zip(modes, spectra, strict=True):
         assert values[mode.multiplicity - 1] < 1e-11, f"{mode.frequency} Hz: {values}"
         assert values[mode.multiplicity] > 1e-6, f"{mode.frequency} Hz: {values}"
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_certified_list_holds_every_zero_of_the_printed_matrix(case):
+def test_certified_list_holds_every_zero_of_the_printed_matrix(case, measured):
     """Crossing and touching zeros alike, up to the tenth mode."""
     matrix, drive = CASES[case]
     *listed, beyond = (mode.frequency for mode in longitudinal_modes(drive, count=12))
     found = zeros(matrix, drive, 0.5 * (listed[-1] + beyond))
+    measured(f"{found.size} zeros, {len(listed)} modes listed")
     assert found.size == len(listed), f"zeros {found} Hz, listed {listed} Hz"
     np.testing.assert_allclose(found, listed, rtol=1e-8)
 
 
-def test_determinant_of_3_38_touches_zero_without_a_sign_change_where_the_ring_is_square():
+def test_determinant_of_3_38_touches_zero_without_a_sign_change_where_the_ring_is_square(measured):
     """Two carriages as heavy as the rims, at both midspans: the ring looks alike from four sides.
 
     Modes that turn by a quarter of the ring come in pairs of one frequency; the determinant has a double zero
@@ -93,6 +98,7 @@ def test_determinant_of_3_38_touches_zero_without_a_sign_change_where_the_ring_i
     changes = grid[np.flatnonzero(signs[:-1] != signs[1:])]
     double = [mode.frequency for mode in modes[:-1] if mode.multiplicity == 2]
     simple = [mode.frequency for mode in modes[:-1] if mode.multiplicity == 1]
+    measured(f"{changes.size} changes of sign, {len(simple)} simple and {len(double)} double modes")
     assert double, "the square ring has double modes"
     np.testing.assert_allclose(changes, simple, atol=grid[1] - grid[0])
 
