@@ -31,26 +31,29 @@ def command(states, y, estimate):
     return u, z1, tau
 
 
-def test_compiled_law_is_the_corrected_law():
+def test_compiled_law_is_the_corrected_law(measured):
     """u and tau of (6.90) and (6.95), mended, at random states and estimates."""
     rng = np.random.default_rng(0)
     parameters, widths, beta = unmatched_parameters(CHAIN)
     k = ORACLE.Gains(
         GAINS.k1, GAINS.k21, GAINS.k22, 0.0, GAINS.k32, GAINS.k33, 0.0, GAINS.k42, GAINS.k43, GAINS.k44, 0.0
     )
+    off = []
     for _ in range(20):
         states, y = rng.normal(size=4), rng.normal(size=5)
         estimate = parameters + widths * rng.uniform(-1, 1, 7)
         x = (states[1], states[3], beta * (states[0] - states[1]), beta * (states[2] - states[3]))
         true = ORACLE.corrected_backstepping(x, y, estimate, k, beta, np.tanh(0.5 * states[2]))
         u, z1, tau = command(states, y, estimate)
-        assert u == pytest.approx(true.u, rel=1e-11)
+        off.append(float(abs(u / true.u - 1.0)))
         assert z1 == pytest.approx(true.z[0], rel=1e-12)
         expected = sum(
             np.array(phi, float) * z
             for phi, z in zip((true.phi2, true.phi3, true.phi4), true.z[1:], strict=True)
         )
         np.testing.assert_allclose(tau, expected, rtol=1e-10, atol=1e-10 * np.abs(expected).max())
+    measured(f"within {max(off):.1e} of the command")
+    assert max(off) <= 1e-11, f"observed {max(off):.2e}"
 
 
 def test_errors_obey_their_matrix_along_the_motion():

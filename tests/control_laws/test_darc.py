@@ -34,13 +34,13 @@ def law_of(number: int, *, damped: bool = False, bandwidth: float = 12.0, **opti
 
 
 @pytest.mark.parametrize("number", [1, 2, 3, 4])
-def test_undamped_law_is_the_printed_law(number):
+def test_undamped_law_is_the_printed_law(number, measured):
     """(6.20), (6.43), (6.53), (6.63) at random states, to 1e-11 of the largest term."""
     law, rng = law_of(number), np.random.default_rng(number)
     machine = ORACLES.Machine(
         *(float(getattr(ORACLES.Machine, f)) for f in ("J11", "J12", "J2", "kk", "k_m"))
     )
-    n = model(number).size
+    n, off = model(number).size, []
     for _ in range(20):
         states, y = rng.normal(size=2 * n), rng.normal(size=2 * n + 1)
         estimate = law.learning[0] * rng.uniform(0.5, 1.5, 4)
@@ -55,8 +55,9 @@ def test_undamped_law_is_the_printed_law(number):
         np.testing.assert_allclose(
             ours.regressor, phi.astype(float), rtol=1e-10, atol=1e-11 * np.abs(phi).max()
         )
-        scale = max(abs(u), law.k_sigma * abs(sigma))
-        assert abs(ours.command - u) < 1e-11 * scale, f"observed {abs(ours.command - u) / scale:.2e}"
+        off.append(float(abs(ours.command - u) / max(abs(u), law.k_sigma * abs(sigma))))
+    measured(f"command within {max(off):.1e} of the largest term")
+    assert max(off) < 1e-11, f"observed {max(off):.2e}"
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 4, 5])

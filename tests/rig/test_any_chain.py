@@ -51,19 +51,21 @@ def peak(loop: Loop) -> float:
 
 
 @pytest.mark.parametrize("chain", [arm(), row(4), row(5)], ids=["arm", "four", "five"])
-def test_smooth_friction_and_true_states_leave_a_ten_thousandth_of_a_degree(chain):
+def test_smooth_friction_and_true_states_leave_a_ten_thousandth_of_a_degree(chain, measured):
     """35 Hz, above every row's lowest mode; what is left is friction's turn within tanh(50 w)."""
     found = peak(chain_loop(chain, MOTION, ChainRig(interval=INTERVAL), 35.0, smooth_friction=True))
+    measured(f"{found:.1e} deg")
     assert found < 2e-4, f"observed {found:.1e} deg"
 
 
 @pytest.mark.parametrize(
     "chain, hertz", [(arm(), 20.0), (row(4), 35.0), (row(5), 35.0)], ids=["arm", "four", "five"]
 )
-def test_two_encoders_and_stick_slip_leave_two_counts(chain, hertz):
+def test_two_encoders_and_stick_slip_leave_two_counts(chain, hertz, measured):
     """Motor and load encoders of 0.009 deg a count, zeros off by a third of one; the rest is observed."""
     rig = ChainRig(interval=INTERVAL, encoders=(0, chain.size - 1), counts=(COUNT, COUNT), phases=(0.3, -0.2))
     found = peak(chain_loop(chain, MOTION, rig, hertz, tuning=TUNING))
+    measured(f"{found:.4f} deg, {found / np.degrees(COUNT):.2f} counts")
     assert found < 2.0 * np.degrees(COUNT), f"observed {found:.4f} deg"
 
 

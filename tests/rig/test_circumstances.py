@@ -79,7 +79,7 @@ def test_free_play_costs_energy_never_gives_it():
     assert stored[-1] < 0.5 * stored[0]
 
 
-def test_free_play_of_the_gearhead_is_told_and_costs_accuracy():
+def test_free_play_of_the_gearhead_is_told_and_costs_accuracy(measured):
     """Table A.3's 1 deg, unknown to the law."""
     plain, loose = (
         track(
@@ -87,13 +87,14 @@ def test_free_play_of_the_gearhead_is_told_and_costs_accuracy():
         ).summary
         for play in (0.0, 1.0)
     )
+    measured(f"{loose['peak_error_deg']:.3f} deg beside {plain['peak_error_deg']:.3f} deg, phases 1")
     assert loose["backlash"] == pytest.approx(radians(1.0))
     assert loose["free_play_samples"] > 100
     assert "free play in the gearhead" in loose["broken_assumptions"]
     assert 2.0 * plain["peak_error_deg"] < loose["peak_error_deg"] < 1.0
 
 
-def test_motion_with_free_play_converges_with_the_internal_step():
+def test_motion_with_free_play_converges_with_the_internal_step(measured):
     """Contacts are seen at internal steps: 20 us are 1e-3 deg from 2.5 us, the play itself 0.01."""
     loose = with_motor(backlash=radians(1.0))
     plain, *runs = (
@@ -102,28 +103,31 @@ def test_motion_with_free_play_converges_with_the_internal_step():
     )
     coarse, fine = (np.degrees(np.abs(run.load_angle - runs[2].load_angle).max()) for run in runs[:2])
     made = np.degrees(np.abs(plain.load_angle - runs[2].load_angle).max())
+    measured(f"20 us {coarse:.1e} deg from 10 us, 2.5 us {fine:.1e}; the play itself {made:.3f} deg")
     assert coarse < 1e-3, f"observed {coarse:.5f} deg"
     assert fine < 1e-3, f"observed {fine:.5f} deg"
     assert made > 0.01, f"observed {made:.5f} deg"
 
 
-def test_a_slack_span_carries_nothing_and_the_other_all():
+def test_a_slack_span_carries_nothing_and_the_other_all(measured):
     """Twist beyond slack: the torque rises half as fast, and the tensions say why."""
     push = Disturbance(torque=0.9, start=0.1, end=0.5)
     options = replace(IDEAL, disturbances=(push,), forbid_slack=False)
     result = track(DRIVE, controller="pd", options=options)
     said = result.summary
+    measured(f"tensions {result.tensions.min():.2f} to {result.tensions.max():.1f} N")
     assert said["slack_samples"] > 100
     assert "a span went slack" in said["broken_assumptions"]
     assert result.tensions.min() == 0.0
     assert result.tensions.max() > 14.0
 
 
-def test_the_torque_across_a_slack_cable_is_continuous_and_half_as_stiff():
+def test_the_torque_across_a_slack_cable_is_continuous_and_half_as_stiff(measured):
     """Before anything moves, twice the twist at which a span goes slack gives 1.5 of its torque."""
     slack = 0.2
     states = pushed(0.0, 1, slack=slack, substeps=10, start=[0.0, 0.0, -2.0 * slack, 0.0, 0.0, 0.0, 0.0])
     torque = states[0, 5] / INTERVAL * CHAIN.inertias[2]
+    measured(f"{torque / (slack * CHAIN.stiffness[1]):.3f} times the torque at which it goes slack")
     assert torque == pytest.approx(1.5 * slack * CHAIN.stiffness[1], rel=0.03)
 
 
@@ -132,63 +136,70 @@ def test_slack_is_refused_before_the_motion_where_it_can_be_foreseen():
         track(DRIVE, controller="pd", motion=Motion(angle=90.0, rise=0.18))
 
 
-def test_a_slow_torque_loop_costs_accuracy_and_is_told_to_the_filter():
+def test_a_slow_torque_loop_costs_accuracy_and_is_told_to_the_filter(measured):
     slow, quick = (
         track(with_motor(current_bandwidth=hertz), controller="darc-4-damped", options=CENTRED).summary
         for hertz in (60.0, 1000.0)
     )
+    measured(f"60 Hz {slow['peak_error_deg']:.4f}, 1 kHz {quick['peak_error_deg']:.4f} deg")
     assert slow["peak_error_deg"] > 1.5 * quick["peak_error_deg"]
     assert slow["peak_error_deg"] < 1.0
 
 
-def test_jitter_of_the_samples_costs_little_below_a_tenth_of_a_sample():
+def test_jitter_of_the_samples_costs_little_below_a_tenth_of_a_sample(measured):
     plain, jittery = (
         track(DRIVE, controller="darc-4-damped", options=replace(CENTRED, jitter=jitter)).summary
         for jitter in (0.0, 2e-5)
     )
+    measured(f"{jittery['peak_error_deg']:.4f} deg beside {plain['peak_error_deg']:.4f} deg")
     assert plain["peak_error_deg"] != jittery["peak_error_deg"]
     assert jittery["peak_error_deg"] < plain["peak_error_deg"] + 0.02
 
 
-def test_a_load_step_is_held_against_by_the_stiffness_of_the_loop():
+def test_a_load_step_is_held_against_by_the_stiffness_of_the_loop(measured):
     """At rest a torque on the load winds the cable up by tau / k."""
     step = Disturbance(torque=0.05, start=0.1, end=9.0)
     still = Motion(angle=1e-3, rise=0.5, dwell=0.5)
     free = with_motor(coulomb_friction=0.0, offset_torque=0.0)
     result = track(free, controller="pd", options=replace(IDEAL, disturbances=(step,)), motion=still)
     twist = result.angles[-1, 2] - result.angles[-1, 1]
+    measured(f"twist {twist:.5f} rad, {twist * 2.72 / 0.05:.4f} of the formula's")
     assert twist == pytest.approx(0.05 / 2.72, rel=0.01)
 
 
-def test_an_encoder_without_numbers_does_not_move_the_command():
+def test_an_encoder_without_numbers_does_not_move_the_command(measured):
     result = track(
         DRIVE, controller="darc-4", options=replace(CENTRED, blind=("motor", 0.1, 0.12)), motion=SHORT
     )
     gone = (result.time > 0.1001) & (result.time < 0.1199)
-    assert np.ptp(result.torque[gone]) == 0.0
+    moved = np.ptp(result.torque[gone])
+    measured(f"command moves by {moved:g} N m over {result.summary['invalid_samples']} samples, all counted")
+    assert moved == 0.0
     assert result.summary["invalid_samples"] == 101
     assert np.isnan(result.readings[gone]).any(axis=1).all()
     assert np.isfinite(result.load_angle).all()
 
 
-def test_a_plant_that_diverges_keeps_what_was_computed():
+def test_a_plant_that_diverges_keeps_what_was_computed(measured):
     """Without a limit of the torque Model 3 on the drive pulley's encoder runs away."""
     free = with_motor(torque_limit=None)
     options = replace(IDEAL, feedback="drive", forbid_slack=False)
     result = track(free, controller="darc-3", bandwidth=40.0, options=options)
     assert result.incomplete is not None
+    measured(f"{len(result.time)} of 10000 samples kept: {result.incomplete}")
     assert "diverged" in result.incomplete
     assert 10 < len(result.time) < 10_000
     assert np.isfinite(result.error).all()
 
 
-def test_the_log_holds_a_load_cell_that_identification_reads(tmp_path):
+def test_the_log_holds_a_load_cell_that_identification_reads(tmp_path, measured):
     """Both spans together pull with twice the pretension, noise as told, and the log is still a log."""
     result = track(DRIVE, controller="darc-4", motion=SHORT)
     path = tmp_path / "run.csv"
     path.write_text(log_text(result, DRIVE))
     log = read_log(path)
     cell = log.channel("load_cell_force")
+    measured(f"load cell {cell.mean():.3f} N, noise {cell.std():.3f} N")
     assert cell.mean() == pytest.approx(14.0, abs=0.02)
     assert cell.std() == pytest.approx(0.05, rel=0.1)
     assert {"torque", "angle", "drive_angle", "load_angle"} <= set(log.channels)

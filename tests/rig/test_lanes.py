@@ -35,12 +35,14 @@ def loop_of(law, options=SMOOTH, motion=SHORT, plant_model=None):
     "law, plant",
     [("darc-1", 1), ("darc-2", 2), ("darc-3", 3), ("darc-3", 4), ("darc-4", 4), ("darc-4-damped", 4)],
 )
-def test_lanes_score_what_single_runs_score(law, plant):
+def test_lanes_score_what_single_runs_score(law, plant, measured):
     """Twenty plants: two groups of lanes, the second with lanes to spare."""
     loop = loop_of(law, plant_model=plant)
     assert fits_lanes(loop)
     lanes = run_draws(loop, SMOOTH, 20, 5).scores[:, :6]
     single = np.array([run(one, log=False).state.summary[:6] for one in drawn_loops(loop, SMOOTH, 20, 5)])
+    off, size = np.abs(lanes - single).max(axis=0), np.abs(single).max(axis=0)
+    measured(f"within {(off[size > 0.0] / size[size > 0.0]).max():.1e} of each score")
     np.testing.assert_allclose(lanes, single, rtol=1e-8, atol=1e-11)
     np.testing.assert_allclose(
         run_one(loop)[:6], run(loop, log=False).state.summary[:6], rtol=1e-8, atol=1e-11

@@ -53,22 +53,24 @@ def test_leaving_out_the_cable_damping_is_what_limits_the_printed_law():
     assert found == pytest.approx(0.034, abs=0.003)
 
 
-def test_result_does_not_depend_on_the_internal_step():
+def test_result_does_not_depend_on_the_internal_step(measured):
     one = track(DRIVE, controller="darc-4", options=IDEAL)
     ten = track(DRIVE, controller="darc-4", options=replace(IDEAL, substeps=10))
     worst = np.degrees(np.abs(one.error - ten.error).max())
+    measured(f"ten internal steps move it by {worst:.1e} deg")
     assert worst < 1e-8, f"observed {worst:.2e} deg"
 
 
-def test_a_slip_of_one_sample_would_show_as_0_044_deg():
+def test_a_slip_of_one_sample_would_show_as_0_044_deg(measured):
     """Output and reference are compared at one instant; the next sample's reference is 0.044 deg away."""
     run_ = track(DRIVE, controller="darc-4-damped", options=IDEAL)
     slipped = np.degrees(np.abs(run_.load_angle[:-1] - run_.reference[1:]).max())
+    measured(f"{slipped:.4f} deg")
     assert slipped == pytest.approx(0.044, abs=0.018)
     assert np.degrees(np.abs(run_.load_angle - run_.reference).max()) < 0.02
 
 
-def test_error_keeps_inside_the_bound_where_the_assumptions_hold():
+def test_error_keeps_inside_the_bound_where_the_assumptions_hold(measured):
     """All corners of p2 to p5, ideal states: inside the tube."""
     motor = DRIVE.motor
     for inertia in (0.00091, 0.00129):
@@ -84,6 +86,7 @@ def test_error_keeps_inside_the_bound_where_the_assumptions_hold():
                 ),
             )
             said = track(DRIVE, controller="darc-4-damped", plant_drive=actual, options=IDEAL).summary
+            measured(f"peak {said['peak_error_deg']:.4f} of {said['theory_bound_deg']:.4f} deg")
             assert said["broken_assumptions"] == []
             assert said["within_bound"] is True
             assert said["theory_bound_deg"] < 3.0 * said["peak_error_deg"] + 0.08
@@ -101,8 +104,9 @@ def test_assumptions_that_fail_are_named():
 @pytest.mark.parametrize(
     "controller", ["darc-1", "darc-2", "darc-3", "darc-4", "darc-4-damped", "backstepping"]
 )
-def test_torque_and_estimates_keep_their_limits(controller):
+def test_torque_and_estimates_keep_their_limits(controller, measured):
     said = track(DRIVE, controller=controller, seed=3).summary
+    measured(f"{said['peak_torque']:.3f} of 2.1 N m; estimates within: {said['estimates_within_bounds']}")
     assert said["peak_torque"] <= 2.1
     assert said["estimates_within_bounds"] is True
 
@@ -226,12 +230,13 @@ def test_stiffness_learnt_from_one_pulse_repairs_a_wrong_design():
     assert said["later_pulses_error_deg"] <= 0.04, f"observed {said['later_pulses_error_deg']:.4f} deg"
 
 
-def test_making_the_law_anew_in_a_dwell_gives_no_bump():
+def test_making_the_law_anew_in_a_dwell_gives_no_bump(measured):
     """In the 0.1 s after the rebuilding the error stays where the 0.1 s before left it, within one count."""
     soft = load_drive("dissertation-3", overrides=["lumped.cable_stiffness=800"])
     for seed in (0, 4):
         found = track(DRIVE, controller="darc-indirect", plant_drive=soft, motion=Motion(pulses=2), seed=seed)
         before, after = (np.degrees(np.abs(found.error[a : a + 500]).max()) for a in (9500, 10_000))
+        measured(f"phases {seed}: {before:.4f} deg before, {after:.4f} deg after")
         assert after < before + 0.02, f"observed {before:.4f}, then {after:.4f} deg"
 
 

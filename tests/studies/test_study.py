@@ -42,8 +42,9 @@ def studies(tmp_path_factory):
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
-def test_five_drives_get_the_right_verdict_with_the_right_reason(case, studies):
+def test_five_drives_get_the_right_verdict_with_the_right_reason(case, studies, measured):
     verdict = studies(case).verdict
+    measured(f"{verdict.answer}: {verdict.reasons[0]}")
     assert verdict.answer == case.verdict, verdict
     assert case.reason in verdict.reasons[0], verdict.reasons
     assert bool(verdict.remedies) == (case.verdict != "yes"), verdict.remedies
@@ -119,7 +120,7 @@ def test_what_is_not_finite_is_not_kept():
         as_plain({"bound": float("inf")})
 
 
-def test_a_finer_encoder_redoes_the_controller_and_leaves_modes_and_identification_alone(studies):
+def test_a_finer_encoder_redoes_the_controller_and_leaves_modes_and_identification_alone(studies, measured):
     case = CASES[0]
     drive = studies(case).drive
     stages, logs = studies.folder / case.name, written_log(studies.folder, case.name, case.log)
@@ -127,6 +128,7 @@ def test_a_finer_encoder_redoes_the_controller_and_leaves_modes_and_identificati
     finer = replace(drive, sensors=replace(drive.sensors, load_encoder=80000))
     run_study(finer, logs, replace(case.goals, draws=2, cable_draws=0), folder=stages)
     fresh = {path.name.rsplit("-", 1)[0] for path in stages.iterdir() if path.name not in first}
+    measured(f"done again: {', '.join(sorted(fresh))}")
     assert fresh == {"check", "demand", "model", "controller", "acceptance-lumped", "acceptance-lumped-00000"}
 
 
@@ -150,7 +152,7 @@ def test_an_interrupted_study_goes_on_to_the_same_end(studies, tmp_path):
     assert resumed == studies(case)
 
 
-def test_an_encoder_never_costs_more_than_its_bound():
+def test_an_encoder_never_costs_more_than_its_bound(measured):
     """Without friction the loop is linear: counts and phases move the error by no more than stated."""
     drive = drive_of("turntable")
     drive = replace(drive, motor=replace(drive.motor, coulomb_friction=0.0))
@@ -164,6 +166,8 @@ def test_an_encoder_never_costs_more_than_its_bound():
         phases = np.random.default_rng(seed).uniform(-0.5, 0.5, 2)
         seen = run(replace(loop, rig=loop.rig._replace(phases=phases)))
         costs.append(np.abs(seen.log[:, load] - clean.log[:, load]).max() / loop.gear)
+    within = sum(cost <= bound for cost in costs)
+    measured(f"at most {max(costs) / bound:.2f} of the bound, {within} of {len(costs)} phases within")
     assert max(costs) <= bound, f"{max(costs):.3g} rad of {bound:.3g}"
     assert max(costs) > 0.05 * bound, f"a bound of {bound:.3g} rad for {max(costs):.3g} is no bound"
 

@@ -53,7 +53,7 @@ def test_a_belt_axis_is_answered_by_its_goal(studied):
     assert found.carriage.model.deviation < 0.01, f"observed {found.carriage.model.deviation:.4f}"
 
 
-def test_the_same_runs_decide_otherwise_where_another_goal_is_asked(studied):
+def test_the_same_runs_decide_otherwise_where_another_goal_is_asked(studied, measured):
     """Of no goal: unknown, with one that could be stated; of the median: unknown; of none's: no."""
     stages, goals = studied[0].carriage, studied[0].goals
     runs = stages.acceptance
@@ -61,7 +61,9 @@ def test_the_same_runs_decide_otherwise_where_another_goal_is_asked(studied):
     def asked(error):
         reached = None if error is None else float(np.mean(np.array(runs.peaks) <= error))
         other = replace(stages, acceptance=replace(runs, reached=reached))
-        return judge_carriage(other, replace(goals, carriage_error=error))
+        judged = judge_carriage(other, replace(goals, carriage_error=error))
+        measured(f"goal {'none' if error is None else f'{1e3 * error:.3g} mm'}: {judged[0]}")
+        return judged
 
     answer, reasons, _ = asked(None)
     assert answer == "unknown"
@@ -101,18 +103,30 @@ def test_the_law_stands_in_numbers_that_another_program_can_run(studied):
     )
 
 
-def test_runs_that_end_early_count_against_the_goal(studied):
+def test_a_motor_without_limit_is_not_given_one(studied):
+    """No large number stands for "none": neither for the law in numbers, nor for a run."""
+    found = studied[0]
+    free = replace(found.known, motor=replace(found.known.motor, torque_limit=None))
+    assert case_of(free, found.goals).limit == np.inf
+    numbers = controller_numbers(replace(found, known=free))
+    assert numbers["torque_limit"] is numbers["law"]["limit"] is None
+    assert controller_numbers(found)["law"]["limit"] > 0.0
+
+
+def test_runs_that_end_early_count_against_the_goal(studied, measured):
     stages, goals = studied[0].carriage, studied[0].goals
     runs = stages.acceptance
     lost = replace(runs, peaks=runs.peaks[:-2], failed=2, reached=28 / 30)
     assert lost.quantile(0.99) is None
     answer, reasons, _ = judge_carriage(replace(stages, acceptance=lost), goals)
+    measured(f"{answer}: {reasons[0]}")
     assert answer == "unknown"
     assert "2 of 30 runs ended early" in reasons[0]
 
 
-def test_more_than_the_motor_has_is_a_no_and_the_longer_move_is_possible():
+def test_more_than_the_motor_has_is_a_no_and_the_longer_move_is_possible(measured):
     quick = run_study(BELT, [], replace(ASKED, duration=0.1))
+    measured(f"{quick.verdict.answer}: {quick.verdict.reasons[0]}")
     assert quick.verdict.answer == "no"
     assert quick.verdict.reasons[0].startswith("speed")
     assert quick.carriage.controller is None

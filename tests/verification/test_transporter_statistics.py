@@ -8,14 +8,14 @@ from cabledrive.studies.transporter_moves import along_the_way, residual_motion,
 
 pytestmark = pytest.mark.verify
 DRIVE = scaled_transporter(load_drive("dissertation-transporter"))
+LAWS = ("scheduled", "pd-flat", "pd", "shaper")
 
 
 @pytest.fixture(scope="module")
 def residuals():
-    laws = ("scheduled", "pd-flat", "pd", "shaper")
     return {
         (law, gust): residual_motion(DRIVE, law, runs=40, seed=1, drawn=True, gust=gust)
-        for law in laws
+        for law in LAWS
         for gust in (0.0, 0.2)
     }
 
@@ -25,6 +25,14 @@ def in_millimetres(residuals, when, wind):
         law: 1e3 * getattr(found, when) for (law, gust), found in residuals.items() if (gust > 0.0) == wind
     }
     return ", ".join(f"{law} {np.median(size):.2f} / {size.max():.2f}" for law, size in sizes.items()) + " mm"
+
+
+def test_residual_motion_over_16_phases(measured):
+    """The nominal plant: a fifth of PD with rigid feedforward; PD with the flat feedforward leaves less."""
+    found = {(law, 0.0): residual_motion(DRIVE, law, runs=16) for law in LAWS}
+    measured(in_millimetres(found, "at_once", wind=False))
+    worst = {law: one.at_once.max() for (law, _), one in found.items()}
+    assert worst["scheduled"] < 0.2 * worst["pd"], f"observed {worst}"
 
 
 def test_still_air_over_forty_draws(residuals, measured):
