@@ -80,15 +80,16 @@ def observed_orders(drive, options, segments, reference):
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_space_and_time_converge_with_order_two(case):
+def test_space_and_time_converge_with_order_two(case, measured):
     """All n doubled at a fixed CFL number: errors of u, v and w fall fourfold."""
     drive, options = CASES[case]
     coarser = 4 if case in COARSER else 1
     orders, errors = observed_orders(drive, options, SEGMENTS // coarser, REFERENCE // coarser)
+    measured("order " + ", ".join(f"{order:.3f}" for order in orders[-1]))
     assert orders[-1] == pytest.approx(2.0, abs=0.1), f"observed orders\n{orders}\nof errors\n{errors}"
 
 
-def test_time_alone_converges_with_order_two():
+def test_time_alone_converges_with_order_two(measured):
     """n = 64, the step halved twice, against a very small one: errors fall fourfold."""
 
     def at(cfl):
@@ -107,16 +108,18 @@ def test_time_alone_converges_with_order_two():
     errors = np.array([np.max(np.abs(field - fine)) for field, _ in runs])
     steps = np.array([step for _, step in runs])
     order = np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    measured(f"order {order:.3f}")
     assert order == pytest.approx(2.0, abs=0.1), f"observed order {order:.3f}, errors {errors}"
 
 
-def test_stick_slip_converges_with_order_one_at_least():
+def test_stick_slip_converges_with_order_one_at_least(measured):
     """Friction set-valued at the speed after the step: a change to or from rest costs one order in time."""
     errors = []
     fine = stuck_and_slipping(2048)
     for n in SEGMENTS:
         errors.append(np.max(np.abs(stuck_and_slipping(int(n)) - fine)) / np.max(np.abs(fine)))
     order = -np.polyfit(np.log(SEGMENTS), np.log(errors), 1)[0]
+    measured(f"order {order:.2f}, relative error {errors[-1]:.1e} of {SEGMENTS[-1]} segments")
     assert 0.9 < order < 2.1, f"observed order {order:.3f}, errors {errors}"
     assert errors[-1] < 1e-3
 
@@ -139,7 +142,7 @@ def stuck_and_slipping(segments):
 
 @pytest.mark.verify
 @pytest.mark.parametrize("shape", ["half-sine", "triangle"])
-def test_the_default_resolution_reaches_one_per_cent(shape):
+def test_the_default_resolution_reaches_one_per_cent(shape, measured):
     """Envelopes of load angle and midpoint over 1 s at 81.6 Hz after plucks of 1 mm, 3.26 N, Gamma 2 1/s."""
     drive = load_drive("dissertation-2", overrides=["cable.pretension=3.26", "cable.transverse_damping=2"])
     plucks = tuple(Pluck(height=1e-3, span=span, shape=shape) for span in ("upper", "lower"))
@@ -153,9 +156,12 @@ def test_the_default_resolution_reaches_one_per_cent(shape):
         )
         for scheme in (Scheme(), Scheme(segments=800))
     ]
+    errors = []
     for signals in zip(*((r.load_angle, r.midpoint("upper")[:, 2]) for r in found), strict=True):
         ours, fine = (envelope(signal[:10_000]) for signal in signals)
-        error = np.max(np.abs(ours - fine)) / np.max(fine)
+        errors.append(np.max(np.abs(ours - fine)) / np.max(fine))
+    measured("envelope of load angle {:.2g} %, of midpoint {:.2g} %".format(*(100 * e for e in errors)))
+    for error in errors:
         assert error < 0.01, f"{100 * error:.2g} %"
 
 
