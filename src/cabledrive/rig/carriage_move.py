@@ -1,7 +1,7 @@
 """What is asked of a transporter, what a run of it leaves, and what it refuses."""
 
 from dataclasses import dataclass
-from math import isfinite, pi
+from math import inf, isfinite, pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,6 @@ from cabledrive.reduction.transporter import Transporter
 
 Array = NDArray[np.float64]
 MARGIN = 0.05
-DEFAULT_LIMIT = 1e6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -163,6 +162,7 @@ def force_limit(drive: Drive) -> float:
     Returns
     -------
     float
+        Infinite where the drive names no torque limit.
     """
     limit = drive.motor.torque_limit if drive.motor else None
-    return DEFAULT_LIMIT if limit is None else limit / drive.drive_pulley.radius
+    return inf if limit is None else limit / drive.drive_pulley.radius

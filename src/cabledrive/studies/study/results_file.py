@@ -11,7 +11,6 @@ from cabledrive.parameters import content_hash
 from cabledrive.parameters.drive_file import drive_text
 from cabledrive.parameters.files import write_whole
 from cabledrive.parameters.version import __version__
-from cabledrive.rig.carriage_move import DEFAULT_LIMIT
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult
 from cabledrive.studies.study.carriage_case import case_of, loop_at
 from cabledrive.studies.study.closed_loop import joined_loop, make_law
@@ -133,7 +132,7 @@ def _carriage_numbers(result: StudyResult) -> dict[str, Any] | None:
         "interval": case.interval,
         "count": case.count,
         "encoders": ["drive", "load"] if found.both else ["drive"],
-        "torque_limit": case.limit * case.design.radius if case.limit < DEFAULT_LIMIT else None,
+        "torque_limit": case.limit * case.design.radius if np.isfinite(case.limit) else None,
         "law": _numbers(law._asdict()),
         "stated_bound": None,
     }
