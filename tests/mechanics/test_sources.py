@@ -43,10 +43,12 @@ def package(tmp_path) -> Path:
         ("rig/loop.py", "rig/whole.py", False),
     ],
 )
-def test_an_edit_counts_for_all_who_import_it_and_for_nobody_else(package, module, edited, changes):
+def test_an_edit_counts_for_all_who_import_it_and_for_nobody_else(package, module, edited, changes, measured):
     before = digest_afresh(package, module)
     (package / edited).write_text((package / edited).read_text() + "# edited\n")
-    assert (digest_afresh(package, module) != before) == changes
+    changed = digest_afresh(package, module) != before
+    measured(f"{module} after an edit in {edited}: {'compiled anew' if changed else 'kept'}")
+    assert changed == changes
 
 
 def test_the_digest_does_not_depend_on_the_place(package, tmp_path):
@@ -88,7 +90,7 @@ CALLS = (
 )
 
 
-def test_a_compiled_kernel_is_compiled_anew_when_one_of_another_room_is_edited(tmp_path):
+def test_a_compiled_kernel_is_compiled_anew_when_one_of_another_room_is_edited(tmp_path, measured):
     pytest.importorskip("numba")
     copy = tmp_path / "cabledrive"
     shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
@@ -97,6 +99,7 @@ def test_a_compiled_kernel_is_compiled_anew_when_one_of_another_room_is_edited(t
     for factor in (2.0, 2.0, 3.0):
         (copy / "control" / "part_for_test.py").write_text(CALLED.format(factor))
         found.append(whole_of_one(tmp_path))
+    measured(f"value and loads from the cache: {', '.join(found)}; edited before the last")
     assert found == ["3.0 0", "3.0 1", "4.0 0"]
 
 

@@ -41,11 +41,12 @@ def energy(result):
     return np.sum(result.rows[:, AXIAL : WEIGHT_ENERGY + 1], axis=1)
 
 
-def test_a_linear_cable_keeps_its_budget_to_round_off():
+def test_a_linear_cable_keeps_its_budget_to_round_off(measured):
     """The leapfrog's own energy of a linear drive is an exact invariant, also with torque and dampings."""
-    for drive in (LOOP, RUBBED):
-        result = run(drive, 0.2, model="linear")
-        assert result.energy_budget_error < 1e-11, f"{drive.name}: {result.energy_budget_error:.1e}"
+    errors = {drive.name: run(drive, 0.2, model="linear").energy_budget_error for drive in (LOOP, RUBBED)}
+    measured(", ".join(f"{error:.1e}" for error in errors.values()) + " of the energy handled")
+    for name, error in errors.items():
+        assert error < 1e-11, f"{name}: {error:.1e}"
 
 
 @pytest.mark.parametrize("friction", ["stick-slip", "smoothed"])
@@ -94,11 +95,13 @@ def test_verlet_energy_error_stays_bounded_while_the_drive_resonates():
 
 
 @pytest.mark.verify
-def test_verlet_energy_error_does_not_drift_over_a_million_steps_at_the_default_resolution():
+def test_verlet_energy_error_does_not_drift_over_a_million_steps_at_the_default_resolution(measured):
     result = run(LOOP, 10.0, segments=Scheme().segments, torque=Sine(amplitude=0.02, frequency=60.0))
-    assert result.steps >= 10**6
     slope, spread = drift(result.time, result.budget_error)
     change = slope * result.time[-1]
+    share = result.energy_budget_error
+    measured(f"{result.steps:,} steps: drift {abs(change) / spread:.2f} of the scatter, error {share:.1e}")
+    assert result.steps >= 10**6
     assert abs(change) < 3.0 * spread, f"drift {change:.2e}, scatter {spread:.2e} J"
 
 
@@ -122,7 +125,7 @@ def test_the_error_of_the_energy_falls_with_the_square_of_the_step():
 
 
 @pytest.mark.parametrize("gamma", [0.0, 2.0])
-def test_axial_angular_momentum_of_a_span_decays_as_the_damping_alone_says(gamma):
+def test_axial_angular_momentum_of_a_span_decays_as_the_damping_alone_says(gamma, measured):
     """The pulleys exert no moment about the span's axis: exp(-Gamma t), whatever the torque does."""
     drive = replace(WEIGHTLESS, cable=replace(LOOP.cable, transverse_damping=gamma))
     result = simulate(
@@ -142,39 +145,42 @@ def test_axial_angular_momentum_of_a_span_decays_as_the_damping_alone_says(gamma
     damped = 0.5 * gamma * result.step
     expected = momentum[0] * ((1.0 - damped) / (1.0 + damped)) ** np.arange(momentum.size)
     error = np.max(np.abs(momentum - expected)) / abs(momentum[0])
-    assert error < 1e-10, f"{error:.1e} of the momentum"
     elapsed = result.time[-1] - result.step
+    apart = momentum[-1] / momentum[0] / np.exp(-gamma * elapsed) - 1.0
+    measured(f"exp(-Gamma t) to {abs(apart):.1e}, the scheme's own decay to {error:.1e}")
+    assert error < 1e-10, f"{error:.1e} of the momentum"
     assert momentum[-1] / momentum[0] == pytest.approx(np.exp(-gamma * elapsed), rel=1e-9)
     assert np.ptp(result.load_angle) > 1e-3
 
 
 @pytest.mark.parametrize("model", LAWS)
 @pytest.mark.parametrize("method", ["verlet", "node-centred"])
-def test_equal_plucks_of_both_spans_leave_the_pulleys_at_rest(model, method):
+def test_equal_plucks_of_both_spans_leave_the_pulleys_at_rest(model, method, measured):
     """The pull of the two spans is the same at every instant; without gravity, which would part them."""
     plucks = (HALF_SINE, replace(HALF_SINE, span="lower"), Pluck(height=4e-4, plane="v"))
     plucks += (Pluck(height=4e-4, plane="v", span="lower"),)
     result = run(WEIGHTLESS, 0.1, torque=0.0, plucks=plucks, model=model, method=method)
     turned = result.extremes["load_angle_max"] - result.extremes["load_angle_min"]
+    measured(f"the load pulley turned {turned:.2g} rad")
     assert turned < 1e-15, f"the load pulley turned {turned:.1e} rad"
     assert result.midpoint("upper")[:, 2].std() > 1e-4
 
 
-def test_plucks_alike_against_gravity_leave_the_pulleys_at_rest():
+def test_plucks_alike_against_gravity_leave_the_pulleys_at_rest(measured):
     """Upper span plucked up by as much as the lower one is (w2 points down): both stretch alike."""
     plucks = (HALF_SINE, replace(HALF_SINE, span="lower", height=-1e-3))
     result = run(LOOP, 0.1, torque=0.0, plucks=plucks)
-    assert result.extremes["load_angle_max"] - result.extremes["load_angle_min"] < 1e-15
+    turned = result.extremes["load_angle_max"] - result.extremes["load_angle_min"]
+    measured(f"the load pulley turned {turned:.2g} rad")
+    assert turned < 1e-15
 
 
 @pytest.mark.parametrize("method", ["verlet", "node-centred"])
-def test_a_mirrored_input_gives_the_mirrored_output(method):
+def test_a_mirrored_input_gives_the_mirrored_output(method, measured):
     """v -> -v, w -> -w leaves the pulleys alone; upper <-> lower with the torque turned turns the pulleys."""
     plucks = (Pluck(height=1e-3), Pluck(height=5e-4, plane="v", shape="sine-2"))
     first = run(WEIGHTLESS, 0.05, plucks=plucks, method=method)
     flipped = run(WEIGHTLESS, 0.05, plucks=tuple(replace(p, height=-p.height) for p in plucks), method=method)
-    np.testing.assert_array_equal(first.load_angle, flipped.load_angle)
-    np.testing.assert_array_equal(first.midpoint()[:, 1:], -flipped.midpoint()[:, 1:])
     swapped = run(
         WEIGHTLESS,
         0.05,
@@ -185,6 +191,11 @@ def test_a_mirrored_input_gives_the_mirrored_output(method):
         ),
         method=method,
     )
+    across = np.max(np.abs(first.midpoint()[:, 1:] + flipped.midpoint()[:, 1:]))
+    along = np.max(np.abs(swapped.load_angle + first.load_angle)) / np.ptp(first.load_angle)
+    measured(f"v and w turned: {across:.1g} m apart; spans changed about: {along:.1e} of the load's motion")
+    np.testing.assert_array_equal(first.load_angle, flipped.load_angle)
+    np.testing.assert_array_equal(first.midpoint()[:, 1:], -flipped.midpoint()[:, 1:])
     np.testing.assert_allclose(swapped.load_angle, -first.load_angle, atol=1e-13 * np.ptp(first.load_angle))
     np.testing.assert_allclose(
         swapped.midpoint("lower")[:, 2], first.midpoint("upper")[:, 2], atol=1e-12 * 1e-3

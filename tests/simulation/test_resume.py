@@ -85,6 +85,14 @@ def uninterrupted(tmp_path):
     return path.read_bytes()
 
 
+def differing(path, tmp_path):
+    """How many bytes of a file are not those of an uninterrupted run, in words."""
+    found, whole = path.read_bytes(), uninterrupted(tmp_path)
+    (tmp_path / "whole.nc").unlink()
+    differ = sum(a != b for a, b in zip(found, whole, strict=False)) + abs(len(found) - len(whole))
+    return f"{differ} of {len(whole):,} bytes differ"
+
+
 def test_the_same_run_gives_the_same_file_to_the_byte(tmp_path):
     second = tmp_path / "second.nc"
     simulate(DRIVE, DURATION, output=second, **OPTIONS)
@@ -102,7 +110,7 @@ def test_memory_and_disk_hold_the_same(tmp_path):
 
 
 @pytest.mark.parametrize("call", [1, 2, 6])
-def test_an_interrupted_run_is_resumed_to_the_byte(tmp_path, monkeypatch, call):
+def test_an_interrupted_run_is_resumed_to_the_byte(tmp_path, monkeypatch, call, measured):
     path = tmp_path / "run.nc"
     with monkeypatch.context() as patched:
         patched.setattr(
@@ -114,11 +122,12 @@ def test_an_interrupted_run_is_resumed_to_the_byte(tmp_path, monkeypatch, call):
     assert partial.time.size == 0 or partial.time[-1] < DURATION
     assert os.listdir(tmp_path) == ["run.nc.part"]
     resumed = simulate(DRIVE, DURATION, output=path, resume=True, **OPTIONS)
+    measured(f"interrupted at record {call}: {differing(path, tmp_path)}")
     assert path.read_bytes() == uninterrupted(tmp_path)
     assert resumed.steps == round(DURATION / resumed.step)
 
 
-def test_a_killed_run_is_resumed_to_the_byte(tmp_path):
+def test_a_killed_run_is_resumed_to_the_byte(tmp_path, measured):
     """kill -9 in the middle of a chunk, half a record written behind the last commit."""
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([os.path.dirname(__file__), *sys.path])}
     died = subprocess.run([sys.executable, "-c", KILLED], cwd=tmp_path, env=environment, capture_output=True)
@@ -126,6 +135,7 @@ def test_a_killed_run_is_resumed_to_the_byte(tmp_path):
     path = tmp_path / "run.nc"
     assert not path.exists()
     simulate(DRIVE, DURATION, output=path, resume=True, **OPTIONS)
+    measured(f"ended by signal {-died.returncode}: {differing(path, tmp_path)}")
     assert path.read_bytes() == uninterrupted(tmp_path)
 
 
@@ -144,7 +154,7 @@ for drive, start in runs[: 2 if scheme.method == "node-centred" else 3]:
 
 @pytest.mark.verify  # compiles everything twice
 @pytest.mark.parametrize("name", ["verlet", "node-centred", "energy-conserving"])
-def test_who_compiles_and_who_loads_what_was_compiled_compute_the_same(tmp_path, name):
+def test_who_compiles_and_who_loads_what_was_compiled_compute_the_same(tmp_path, name, measured):
     """Else a run that was killed before its kernels were in the cache would not be resumed to the byte."""
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([os.path.dirname(__file__), *sys.path])}
     environment["XDG_CACHE_HOME"] = str(tmp_path)
@@ -152,12 +162,16 @@ def test_who_compiles_and_who_loads_what_was_compiled_compute_the_same(tmp_path,
     compiled, loaded, again = (
         subprocess.run(command, env=environment, capture_output=True, check=True).stdout for _ in range(3)
     )
+    differ = sum(a != b for other in (loaded, again) for a, b in zip(compiled, other, strict=False))
+    measured(
+        f"{differ} of {len(compiled):,} hexadecimal digits differ in either of two processes that loaded"
+    )
     assert len(compiled) > 10_000
     assert compiled == loaded == again
 
 
 @pytest.mark.parametrize("method", ["append", "commit"])
-def test_a_full_disk_stops_the_run_and_loses_nothing(tmp_path, monkeypatch, method):
+def test_a_full_disk_stops_the_run_and_loses_nothing(tmp_path, monkeypatch, method, measured):
     path = tmp_path / "run.nc"
     with monkeypatch.context() as patched:
         original = getattr(records.RecordsInFolder, method)
@@ -167,10 +181,11 @@ def test_a_full_disk_stops_the_run_and_loses_nothing(tmp_path, monkeypatch, meth
     assert "free space and resume" in str(caught.value)
     assert 0.0 < caught.value.result.time[-1] < DURATION
     simulate(DRIVE, DURATION, output=path, resume=True, **OPTIONS)
+    measured(f"full at {1e3 * caught.value.result.time[-1]:.1f} ms: {differing(path, tmp_path)}")
     assert path.read_bytes() == uninterrupted(tmp_path)
 
 
-def test_a_disk_that_is_full_at_the_last_moment_loses_nothing(tmp_path, monkeypatch):
+def test_a_disk_that_is_full_at_the_last_moment_loses_nothing(tmp_path, monkeypatch, measured):
     """The result itself cannot be written: the records stay, and a second try needs no step."""
     path = tmp_path / "run.nc"
     with monkeypatch.context() as patched:
@@ -181,16 +196,18 @@ def test_a_disk_that_is_full_at_the_last_moment_loses_nothing(tmp_path, monkeypa
             simulate(DRIVE, DURATION, output=path, **OPTIONS)
     assert os.listdir(tmp_path) == ["run.nc.part"]
     simulate(DRIVE, DURATION, output=path, resume=True, **OPTIONS)
+    measured(differing(path, tmp_path))
     assert path.read_bytes() == uninterrupted(tmp_path)
 
 
-def test_a_result_for_which_there_is_no_room_is_not_begun(tmp_path, monkeypatch):
+def test_a_result_for_which_there_is_no_room_is_not_begun(tmp_path, monkeypatch, measured):
     """HDF5 crashes the process when a disk fills up under it."""
     result = simulate(DRIVE, DURATION, **OPTIONS)
     monkeypatch.setattr(netcdf, "_write", lambda *arguments: pytest.fail("begun"))
     monkeypatch.setattr(netcdf, "BESIDES", 1 << 60)
     with pytest.raises(OSError, match=r"No space left|File too large"):
         netcdf.write_netcdf(result, tmp_path / "run.nc")
+    measured(f"{len(os.listdir(tmp_path))} files written")
     assert os.listdir(tmp_path) == []
 
 
