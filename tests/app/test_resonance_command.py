@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from cabledrive.parameters import load_drive
+from cabledrive.studies.resonance import resonance_summary
 from command import answer, call, refusal
 
 
@@ -49,6 +51,26 @@ def test_text_for_people_names_pairs_and_remedies():
     text = call("resonance", "dissertation-2", *settings).stdout
     assert "raise the pretension" in text
     assert "tuned at 3.28" in text
+
+
+@pytest.mark.parametrize("drive", ["dissertation-2", "linear-axis"])
+def test_people_and_programs_are_told_frequencies_in_hz(drive):
+    """Distance and half-width of the tongue: the averaged equations have them in rad/s."""
+    standing = resonance_summary(load_drive(drive)).standing
+    tongue = answer("resonance", drive)["tongue"]
+    for name in ("distance", "half_width"):
+        assert tongue[f"{name}_hz"] == pytest.approx(getattr(standing, name) / (2 * np.pi), rel=1e-12)
+    text = call("resonance", drive).stdout
+    assert f"lies {tongue['distance_hz']:.4g} Hz from the middle" in text
+    assert "rad/s" not in text
+
+
+def test_pairs_beyond_the_elastic_range_are_marked():
+    """The belt of the axis bears 2.53 kN, and the lower span's pair is tuned at 3.97 kN."""
+    lines = call("resonance", "linear-axis").stdout.splitlines()
+    marked = [line for line in lines if line.endswith(", beyond the cable's elastic range")]
+    assert len(marked) == 1, marked
+    assert "3.9674" in marked[0]
 
 
 TUNED = ("--set", "cable.pretension=3.28377 N", "--set", "cable.transverse_damping=2")

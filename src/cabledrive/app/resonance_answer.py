@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from cabledrive.app.results import Absent
+from cabledrive.mechanics.warnings import largest_pretension
 from cabledrive.parameters import Drive
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.threshold import required_detuning
@@ -45,14 +46,14 @@ def resonance_data(
     }
     if standing is not None:
         data["tongue"] = {
-            "distance": standing.distance,
-            "half_width": standing.half_width,
+            "distance_hz": standing.distance / (2 * np.pi),
+            "half_width_hz": standing.half_width / (2 * np.pi),
             "growth_rate": standing.growth,
             "pulley_amplitude": standing.amplitude,
             "slack": standing.slack,
-            "required_detuning": _required(drive, found, load_torque),
+            "required_detuning_hz": _required(drive, found, load_torque),
         }
-        data["sensitivity"] = sensitivity(drive, found.torque, load_torque)
+        data["sensitivity"] = _sensitivity_data(drive, found.torque, load_torque)
     if found.split:
         data["load_torque"] = load_torque
         data["tuned_pretension_under_load"] = {
@@ -78,8 +79,19 @@ def resonance_data(
     return data
 
 
+def _sensitivity_data(drive: Drive, torque: float, load_torque: float) -> dict[str, float]:
+    slopes = sensitivity(drive, torque, load_torque)
+    return {
+        "detuning_hz_per_pretension": slopes.detuning_per_pretension / (2 * np.pi),
+        "detuning_hz_per_inertia": slopes.detuning_per_inertia / (2 * np.pi),
+        "threshold_per_transverse_damping": slopes.threshold_per_transverse_damping,
+        "threshold_per_friction": slopes.threshold_per_friction,
+    }
+
+
 def _required(drive: Drive, found: ResonanceSummary, load_torque: float) -> Any:
-    value = required_detuning(autoparametric_model(drive, load_torque=load_torque), found.torque)
+    model = autoparametric_model(drive, load_torque=load_torque)
+    value = required_detuning(model, found.torque) / (2 * np.pi)
     return (
         value if np.isfinite(value) else Absent(reason="the pulley mode is undamped: no detuning is enough")
     )
@@ -237,7 +249,9 @@ def resonance_text(drive: Drive, found: ResonanceSummary, changes: tuple[Remedy,
     if found.pairs:
         lines += ["", "pairs with the pulley mode:"]
         for pair in found.pairs:
-            tuned = "-" if pair.tuned_pretension is None else quantity(pair.tuned_pretension, "N")
+            tuned = _shown(pair.tuned_pretension, "N", quantity)
+            if (pair.tuned_pretension or 0.0) > largest_pretension(drive):
+                tuned += ", beyond the cable's elastic range"
             where = f"{pair.span}, {pair.section[0]:.4g} to {pair.section[1]:.4g} m, m = {pair.number}"
             lines.append(f"  {where:<32} ratio {pair.ratio:.4f}   tuned at {tuned}")
     if found.split:

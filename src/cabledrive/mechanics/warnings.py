@@ -42,6 +42,22 @@ def practitioner_warnings(drive: Drive) -> tuple[str, ...]:
     return tuple(line for check in checks for line in check(drive, sheet))
 
 
+def largest_pretension(drive: Drive) -> float:
+    """Pretension that strains the cable to the end of its elastic range.
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    float
+        [N]; by ``cable.strain_limit``, else by a strain of `ELASTIC_RULE`.
+    """
+    stated = drive.cable.strain_limit
+    return (ELASTIC_RULE if stated is None else stated) * drive.cable.axial_rigidity
+
+
 def _static(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
     """A span that hangs slack at rest."""
     lowest = sheet.lowest_static_tension
@@ -60,7 +76,7 @@ def _elastic(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
         origin = "a rule of thumb: give cable.strain_limit" if stated is None else "cable.strain_limit"
         yield (
             f"the pretension strains the cable by {sheet.prestrain:.3%}, beyond {limit:.3%}, its elastic "
-            f"range ({origin}); lower cable.pretension below {limit * sheet.axial_rigidity:.4g} N or take "
+            f"range ({origin}); lower cable.pretension below {largest_pretension(drive):.4g} N or take "
             "more cable"
         )
 

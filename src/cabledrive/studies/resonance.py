@@ -5,6 +5,7 @@ from math import pi
 
 import numpy as np
 
+from cabledrive.mechanics.warnings import largest_pretension
 from cabledrive.modes.tuning import Pair, pulley_mode, resonant_pairs, span_frequency, tuned_pretension
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.autoparametric import AutoparametricModel, autoparametric_model
@@ -229,8 +230,8 @@ def _reasons(
     mode = model.modes[standing.mode]
     where = f"transverse mode {mode.number} of the {mode.span} span"
     found = [
-        f"{where} lies {standing.distance:.4g} rad/s from the middle of the tongue, whose half-width under "
-        f"{torque:.4g} N m is {standing.half_width:.4g} rad/s"
+        f"{where} lies {standing.distance / (2 * pi):.4g} Hz from the middle of the tongue, whose half-width "
+        f"under {torque:.4g} N m is {standing.half_width / (2 * pi):.4g} Hz"
     ]
     if model.modal_damping == 0.0:
         found.append(
@@ -256,11 +257,11 @@ def _reasons(
             f"Coulomb friction keeps the pulley mode from growing below {onset:.4g} N m, unless the drive "
             "turns one way faster than it vibrates"
         )
-    limit = drive.cable.strain_limit
-    if tuned is not None and limit is not None and tuned / drive.cable.axial_rigidity > limit:
-        strain = tuned / drive.cable.axial_rigidity
+    limit, rigidity = largest_pretension(drive), drive.cable.axial_rigidity
+    if tuned is not None and tuned > limit:
         found.append(
-            f"the tuned pretension strains the cable by {strain:.3g}, above its elastic range {limit:.3g}"
+            f"the tuned pretension strains the cable by {tuned / rigidity:.3g}, above its elastic range "
+            f"{limit / rigidity:.3g}: no pretension that it bears, up to {limit:.4g} N, tunes an empty span"
         )
     if at_tuning is not None and max(abs(2 * at_tuning.transverse / at_tuning.natural - 1)) > 1e-6:
         found.append(

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from cabledrive.mechanics.warnings import largest_pretension
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension, autoparametric_model
 from cabledrive.reduction.averaging import AveragedCoefficients, averaged_coefficients
@@ -168,25 +169,21 @@ def _pretension(drive: Drive, safe: Callable[[Drive], bool], sign: int) -> Remed
         factor = 1.0 + share if sign > 0 else 1.0 / (1.0 + share)
         return replace(drive, cable=replace(cable, pretension=cable.pretension * factor))
 
-    word = "raise" if sign > 0 else "lower"
-    share = _first_safe(_trial, safe)
+    word, limit = "raise" if sign > 0 else "lower", largest_pretension(drive)
+    share = _first_safe(_trial, lambda trial: trial.cable.pretension <= limit and safe(trial))
     if share is None:
-        return Remedy(
-            change=f"{word} pretension",
-            value=None,
-            relative=None,
-            text=f"no {word}ed pretension within a factor {1 + REACH:.3g} makes it safe".replace("eed", "ed"),
-        )
+        reach = f"within a factor {1 + REACH:.3g}"
+        if _trial(REACH).cable.pretension > limit:
+            reach = f"within the cable's elastic range, up to {limit:.4g} N,"
+        text = f"no {word.removesuffix('e')}ed pretension {reach} makes it safe"
+        return Remedy(change=f"{word} pretension", value=None, relative=None, text=text)
     new = _trial(share).cable.pretension
     relative = new / cable.pretension - 1.0
-    limit = cable.strain_limit
-    beyond = limit is not None and new / cable.axial_rigidity > limit
     return Remedy(
         change=f"{word} pretension",
         value=new,
         relative=relative,
-        text=f"{word} the pretension by {abs(100 * relative):.3g} % to {new:.4g} N"
-        + (" (above the cable's elastic range)" if beyond else ""),
+        text=f"{word} the pretension by {abs(100 * relative):.3g} % to {new:.4g} N",
     )
 
 

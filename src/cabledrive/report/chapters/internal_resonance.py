@@ -195,9 +195,9 @@ def _responses(rig: Drive) -> tuple[Section, ...]:
         "resonance-swept",
         swept_picture("resonance-swept", swept),
         "Amplitude over the frequency ratio: steep growth inside the tongue.",
-        f"As Fig. 5.5: tension rising so that the detuning changes by {number(SWEEP_RATE)} rad/s per "
-        f"second, from a floor of {number(1e6 * FLOOR)} um at the edge of the tongue; Hill's equation. "
-        "Back-action of the cable is left out.",
+        "As Fig. 5.5: tension rising so that the detuning changes by "
+        f"{number(SWEEP_RATE / (2 * np.pi), 2)} Hz per second, from a floor of {number(1e6 * FLOOR)} um at "
+        "the edge of the tongue; Hill's equation. Back-action of the cable is left out.",
     )
     free_figure = _figure(
         "resonance-free",

@@ -1,7 +1,10 @@
 """Stage 8: yes, no or unknown, why, with which margins, and what would help."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf
 
+from cabledrive.mechanics.warnings import largest_pretension
 from cabledrive.parameters import Drive
 from cabledrive.studies.study.carriage_verdict import ENOUGH as CARRIAGE_ENOUGH
 from cabledrive.studies.study.carriage_verdict import carriage_cautions, judge_carriage
@@ -14,6 +17,7 @@ from cabledrive.studies.study.verdict_words import (
     remedies_for,
     resonance_words,
     short_of,
+    unrun,
 )
 
 YES, NO, UNKNOWN = "yes", "no", "unknown"
@@ -90,7 +94,7 @@ def judge(found: Findings) -> Verdict:
         reasons=tuple(reasons),
         remedies=tuple(dict.fromkeys(remedies)),
         margins=_margins(found),
-        cautions=_cautions(found),
+        cautions=_cautions(found, reasons),
     )
 
 
@@ -114,11 +118,18 @@ def _refusals(found: Findings) -> tuple[list[str], list[str]]:
         reasons.append(resonance_words(resonance))
         remedies += [resonance.remedy] if resonance.remedy and resonance.remedy != "none needed" else []
         if resonance.tuned_pretension is not None:
-            tuned = resonance.tuned_pretension
-            remedies.append(
-                f"keep cable.pretension away from {tuned:.4g} N, where the 1:2 resonance is exact"
-            )
+            remedies.append(_away_from_tuning(resonance.tuned_pretension, found.drive))
     return reasons, remedies
+
+
+def _away_from_tuning(tuned: float, drive: Drive | None) -> str:
+    limit = inf if drive is None else largest_pretension(drive)
+    if tuned <= limit:
+        return f"keep cable.pretension away from {tuned:.4g} N, where the 1:2 resonance is exact"
+    return (
+        f"no pretension within the cable's elastic range, up to {limit:.4g} N, tunes the lowest mode of an "
+        "empty span: keep away from the pretensions of the other pairs, which cabledrive resonance lists"
+    )
 
 
 def _by_acceptance(found: Findings) -> tuple[str, list[str], list[str]]:
@@ -170,7 +181,7 @@ def _margins(found: Findings) -> tuple[Margin, ...]:
     return tuple(rows)
 
 
-def _cautions(found: Findings) -> tuple[str, ...]:
+def _cautions(found: Findings, reasons: Sequence[str]) -> tuple[str, ...]:
     words = list(found.knowledge.findings)
     words += found.knowledge.undetermined if not found.knowledge.open_names else ()
     if found.knowledge.residual is None:
@@ -186,10 +197,7 @@ def _cautions(found: Findings) -> tuple[str, ...]:
         words.append("the pulley mode's answer to the motion takes a span's tension away for a moment")
     if found.carriage is not None:
         return (*words, *carriage_cautions(found.carriage, found.goals, _late(found.drive)))
-    unrun = {one.reason: one.plant for one in (found.cable, found.lumped) if not one.draws and one.reason}
-    for reason, plant in unrun.items():
-        where = "" if len(unrun) == 1 and not found.lumped.draws else f" on the {plant} plant"
-        words.append(f"acceptance{where} was not run: {reason}")
+    words += unrun(found, reasons)
     for one in (found.lumped, found.cable):
         if one.saturated:
             words.append(f"{one.saturated} of {one.draws} {one.plant} runs met the torque limit")

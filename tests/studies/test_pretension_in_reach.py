@@ -1,0 +1,55 @@
+"""No advice asks for a pretension that the cable cannot bear."""
+
+from dataclasses import replace
+
+import pytest
+
+from cabledrive.mechanics.warnings import ELASTIC_RULE, largest_pretension
+from cabledrive.parameters import load_drive
+from cabledrive.studies.resonance import resonance_summary
+from cabledrive.studies.resonance_remedies import remedies
+from cabledrive.studies.study import Goals, run_study
+from resonance_samples import damped
+
+TORQUE = 0.01
+
+
+def with_strain_limit(drive, limit):
+    return replace(drive, cable=replace(drive.cable, strain_limit=limit))
+
+
+def raised(drive):
+    return next(one for one in remedies(drive, TORQUE) if one.change == "raise pretension")
+
+
+@pytest.mark.parametrize("limit", [None, 0.004])
+def test_the_largest_pretension_strains_the_cable_to_the_end_of_its_range(limit):
+    drive = with_strain_limit(damped(2.0, 5.0), limit)
+    strained = largest_pretension(drive) / drive.cable.axial_rigidity
+    assert strained == pytest.approx(ELASTIC_RULE if limit is None else limit)
+
+
+def test_a_pretension_is_raised_within_the_elastic_range_only():
+    """A drive that a higher pretension makes safe, with a range that ends above it, and just below it."""
+    drive = damped(2.0, 5.0)
+    free = raised(drive).value
+    strain = free / drive.cable.axial_rigidity
+    assert raised(with_strain_limit(drive, 1.01 * strain)).value == pytest.approx(free, rel=1e-3)
+    short = raised(with_strain_limit(drive, 0.99 * strain))
+    assert short.value is None
+    assert f"elastic range, up to {0.99 * free:.4g} N, makes it safe" in short.text
+
+
+def test_a_tuned_pretension_beyond_the_elastic_range_is_said_to_be_out_of_reach():
+    """A lift: an empty span would be tuned at 467 kN; its rope bears 246 kN."""
+    lift = load_drive("elevator")
+    words = "no pretension that it bears, up to 2.46e+05 N"
+    assert any(words in reason for reason in resonance_summary(lift).reasons)
+    assert not any("bears" in reason for reason in resonance_summary(load_drive("dissertation-2")).reasons)
+
+
+def test_a_study_does_not_warn_of_a_pretension_that_the_cable_does_not_bear():
+    """A lift whose rope the motion sets swinging: an empty span is tuned at 467 kN, the rope bears 246 kN."""
+    advice = run_study(load_drive("elevator"), goals=Goals(angle=0.8, duration=0.5)).verdict.remedies
+    assert any("up to 2.46e+05 N, tunes the lowest mode" in line for line in advice), advice
+    assert not any("keep cable.pretension away from" in line for line in advice), advice
