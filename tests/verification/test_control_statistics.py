@@ -1,5 +1,7 @@
 """Peak errors of the laws over many encoder phases and plants: the figures of docs/validation.md."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,7 @@ from cabledrive.rig import Motion, RigOptions, track
 pytestmark = pytest.mark.verify
 
 DRIVE = load_drive("dissertation-3")
-CENTRED = RigOptions(encoder_phase="centred")
+CENTRED, DRIVE_SIDE = RigOptions(encoder_phase="centred"), RigOptions(feedback="drive")
 
 
 def peaks(law, key="peak_error_deg", **choices):
@@ -34,6 +36,38 @@ def test_peak_errors_over_32_encoder_phases(law, choices, median, worst, measure
     measured(f"median {np.median(found):.4f}, worst {found.max():.4f} deg")
     assert np.median(found) <= median, f"observed {np.median(found):.4f} deg"
     assert found.max() <= worst, f"observed {found.max():.4f} deg"
+
+
+@pytest.mark.parametrize("law, hertz", [("darc-1", 3.0), ("darc-1", 5.0), ("darc-1", 11.0), ("darc-2", 22.0)])
+def test_laws_without_the_cable_leave_two_to_three_degrees(law, hertz, measured):
+    options = DRIVE_SIDE if law == "darc-1" else RigOptions()
+    found = peaks(law, bandwidth=hertz, options=options)
+    measured(f"median {np.median(found):.2f}, worst {found.max():.2f} deg")
+    assert 2.0 < np.median(found) <= found.max() < 3.3
+
+
+def test_model_3_on_the_drive_pulleys_encoder_cycles_at_every_phase(measured):
+    found = peaks("darc-3", options=DRIVE_SIDE)
+    share = peaks("darc-3", "saturated_fraction", options=DRIVE_SIDE)
+    words = f"median {np.median(found):.3f}, worst {found.max():.3f} deg"
+    measured(f"{words}; {100 * np.median(share):.0f} % of the samples at the limit")
+    assert share.min() > 0.4
+    assert found.min() > 0.25
+
+
+def test_one_degree_of_free_play_over_16_phases(measured):
+    loose = replace(DRIVE, motor=replace(DRIVE.motor, backlash=np.radians(1.0)))
+    plain, played = (
+        [
+            track(DRIVE, controller="darc-4-damped", plant_drive=plant, seed=seed).summary["peak_error_deg"]
+            for seed in range(16)
+        ]
+        for plant in (DRIVE, loose)
+    )
+    beside = f"beside {np.median(plain):.3f} / {max(plain):.3f} deg"
+    measured(f"{np.median(played):.3f} / {max(played):.3f} deg {beside}")
+    assert 2.0 * np.median(plain) < np.median(played)
+    assert max(played) < 1.0
 
 
 def test_later_pulses_of_the_law_that_learns(measured):
