@@ -27,8 +27,8 @@ def pages():
 
 
 def run_blocks(text):
-    """Run blocks one after another in one namespace; what stands below one is what it must print."""
-    names = {}
+    """Run blocks one after another in one namespace; what each printed, and what stands below it."""
+    names, outputs = {}, []
     for code, shown in BLOCK.findall(text):
         printed = io.StringIO()
         with contextlib.redirect_stdout(printed):
@@ -38,8 +38,15 @@ def run_blocks(text):
                 if "with its extra" not in str(refusal):
                     raise
                 pytest.skip(str(refusal))
+        outputs.append((printed.getvalue(), shown))
+    return outputs
+
+
+def check_outputs(outputs):
+    """What stands below a block is what it must print."""
+    for printed, shown in outputs:
         if shown:
-            assert printed.getvalue() == shown
+            assert printed == shown
 
 
 def parts(text):
@@ -52,7 +59,7 @@ def test_there_are_pages_with_python():
 
 
 @pytest.mark.parametrize("page", pages())
-def test_python_of_a_page_runs(page, tmp_path, monkeypatch):
+def test_python_of_a_page_runs(page, tmp_path, monkeypatch, measured):
     """Sections that read measured logs are left out where those are absent; the page is then skipped."""
     text = (DOCS / page).read_text(encoding="utf-8")
     project, shared = tmp_path / "project", ROOT.parent / "shared"
@@ -65,15 +72,19 @@ def test_python_of_a_page_runs(page, tmp_path, monkeypatch):
     (project / "move.csv").write_text(MOVE)
     monkeypatch.chdir(project)
     absent = not (project / SHARED).exists()
-    for part in parts(text):
-        if not (absent and SHARED in part):
-            run_blocks(part)
+    run = [part for part in parts(text) if not (absent and SHARED in part)]
+    outputs = [output for part in run for output in run_blocks(part)]
+    wrong = sum(printed != shown for printed, shown in outputs if shown)
+    measured(
+        f"blocks run: {len(outputs)}; outputs that differ: {wrong} of {sum(bool(s) for _, s in outputs)}"
+    )
+    check_outputs(outputs)
     if absent and SHARED in text:
         pytest.skip(f"{page}: one section needs the measured logs {SHARED}, which are not here")
 
 
 def test_a_page_that_prints_something_else_is_found():
     good = "```python\nprint(1 + 1)\n```\n\n```text\n2\n```\n"
-    run_blocks(good)
+    check_outputs(run_blocks(good))
     with pytest.raises(AssertionError):
-        run_blocks(good.replace("\n2\n", "\n3\n"))
+        check_outputs(run_blocks(good.replace("\n2\n", "\n3\n")))

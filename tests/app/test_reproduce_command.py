@@ -1,6 +1,7 @@
 """`cabledrive reproduce`: what it writes, what it refuses, and that a finished run is not done again."""
 
 import json
+import re
 
 import pytest
 
@@ -17,23 +18,26 @@ def few(monkeypatch):
     monkeypatch.setattr(run, "source_hash", lambda: "0" * 64)
 
 
-def test_items_and_page_are_written_and_a_second_run_takes_what_is_finished(tmp_path):
+def test_items_and_page_are_written_and_a_second_run_takes_what_is_finished(tmp_path, measured):
     folder = tmp_path / "out"
     first = call("reproduce", "--quick", "-o", str(folder))
+    data = json.loads((folder / "results.json").read_text(encoding="utf-8"))
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    again, anew = (
+        call("reproduce", "--quick", *more, "--json", "-o", str(folder)) for more in ([], ["--force"])
+    )
+    done = [len(re.findall(r"\b\d/4\b", run.stderr)) for run in (first, again, anew)]
+    measured(f"{done[0]} of 4 entries computed, {done[1]} in a second run, {done[2]} in one with --force")
     assert first.exit_code == 0, first.stderr
     assert "1/4" in first.stderr
-    data = json.loads((folder / "results.json").read_text(encoding="utf-8"))
     keys = {"id", "source", "printed", "computed", "unit", "deviation", "verdict", "note"}
     assert all(set(item) >= keys for item in data["items"])
     assert sum(data["counts"].values()) == len(data["items"])
-    page = (folder / "report.html").read_text(encoding="utf-8")
     for item in data["items"]:
         assert item["verdict"] in page
     assert "Fig. 6.1" in page
-    again = call("reproduce", "--quick", "--json", "-o", str(folder))
     assert "nothing has changed" in again.stderr
     assert json.loads(again.stdout)["items"] == data["items"]
-    anew = call("reproduce", "--quick", "--force", "--json", "-o", str(folder))
     assert "1/4" not in anew.stderr
     assert json.loads(anew.stdout)["items"] == data["items"]
     assert "exists" in refusal("reproduce", "-o", str(folder))

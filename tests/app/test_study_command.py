@@ -76,10 +76,12 @@ class Page(HTMLParser):
             self.headings.append(found["id"])
 
 
-def test_the_report_needs_nothing_else_and_starts_with_the_verdict(finished):
+def test_the_report_needs_nothing_else_and_starts_with_the_verdict(finished, measured):
     _, out, found = finished
     text = (out / "report.html").read_text()
     page = Page(text)
+    others = [item for item in page.loads if item != ("link", "data:,")]
+    measured(f"{len(text) / 1e6:.2f} MB, {len(page.pictures)} pictures, {len(others)} other files loaded")
     assert [item for item in page.loads if item != ("link", "data:,")] == []
     assert not re.search(r"url\((?!#)", text)
     assert page.headings[0] == "verdict-title"

@@ -67,18 +67,27 @@ def test_curves_of_other_frictions_are_refused(log):
 
 
 @pytest.mark.verify
-def test_chapter_4_is_identified_as_its_rig_was_made():
+def test_chapter_4_is_identified_as_its_rig_was_made(measured):
     """99.9 % intervals at the seed of the report; the coupling within 99.9 %; the amplifier within 95 %."""
     from scipy import stats
 
     from cabledrive.studies.chapter_4 import chapter_4
 
     found = chapter_4()
+    values = []
     for one in found.experiments:
         truth = (one.test.inertia, one.test.viscous, one.test.coulomb, one.test.offset)
         t = stats.t.ppf(0.9995, one.found.freedom)
         for (name, estimate), value in zip(one.found.parameters.items(), truth, strict=True):
-            assert abs(estimate.value - value) < t * estimate.standard_error, (one.title, name, estimate)
+            values.append((one.title, name, estimate, value, t))
+    inside = sum(estimate.low < value < estimate.high for _, _, estimate, value, _ in values)
+    km, bm = (found.coupled.fit.bounds(name, 0.95) for name in ("joint_stiffness", "joint_damping"))
+    measured(
+        f"{inside} of {len(values)} values in their 95 % intervals; k_m {km[0]:.0f} to {km[1]:.0f} N m/rad, "
+        f"b_m {bm[0]:.3f} to {bm[1]:.3f} N m s/rad; amplifier {found.amplifier.decibels:.3f} dB"
+    )
+    for title, name, estimate, value, t in values:
+        assert abs(estimate.value - value) < t * estimate.standard_error, (title, name, estimate)
     for name, value in (("joint_stiffness", 135.0), ("joint_damping", 0.075)):
         low, high = found.coupled.fit.bounds(name, 0.999)
         assert low < value < high, (name, low, high)
