@@ -42,7 +42,9 @@ def modes_chapter(result: StudyResult) -> Chapter:
         if result.model is not None:
             blocks.append(Note(text=f"Chosen for the controller: {result.model.reason}."))
     else:
-        blocks.append(Paragraph(text=f"The reduced models do not apply: {found.why_no_models}."))
+        told = bool(result.check.missing) and set(result.check.missing) <= set(result.verdict.reasons)
+        why = "the verdict says why" if told else found.why_no_models
+        blocks.append(Paragraph(text=f"The reduced models do not apply: {why}."))
     return Chapter(
         title="Modes and models",
         anchor="modes",

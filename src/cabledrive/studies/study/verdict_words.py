@@ -1,5 +1,7 @@
 """The sentences of a verdict."""
 
+from collections.abc import Sequence
+
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult
 from cabledrive.studies.study.findings import Findings
@@ -116,6 +118,32 @@ def accepted(found: Findings) -> list[str]:
 
 def _runs(count: int) -> str:
     return f"{count} run{'' if count == 1 else 's'}"
+
+
+def unrun(found: Findings, reasons: Sequence[str]) -> list[str]:
+    """Why plants were not run; what stands among the reasons of the verdict is not said once more.
+
+    Parameters
+    ----------
+    found : Findings
+    reasons : sequence of str
+        Of the verdict.
+
+    Returns
+    -------
+    list of str
+    """
+    left = {one.reason: one.plant for one in (found.cable, found.lumped) if not one.draws and one.reason}
+    words = []
+    for reason, plant in left.items():
+        where = "" if len(left) == 1 and not found.lumped.draws else f" on the {plant} plant"
+        why = reason
+        if reason in reasons:
+            why = "no controller was found, see above"
+        elif found.check.missing and set(found.check.missing) <= set(reasons):
+            why = "no controller can be designed, see above"
+        words.append(f"acceptance{where} was not run: {why}")
+    return words
 
 
 def remedies_for(found: Findings) -> list[str]:

@@ -1,0 +1,41 @@
+"""What a verdict gives as its reason is not told a second time under what is to be known."""
+
+from dataclasses import replace
+
+from cabledrive.parameters import load_drive
+from cabledrive.report.study.mechanics import modes_chapter
+from cabledrive.studies.study import run_study
+from study_drives import drive_of, goals
+
+
+def text_of(verdict):
+    return " | ".join((*verdict.reasons, *verdict.remedies, *verdict.cautions))
+
+
+def test_a_missing_controller_is_told_once():
+    """At 100 Hz no bandwidth is left: the reason stands first, and acceptance points to it."""
+    drive = drive_of("wrist")
+    slow = replace(drive, sensors=replace(drive.sensors, sample_rate=100.0))
+    verdict = run_study(slow, [], goals(60, 0.5)).verdict
+    assert verdict.answer == "no"
+    assert text_of(verdict).count(verdict.reasons[0]) == 1
+    assert "acceptance was not run: no controller was found, see above" in verdict.cautions
+
+
+def test_missing_data_are_told_once():
+    found = run_study(load_drive("camera-line"), [], goals(1, 0.5))
+    assert found.verdict.answer == "unknown"
+    for reason in found.check.missing:
+        assert text_of(found.verdict).count(reason) == 1, found.verdict
+    assert "acceptance was not run: no controller can be designed, see above" in found.verdict.cautions
+    page = " ".join(str(getattr(block, "text", "")) for block in modes_chapter(found).blocks)
+    assert "the verdict says why" in page
+    assert not any(reason in page for reason in found.check.missing)
+
+
+def test_what_stands_nowhere_else_is_told_in_full():
+    """Torque refuses the lift first: why no controller can be designed then stands with the acceptance."""
+    found = run_study(load_drive("elevator"), [], goals(45, 0.5))
+    assert found.verdict.answer == "no"
+    for reason in found.check.missing:
+        assert text_of(found.verdict).count(reason) == 1, found.verdict
