@@ -2,7 +2,6 @@
 
 import json
 import re
-from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -116,8 +115,8 @@ def test_another_source_is_computed_again(tmp_path, monkeypatch):
 @pytest.mark.parametrize("quick", [True, False])
 def test_no_item_differs_without_a_cause(quick, measured):
     found = reproduce(quick=quick)
-    verdicts = Counter(item.verdict for item in found.items)
-    measured(f"{len(found.items)} items: " + ", ".join(f"{n} {word}" for word, n in verdicts.items()))
+    verdicts = ", ".join(f"{count} {word}" for word, count in found.counts.items())
+    measured(f"{len(found.items)} items: {verdicts}; {found.inputs} inputs")
     json.dumps(found.plain(), allow_nan=False)
     ids = [item.id for item in found.items]
     assert len(set(ids)) == len(ids)
