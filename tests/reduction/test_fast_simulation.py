@@ -42,7 +42,7 @@ def test_envelopes_follow_the_exact_loop(shape, sines, bound, measured):
     for name, of in (("load", lambda r: r.load_angle), ("midpoint", lambda r: r.midpoint()[:, 2])):
         curves = [envelope(np.interp(t, run.time, of(run))) for run in (exact, fast)]
         errors[name] = np.max(np.abs(curves[0] - curves[1])) / np.max(curves[0])
-    worst = ", ".join(f"{name} {100 * error:.2g} %" for name, error in errors.items())
+    worst = ", ".join(f"{name} {100 * error:.3g} %" for name, error in errors.items())
     measured(f"envelopes, {shape}, sines {sines}: {worst}")
     for name, error in errors.items():
         assert error < bound, f"{name}: envelope error {error:.2e}"
