@@ -14,6 +14,7 @@ from cabledrive.report.numbers import SPACE, number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.text import Annotation
 
 WIDE, NARROW = 720, 350  # px
 TEXT, SMALL = 12.0, 11.0  # px
@@ -158,7 +159,7 @@ def house_style() -> Iterator[None]:
 
 def label(
     axes: "Axes", words: str, at: tuple[float, float], offset: tuple[float, float] = (0.0, 0.0), **looks: Any
-) -> None:
+) -> "Annotation":
     """Words beside a point.
 
     Parameters
@@ -171,8 +172,12 @@ def label(
         From the point to the words [px].
     **looks : object
         What `Axes.annotate` takes besides.
+
+    Returns
+    -------
+    Annotation
     """
-    axes.annotate(words, at, xytext=offset, textcoords="offset points", **looks)
+    return axes.annotate(words, at, xytext=offset, textcoords="offset points", **looks)
 
 
 def log_axis(axes: "Axes", which: str, pixels: float) -> None:

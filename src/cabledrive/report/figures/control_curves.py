@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from cabledrive.report.figures.clear_labels import label_lines
 from cabledrive.report.picture import Picture, picture
-from cabledrive.report.style import BLUE, GREEN, ORANGE, PURPLE, QUIET, label, log_axis
+from cabledrive.report.style import BLUE, GREEN, ORANGE, PURPLE, QUIET, log_axis
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -54,10 +55,8 @@ def curves_picture(name: str, curves: Sequence[Curve], printed: Mapping[str, flo
         rows, columns = (len(curves), 1) if narrow else (1, len(curves))
         panels = figure.subplots(rows, columns, sharey=True, squeeze=False).ravel()
         for axes, curve in zip(panels, curves, strict=True):
-            for words, value in printed.items():
+            for value in printed.values():
                 axes.axhline(value, color=QUIET, linewidth=0.8, linestyle=":")
-                if axes is panels[0] or narrow:
-                    label(axes, words, (curve.values[-1], value), (-2, 2), ha="right", color=QUIET)
             for number, errors in enumerate(curve.errors.values()):
                 colour = COLOURS[number]
                 axes.plot(
@@ -75,6 +74,9 @@ def curves_picture(name: str, curves: Sequence[Curve], printed: Mapping[str, flo
             axes.set_xlabel(curve.words)
         for axes in panels if narrow else panels[:1]:
             axes.set_ylabel("peak error [deg]")
+        figure.draw_without_rendering()
+        for axes in panels if narrow else panels[:1]:
+            label_lines(axes, tuple(printed.items()), color=QUIET)
 
     return picture(name, _draw, wide=290.0, narrow=230.0 * len(curves))
 
