@@ -110,21 +110,22 @@ def test_nominal_over_32_phases(measured):
     assert np.median(peaks) == pytest.approx(0.038, abs=0.006)
 
 
-@pytest.mark.verify
-def test_cable_and_load_are_what_limits(measured):
-    """200 draws, k and J2 alone as designed: worst 0.067 instead of 0.133 deg."""
-    options, none = RigOptions(), dict.fromkeys((one.name for one in fields(Spreads)), 0.0)
-    spread = {
-        "all": Spreads(),
-        "all but cable and load": Spreads(cable_stiffness=0.0, load_inertia=0.0),
-        "all but the cable's damping": Spreads(cable_damping=0.0),
-        "cable and load alone": Spreads(**none | {"cable_stiffness": 0.05, "load_inertia": 0.05}),
-    }
+NONE = dict.fromkeys((one.name for one in fields(Spreads)), 0.0)
+SPREADS = {
+    "all": Spreads(),
+    "all but cable and load": Spreads(cable_stiffness=0.0, load_inertia=0.0),
+    "all but the cable's damping": Spreads(cable_damping=0.0),
+    "cable and load alone": Spreads(**NONE | {"cable_stiffness": 0.05, "load_inertia": 0.05}),
+}
+
+
+def worst_errors(draws):
+    """Of each of the spreads [deg]; the motor is drawn in its printed bounds, but for the last."""
+    options, worst = RigOptions(), {}
     loop = close_loop(DRIVE, DRIVE, backstepping_6(WISH), Motion(), options, np.random.default_rng(0))
-    worst = {}
-    for name, spreads in spread.items():
+    for name, spreads in SPREADS.items():
         peaks = []
-        for generator in np.random.default_rng(3).spawn(200):
+        for generator in np.random.default_rng(3).spawn(draws):
             chain, sure = drawn_chain(loop.chain, generator, spreads), loop.chain
             if "alone" in name:
                 motor = {part: getattr(sure, part) for part in ("viscous", "coulomb", "offsets")}
@@ -133,6 +134,21 @@ def test_cable_and_load_are_what_limits(measured):
             one = replace(with_plant(loop, chain, options), rig=loop.rig._replace(phases=phases))
             peaks.append(np.degrees(run(one, log=False).state.summary[0]))
         worst[name] = max(peaks)
+    return worst
+
+
+@pytest.mark.verify
+def test_cable_and_load_are_what_limits(measured):
+    """200 draws, k and J2 alone as designed: worst 0.067 instead of 0.133 deg."""
+    worst = worst_errors(200)
     measured("worst " + ", ".join(f"{name} {peak:.4f}" for name, peak in worst.items()) + " deg")
     assert worst["all"] == pytest.approx(0.133, abs=0.01), f"observed {worst}"
     assert worst["all but cable and load"] == pytest.approx(0.067, abs=0.01), f"observed {worst}"
+
+
+def test_no_cause_leaves_more_over_twenty_draws_than_over_two_hundred(measured):
+    """The first tenth of them: 0.133 and 0.067 deg, with the hundredth that is allowed there."""
+    worst = worst_errors(20)
+    measured("worst " + ", ".join(f"{name} {peak:.4f}" for name, peak in worst.items()) + " deg")
+    assert worst["all"] <= 0.143, f"observed {worst}"
+    assert worst["all but cable and load"] <= 0.077, f"observed {worst}"
