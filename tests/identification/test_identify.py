@@ -35,6 +35,12 @@ def printed(test):
     return dict(zip(NAMES, (test.inertia, test.viscous, test.coulomb, test.offset), strict=True))
 
 
+def away(found, values):
+    """Estimates from the values, in standard errors."""
+    errors = ((found.parameters[name], value) for name, value in values.items())
+    return ", ".join(f"{(one.value - value) / one.standard_error:+.1f}" for one, value in errors)
+
+
 def bench_log(test, seed, **flaws):
     rng = np.random.default_rng(seed)
     return run_rig(bench_rig(test, Imperfections(**flaws)), bench_command(test, rng), rng)
@@ -64,9 +70,10 @@ def faulty_log(case, seed):
 
 
 @pytest.mark.parametrize("test", BENCH_TESTS, ids=lambda test: test.name)
-def test_table_4_1_lies_inside_its_intervals(test):
+def test_table_4_1_lies_inside_its_intervals(test, measured):
     """Every printed value inside its 99.9 % interval, at seed 2015."""
     found = identify(bench_log(test, 2015), PLAIN, method="output-error")
+    measured(f"J, b, c, d: {away(found, printed(test))} standard errors away, 3.5 allowed")
     for name, value in printed(test).items():
         estimate = found.parameters[name]
         widened = 3.5 * estimate.standard_error  # t with 55 degrees of freedom at 99.9 %
@@ -111,14 +118,18 @@ def test_intervals_cover_the_truth_in_a_thousand_repeats(test, measured):
 
 
 @pytest.mark.parametrize("slope, model", [(0.0, "coulomb"), (0.5, "tanh")])
-def test_each_friction_is_right_for_its_own_regressor_and_the_other_is_noticed(slope, model):
+def test_each_friction_is_right_for_its_own_regressor_and_the_other_is_noticed(slope, model, measured):
     log = bench_log(TEST, 7, smooth_slope=slope)
     own = identify(log, model=f"rigid-axis-{model}", method="output-error")
+    other = identify(log, model=f"rigid-axis-{'tanh' if model == 'coulomb' else 'coulomb'}")
+    measured(
+        f"own: {len(own.findings)} findings, {away(own, printed(TEST))} standard errors away; "
+        f"other: {'; '.join(other.findings) or 'no finding'}"
+    )
     assert own.findings == ()
     for name, value in printed(TEST).items():
         estimate = own.parameters[name]
         assert abs(estimate.value - value) < 3.5 * estimate.standard_error, f"{name}: {estimate}"
-    other = identify(log, model=f"rigid-axis-{'tanh' if model == 'coulomb' else 'coulomb'}")
     words = {"coulomb": "friction jumps", "tanh": "friction rises with speed"}[model]
     assert words in other.findings[-1]
 

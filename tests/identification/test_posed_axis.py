@@ -28,7 +28,7 @@ def test_friction_is_found_where_the_inertia_moves_with_the_pose():
     assert found["offset_torque"] == pytest.approx(0.2, abs=0.02)
 
 
-def test_axis_1_of_the_robot_has_the_friction_of_its_authors(shared_data):
+def test_axis_1_of_the_robot_has_the_friction_of_its_authors(shared_data, measured):
     """Viscous within 15 %, Coulomb within 40 % of 2050 N m s/rad and 285 N m, nothing told."""
     data = io.loadmat(shared_data(FILE), squeeze_me=True, struct_as_record=False)
     record, angles = data["rec"], np.radians(data["rec"].act_pos_mot_deg)
@@ -40,6 +40,11 @@ def test_axis_1_of_the_robot_has_the_friction_of_its_authors(shared_data):
         {"torque": "N m", "angle": "rad", "second_angle": "rad", "third_angle": "rad"},
     )
     found = identify_posed_axis(log, ("second_angle", "third_angle"))
-    assert found.identifiable or all(np.isfinite(found[name]) for name in AUTHORS)
     off = {name: found[name] / value - 1 for name, value in AUTHORS.items()}
+    coulomb = found.parameters["coulomb_friction"]
+    measured(
+        ", ".join(f"{name} {100 * error:+.1f} %" for name, error in off.items())
+        + f"; Coulomb friction {coulomb.low:.0f} to {coulomb.high:.0f} N m"
+    )
+    assert found.identifiable or all(np.isfinite(found[name]) for name in AUTHORS)
     assert all(abs(off[name]) <= WITHIN[name] for name in WITHIN), f"{off}"

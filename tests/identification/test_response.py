@@ -132,13 +132,14 @@ def test_a_log_shorter_than_two_windows_is_refused():
         response_by_segments(np.arange(100.0), np.arange(100.0), 1 / RATE)
 
 
-def measured(noise, seed=0, periods=10):
+def noisy_response(noise, seed=0, periods=10):
     u, y = periodic(periods, noise, seed)
     return response_by_periods(u, y, 1 / RATE, PERIOD, LINES, skipped=0)
 
 
-def test_model_4_is_recovered_from_its_own_response():
-    fit = fit_response(measured(1e-9), 4, ROUGH, radius=RADIUS)
+def test_model_4_is_recovered_from_its_own_response(measured):
+    fit = fit_response(noisy_response(1e-9), 4, ROUGH, radius=RADIUS)
+    measured(f"worst {max(abs(fit[name] / value - 1.0) for name, value in TRUE.items()):.1e} relative")
     for name, value in TRUE.items():
         assert fit[name] == pytest.approx(value, rel=1e-5), name
 
@@ -147,13 +148,13 @@ def test_intervals_of_the_fit_cover_as_they_say():
     """95 % of 20 noisy responses, eight parameters each."""
     inside = []
     for seed in range(20):
-        fit = fit_response(measured(0.5, seed), 4, ROUGH, radius=RADIUS)
+        fit = fit_response(noisy_response(0.5, seed), 4, ROUGH, radius=RADIUS)
         inside += [low < TRUE[n] < high for n, low, high in zip(fit.names, fit.low, fit.high, strict=True)]
     assert 0.89 < np.mean(inside) < 0.995, f"observed {np.mean(inside):.3f}"
 
 
 def test_known_inertias_narrow_the_stiffnesses():
-    response = measured(0.5)
+    response = noisy_response(0.5)
     free = fit_response(response, 4, ROUGH, radius=RADIUS)
     fixed = {name: TRUE[name] for name in ("motor_inertia", "drive_inertia", "load_inertia")}
     held = fit_response(response, 4, ROUGH, radius=RADIUS, fixed=fixed)
@@ -174,12 +175,13 @@ def lumped(model):
 
 
 @pytest.mark.parametrize("model", [1, 2, 3, 4])
-def test_the_model_that_made_the_response_is_chosen(model):
+def test_the_model_that_made_the_response_is_chosen(model, measured):
     chain = chain_for(model, lumped(model), RADIUS)
     u, y = periodic(8, 0.3, model, response=lambda f: speed_response(chain, 2 * np.pi * f))
     response = response_by_periods(u, y, 1 / RATE, PERIOD, LINES)
     known = ROUGH | {name: TRUE[name] for name in TRUE if name.endswith("inertia")}
     choice = choose_model(response, known, radius=RADIUS, inertias_known=True)
+    measured(f"Model {choice.chosen} chosen")
     assert choice.chosen == model, choice.reason
 
 
@@ -192,6 +194,6 @@ def test_models_2_and_3_are_alike_from_the_motor_and_that_is_said():
 
 
 def test_too_few_lines_are_refused():
-    few = measured(0.1).between(0.0, 8.0)
+    few = noisy_response(0.1).between(0.0, 8.0)
     with pytest.raises(InputRefused, match="too few"):
         fit_response(few, 4, ROUGH)
