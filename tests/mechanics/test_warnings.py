@@ -82,6 +82,23 @@ def test_named_pretension_is_enough():
     assert not warned(drive, "slack torque")
 
 
+@pytest.mark.parametrize(("limit", "expected"), crossing(26.3 / 438, 26.2 / 438))
+def test_no_pretension_is_advised_that_strains_the_cable_beyond_its_stated_range(limit, expected):
+    """2.1 N m would want 26.25 N."""
+    drive = changed(motor={"torque_limit": 2.1}, cable={"strain_limit": limit})
+    told = f"no cable.pretension within the cable's elastic range, up to {438 * limit:.4g} N, is enough"
+    assert warned(drive, f"limit the torque: {told}") is expected
+    assert warned(drive, "or raise cable.pretension to 26.25 N") is not expected
+
+
+def test_a_rope_that_no_pretension_within_its_range_straightens_is_not_told_one():
+    """The gondola lift: 2.4 MN, where its rope bears 650 kN."""
+    assert warned(load_drive("ropeway"), "range, up to 6.5e+05 N, is enough to straighten it")
+    assert warned(
+        load_drive("camera-line"), "a cable.pretension of 3.33e+03 N would be enough to straighten it"
+    )
+
+
 @pytest.mark.parametrize(("limit", "expected"), crossing(7 / 438 * 1.001, 7 / 438 * 0.999))
 def test_prestrain_beyond_the_stated_elastic_range(limit, expected):
     assert warned(changed(cable={"strain_limit": limit}), "(cable.strain_limit)") is expected

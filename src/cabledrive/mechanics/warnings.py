@@ -58,6 +58,19 @@ def largest_pretension(drive: Drive) -> float:
     return (ELASTIC_RULE if stated is None else stated) * drive.cable.axial_rigidity
 
 
+def _none_is_enough(drive: Drive, needed: float) -> str:
+    """Said instead of a pretension beyond the elastic range that the file states; else nothing."""
+    largest = largest_pretension(drive)
+    if drive.cable.strain_limit is None or needed <= largest:
+        return ""
+    return f"no cable.pretension within the cable's elastic range, up to {largest:.4g} N, is enough"
+
+
+def _or_raise(drive: Drive, needed: float) -> str:
+    none = _none_is_enough(drive, needed)
+    return f": {none}" if none else f" or raise cable.pretension to {needed:.4g} N"
+
+
 def _static(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
     """A span that hangs slack at rest."""
     lowest = sheet.lowest_static_tension
@@ -86,12 +99,12 @@ def _sag(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
     ratio, irvine = sheet.sag_ratio / SMALL_SAG, sheet.irvine_parameter / SMALL_IRVINE
     if max(ratio, irvine) > 1.0:
         straight = drive.cable.pretension * max(ratio, irvine ** (1.0 / 3.0))
+        advice = _none_is_enough(drive, straight) or f"a cable.pretension of {straight:.3g} N would be enough"
         yield (
             f"a span sags by {sheet.static_sag:.3g} m, {sheet.sag_ratio:.2%} of its length (small: "
             f"{SMALL_SAG:.0%}), Irvine parameter {sheet.irvine_parameter:.3g} (small: {SMALL_IRVINE:g}): "
             "transverse modes are listed for a straight cable, the true ones lie higher, most so the "
-            f"symmetric ones in the plane of gravity; a cable.pretension of {straight:.3g} N would "
-            "straighten it"
+            f"symmetric ones in the plane of gravity; {advice} to straighten it"
         )
 
 
@@ -103,7 +116,7 @@ def _slack(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
         needed = drive.cable.pretension * limit / sheet.slack_torque
         yield (
             f"motor.torque_limit = {limit:.4g} N m is above {sheet.slack_torque:.4g} N m, the slack torque "
-            f"{formula}: a span can go slack; limit the torque or raise cable.pretension to {needed:.4g} N"
+            f"{formula}: a span can go slack; limit the torque{_or_raise(drive, needed)}"
         )
 
 
@@ -119,7 +132,7 @@ def _slip(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
             needed = drive.cable.pretension * asked / margin
             yield (
                 f"motor.torque_limit asks {asked:.4g} N m of pulley.{number}, which slips at {margin:.4g} N "
-                f"m (capstan): limit the torque, wrap further or raise cable.pretension to {needed:.4g} N"
+                f"m (capstan): limit the torque or wrap further{_or_raise(drive, needed)}"
             )
 
 
