@@ -187,9 +187,9 @@ def test_folder_without_permission_is_refused(tmp_path):
 
 
 def test_two_outputs_under_one_name_are_refused(tmp_path):
-    path = tmp_path / "modes.svg"
+    path = tmp_path / "map"
     assert (
-        refusal("modes", "elevator", "-o", path, "--plot", path)
+        refusal("resonance", "elevator", "-o", path, "--map", path)
         == f"{path}: is to be written twice: give two names"
     )
     assert os.listdir(tmp_path) == []
@@ -274,10 +274,10 @@ def test_verbose_notes_carry_the_time(tmp_path):
 @pytest.mark.parametrize("arguments", [["check"], ["modes", "--count", "1"], ["identify", "--no-check"]])
 def test_a_file_that_is_read_is_never_written_over(arguments, tmp_path):
     name, *options = arguments
-    path = tmp_path / "mine.toml"
+    path = tmp_path / "mine"
     path.write_text("precious")
     (tmp_path / "link").symlink_to(path)
-    for output in (path, tmp_path / "link", tmp_path / "." / "mine.toml"):
+    for output in (path, tmp_path / "link", tmp_path / "." / "mine"):
         words = refusal(name, path, *options, "-o", output, "--force")
         assert "is read and was to be written: give the output another name" in words
     assert path.read_text() == "precious"

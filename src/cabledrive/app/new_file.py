@@ -10,6 +10,8 @@ from cabledrive.app.messages import note
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.files import check_writable, write_whole
 
+PAGE, OBJECT = (".html", ".htm", ""), (".json", "")
+"""Endings of files that have one format each; a bare name will do."""
 TAKEN, FORCE = "cabledrive.taken", "cabledrive.force"
 
 
@@ -68,7 +70,8 @@ class NewFileType(click.ParamType):  # type: ignore[type-arg]
         force = bool(ctx.meta.get(FORCE))
         path = check_writable(value, force=force)
         if self.suffixes and path.suffix.lower() not in self.suffixes:
-            raise InputRefused(f"{path}: does not end in {' or '.join(self.suffixes)}: rename it")
+            endings = " or ".join(filter(None, self.suffixes))
+            raise InputRefused(f"{path}: does not end in {endings}: rename it")
         taken = ctx.meta.setdefault(TAKEN, set())
         if path.resolve() in taken:
             raise InputRefused(f"{path}: is to be written twice: give two names")

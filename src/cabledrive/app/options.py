@@ -11,7 +11,7 @@ import click
 
 from cabledrive.app.completion import complete_drive
 from cabledrive.app.messages import BEGUN, QUIET
-from cabledrive.app.new_file import FORCE, NewFile, NewFileType
+from cabledrive.app.new_file import FORCE, OBJECT, NewFile, NewFileType
 from cabledrive.app.results import Answer, json_text, provenance, show
 from cabledrive.parameters import Drive, InputRefused, NotComputed, load_drive
 from cabledrive.parameters.units import to_si
@@ -189,7 +189,11 @@ def saves_answer(function: Function) -> Function:
 
     @force_option
     @click.option(
-        "-o", "--output", type=NewFileType(), metavar="FILE", help="Write the JSON object to FILE as well."
+        "-o",
+        "--output",
+        type=NewFileType(*OBJECT),
+        metavar="FILE",
+        help="Write the JSON object to FILE as well.",
     )
     @functools.wraps(function)
     def _saving(*, output: NewFile | None, **options: Any) -> Any:

@@ -16,7 +16,7 @@ from cabledrive.identification.friction_regressors import FRICTIONS, PRINTED_SLO
 from cabledrive.identification.law_comparison import other_law
 from cabledrive.identification.logs.column_map import ColumnMap, column_map
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.logs.reading import open_log, read_log
+from cabledrive.identification.logs.reading import Recording, open_log, read_log
 from cabledrive.identification.long_logs import identify_long_log, is_long
 from cabledrive.identification.loop_check import evidence
 from cabledrive.identification.method_error import with_own_error
@@ -33,6 +33,7 @@ CHECKED = ("coulomb", "tanh")
 NOT_MADE = {
     "saturated": "not made: the torque saturates, so that what acts on the axis is not known",
     "smooth": "not made: where the torque is no sum of lines only Coulomb's law is checked",
+    "long": "not made: the log is read in blocks",
     "parameters": "not made: the log does not tell inertia and friction",
 }
 INNOVATIONS = "innovations of an observer"
@@ -164,7 +165,7 @@ def identify(
     if single and not isinstance(logs, Log):
         recording = open_log(given[0], options.columns)
         if is_long(recording):
-            return identify_long_log(recording, options.axis)
+            return _of_long_log(recording, options, method)
     read = [log if isinstance(log, Log) else read_log(log, options.columns) for log in given]
     found = identify_rigid_axis(read, options.axis)
     lines = driven_by_lines(read, options.axis)
@@ -191,6 +192,16 @@ def identify(
     if options.check and not alone:
         return _checked_by_innovations(read, answer, options)
     return _checked(read, answer, refined, options) if refined is not None and checking else answer
+
+
+def _of_long_log(recording: Recording, options: IdentifyOptions, method: str) -> Identification:
+    if method == "output-error":
+        raise InputRefused(
+            f"{recording.table.source}: method output-error needs the log in memory, which is too long for "
+            "that: leave the method out, or give a part of the log (start and end in a table [log])"
+        )
+    found = identify_long_log(recording, options.axis)
+    return replace(found, method=dict(found.method) | {"model_check": NOT_MADE["long"]})
 
 
 def _checked(

@@ -85,6 +85,11 @@ def read_pair(path: str | Path, columns: ColumnMap, input_: str, output: str) ->
     log : Log
     input_, output : str
         Channels of the log.
+
+    Raises
+    ------
+    InputRefused
+        If input and output are one column.
     """
     wanted = {"input_": input_, "output": output}
     chosen: dict[str, Column] = dict(columns.columns)
@@ -105,6 +110,12 @@ def read_pair(path: str | Path, columns: ColumnMap, input_: str, output: str) ->
         else:
             names[role] = f"{role.strip('_')}_voltage"  # any column: its numbers as they are
             chosen[names[role]] = Column(column=table.require(name), unit="V")
+    source, target = (chosen[names[role]].column for role in wanted)
+    if source == target:
+        raise InputRefused(
+            f'{table.source}: input and output are both the column "{source}": a response is from one column '
+            f"to another: choose two of {', '.join(table.names)[:90]}"
+        )
     return read_log(path, replace(columns, columns=chosen)), names["input_"], names["output"]
 
 

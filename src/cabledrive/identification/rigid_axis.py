@@ -106,9 +106,11 @@ def channels_of(log: Log, options: AxisOptions) -> tuple[str, str]:
         torque, position = options.torque or torque, options.position or position
         if torque in log.channels and position in log.channels:
             return torque, position
+    driven = "torque" in log.channels or "force" in log.channels
+    example = "angle=my column:deg" if driven else "torque=my column:N m"
     raise InputRefused(
         f'{log.source}: needs "torque [N m]" and "angle [rad]", or "force [N]" and "position [m]"; '
-        f'has {", ".join(log.channels)}: map the others, as --column "angle=my column:deg"'
+        f'has {", ".join(log.channels)}: map the others as well, as --column "{example}"'
     )
 
 

@@ -4,6 +4,7 @@ from typing import Any
 
 import click
 
+from cabledrive.app.combinations import refuse_given
 from cabledrive.app.new_file import NewFile, NewFileType
 from cabledrive.app.options import Quantity, Subcommand, answering, force_option
 from cabledrive.app.results import Answer, provenance
@@ -41,7 +42,9 @@ def command(
     from cabledrive.identification.camera import marker_log, open_clip, scale_from, track_marker
     from cabledrive.rig.log_table import log_csv
 
-    if scale is None:
+    if scale is not None:
+        refuse_given("known_length", "known_pixels", why="has no effect beside --scale: give one of the two")
+    else:
         if known_length is None or known_pixels is None:
             raise InputRefused("no scale: give --scale, or --known-length with --known-pixels")
         scale = scale_from(known_length, (0.0, 0.0), (known_pixels, 0.0))

@@ -4,6 +4,7 @@ from typing import Any
 
 import click
 
+from cabledrive.app.combinations import refuse_given
 from cabledrive.app.new_file import NewFile, NewFileType
 from cabledrive.app.options import Quantity, Subcommand, answering, drive_argument, force_option
 from cabledrive.app.results import Absent, Answer, provenance
@@ -41,6 +42,10 @@ def command(
     from cabledrive.rig.experiment import experiment, load_excitation
     from cabledrive.rig.log_table import log_csv
 
+    if plan:
+        refuse_given("output", why="writes nothing with --plan, which runs nothing: leave one of them out")
+    else:
+        refuse_given("stroke", why="belongs to --plan: add that, or leave it out")
     chosen = load_excitation(excitation) if excitation else None
     if plan:
         return _planned(drive, chosen, model, stroke, seed)

@@ -4,7 +4,8 @@ from typing import Any
 
 import click
 
-from cabledrive.app.new_file import NewFile, NewFileType
+from cabledrive.app.combinations import refuse_given
+from cabledrive.app.new_file import PAGE, NewFile, NewFileType
 from cabledrive.app.options import Subcommand, answering, saves_answer
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import InputRefused, load_drive
@@ -51,7 +52,7 @@ from cabledrive.parameters import InputRefused, load_drive
     help="Of the ping: between which guided carriages, from 0.",
 )
 @click.option(
-    "--report", "page", type=NewFileType(".html"), metavar="FILE", help="Write a page with the log's figures."
+    "--report", "page", type=NewFileType(*PAGE), metavar="FILE", help="Write a page with the log's figures."
 )
 @click.option("--no-check", is_flag=True, help="Do not test the model against known faults.")
 def command(
@@ -76,6 +77,12 @@ def command(
     from cabledrive.identification.identify import IdentifyOptions, identify, load_options
     from cabledrive.identification.logs.column_map import with_choices
 
+    if drive is None:
+        refuse_given("span", "plucked", "section", why="belongs to --ping DRIVE: add that, or leave it out")
+    else:
+        refuse_given(
+            "model", "method", "no_check", "page", why="is for the parameters of an axis, not for --ping"
+        )
     options = load_options(config) if config else IdentifyOptions()
     options = replace(
         options, columns=with_choices(options.columns, columns), check=options.check and not no_check

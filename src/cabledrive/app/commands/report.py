@@ -3,7 +3,7 @@
 import click
 
 from cabledrive.app.messages import note
-from cabledrive.app.new_file import NewFile, NewFileType
+from cabledrive.app.new_file import PAGE, NewFile, NewFileType
 from cabledrive.app.options import Subcommand, answering, force_option
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import content_hash, load_drive, packaged_drives
@@ -14,7 +14,12 @@ from cabledrive.parameters import content_hash, load_drive, packaged_drives
 @force_option
 @click.argument("drives", nargs=-1, metavar="[DRIVE]...")
 @click.option(
-    "-o", "--output", type=NewFileType(), required=True, metavar="FILE", help="The HTML page, in one file."
+    "-o",
+    "--output",
+    type=NewFileType(*PAGE),
+    required=True,
+    metavar="FILE",
+    help="The HTML page, in one file.",
 )
 def command(drives: tuple[str, ...], output: NewFile) -> Answer:
     """Write one self-contained page about each DRIVE; without one, about the packaged drives."""

@@ -2,7 +2,8 @@
 
 import click
 
-from cabledrive.app.new_file import NewFile, NewFileType
+from cabledrive.app.combinations import refuse_given, tell_given
+from cabledrive.app.new_file import PAGE, NewFile, NewFileType
 from cabledrive.app.options import Quantity, Subcommand, answering, drive_argument, saves_answer
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import Drive, NotComputed
@@ -64,7 +65,7 @@ SEED = 0
 @click.option(
     "--map",
     "map_file",
-    type=NewFileType(".html"),
+    type=NewFileType(*PAGE),
     metavar="FILE",
     help="Draw growth over pretension and torque into FILE, an interactive page that needs nothing else.",
 )
@@ -100,6 +101,10 @@ def command(
     from cabledrive.studies.resonance_standing import BUILD_UP, SAFE
     from cabledrive.studies.steady_motion import steady_branches
 
+    if motion_file is None:
+        refuse_given("floor", "limit", why="belongs to --motion FILE: add that, or leave it out")
+    else:
+        tell_given("load_torque", why="is not for --motion, which takes that of its file")
     found = resonance_summary(drive, torque=torque, load_torque=load_torque)
     changes = () if found.verdict == SAFE else remedies(drive, found.torque, load_torque)
     judged = None

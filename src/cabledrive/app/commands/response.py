@@ -4,7 +4,8 @@ from typing import Any
 
 import click
 
-from cabledrive.app.new_file import NewFile, NewFileType
+from cabledrive.app.combinations import refuse_given
+from cabledrive.app.new_file import OBJECT, NewFile, NewFileType
 from cabledrive.app.options import Quantity, Subcommand, answering, force_option
 from cabledrive.app.results import Answer, json_text, provenance
 
@@ -33,7 +34,9 @@ from cabledrive.app.results import Answer, json_text, provenance
 @click.option(
     "--amplifier", is_flag=True, help="Fit gain and bandwidth, from a command [V] to a torque [N m]."
 )
-@click.option("-o", "file", type=NewFileType(), metavar="FILE", help="Write the JSON object to FILE as well.")
+@click.option(
+    "-o", "file", type=NewFileType(*OBJECT), metavar="FILE", help="Write the JSON object to FILE as well."
+)
 def command(
     log: str,
     input_: str,
@@ -53,6 +56,8 @@ def command(
     from cabledrive.identification.identify import IdentifyOptions, load_options
     from cabledrive.identification.response_inputs import compensated_torque, read_pair, speed_of
 
+    if coulomb is None:
+        refuse_given("offset", why="belongs to --coulomb: add that (0 for none), or leave it out")
     options = load_options(config) if config else IdentifyOptions()
     read, source, target = read_pair(log, options.columns, input_, output)
     values = speed_of(read, target) if differentiate else read.channel(target)

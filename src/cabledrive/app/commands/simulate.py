@@ -4,8 +4,8 @@ from pathlib import Path
 from typing import Any
 
 import click
-from click.core import ParameterSource
 
+from cabledrive.app.combinations import refuse_given, tell_given
 from cabledrive.app.messages import QUIET, note
 from cabledrive.app.new_file import NewFile, NewFileType
 from cabledrive.app.options import Quantity, Subcommand, answering, drive_argument, force_option
@@ -95,6 +95,7 @@ def command(
     drive: Drive, output: NewFile | None, plot: NewFile | None, animate: NewFile | None, **options: Any
 ) -> Answer:
     """March the nonlinear cable loop of DRIVE in time, from the straight cable at rest or plucked."""
+    _check_combination(options, kept=output is not None or animate is not None)
     if animate is not None:
         options["fields"] = _fields_to_animate(drive, options)
     run = _fast_run if options["model"] == "fast" else _exact_run
@@ -111,6 +112,16 @@ def command(
     if animate is not None:
         _write_animation(drive, result, animate)
     return _answer(drive, result)
+
+
+def _check_combination(options: dict[str, Any], *, kept: bool) -> None:
+    """Refuse or tell what would have no effect."""
+    if options["model"] == "fast":
+        refuse_given(*_NOT_FAST, why="does not go with --model fast: leave it out or use --model exact")
+    if not kept:
+        refuse_given("fields", why="keeps nodes in RUN.nc or for --animate: add -o RUN.nc, or leave it out")
+    if not (options["pluck_upper"] or options["pluck_lower"]):
+        tell_given("pluck_shape", why="has no effect: no span is plucked")
 
 
 def _fields_to_animate(drive: Drive, options: dict[str, Any]) -> int:
@@ -154,11 +165,6 @@ _NOT_FAST = ("method", "segments", "fields", "tension_only", "smooth_friction", 
 def _fast_run(drive: Drive, output: NewFile | None, options: dict[str, Any]) -> SimulationResult:
     from cabledrive.reduction.fast_simulation import FastScheme, simulate_fast
 
-    context = click.get_current_context()
-    for name in _NOT_FAST:
-        if context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
-            option = name.replace("_", "-")
-            raise InputRefused(f"--{option} does not go with --model fast: leave it out or use --model exact")
     return simulate_fast(
         drive,
         options["duration"],

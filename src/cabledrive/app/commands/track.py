@@ -4,6 +4,7 @@ from typing import Any
 
 import click
 
+from cabledrive.app.combinations import refuse_given, tell_given
 from cabledrive.app.completion import complete_controller
 from cabledrive.app.new_file import NewFile, NewFileType
 from cabledrive.app.options import Quantity, Subcommand, answering, drive_argument, saves_answer
@@ -99,6 +100,7 @@ def command(drive: Drive, log_file: NewFile | None, plant_settings: tuple[str, .
     from cabledrive.rig.log_file import log_text
     from cabledrive.rig.spoken_options import spoken_blindness, spoken_disturbance
 
+    _check_combination(wish)
     given = click.get_current_context().params
     actual = None
     if plant_settings:
@@ -139,6 +141,19 @@ def command(drive: Drive, log_file: NewFile | None, plant_settings: tuple[str, .
         provenance=provenance(drive, method=METHOD, step=said["internal_step"], seed=wish["seed"]),
         incomplete=found.incomplete,
     )
+
+
+def _check_combination(wish: dict[str, Any]) -> None:
+    """Refuse or tell what would have no effect."""
+    from cabledrive.rig.baselines import BASELINES
+
+    if wish["plant"] != "cable":
+        refuse_given("segments", why="divides the cable as plant: add --plant cable, or leave it out")
+        tell_given("as_printed", why="has no effect: it is about --plant cable")
+    if wish["ideal_sensors"]:
+        tell_given("observer", "encoder_phase", why="has no effect beside --ideal-sensors")
+    if wish["controller"] in BASELINES:
+        refuse_given("no_adaptation", why=f"has no effect: {wish['controller']} adapts nothing: leave it out")
 
 
 def _text(drive: Drive, said: dict[str, Any]) -> str:

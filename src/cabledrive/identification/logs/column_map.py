@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from cabledrive.identification.logs.quantities import UNITS, recognise
+from cabledrive.identification.logs.quantities import UNITS, quantity_with, recognise
 from cabledrive.identification.logs.table import Table
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.fields import nearest
@@ -199,3 +199,34 @@ def recognised_columns(table: Table) -> dict[str, Column]:
             )
         found[seen.channel] = Column(column=name)
     return found
+
+
+def other_channel(channel: str, quantity: str, unit: str, chosen: dict[str, Column]) -> InputRefused | None:
+    """How to map a column whose unit is of another quantity than its head says, such as a position in deg.
+
+    Parameters
+    ----------
+    channel : str
+        As the head or the map has it.
+    quantity : str
+        Key of `UNITS`, of that channel.
+    unit : str
+        Of the column.
+    chosen : dict of str to Column
+        All channels.
+
+    Returns
+    -------
+    InputRefused or None
+        None: no other channel fits.
+    """
+    fitting = quantity_with(unit, quantity)
+    renamed = channel.removesuffix(quantity) + (fitting or "")
+    if fitting is None or renamed in chosen:
+        return None
+    names = [(renamed if name == channel else name, chosen[name].column) for name in chosen if name != "time"]
+    mapped = " ".join(f'--column "{name}={column}"' for name, column in names[:3])
+    return InputRefused(
+        f'"{unit}" is a unit of {fitting}, {quantity} is in {" or ".join(UNITS[quantity])}: '
+        f'head it "{renamed} [{unit}]", or map every channel: {mapped}'
+    )

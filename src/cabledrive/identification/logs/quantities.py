@@ -110,3 +110,27 @@ def factor_to_si(quantity: str, unit: str, counts: int | None = None) -> tuple[f
         except InputRefused as error:
             refusal = refusal or error
     raise InputRefused(f'{quantity} in "{unit}": {refusal}')
+
+
+def quantity_with(unit: str, asked: str) -> str | None:
+    """Quantity that a unit measures where it does not measure the one asked for.
+
+    Parameters
+    ----------
+    unit : str
+        Of the column.
+    asked : str
+        Key of `UNITS`.
+
+    Returns
+    -------
+    str or None
+        Key of `UNITS`; None: nothing that a log holds.
+    """
+    for quantity in UNITS:
+        try:
+            if quantity != asked and factor_to_si(quantity, unit):
+                return quantity
+        except InputRefused:
+            continue
+    return None

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.identification.logs import channel_check
-from cabledrive.identification.logs.column_map import Column, ColumnMap, recognised_columns
+from cabledrive.identification.logs.column_map import Column, ColumnMap, other_channel, recognised_columns
 from cabledrive.identification.logs.delimited import open_delimited
 from cabledrive.identification.logs.hierarchical import open_netcdf
 from cabledrive.identification.logs.log import DataReport, Log
@@ -122,7 +122,8 @@ def open_log(path: str | Path, columns: ColumnMap | None = None) -> Recording:
                 seen.quantity, unit, columns.counts_per_revolution
             )
         except InputRefused as refusal:
-            raise refusal.at(f'{path.name}: column "{column.column}"') from None
+            other = other_channel(channel, seen.quantity, unit, chosen)
+            raise (other or refusal).at(f'{path.name}: column "{column.column}"') from None
         factors[channel] *= _scale(column, table)
     return Recording(
         table=table, columns=chosen, factors=factors, units=units, map=columns, findings=tuple(findings)
