@@ -103,7 +103,7 @@ def test_motion_with_free_play_converges_with_the_internal_step(measured):
     )
     coarse, fine = (np.degrees(np.abs(run.load_angle - runs[2].load_angle).max()) for run in runs[:2])
     made = np.degrees(np.abs(plain.load_angle - runs[2].load_angle).max())
-    measured(f"20 us {coarse:.1e} deg from 10 us, 2.5 us {fine:.1e}; the play itself {made:.3f} deg")
+    measured(f"from 2.5 us: 20 us {coarse:.1e}, 10 us {fine:.1e} deg; the play itself {made:.3f} deg")
     assert coarse < 1e-3, f"observed {coarse:.5f} deg"
     assert fine < 1e-3, f"observed {fine:.5f} deg"
     assert made > 0.01, f"observed {made:.5f} deg"
