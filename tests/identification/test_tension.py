@@ -1,18 +1,14 @@
-"""A ping tells the tension of its span; the load cell tells that of both."""
+"""A ping tells the tension of its span."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import stats
 from scipy.io import wavfile
 
 from cabledrive.identification.logs.log import log_of
-from cabledrive.identification.tension import (
-    read_ping,
-    read_wav,
-    tension_from_ping,
-    tensions_from_load_cell,
-)
+from cabledrive.identification.tension import read_ping, read_wav, tension_from_ping
 from cabledrive.identification.tension.from_ping import tension_for
 from cabledrive.modes import modes
 from cabledrive.parameters import InputRefused, NotComputed, load_drive
@@ -21,9 +17,8 @@ from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
 NOISE = 0.05
 
 
-def with_tension(name, tension, **other):
-    settings = [f"cable.pretension={tension}", *(f"{k}={v}" for k, v in other.items())]
-    return load_drive(name, overrides=settings)
+def with_tension(name, tension):
+    return load_drive(name, overrides=[f"cable.pretension={tension}"])
 
 
 def rung(drive, seed, *, duration=2.0, rate=2000.0, decay=2.0, span="upper", partials=3):
@@ -53,14 +48,15 @@ def exact_ping():
     )
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_ping_of_the_exact_loop_tells_its_tension_within_one_per_cent(exact_ping, seed):
+@pytest.mark.parametrize("seed", range(12))
+def test_ping_of_the_exact_loop_tells_its_tension_within_one_per_cent(exact_ping, seed, measured):
     drive, run = exact_ping
     swing = run.midpoint("upper")[:, 2]
     noisy = swing + NOISE * np.abs(swing).max() * np.random.default_rng(seed).normal(size=swing.size)
     log = log_of(run.time, {"upper_position": noisy}, {"upper_position": "m"})
     guess = replace(drive, cable=replace(drive.cable, pretension=12.0))
     one = tension_from_ping(log, guess).spans["upper"]
+    measured(f"{100 * (one.tension.value / 7.0 - 1.0):+.3f} %, bare formula {100 * one.bias:+.1f} %")
     assert one.tension.value == pytest.approx(7.0, rel=0.005), one
     assert one.bias == pytest.approx(-drive.cable.prestrain, abs=0.006), (
         "the bare formula forgets the stretch"
@@ -79,22 +75,36 @@ def test_ping_by_its_modes_tells_its_tension_within_one_per_cent(seed):
     assert one.tension.value == pytest.approx(tension, rel=0.01), one
 
 
-@pytest.mark.verify
-def test_intervals_of_a_ping_hold_the_tension():
-    """200 pings by their modes: the 95 % interval holds at least nine tenths of them, none is off by 1 %."""
+def pinged(seeds):
+    """How many 95 % intervals hold the tension, 2 to 12 N, and the largest relative error."""
     held, worst = 0, 0.0
-    for seed in range(200):
+    for seed in seeds:
         tension = float(np.random.default_rng(seed).uniform(2.0, 12.0))
         drive = with_tension("dissertation-3", tension)
         time, values = rung(drive, seed)
         one = tension_from_ping(log_of(time, {"position": values}, {"position": "m"}), drive).spans["upper"]
         held += one.tension.low <= tension <= one.tension.high
         worst = max(worst, abs(one.tension.value / tension - 1.0))
+    return held, worst
+
+
+def test_intervals_of_twenty_pings_hold_the_tension():
+    """As many as nine tenths leave but once in 1,000."""
+    held, worst = pinged(range(20))
+    assert held >= stats.binom.ppf(1e-3, 20, 0.9), held
+    assert worst < 0.01, worst
+
+
+@pytest.mark.verify
+def test_intervals_of_a_ping_hold_the_tension(measured):
+    """200 pings by their modes: the 95 % interval holds at least nine tenths of them, none is off by 1 %."""
+    held, worst = pinged(range(200))
+    measured(f"{held} of 200 intervals hold, worst {100 * worst:.3f} %")
     assert held >= 180, held
     assert worst < 0.01, worst
 
 
-def test_a_hanging_carriage_makes_the_string_formula_wrong_and_the_modes_right():
+def test_a_hanging_carriage_makes_the_string_formula_wrong_and_the_modes_right(measured):
     """A carriage of the span's own mass hangs at its third: the first mode falls by a third."""
     source = load_drive("dissertation-3")
     carriage = {"carriage.0.mass": 1.68e-4, "carriage.0.position": 0.3, "carriage.0.guided": "false"}
@@ -102,25 +112,10 @@ def test_a_hanging_carriage_makes_the_string_formula_wrong_and_the_modes_right()
     drive = replace(base, cable=source.cable)
     time, values = rung(drive, 5)
     one = tension_from_ping(log_of(time, {"position": values}, {"position": "m"}), drive).spans["upper"]
+    off = one.tension.value / 7.0 - 1.0
+    measured(f"bare formula {100 * one.bias:+.1f} %, by the modes {100 * off:+.3f} %")
     assert one.tension.value == pytest.approx(7.0, rel=0.01), one
     assert one.bias < -0.3, one.bias
-
-
-def test_the_encoder_of_a_light_pulley_feels_the_stretch_at_twice_the_frequency():
-    """Configuration 2 at 5 N, 8 mm: the load pulley answers with half a count of 10,000."""
-    drive = with_tension("dissertation-2", 5.0, **{"cable.transverse_damping": 2.0})
-    run = simulate(
-        drive,
-        2.0,
-        start=Start(plucks=(Pluck(height=8e-3, place=0.4),)),
-        scheme=Scheme(segments=40),
-        recording=Recording(rate=2000.0),
-    )
-    count = 2 * np.pi / 10_000
-    angle = count * np.floor(run.load_angle / count + 0.3)
-    log = log_of(run.time, {"load_angle": angle}, {"load_angle": "rad"})
-    one = tension_from_ping(log, drive).spans["upper"]
-    assert one.tension.value == pytest.approx(5.0, rel=0.01), one
 
 
 def test_tension_is_the_inverse_of_the_certified_modes():
@@ -171,52 +166,6 @@ def test_a_clipped_recording_is_told(tmp_path):
     _, values = rung(load_drive("dissertation-3"), 4, rate=8000.0)
     wavfile.write(tmp_path / "ping.wav", 8000, (np.clip(3 * values, -1, 1) * 32767).astype("int16"))
     assert "clipped" in read_wav(tmp_path / "ping.wav").report.findings[0]
-
-
-def test_the_load_cell_parts_the_combined_tension_by_the_turning_of_its_pulley():
-    """A shaken load pulley: T2 - T1 = J2 a / r2, T1 + T2 = F + 2 rho v^2; noise of the cell 0.05 N."""
-    drive, rng = load_drive("dissertation-3"), np.random.default_rng(8)
-    time = np.arange(20_000) / 1000.0
-    swing, omega = 0.3, 2 * np.pi * 3.0
-    angle = swing * np.sin(omega * time)
-    half = 0.5 * 0.00235 * (-(omega**2)) * angle / 0.04
-    rim = 0.04 * swing * omega * np.cos(omega * time)
-    density = 0.168e-3 / (1.0 + drive.cable.prestrain)
-    force = 2 * 7.0 - 2 * density * rim**2 + 0.4 + 0.05 * rng.normal(size=time.size)
-    count = 2 * np.pi / 10_000
-    channels = {"force": force, "load_angle": count * np.floor(angle / count)}
-    found = tensions_from_load_cell(log_of(time, channels, {}), drive, zero=0.4)
-    inside = np.searchsorted(time, found.time)
-    for name, exact in (("upper", 7.0 - half), ("lower", 7.0 + half)):
-        error = getattr(found, name) - exact[inside]
-        assert np.sqrt(np.mean(error**2)) < 1.5 * found.deviation, (name, error.std(), found.deviation)
-        low, high = getattr(found, f"mean_{name}")[1:]
-        assert low - 0.01 < 7.0 < high + 0.01
-    assert np.ptp(half) > 5.0, "the two tensions differ by much more than the noise"
-
-
-def test_a_load_cell_without_angle_halves_its_reading_and_says_so():
-    time = np.arange(5000) / 1000.0
-    force = 13.0 + 0.05 * np.random.default_rng(1).normal(size=time.size)
-    found = tensions_from_load_cell(log_of(time, {"force": force}, {}), load_drive("dissertation-1"))
-    assert found.mean_upper[0] == pytest.approx(6.5, abs=0.01)
-    assert found.mean_upper[0] == found.mean_lower[0]
-    assert "no angle" in found.findings[0]
-
-
-def test_the_virtual_rig_of_chapter_4_has_a_load_cell():
-    """Model 4, 8 s: both spans at 7 N in the mean, parted by J2 a / r2 as the pulley turns."""
-    from cabledrive.rig.experiment import Excitation, experiment
-
-    drive = load_drive("dissertation-3", overrides=["sensors.sample_rate=1 kHz"])
-    log = experiment(drive, Excitation(duration=8.0), seed=3)
-    found = tensions_from_load_cell(log, drive)
-    for name in ("upper", "lower"):
-        value, low, high = getattr(found, f"mean_{name}")
-        assert value == pytest.approx(7.0, abs=0.02), (name, value)
-        assert low < 7.0 < high, (name, low, high)
-    assert np.std(found.upper - found.lower) > 2.0 * found.deviation
-    assert np.std(found.upper + found.lower) < 0.05
 
 
 @pytest.mark.parametrize(
