@@ -112,6 +112,23 @@ def test_spans_carry_the_pretension_together():
     assert np.abs(row.tensions - result.tensions).max() < 0.1
 
 
+@pytest.mark.parametrize(
+    "law, choices",
+    [
+        *(("darc-1", {"bandwidth": hertz, "options": RigOptions(feedback="drive")}) for hertz in (3.0, 11.0)),
+        *((law, {}) for law in ("darc-2", "darc-3", "darc-4", "backstepping", "darc-4-damped")),
+        ("darc-4-damped", {"gains": "best"}),
+    ],
+)
+def test_cable_keeps_its_own_modes_small_at_two_phases(law, choices, measured):
+    """Two of 16: each run to its end, the middle of a span within 0.002 deg of the line between its ends."""
+    runs = [track(DRIVE, controller=law, plant="cable", seed=seed, **choices) for seed in range(2)]
+    spillover = max(one.summary["cable"]["spillover_deg"] for one in runs)
+    measured(f"spillover {spillover:.1e} deg")
+    assert all(one.incomplete is None for one in runs)
+    assert spillover < 2e-3
+
+
 def test_a_drawn_row_of_inertias_has_a_drive_of_its_own():
     chain = drawn_chain(plant_chain(DRIVE, 4), np.random.default_rng(1))
     again = plant_chain(drive_like(DRIVE, chain), 4)
