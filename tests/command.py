@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 import subprocess
 import sys
 from typing import Any
@@ -17,6 +18,11 @@ def run(*arguments: str, **options: Any) -> subprocess.CompletedProcess[str]:
     environment = os.environ | {"MPLBACKEND": "Agg"} | options.pop("env", {})
     options = {"capture_output": True, "text": True, "timeout": 120} | options
     return subprocess.run(command, env=environment, **options)
+
+
+def listening() -> None:
+    """In a new process, before it starts: Ctrl-C counts, also where the tests were told to ignore it."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def call(*arguments: str) -> Result:

@@ -12,7 +12,7 @@ import xarray
 
 from cabledrive.parameters import content_hash, load_drive
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, simulate
-from command import answer, call, object_of, refusal
+from command import answer, call, listening, object_of, refusal
 
 SHORT = ["--duration", "0.02", "--segments", "20"]
 FORCED = ["--torque-amplitude", "0.02", "--torque-frequency", "81.7"]
@@ -138,7 +138,11 @@ def test_an_interrupted_run_says_how_to_go_on_and_does(tmp_path):
     options = ["--duration", "20", "--segments", "60", "--rate", "500", "--torque-amplitude", "0.01"]
     options += ["--torque-frequency", "60", "--quiet"]
     running = subprocess.Popen(
-        [*command, *options], cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.PIPE
+        [*command, *options],
+        cwd=tmp_path,
+        stderr=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        preexec_fn=listening,
     )
     folder = tmp_path / "run.nc.part"
     deadline = time.monotonic() + 120.0

@@ -10,7 +10,7 @@ from html.parser import HTMLParser
 
 import pytest
 
-from command import answer, call, object_of, refusal
+from command import answer, call, listening, object_of, refusal
 from study_drives import FOLDER
 
 WINCH = str(FOLDER / "winch.toml")
@@ -152,7 +152,9 @@ def test_a_report_that_is_no_studys_is_left_alone(tmp_path):
 
 def test_ctrl_c_says_how_to_go_on_and_the_same_command_does(tmp_path, undrawn):
     command = [sys.executable, "-m", "cabledrive", "study", WINCH, "-o", str(tmp_path / "out")]
-    started = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    started = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=listening
+    )
     for line in started.stderr:
         if "[1/8]" in line:
             break
