@@ -7,13 +7,13 @@ from cabledrive.report.figures.carriage_runs import (
     carriage_worst_picture,
 )
 from cabledrive.report.numbers import number
+from cabledrive.report.study.quantity_tables import shares_table, worst_plant_table
 from cabledrive.report.study.verdict import sentences
 from cabledrive.studies.study import StudyResult
 from cabledrive.studies.study.carriage_acceptance import CarriageAcceptance, CarriageWorst
 from cabledrive.studies.study.carriage_controller import CarriageCandidate, CarriageController
 from cabledrive.studies.study.carriage_demand import CarriageModel
 from cabledrive.studies.study.carriage_verdict import NO_BOUND
-from cabledrive.studies.study.machine import UNITS, WORDS
 
 
 def carriage_controller_chapter(result: StudyResult) -> Chapter | None:
@@ -137,15 +137,8 @@ def _bandwidths(found: CarriageController) -> Figure:
 
 
 def _shares(found: CarriageController) -> Table:
-    shares = sorted(found.shares.items(), key=lambda item: -item[1])
-    rows: tuple[tuple[Cell, ...], ...] = tuple(
-        (WORDS[name][:1].upper() + WORDS[name][1:], number(1e3 * share, 3)) for name, share in shares
-    )
-    return Table(
-        caption="What each number can add to the error within its bounds, at the chosen bandwidth.",
-        columns=(Column(title="Quantity"), Column(title="Share", unit="mm", numeric=True)),
-        groups=(RowGroup(rows=rows),),
-    )
+    caption = "What each number can add to the error within its bounds, at the chosen bandwidth."
+    return shares_table(caption, found.shares, "mm", 1e-3)
 
 
 def carriage_acceptance_chapter(result: StudyResult) -> Chapter | None:
@@ -173,7 +166,10 @@ def carriage_acceptance_chapter(result: StudyResult) -> Chapter | None:
     if runs.peaks:
         blocks.append(_peaks(result, runs))
     if runs.worst is not None:
-        blocks += [_worst(runs.worst), _worst_values(runs.worst, result)]
+        blocks += [
+            _worst(runs.worst),
+            worst_plant_table(runs.worst.values, result.knowledge.values, runs.worst.phases),
+        ]
     return Chapter(
         title="Acceptance",
         anchor="acceptance",
@@ -233,28 +229,4 @@ def _worst(worst: CarriageWorst) -> Figure:
         caption=f"The worst run, draw {worst.draw}: the course, the error, the torque.",
         wide=picture.wide,
         narrow=picture.narrow,
-    )
-
-
-def _worst_values(worst: CarriageWorst, result: StudyResult) -> Table:
-    best = result.knowledge.values
-    rows: tuple[tuple[Cell, ...], ...] = tuple(
-        (
-            WORDS[name][:1].upper() + WORDS[name][1:],
-            number(value, 5),
-            number(best[name], 5),
-            UNITS[name].replace("^2", "²"),
-        )
-        for name, value in worst.values.items()
-    )
-    return Table(
-        caption="The plant of the worst run.",
-        columns=(
-            Column(title="Quantity"),
-            Column(title="Its value", numeric=True),
-            Column(title="Best value", numeric=True),
-            Column(title="Unit"),
-        ),
-        groups=(RowGroup(rows=rows),),
-        note=f"Encoder phases in counts: {', '.join(f'{phase:+.2f}' for phase in worst.phases)}.",
     )

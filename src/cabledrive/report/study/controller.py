@@ -15,12 +15,12 @@ from cabledrive.report.blocks import (
 from cabledrive.report.figures.study_runs import bandwidths_picture
 from cabledrive.report.formula import fraction, row, sub, total
 from cabledrive.report.numbers import number
+from cabledrive.report.study.quantity_tables import shares_table
 from cabledrive.report.study.verdict import listed, sentences
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import StudyResult
 from cabledrive.studies.study.bandwidth_cost import Candidate
 from cabledrive.studies.study.controller_stage import ControllerResult
-from cabledrive.studies.study.machine import WORDS
 
 ESTIMATES = ("Inertia at the motor", "Viscous friction", "Coulomb friction", "Offset torque")
 UNITS = ("kg m²", "N m s/rad", "N m", "N m")
@@ -173,12 +173,5 @@ def _picture(found: ControllerResult) -> Figure:
 
 
 def _shares(found: ControllerResult) -> Table:
-    shares = sorted(found.shares.items(), key=lambda item: -item[1])
-    rows: tuple[tuple[Cell, ...], ...] = tuple(
-        (WORDS[name][:1].upper() + WORDS[name][1:], number(share / DEGREE, 3)) for name, share in shares
-    )
-    return Table(
-        caption="What each number that the law does not adapt adds to the bound, at the chosen bandwidth.",
-        columns=(Column(title="Quantity"), Column(title="Share", unit="deg", numeric=True)),
-        groups=(RowGroup(rows=rows),),
-    )
+    caption = "What each number that the law does not adapt adds to the bound, at the chosen bandwidth."
+    return shares_table(caption, found.shares, "deg", DEGREE)

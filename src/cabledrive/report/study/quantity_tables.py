@@ -1,0 +1,75 @@
+"""Tables of a study's quantities: what each adds to an error, and the plant of the worst run."""
+
+from collections.abc import Mapping, Sequence
+
+from cabledrive.report.blocks import Cell, Column, RowGroup, Table
+from cabledrive.report.numbers import number
+from cabledrive.studies.study.machine import UNITS, WORDS
+
+
+def shares_table(caption: str, shares: Mapping[str, float], unit: str, size: float) -> Table:
+    """Largest share first.
+
+    Parameters
+    ----------
+    caption : str
+    shares : mapping of str to float
+        Of each quantity, in SI.
+    unit : str
+        In which they are shown.
+    size : float
+        Of the unit, in SI.
+
+    Returns
+    -------
+    Table
+    """
+    ordered = sorted(shares.items(), key=lambda item: -item[1])
+    rows: tuple[tuple[Cell, ...], ...] = tuple(
+        (_named(name), number(share / size, 3)) for name, share in ordered
+    )
+    return Table(
+        caption=caption,
+        columns=(Column(title="Quantity"), Column(title="Share", unit=unit, numeric=True)),
+        groups=(RowGroup(rows=rows),),
+    )
+
+
+def worst_plant_table(
+    values: Mapping[str, float], best: Mapping[str, float], phases: Sequence[float]
+) -> Table:
+    """The plant of the worst run beside the best values.
+
+    Parameters
+    ----------
+    values, best : mapping of str to float
+        SI.
+    phases : sequence of float
+        Of the encoders, in counts.
+
+    Returns
+    -------
+    Table
+    """
+    rows: tuple[tuple[Cell, ...], ...] = tuple(
+        (_named(name), number(value, 5), number(best[name], 5), _unit(name)) for name, value in values.items()
+    )
+    return Table(
+        caption="The plant of the worst run.",
+        columns=(
+            Column(title="Quantity"),
+            Column(title="Its value", numeric=True),
+            Column(title="Best value", numeric=True),
+            Column(title="Unit"),
+        ),
+        groups=(RowGroup(rows=rows),),
+        note=f"Encoder phases in counts: {', '.join(f'{phase:+.2f}' for phase in phases)}.",
+    )
+
+
+def _named(name: str) -> str:
+    return WORDS[name][:1].upper() + WORDS[name][1:]
+
+
+def _unit(name: str) -> str:
+    return "" if UNITS[name] == "1" else UNITS[name].replace("^2", "²")
