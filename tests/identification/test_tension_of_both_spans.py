@@ -1,11 +1,10 @@
 """Both spans sound in one recording: two families of partials, two tensions, or one line why not.
 
-Recordings are made by the exact loop: the load pulley is held, a standing torque on the drive pulley parts
-the tensions, both spans are plucked, and a microphone hears the speed of a point of each.
+Recordings are made by the exact loop.
 """
 
 import json
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -18,73 +17,7 @@ from cabledrive.identification.tension import tension_of_both
 from cabledrive.identification.tension.decaying_tones import Tones, fit_tones
 from cabledrive.parameters import InputRefused, NotComputed, load_drive
 from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
-
-SPANS = ("upper", "lower")
-BRAKED = ["pulley.1.fixed=true", "layout.gravity=0"]
-NO_FRICTION = ["motor.coulomb_friction=0", "motor.offset_torque=0"]
-
-
-@dataclass(frozen=True)
-class Played:
-    """A recording, the drive as its user knows it, and what is true."""
-
-    log: object
-    drive: object
-    upper: float
-    lower: float
-
-
-def drawn(seed, **given):
-    """Figures of a recording at random: tensions 2 to 16 N, damping 1 to 4 1/s, plucks of 0.5 to 2 mm."""
-    rng = np.random.default_rng(seed)
-    figures = {
-        "pretension": rng.uniform(3.0, 12.0),
-        "share": rng.uniform(0.03, 0.3) * rng.choice([-1.0, 1.0]),
-        "damping": rng.uniform(1.0, 4.0),
-        "heights": rng.uniform(0.5e-3, 2e-3, 2),
-        "places": rng.uniform(0.15, 0.5, 2),
-        "loudness": rng.uniform(0.4, 1.0, 2),
-    }
-    return figures | given, rng
-
-
-def played(
-    seed, *, drive=None, duration=2.0, rate=2000.0, segments=80, swing=0.0, noise=0.05, probe=0.29, **given
-):
-    """Play both spans of a loop; noise is relative to the largest value."""
-    figures, rng = drawn(seed, **given)
-    known = drive or load_drive("dissertation-3", overrides=[*BRAKED, *NO_FRICTION])
-    cable = replace(known.cable, pretension=figures["pretension"], transverse_damping=figures["damping"])
-    true, radius = replace(known, cable=cable), known.drive_pulley.radius
-    half = figures["share"] * cable.pretension
-    turned = half * known.span_length / cable.axial_rigidity * (1.0 + swing) / radius
-    plucks = tuple(
-        Pluck(height=height, place=place, span=span)
-        for height, place, span in zip(figures["heights"], figures["places"], SPANS, strict=True)
-        if height > 0.0
-    )
-    run = simulate(
-        true,
-        duration,
-        torque=2.0 * radius * half,
-        start=Start(plucks=plucks, drive_angle=turned),
-        scheme=Scheme(segments=segments),
-        recording=Recording(rate=rate, probes=tuple((span, probe) for span in SPANS)),
-    )
-    heard = sum(
-        loud * np.gradient(run.probe(2 + k)[:, 2], run.time) for k, loud in enumerate(figures["loudness"])
-    )
-    heard = heard + noise * np.abs(heard).max() * rng.normal(size=heard.size)
-    log = log_of(run.time, {"sound": heard}, {})
-    return Played(log=log, drive=known, upper=cable.pretension - half, lower=cable.pretension + half)
-
-
-def carrying(mass=6e-5):
-    """The cable of configuration 3 in the transporter, a carriage hanging at 0.3 m of the upper span."""
-    settings = {"mass": mass, "position": 0.3, "guided": "false"}
-    overrides = [*(f"carriage.0.{key}={value}" for key, value in settings.items()), *BRAKED]
-    base = load_drive("dissertation-transporter", overrides=overrides)
-    return replace(base, cable=load_drive("dissertation-3").cable)
+from played_spans import BRAKED, SPANS, carrying, errors, played
 
 
 def called(capsys, *arguments):
@@ -95,20 +28,6 @@ def called(capsys, *arguments):
         status = end.code
     printed = capsys.readouterr()
     return status or 0, printed.out, printed.err
-
-
-def errors(found, one):
-    """Relative errors of both tensions, labelled or not."""
-    looser, tauter = sorted((one.upper, one.lower))
-    exact = {"upper": one.upper, "lower": one.lower, "looser": looser, "tauter": tauter}
-    return {name: found[name] / exact[name] - 1.0 for name in found.families}
-
-
-def held(found, one):
-    """How many intervals hold the truth."""
-    looser, tauter = sorted((one.upper, one.lower))
-    exact = {"upper": one.upper, "lower": one.lower, "looser": looser, "tauter": tauter}
-    return sum(f.tension.low <= exact[name] <= f.tension.high for name, f in found.families.items())
 
 
 @pytest.mark.parametrize("seed", [10_000, 10_001])
@@ -300,54 +219,9 @@ def test_overlapping_decaying_tones_are_fitted_without_bias():
     assert fit.tones.decay == pytest.approx(np.repeat(decay, 3), rel=1e-5), fit.tones.decay
 
 
-@pytest.mark.verify
-def test_fifty_random_recordings_of_both_spans():
-    """Every tension within 1 %, nine tenths of the 95 % intervals hold it."""
-    worst, inside, told = 0.0, 0, 0
-    for seed in range(20_000, 20_050):
-        one = played(seed, duration=3.0, segments=360)
-        found = tension_of_both(one.log, one.drive)
-        told += found.told
-        inside += held(found, one) if found.told else 0
-        worst = max([worst, *map(abs, errors(found, one).values())] if found.told else [worst])
-    print(f"told {told} of 50, worst {100 * worst:.3f} %, {inside} of {2 * told} intervals hold")
-    assert told >= 48, told
-    assert worst < 0.01, worst
-    assert inside >= 0.9 * 2 * told, (inside, told)
-
-
 def test_split_partials_over_a_first_that_is_not_split_are_no_tauter_span():
     """The loudest tone at half their frequency tells: tensions 1.8 % apart, not four times as large."""
     one = played(22_005, duration=3.0, segments=240, share=0.00905)
     found = tension_of_both(one.log, one.drive)
     assert found.told
     assert max(map(abs, errors(found, one).values())) < 0.01, errors(found, one)
-
-
-@pytest.mark.verify
-def test_fifty_recordings_of_one_span_are_never_taken_for_two():
-    two = 0
-    for seed in range(21_000, 21_050):
-        heights = np.random.default_rng(seed).permutation([1.5e-3, 0.0])
-        one = played(seed, duration=3.0, segments=120, heights=heights)
-        two += tension_of_both(one.log, one.drive).told
-    assert two == 0, two
-
-
-@pytest.mark.verify
-def test_fifty_recordings_of_nearly_equal_tensions():
-    """Tensions up to 3 % apart: told within 1 %, or both in the interval that is given instead."""
-    worst, missed, told = 0.0, 0, 0
-    for seed in range(22_000, 22_050):
-        share = float(np.random.default_rng(seed + 7).uniform(0.0, 0.015))
-        one = played(seed, duration=3.0, segments=240, share=share)
-        found = tension_of_both(one.log, one.drive)
-        told += found.told
-        if found.told:
-            worst = max([worst, *map(abs, errors(found, one).values())])
-        else:
-            heard = found.families["heard"].tension
-            missed += not heard.low < min(one.upper, one.lower) <= max(one.upper, one.lower) < heard.high
-    print(f"told {told} of 50, worst {100 * worst:.3f} %, {missed} intervals miss")
-    assert worst < 0.01, worst
-    assert missed <= 2, missed
