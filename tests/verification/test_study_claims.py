@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import binom
 
 from cabledrive.identification.logs.log import log_of
 from cabledrive.parameters import load_drive
@@ -46,44 +47,55 @@ def datasheet():
     return replace(TRUTH, name="data sheet", motor=motor, pulley=pulleys, cable=cable, lumped=None)
 
 
+MULTISINE = Excitation(kind="multisine", duration=20.0, amplitude=0.5, band=(0.25, 10.0), period=8.0)
+
+
+def accepted_on_the_truth(excitation, folder, draws, cable_draws, measured):
+    """A study from a log alone; of both plants, how many runs of the true one leave the stated bound."""
+    path = folder / "log.csv"
+    path.write_text(log_csv(experiment(TRUTH, excitation, seed=3)))
+    found = run_study(datasheet(), [path], Goals(draws=draws, cable_draws=cable_draws))
+    control, motion = found.controller, found.goals.motion
+    law = make_law(found.known, motion, found.knowledge.quantities, control.model, control.bandwidth)
+    outside = {}
+    for plant, runs in (("lumped", draws), ("cable", cable_draws)):
+        loop = joined_loop(found.known, TRUTH, law, motion, None, cable=plant == "cable")
+        peaks = []
+        for seed in range(runs):
+            phases = np.random.default_rng([9, seed]).uniform(-0.5, 0.5, len(loop.rig.phases))
+            done = run(replace(loop, rig=loop.rig._replace(phases=phases)), log=False)
+            assert done.ended == len(loop.target)
+            peaks.append(done.state.summary[0] / loop.gear)
+        outside[plant] = sum(peak > control.bound for peak in peaks)
+        words = f"{plant}: {runs - outside[plant]} of {runs} in {control.bound / DEGREE:.3f} deg"
+        measured(f"{words}; median {np.median(peaks) / DEGREE:.3f}, worst {max(peaks) / DEGREE:.3f} deg")
+    assert found.verdict.answer == "yes", found.verdict
+    return outside
+
+
 @pytest.mark.verify
 @pytest.mark.parametrize(
     "excitation",
-    [None, Excitation(kind="multisine", duration=20.0, amplitude=0.5, band=(0.25, 10.0), period=8.0)],
+    [None, MULTISINE],
     ids=["three sines of 70 s", "multisine of 20 s"],
 )
 def test_a_controller_from_virtual_logs_alone_keeps_its_bound_on_the_true_plant(
     excitation, tmp_path, measured
 ):
     """At least 99 % of 1,000 runs of the true plant, encoders at random phases, stay in the stated bound."""
-    path = tmp_path / "log.csv"
-    path.write_text(log_csv(experiment(TRUTH, excitation, seed=3)))
-    found = run_study(datasheet(), [path], Goals(draws=DRAWS, cable_draws=20))
-    control, motion = found.controller, found.goals.motion
-    law = make_law(found.known, motion, found.knowledge.quantities, control.model, control.bandwidth)
-    shares = {}
-    for plant, draws in (("lumped", DRAWS), ("cable", 20)):
-        loop = joined_loop(found.known, TRUTH, law, motion, None, cable=plant == "cable")
-        peaks = []
-        for seed in range(draws):
-            phases = np.random.default_rng([9, seed]).uniform(-0.5, 0.5, len(loop.rig.phases))
-            done = run(replace(loop, rig=loop.rig._replace(phases=phases)), log=False)
-            assert done.ended == len(loop.target)
-            peaks.append(done.state.summary[0] / loop.gear)
-        shares[plant] = float(np.mean(np.array(peaks) <= control.bound))
-        words = f"{plant}: {100 * shares[plant]:.1f} % of {draws} in {control.bound / DEGREE:.3f} deg"
-        measured(f"{words}; median {np.median(peaks) / DEGREE:.3f}, worst {max(peaks) / DEGREE:.3f} deg")
-    assert found.verdict.answer == "yes", found.verdict
-    assert shares["lumped"] >= 0.99
-    assert shares["cable"] >= 0.95
+    outside = accepted_on_the_truth(excitation, tmp_path, DRAWS, 20, measured)
+    assert outside["lumped"] <= 0.01 * DRAWS
+    assert outside["cable"] <= 0.05 * 20
+
+
+def test_a_tenth_of_these_runs_keeps_the_bound_as_often(tmp_path, measured):
+    """Of 100 no more outside than one in a hundred leaves, at a chance of 1e-3; two with the cable: noted."""
+    outside = accepted_on_the_truth(MULTISINE, tmp_path, DRAWS // 10, 2, measured)
+    assert outside["lumped"] <= binom.isf(1e-3, DRAWS // 10, 0.01)
 
 
 def told_within(seed):
-    log = experiment(
-        TRUTH,
-        Excitation(kind="multisine", duration=20.0, amplitude=0.5, band=(0.25, 10.0), period=8.0),
-        seed=seed,
-    )
+    log = experiment(TRUTH, MULTISINE, seed=seed)
     log = log_of(log.time, log.channels, log.units)
     truth = values_of(TRUTH)
     told = tell([log], datasheet())
@@ -119,8 +131,7 @@ def without_times(out: Path) -> tuple[str, str]:
 def test_ten_kills_at_random_moments_leave_the_same_report(tmp_path, measured):
     drive, log, goals = tmp_path / "drive.toml", tmp_path / "log.csv", tmp_path / "study.toml"
     drive.write_text(drive_text(datasheet()))
-    excitation = Excitation(kind="multisine", duration=20.0, amplitude=0.5, band=(0.25, 10.0), period=8.0)
-    log.write_text(log_csv(experiment(TRUTH, excitation, seed=3)))
+    log.write_text(log_csv(experiment(TRUTH, MULTISINE, seed=3)))
     goals.write_text("[acceptance]\ndraws = 400\ncable_draws = 5\n")
     begun = time.monotonic()
     subprocess.run(study_command(tmp_path / "calm", drive, log, goals), check=True, capture_output=True)
