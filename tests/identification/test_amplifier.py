@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from cabledrive.identification.amplifier import amplifier_response, fit_amplifier, identify_amplifier
 from cabledrive.identification.frequency_response import FrequencyResponse
@@ -47,11 +48,16 @@ def test_a_lag_far_above_the_band_gets_no_number_but_a_bound():
     assert fit.gain.low < GAIN < fit.gain.high
 
 
-def test_the_amplifier_of_the_virtual_rig_is_found_in_its_log():
+def test_the_amplifier_of_the_virtual_rig_is_found_in_its_log(measured):
     """4.2 dB and 1 kHz, from 4 s of 1,000 sines at 5 kHz."""
     rig, rng = rig_of(load_drive("dissertation-3"), 4), np.random.default_rng(2015)
     log = run_rig(rig, response_command(rng, duration=4.0), rng)
     fit = identify_amplifier(log)
+    gain = fit.gain
+    measured(
+        f"{fit.decibels:.3f} dB, {gain.value:.4f} ({gain.low:.4f} to {gain.high:.4f}) N m/V, "
+        f"{fit.bandwidth.value:.0f} Hz"
+    )
     assert abs(fit.gain.value - GAIN) < 3.3 * fit.gain.standard_error, fit.gain  # 99.9 %
     assert fit.decibels == pytest.approx(4.2, abs=0.01)
     assert fit.volts_per_torque == pytest.approx(0.6166, rel=1e-3)
@@ -73,18 +79,14 @@ def test_too_few_lines_are_refused():
         fit_amplifier(one.between(0.0, 20.0))
 
 
-@pytest.mark.verify
-def test_intervals_from_logs_hold_gain_and_bandwidth():
-    """200 logs of 4 s: 91 to 99 % of the intervals of gain and bandwidth hold; errors are as large as told.
-
-    One standard error of a share is 1.5 %, of the spread over what is told 5 %.
-    """
+def amplifiers(seeds):
+    """Logs of 4 s: intervals of gain and bandwidth that hold, and the spread over what is told."""
     from cabledrive.identification.logs.log import log_of
     from cabledrive.rig.virtual_rig import acting_torque
 
     rig = rig_of(load_drive("dissertation-3"), 1)
     held, off, told = np.zeros(2), [], []
-    for seed in range(200):
+    for seed in seeds:
         rng = np.random.default_rng(seed)
         command = response_command(rng, duration=4.0)
         torque = acting_torque(rig, command, rng, 4)
@@ -97,6 +99,27 @@ def test_intervals_from_logs_hold_gain_and_bandwidth():
         held += [estimate.low <= value <= estimate.high for estimate, value in truth]
         off.append([estimate.value - value for estimate, value in truth])
         told.append([estimate.standard_error for estimate, _ in truth])
+    return held, np.sqrt(np.mean(np.square(off), axis=0) / np.mean(np.square(told), axis=0))
+
+
+def test_intervals_from_twenty_logs_do_not_contradict_their_level():
+    """As many hold as 95 % leave but once in 1,000, and the spread is that of 20 draws likewise."""
+    held, ratio = amplifiers(range(20))
+    assert np.all(held >= stats.binom.ppf(1e-3, 20, 0.95)), f"observed {held} of 20"
+    low, high = np.sqrt(stats.chi2.ppf([5e-4, 0.9995], 20) / 20)
+    assert np.all((ratio > low) & (ratio < high)), f"observed {ratio}"
+
+
+@pytest.mark.verify
+def test_intervals_from_logs_hold_gain_and_bandwidth(measured):
+    """200 logs of 4 s: 91 to 99 % of the intervals of gain and bandwidth hold; errors are as large as told.
+
+    One standard error of a share is 1.5 %, of the spread over what is told 5 %.
+    """
+    held, ratio = amplifiers(range(200))
+    measured(
+        f"gain and bandwidth: {held[0]:.0f} and {held[1]:.0f} of 200 intervals hold, "
+        f"spread over what is told {ratio[0]:.2f} and {ratio[1]:.2f}"
+    )
     assert np.all((held >= 182) & (held <= 198)), f"observed {held} of 200"
-    ratio = np.sqrt(np.mean(np.square(off), axis=0) / np.mean(np.square(told), axis=0))
     assert np.all((ratio > 0.85) & (ratio < 1.15)), f"observed {ratio}"
