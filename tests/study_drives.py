@@ -2,8 +2,12 @@
 
 from dataclasses import dataclass, replace
 from functools import cache
+from io import StringIO
 from pathlib import Path
 
+import numpy as np
+
+from cabledrive.identification.logs.log import Log, log_of
 from cabledrive.parameters import Drive, load_drive
 from cabledrive.rig.experiment import Excitation, experiment
 from cabledrive.rig.log_table import log_csv
@@ -93,3 +97,14 @@ def written_log(folder: Path, name: str, excitation: Excitation | None) -> list[
     path = folder / f"{name}.csv"
     path.write_text(log_text(name, excitation))
     return [path]
+
+
+def log_with(names: tuple[str, ...]) -> Log:
+    """The lively log of the turntable, with some of its channels."""
+    text = log_text("turntable", LIVELY)
+    rows = np.loadtxt(StringIO(text), delimiter=",", skiprows=1).T
+    heads = {"torque": "torque [N m]", "angle": "angle [rad]", "load_angle": "load angle [rad]"}
+    listed = text.splitlines()[0].split(",")
+    channels = {name: rows[listed.index(heads[name])] for name in names}
+    units = {"torque": "N m", "angle": "rad", "load_angle": "rad"}
+    return log_of(rows[0], channels, {name: units[name] for name in names})

@@ -16,7 +16,6 @@ from cabledrive.studies.study.controller_stage import ControllerResult
 from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.goals import SPREADS
 from cabledrive.studies.study.knowledge_stage import know
-from cabledrive.studies.study.machine import by_datasheet
 from cabledrive.studies.study.plain_data import as_plain
 from cabledrive.studies.study.stage_cache import StageCache
 from cabledrive.studies.study.verdict_stage import judge
@@ -46,7 +45,7 @@ def accepted(pretension, *, drive=WRIST, law=LAW, draws=12):
     return accept(
         drive,
         ASKED.motion,
-        by_datasheet(drive, SPREADS),
+        know(drive, [], SPREADS),
         law,
         draws=draws,
         seed=0,

@@ -21,7 +21,7 @@ from cabledrive.studies.study.resonance_stage import resonance_of
 from cabledrive.studies.study.result import StudyResult
 from cabledrive.studies.study.sensor_gain import closed_loop_matrix, sensor_bound
 from cabledrive.studies.study.verdict_stage import judge
-from study_drives import CASES, LIVELY, datasheet_of, drive_of, goals, log_text, written_log
+from study_drives import CASES, datasheet_of, drive_of, goals, log_with, written_log
 
 
 @pytest.fixture(scope="module")
@@ -201,20 +201,6 @@ def test_draws_are_alike_for_alike_seeds_and_numbers():
     assert all(known[name].low <= value <= known[name].high for name, value in one.items())
 
 
-def log_with(names):
-    from io import StringIO
-
-    from cabledrive.identification.logs.log import log_of
-
-    text = log_text("turntable", LIVELY)
-    rows = np.loadtxt(StringIO(text), delimiter=",", skiprows=1).T
-    heads = {"torque": "torque [N m]", "angle": "angle [rad]", "load_angle": "load angle [rad]"}
-    listed = text.splitlines()[0].split(",")
-    channels = {name: rows[listed.index(heads[name])] for name in names}
-    units = {"torque": "N m", "angle": "rad", "load_angle": "rad"}
-    return log_of(rows[0], channels, {name: units[name] for name in names})
-
-
 def test_logs_of_the_virtual_rig_are_told_within_their_intervals():
     truth = values_of(drive_of("turntable"))
     log = log_with(("torque", "angle", "load_angle"))
@@ -267,6 +253,8 @@ def test_a_drive_that_carries_several_masses_gets_its_resonance_and_no_controlle
         ({"goals": 3}, "is no table"),
         ({"acceptance": {"seed": -1}}, "seed = -1 must be a whole number of at least 0"),
         ({"motion": {"pulses": 10**9}}, "pulses of 1 s last 1e\\+09 s, above 3600 s"),
+        ({"acceptance": {"draws": 10**9}}, "draws = 1000000000 is above 100000: ask for fewer"),
+        ({"acceptance": {"cable_draws": 10**9}}, "cable_draws = 1000000000 is above 10000"),
         ({"motion": {"duration": "1e9 s"}}, "above 3600 s: shorten the motion"),
         ({"motion": {"angle": "1e30 deg"}}, "above 1e\\+06 rad"),
     ],

@@ -47,11 +47,10 @@ def acceptance_chapter(result: StudyResult) -> Chapter | None:
         anchor="acceptance",
         blocks=tuple(blocks),
         methods=(
-            "Acceptance: hybrid simulation, exact between samples; the cable as a nonlinear mesh; every "
-            "draw has "
-            f"a generator of its own from seed {result.goals.seed}. Numbers from a log are drawn normal with "
-            "the "
-            "interval's width, independent of one another, others uniform.",
+            "Acceptance: hybrid simulation, exact between samples; the cable as a nonlinear mesh; every draw "
+            f"has a generator of its own from seed {result.goals.seed}. Numbers from a log are drawn normal "
+            "with the interval's width, correlated as their regression has it; what an interval has beyond "
+            "the regression's own width counts as independent. Others are uniform and independent.",
         ),
     )
 

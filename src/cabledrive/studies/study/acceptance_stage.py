@@ -13,8 +13,8 @@ from cabledrive.rig.setting import Motion
 from cabledrive.studies.study.closed_loop import joined_loop, make_law, with_values
 from cabledrive.studies.study.controller_stage import ControllerResult
 from cabledrive.studies.study.drawn_plants import drawn_plant
+from cabledrive.studies.study.knowledge_stage import Knowledge
 from cabledrive.studies.study.lasting_runs import quantile_of_all
-from cabledrive.studies.study.machine import Quantity
 from cabledrive.studies.study.stage_cache import StageCache
 
 BLOCK, CABLE_BLOCK = 50, 5
@@ -118,7 +118,7 @@ class AcceptanceResult:
 def accept(
     drive: Drive,
     motion: Motion,
-    quantities: Mapping[str, Quantity],
+    known: Knowledge,
     controller: ControllerResult,
     *,
     draws: int,
@@ -136,7 +136,7 @@ def accept(
     drive : Drive
         With the best values.
     motion : Motion
-    quantities : mapping of str to Quantity
+    known : Knowledge
     controller : ControllerResult
         With a bandwidth.
     draws, seed : int
@@ -154,7 +154,7 @@ def accept(
     """
     assert controller.bandwidth is not None
     assert controller.bound is not None
-    law = make_law(drive, motion, quantities, controller.model, controller.bandwidth)
+    law = make_law(drive, motion, known.quantities, controller.model, controller.bandwidth)
     loop = joined_loop(drive, drive, law, motion, torque, cable=cable)
     plant, size = ("cable", CABLE_BLOCK) if cable else ("lumped", BLOCK)
     blocks = []
@@ -165,19 +165,19 @@ def accept(
                 f"acceptance-{plant}-{first:05d}",
                 DrawBlock,
                 {**inputs, "first": first, "last": last},
-                _block(loop, drive, quantities, seed, range(first, last)),
+                _block(loop, drive, known, seed, range(first, last)),
             )
         )
         cache.note(f"      {plant} plants: {last} of {draws}")
-    return _summed(loop, drive, quantities, seed, blocks, controller.bound, error, plant)
+    return _summed(loop, drive, known, seed, blocks, controller.bound, error, plant)
 
 
-def _block(
-    loop: Loop, drive: Drive, quantities: Mapping[str, Quantity], seed: int, draws: range
-) -> Callable[[], DrawBlock]:
+def _block(loop: Loop, drive: Drive, known: Knowledge, seed: int, draws: range) -> Callable[[], DrawBlock]:
     def compute() -> DrawBlock:
         def one(draw: int) -> tuple[float | None, float | None, float]:
-            values, phases = drawn_plant(quantities, len(loop.rig.phases), seed, draw)
+            values, phases = drawn_plant(
+                known.quantities, len(loop.rig.phases), seed, draw, known.correlations
+            )
             moved = with_values(loop, drive, values, phases)
             done = run(moved, log=False)
             score = dict(zip(SUMMARY, (float(v) for v in done.state.summary), strict=False))
@@ -196,7 +196,7 @@ def _block(
 def _summed(
     loop: Loop,
     drive: Drive,
-    quantities: Mapping[str, Quantity],
+    known: Knowledge,
     seed: int,
     blocks: list[DrawBlock],
     bound: float,
@@ -219,13 +219,13 @@ def _summed(
         failed=len(peaks) - len(lasting),
         saturated=sum(s > 0.0 for block in blocks for s in block.saturated),
         largest_torque=max(torques) if torques else None,
-        worst=_worst(loop, drive, quantities, seed, lasting[-1][1]) if lasting else None,
+        worst=_worst(loop, drive, known, seed, lasting[-1][1]) if lasting else None,
         reason="",
     )
 
 
-def _worst(loop: Loop, drive: Drive, quantities: Mapping[str, Quantity], seed: int, draw: int) -> WorstCase:
-    values, phases = drawn_plant(quantities, len(loop.rig.phases), seed, draw)
+def _worst(loop: Loop, drive: Drive, known: Knowledge, seed: int, draw: int) -> WorstCase:
+    values, phases = drawn_plant(known.quantities, len(loop.rig.phases), seed, draw, known.correlations)
     moved = with_values(loop, drive, values, phases)
     done = run(moved)
     n, rig = moved.chain.size, moved.rig

@@ -19,6 +19,7 @@ from cabledrive.identification.identifiability import blind_parameters, blind_wo
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.regression import Factors, Fit, factor, joined, solve, suited_segments
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.studies.study.correlations import Correlation, of_intervals
 from cabledrive.studies.study.machine import has_flexible_joint, values_of
 from cabledrive.studies.study.spring_regression import around, tell_cable, tell_joint
 
@@ -46,6 +47,7 @@ class Told:
     ----------
     intervals : dict of str to (float, float, float)
         Value, lower and upper bound of what could be told.
+    correlations : tuple of Correlation
     undetermined : tuple of str
         What could not, in words.
     residual : float
@@ -55,6 +57,7 @@ class Told:
     """
 
     intervals: dict[str, tuple[float, float, float]]
+    correlations: tuple[Correlation, ...]
     undetermined: tuple[str, ...]
     residual: float
     kept: float
@@ -118,7 +121,13 @@ def tell(logs: Sequence[Log], drive: Drive) -> Told:
                 "the motor joint's stiffness is not determined: its twist is within the encoders' counts",
             )
     residual = middle.residual / middle.scale if middle.scale else 1.0
-    return Told(intervals=found, undetermined=words, residual=float(residual), kept=kept)
+    return Told(
+        intervals=found,
+        correlations=of_intervals(middle, found),
+        undetermined=words,
+        residual=float(residual),
+        kept=kept,
+    )
 
 
 def _fits(logs: Sequence[Log], drive: Drive) -> Iterator[tuple[Fit, Array, float]]:

@@ -1,9 +1,10 @@
 """Plants drawn from what is known of a drive, each with a generator of its own."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from cabledrive.studies.study.correlations import Correlation, root_of
 from cabledrive.studies.study.machine import LOG, Quantity
 
 TWO_SIDED_95 = 1.96
@@ -11,25 +12,37 @@ POSITIVE = 1e-3
 """Smallest share of its best value that a drawn quantity may have."""
 
 
-def drawn_values(quantities: Mapping[str, Quantity], generator: np.random.Generator) -> dict[str, float]:
+def drawn_values(
+    quantities: Mapping[str, Quantity],
+    generator: np.random.Generator,
+    correlations: Sequence[Correlation] = (),
+) -> dict[str, float]:
     """One plant from what is known: normal where a log gave the interval, else anywhere within the bounds.
 
     Parameters
     ----------
     quantities : mapping of str to Quantity
     generator : numpy.random.Generator
+    correlations : sequence of Correlation
+        Of quantities that a log gave.
 
     Returns
     -------
     dict of str to float
     """
+    names = sorted(quantities)
+    told = [name for name in names if quantities[name].source == LOG]
+    chance = {name: generator.standard_normal() if name in told else generator.random() for name in names}
+    if correlations:
+        mixed = root_of(correlations, told) @ [chance[name] for name in told]
+        chance |= dict(zip(told, mixed, strict=True))
     found = {}
-    for name in sorted(quantities):
+    for name in names:
         q = quantities[name]
         if q.source == LOG:
-            value = generator.normal(q.value, q.half_width / TWO_SIDED_95)
+            value = q.value + q.half_width / TWO_SIDED_95 * chance[name]
         else:
-            value = generator.uniform(q.low, q.high)
+            value = q.low + (q.high - q.low) * chance[name]
         least = POSITIVE * abs(q.value) if name != "offset_torque" else -np.inf
         most = 0.999 if name == "motor_share" else np.inf
         found[name] = float(np.clip(value, least, most))
@@ -37,7 +50,11 @@ def drawn_values(quantities: Mapping[str, Quantity], generator: np.random.Genera
 
 
 def drawn_plant(
-    quantities: Mapping[str, Quantity], encoders: int, seed: int, draw: int
+    quantities: Mapping[str, Quantity],
+    encoders: int,
+    seed: int,
+    draw: int,
+    correlations: Sequence[Correlation] = (),
 ) -> tuple[dict[str, float], np.ndarray]:
     """Quantities and encoder phases of one draw; every draw has a generator of its own.
 
@@ -46,6 +63,7 @@ def drawn_plant(
     quantities : mapping of str to Quantity
     encoders : int
     seed, draw : int
+    correlations : sequence of Correlation
 
     Returns
     -------
@@ -53,4 +71,4 @@ def drawn_plant(
     phases : ndarray, shape (encoders,)
     """
     generator = np.random.default_rng([seed, draw])
-    return drawn_values(quantities, generator), generator.uniform(-0.5, 0.5, encoders)
+    return drawn_values(quantities, generator, correlations), generator.uniform(-0.5, 0.5, encoders)

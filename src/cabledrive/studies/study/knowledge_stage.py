@@ -9,6 +9,7 @@ from cabledrive.identification.identify import IdentifyOptions, identify
 from cabledrive.identification.logs.log import Log
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.studies.study.chain_regression import tell, whole_drive
+from cabledrive.studies.study.correlations import Correlation, among, of_an_axis
 from cabledrive.studies.study.machine import GOAL, LOG, Quantity, by_datasheet, drive_with
 
 ESSENTIAL = ("near_inertia", "load_inertia", "viscous_friction", "coulomb_friction", "cable_stiffness")
@@ -32,6 +33,8 @@ class Knowledge:
     residual : float or None
         Of the torque, relative; None without logs.
     method : str
+    correlations : tuple of Correlation
+        Of the numbers that the logs tell; of the others none is known.
     """
 
     quantities: dict[str, Quantity]
@@ -40,6 +43,7 @@ class Knowledge:
     findings: tuple[str, ...]
     residual: float | None
     method: str
+    correlations: tuple[Correlation, ...] = ()
 
     @property
     def values(self) -> dict[str, float]:
@@ -152,6 +156,7 @@ def _by_regression(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]
         residual=told.residual,
         method=f"sum of torques, load's own equation and twist of the joint; {100 * told.kept:.0f} % of the "
         "samples could be used",
+        correlations=among(told.correlations, fresh),
     )
 
 
@@ -163,8 +168,11 @@ def _as_one_axis(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]) 
         return _told_nothing(known, str(failure))
     wrong = [words for words in found.findings if "negative" in words or "does not fit" in words]
     fresh, told = dict(known), found.identifiable and not wrong
-    if told:
-        fresh |= _rigid_quantities(drive, found, known)
+    together: tuple[Correlation, ...] = ()
+    if told and "inertia" in found.parameters:
+        parts = _shares_of_the_axis(drive, known)
+        fresh |= _rigid_quantities(found, known, parts)
+        together = of_an_axis(found, parts, fresh)
     words = found.unidentifiable + tuple(wrong)
     words += ("the log shows no load angle: stiffness, damping and load stay the datasheet's",)
     return Knowledge(
@@ -176,20 +184,25 @@ def _as_one_axis(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]) 
         findings=tuple(f for f in found.findings if f not in wrong),
         residual=float(found.residual["relative"]),
         method="one rigid axis, inverse dynamics; the split between motor and load is the datasheet's",
+        correlations=among(together, fresh),
     )
 
 
-def _rigid_quantities(drive: Drive, found: Identification, known: dict[str, Quantity]) -> dict[str, Quantity]:
-    """Inertia of the whole axis at the motor, split as the data sheet has it; friction as it is."""
-    estimates = found.parameters
-    if "inertia" not in estimates:
-        return {}
+def _shares_of_the_axis(drive: Drive, known: dict[str, Quantity]) -> dict[str, float]:
+    """Either inertia over that of the whole axis at the motor, as the data sheet has it."""
     squared = (drive.load_pulley.radius / drive.drive_pulley.radius) ** 2
     whole = known["near_inertia"].value + known["load_inertia"].value / squared
-    axis, fresh = estimates["inertia"], {}
-    for name in ("near_inertia", "load_inertia"):
+    return {name: known[name].value / whole for name in ("near_inertia", "load_inertia")}
+
+
+def _rigid_quantities(
+    found: Identification, known: dict[str, Quantity], parts: dict[str, float]
+) -> dict[str, Quantity]:
+    """Inertia of the whole axis at the motor, split as the data sheet has it; friction as it is."""
+    estimates, fresh = found.parameters, {}
+    axis = estimates["inertia"]
+    for name, part in parts.items():
         sheet = known[name]
-        part = sheet.value / whole
         value, half = part * axis.value, part * 0.5 * (axis.high - axis.low)
         half += sheet.half_width / sheet.value * abs(value)
         fresh[name] = replace(sheet, value=value, low=value - half, high=value + half, source=LOG)
@@ -227,7 +240,8 @@ def with_load(found: Knowledge, load: tuple[float, float]) -> Knowledge:
     own = found.quantities["load_inertia"]
     value = 0.5 * (low + high)
     fresh = replace(own, value=value, low=low, high=high, source=GOAL)
-    return replace(found, quantities=found.quantities | {"load_inertia": fresh})
+    quantities = found.quantities | {"load_inertia": fresh}
+    return replace(found, quantities=quantities, correlations=among(found.correlations, quantities))
 
 
 def _against_the_datasheet(fresh: dict[str, Quantity], known: dict[str, Quantity]) -> tuple[str, ...]:

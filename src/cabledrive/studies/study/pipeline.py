@@ -258,6 +258,7 @@ def _accepted(
         return no_runs("cable", "the cable rig is a loop round two pulleys, this drive is a line")
     plant = "cable" if cable else "lumped"
     about = {**inputs, "seed": goals.seed, "bandwidth": controller.bandwidth, "cable": cable}
+    about["correlations"] = known.correlations
     result: AcceptanceResult = run.stage(
         f"acceptance-{plant}",
         AcceptanceResult,
@@ -265,7 +266,7 @@ def _accepted(
         lambda: accept(
             machine,
             goals.motion,
-            known.quantities,
+            known,
             controller,
             draws=draws,
             seed=goals.seed,

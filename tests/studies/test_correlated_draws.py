@@ -1,0 +1,165 @@
+"""Plants are drawn with the correlation that the numbers of one log have, each as wide as it is known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cabledrive.identification.identify import IdentifyOptions, identify
+from cabledrive.identification.regression import Fit
+from cabledrive.studies.study.chain_regression import NAMES, tell
+from cabledrive.studies.study.correlations import Correlation, among, of_an_axis, of_intervals, root_of
+from cabledrive.studies.study.drawn_plants import TWO_SIDED_95, drawn_plant
+from cabledrive.studies.study.goals import SPREADS
+from cabledrive.studies.study.knowledge_stage import know, with_load
+from cabledrive.studies.study.machine import LOG, UNITS, Quantity, by_datasheet
+from study_drives import drive_of, log_with
+
+VALUES = np.array([4e-4, 0.02, 1e-3, 0.02, 1e-3])
+RHO = np.eye(5)
+RHO[0, 1] = RHO[1, 0] = -0.8
+RHO[2, 3] = RHO[3, 2] = -0.5
+RHO[0, 4] = RHO[4, 0] = 0.3
+ERRORS = 0.02 * VALUES
+FIT = Fit(
+    names=NAMES,
+    values=VALUES,
+    covariance=RHO * np.outer(ERRORS, ERRORS),
+    freedom=60,
+    condition=1.0,
+    blind=np.zeros((0, 5)),
+    residual=0.0,
+    scale=1.0,
+    rows=1000,
+)
+DRAWS = 4000
+
+
+def intervals(wider=1.0):
+    """What a log tells that leaves nothing but the regression's own width, or a multiple of it."""
+    halves = wider * FIT.half_width()
+    return {n: (v, v - h, v + h) for n, v, h in zip(NAMES, VALUES, halves, strict=True)}
+
+
+def quantities(told):
+    return {
+        name: Quantity(name=name, value=value, low=low, high=high, unit=UNITS[name], source=LOG)
+        for name, (value, low, high) in told.items()
+    }
+
+
+def drawn(told, correlations, seed=5):
+    """Plants as rows of numbers, in the order of the alphabet."""
+    known = quantities(told)
+    plants = [drawn_plant(known, 2, seed, draw, correlations)[0] for draw in range(DRAWS)]
+    return np.array([[plant[name] for name in sorted(known)] for plant in plants])
+
+
+def matrix(correlations, names):
+    root = root_of(correlations, names)
+    return root @ root
+
+
+def test_drawn_plants_have_the_regressions_correlation_where_it_is_all_there_is():
+    told = intervals()
+    correlations = of_intervals(FIT, told)
+    order = [NAMES.index(name) for name in sorted(NAMES)]
+    np.testing.assert_allclose(matrix(correlations, sorted(NAMES)), RHO[np.ix_(order, order)], atol=1e-12)
+    seen = np.corrcoef(drawn(told, correlations).T)
+    off = np.abs(seen - RHO[np.ix_(order, order)]).max()
+    assert off < 4.0 / np.sqrt(DRAWS), f"observed {off:.4f} of {4.0 / np.sqrt(DRAWS):.4f}"
+
+
+def test_each_number_is_drawn_as_wide_as_without_correlation():
+    told = intervals()
+    plants = drawn(told, of_intervals(FIT, told))
+    for column, name in enumerate(sorted(NAMES)):
+        value, low, high = told[name]
+        spread = 0.5 * (high - low) / TWO_SIDED_95
+        mean, width = (plants[:, column].mean() - value) / spread, plants[:, column].std() / spread
+        assert abs(mean) < 4.0 / np.sqrt(DRAWS), f"{name}: observed {mean:.4f}"
+        assert abs(width - 1.0) < 4.0 / np.sqrt(2.0 * DRAWS), f"{name}: observed {width:.4f}"
+
+
+def test_what_an_interval_has_beyond_the_regression_takes_its_share_of_the_correlation():
+    """Twice as wide: a quarter of the variance is the regression's, a quarter of the correlation is left."""
+    whole = matrix(of_intervals(FIT, intervals()), sorted(NAMES))
+    shared = matrix(of_intervals(FIT, intervals(2.0)), sorted(NAMES))
+    np.testing.assert_allclose(shared - np.eye(5), 0.25 * (whole - np.eye(5)), atol=1e-12)
+
+
+def test_stiffness_and_damping_of_the_cable_carry_the_loads_error():
+    """Nothing of their own: they go with the load, and with the motor's inertia as the load does."""
+    told = intervals()
+    load = told["load_inertia"]
+    told |= {name: tuple(scale * v for v in load) for name, scale in (("cable_stiffness", 1e7),)}
+    damping = 30.0 * load[0]
+    half = 2.0 * 30.0 * 0.5 * (load[2] - load[1])
+    told["cable_damping"] = (damping, damping - half, damping + half)
+    found = {(one.first, one.second): one.value for one in of_intervals(FIT, told)}
+    assert found["cable_stiffness", "load_inertia"] == pytest.approx(1.0)
+    assert found["cable_stiffness", "near_inertia"] == pytest.approx(-0.8)
+    assert found["cable_damping", "load_inertia"] == pytest.approx(0.5)
+    assert found["cable_damping", "cable_stiffness"] == pytest.approx(0.5)
+    plants = drawn(told, of_intervals(FIT, told))
+    names = sorted(told)
+    ratio = plants[:, names.index("cable_stiffness")] / plants[:, names.index("load_inertia")]
+    assert np.ptp(ratio) < 1e-5 * ratio.mean(), (
+        "a stiffness with no error of its own is the load's times a number"
+    )
+
+
+def test_the_same_seed_draws_the_same_bits_and_data_sheets_are_drawn_as_ever():
+    told = intervals()
+    correlations = of_intervals(FIT, told)
+    assert np.array_equal(drawn(told, correlations)[:20], drawn(told, correlations)[:20])
+    sheet = by_datasheet(drive_of("wrist"), SPREADS)
+    generator = np.random.default_rng([3, 8])
+    expected = {name: generator.uniform(sheet[name].low, sheet[name].high) for name in sorted(sheet)}
+    assert drawn_plant(sheet, 3, 3, 8)[0] == expected
+
+
+def test_a_log_tells_how_its_numbers_err_together():
+    """More inertia at the motor is less at the load; the rest of the log's matrix makes sense as well."""
+    told = tell([log_with(("torque", "angle", "load_angle"))], drive_of("turntable"))
+    found = {(one.first, one.second): one.value for one in told.correlations}
+    assert found["load_inertia", "near_inertia"] < -0.3, found
+    assert found["cable_stiffness", "load_inertia"] > 0.5, found
+    sizes = np.linalg.eigvalsh(matrix(told.correlations, sorted(told.intervals)))
+    assert sizes[0] > 0.0, f"observed {sizes}"
+
+
+def test_both_parts_of_an_axis_carry_its_error():
+    log, sheet = log_with(("torque", "angle")), by_datasheet(drive_of("turntable"), SPREADS)
+    found = identify([log], IdentifyOptions(), method="inverse-dynamics")
+    halves = {name: 0.5 * (e.high - e.low) for name, e in found.parameters.items() if name in UNITS}
+    halves |= {"near_inertia": 1e-5, "load_inertia": 2e-4}
+    known = {
+        name: replace(sheet[name], low=sheet[name].value - half, high=sheet[name].value + half, source=LOG)
+        for name, half in halves.items()
+    }
+    parts = {"near_inertia": 0.2, "load_inertia": 7.0}
+    told = {(one.first, one.second): one.value for one in of_an_axis(found, parts, known)}
+    axis = found.parameters["inertia"]
+    product = 0.2 * 7.0 * (0.5 * (axis.high - axis.low)) ** 2
+    assert told["load_inertia", "near_inertia"] == pytest.approx(product / (1e-5 * 2e-4))
+    errors = np.sqrt(np.diag(found.covariance))
+    names = list(found.parameters)
+    i, j = names.index("coulomb_friction"), names.index("viscous_friction")
+    expected = found.covariance[i, j] / (errors[i] * errors[j])
+    assert told["coulomb_friction", "viscous_friction"] == pytest.approx(expected)
+
+
+def test_only_numbers_that_stayed_the_logs_are_drawn_together():
+    one = Correlation(first="load_inertia", second="near_inertia", value=-0.5)
+    told = quantities(intervals())
+    assert among((one,), told) == (one,)
+    known = replace(know(drive_of("wrist"), [], SPREADS), quantities=told, correlations=(one,))
+    assert with_load(known, (0.015, 0.025)).correlations == ()
+
+
+def test_correlations_that_no_numbers_can_have_are_refused():
+    names = ("a", "b", "c")
+    pairs = (("a", "b", 0.9), ("b", "c", 0.9), ("a", "c", -0.9))
+    with pytest.raises(ValueError, match="negative"):
+        root_of([Correlation(first=a, second=b, value=v) for a, b, v in pairs], names)
