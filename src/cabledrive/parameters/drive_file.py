@@ -103,6 +103,8 @@ def packaged_drives() -> tuple[str, ...]:
 
 def _read(source: str | Path) -> bytes:
     path = Path(source)
+    if not str(source):
+        raise InputRefused("no drive is named: give the path of a drive file, or a name of cabledrive drives")
     try:
         if str(source) in packaged_drives() and not path.is_file():
             return (resources.files("cabledrive.parameters") / "drives" / f"{source}.toml").read_bytes()

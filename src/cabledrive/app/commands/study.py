@@ -77,6 +77,7 @@ def command(
 def _studied(
     drive: Drive, logs: tuple[str, ...], goals: str | None, quick: bool, folder: Path, asked: str
 ) -> dict[str, Any]:
+    from cabledrive.app.run_limits import check_record
     from cabledrive.report.study_page import study_html
     from cabledrive.studies.study import Goals, load_goals, run_study
     from cabledrive.studies.study.results_file import write_files
@@ -84,6 +85,9 @@ def _studied(
 
     wanted = load_goals(goals) if goals else Goals()
     wanted = replace(wanted, **{k: min(v, getattr(wanted, k)) for k, v in QUICK.items()}) if quick else wanted
+    if drive.sensors is not None and drive.sensors.sample_rate is not None:
+        duration = wanted.motion.trajectory.duration
+        check_record(duration, duration * drive.sensors.sample_rate)
     sweep(folder)
     sweep(folder / STAGES)
     result = run_study(drive, [Path(log) for log in logs], wanted, folder=folder / STAGES, note=note)

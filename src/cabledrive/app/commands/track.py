@@ -96,6 +96,7 @@ METHOD = "hybrid simulation: exact between samples, stick-slip events on the exa
 )
 def command(drive: Drive, log_file: NewFile | None, plant_settings: tuple[str, ...], **wish: Any) -> Answer:
     """Let a control law follow pulses of the load pulley of DRIVE, on a rig with encoders and friction."""
+    from cabledrive.app.run_limits import check_run
     from cabledrive.rig import Motion, RigOptions, track
     from cabledrive.rig.log_file import log_text
     from cabledrive.rig.spoken_options import spoken_blindness, spoken_disturbance
@@ -105,6 +106,22 @@ def command(drive: Drive, log_file: NewFile | None, plant_settings: tuple[str, .
     actual = None
     if plant_settings:
         actual = load_drive(given["drive"], overrides=(*given["settings"], *plant_settings))
+    motion = Motion(**{name: wish[name] for name in ("angle", "rise", "dwell", "pulses", "order")})
+    options = RigOptions(
+        observer=wish["observer"],
+        feedback=wish["feedback"],
+        encoder_phase=wish["encoder_phase"],
+        ideal_sensors=wish["ideal_sensors"],
+        smooth_friction=wish["smooth_friction"],
+        forbid_slack=not wish["tension_only"],
+        as_printed=wish["as_printed"],
+        segments=wish["segments"],
+        check_conditions=wish["check_conditions"],
+        jitter=wish["jitter"],
+        disturbances=tuple(spoken_disturbance(words) for words in wish["disturbances"]),
+        blind=spoken_blindness(wish["blind"]),
+    )
+    check_run(actual or drive, motion, options, draws=wish["draws"], cable=wish["plant"] == "cable")
     found = track(
         drive,
         controller=wish["controller"],
@@ -112,21 +129,8 @@ def command(drive: Drive, log_file: NewFile | None, plant_settings: tuple[str, .
         gains=wish["gains"],
         feedforward=wish["feedforward"],
         plant=wish["plant"],
-        motion=Motion(**{name: wish[name] for name in ("angle", "rise", "dwell", "pulses", "order")}),
-        options=RigOptions(
-            observer=wish["observer"],
-            feedback=wish["feedback"],
-            encoder_phase=wish["encoder_phase"],
-            ideal_sensors=wish["ideal_sensors"],
-            smooth_friction=wish["smooth_friction"],
-            forbid_slack=not wish["tension_only"],
-            as_printed=wish["as_printed"],
-            segments=wish["segments"],
-            check_conditions=wish["check_conditions"],
-            jitter=wish["jitter"],
-            disturbances=tuple(spoken_disturbance(words) for words in wish["disturbances"]),
-            blind=spoken_blindness(wish["blind"]),
-        ),
+        motion=motion,
+        options=options,
         plant_drive=actual,
         seed=wish["seed"],
         adapt=not wish["no_adaptation"],

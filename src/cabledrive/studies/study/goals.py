@@ -29,6 +29,8 @@ COUNTS = ("pulses", "order", "draws", "cable_draws", "carriage_draws", "seed")
 TABLES = ("goals", "motion", "carriage", "acceptance")
 SPREADS = {"inertia": 0.1, "stiffness": 0.2, "damping": 0.5, "friction": 0.3}
 """Relative half widths of what a datasheet says, where nothing else is stated."""
+MOST_DRAWS = {"draws": 100_000, "cable_draws": 10_000, "carriage_draws": 100_000}
+"""Plants of an acceptance: about a day of one core each."""
 LONGEST_MOTION = 3600.0
 """Of all pulses [s]."""
 LARGEST_ANGLE = 1e6
@@ -98,6 +100,9 @@ class Goals:
                 f"draws = {self.draws} and carriage_draws = {self.carriage_draws} must be at least 1, "
                 f"cable_draws = {self.cable_draws} 0"
             )
+        for name, most in MOST_DRAWS.items():
+            if getattr(self, name) > most:
+                raise InputRefused(f"{name} = {getattr(self, name)} is above {most}: ask for fewer")
         if self.seed < 0:
             raise InputRefused(f"seed = {self.seed} must not be negative: give a whole number from 0 on")
         length = self.pulses * (self.duration + self.dwell)

@@ -1,0 +1,118 @@
+"""How long a run of the rig may be: by the memory of its record and by the time that its draws take."""
+
+from math import isfinite, sqrt
+
+from cabledrive.parameters import Drive, InputRefused
+from cabledrive.rig import Motion, RigOptions
+from cabledrive.rig.setting import sample_interval
+
+MOST_MEMORY = 4e9
+"""Of the record of one run [bytes]."""
+BYTES_PER_SAMPLE = 600.0
+"""States, readings, estimates, reference and bound of one sample, measured at the process."""
+MOST_DRAWS = 100_000
+MOST_DRAWN_SAMPLES = 1e11
+"""Of all draws together: about a day of one core."""
+MOST_SEGMENT_STEPS = 1e13
+"""Steps times segments of the cable as plant: about a day of one core."""
+MOST_JITTER = 0.4
+"""Standard deviation of the sample times, in samples: later samples would change places."""
+
+
+def check_run(
+    drive: Drive, motion: Motion, options: RigOptions, *, draws: int = 0, cable: bool = False
+) -> None:
+    """Refuse a run of the rig that would not end, or not fit into memory.
+
+    Parameters
+    ----------
+    drive : Drive
+        The plant.
+    motion : Motion
+    options : RigOptions
+    draws : int, default 0
+        Plants that are run besides.
+    cable : bool, default False
+        Whether the distributed cable is the plant.
+
+    Raises
+    ------
+    InputRefused
+        If a bound is passed, or a disturbance comes after the end of the motion.
+    """
+    if not isfinite(motion.angle):
+        raise InputRefused(f"angle = {motion.angle:.4g} deg must be finite: give one in deg")
+    duration = motion.trajectory.duration
+    samples = duration / sample_interval(drive)
+    check_record(duration, samples)
+    _check_draws(draws, samples)
+    _check_times(options, duration)
+    _check_sampling(drive, options, duration)
+    if cable:
+        _check_segments(drive, options.segments, duration)
+
+
+def check_record(duration: float, samples: float) -> None:
+    """Refuse a record that would not fit into memory.
+
+    Parameters
+    ----------
+    duration : float
+        Of the motion [s].
+    samples : float
+
+    Raises
+    ------
+    InputRefused
+        If it takes more than `MOST_MEMORY`.
+    """
+    size = BYTES_PER_SAMPLE * samples
+    if size > MOST_MEMORY:
+        longest = duration * MOST_MEMORY / size
+        raise InputRefused(
+            f"a motion of {duration:.4g} s has {samples:.3g} samples, whose record takes {size / 1e9:.3g} GB; "
+            f"at most {MOST_MEMORY / 1e9:.0f} GB are used, {longest:.4g} s: shorten rise, dwell or pulses"
+        )
+
+
+def _check_draws(draws: int, samples: float) -> None:
+    most = min(MOST_DRAWS, int(MOST_DRAWN_SAMPLES / max(samples, 1.0)))
+    if draws > most:
+        raise InputRefused(f"draws = {draws} are more than the {most} that this motion allows: ask for fewer")
+
+
+def _check_times(options: RigOptions, duration: float) -> None:
+    starts = [(f"disturbance on the {step.on}", step.start) for step in options.disturbances]
+    if options.blind is not None:
+        starts.append((f"blind {options.blind[0]} encoder", options.blind[1]))
+    for what, start in starts:
+        if start >= duration:
+            raise InputRefused(
+                f"{what}: starts at {start:.4g} s, the motion ends at {duration:.4g} s: start earlier"
+            )
+
+
+def _check_sampling(drive: Drive, options: RigOptions, duration: float) -> None:
+    interval = sample_interval(drive)
+    if options.jitter > MOST_JITTER * interval:
+        raise InputRefused(
+            f"jitter = {options.jitter:.4g} s is above {MOST_JITTER:g} of the sample time {interval:.4g} s: "
+            f"give at most {MOST_JITTER * interval:.4g} s"
+        )
+    delay = drive.sensors.delay if drive.sensors is not None else 0.0
+    if delay >= duration:
+        raise InputRefused(
+            f"sensors.delay = {delay:.4g} s is not below the {duration:.4g} s of the motion, in which no "
+            "torque would act: shorten the delay"
+        )
+
+
+def _check_segments(drive: Drive, segments: int, duration: float) -> None:
+    """By the steps that a wave along the cable asks for."""
+    per_second = drive.cable.axial_wave_speed / drive.pulley_distance
+    most = int(sqrt(MOST_SEGMENT_STEPS / (2.0 * duration * per_second)))
+    if segments > most:
+        raise InputRefused(
+            f"segments = {segments} are more than the {most} per span that a motion of {duration:.4g} s "
+            "allows: take fewer, or shorten the motion"
+        )
