@@ -5,6 +5,7 @@ import struct
 import subprocess
 import sys
 import zlib
+from collections import Counter
 
 import numpy as np
 import pytest
@@ -52,17 +53,30 @@ def identify(capsys, path, *options):
     return status or 0, out.out, out.err
 
 
-def refused(capsys, tmp_path, name, content, words):
+def answer_to(capsys, tmp_path, name, content):
     path = tmp_path / name
     path.write_bytes(content) if isinstance(content, bytes) else path.write_text(content)
-    status, out, err = identify(capsys, path)
+    return identify(capsys, path)
+
+
+def refused(answer, name, words):
+    status, out, err = answer
     assert (status, out) == (2, ""), err
     assert err.count("\n") == 1, err
     assert words in err, err
     assert name in err, err
 
 
-def test_logs_that_cannot_be_read_are_status_2_and_name_file_place_and_remedy(tmp_path, capsys, sound):
+def summed(answers):
+    """Of several answers: how many have which status, and the lines of each on standard error."""
+    statuses = Counter(status for status, _, _ in answers)
+    told = ", ".join(f"{count} of {len(answers)} status {status}" for status, count in statuses.items())
+    return f"{told}; at most {max(err.count(chr(10)) for _, _, err in answers)} line on standard error"
+
+
+def test_logs_that_cannot_be_read_are_status_2_and_name_file_place_and_remedy(
+    tmp_path, capsys, sound, measured
+):
     torque, angle = sound
     torque, angle, time = torque[:200], angle[:200], TIME[:200]
 
@@ -71,7 +85,7 @@ def test_logs_that_cannot_be_read_are_status_2_and_name_file_place_and_remedy(tm
 
     lines = short().splitlines()
     lines[50] = lines[50].replace(lines[50].split(",")[1], "high")
-    for name, content, words in (
+    logs = (
         ("empty.csv", "", "is empty"),
         ("one.csv", "torque [N m]\n1\n2\n3\n", "one column only"),
         ("words.csv", "\n".join(lines), 'line 51, column "torque" holds "high"'),
@@ -85,24 +99,29 @@ def test_logs_that_cannot_be_read_are_status_2_and_name_file_place_and_remedy(tm
         ("log.csv.gz", b"\x1f\x8b", "unpack compressed files"),
         ("log.zip", b"PK", "unpack compressed files"),
         ("log.mat", b"MATLAB 5.0 MAT-file".ljust(126) + b"IM" + bytes(range(200)) * 5, "no readable MATLAB"),
-    ):
-        refused(capsys, tmp_path, name, content, words)
+    )
+    answers = [answer_to(capsys, tmp_path, name, content) for name, content, _ in logs]
+    measured(summed(answers))
+    for answer, (name, _, words) in zip(answers, logs, strict=True):
+        refused(answer, name, words)
 
 
 def test_a_matlab_object_is_refused(tmp_path, capsys):
     io.savemat(tmp_path / "o.mat", {"cell": np.array(["a", "b"], dtype=object), "word": "x"})
-    refused(capsys, tmp_path, "o.mat", (tmp_path / "o.mat").read_bytes(), "holds no vector of numbers")
+    refused(identify(capsys, tmp_path / "o.mat"), "o.mat", "holds no vector of numbers")
 
 
 def test_constant_signals_are_refused(tmp_path, capsys, sound):
     torque, angle = sound
-    refused(capsys, tmp_path, "t.csv", text(0 * torque + 0.1, angle), "torque is constant")
-    refused(capsys, tmp_path, "a.csv", text(torque, 0 * angle), "angle is constant")
+    torque_stands = answer_to(capsys, tmp_path, "t.csv", text(0 * torque + 0.1, angle))
+    refused(torque_stands, "t.csv", "torque is constant")
+    refused(answer_to(capsys, tmp_path, "a.csv", text(torque, 0 * angle)), "a.csv", "angle is constant")
 
 
 def test_a_torque_that_saturates_nearly_always_is_refused(tmp_path, capsys):
     torque, angle = rig_log(sines(0.3), limit=0.35)
-    refused(capsys, tmp_path, "s.csv", text(np.clip(torque, -0.35, 0.35), angle), "the torque saturates")
+    answer = answer_to(capsys, tmp_path, "s.csv", text(np.clip(torque, -0.35, 0.35), angle))
+    refused(answer, "s.csv", "the torque saturates")
 
 
 def test_one_per_cent_of_dropped_rows_is_filled_and_said_in_the_answer(tmp_path, capsys, sound):
@@ -127,11 +146,12 @@ def test_motion_in_one_direction_cannot_part_coulomb_friction_and_offset(tmp_pat
 
 
 @pytest.mark.parametrize("kind", ["swapped", "reversed"])
-def test_a_negative_inertia_is_a_finding_with_status_3(tmp_path, capsys, sound, kind):
+def test_a_negative_inertia_is_a_finding_with_status_3(tmp_path, capsys, sound, kind, measured):
     torque, angle = sound
     content = text(angle, torque) if kind == "swapped" else text(-torque, angle)
     (tmp_path / "n.csv").write_text(content)
     status, out, err = identify(capsys, tmp_path / "n.csv")
+    measured(summed([(status, out, err)]))
     assert status == 3, err
     assert "are torque and angle swapped" in err
     assert err.count("\n") == 1
@@ -157,14 +177,16 @@ def test_a_matlab_bomb_is_counted_without_being_unpacked(tmp_path):
 
 
 @pytest.mark.verify
-def test_a_matlab_bomb_of_three_gigabytes_is_refused_in_little_memory(tmp_path, capsys):
+def test_a_matlab_bomb_of_three_gigabytes_is_refused_in_little_memory(tmp_path, measured):
     import resource
 
     packed_matlab(tmp_path / "b.mat", 3 << 30)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     with pytest.raises(InputRefused, match="unpacks to more than 2 GiB"):
         read_log(tmp_path / "b.mat")
-    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 200_000  # kB
+    taken = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before  # kB
+    measured(f"refused in {taken / 1000:.0f} MB more than before")
+    assert taken < 200_000, taken
 
 
 def test_an_hdf5_bomb_is_refused_by_its_shape_and_by_its_chunks(tmp_path):
