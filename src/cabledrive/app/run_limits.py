@@ -70,7 +70,7 @@ def check_record(duration: float, samples: float) -> None:
     if size > MOST_MEMORY:
         longest = duration * MOST_MEMORY / size
         raise InputRefused(
-            f"a motion of {duration:.4g} s has {samples:.3g} samples, whose record takes {size / 1e9:.3g} GB; "
+            f"a motion of {duration:.4g} s takes {samples:.3g} samples and {size / 1e9:.3g} GB; "
             f"at most {MOST_MEMORY / 1e9:.0f} GB are used, {longest:.4g} s: shorten rise, dwell or pulses"
         )
 

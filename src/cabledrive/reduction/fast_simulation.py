@@ -20,6 +20,7 @@ from cabledrive.simulation.netcdf import write_netcdf
 from cabledrive.simulation.records import MOST_MEMORY
 from cabledrive.simulation.signals import Function, check_lasts, signal_of
 from cabledrive.simulation.start import displacement_at_start, velocity_at_start
+from cabledrive.simulation.step_size import check_resolved
 
 Array = NDArray[np.float64]
 
@@ -101,6 +102,7 @@ def simulate_fast(
     _check_memory(model, steps, steps // stride + 1)
     signal = signal_of(torque, "torque")
     check_lasts(signal, duration, "torque")
+    check_resolved(signal, step)
     samples = signal.at(np.arange(steps + 1, dtype=np.float64) * step) + (
         drive.motor.offset_torque if drive.motor else 0.0
     )

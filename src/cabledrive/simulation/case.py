@@ -26,7 +26,7 @@ from cabledrive.simulation.scheme import Scheme
 from cabledrive.simulation.signals import Function, Signal, check_lasts, signal_of
 from cabledrive.simulation.start import PLANES, Start, displacement_at_start, velocity_at_start
 from cabledrive.simulation.state import State, new_state
-from cabledrive.simulation.step_size import TimeGrid, time_grid
+from cabledrive.simulation.step_size import TimeGrid, check_resolved, time_grid
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -213,9 +213,12 @@ def case_of(
     mesh = mesh_of(drive, scheme.segments)
     law = cable_law(drive.cable, scheme.model, tension_only=scheme.slack == "tension-only")
     largest = method.largest_step(mesh, law)
-    grid = time_grid(duration, largest, step=scheme.step, cfl=scheme.cfl, rate=recording.rate)
+    grid = time_grid(
+        duration, largest, step=scheme.step, cfl=scheme.cfl, rate=recording.rate, nodes=mesh.nodes
+    )
     signal = signal_of(torque, "torque")
     check_lasts(signal, duration, "torque")
+    check_resolved(signal, grid.step)
     pushes = tuple(signal_of(force.signal, f"force on carriage {force.carriage}") for force in forces)
     for force, push in zip(forces, pushes, strict=True):
         check_lasts(push, duration, f"force on carriage {force.carriage}")

@@ -112,6 +112,7 @@ class RecordsInFolder(Records):
             self._check_setting(case)
             self.resumed = self._load(case)
         else:
+            _check_room(folder.parent, case)
             self._make(case)
         done = self.resumed[1] if self.resumed else 0
         kept = -(-done // case.recording.fields) if case.recording.fields else 0
@@ -184,6 +185,18 @@ class RecordsInFolder(Records):
         """Delete the folder, once its content is in the result."""
         self.close()
         shutil.rmtree(self.folder)
+
+
+def _check_room(folder: Path, case: Case) -> None:
+    """Refuse records that the disk does not hold, once as they come in and once as the result."""
+    rows = 8 * (case.grid.records + 1) * case.width
+    size = 2 * (rows + 8 * case.field_records * 3 * case.mesh.nodes)
+    free = shutil.disk_usage(folder).free
+    if size > free:
+        raise InputRefused(
+            f"the records of this run take {size / 1e9:.3g} GB, {free / 1e9:.3g} GB are free in {folder}: "
+            "lower rate or fields, shorten the run, or write to a larger disk"
+        )
 
 
 def _open_at(path: Path, size: int) -> io.BufferedRandom:

@@ -13,8 +13,11 @@ import numpy as np
 from cabledrive.mechanics.cable_law import CableLaw
 from cabledrive.mechanics.mesh import Mesh
 from cabledrive.parameters.errors import InputRefused
+from cabledrive.simulation.signals import Signal, Sine
 
 MOST_STEPS = 10**12
+MOST_NODE_STEPS = 1e14
+"""Steps times nodes: about a week of one core."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,7 +100,7 @@ def largest_stable_step(mesh: Mesh, law: CableLaw) -> float:
 
 
 def time_grid(
-    duration: float, largest_step: float, *, step: float | None, cfl: float, rate: float
+    duration: float, largest_step: float, *, step: float | None, cfl: float, rate: float, nodes: int = 1
 ) -> TimeGrid:
     """Steps and records of a run, the last record exactly at its end.
 
@@ -113,6 +116,8 @@ def time_grid(
         Share of the largest step to take if none was asked for.
     rate : float
         Least number of records per second [Hz].
+    nodes : int, default 1
+        Of the divided cable.
 
     Returns
     -------
@@ -132,12 +137,34 @@ def time_grid(
             f"step = {step:.6g} s is not stable: at most {largest_step:.6g} s (CFL 1), or fewer segments"
         )
     wanted = min(cfl * largest_step if step is None else step, duration)
-    if duration / wanted > MOST_STEPS:
+    most = min(MOST_STEPS, MOST_NODE_STEPS / nodes)
+    if duration / wanted > most:
         raise InputRefused(
             f"duration = {duration:.6g} s takes {duration / wanted:.3g} steps of {wanted:.3g} s, at most "
-            f"{MOST_STEPS:.0e} are taken: shorten the run or use fewer segments"
+            f"{most:.3g} are taken: shorten the run or use fewer segments"
         )
     records = max(1, ceil(duration * rate * (1.0 - 1e-12)))
     interval = duration / records
     every = max(1, ceil(interval / wanted * (1.0 - 1e-12)))
     return TimeGrid(step=interval / every, largest_step=largest_step, every=every, records=records)
+
+
+def check_resolved(signal: Signal, step: float) -> None:
+    """Refuse a sine that the steps cannot follow.
+
+    Parameters
+    ----------
+    signal : Signal
+    step : float
+        [s].
+
+    Raises
+    ------
+    InputRefused
+        If it has less than two steps per period.
+    """
+    if isinstance(signal, Sine) and abs(signal.frequency) * step > 0.5:
+        raise InputRefused(
+            f"frequency = {signal.frequency:.4g} Hz has less than two steps of {step:.3g} s per period: give "
+            f"at most {0.5 / step:.4g} Hz, or a shorter step"
+        )

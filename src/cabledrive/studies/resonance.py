@@ -8,6 +8,7 @@ import numpy as np
 from cabledrive.mechanics.warnings import largest_pretension
 from cabledrive.modes.tuning import Pair, pulley_mode, resonant_pairs, span_frequency, tuned_pretension
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.fields import LARGEST
 from cabledrive.reduction.autoparametric import AutoparametricModel, autoparametric_model
 from cabledrive.reduction.decay import guessed_damping
 from cabledrive.reduction.threshold import (
@@ -136,6 +137,8 @@ def resonance_summary(
     tau = default_torque(drive) if torque is None else torque
     if not tau >= 0.0:
         raise InputRefused(f"torque = {tau:.6g} N m must not be negative: give its amplitude")
+    if tau > LARGEST:
+        raise InputRefused(f"torque = {tau:.6g} N m is above {LARGEST:g} N m, that of no machine: lower it")
     try:
         pulley = pulley_mode(drive).omega / (2 * pi)
     except InputRefused as refusal:

@@ -24,6 +24,8 @@ from cabledrive.simulation import (
     simulate,
 )
 
+FEWEST_RECORDS = 16
+
 
 @click.command(
     cls=Subcommand,
@@ -95,7 +97,7 @@ def command(
     drive: Drive, output: NewFile | None, plot: NewFile | None, animate: NewFile | None, **options: Any
 ) -> Answer:
     """March the nonlinear cable loop of DRIVE in time, from the straight cable at rest or plucked."""
-    _check_combination(options, kept=output is not None or animate is not None)
+    _check_combination(options, kept=output is not None or animate is not None, plot=plot is not None)
     if animate is not None:
         options["fields"] = _fields_to_animate(drive, options)
     run = _fast_run if options["model"] == "fast" else _exact_run
@@ -105,21 +107,36 @@ def command(
         result = stopped.result
     if result.path is not None:
         note(f"written to {result.path}")
-    if plot is not None:
-        from cabledrive.report.figures.run_histories import run_plot
-
-        plot.write(run_plot(drive, result, plot.path.suffix[1:].lower()))
-    if animate is not None:
-        _write_animation(drive, result, animate)
-    return _answer(drive, result)
+    return _answer(drive, result, _undrawn(drive, result, plot, animate))
 
 
-def _check_combination(options: dict[str, Any], *, kept: bool) -> None:
+def _undrawn(
+    drive: Drive, result: SimulationResult, plot: NewFile | None, animate: NewFile | None
+) -> str | None:
+    """Draw what was asked for, and say why a picture is not there: the run itself is done by then."""
+    try:
+        if plot is not None:
+            from cabledrive.report.figures.run_histories import run_plot
+
+            plot.write(run_plot(drive, result, plot.path.suffix[1:].lower()))
+        if animate is not None:
+            _write_animation(drive, result, animate)
+    except InputRefused as refusal:
+        return f"not drawn: {refusal}"
+    return None
+
+
+def _check_combination(options: dict[str, Any], *, kept: bool, plot: bool) -> None:
     """Refuse or tell what would have no effect."""
     if options["model"] == "fast":
         refuse_given(*_NOT_FAST, why="does not go with --model fast: leave it out or use --model exact")
     if not kept:
         refuse_given("fields", why="keeps nodes in RUN.nc or for --animate: add -o RUN.nc, or leave it out")
+    if plot and options["duration"] * options["rate"] < FEWEST_RECORDS:
+        raise InputRefused(
+            f"--plot: {options['duration']:.4g} s at --rate {options['rate']:.4g} Hz are less than the "
+            f"{FEWEST_RECORDS} records that a spectrum needs: raise the rate, or run longer"
+        )
     if not (options["pluck_upper"] or options["pluck_lower"]):
         tell_given("pluck_shape", why="has no effect: no span is plucked")
 
@@ -131,7 +148,14 @@ def _fields_to_animate(drive: Drive, options: dict[str, Any]) -> int:
     if options["model"] == "fast":
         raise InputRefused("--animate does not go with --model fast: leave it out or use --model exact")
     interval = min(frame_interval(drive), options["duration"] / 24.0)
-    return options["fields"] or max(1, round(options["rate"] * interval))
+    every = options["fields"] or max(1, round(options["rate"] * interval))
+    records = options["duration"] * options["rate"]
+    if every > records:
+        raise InputRefused(
+            f"--animate: all nodes at every {every}th of {records:.0f} records are no two pictures: lower "
+            "--fields, raise --rate, or run longer"
+        )
+    return every
 
 
 def _write_animation(drive: Drive, result: SimulationResult, animate: NewFile) -> None:
@@ -183,6 +207,8 @@ def _torque(amplitude: float | None, frequency: float | None) -> Signal:
         raise InputRefused(f"{missing} is missing: a torque needs both its amplitude and its frequency")
     if amplitude is None or frequency is None:
         return Constant(0.0)
+    if frequency < 0.0:
+        raise InputRefused(f"--torque-frequency = {frequency:.4g} Hz must not be negative: give 0 or more")
     return Sine(amplitude=amplitude, frequency=frequency) if frequency else Constant(amplitude)
 
 
@@ -207,12 +233,12 @@ def _scheme(options: dict[str, Any]) -> Scheme:
     )
 
 
-def _answer(drive: Drive, result: SimulationResult) -> Answer:
+def _answer(drive: Drive, result: SimulationResult, undrawn: str | None) -> Answer:
     return Answer(
         data=result.summary(),
         text=_text(drive, result, result.path),
         provenance=provenance(drive, method=_method(result), step=result.step) | result.provenance,
-        incomplete=result.stopped,
+        incomplete="; ".join(words for words in (result.stopped, undrawn) if words) or None,
     )
 
 
