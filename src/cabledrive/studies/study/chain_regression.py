@@ -19,8 +19,8 @@ from cabledrive.identification.identifiability import blind_parameters, blind_wo
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.regression import Factors, Fit, factor, joined, solve, suited_segments
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.studies.study.correlations import Correlation, of_intervals
-from cabledrive.studies.study.machine import has_flexible_joint, values_of
+from cabledrive.studies.study.correlations import Correlation, Interval, of_intervals
+from cabledrive.studies.study.machine import FRICTIONS, SIGNED, has_flexible_joint, values_of
 from cabledrive.studies.study.spring_regression import around, tell_cable, tell_joint
 
 Array = NDArray[np.float64]
@@ -107,10 +107,8 @@ def tell(logs: Sequence[Log], drive: Drive) -> Told:
     weak = [name for name in found if _is_weak(name, found[name], sizes, middle)]
     words = blind_words(middle) + tuple(weak_words(name) for name in weak)
     found = {name: interval for name, interval in found.items() if name not in weak}
-    for name in ("near_inertia", "load_inertia"):
-        if name in found and found[name][0] <= 0.0:
-            del found[name]
-            words += (f"{name.replace('_', ' ')} comes out negative: is a sign or a unit wrong?",)
+    found, negative = _possible(found)
+    words += negative
     found |= tell_cable(logs, drive, found)
     if "cable_stiffness" not in found and "load_inertia" in found:
         words += ("the cable's stiffness is not determined: the load never turns against the drive pulley",)
@@ -128,6 +126,22 @@ def tell(logs: Sequence[Log], drive: Drive) -> Told:
         residual=float(residual),
         kept=kept,
     )
+
+
+def _possible(found: dict[str, Interval]) -> tuple[dict[str, Interval], tuple[str, ...]]:
+    """What a machine can have of what was told, and words about the negative numbers among it."""
+    kept: dict[str, Interval] = {}
+    words: tuple[str, ...] = ()
+    for name, (value, low, high) in found.items():
+        rubs, said = name in FRICTIONS, name.replace("_", " ")
+        if value > 0.0 or name in SIGNED or (rubs and value == 0.0):
+            kept[name] = value, low, high
+        elif rubs and high > 0.0:
+            kept[name] = 0.0, low, high
+            words += (f"{said} comes out negative, by less than its interval: it is taken as none",)
+        else:
+            words += (f"{said} comes out negative: is a sign or a unit wrong?",)
+    return kept, words
 
 
 def _fits(logs: Sequence[Log], drive: Drive) -> Iterator[tuple[Fit, Array, float]]:

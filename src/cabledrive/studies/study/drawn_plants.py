@@ -8,8 +8,6 @@ from cabledrive.studies.study.correlations import Correlation, root_of
 from cabledrive.studies.study.machine import LOG, Quantity
 
 TWO_SIDED_95 = 1.96
-POSITIVE = 1e-3
-"""Smallest share of its best value that a drawn quantity may have."""
 
 
 def drawn_values(
@@ -43,9 +41,8 @@ def drawn_values(
             value = q.value + q.half_width / TWO_SIDED_95 * chance[name]
         else:
             value = q.low + (q.high - q.low) * chance[name]
-        least = POSITIVE * abs(q.value) if name != "offset_torque" else -np.inf
         most = 0.999 if name == "motor_share" else np.inf
-        found[name] = float(np.clip(value, least, most))
+        found[name] = float(np.clip(value, q.least, most))
     return found
 
 

@@ -2,10 +2,15 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from math import inf
+from typing import Any
 
-from cabledrive.parameters import Drive, Lumped
+from cabledrive.parameters import Drive, Lumped, Motor, Pulley
 from cabledrive.reduction.models import rim_spring
 
+POSITIVE = 1e-3
+"""Smallest share of its best value that a quantity can have."""
+SIGNED = ("offset_torque",)
 LOG, DATASHEET, GOAL, GUESS = "log", "datasheet", "goal", "guess"
 UNITS = {
     "near_inertia": "kg m^2",
@@ -57,6 +62,9 @@ KINDS = {
 }
 
 
+FRICTIONS = ("viscous_friction", "coulomb_friction")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Quantity:
     """One number that is known within bounds.
@@ -87,12 +95,20 @@ class Quantity:
 
     @property
     def outer(self) -> tuple[float, float]:
-        """Bounds for a projection: twice the 95 % interval, about four standard deviations, or all of it."""
+        """Bounds for a projection: twice the 95 % interval, about four standard deviations, or all of it.
+
+        What cannot be negative stays above `POSITIVE` of its value: no plant is drawn below that either, so
+        that every plant within twice its interval is within the bounds.
+        """
         if self.source != LOG:
             return self.low, self.high
         low, high = 2.0 * self.low - self.value, 2.0 * self.high - self.value
-        floor = 0.0 if self.name not in ("offset_torque",) else low
-        return max(low, floor, 0.5 * self.value if self.value > 0.0 else low), high
+        return max(low, self.least), high
+
+    @property
+    def least(self) -> float:
+        """Smallest value that a drive can have: none for a torque, which may push either way."""
+        return -inf if self.name in SIGNED else POSITIVE * abs(self.value)
 
 
 def has_flexible_joint(drive: Drive) -> bool:
@@ -144,7 +160,10 @@ def values_of(drive: Drive) -> dict[str, float]:
 
 
 def drive_with(drive: Drive, values: Mapping[str, float]) -> Drive:
-    """A drive with other quantities; what the drive pulley and the load take of the friction stays.
+    """A drive with other quantities; its `values_of` are these.
+
+    What drive pulley and load take of the friction stays, and the motor has the rest; where less is given
+    than those take, all of it is theirs in the proportions that they have.
 
     Parameters
     ----------
@@ -155,18 +174,22 @@ def drive_with(drive: Drive, values: Mapping[str, float]) -> Drive:
     Returns
     -------
     Drive
+
+    Raises
+    ------
+    InputRefused
+        If a friction or a damping is negative.
     """
     given = values_of(drive) | dict(values)
     motor, first, second = drive.motor, drive.drive_pulley, drive.load_pulley
     before = values_of(drive)
-    lumped = Lumped(cable_stiffness=given["cable_stiffness"], cable_damping=max(given["cable_damping"], 0.0))
-    load = replace(second, inertia=given["load_inertia"])
-    more = {name: given[name] - before[name] for name in ("viscous_friction", "coulomb_friction")}
+    lumped = Lumped(cable_stiffness=given["cable_stiffness"], cable_damping=given["cable_damping"])
+    shared = {name: _shared(motor or first, name, before[name], given[name]) for name in FRICTIONS}
+    moved: dict[str, Any] = {name: own for name, (own, _) in shared.items()}
+    load = replace(second, inertia=given["load_inertia"], **_scaled(second, shared))
     if motor is None:
-        moved = {name: max(getattr(first, name) + extra, 0.0) for name, extra in more.items()}
         near = replace(first, inertia=given["near_inertia"], **moved)
         return replace(drive, pulley=(near, load), lumped=lumped)
-    moved = {name: max(getattr(motor, name) + extra, 0.0) for name, extra in more.items()}
     share = given.get("motor_share", before["near_inertia"] and motor.inertia / before["near_inertia"])
     fresh = replace(
         motor,
@@ -175,11 +198,22 @@ def drive_with(drive: Drive, values: Mapping[str, float]) -> Drive:
         **moved,
     )
     if has_flexible_joint(drive):
-        fresh = replace(
-            fresh, joint_stiffness=given["joint_stiffness"], joint_damping=max(given["joint_damping"], 0.0)
-        )
-    near = replace(first, inertia=(1.0 - share) * given["near_inertia"])
+        fresh = replace(fresh, joint_stiffness=given["joint_stiffness"], joint_damping=given["joint_damping"])
+    near = replace(first, inertia=(1.0 - share) * given["near_inertia"], **_scaled(first, shared))
     return replace(drive, pulley=(near, load), motor=fresh, lumped=lumped)
+
+
+def _shared(part: Motor | Pulley, name: str, before: float, total: float) -> tuple[float, float]:
+    """Friction of the part that has the rest, and by what the friction of the others is multiplied."""
+    own: float = getattr(part, name)
+    rest = own + (total - before)
+    if rest >= 0.0 or total < 0.0:  # a negative total is the drive's to refuse
+        return rest, 1.0
+    return 0.0, total / (before - own)
+
+
+def _scaled(pulley: Pulley, shared: Mapping[str, tuple[float, float]]) -> dict[str, Any]:
+    return {name: factor * getattr(pulley, name) for name, (_, factor) in shared.items()}
 
 
 def by_datasheet(drive: Drive, spreads: Mapping[str, float]) -> dict[str, Quantity]:
