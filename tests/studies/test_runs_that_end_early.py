@@ -122,7 +122,8 @@ def test_where_no_run_lasts_there_is_no_number_and_no_picture_and_the_answer_is_
     assert none.worst is none.largest_torque is none.quantile(0.5) is None
     verdict = judged(none)
     assert verdict.answer == "no", verdict
-    assert "12 of 12 runs on the lumped plant ended early" in verdict.reasons[0]
+    assert verdict.reasons == ("12 of 12 runs on the lumped plant ended early: unstable or slack",)
+    assert "raise cable.pretension" in verdict.remedies[0], "no encoder mends a slack span"
     assert not any(margin.name.startswith("error") for margin in verdict.margins)
     blocks = pictures(none)
     assert not [block for block in blocks if isinstance(block, Figure)]

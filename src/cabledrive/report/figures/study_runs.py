@@ -1,7 +1,7 @@
 """Pictures of a study: intervals, bound over bandwidth, errors of many plants, the worst run."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -138,13 +138,16 @@ def peaks_picture(name: str, runs: Sequence[AcceptanceResult], bound: float, err
     def _draw(figure: "Figure", narrow: bool) -> None:
         axes = figure.subplots()
         right = _end_of_axis(runs, max(bound, error or 0.0))
+        furthest = max(runs, key=lambda one: one.peaks[len(one.peaks) // 2])
         for one in runs:
             colour, style = PLANT_LOOKS[one.plant]
+            looks: dict[str, Any] = {"color": colour, "ha": "left" if one is furthest else "right"}
             peaks, share = shares_below(one)
             axes.step(peaks, share, style, where="post", color=colour, linewidth=1.8)
             seen = int(np.count_nonzero(peaks <= right)) - 1
-            middle = max(seen // (2 if one.plant == "lumped" else 4), min(seen, 1))
-            label(axes, one.plant, (float(peaks[middle]), float(share[middle])), (8, -4), color=colour)
+            middle = max(seen // 2, min(seen, 1))
+            aside = (8, -10) if one is furthest else (-8, 6)
+            label(axes, one.plant, (float(peaks[middle]), float(share[middle])), aside, **looks)
         limits = [("bound", bound, INK, ":")] + ([("goal", error, RED, "-.")] if error else [])
         for words, value, colour, style in limits:
             axes.axvline(np.degrees(value), color=colour, linestyle=style, linewidth=1.4)

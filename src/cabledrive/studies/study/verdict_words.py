@@ -51,6 +51,10 @@ def _millimetres(amplitude: float | None) -> str:
     return "any amplitude" if amplitude is None else f"{1e3 * amplitude:.2g} mm"
 
 
+def _too_many_early(one: AcceptanceResult) -> bool:
+    return one.failed > (1.0 - ENOUGH[one.plant]) * one.draws
+
+
 def short_of(one: AcceptanceResult, goals: Goals) -> list[str]:
     """What an acceptance lacks, in words.
 
@@ -65,10 +69,12 @@ def short_of(one: AcceptanceResult, goals: Goals) -> list[str]:
         Empty where nothing is short.
     """
     words, enough = [], ENOUGH[one.plant]
-    if one.failed > (1.0 - enough) * one.draws:
+    if _too_many_early(one):
         words.append(
             f"{one.failed} of {one.draws} runs on the {one.plant} plant ended early: unstable or slack"
         )
+    if not one.peaks:
+        return words
     if one.inside < enough:
         words.append(
             f"the stated bound held in {100 * one.inside:.1f} % of {one.draws} {one.plant} runs; "
@@ -147,7 +153,7 @@ def unrun(found: Findings, reasons: Sequence[str]) -> list[str]:
 
 
 def remedies_for(found: Findings) -> list[str]:
-    """What would make the bound smaller.
+    """What would let the runs last, or else make the bound smaller.
 
     Parameters
     ----------
@@ -161,6 +167,10 @@ def remedies_for(found: Findings) -> list[str]:
     controller = found.controller
     assert controller is not None
     assert controller.chosen is not None
+    slower = "take longer for the move: acceleration falls with its square"
+    if any(_too_many_early(one) for one in (found.lumped, found.cable) if one.draws):
+        unstable = f"where the loop is unstable know the drive better; {RECORD}"
+        return ["raise cable.pretension, so that no span goes slack", slower, unstable]
     chosen, words = controller.chosen, []
     parts = {
         "sensors": chosen.sensors or 0.0,
@@ -175,5 +185,4 @@ def remedies_for(found: Findings) -> list[str]:
         words.append(f"know the {WORDS[name]} better: it makes the largest part of the bound; {RECORD}")
     else:
         words.append(f"know friction and inertia of the motor better, or sample faster; {RECORD}")
-    words.append("take longer for the move: acceleration falls with its square")
-    return words
+    return [*words, slower]
