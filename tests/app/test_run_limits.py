@@ -82,6 +82,39 @@ def test_long_work_stays_possible():
     check_run(drive, Motion(), RigOptions(segments=1000), cable=True)
 
 
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ('kind = "idinput"\ntrials = 1000000000', "trials = 1000000000 are more than the 1000000"),
+        ('kind = "multisine"\nperiod = 1e300', "period = 1e+300 s is above 4571 s at 5000 Hz"),
+        ('kind = "steps"\nperiod = 1e-300', "lengthen it to 2 or more"),
+        ('kind = "chirp"\nband = [0, 0]', "band: 0 Hz must lie above 0 and below 2500 Hz"),
+        ('kind = "chirp"\nband = [3, 3]', "band: both ends are 3 Hz"),
+        ("frequencies = [1e300]\namplitudes = [0.1]", "frequencies: 1e+300 Hz must lie above 0 and below"),
+    ],
+)
+def test_an_excitation_that_no_samples_carry_is_refused(line, words, tmp_path):
+    (tmp_path / "e.toml").write_text(line + "\n")
+    arguments = ("--excitation", tmp_path / "e.toml", "-o", tmp_path / "log.csv")
+    assert words in refusal("experiment", DRIVE, *arguments)
+    assert [path.name for path in tmp_path.iterdir()] == ["e.toml"]
+
+
+def test_a_log_beyond_memory_is_refused(tmp_path):
+    sampled = ("--set", "sensors.sample_rate=1e20", "-o", tmp_path / "log.csv")
+    assert "duration = 70 s at 1e+20 Hz takes 2.45e+15 GB" in refusal("experiment", DRIVE, *sampled)
+
+
+@pytest.mark.parametrize(
+    "arguments", ["experiment x --excitation", "identify log.csv --config", "study x --goals"]
+)
+def test_an_empty_name_of_a_file_is_no_missing_option(arguments, tmp_path):
+    command, first, *option = arguments.split()
+    output = [] if command == "identify" else ["-o", tmp_path / "o.csv"]
+    first = DRIVE if first == "x" else first
+    assert refusal(command, first, *option, "", *output).startswith(".: ")
+
+
 def test_a_study_of_hours_at_5_khz_is_refused(tmp_path):
     (tmp_path / "goals.toml").write_text("[motion]\npulses = 3000\n")
     arguments = ("--goals", tmp_path / "goals.toml", "-o", tmp_path / "out", "--quiet")

@@ -43,7 +43,7 @@ def _bytes_hash(file: str) -> str:
             return hashlib.file_digest(stream, "sha256").hexdigest()
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", None) or error
-        raise InputRefused(f"{file}: cannot be read ({why}): check the path") from None
+        raise InputRefused(f"{Path(file)}: cannot be read ({why}): check the path") from None
 
 
 def finished(folder: Path) -> dict[str, Any] | None:

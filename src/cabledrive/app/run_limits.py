@@ -4,12 +4,17 @@ from math import isfinite, sqrt
 
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.rig import Motion, RigOptions
+from cabledrive.rig.experiment import Excitation
 from cabledrive.rig.setting import sample_interval
 
 MOST_MEMORY = 4e9
 """Of the record of one run [bytes]."""
 BYTES_PER_SAMPLE = 600.0
 """States, readings, estimates, reference and bound of one sample, measured at the process."""
+MOST_LOG_MEMORY, BYTES_PER_ROW = 8e9, 350.0
+"""Of the log of an experiment while it is written, an hour at 5 kHz and a little more [bytes]."""
+MOST_TRIED_SAMPLES = 1e10
+"""Of all draws of a random multisine together: about a quarter of an hour of one core."""
 MOST_DRAWS = 100_000
 MOST_DRAWN_SAMPLES = 1e11
 """Of all draws together: about a day of one core."""
@@ -115,4 +120,59 @@ def _check_segments(drive: Drive, segments: int, duration: float) -> None:
         raise InputRefused(
             f"segments = {segments} are more than the {most} per span that a motion of {duration:.4g} s "
             "allows: take fewer, or shorten the motion"
+        )
+
+
+def check_excitation(drive: Drive, excitation: Excitation) -> None:
+    """Refuse an experiment whose log does not fit into memory, or whose command the samples cannot carry.
+
+    Parameters
+    ----------
+    drive : Drive
+    excitation : Excitation
+
+    Raises
+    ------
+    InputRefused
+        If the log is too long, a frequency is not between 0 and half the sample rate, or a period is not one.
+    """
+    e, rate = excitation, 1.0 / sample_interval(drive)
+    size = BYTES_PER_ROW * e.duration * rate
+    if size > MOST_LOG_MEMORY:
+        raise InputRefused(
+            f"duration = {e.duration:.4g} s at {rate:.6g} Hz takes {size / 1e9:.3g} GB: at most "
+            f"{MOST_LOG_MEMORY / 1e9:.0f} GB are used, {e.duration * MOST_LOG_MEMORY / size:.4g} s: shorten it, "
+            "or lower sensors.sample_rate"
+        )
+    used = {"sines": ("frequencies", e.frequencies), "chirp": ("band", e.band)}.get(e.kind)
+    if used is not None and not all(0.0 < f < 0.5 * rate for f in used[1]):
+        wrong = next(f for f in used[1] if not 0.0 < f < 0.5 * rate)
+        raise InputRefused(
+            f"{used[0]}: {wrong:.6g} Hz must lie above 0 and below {0.5 * rate:.6g} Hz, half the sample rate"
+        )
+    if e.kind == "chirp" and e.band[0] == e.band[1]:
+        raise InputRefused(
+            f"band: both ends are {e.band[0]:.6g} Hz: give two frequencies, or one of kind sines"
+        )
+    if e.kind not in ("sines", "chirp"):
+        _check_period(e, rate)
+
+
+def _check_period(e: Excitation, rate: float) -> None:
+    samples = e.period * rate
+    if e.kind == "steps":
+        if samples < 2.0:
+            raise InputRefused(
+                f"period = {e.period:.4g} s holds {samples:.2g} samples: lengthen it to 2 or more"
+            )
+        return
+    most = MOST_LOG_MEMORY / BYTES_PER_ROW
+    if samples > most:
+        raise InputRefused(
+            f"period = {e.period:.4g} s is above {most / rate:.4g} s at {rate:.6g} Hz: shorten it"
+        )
+    if e.kind == "idinput" and e.trials * samples > MOST_TRIED_SAMPLES:
+        most = int(MOST_TRIED_SAMPLES / samples)
+        raise InputRefused(
+            f"trials = {e.trials} are more than the {most} that this period allows: lower them"
         )

@@ -38,7 +38,7 @@ def read_toml(path: Path, remedy: str) -> dict[str, Any]:
     except FileNotFoundError:
         raise InputRefused("is not there: check the path").at(str(path)) from None
     except IsADirectoryError:
-        raise InputRefused("is a folder: name the file in it").at(str(path)) from None
+        raise InputRefused("is a folder: name a file in it").at(str(path)) from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None)
         shown = f"cannot be read ({reason}): check the path" if reason else f"{error}; {remedy}"

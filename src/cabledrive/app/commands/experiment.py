@@ -39,14 +39,16 @@ def command(
     output: NewFile | None,
 ) -> Answer:
     """Excite the virtual rig of DRIVE and write what its instruments say, in the form `identify` reads."""
-    from cabledrive.rig.experiment import experiment, load_excitation
+    from cabledrive.app.run_limits import check_excitation
+    from cabledrive.rig.experiment import Excitation, experiment, load_excitation
     from cabledrive.rig.log_table import log_csv
 
     if plan:
         refuse_given("output", why="writes nothing with --plan, which runs nothing: leave one of them out")
     else:
         refuse_given("stroke", why="belongs to --plan: add that, or leave it out")
-    chosen = load_excitation(excitation) if excitation else None
+    chosen = None if excitation is None else load_excitation(excitation)
+    check_excitation(drive, chosen or Excitation())
     if plan:
         return _planned(drive, chosen, model, stroke, seed)
     if output is None:

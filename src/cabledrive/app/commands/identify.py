@@ -83,7 +83,7 @@ def command(
         refuse_given(
             "model", "method", "no_check", "page", why="is for the parameters of an axis, not for --ping"
         )
-    options = load_options(config) if config else IdentifyOptions()
+    options = IdentifyOptions() if config is None else load_options(config)
     options = replace(
         options, columns=with_choices(options.columns, columns), check=options.check and not no_check
     )

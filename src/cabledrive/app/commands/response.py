@@ -58,7 +58,7 @@ def command(
 
     if coulomb is None:
         refuse_given("offset", why="belongs to --coulomb: add that (0 for none), or leave it out")
-    options = load_options(config) if config else IdentifyOptions()
+    options = IdentifyOptions() if config is None else load_options(config)
     read, source, target = read_pair(log, options.columns, input_, output)
     values = speed_of(read, target) if differentiate else read.channel(target)
     drive = read.channel(source)

@@ -83,7 +83,7 @@ def _studied(
     from cabledrive.studies.study.results_file import write_files
     from cabledrive.studies.study.stage_cache import sweep
 
-    wanted = load_goals(goals) if goals else Goals()
+    wanted = Goals() if goals is None else load_goals(goals)
     wanted = replace(wanted, **{k: min(v, getattr(wanted, k)) for k, v in QUICK.items()}) if quick else wanted
     if drive.sensors is not None and drive.sensors.sample_rate is not None:
         duration = wanted.motion.trajectory.duration
