@@ -40,6 +40,7 @@ def test_the_encoder_of_a_light_pulley_feels_the_stretch_at_twice_the_frequency(
         ("dissertation-2", 5.0, 5e-3, 20),
         ("dissertation-2", 7.0, 8e-3, 0),
         ("dissertation-3", 7.0, 8e-3, 0),
+        ("dissertation-3", 5.0, 8e-3, 0),
     ],
 )
 def test_counts_of_the_load_pulley_in_twenty_phases(name, tension, height, least, measured):

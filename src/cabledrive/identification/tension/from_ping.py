@@ -11,8 +11,10 @@ from cabledrive.identification.estimates import Estimate
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.tension.answers import PingTension, SpanTension
 from cabledrive.identification.tension.partials import (
+    LEAST_COUNT,
     Partial,
     amplitude_spectrum,
+    count_of,
     fundamental,
     noise_level,
     other_tone,
@@ -124,14 +126,14 @@ def _one_span(log: Log, drive: Drive, span: str, channel: str, section: int) -> 
         amplitude = _without_pulley_modes(frequency, amplitude, drive, top)
     ratios, noise = modes / modes[0], noise_level(amplitude)
     first = fundamental(frequency, amplitude, factor * ratios, low, high)
-    partials = []
+    partials, least = [], LEAST_COUNT * count_of(values) if squared else 0.0
     for number, ratio in enumerate(ratios, start=1):
         near = factor * ratio * first
         width = _width(ratios, number - 1, first * factor, log.report.duration)
         peak = peak_near(frequency, amplitude, near, 0.04 * near) if near + width < top else None
         power = 1 if squared else 2
         partial = peak and partial_at(values, log.interval, number, peak, width, power, noise)
-        if partial:
+        if partial and partial.amplitude > least:
             partials.append(partial)
     if not partials or partials[0].number != 1:
         raise NotComputed(f"{log.source}: {channel}: " + NO_TONE.format(low=factor * low, high=factor * high))

@@ -17,7 +17,7 @@ from cabledrive.identification.tension.from_ping import (
     _section_modes,
     _without_pulley_modes,
 )
-from cabledrive.identification.tension.partials import amplitude_spectrum
+from cabledrive.identification.tension.partials import LEAST_COUNT, amplitude_spectrum, count_of
 from cabledrive.modes import longitudinal_modes
 from cabledrive.parameters import Drive, InputRefused
 
@@ -25,8 +25,6 @@ Array = NDArray[np.float64]
 
 LOUDEST = 0.9
 """Share of the largest energy that marks the last pluck."""
-LEAST_COUNT = 0.5
-"""Counts of a pulley's encoder that a tone must have: rounding makes families of its own."""
 TEETH = 16
 """Modes of a span that a peak may belong to; tones are sought up to the `PARTIALS`-th."""
 SAMPLES_PER_PERIOD = 2.6
@@ -122,7 +120,7 @@ def heard_in(log: Log, drive: Drive, name: str, section: int) -> Heard:
     frequency, amplitude = amplitude_spectrum(clear, log.interval)
     if factor == 2.0:
         amplitude = _without_pulley_modes(frequency, amplitude, drive, top)
-        amplitude = np.where(amplitude > LEAST_COUNT * _count(values), amplitude, 0.0)
+        amplitude = np.where(amplitude > LEAST_COUNT * count_of(values), amplitude, 0.0)
     peaks = peaks_of(frequency, amplitude, (0.9 * low, high), clear.size * log.interval)
     peaks = _without_sidebands(peaks, drive, high)
     highest = float(peaks.frequency.max()) if peaks.frequency.size else high
@@ -157,12 +155,6 @@ def modes_of(drive: Drive, span: str, section: int) -> Array:
     """
     parted = any(carriage.guided for carriage in drive.carriages_on(span))
     return _section_modes(drive, span, section if parted else 0, TEETH)
-
-
-def _count(values: Array) -> float:
-    """Step between the levels of a channel; 0 where it has no levels."""
-    levels = np.unique(values)
-    return float(np.diff(levels).min()) if 1 < levels.size < 0.1 * values.size else 0.0
 
 
 def _last_pluck(values: Array, width: int) -> int:

@@ -31,6 +31,8 @@ SEGMENTS = 24
 USUAL_RISE = 0.01
 """Rise of the frequency with amplitude that is expected, relative; a soft bound where noise hides it."""
 FEWEST_PERIODS = 8.0
+LEAST_COUNT = 0.5
+"""Counts of a pulley's encoder that a tone must have: rounding makes tones of its own."""
 LOUD = 0.3
 """Share of the first partial above which another tone near it is told."""
 
@@ -64,6 +66,22 @@ class Partial:
     amplitude: float
     rise: float
     decays: bool
+
+
+def count_of(values: Array) -> float:
+    """Step between the levels of a channel.
+
+    Parameters
+    ----------
+    values : ndarray, shape (samples,)
+
+    Returns
+    -------
+    float
+        In the channel's unit; 0 where it has no levels.
+    """
+    levels = np.unique(values)
+    return float(np.diff(levels).min()) if 1 < levels.size < 0.1 * values.size else 0.0
 
 
 def amplitude_spectrum(values: Array, interval: float) -> tuple[Array, Array]:
