@@ -18,6 +18,7 @@ def test_a_missing_controller_is_told_once():
     slow = replace(drive, sensors=replace(drive.sensors, sample_rate=100.0))
     verdict = run_study(slow, [], goals(60, 0.5)).verdict
     assert verdict.answer == "no"
+    assert "5 Hz, lies above a fortieth of the sample rate, 2.5 Hz" in verdict.reasons[0]
     assert text_of(verdict).count(verdict.reasons[0]) == 1
     assert "acceptance was not run: no controller was found, see above" in verdict.cautions
 

@@ -92,11 +92,9 @@ def design_controller(
             candidates.append(found)
             if found.bound is not None and not found.refused and (best is None or _below(found, best)):
                 best, parts = found, shares
-    model, highest = (
-        next(iter(models.items())) if best is None else (best.model, min(models[best.model], rate))
-    )
     if best is None:
-        return _without(model, tuple(candidates), highest)
+        return _without(models, tuple(candidates), rate)
+    model = best.model
     law = make_law(drive, motion, quantities, best.model, best.bandwidth)
     return ControllerResult(
         model=model,
@@ -141,8 +139,13 @@ def _below(one: Candidate, other: Candidate) -> bool:
     return one.bound < other.bound
 
 
-def _without(model: int, candidates: tuple[Candidate, ...], highest: float) -> ControllerResult:
-    why = candidates[0].refused if candidates else f"none is below {highest:.3g} Hz"
+def _without(models: Mapping[int, float], candidates: tuple[Candidate, ...], rate: float) -> ControllerResult:
+    model, holds = next(iter(models.items()))
+    limit = f"a fortieth of the sample rate, {rate:.3g} Hz"
+    if holds < rate:
+        limit = f"where Model {model} is right to 5 %, {holds:.3g} Hz"
+    why = f"the lowest that is tried, {BANDWIDTHS[0]:g} Hz, lies above {limit}"
+    why = candidates[0].refused if candidates else why
     return ControllerResult(
         model=model,
         name=f"darc-{model}-damped",
