@@ -141,8 +141,8 @@ def check_excitation(drive: Drive, excitation: Excitation) -> None:
     if size > MOST_LOG_MEMORY:
         raise InputRefused(
             f"duration = {e.duration:.4g} s at {rate:.6g} Hz takes {size / 1e9:.3g} GB: at most "
-            f"{MOST_LOG_MEMORY / 1e9:.0f} GB are used, {e.duration * MOST_LOG_MEMORY / size:.4g} s: shorten it, "
-            "or lower sensors.sample_rate"
+            f"{MOST_LOG_MEMORY / 1e9:.0f} GB are used, {e.duration * MOST_LOG_MEMORY / size:.4g} s: shorten "
+            "it, or lower sensors.sample_rate"
         )
     used = {"sines": ("frequencies", e.frequencies), "chirp": ("band", e.band)}.get(e.kind)
     if used is not None and not all(0.0 < f < 0.5 * rate for f in used[1]):

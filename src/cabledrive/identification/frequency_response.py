@@ -122,10 +122,16 @@ def response_by_segments(
     Raises
     ------
     InputRefused
-        If the log is shorter than two windows, or the input stands still.
+        If windows do not advance, the log is shorter than two of them, or the input stands still.
     """
     if estimator not in ESTIMATORS:
         raise InputRefused(f'estimator "{estimator}" is unknown: take one of {", ".join(ESTIMATORS)}')
+    if segment <= 0.0:
+        raise InputRefused(f"segment = {segment:.4g} s must be above 0: give the length of a window")
+    if not 0.0 <= overlap < segment:
+        raise InputRefused(
+            f"overlap = {overlap:.4g} s must lie from 0 to below the segment of {segment:.4g} s: correct one"
+        )
     length = round(segment / interval)
     hop = max(1, length - round(overlap / interval))
     starts = np.arange(0, input_.size - length + 1, hop)

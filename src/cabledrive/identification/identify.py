@@ -5,40 +5,26 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from cabledrive.identification.axis_equation import FILTERS
 from cabledrive.identification.axis_refinement import refine_rigid_axis
-from cabledrive.identification.diagnosis import FAULTS, suspicions, verdict
 from cabledrive.identification.estimates import Identification
-from cabledrive.identification.fault_evidence import named, told
 from cabledrive.identification.friction_regressors import FRICTIONS, PRINTED_SLOPE, FrictionModel
-from cabledrive.identification.law_comparison import other_law
 from cabledrive.identification.logs.column_map import ColumnMap, column_map
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.logs.reading import Recording, open_log, read_log
 from cabledrive.identification.long_logs import identify_long_log, is_long
-from cabledrive.identification.loop_check import evidence
 from cabledrive.identification.method_error import with_own_error
-from cabledrive.identification.rigid_axis import AxisOptions, channels_of, identify_rigid_axis
+from cabledrive.identification.model_check import NOT_MADE, checked_by_innovations, checked_by_lines
+from cabledrive.identification.rigid_axis import AxisOptions, identify_rigid_axis
 from cabledrive.identification.torque_lines import driven_by_lines, noise_between_lines
 from cabledrive.parameters import InputRefused, NotComputed
-from cabledrive.parameters.fields import nearest
+from cabledrive.parameters.fields import LARGEST, SMALLEST, nearest
 from cabledrive.parameters.toml_values import flag_of, quantity_of, read_toml, table_of, text_of
 
 MODELS = tuple(f"rigid-axis-{kind}" for kind in FRICTIONS)
 METHODS = ("auto", "inverse-dynamics", "output-error")
 KEYS = ("model", "method", "bandwidth", "filter", "slope", "fading", "check")
 CHECKED = ("coulomb", "tanh")
-NOT_MADE = {
-    "saturated": "not made: the torque saturates, so that what acts on the axis is not known",
-    "smooth": "not made: where the torque is no sum of lines only Coulomb's law is checked",
-    "long": "not made: the log is read in blocks",
-    "parameters": "not made: the log does not tell inertia and friction",
-}
-INNOVATIONS = "innovations of an observer"
-NOISE_SEED = 4016
-"""Of the noise in the sound logs that a log is held against: the same log gives the same answer."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -112,7 +98,7 @@ def with_model(options: IdentifyOptions, model: str | None) -> IdentifyOptions:
     InputRefused
         If there is no such model.
     """
-    name = model or options.model
+    name = options.model if model is None else model
     name = "rigid-axis-coulomb" if name == "rigid-axis" else name
     if name not in MODELS:
         raise InputRefused(f'model "{name}" is unknown{nearest(name, MODELS)}')
@@ -157,7 +143,7 @@ def identify(
         If output error is asked for and the model does not follow the log by itself.
     """
     options = with_model(options or IdentifyOptions(), model)
-    method = method or options.method
+    method = options.method if method is None else method
     if method not in METHODS:
         raise InputRefused(f'method "{method}" is unknown{nearest(method, METHODS)}')
     single = isinstance(logs, (str, Path, Log))
@@ -175,7 +161,7 @@ def identify(
         if method == "output-error":
             raise NotComputed("output error needs an identifiable rigid axis with one Coulomb friction")
         known = options.axis.friction.kind == "coulomb" and not alone
-        return _checked_by_innovations(read, found, options) if options.check and known else found
+        return checked_by_innovations(read, found, options.axis) if options.check and known else found
     refining, checking = method == "output-error" or (method == "auto" and lines), options.check and alone
     refined = None
     if refining or checking:
@@ -190,8 +176,10 @@ def identify(
         raise NotComputed(refined.findings[-1])
     answer = refined if refining and follows and refined else with_own_error(found, read, options.axis)
     if options.check and not alone:
-        return _checked_by_innovations(read, answer, options)
-    return _checked(read, answer, refined, options) if refined is not None and checking else answer
+        return checked_by_innovations(read, answer, options.axis)
+    return (
+        checked_by_lines(read, answer, refined, options.axis) if refined is not None and checking else answer
+    )
 
 
 def _of_long_log(recording: Recording, options: IdentifyOptions, method: str) -> Identification:
@@ -202,57 +190,6 @@ def _of_long_log(recording: Recording, options: IdentifyOptions, method: str) ->
         )
     found = identify_long_log(recording, options.axis)
     return replace(found, method=dict(found.method) | {"model_check": NOT_MADE["long"]})
-
-
-def _checked(
-    read: list[Log], answer: Identification, refined: Identification, options: IdentifyOptions
-) -> Identification:
-    """The answer with what the model's check found."""
-    method = dict(answer.method)
-    if refined.findings[len(answer.findings) :] and refined["coulomb_friction"] > 0.0:
-        method["model_check"] = "not possible: " + refined.findings[-1]
-    found = suspicions(read, refined, options.axis)
-    if "model_check" not in method and verdict(found) is not None:
-        rival = other_law(read, refined, options.axis, found)
-        found = found if rival is None else (*found, rival)
-    method["suspicions"] = {
-        s.fault: {"significance": s.significance, "critical": s.critical, "value": s.value} for s in found
-    }
-    fault = verdict(found) if "model_check" not in method else None
-    if fault is None:
-        return replace(answer, method=method)
-    value = next((s.value for s in found if s.fault == fault), 0.0)
-    words = f"the model does not fit: {FAULTS[fault].format(value=value)}"
-    return replace(answer, method=method, findings=(*answer.findings, words))
-
-
-def _checked_by_innovations(
-    read: list[Log], answer: Identification, options: IdentifyOptions
-) -> Identification:
-    """The answer with what the check of any torque found, or why it was not made."""
-    method = dict(answer.method)
-    reason = _not_made(read, answer, options)
-    if reason is not None:
-        return replace(answer, method=method | {"model_check": NOT_MADE[reason]})
-    try:
-        found = evidence(read, answer, options.axis, np.random.default_rng(NOISE_SEED))
-    except NotComputed as failure:
-        return replace(answer, method=method | {"model_check": f"not possible: {failure}"})
-    method |= {"model_check": INNOVATIONS, "suspicions": {e.fault: e.as_dict() for e in found}}
-    faults = named(found)
-    findings = answer.findings if not faults else (*answer.findings, told(faults))
-    return replace(answer, method=method, findings=findings)
-
-
-def _not_made(read: list[Log], answer: Identification, options: IdentifyOptions) -> str | None:
-    """Key of `NOT_MADE`, or None where the check can be made; viscous friction need not be known for it."""
-    torque, _ = channels_of(read[0], options.axis)
-    if any(torque in log.saturated and log.saturated[torque].any() for log in read):
-        return "saturated"
-    if options.axis.friction.kind != "coulomb":
-        return "smooth"
-    inertia, _, coulomb, offset = (estimate.value for estimate in answer.parameters.values())
-    return None if inertia > 0.0 and coulomb > 0.0 and np.isfinite(offset) else "parameters"
 
 
 def _options(table: Mapping[str, Any], columns: ColumnMap) -> IdentifyOptions:
@@ -284,6 +221,8 @@ def _above_zero(table: Mapping[str, Any], key: str, unit: str) -> float | None:
     value = quantity_of(f"identify.{key}", table[key], unit)
     if value <= 0.0:
         raise InputRefused(f"identify.{key} = {value:.4g} {unit} must be above 0: correct it")
+    if not SMALLEST <= value <= LARGEST:
+        raise InputRefused(f"identify.{key} = {value:.4g} {unit} is of no machine: check its unit")
     return value
 
 

@@ -138,7 +138,7 @@ def equation_for(logs: Sequence[Log], torque: str, position: str, options: AxisO
     Raises
     ------
     InputRefused
-        If a channel stands still.
+        If a channel stands still, or the bandwidth asks for a longer log.
     """
     for log in logs:
         for name in (torque, position):
@@ -148,6 +148,12 @@ def equation_for(logs: Sequence[Log], torque: str, position: str, options: AxisO
     if bandwidth is None:
         bandwidth = float(np.clip(max(_bandwidth_of(log, position) for log in logs), *BANDWIDTH_LIMITS))
         bandwidth = min(bandwidth, *(0.2 * log.sample_rate for log in logs))
+    longest = max(float(log.time[-1] - log.time[0]) for log in logs)
+    if bandwidth * longest < 1.0:
+        raise InputRefused(
+            f"bandwidth = {bandwidth:.4g} Hz has no whole period in a log of {longest:.4g} s: raise it to "
+            f"{1.0 / longest:.4g} Hz or more"
+        )
     return AxisEquation(
         linear=logs[0].units[torque] == "N",
         bandwidth=bandwidth,

@@ -13,6 +13,8 @@ Array = NDArray[np.float64]
 
 KNOTS = 33
 STEPS_PER_PERIOD = 40
+FEWEST_STEPS, MOST_STEPS = 4, 10_000_000
+"""Of a march along a motion; the arrays of the most take some gigabytes."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -82,12 +84,24 @@ def course_of(drive: Drive, motion: PlannedMotion, number: int) -> Course:
     Returns
     -------
     Course
+
+    Raises
+    ------
+    InputRefused
+        If the motion is too short or too long to be marched along.
     """
     constant = all(values is None for values in (motion.pretension, motion.carriage, motion.load_torque))
     knots = np.linspace(0.0, motion.time[-1], 2 if constant else KNOTS)
     models = [_model_at(drive, motion, t, number) for t in knots]
     fastest = max(max(model.natural, 2 * float(model.transverse.max())) for model in models)
-    steps = int(np.ceil(motion.time[-1] * fastest * STEPS_PER_PERIOD / (2 * np.pi)))
+    per_second = fastest * STEPS_PER_PERIOD / (2 * np.pi)
+    wanted = float(np.ceil(motion.time[-1] * per_second))
+    if not FEWEST_STEPS <= wanted <= MOST_STEPS:
+        raise InputRefused(
+            f"motion: lasts {motion.time[-1]:.4g} s, which takes {wanted:.3g} steps; it is judged from "
+            f"{FEWEST_STEPS / per_second:.3g} s to {MOST_STEPS / per_second:.4g} s: plan one of that length"
+        )
+    steps = int(wanted)
     h = motion.time[-1] / steps
     time = h * np.arange(steps)
 

@@ -1,5 +1,6 @@
 """`cabledrive camera`: the track of a marker in a video, as a log."""
 
+from math import isfinite
 from typing import Any
 
 import click
@@ -48,6 +49,12 @@ def command(
         if known_length is None or known_pixels is None:
             raise InputRefused("no scale: give --scale, or --known-length with --known-pixels")
         scale = scale_from(known_length, (0.0, 0.0), (known_pixels, 0.0))
+    if not (isfinite(scale) and scale > 0.0):
+        raise InputRefused(
+            f"scale = {scale:.4g} m for one pixel must be finite and above 0: measure it again"
+        )
+    if not video:
+        raise InputRefused("no video is named: give the path of one, or of a folder of pictures")
     track = track_marker(open_clip(video, frame_rate), markers=markers, region=_region(region))
     log = marker_log(track, scale)
     output.write(log_csv(log))

@@ -31,6 +31,8 @@ def command(quick: bool, resume: bool, force: bool, output: str) -> Answer:
     Verdicts: agrees, erratum, differs, not computable, each with its reason. Finished entries are kept in DIR
     and not done again while the package does not change.
     """
+    if not output:
+        raise InputRefused("--output names no folder: give one, or . for this one")
     folder = Path(output)
     before = _finished(folder)
     if before is not None and not force and _still_holds(before, quick):

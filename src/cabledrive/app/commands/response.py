@@ -8,6 +8,8 @@ from cabledrive.app.combinations import refuse_given
 from cabledrive.app.new_file import OBJECT, NewFile, NewFileType
 from cabledrive.app.options import Quantity, Subcommand, answering, force_option
 from cabledrive.app.results import Answer, json_text, provenance
+from cabledrive.parameters import InputRefused
+from cabledrive.parameters.fields import LARGEST
 
 
 @click.command(
@@ -25,7 +27,7 @@ from cabledrive.app.results import Answer, json_text, provenance
     "--segment", type=Quantity("s"), default=1.0, show_default=True, help="Length of the Hann windows."
 )
 @click.option(
-    "--overlap", type=Quantity("s"), default=0.2, show_default=True, help="Of neighbouring windows."
+    "--overlap", type=Quantity("s"), help="Of neighbouring windows; 0.2 s, at most half of one, unless told."
 )
 @click.option("--estimator", type=click.Choice(["H1", "H2", "Hv"]), default="H1", show_default=True)
 @click.option("--differentiate", is_flag=True, help="The speed of the output, an angle or position.")
@@ -43,7 +45,7 @@ def command(
     output: str,
     config: str | None,
     segment: float,
-    overlap: float,
+    overlap: float | None,
     estimator: str,
     differentiate: bool,
     coulomb: float | None,
@@ -58,12 +60,17 @@ def command(
 
     if coulomb is None:
         refuse_given("offset", why="belongs to --coulomb: add that (0 for none), or leave it out")
+    elif not 0.0 <= coulomb <= LARGEST:
+        raise InputRefused(f"--coulomb = {coulomb:.4g} N m must lie from 0 to {LARGEST:g} N m: correct it")
+    elif not abs(offset) <= LARGEST:
+        raise InputRefused(f"--offset = {offset:.4g} N m must lie within {LARGEST:g} N m: correct it")
     options = IdentifyOptions() if config is None else load_options(config)
     read, source, target = read_pair(log, options.columns, input_, output)
     values = speed_of(read, target) if differentiate else read.channel(target)
     drive = read.channel(source)
     if coulomb is not None:
         drive = compensated_torque(drive, speed_of(read, target), coulomb, offset)
+    overlap = min(0.2, 0.5 * segment) if overlap is None else overlap
     found = response_by_segments(
         drive, values, read.interval, segment=segment, overlap=overlap, estimator=estimator
     )

@@ -54,6 +54,8 @@ def command(
     DIR receives report.html, results.json, drive.toml (as identified), controller.json (the law in numbers)
     and the finished stages; a changed input redoes only the stages that depend on it.
     """
+    if not output:
+        raise InputRefused("--output names no folder: give one, or . for this one")
     folder = Path(output)
     check_folder(folder)
     asked = asked_hash(drive, [goals, *logs], quick)

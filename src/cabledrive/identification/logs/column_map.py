@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -166,9 +167,12 @@ def with_choices(base: ColumnMap, choices: Sequence[str]) -> ColumnMap:
 
 def _scale(text: str) -> float | str:
     try:
-        return float(text) if text else 1.0
+        factor = float(text) if text else 1.0
     except ValueError:
         return text.strip()
+    if not isfinite(factor):
+        raise InputRefused(f'scale "{text.strip()}" must be finite: write a factor such as 0.001')
+    return factor
 
 
 def recognised_columns(table: Table) -> dict[str, Column]:
