@@ -186,7 +186,7 @@ def _of_long_log(recording: Recording, options: IdentifyOptions, method: str) ->
     if method == "output-error":
         raise InputRefused(
             f"{recording.table.source}: method output-error needs the log in memory, which is too long for "
-            "that: leave the method out, or give a part of the log (start and end in a table [log])"
+            "that: leave the method out, or cut the log"
         )
     found = identify_long_log(recording, options.axis)
     return replace(found, method=dict(found.method) | {"model_check": NOT_MADE["long"]})

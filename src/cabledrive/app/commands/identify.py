@@ -95,6 +95,8 @@ def command(
         if span == "both":
             return _ping_of_both(logs, drive, (plucked, section), options.columns)
         return _ping(logs, drive, (span, section), options.columns)
+    if page is not None:
+        _check_drawable(logs[0], options)
     found = identify(logs[0] if len(logs) == 1 else list(logs), options, model=model, method=method)
     data = found.as_dict()
     if page is not None:
@@ -105,6 +107,15 @@ def command(
         provenance=provenance(method=str(found.method["name"])),
         incomplete=_incomplete(found),
     )
+
+
+def _check_drawable(log: str, options: Any) -> None:
+    """Refuse a page of a log that is read in blocks, before the work."""
+    from cabledrive.identification.logs.reading import open_log
+    from cabledrive.identification.long_logs import is_long
+
+    if is_long(open_log(log, options.columns)):
+        raise InputRefused(f"--report: {log} is too long to be drawn: leave it out, or cut the log")
 
 
 def _write_page(logs: tuple[str, ...], found: Any, options: Any, page: NewFile) -> None:
