@@ -78,7 +78,6 @@ def test_no_start_leads_to_a_smaller_residual(records, belt, starts):
         assert fit_output_error(records, BELT, start).residual > belt.residual * (1 - 1e-4)
 
 
-@pytest.mark.verify
 def test_every_linear_model_is_worse(records, belt, measured):
     """Output error of orders 1 to 5, to the rectified speed and to the speed with the belt model's signs."""
     own = [rms_of(r.output[TRAINING:], belt.simulated(r)[TRAINING:]) for r in records]

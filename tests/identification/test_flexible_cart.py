@@ -9,8 +9,6 @@ from cabledrive.identification.output_error import fit_of, fit_output_error
 from cabledrive.identification.record import Record
 from cabledrive.identification.row_model import RowModel, Sought
 
-pytestmark = pytest.mark.verify
-
 TRAINING = ("1_5", "2", "sine_1", "sine_3")
 MOVING = ("0_5", "1_5", "2", "2_5", "3_5", "4", "4_5")
 """Sines [Hz] that were not fitted and at which the load cart moves; above 4.5 Hz it sticks."""

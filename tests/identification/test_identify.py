@@ -94,10 +94,10 @@ def test_table_4_2_follows_from_the_differences_of_the_rigs():
     assert inertias["J12"].standard_error == pytest.approx(spread, rel=1e-12)
 
 
-def coverage(test, repeats, seed):
+def coverage(test, repeats, seed, method=None):
     inside = []
     for k in range(repeats):
-        found = identify(bench_log(test, seed + k), PLAIN)
+        found = identify(bench_log(test, seed + k), PLAIN, method=method)
         inside.append(
             [found.parameters[n].low < v < found.parameters[n].high for n, v in printed(test).items()]
         )
@@ -118,6 +118,14 @@ def test_intervals_cover_the_truth_in_a_thousand_repeats(test, measured):
     share = coverage(test, 1000, 10_000)
     measured("J, b, c, d: " + ", ".join(f"{100 * one:.1f} %" for one in share))
     assert np.all((share > 0.93) & (share < 0.97)), f"observed {share}"
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("test", BENCH_TESTS, ids=lambda test: test.name)
+def test_intervals_of_inverse_dynamics_do_not_fall_short(test, measured):
+    inside = 40 * coverage(test, 40, 50_000, "inverse-dynamics")
+    measured("J, b, c, d: " + ", ".join(f"{one:.0f} of 40" for one in inside))
+    assert np.all(inside >= binom.ppf(1e-3, 40, 0.93)), f"observed {inside} of 40"
 
 
 @pytest.mark.parametrize("slope, model", [(0.0, "coulomb"), (0.5, "tanh")])

@@ -1,0 +1,134 @@
+"""An answer with what the check of its model found, or why the check was not made."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from cabledrive.identification.axis_refinement import refine_rigid_axis
+from cabledrive.identification.diagnosis import FAULTS, suspicions, verdict
+from cabledrive.identification.estimates import Identification
+from cabledrive.identification.fault_evidence import named, told
+from cabledrive.identification.law_comparison import other_law
+from cabledrive.identification.logs.log import Log
+from cabledrive.identification.loop_check import evidence
+from cabledrive.identification.rigid_axis import AxisOptions, channels_of, identify_rigid_axis
+from cabledrive.identification.torque_delay import torque_delay
+from cabledrive.parameters import NotComputed
+
+NOT_MADE = {
+    "saturated": "not made: the torque saturates, so that what acts on the axis is not known",
+    "smooth": "not made: where the torque is no sum of lines only Coulomb's law is checked",
+    "long": "not made: the log is read in blocks",
+    "parameters": "not made: the log does not tell inertia and friction",
+}
+INNOVATIONS = "innovations of an observer"
+NOISE_SEED = 4016
+"""Of the noise in the sound logs that a log is held against: the same log gives the same answer."""
+
+
+def checked_by_lines(
+    read: Sequence[Log], answer: Identification, refined: Identification, options: AxisOptions
+) -> Identification:
+    """The answer with what the check of a torque of spectral lines found.
+
+    Parameters
+    ----------
+    read : sequence of Log
+    answer : Identification
+    refined : Identification
+        By output error.
+    options : AxisOptions
+
+    Returns
+    -------
+    Identification
+    """
+    method = dict(answer.method)
+    if refined.findings[len(answer.findings) :] and refined["coulomb_friction"] > 0.0:
+        method["model_check"] = "not possible: " + refined.findings[-1]
+    found = suspicions(read, refined, options)
+    if "model_check" not in method and verdict(found) is not None:
+        rival = other_law(read, refined, options, found)
+        found = found if rival is None else (*found, rival)
+    method["suspicions"] = {
+        s.fault: {"significance": s.significance, "critical": s.critical, "value": s.value} for s in found
+    }
+    fault = verdict(found) if "model_check" not in method else None
+    if fault is None:
+        return replace(answer, method=method)
+    value = next((s.value for s in found if s.fault == fault), 0.0)
+    words = FAULTS[fault].format(value=value)
+    if fault == "delay":
+        words, measured = _delay_told(read, options, value, lambda moved: _left_by_lines(moved, options))
+        method |= measured
+    return replace(answer, method=method, findings=(*answer.findings, f"the model does not fit: {words}"))
+
+
+def checked_by_innovations(
+    read: Sequence[Log], answer: Identification, options: AxisOptions
+) -> Identification:
+    """The answer with what the check of any torque found, or why it was not made.
+
+    Parameters
+    ----------
+    read : sequence of Log
+    answer : Identification
+    options : AxisOptions
+
+    Returns
+    -------
+    Identification
+    """
+    method = dict(answer.method)
+    reason = _not_made(read, answer, options)
+    if reason is not None:
+        return replace(answer, method=method | {"model_check": NOT_MADE[reason]})
+    try:
+        found = evidence(read, answer, options, np.random.default_rng(NOISE_SEED))
+    except NotComputed as failure:
+        return replace(answer, method=method | {"model_check": f"not possible: {failure}"})
+    method |= {"model_check": INNOVATIONS, "suspicions": {e.fault: e.as_dict() for e in found}}
+    faults = named(found)
+    if not faults:
+        return replace(answer, method=method)
+    words = told(faults)
+    if faults[0].fault == "delay":
+        value = faults[0].value
+        size, measured = _delay_told(read, options, value, lambda moved: _left_beside(moved, options))
+        words, method = words.replace(FAULTS["delay"].format(value=value), size), method | measured
+    return replace(answer, method=method, findings=(*answer.findings, words))
+
+
+def _delay_told(
+    read: Sequence[Log], options: AxisOptions, first: float, left_in: Callable[[Sequence[Log]], float]
+) -> tuple[str, dict[str, float]]:
+    """The delay in words, and measured where it is one."""
+    try:
+        delay = torque_delay(read, options, first, left_in)
+    except NotComputed as failure:
+        return f"the motion lags behind the torque, and not by a delay alone: {failure}", {}
+    return FAULTS["delay"].format(value=delay), {"torque_delay": delay}
+
+
+def _left_by_lines(logs: Sequence[Log], options: AxisOptions) -> float:
+    refined = refine_rigid_axis(logs, identify_rigid_axis(logs, options), options)
+    return next(s.value for s in suspicions(logs, refined, options) if s.fault == "delay")
+
+
+def _left_beside(logs: Sequence[Log], options: AxisOptions) -> float:
+    """Below a sample, which the check leaves free, there is none."""
+    rng = np.random.default_rng(NOISE_SEED)
+    found = evidence(logs, identify_rigid_axis(logs, options), options, rng)
+    return next((e.value for e in found if e.fault == "delay"), 0.0)
+
+
+def _not_made(read: Sequence[Log], answer: Identification, options: AxisOptions) -> str | None:
+    """Key of `NOT_MADE`, or None where the check can be made; viscous friction need not be known for it."""
+    torque, _ = channels_of(read[0], options)
+    if any(torque in log.saturated and log.saturated[torque].any() for log in read):
+        return "saturated"
+    if options.friction.kind != "coulomb":
+        return "smooth"
+    inertia, _, coulomb, offset = (estimate.value for estimate in answer.parameters.values())
+    return None if inertia > 0.0 and coulomb > 0.0 and np.isfinite(offset) else "parameters"

@@ -1,0 +1,57 @@
+"""A torque channel that is late is told by how much, not only to first order."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cabledrive.identification.identify import identify
+from cabledrive.identification.torque_delay import moved_back
+from cabledrive.rig.chapter_4 import BENCH_TESTS, bench_command, bench_rig
+from cabledrive.rig.virtual_rig import run_rig
+
+
+@pytest.fixture(scope="module")
+def log():
+    test, rng = BENCH_TESTS[1], np.random.default_rng(3)
+    return run_rig(bench_rig(test), bench_command(test, rng), rng)
+
+
+def late(log, samples):
+    """The torque of a periodic log turned round by whole samples."""
+    torque = np.roll(log.channel("torque"), samples)
+    return replace(log, channels={**log.channels, "torque": torque})
+
+
+@pytest.mark.parametrize("samples", [-5, 1, 2])
+def test_a_delay_of_a_torque_of_lines_is_told_to_a_hundredth_of_a_sample(log, samples, measured):
+    found = identify(late(log, samples))
+    delay = found.method["torque_delay"]
+    measured(f"{samples} ms: {1e3 * delay:.4f} ms; first order {1e3 * first_order(found):.3f} ms")
+    assert "the torque channel is delayed" in found.findings[-1]
+    assert abs(delay - samples * log.interval) < 0.01 * log.interval, delay
+    assert abs(first_order(found)) < abs(delay), "the first figure alone is too small"
+
+
+def first_order(found):
+    return found.method["suspicions"]["delay"]["value"]
+
+
+@pytest.mark.parametrize("samples", [-2, 5])
+def test_a_delay_of_any_other_torque_is_told_to_a_sample(log, samples, measured):
+    """Cut off in the middle of a period the torque has no lines."""
+    found = identify(late(log, samples).part(start=0.1, end=float(log.time[-1]) - 0.1))
+    delay = found.method["torque_delay"]
+    measured(f"{samples} ms: {1e3 * delay:.1f} ms")
+    assert "the torque channel is delayed" in found.findings[-1]
+    assert abs(delay - samples * log.interval) < 1.01 * log.interval, delay
+
+
+def test_a_log_that_is_moved_back_keeps_its_time_and_loses_its_ends(log):
+    moved = moved_back(late(log, 3), "torque", 3)
+    assert len(moved) == len(log) - 3
+    np.testing.assert_array_equal(moved.channel("torque"), log.channel("torque")[:-3])
+    np.testing.assert_array_equal(moved.channel("angle"), log.channel("angle")[:-3])
+    later = moved_back(late(log, -3), "torque", -3)
+    np.testing.assert_array_equal(later.time, log.time[3:])
+    np.testing.assert_array_equal(later.channel("torque"), log.channel("torque")[3:])
