@@ -11,10 +11,10 @@ from sampled_loops import InC, InNumpy, InPythonControl, compiled
 
 import cabledrive as cd
 from cabledrive.rig import Motion, RigOptions
+from cabledrive.rig.closed_loop.lanes import lane_of, march_alone, reference_table
+from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
 from cabledrive.rig.draws import run_draws
-from cabledrive.rig.lanes import lane_of, march_alone, reference_table
-from cabledrive.rig.loop import Loop, close_loop, run
-from cabledrive.rig.registry import design
+from cabledrive.rig.laws.registry import design
 from cabledrive.rig.trial import wish_for
 
 TITLE = "Closed loop: Model 4 under its adaptive robust law, 5 kHz"

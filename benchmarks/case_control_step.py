@@ -12,9 +12,9 @@ from cabledrive.control.observer_kernels import correct, predict
 from cabledrive.control.observer_numbers import ObserverNumbers
 from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.rig import Motion, RigOptions
-from cabledrive.rig.loop import close_loop, loop_at_rest, run
-from cabledrive.rig.loop_numbers import LoopState
-from cabledrive.rig.registry import design
+from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest, run
+from cabledrive.rig.closed_loop.loop_numbers import LoopState
+from cabledrive.rig.laws.registry import design
 from cabledrive.rig.trial import wish_for
 
 TITLE = "One control step: law and observer of Model 4"

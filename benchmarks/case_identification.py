@@ -18,8 +18,8 @@ from cabledrive.identification.inverse_dynamics import factors_of
 from cabledrive.identification.regression import bootstrap, suited_segments
 from cabledrive.identification.rigid_axis import AxisOptions, channels_of, equation_for, rows_for
 from cabledrive.reduction.friction_march import march_rigid_axis
-from cabledrive.rig.chapter_4 import BENCH_TESTS, bench_command, bench_rig
-from cabledrive.rig.virtual_rig import run_rig
+from cabledrive.rig.bench.chapter_4 import BENCH_TESTS, bench_command, bench_rig
+from cabledrive.rig.bench.virtual_rig import run_rig
 
 TITLE = "Identification"
 REPEATS = 1000

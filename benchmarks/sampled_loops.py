@@ -9,7 +9,7 @@ import numpy as np
 
 from cabledrive.control.darc import darc_step
 from cabledrive.control.numbers import NOMINAL
-from cabledrive.rig.loop import Loop
+from cabledrive.rig.closed_loop.loop import Loop
 
 SOURCE = Path(__file__).with_name("closed_loop.c")
 COMPILE = ["gcc", "-O3", "-march=native", "-ffast-math", "-fPIC", "-c"]

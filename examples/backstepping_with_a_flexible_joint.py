@@ -9,7 +9,7 @@ import numpy as np
 import cabledrive as cd
 from cabledrive.control.backstepping_stability import stability_margin
 from cabledrive.rig import Motion, track
-from cabledrive.rig.backstepping_laws import backstepping_6
+from cabledrive.rig.laws.backstepping_laws import backstepping_6
 from cabledrive.rig.trial import wish_for
 
 drive = cd.load_drive("dissertation-3")

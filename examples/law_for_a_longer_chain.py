@@ -10,8 +10,8 @@ import numpy as np
 
 from cabledrive.control.kalman import KalmanTuning
 from cabledrive.reduction.lumped_chain import LumpedChain, natural_frequencies_of
-from cabledrive.rig.chain_loop import ChainRig, chain_loop
-from cabledrive.rig.loop import run
+from cabledrive.rig.closed_loop.chain_loop import ChainRig, chain_loop
+from cabledrive.rig.closed_loop.loop import run
 from cabledrive.trajectories import pulse
 
 chain = LumpedChain(

@@ -16,7 +16,7 @@ from click.shell_completion import ShellComplete
 
 import cabledrive as cd
 from cabledrive.app.main import main
-from cabledrive.rig.virtual_camera import VirtualCamera, filmed
+from cabledrive.rig.bench.virtual_camera import VirtualCamera, filmed
 from command import answer, call, object_of, refusal, run
 
 COMMANDS = main.list_commands(Context(main))

@@ -9,8 +9,8 @@ from scipy import stats
 from cabledrive.identification.amplifier import amplifier_response, fit_amplifier, identify_amplifier
 from cabledrive.identification.frequency_response import FrequencyResponse
 from cabledrive.parameters import InputRefused, load_drive
-from cabledrive.rig.chapter_4 import response_command, rig_of
-from cabledrive.rig.virtual_rig import run_rig
+from cabledrive.rig.bench.chapter_4 import response_command, rig_of
+from cabledrive.rig.bench.virtual_rig import run_rig
 
 GAIN = 10 ** (4.2 / 20)
 
@@ -82,7 +82,7 @@ def test_too_few_lines_are_refused():
 def amplifiers(seeds):
     """Logs of 4 s: intervals of gain and bandwidth that hold, and the spread over what is told."""
     from cabledrive.identification.logs.log import log_of
-    from cabledrive.rig.virtual_rig import acting_torque
+    from cabledrive.rig.bench.virtual_rig import acting_torque
 
     rig = rig_of(load_drive("dissertation-3"), 1)
     held, off, told = np.zeros(2), [], []

@@ -14,8 +14,8 @@ from scipy import io
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.identification.logs.unpacking import unpacked_matlab, unpacked_mcap
 from cabledrive.parameters import InputRefused
-from cabledrive.rig.chapter_4 import BENCH_TESTS, bench_rig
-from cabledrive.rig.virtual_rig import run_rig
+from cabledrive.rig.bench.chapter_4 import BENCH_TESTS, bench_rig
+from cabledrive.rig.bench.virtual_rig import run_rig
 
 ROWS, INTERVAL = 12_000, 1e-3
 TIME = INTERVAL * np.arange(ROWS)

@@ -14,8 +14,8 @@ from cabledrive.identification.tension.partials import (
     partial_at,
 )
 from cabledrive.parameters import InputRefused
+from cabledrive.rig.bench.virtual_camera import VirtualCamera, filmed
 from cabledrive.rig.log_table import log_csv
-from cabledrive.rig.virtual_camera import VirtualCamera, filmed
 
 RATE = 480.0
 TONES = (34.2, 71.7, 143.1)

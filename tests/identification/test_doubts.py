@@ -12,8 +12,8 @@ from cabledrive.identification.method_error import _noisier
 from cabledrive.identification.regression import factor, suited_segments
 from cabledrive.identification.rigid_axis import AxisOptions, equation_for
 from cabledrive.reduction.friction_march import march_rigid_axis
-from cabledrive.rig.chapter_4 import BENCH_TESTS, bench_command, bench_rig
-from cabledrive.rig.virtual_rig import Imperfections, run_rig
+from cabledrive.rig.bench.chapter_4 import BENCH_TESTS, bench_command, bench_rig
+from cabledrive.rig.bench.virtual_rig import Imperfections, run_rig
 
 DRIVES = {
     "500 Hz": {"rate": 500.0},

@@ -13,9 +13,9 @@ from cabledrive.identification.logs.log import log_of
 from cabledrive.identification.rig_differences import inertias_of_the_rigs
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.rig.chapter_4 import BENCH_TESTS, bench_command, bench_rig
+from cabledrive.rig.bench.chapter_4 import BENCH_TESTS, bench_command, bench_rig
+from cabledrive.rig.bench.virtual_rig import Imperfections, VirtualRig, run_rig
 from cabledrive.rig.log_table import log_csv
-from cabledrive.rig.virtual_rig import Imperfections, VirtualRig, run_rig
 
 TEST = BENCH_TESTS[1]
 NAMES = ("inertia", "viscous_friction", "coulomb_friction", "offset_torque")

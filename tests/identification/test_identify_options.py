@@ -5,7 +5,7 @@ import pytest
 from cabledrive.identification.identify import load_options
 from cabledrive.identification.logs.column_map import load_column_map
 from cabledrive.parameters import InputRefused
-from cabledrive.rig.experiment import load_excitation
+from cabledrive.rig.bench.experiment import load_excitation
 from cabledrive.studies.study.goals import load_goals
 
 READERS = [load_options, load_column_map, load_excitation, load_goals]

@@ -12,8 +12,8 @@ from cabledrive.identification.logs.reading import open_log
 from cabledrive.identification.long_logs import identify_long_log, is_long
 from cabledrive.identification.rigid_axis import identify_rigid_axis
 from cabledrive.parameters import InputRefused
-from cabledrive.rig.chapter_4 import BENCH_TESTS, bench_command, bench_rig
-from cabledrive.rig.virtual_rig import run_rig
+from cabledrive.rig.bench.chapter_4 import BENCH_TESTS, bench_command, bench_rig
+from cabledrive.rig.bench.virtual_rig import run_rig
 
 TEST = BENCH_TESTS[1]
 

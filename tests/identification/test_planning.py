@@ -14,10 +14,10 @@ from cabledrive.identification.response_models import PARAMETERS, chain_for, fit
 from cabledrive.identification.rigid_axis import AxisOptions, identify_rigid_axis
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.reduction.lumped_chain import speed_response
-from cabledrive.rig.chapter_4 import BENCH_TESTS, TORQUE_PER_VOLT, bench_command, bench_rig, rig_of
-from cabledrive.rig.experiment import Excitation, command_of, experiment, load_excitation
-from cabledrive.rig.planned_experiment import plan_experiment
-from cabledrive.rig.virtual_rig import Imperfections, run_rig
+from cabledrive.rig.bench.chapter_4 import BENCH_TESTS, TORQUE_PER_VOLT, bench_command, bench_rig, rig_of
+from cabledrive.rig.bench.experiment import Excitation, command_of, experiment, load_excitation
+from cabledrive.rig.bench.planned_experiment import plan_experiment
+from cabledrive.rig.bench.virtual_rig import Imperfections, run_rig
 
 TEST = replace(BENCH_TESTS[1], duration=12.0)
 GUESS = AxisGuess(inertia=TEST.inertia, viscous=TEST.viscous, coulomb=TEST.coulomb, offset=TEST.offset)

@@ -9,8 +9,8 @@ from cabledrive.identification.filters import difference
 from cabledrive.identification.frequency_response import response_by_periods
 from cabledrive.identification.model_choice import choose_model
 from cabledrive.identification.response_models import fit_response
-from cabledrive.rig.chapter_4 import rig_of
-from cabledrive.rig.virtual_rig import run_rig
+from cabledrive.rig.bench.chapter_4 import rig_of
+from cabledrive.rig.bench.virtual_rig import run_rig
 
 SEED, RATE, PERIOD, RADIUS = 2015, 5000.0, 10_000, 0.04
 PRINTED = {"cable_stiffness": 850.0, "cable_damping": 0.18, "joint_stiffness": 135.0, "joint_damping": 0.075}

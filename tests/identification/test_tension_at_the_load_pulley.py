@@ -95,7 +95,7 @@ def test_a_load_cell_without_angle_halves_its_reading_and_says_so():
 
 def test_the_virtual_rig_of_chapter_4_has_a_load_cell():
     """Model 4, 8 s: both spans at 7 N in the mean, parted by J2 a / r2 as the pulley turns."""
-    from cabledrive.rig.experiment import Excitation, experiment
+    from cabledrive.rig.bench.experiment import Excitation, experiment
 
     drive = load_drive("dissertation-3", overrides=["sensors.sample_rate=1 kHz"])
     log = experiment(drive, Excitation(duration=8.0), seed=3)

@@ -7,8 +7,8 @@ import pytest
 
 from cabledrive.identification.identify import identify
 from cabledrive.identification.torque_delay import moved_back
-from cabledrive.rig.chapter_4 import BENCH_TESTS, bench_command, bench_rig
-from cabledrive.rig.virtual_rig import run_rig
+from cabledrive.rig.bench.chapter_4 import BENCH_TESTS, bench_command, bench_rig
+from cabledrive.rig.bench.virtual_rig import run_rig
 
 
 @pytest.fixture(scope="module")

@@ -8,8 +8,8 @@ from cabledrive.identification.regressor_curves import regressor_curves
 from cabledrive.identification.rigid_axis import AxisOptions, identify_rigid_axis
 from cabledrive.parameters import InputRefused
 from cabledrive.report.log_page import write_log_report
-from cabledrive.rig.chapter_4 import BENCH_TESTS, bench_command, bench_rig
-from cabledrive.rig.virtual_rig import Imperfections, run_rig
+from cabledrive.rig.bench.chapter_4 import BENCH_TESTS, bench_command, bench_rig
+from cabledrive.rig.bench.virtual_rig import Imperfections, run_rig
 
 
 @pytest.fixture(scope="module")

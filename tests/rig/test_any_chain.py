@@ -6,8 +6,8 @@ import pytest
 from cabledrive.control.kalman import KalmanTuning
 from cabledrive.parameters import InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain, natural_frequencies_of
-from cabledrive.rig.chain_loop import ChainRig, chain_loop, share_bounds
-from cabledrive.rig.loop import Loop, run
+from cabledrive.rig.closed_loop.chain_loop import ChainRig, chain_loop, share_bounds
+from cabledrive.rig.closed_loop.loop import Loop, run
 from cabledrive.trajectories import pulse
 
 INTERVAL, COUNT = 2e-4, 2.0 * np.pi / 40_000

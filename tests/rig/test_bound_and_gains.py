@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from cabledrive.parameters import InputRefused, load_drive
-from cabledrive.rig.best_gains import best_gains, torque_noise
+from cabledrive.rig.closed_loop.linear_loop import linear_loop, response
+from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
 from cabledrive.rig.draws import Spreads, drawn_loops
 from cabledrive.rig.expected_bound import expected_bound, residual_response, tube
-from cabledrive.rig.linear_loop import linear_loop, response
-from cabledrive.rig.loop import Loop, close_loop, run
-from cabledrive.rig.registry import design
+from cabledrive.rig.laws.best_gains import best_gains, torque_noise
+from cabledrive.rig.laws.registry import design
 from cabledrive.rig.setting import Motion, RigOptions
 from cabledrive.rig.trial import track, wish_for
 

@@ -1,6 +1,7 @@
 """The distributed cable as plant: near its row of inertias, and named where it is not.
 
-Compiled modules under test: cabledrive.rig.cable_kernels, cabledrive.rig.sample_kernels.
+Compiled modules under test: cabledrive.rig.closed_loop.cable_kernels,
+cabledrive.rig.closed_loop.sample_kernels.
 """
 
 from dataclasses import replace
@@ -10,10 +11,10 @@ import pytest
 
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.rig import Disturbance, Motion, RigOptions, track
-from cabledrive.rig.cable_plant import drive_like
+from cabledrive.rig.closed_loop.cable_plant import drive_like
+from cabledrive.rig.closed_loop.loop import close_loop, plant_chain, run
 from cabledrive.rig.draws import drawn_chain
-from cabledrive.rig.loop import close_loop, plant_chain, run
-from cabledrive.rig.registry import design
+from cabledrive.rig.laws.registry import design
 from cabledrive.rig.trial import wish_for
 
 DRIVE = load_drive("dissertation-3")

@@ -1,6 +1,6 @@
 """What a rig adds to a plant: free play, jitter, slow torque, loads, slack spans, blind encoders.
 
-Compiled modules under test: cabledrive.rig.kink_kernels, cabledrive.rig.loop_kernels.
+Compiled modules under test: cabledrive.rig.closed_loop.kink_kernels, cabledrive.rig.closed_loop.loop_kernels.
 """
 
 from dataclasses import replace
@@ -12,10 +12,10 @@ import pytest
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.rig import Disturbance, Motion, RigOptions, track
-from cabledrive.rig.kink_kernels import advance_kinked
+from cabledrive.rig.closed_loop.kink_kernels import advance_kinked
+from cabledrive.rig.closed_loop.plant import kink_numbers, plant_numbers
+from cabledrive.rig.closed_loop.plant_kernels import MOST_TERMS
 from cabledrive.rig.log_file import log_text
-from cabledrive.rig.plant import kink_numbers, plant_numbers
-from cabledrive.rig.plant_kernels import MOST_TERMS
 from cabledrive.rig.spoken_options import spoken_blindness, spoken_disturbance
 from control_chains import INTERVAL, model
 

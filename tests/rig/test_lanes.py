@@ -1,6 +1,6 @@
 """Many plants in vector lanes: the same runs as one by one.
 
-Compiled modules under test: cabledrive.rig.lane_kernels.
+Compiled modules under test: cabledrive.rig.closed_loop.lane_kernels.
 """
 
 from dataclasses import replace
@@ -11,13 +11,13 @@ from scipy.linalg import expm
 
 from cabledrive.parameters import load_drive
 from cabledrive.rig import Motion, RigOptions
+from cabledrive.rig.closed_loop.lane_kernels import smooth_sign
+from cabledrive.rig.closed_loop.lane_tables import exponentials, free_transitions
+from cabledrive.rig.closed_loop.lanes import fits_lanes, run_one
+from cabledrive.rig.closed_loop.loop import close_loop, run
+from cabledrive.rig.closed_loop.plant import plant_numbers
 from cabledrive.rig.draws import drawn_chain, drawn_loops, run_draws
-from cabledrive.rig.lane_kernels import smooth_sign
-from cabledrive.rig.lane_tables import exponentials, free_transitions
-from cabledrive.rig.lanes import fits_lanes, run_one
-from cabledrive.rig.loop import close_loop, run
-from cabledrive.rig.plant import plant_numbers
-from cabledrive.rig.registry import design
+from cabledrive.rig.laws.registry import design
 from cabledrive.rig.trial import wish_for
 
 DRIVE = load_drive("dissertation-3")

@@ -1,6 +1,7 @@
 """The plant of the rig: exact between samples, with friction that sticks.
 
-Compiled modules under test: cabledrive.rig.plant_kernels, cabledrive.rig.series_kernels.
+Compiled modules under test: cabledrive.rig.closed_loop.plant_kernels,
+cabledrive.rig.closed_loop.series_kernels.
 """
 
 from dataclasses import replace
@@ -10,8 +11,8 @@ import pytest
 
 from cabledrive.parameters import InputRefused
 from cabledrive.reduction.friction_march import march_chain
-from cabledrive.rig.plant import plant_numbers
-from cabledrive.rig.plant_kernels import MOST_TERMS, advance
+from cabledrive.rig.closed_loop.plant import plant_numbers
+from cabledrive.rig.closed_loop.plant_kernels import MOST_TERMS, advance
 from control_chains import INTERVAL, model
 
 CHAIN = model(4)

@@ -1,6 +1,6 @@
 """Closed loops on the rig: what they reach, what they refuse, what they say.
 
-Compiled modules under test: cabledrive.rig.loop_kernels, cabledrive.control.observer_kernels,
+Compiled modules under test: cabledrive.rig.closed_loop.loop_kernels, cabledrive.control.observer_kernels,
 cabledrive.control.kalman, cabledrive.control.law_kernels, cabledrive.control.backstepping_kernels.
 """
 
@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from cabledrive.parameters import InputRefused, load_drive
-from cabledrive.rig.eigenvalues import closed_loop_poles
-from cabledrive.rig.loop import close_loop, run
-from cabledrive.rig.loop_reference import run_reference
-from cabledrive.rig.registry import design
+from cabledrive.rig.closed_loop.loop import close_loop, run
+from cabledrive.rig.closed_loop.loop_reference import run_reference
+from cabledrive.rig.laws.eigenvalues import closed_loop_poles
+from cabledrive.rig.laws.registry import design
 from cabledrive.rig.setting import Disturbance, Motion, RigOptions
 from cabledrive.rig.trial import track, wish_for
 

@@ -1,6 +1,7 @@
 """The transporter: its model against certified modes, its plant against the model, its laws compared.
 
-Compiled modules under test: cabledrive.control.scheduled_kernels, cabledrive.rig.transporter_kernels.
+Compiled modules under test: cabledrive.control.scheduled_kernels,
+cabledrive.rig.carriage.transporter_kernels.
 """
 
 from dataclasses import replace
@@ -28,10 +29,10 @@ from cabledrive.reduction.transporter import (
     strand_stiffness,
     transporter_of,
 )
-from cabledrive.rig.carriage_loop import plant_of
-from cabledrive.rig.carriage_move import CarriageMove, one_count
-from cabledrive.rig.transporter import move_carriage
-from cabledrive.rig.transporter_kernels import transporter_advance, transporter_rates
+from cabledrive.rig.carriage.carriage_loop import plant_of
+from cabledrive.rig.carriage.carriage_move import CarriageMove, one_count
+from cabledrive.rig.carriage.transporter import move_carriage
+from cabledrive.rig.carriage.transporter_kernels import transporter_advance, transporter_rates
 from cabledrive.studies.transporter_moves import along_the_way, residual_motion, scaled_transporter
 from cabledrive.trajectories import Move, Trajectory
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cabledrive.parameters import InputRefused, load_drive
-from cabledrive.rig.loop import run
+from cabledrive.rig.closed_loop.loop import run
 from cabledrive.studies.study import Goals, load_goals, run_study
 from cabledrive.studies.study.chain_regression import tell
 from cabledrive.studies.study.closed_loop import joined_loop, make_law, rig_options

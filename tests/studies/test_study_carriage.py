@@ -15,7 +15,7 @@ from cabledrive.report.study.acceptance import acceptance_chapter
 from cabledrive.report.study.carriage import carriage_acceptance_chapter, carriage_controller_chapter
 from cabledrive.report.study.controller import controller_chapter
 from cabledrive.report.study.verdict import verdict_chapter
-from cabledrive.rig.carriage_loop import run_carriage
+from cabledrive.rig.carriage.carriage_loop import run_carriage
 from cabledrive.studies.study import Goals, run_study
 from cabledrive.studies.study.carriage_acceptance import accept_carriage
 from cabledrive.studies.study.carriage_case import case_of, errors, loop_at, whole_run

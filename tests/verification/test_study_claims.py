@@ -17,9 +17,9 @@ from scipy.stats import binom
 from cabledrive.identification.logs.log import log_of
 from cabledrive.parameters import load_drive
 from cabledrive.parameters.drive_file import drive_text
-from cabledrive.rig.experiment import Excitation, experiment
+from cabledrive.rig.bench.experiment import Excitation, experiment
+from cabledrive.rig.closed_loop.loop import run
 from cabledrive.rig.log_table import log_csv
-from cabledrive.rig.loop import run
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import Goals, run_study
 from cabledrive.studies.study.chain_regression import tell

@@ -38,6 +38,6 @@ def complete_controller(ctx: click.Context, param: click.Parameter, incomplete: 
     -------
     list of CompletionItem
     """
-    from cabledrive.rig.registry import CONTROLLERS
+    from cabledrive.rig.laws.registry import CONTROLLERS
 
     return [CompletionItem(name) for name in sorted(CONTROLLERS) if name.startswith(incomplete)]

@@ -4,7 +4,7 @@ from math import isfinite, sqrt
 
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.rig import Motion, RigOptions
-from cabledrive.rig.experiment import Excitation
+from cabledrive.rig.bench.experiment import Excitation
 from cabledrive.rig.setting import sample_interval
 
 MOST_MEMORY = 4e9

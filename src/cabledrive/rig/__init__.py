@@ -1,9 +1,9 @@
 """The drive as a laboratory sees it: sampled, counted, delayed, limited, with friction that sticks."""
 
-from cabledrive.rig.carriage_move import CarriageMove, CarriageRun
+from cabledrive.rig.carriage.carriage_move import CarriageMove, CarriageRun
+from cabledrive.rig.carriage.transporter import move_carriage
 from cabledrive.rig.setting import Disturbance, Motion, RigOptions
 from cabledrive.rig.tracking import Tracking
-from cabledrive.rig.transporter import move_carriage
 from cabledrive.rig.trial import track
 
 __all__ = [

@@ -3,8 +3,8 @@
 from cabledrive.control.numbers import DARC
 from cabledrive.parameters import Drive
 from cabledrive.reduction.models import lumped_model
-from cabledrive.rig.loop import Loop, Run
-from cabledrive.rig.loop_numbers import WENT_SLACK
+from cabledrive.rig.closed_loop.loop import Loop, Run
+from cabledrive.rig.closed_loop.loop_numbers import WENT_SLACK
 from cabledrive.rig.setting import RigOptions
 
 FLEXIBLE: dict[int, tuple[str, ...]] = {1: (), 2: ("joint",), 3: ("cable",), 4: ("joint", "cable")}

@@ -6,8 +6,8 @@ import numpy as np
 
 from cabledrive.control.backstepping_stability import stability_margin
 from cabledrive.control.numbers import BACKSTEPPING
-from cabledrive.rig.loop import Loop
-from cabledrive.rig.loop_numbers import Array
+from cabledrive.rig.closed_loop.loop import Loop
+from cabledrive.rig.closed_loop.loop_numbers import Array
 
 INSTANTS = 40
 

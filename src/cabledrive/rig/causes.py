@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cabledrive.parameters import Drive
-from cabledrive.rig.loop import Loop, close_loop, run
-from cabledrive.rig.loop_numbers import SUMMARY, Array
-from cabledrive.rig.other_plants import with_plant
-from cabledrive.rig.registry import design
+from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
+from cabledrive.rig.closed_loop.loop_numbers import SUMMARY, Array
+from cabledrive.rig.closed_loop.other_plants import with_plant
+from cabledrive.rig.laws.registry import design
 from cabledrive.rig.setting import DEGREE, Motion, RigOptions
 from cabledrive.rig.trial import wish_for
 

@@ -6,8 +6,8 @@ import numpy as np
 
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.rig.fitting import fitted_encoders
-from cabledrive.rig.loop_numbers import Array, Integers
+from cabledrive.rig.closed_loop.loop_numbers import Array, Integers
+from cabledrive.rig.laws.fitting import fitted_encoders
 from cabledrive.rig.setting import RigOptions
 
 

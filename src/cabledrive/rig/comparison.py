@@ -11,13 +11,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cabledrive.parameters import Drive, NotComputed
-from cabledrive.rig.baselines import BASELINES, lqg
-from cabledrive.rig.best_gains import best_chain_law, best_gains
 from cabledrive.rig.circumstances import torque_limit
-from cabledrive.rig.controllers import Controller, Wish
+from cabledrive.rig.closed_loop.loop import Loop, close_loop
+from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
 from cabledrive.rig.draws import Draws, run_draws
-from cabledrive.rig.loop import Loop, close_loop
-from cabledrive.rig.loop_numbers import SUMMARY
+from cabledrive.rig.laws.baselines import BASELINES, lqg
+from cabledrive.rig.laws.best_gains import best_chain_law, best_gains
+from cabledrive.rig.laws.controllers import Controller, Wish
 from cabledrive.rig.setting import Motion, RigOptions
 
 SETTINGS: dict[str, tuple[float, ...]] = {

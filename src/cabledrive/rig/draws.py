@@ -8,10 +8,10 @@ import numpy as np
 
 from cabledrive.control.darc_gains import printed_bounds
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.rig.lanes import fits_lanes, run_lanes
-from cabledrive.rig.loop import Loop, run
-from cabledrive.rig.loop_numbers import SUMMARY, Array
-from cabledrive.rig.other_plants import with_plant
+from cabledrive.rig.closed_loop.lanes import fits_lanes, run_lanes
+from cabledrive.rig.closed_loop.loop import Loop, run
+from cabledrive.rig.closed_loop.loop_numbers import SUMMARY, Array
+from cabledrive.rig.closed_loop.other_plants import with_plant
 from cabledrive.rig.setting import DEGREE, RigOptions
 
 
@@ -132,7 +132,7 @@ def run_draws(loop: Loop, options: RigOptions, draws: int, seed: int, *, threads
     Parameters
     ----------
     loop : Loop
-        Nominal, as `cabledrive.rig.loop.close_loop` makes it.
+        Nominal, as `cabledrive.rig.closed_loop.loop.close_loop` makes it.
     options : RigOptions
     draws : int
     seed : int

@@ -19,11 +19,11 @@ from cabledrive.control.numbers import DARC, HIGH, LOW, NOMINAL
 from cabledrive.control.reference import joint_motion
 from cabledrive.parameters import InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.rig.closed_loop.linear_loop import LinearLoop, driven, linear_loop, response
+from cabledrive.rig.closed_loop.loop import Loop
+from cabledrive.rig.closed_loop.loop_numbers import Array
+from cabledrive.rig.closed_loop.plant import plant_numbers
 from cabledrive.rig.draws import Spreads
-from cabledrive.rig.linear_loop import LinearLoop, driven, linear_loop, response
-from cabledrive.rig.loop import Loop
-from cabledrive.rig.loop_numbers import Array
-from cabledrive.rig.plant import plant_numbers
 from cabledrive.rig.setting import DEGREE
 
 MEMORY, LONG_MEMORY = 0.8, 4.0

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.parameters import NotComputed
-from cabledrive.rig.controllers import Wish
+from cabledrive.rig.closed_loop.loop import Loop
+from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.draws import drawn_loops
-from cabledrive.rig.indirect import Learnt, run_indirect
-from cabledrive.rig.loop import Loop
-from cabledrive.rig.loop_numbers import Array
+from cabledrive.rig.laws.controllers import Wish
+from cabledrive.rig.laws.indirect import Learnt, run_indirect
 from cabledrive.rig.setting import DEGREE, RigOptions
 
 
@@ -76,7 +76,7 @@ def run_learning_draws(
     Parameters
     ----------
     loop : Loop
-        Nominal, with the law of `cabledrive.rig.indirect.indirect` and at least two pulses.
+        Nominal, with the law of `cabledrive.rig.laws.indirect.indirect` and at least two pulses.
     wish : Wish
     options : RigOptions
     draws : int

@@ -3,8 +3,8 @@
 import numpy as np
 
 from cabledrive.parameters import Drive
+from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.log_table import csv_text
-from cabledrive.rig.loop_numbers import Array
 from cabledrive.rig.tracking import Tracking
 
 LOAD_CELL_SEED = 1

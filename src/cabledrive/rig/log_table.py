@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from cabledrive.identification.logs.log import Log
-from cabledrive.rig.loop_numbers import Array
+from cabledrive.rig.closed_loop.loop_numbers import Array
 
 
 def log_csv(log: Log) -> str:

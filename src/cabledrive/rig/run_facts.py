@@ -7,8 +7,8 @@ import numpy as np
 from cabledrive.control.bound import robust_conditions
 from cabledrive.control.numbers import DARC, HIGH, LawNumbers
 from cabledrive.parameters import Drive
-from cabledrive.rig.loop import Loop, Run
-from cabledrive.rig.loop_numbers import WENT_SLACK, Array
+from cabledrive.rig.closed_loop.loop import Loop, Run
+from cabledrive.rig.closed_loop.loop_numbers import WENT_SLACK, Array
 from cabledrive.rig.setting import RigOptions
 
 

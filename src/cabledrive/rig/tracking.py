@@ -10,11 +10,11 @@ from cabledrive.control.numbers import DARC, HIGH, LOW
 from cabledrive.parameters import Drive
 from cabledrive.rig.assumptions import broken_assumptions, plant_model
 from cabledrive.rig.backstepping_condition import margin_words
-from cabledrive.rig.cable_plant import cable_words
-from cabledrive.rig.controllers import Controller
-from cabledrive.rig.eigenvalues import pole_words
-from cabledrive.rig.loop import Loop, Run
-from cabledrive.rig.loop_numbers import ESTIMATES, SUMMARY, Array
+from cabledrive.rig.closed_loop.cable_plant import cable_words
+from cabledrive.rig.closed_loop.loop import Loop, Run
+from cabledrive.rig.closed_loop.loop_numbers import ESTIMATES, SUMMARY, Array
+from cabledrive.rig.laws.controllers import Controller
+from cabledrive.rig.laws.eigenvalues import pole_words
 from cabledrive.rig.run_facts import (
     circumstance_words,
     condition_words,

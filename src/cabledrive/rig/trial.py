@@ -5,13 +5,13 @@ from typing import Any
 import numpy as np
 
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.rig.controllers import Wish
+from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
 from cabledrive.rig.draws import draw_words, run_draws
 from cabledrive.rig.expected_bound import bound_over_draws
-from cabledrive.rig.indirect import NAME, run_indirect
+from cabledrive.rig.laws.controllers import Wish
+from cabledrive.rig.laws.indirect import NAME, run_indirect
+from cabledrive.rig.laws.registry import design
 from cabledrive.rig.learning_draws import run_learning_draws
-from cabledrive.rig.loop import Loop, close_loop, run
-from cabledrive.rig.registry import design
 from cabledrive.rig.setting import CABLE, DEGREE, Motion, RigOptions, sample_interval
 from cabledrive.rig.tracking import Tracking, told
 from cabledrive.rig.two_laws import judged_apart

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from cabledrive.control.numbers import HIGH, LOW
-from cabledrive.rig.loop import Loop, Run
-from cabledrive.rig.loop_numbers import ESTIMATES
+from cabledrive.rig.closed_loop.loop import Loop, Run
+from cabledrive.rig.closed_loop.loop_numbers import ESTIMATES
 from cabledrive.rig.setting import DEGREE
 from cabledrive.rig.tracking import Tracking, bound_of, within
 

@@ -17,7 +17,7 @@ from cabledrive.identification.response_models import ResponseFit, fit_response
 from cabledrive.identification.rig_differences import inertias_of_the_rigs
 from cabledrive.identification.rigid_axis import AxisOptions, identify_rigid_axis
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.rig.chapter_4 import (
+from cabledrive.rig.bench.chapter_4 import (
     BENCH_TESTS,
     TORQUE_PER_VOLT,
     BenchTest,
@@ -25,7 +25,7 @@ from cabledrive.rig.chapter_4 import (
     bench_rig,
     response_command,
 )
-from cabledrive.rig.virtual_rig import VirtualRig, run_rig
+from cabledrive.rig.bench.virtual_rig import VirtualRig, run_rig
 
 SEED = 2015
 RATE = 5000.0

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from cabledrive.control.transporter_law import frozen_poles
 from cabledrive.parameters import Carriage, Drive, InputRefused, Motor, Sensors
 from cabledrive.reduction.transporter import Transporter, frozen_frequencies, transporter_of
-from cabledrive.rig.carriage_move import MARGIN, CarriageMove, CarriageRun, force_limit, one_count
+from cabledrive.rig.carriage.carriage_move import MARGIN, CarriageMove, CarriageRun, force_limit, one_count
+from cabledrive.rig.carriage.transporter import LAWS, made_law, move_carriage
 from cabledrive.rig.setting import sample_interval
-from cabledrive.rig.transporter import LAWS, made_law, move_carriage
 
 Array = NDArray[np.float64]
 LENGTH, PRETENSION, DAMPING_TIME = 1.5, 10.0, 5e-4

@@ -40,7 +40,7 @@ def command(
 ) -> Answer:
     """Excite the virtual rig of DRIVE and write what its instruments say, in the form `identify` reads."""
     from cabledrive.app.run_limits import check_excitation
-    from cabledrive.rig.experiment import Excitation, experiment, load_excitation
+    from cabledrive.rig.bench.experiment import Excitation, experiment, load_excitation
     from cabledrive.rig.log_table import log_csv
 
     if plan:
@@ -69,7 +69,7 @@ def command(
 
 def _planned(drive: Drive, excitation: Any, model: int | None, stroke: float | None, seed: int) -> Answer:
     """Predicted errors, peaks and warnings."""
-    from cabledrive.rig.planned_experiment import plan_experiment
+    from cabledrive.rig.bench.planned_experiment import plan_experiment
 
     found = plan_experiment(drive, excitation, model=model, stroke=stroke, seed=seed)
     errors = found["relative_standard_error"]

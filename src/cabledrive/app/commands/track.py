@@ -149,7 +149,7 @@ def command(drive: Drive, log_file: NewFile | None, plant_settings: tuple[str, .
 
 def _check_combination(wish: dict[str, Any]) -> None:
     """Refuse or tell what would have no effect."""
-    from cabledrive.rig.baselines import BASELINES
+    from cabledrive.rig.laws.baselines import BASELINES
 
     if wish["plant"] != "cable":
         refuse_given("segments", why="divides the cable as plant: add --plant cable, or leave it out")

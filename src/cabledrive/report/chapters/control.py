@@ -14,8 +14,8 @@ from cabledrive.report.control_figures import curves_figure, pulse_figure, recor
 from cabledrive.report.figures.control_runs import errors_picture
 from cabledrive.report.numbers import number
 from cabledrive.rig import Motion, Tracking, track
-from cabledrive.rig.eigenvalues import closed_loop_poles
-from cabledrive.rig.registry import design
+from cabledrive.rig.laws.eigenvalues import closed_loop_poles
+from cabledrive.rig.laws.registry import design
 from cabledrive.rig.trial import wish_for
 
 PLACE = 700

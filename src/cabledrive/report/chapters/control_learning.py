@@ -13,15 +13,15 @@ from cabledrive.report.context import ReportContext
 from cabledrive.report.figures.control_runs import errors_picture
 from cabledrive.report.numbers import number
 from cabledrive.rig import Motion, RigOptions, Tracking, track
-from cabledrive.rig.baselines import FEEDFORWARDS
 from cabledrive.rig.causes import causes, in_degrees
+from cabledrive.rig.closed_loop.loop import Loop, close_loop
 from cabledrive.rig.comparison import compared
 from cabledrive.rig.draws import run_draws
 from cabledrive.rig.expected_bound import PARTS, bound_over_draws
-from cabledrive.rig.fitting import fitted_encoders
+from cabledrive.rig.laws.baselines import FEEDFORWARDS
+from cabledrive.rig.laws.fitting import fitted_encoders
+from cabledrive.rig.laws.registry import design
 from cabledrive.rig.learning_draws import run_learning_draws
-from cabledrive.rig.loop import Loop, close_loop
-from cabledrive.rig.registry import design
 from cabledrive.rig.trial import wish_for
 
 PLACE = 720

@@ -7,8 +7,8 @@ from cabledrive.report.blocks import Chapter, Column, Figure, Paragraph, RowGrou
 from cabledrive.report.context import ReportContext
 from cabledrive.report.figures.carriage_moves import moves_picture, way_picture
 from cabledrive.report.numbers import number
-from cabledrive.rig.carriage_move import CarriageMove
-from cabledrive.rig.transporter import LAWS, move_carriage
+from cabledrive.rig.carriage.carriage_move import CarriageMove
+from cabledrive.rig.carriage.transporter import LAWS, move_carriage
 from cabledrive.studies.transporter_moves import along_the_way, residual_motion, scaled_transporter
 
 PLACE = 750

@@ -7,7 +7,7 @@ import numpy as np
 
 from cabledrive.report.picture import Picture, picture
 from cabledrive.report.style import BLUE, GREEN, INK, LINE, ORANGE, PURPLE, QUIET, RED, label
-from cabledrive.rig.carriage_move import CarriageRun
+from cabledrive.rig.carriage.carriage_move import CarriageRun
 from cabledrive.studies.transporter_moves import AlongTheWay
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.identification.filters import causal_filter, difference, ideal_low_pass
-from cabledrive.rig.chapter_4 import BENCH_TESTS
+from cabledrive.rig.bench.chapter_4 import BENCH_TESTS
 from cabledrive.studies.reproduction.bench_logs import EXPERIMENTS, Experiment, bench_log
 from cabledrive.studies.reproduction.chapter_4_tables import table_4_1, table_4_2
 from cabledrive.studies.reproduction.item import AGREES, DIFFERS, Entry, Item, Outcome, outcome, place, rms

@@ -3,7 +3,7 @@
 from math import pi, sqrt
 
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.rig.chapter_4 import BENCH_TESTS, bench_rig
+from cabledrive.rig.bench.chapter_4 import BENCH_TESTS, bench_rig
 from cabledrive.studies.reproduction.item import DIFFERS, ERRATUM, Entry, Outcome, outcome, place
 from cabledrive.studies.reproduction.judge import claimed, compared
 from cabledrive.studies.reproduction.responses import measured_response

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from cabledrive.identification.camera.spots import levels_of, spots_of
 from cabledrive.parameters import load_drive
-from cabledrive.rig.chapter_4 import TORQUE_PER_VOLT
+from cabledrive.rig.bench.chapter_4 import TORQUE_PER_VOLT
 from cabledrive.studies.reproduction.appendix import (
     NOMINAL_SPEED,
     NOMINAL_TORQUE,

@@ -1,7 +1,7 @@
 """Tables 4.1 and 4.2: does the identification return what the virtual rig was given?"""
 
 from cabledrive.identification.rig_differences import inertias_of_the_rigs
-from cabledrive.rig.chapter_4 import BENCH_TESTS
+from cabledrive.rig.bench.chapter_4 import BENCH_TESTS
 from cabledrive.studies.reproduction.bench_logs import identified
 from cabledrive.studies.reproduction.item import DIFFERS, Item, Outcome, outcome, place
 from cabledrive.studies.reproduction.judge import claimed, compared, unknown

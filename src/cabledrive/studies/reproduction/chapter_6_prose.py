@@ -4,7 +4,7 @@ from math import pi
 
 import numpy as np
 
-from cabledrive.rig.chapter_4 import BENCH_TESTS
+from cabledrive.rig.bench.chapter_4 import BENCH_TESTS
 from cabledrive.studies.reproduction.item import DIFFERS, ERRATUM, Item, Outcome, outcome, place
 from cabledrive.studies.reproduction.judge import claimed, erratum, unknown
 from cabledrive.studies.reproduction.rig_runs import run

@@ -10,8 +10,8 @@ from cabledrive.identification.frequency_response import response_by_segments
 from cabledrive.identification.response_inputs import compensated_torque
 from cabledrive.parameters import load_drive
 from cabledrive.reduction.lumped_chain import LumpedChain, speed_response
-from cabledrive.rig.chapter_4 import response_command, rig_of
-from cabledrive.rig.virtual_rig import VirtualRig, run_rig
+from cabledrive.rig.bench.chapter_4 import response_command, rig_of
+from cabledrive.rig.bench.virtual_rig import VirtualRig, run_rig
 from cabledrive.studies.reproduction.panel import Panel, curve
 
 Array = NDArray[np.float64]

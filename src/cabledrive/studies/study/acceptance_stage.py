@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from cabledrive.parameters import Drive
-from cabledrive.rig.loop import Loop, run
-from cabledrive.rig.loop_numbers import SUMMARY
+from cabledrive.rig.closed_loop.loop import Loop, run
+from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
 from cabledrive.rig.setting import Motion
 from cabledrive.studies.study.closed_loop import joined_loop, make_law, with_values
 from cabledrive.studies.study.controller_stage import ControllerResult

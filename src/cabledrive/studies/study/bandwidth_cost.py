@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cabledrive.parameters import Drive
-from cabledrive.rig.loop import Loop, run
-from cabledrive.rig.loop_numbers import Array
+from cabledrive.rig.closed_loop.loop import Loop, run
+from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.setting import Motion
 from cabledrive.rig.tracking import told
 from cabledrive.studies.study.closed_loop import joined_loop, make_law, rig_options, with_values

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from cabledrive.parameters import Drive
-from cabledrive.rig.carriage_loop import FORCE, TENSIONS, CarriageLoop
+from cabledrive.rig.carriage.carriage_loop import FORCE, TENSIONS, CarriageLoop
 from cabledrive.studies.study.acceptance_stage import KEPT
 from cabledrive.studies.study.carriage_case import (
     CarriageCase,

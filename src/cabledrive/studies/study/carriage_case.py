@@ -12,8 +12,8 @@ from cabledrive.control.transporter_reference import flat_motion
 from cabledrive.control.transporter_tuning import WIND_TIME, tuning_for
 from cabledrive.parameters import Drive
 from cabledrive.reduction.transporter import Transporter, frozen_frequencies
-from cabledrive.rig.carriage_loop import CARRIAGE, FORCE, PAYLOAD, CarriageLoop, run_carriage
-from cabledrive.rig.carriage_move import force_limit
+from cabledrive.rig.carriage.carriage_loop import CARRIAGE, FORCE, PAYLOAD, CarriageLoop, run_carriage
+from cabledrive.rig.carriage.carriage_move import force_limit
 from cabledrive.rig.setting import sample_interval
 from cabledrive.studies.study.carriage_machine import (
     MARGIN,

@@ -7,7 +7,7 @@ from pathlib import Path
 from cabledrive.identification.logs.log import Log
 from cabledrive.mechanics import derived_quantities, practitioner_warnings
 from cabledrive.parameters import Drive
-from cabledrive.rig.fitting import SHAFTS
+from cabledrive.rig.laws.fitting import SHAFTS
 from cabledrive.studies.study.carriage_machine import missing_for_carriage
 
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 from cabledrive.control.numbers import HIGH, LOW
 from cabledrive.parameters import Drive
-from cabledrive.rig.controllers import Controller
-from cabledrive.rig.loop import run
+from cabledrive.rig.closed_loop.loop import run
+from cabledrive.rig.laws.controllers import Controller
 from cabledrive.rig.setting import DEGREE, Motion
 from cabledrive.rig.tracking import told
 from cabledrive.studies.study.bandwidth_cost import Candidate, evaluate

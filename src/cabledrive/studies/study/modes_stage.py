@@ -9,7 +9,7 @@ from cabledrive.modes import modes
 from cabledrive.parameters import Drive
 from cabledrive.reduction.models import highest_model
 from cabledrive.reduction.quality import ModelQuality, model_quality, with_measured_stiffness
-from cabledrive.rig.loop import plant_chain
+from cabledrive.rig.closed_loop.loop import plant_chain
 from cabledrive.rig.setting import DEGREE, Motion
 
 SHOWN = 4

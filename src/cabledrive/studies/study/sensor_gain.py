@@ -11,8 +11,8 @@ from scipy.linalg import expm
 from cabledrive.control.darc import darc_step
 from cabledrive.control.numbers import NOMINAL, LawNumbers
 from cabledrive.reduction.lumped_chain import state_space
-from cabledrive.rig.loop import Loop
-from cabledrive.rig.loop_numbers import Array
+from cabledrive.rig.closed_loop.loop import Loop
+from cabledrive.rig.closed_loop.loop_numbers import Array
 
 UNSTABLE = 1e3
 

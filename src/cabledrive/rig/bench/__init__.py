@@ -1,0 +1,1 @@
+"""The bench: experiments whose logs look like a laboratory's."""

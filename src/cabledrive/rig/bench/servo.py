@@ -1,0 +1,88 @@
+"""A virtual rig inside the loop of its position servo: the logs that most machines give."""
+
+from dataclasses import dataclass
+from math import exp, inf, pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.identification.logs.log import Log
+from cabledrive.reduction.friction_march import chain_numbers
+from cabledrive.rig.bench.servo_kernels import march_servo
+from cabledrive.rig.bench.virtual_rig import VirtualRig, friction_and_gaps, log_from
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Servo:
+    """PD on the motor's encoder.
+
+    Attributes
+    ----------
+    bandwidth : float
+        Of the loop around an axis without friction [Hz].
+    damping : float, default 0.8
+        Of that loop.
+    speed_filter : float, default 50
+        Low-pass of the first order behind the backward difference of the encoder's angle [Hz].
+    """
+
+    bandwidth: float = 6.0
+    damping: float = 0.8
+    speed_filter: float = 50.0
+
+
+def run_servo(
+    rig: VirtualRig,
+    reference: Array,
+    rng: np.random.Generator,
+    servo: Servo | None = None,
+    *,
+    oversampling: int = 4,
+    source: str = "virtual rig with servo",
+) -> Log:
+    """Move a rig along a reference and log what its instruments say.
+
+    The controller reads the encoder "angle" once per sample. Torque, amplifier and log are those of
+    `cabledrive.rig.bench.virtual_rig.run_rig`.
+
+    Parameters
+    ----------
+    rig : VirtualRig
+        With the encoder "angle".
+    reference : ndarray, shape (2, samples)
+        Wanted angle of the motor [rad] and its speed [rad/s].
+    rng : numpy.random.Generator
+    servo : Servo, optional
+    oversampling : int, default 4
+        Even; steps per sample.
+    source : str
+
+    Returns
+    -------
+    Log
+        Channels "torque" and one per encoder.
+    """
+    servo = servo or Servo()
+    flaws, samples, interval = rig.imperfections, reference.shape[1], 1.0 / rig.sample_rate
+    phases = {name: float(rng.uniform()) for name in rig.encoders}
+    law, gaps = friction_and_gaps(rig)
+    inertia, omega = sum(rig.chain.inertias), 2 * pi * servo.bandwidth
+    fine = interval / oversampling
+    pole = 0.0 if flaws.current_bandwidth is None else exp(-2 * pi * flaws.current_bandwidth * fine)
+    follow = 1.0 - exp(-2 * pi * servo.speed_filter * interval)
+    most = inf if rig.torque_limit is None else rig.torque_limit
+    quantum = 2 * pi / rig.encoders["angle"]
+    gains = (inertia * omega**2, 2 * servo.damping * inertia * omega)
+    torque, angles = np.empty((samples, oversampling)), np.empty((samples, rig.chain.size))
+    march_servo(
+        chain_numbers(rig.chain, gaps=gaps, law=law),
+        np.array([*gains, follow, quantum, phases["angle"], pole, most]),
+        np.ascontiguousarray(reference),
+        np.asarray(flaws.amplifier_noise * rng.normal(size=samples)),
+        interval,
+        torque,
+        angles,
+    )
+    return log_from(rig, torque.ravel(), angles, rng, {}, source, phases)

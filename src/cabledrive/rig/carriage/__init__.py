@@ -1,0 +1,1 @@
+"""The carriage that carries a hanging mass along its span, in closed loop."""

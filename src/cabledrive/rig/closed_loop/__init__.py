@@ -1,0 +1,1 @@
+"""The sampled loop: plant, encoders, filter and law, step by step in compiled code."""

@@ -1,0 +1,173 @@
+"""The closed loop of the rig on the distributed cable, compiled: a march of the cable for each sample."""
+
+from math import exp, isfinite
+from typing import NamedTuple
+
+from cabledrive.control.numbers import LawNumbers
+from cabledrive.control.observer_numbers import ObserverNumbers
+from cabledrive.mechanics.cable_law import Array
+from cabledrive.mechanics.compiled import njit_in_place
+from cabledrive.rig.closed_loop.loop_numbers import DIVERGED, WENT_SLACK, LoopState, RigNumbers
+from cabledrive.rig.closed_loop.sample_kernels import decide, farthest, keep_score, write_row
+from cabledrive.simulation.channels import MEAN_TENSION
+from cabledrive.simulation.kernels.verlet import march_any
+from cabledrive.simulation.plan import WEIGHT_U, Plan
+from cabledrive.simulation.state import State
+from cabledrive.simulation.workspace import Workspace
+
+HANGS = 0.01  # share of the pretension below which a span hangs from its ends: it sags rather than pushes
+
+
+class CableNumbers(NamedTuple):
+    """What the loop needs to know of the cable beside its plan.
+
+    Attributes
+    ----------
+    shafts : int
+        Motor, drive, load; the last two where the joint is rigid.
+    radius : float
+        Of the drive pulley [m].
+    steps : int
+        Steps of the cable per sample.
+    rate : float
+        Bandwidth of the torque loop [rad/s]; 0: none.
+    offset : float
+        Constant torque of the motor [N m].
+    weight : float
+        Of the cable at the load's rim, along the span [N].
+    zeros : ndarray, shape (shafts,)
+        Angles at the start [rad].
+    middle : ndarray, shape (2,)
+        Largest v and w at the start, either way [m].
+    """
+
+    shafts: int
+    radius: float
+    steps: int
+    rate: float
+    offset: float
+    weight: float
+    zeros: Array
+    middle: Array
+
+
+@njit_in_place
+def read_shafts(plan: Plan, cable: State, numbers: CableNumbers, x: Array) -> None:
+    """Angles of the shafts at a sample, and their speeds half a step of the cable before, into ``x``."""
+    n, far = numbers.shafts, plan.segments
+    for shaft in range(n):
+        if shaft < n - 2:
+            place, speed = cable.motor[0], cable.motor[1]
+        elif shaft == n - 2:
+            place, speed = cable.x[0, 0], cable.x_t[0, 0]
+        else:
+            place, speed = cable.x[0, far], cable.x_t[0, far]
+        x[shaft] = place / numbers.radius - numbers.zeros[shaft]
+        x[n + shaft] = speed / numbers.radius
+
+
+@njit_in_place
+def look_at_cable(plan: Plan, cable: State, numbers: CableNumbers, x: Array, score: Array) -> None:
+    """Largest twist, how far the middle of a span is from the mean of its ends, and sway."""
+    n, u, far = numbers.shafts, cable.x, plan.segments
+    score[7] = max(score[7], abs(x[n - 2] - x[n - 1]))
+    for span in range(plan.spans):
+        start = span * far
+        middle = 0.5 * (u[0, start + far // 2] + u[0, start + (far + 1) // 2])
+        score[11] = max(score[11], abs(middle - 0.5 * (u[0, start] + u[0, start + far])))
+    for axis in range(1, 3):
+        for i in range(u.shape[1]):
+            score[12] = max(score[12], abs(u[axis, i]) - numbers.middle[axis - 1])
+
+
+@njit_in_place
+def acting_torques(
+    numbers: CableNumbers,
+    rig: RigNumbers,
+    older: float,
+    newer: float,
+    shaft: float,
+    push: float,
+    torques: Array,
+) -> float:
+    """Torque on the motor at each step of a sample; returns that of the torque loop at its end.
+
+    The older command acts until the delay has passed. A step of the march spreads its torque half a step to
+    both sides; so does the share of each command.
+    """
+    step = rig.interval / numbers.steps
+    keep = exp(-numbers.rate * step)
+    for j in range(numbers.steps):
+        if numbers.rate > 0.0:
+            torques[j] = shaft
+            share = min(max(rig.late_part / step - j, 0.0), 1.0)
+            shaft = keep * shaft + (1.0 - keep) * (share * older + (1.0 - share) * newer)
+        else:
+            share = min(max(rig.late_part / step - j + 0.5, 0.0), 1.0)
+            torques[j] = share * older + (1.0 - share) * newer
+            shaft = newer
+        torques[j] += push
+    return shaft
+
+
+@njit_in_place
+def run_cable_loop(
+    plan: Plan,
+    cable: State,
+    work: Workspace,
+    numbers: CableNumbers,
+    observer: ObserverNumbers,
+    law: LawNumbers,
+    rig: RigNumbers,
+    reference: Array,
+    target: Array,
+    first: int,
+    last: int,
+    s: LoopState,
+    log: Array,
+    tensions: Array,
+    row: Array,
+    torques: Array,
+    forces: Array,
+    fields: Array,
+) -> int:
+    """Run samples ``first`` to ``last`` - 1; returns the sample at which the run ended.
+
+    ``cable`` looks into ``s.x`` behind the shafts' own states. ``row`` (1, columns), ``torques`` (steps,),
+    ``forces`` (steps, 0) and ``fields`` (0, 3, nodes) are work space of the march.
+    """
+    x, n = s.x, numbers.shafts
+    gone = farthest(target)
+    own_offset = rig.counts[rig.counts.size - 1] * rig.phases[rig.phases.size - 1]
+    ended = last
+    for k in range(first, last):
+        read_shafts(plan, cable, numbers, x)
+        if not isfinite(x[n - 1]) or abs(x[n - 1]) > gone:
+            s.discrete[2] = DIVERGED
+            ended = k
+            break
+        look_at_cable(plan, cable, numbers, x, s.summary)
+        wanted, command, sigma = decide(observer, law, rig, reference, k, x, s)
+        error = x[n - 1] - target[k]
+        keep_score(s.summary, k < rig.first_end, error, error + own_offset, wanted, command)
+        if log.shape[0] > 0:
+            slip = 0 if x[n] == 0.0 else 1
+            shafts = x[: 2 * n + 1]
+            write_row(log[k], shafts, s.readings, command, slip, sigma, s.parameters, s.regressor, s.states)
+        push = numbers.offset + rig.forces[k, 0]
+        x[2 * n] = acting_torques(numbers, rig, s.commands[0], s.commands[1], x[2 * n], push, torques)
+        plan.node[WEIGHT_U, plan.segments] = numbers.weight + rig.forces[k, 1] / numbers.radius
+        code = march_any(plan, cable, work, torques, forces, numbers.steps, row, fields)
+        if tensions.shape[0] > 0:
+            tensions[k, 0], tensions[k, 1] = row[0, MEAN_TENSION], row[0, MEAN_TENSION + 1]
+        least = HANGS * plan.pretension
+        if row[0, MEAN_TENSION] < least or (plan.closed and row[0, MEAN_TENSION + 1] < least):
+            s.summary[9] += 1.0
+            if plan.stop_when_slack:
+                code = 1
+        if code != 0:
+            s.discrete[2] = WENT_SLACK if code == 1 else DIVERGED
+            ended = k + 1
+            break
+    plan.node[WEIGHT_U, plan.segments] = numbers.weight
+    return ended

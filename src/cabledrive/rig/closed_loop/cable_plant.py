@@ -1,0 +1,270 @@
+"""The distributed cable loop with its motor joint as the plant of a sampled controller."""
+
+from dataclasses import dataclass, replace
+from math import pi
+
+import numpy as np
+
+from cabledrive.control.numbers import LawNumbers
+from cabledrive.control.observer_numbers import ObserverNumbers
+from cabledrive.modes import modes, natural_frequencies
+from cabledrive.parameters import Drive, InputRefused, Lumped
+from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.reduction.quality import with_measured_stiffness
+from cabledrive.rig.circumstances import current_rate
+from cabledrive.rig.closed_loop.cable_kernels import CableNumbers, run_cable_loop
+from cabledrive.rig.closed_loop.loop_numbers import Array, LoopState, RigNumbers
+from cabledrive.rig.setting import RigOptions
+from cabledrive.simulation import Recording, Scheme, Start
+from cabledrive.simulation.case import Case, case_of
+from cabledrive.simulation.state import State, new_state
+from cabledrive.simulation.workspace import new_workspace
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CablePlant:
+    """The cable as it will be marched, from sample to sample.
+
+    Attributes
+    ----------
+    drive : Drive
+        With the stiffness and damping that the distributed cable has.
+    case : Case
+        One record per sample.
+    numbers : CableNumbers
+    start : ndarray
+        Displacements and velocities of the nodes and the motor at rest, one after the other.
+    """
+
+    drive: Drive
+    case: Case
+    numbers: CableNumbers
+    start: Array
+
+
+def cable_plant(
+    drive: Drive, chain: LumpedChain, interval: float, options: RigOptions, *, measured: bool = True
+) -> CablePlant:
+    """Make the distributed cable of a drive ready; it hangs at rest under gravity.
+
+    Parameters
+    ----------
+    drive : Drive
+    chain : LumpedChain
+        Its row of inertias, at the first shaft.
+    interval : float
+        Sample time [s].
+    options : RigOptions
+    measured : bool, default True
+        EA / L and axial damping are those of ``[lumped]``, unless the options keep the printed ones; else
+        they are the drive's own.
+
+    Returns
+    -------
+    CablePlant
+
+    Raises
+    ------
+    InputRefused
+        If the plant cannot follow what is asked of the rig.
+    """
+    _check(drive, options)
+    own = with_measured_stiffness(drive) if measured and not options.as_printed else drive
+    case = case_of(
+        own,
+        interval,
+        start=Start(from_equilibrium=True),
+        scheme=Scheme(
+            segments=options.segments,
+            slack="stop" if options.forbid_slack else "tension-only",
+            friction="smoothed" if options.smooth_friction else "stick-slip",
+            smoothing_speed=1.0 / 50.0,
+        ),
+        recording=Recording(rate=1.0 / interval),
+    )
+    state = case.first_state()
+    return CablePlant(
+        drive=own,
+        case=case,
+        numbers=_numbers(case, chain, current_rate(drive), state),
+        start=np.concatenate((state.x.ravel(), state.x_t.ravel(), state.motor)),
+    )
+
+
+def _check(drive: Drive, options: RigOptions) -> None:
+    if options.jitter > 0.0:
+        raise InputRefused(
+            f"jitter = {options.jitter:.4g} s is not followed with the distributed cable, whose steps divide "
+            "a sample: leave it out, or take a plant of few inertias"
+        )
+    if drive.motor is not None and drive.motor.backlash > 0.0:
+        raise InputRefused(
+            f"motor.backlash = {drive.motor.backlash:.4g} rad is not followed with the distributed cable: "
+            "set it to 0, or take --plant model-4"
+        )
+
+
+def _numbers(case: Case, chain: LumpedChain, rate: float, state: State) -> CableNumbers:
+    radius = case.drive.drive_pulley.radius
+    rims = case.mesh.rims
+    first = [state.motor[0]] if case.mesh.joint is not None else []
+    return CableNumbers(
+        shafts=chain.size,
+        radius=radius,
+        steps=case.grid.every,
+        rate=rate,
+        offset=case.offset,
+        weight=float(case.plan.node[7, rims[1]]),
+        zeros=np.array([*first, *state.x[0, list(rims)]]) / radius,
+        middle=np.max(np.abs(state.x[1:, :]), axis=1),
+    )
+
+
+def run_cable(
+    cable: CablePlant,
+    observer: ObserverNumbers,
+    law: LawNumbers,
+    rig: RigNumbers,
+    reference: Array,
+    target: Array,
+    first: int,
+    last: int,
+    state: LoopState,
+    log: Array,
+    tensions: Array,
+) -> int:
+    """Run samples ``first`` to ``last`` - 1 on the distributed cable.
+
+    Parameters
+    ----------
+    cable : CablePlant
+    observer : ObserverNumbers
+    law : LawNumbers
+    rig : RigNumbers
+    reference : ndarray
+        What the law takes at each sample.
+    target : ndarray, shape (samples,)
+        Wanted load angle [rad].
+    first, last : int
+    state : LoopState
+        Moved on; behind the shafts' states it holds those of the cable.
+    log : ndarray
+        Gets a row per sample, if it has rows.
+    tensions : ndarray, shape (samples or 0, 2)
+        Gets the mean tension of each span [N].
+
+    Returns
+    -------
+    int
+        Sample at which the run ended.
+    """
+    case, nodes = cable.case, cable.case.mesh.nodes
+    kept = state.x[2 * cable.numbers.shafts + 1 :]
+    fresh = new_state(np.zeros((3, nodes)), np.zeros((3, nodes)), (0.0, 0.0))
+    moving = fresh._replace(
+        x=kept[: 3 * nodes].reshape(3, nodes),
+        x_t=kept[3 * nodes : 6 * nodes].reshape(3, nodes),
+        motor=kept[6 * nodes :],
+    )
+    return int(
+        run_cable_loop(
+            case.plan,
+            moving,
+            new_workspace(case.plan),
+            cable.numbers,
+            observer,
+            law,
+            rig,
+            reference,
+            target,
+            first,
+            last,
+            state,
+            log,
+            tensions,
+            np.zeros((1, case.width)),
+            np.zeros(case.grid.every),
+            np.zeros((case.grid.every, 0)),
+            np.zeros((0, 3, nodes)),
+        )
+    )
+
+
+def drive_like(drive: Drive, chain: LumpedChain) -> Drive:
+    """A drive whose row of inertias is the one given.
+
+    Parameters
+    ----------
+    drive : Drive
+        Gives radii, lengths, and all that the row does not say.
+    chain : LumpedChain
+        At the first shaft; with a flexible cable.
+
+    Returns
+    -------
+    Drive
+        The stiffness and damping of its cable are those of its EA.
+    """
+    first, second = drive.pulley
+    gear, spans = second.radius / first.radius, len(drive.spans)
+    load = replace(second, inertia=chain.inertias[-1] * gear**2)
+    motor = drive.motor
+    if motor is not None:
+        rigid = motor.joint_stiffness is None
+        own = replace(
+            motor,
+            inertia=chain.inertias[0] - (first.inertia if rigid else 0.0),
+            viscous_friction=chain.viscous[0] - (first.viscous_friction if rigid else 0.0),
+            coulomb_friction=chain.coulomb[0] - (first.coulomb_friction if rigid else 0.0),
+            offset_torque=chain.offsets[0],
+        )
+        if not rigid:
+            own = replace(own, joint_stiffness=chain.stiffness[0], joint_damping=chain.damping[0])
+            first = replace(first, inertia=chain.inertias[1])
+        motor = own
+    else:
+        first = replace(first, inertia=chain.inertias[0])
+    lumped = Lumped(
+        cable_stiffness=chain.stiffness[-1] / (spans * first.radius**2),
+        cable_damping=chain.damping[-1] / (spans * first.radius),
+    )
+    return with_measured_stiffness(replace(drive, pulley=(first, load), motor=motor, lumped=lumped))
+
+
+def cable_words(cable: CablePlant, score: dict[str, float]) -> dict[str, object]:
+    """What the distributed cable did beside what its row of inertias can.
+
+    Parameters
+    ----------
+    cable : CablePlant
+    score : dict
+        Of a run, as `cabledrive.rig.closed_loop.loop_numbers.SUMMARY` names it.
+
+    Returns
+    -------
+    dict
+        Resolution; stiffness and damping of the cable; its own modes; spillover, as how far the middle of a
+        span moved along itself against the mean of its ends, in angle of the drive pulley; sway of the spans
+        beyond that at rest; how near the 1:2 resonance is.
+    """
+    drive, case = cable.drive, cable.case
+    radius, length = drive.drive_pulley.radius, drive.span_length
+    pulley = float(natural_frequencies(drive, count=1)[0])
+    across = min(m.frequency for m in modes(drive, count=1).modes if m.kind == "transverse")
+    ratio = across / pulley
+    return {
+        "segments": case.mesh.segments,
+        "step": case.grid.step,
+        "steps_per_sample": case.grid.every,
+        "stiffness": drive.cable.axial_rigidity / length,
+        "axial_damping": drive.cable.axial_damping,
+        "span_mode_hz": float(
+            np.sqrt(drive.cable.axial_rigidity / drive.cable.mass_per_length) / (2.0 * length)
+        ),
+        "spillover_deg": score["aside"] / radius * 180.0 / pi,
+        "sway": score["swing"],
+        "pulley_mode_hz": pulley,
+        "transverse_mode_hz": across,
+        "frequency_ratio": ratio,
+        "one_to_two": "coupled" if abs(ratio - 0.5) < 0.05 else "far from it",
+    }

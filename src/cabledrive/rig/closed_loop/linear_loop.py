@@ -1,0 +1,237 @@
+"""The closed loop as one linear recursion: plant, filter and law, in deviations from the reference."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cabledrive.control.darc import darc_step
+from cabledrive.control.numbers import DARC, NOMINAL, LawNumbers
+from cabledrive.control.observer_numbers import KALMAN, ObserverNumbers
+from cabledrive.parameters import InputRefused
+from cabledrive.rig.closed_loop.loop import Loop
+from cabledrive.rig.closed_loop.loop_numbers import Array, Integers
+from cabledrive.rig.closed_loop.plant_kernels import PlantNumbers
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LinearLoop:
+    """One step of the loop; states are the plant's, the filter's before its readings, its shaft torque.
+
+    Attributes
+    ----------
+    matrix : ndarray, shape (states, states)
+    rounding : ndarray, shape (states, m)
+        From errors of the encoders' readings.
+    plant_torque, filter_torque : ndarray, shape (states,)
+        From a torque at the plant's motor of which the filter is not told, and one that only the filter
+        believes in.
+    command : ndarray, shape (states,)
+        What the law makes of the states [N m].
+    command_rounding : ndarray, shape (m,)
+        And of the readings' errors at once.
+    size : int
+        Number of inertias.
+    """
+
+    matrix: Array
+    rounding: Array
+    plant_torque: Array
+    filter_torque: Array
+    command: Array
+    command_rounding: Array
+    size: int
+
+    def noise(self, counts: Array, samples: int) -> tuple[float, float]:
+        """Standard deviations of the motor's speed and of the command by white rounding.
+
+        Parameters
+        ----------
+        counts : ndarray, shape (m,)
+            One count of each encoder [rad].
+        samples : int
+            Memory of the loop.
+
+        Returns
+        -------
+        speed, command : float
+            [rad/s], [N m].
+        """
+        variance = counts**2 / 12.0
+        speed = response(self.matrix, self.rounding, self.motor_speed, samples)
+        command = response(self.matrix, self.rounding, self.command, samples)
+        power = (command**2).sum(axis=0) + self.command_rounding**2
+        return float(np.sqrt((speed**2).sum(axis=0) @ variance)), float(np.sqrt(power @ variance))
+
+    @property
+    def load_angle(self) -> Array:
+        """Picks the load's angle from the states."""
+        row = np.zeros(len(self.matrix))
+        row[self.size - 1] = 1.0
+        return row
+
+    @property
+    def motor_speed(self) -> Array:
+        """Picks the motor's speed from the states."""
+        row = np.zeros(len(self.matrix))
+        row[self.size] = 1.0
+        return row
+
+
+def feedback_row(law: LawNumbers) -> Array:
+    """Command of a law of the chain per angle and speed of its states, estimates as they start.
+
+    Parameters
+    ----------
+    law : LawNumbers
+
+    Returns
+    -------
+    ndarray, shape (2n,)
+
+    Raises
+    ------
+    InputRefused
+        If the law is of another kind.
+    """
+    if law.kind != DARC:
+        raise InputRefused("the linear loop is made of the laws of the chain: take darc-4-damped, or another")
+    count = law.matrix.shape[0]
+    frozen = law.learning[NOMINAL].copy()
+    frozen[2:] = 0.0
+    return np.array([darc_step(law, frozen, unit, np.zeros(count + 3)).command for unit in np.eye(count)])
+
+
+def linear_loop(loop: Loop, plant: PlantNumbers | None = None) -> LinearLoop:
+    """Linear recursion of a loop with the filter's settled gain, the motor slipping.
+
+    Parameters
+    ----------
+    loop : Loop
+        A law of the chain behind a Kalman filter, without delay.
+    plant : PlantNumbers, optional
+        Another plant under the same controller.
+
+    Returns
+    -------
+    LinearLoop
+
+    Raises
+    ------
+    InputRefused
+        If the loop has a delay, or no Kalman filter.
+    """
+    seen, rig = loop.observer, loop.rig
+    exact = abs(loop.plant.scalars[0] - rig.interval) < 1e-9 * rig.interval
+    if seen.kind != KALMAN or rig.late_samples or rig.late_part > 0.0 or not exact or loop.cable is not None:
+        raise InputRefused(
+            "the linear loop is made for a row of inertias, one internal step per sample and a Kalman filter "
+            "without delay: leave the others out"
+        )
+    return assembled(loop.plant if plant is None else plant, seen, loop.controller.law, rig.encoders)
+
+
+def assembled(plant: PlantNumbers, seen: ObserverNumbers, law: LawNumbers, encoders: Integers) -> LinearLoop:
+    """Plant, settled filter and law put together.
+
+    Parameters
+    ----------
+    plant : PlantNumbers
+    seen : ObserverNumbers
+    law : LawNumbers
+    encoders : ndarray of int, shape (m,)
+        Inertia of the plant that each encoder reads.
+
+    Returns
+    -------
+    LinearLoop
+    """
+    size = plant.size
+    m, states = 2 * size + 1, seen.model.shape[0]
+    step, by_command, by_motor = _plant_step(plant, m)
+    reads = np.zeros((len(encoders), m))
+    reads[np.arange(len(encoders)), encoders] = 1.0
+    total, gain = m + states + 1, seen.gains[-1]
+    corrected = np.zeros((states, total))
+    corrected[:, :m] = gain @ reads
+    corrected[:, m : m + states] = np.eye(states) - gain @ seen.output
+    feedback = np.zeros(states)
+    feedback[seen.chosen] = feedback_row(law)
+    if seen.scalars[8] > 0.0:
+        feedback[seen.places[1]] -= 1.0
+    command, at_once = feedback @ corrected, feedback @ gain
+    held, newest = seen.scalars[2], seen.scalars[4]
+    inner, last = slice(m, m + states), total - 1
+    matrix, rounding = np.zeros((total, total)), np.zeros((total, len(encoders)))
+    matrix[:m, :m] = step
+    matrix[:m] += np.outer(by_command, command)
+    matrix[inner] = seen.model[:, :states] @ corrected + np.outer(seen.model[:, states + 2], command)
+    matrix[inner, last] += seen.model[:, states]
+    matrix[last] = newest * command
+    matrix[last, last] += held
+    rounding[:m] = np.outer(by_command, at_once)
+    rounding[inner] = seen.model[:, :states] @ gain + np.outer(seen.model[:, states + 2], at_once)
+    rounding[last] = newest * at_once
+    plant_torque, filter_torque = np.zeros(total), np.zeros(total)
+    plant_torque[:m], filter_torque[inner] = by_motor, seen.model[:, states + 3]
+    return LinearLoop(
+        matrix=matrix,
+        rounding=rounding,
+        plant_torque=plant_torque,
+        filter_torque=filter_torque,
+        command=command,
+        command_rounding=at_once,
+        size=size,
+    )
+
+
+def _plant_step(plant: PlantNumbers, m: int) -> tuple[Array, Array, Array]:
+    """States after a sample from states, command and motor torque; without torque loop, torque is command."""
+    table = plant.tables[1].copy()
+    step, by_command, by_motor = table[:, :m], table[:, m], table[:, m + 1]
+    if plant.scalars[6] == 0.0:
+        by_command = by_command + step[:, m - 1]
+        step[:, m - 1] = 0.0
+    return step, by_command, by_motor
+
+
+def response(matrix: Array, start: Array, output: Array, samples: int) -> Array:
+    """Output of a recursion after an impulse in each of its inputs.
+
+    Parameters
+    ----------
+    matrix : ndarray, shape (states, states)
+    start : ndarray, shape (states, inputs)
+    output : ndarray, shape (states,)
+    samples : int
+
+    Returns
+    -------
+    ndarray, shape (samples, inputs)
+    """
+    found, state = np.zeros((samples, start.shape[1])), start.copy()
+    for k in range(samples):
+        found[k] = output @ state
+        state = matrix @ state
+    return found
+
+
+def driven(matrix: Array, forcing: Array, output: Array) -> Array:
+    """Output of a recursion from rest, forced at every sample.
+
+    Parameters
+    ----------
+    matrix : ndarray, shape (states, states)
+    forcing : ndarray, shape (samples, k)
+        Added to the first k states.
+    output : ndarray, shape (states,)
+
+    Returns
+    -------
+    ndarray, shape (samples,)
+    """
+    state, found, k = np.zeros(len(matrix)), np.zeros(len(forcing)), forcing.shape[1]
+    for i, push in enumerate(forcing):
+        found[i] = output @ state
+        state = matrix @ state
+        state[:k] += push
+    return found

@@ -1,0 +1,261 @@
+"""One closed loop put together from a drive, a law and the rig's options, and run."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cabledrive.control.kalman import Sampling
+from cabledrive.control.observer_numbers import ObserverNumbers
+from cabledrive.parameters import Drive
+from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.reduction.models import highest_model, lumped_model
+from cabledrive.reduction.reflected import reflected
+from cabledrive.rig.circumstances import (
+    blind_encoder,
+    control_delay,
+    current_rate,
+    disturbing_torques,
+    encoder_phases,
+    free_play,
+    late_samples,
+    slack_twist,
+    torque_limit,
+)
+from cabledrive.rig.closed_loop.cable_plant import CablePlant, cable_plant, run_cable
+from cabledrive.rig.closed_loop.kink_kernels import KinkNumbers
+from cabledrive.rig.closed_loop.loop_kernels import run_loop
+from cabledrive.rig.closed_loop.loop_numbers import ESTIMATES, Array, LoopState, RigNumbers, new_state
+from cabledrive.rig.closed_loop.loop_plants import plant_parts
+from cabledrive.rig.closed_loop.plant_kernels import PlantNumbers
+from cabledrive.rig.laws.controllers import Controller
+from cabledrive.rig.laws.fitting import fit_observer, fitted_encoders, load_gear
+from cabledrive.rig.setting import Motion, RigOptions, sample_interval
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Loop:
+    """Everything that a run needs.
+
+    Attributes
+    ----------
+    plant : PlantNumbers
+    chain : LumpedChain
+        The row that is the plant, at the first shaft.
+    observer : ObserverNumbers
+    controller : Controller
+    rig : RigNumbers
+    target : ndarray, shape (samples,)
+        Wanted load angle at the first shaft [rad].
+    twist_limit : float
+        Twist across the cable at which a span goes slack [rad]; infinite where that is let pass.
+    slack : float
+        Twist across the cable at which a span goes slack [rad].
+    gear : float
+        Angle of the first shaft per angle of the load.
+    encoder_shafts : tuple of str
+        Shafts whose encoders are read.
+    kinks : KinkNumbers
+        Free play and slack of the row.
+    cable : CablePlant or None
+        The distributed cable, where that is the plant; ``chain`` is then its row of inertias.
+    """
+
+    plant: PlantNumbers
+    chain: LumpedChain
+    observer: ObserverNumbers
+    controller: Controller
+    rig: RigNumbers
+    target: Array
+    twist_limit: float
+    slack: float
+    gear: float
+    encoder_shafts: tuple[str, ...]
+    kinks: KinkNumbers
+    cable: CablePlant | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Run:
+    """What a run left.
+
+    Attributes
+    ----------
+    ended : int
+        Sample at which it ended.
+    state : LoopState
+    log : ndarray, shape (samples or 0, columns)
+    tensions : ndarray, shape (samples, 2), or None
+        Mean tension of upper and lower span, where the distributed cable was the plant [N].
+    """
+
+    ended: int
+    state: LoopState
+    log: Array
+    tensions: Array | None = None
+
+
+def plant_chain(drive: Drive, model: int | None) -> LumpedChain:
+    """The row of inertias that is controlled, at the first shaft.
+
+    Parameters
+    ----------
+    drive : Drive
+    model : {1, 2, 3, 4}, optional
+        Default: the highest that the drive's data allow.
+
+    Returns
+    -------
+    LumpedChain
+    """
+    return reflected(lumped_model(drive, model))[0]
+
+
+def close_loop(
+    design_drive: Drive,
+    plant_drive: Drive,
+    controller: Controller,
+    motion: Motion,
+    options: RigOptions,
+    generator: np.random.Generator,
+    *,
+    plant_model: int | None = None,
+    cable: bool = False,
+) -> Loop:
+    """Put a loop together.
+
+    Parameters
+    ----------
+    design_drive : Drive
+        As the observer believes it to be.
+    plant_drive : Drive
+        As it is.
+    controller : Controller
+    motion : Motion
+    options : RigOptions
+    generator : numpy.random.Generator
+        For encoder phases and jitter.
+    plant_model : {1, 2, 3, 4}, optional
+    cable : bool, default False
+        Whether the plant is the distributed cable.
+
+    Returns
+    -------
+    Loop
+    """
+    interval = sample_interval(plant_drive)
+    chain = plant_chain(plant_drive, plant_model)
+    centred = options.encoder_phase == "centred"
+    tuning = replace(controller.tuning, offsets=()) if centred else controller.tuning
+    own = controller.filter_model if not options.ideal_sensors and options.observer == "kalman" else None
+    design = plant_chain(design_drive, own or highest_model(design_drive))
+    rate = current_rate(plant_drive)
+    delay = control_delay(plant_drive)
+    sampling = Sampling(interval=interval, delay=delay, current_rate=current_rate(design_drive))
+    observer, encoders, counts = fit_observer(
+        design,
+        chain,
+        plant_drive,
+        controller.shafts,
+        options,
+        sampling,
+        tuning,
+        own=own is not None,
+    )
+    samples = len(controller.reference)
+    shown = [
+        i for i, shaft in enumerate(fitted_encoders(plant_drive)) if own is None or shaft in controller.shafts
+    ]
+    gear = load_gear(plant_drive)
+    target = gear * motion.trajectory(np.asarray(interval * np.arange(samples), dtype=np.float64))[0]
+    rig = RigNumbers(
+        interval=interval,
+        encoders=encoders,
+        counts=counts,
+        phases=encoder_phases(plant_drive, options, generator)[shown],
+        torque_limit=torque_limit(plant_drive),
+        late_samples=int(delay // interval),
+        late_part=float(delay % interval),
+        jitter=late_samples(options, interval, samples, generator),
+        forces=disturbing_torques(options, interval, samples),
+        first_end=round(2.0 * (motion.rise + motion.dwell) / interval),
+        blind=blind_encoder(plant_drive, options, interval, shown),
+    )
+    loop = Loop(
+        observer=observer,
+        controller=controller,
+        rig=rig,
+        target=target,
+        gear=gear,
+        encoder_shafts=tuple(s for i, s in enumerate(fitted_encoders(plant_drive)) if i in shown),
+        cable=cable_plant(plant_drive, chain, interval, options) if cable else None,
+        **plant_parts(
+            chain, interval, rate, options, free_play(plant_drive, chain), slack_twist(plant_drive, chain)
+        ),
+    )
+    return loop
+
+
+def loop_at_rest(loop: Loop) -> LoopState:
+    """State in which a run begins.
+
+    Parameters
+    ----------
+    loop : Loop
+
+    Returns
+    -------
+    LoopState
+    """
+    states = 2 * loop.chain.size + 1
+    kept = np.zeros(0) if loop.cable is None else loop.cable.start
+    made = loop.controller
+    state = new_state(states + len(kept), loop.observer, made.law, loop.rig, made.start)
+    state.x[states:] = kept
+    return state
+
+
+def run(
+    loop: Loop, *, log: bool = True, state: LoopState | None = None, first: int = 0, last: int | None = None
+) -> Run:
+    """Run a loop from rest, or on from where another ended.
+
+    Parameters
+    ----------
+    loop : Loop
+    log : bool, default True
+        Whether every sample is kept.
+    state : LoopState, optional
+    first : int, default 0
+        Sample to begin with.
+    last : int, optional
+        Sample before which to end; the whole motion unless told.
+
+    Returns
+    -------
+    Run
+    """
+    controller, samples = loop.controller, len(loop.target)
+    state = loop_at_rest(loop) if state is None else state
+    end = samples if last is None else last
+    kept = np.zeros((samples if log else 0, log_width(loop)))
+    made = (loop.observer, controller.law, loop.rig, controller.reference, loop.target)
+    if loop.cable is not None:
+        tensions = np.zeros((samples if log else 0, 2))
+        ended = run_cable(loop.cable, *made, first, end, state, kept, tensions)
+        return Run(ended=ended, state=state, log=kept, tensions=tensions)
+    ended = run_loop(loop.plant, *made, first, end, loop.twist_limit, state, kept, loop.kinks)
+    return Run(ended=int(ended), state=state, log=kept)
+
+
+def log_width(loop: Loop) -> int:
+    """Columns of a log: states, readings, command, slip, sigma, estimates, regressor, states of the law.
+
+    Parameters
+    ----------
+    loop : Loop
+
+    Returns
+    -------
+    int
+    """
+    return 2 * loop.chain.size + 1 + len(loop.rig.encoders) + 3 + 2 * ESTIMATES + len(loop.observer.chosen)

@@ -1,0 +1,43 @@
+"""The row of inertias that is the plant of a loop, with its kinks."""
+
+from typing import Any
+
+from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.rig.closed_loop.plant import kink_numbers, plant_numbers
+from cabledrive.rig.setting import RigOptions
+
+KINKED_SUBSTEPS = 10
+
+
+def plant_parts(
+    chain: LumpedChain, interval: float, rate: float, options: RigOptions, play: float, slack: float
+) -> dict[str, Any]:
+    """What of a loop depends on the row of inertias that is the plant.
+
+    Parameters
+    ----------
+    chain : LumpedChain
+    interval : float
+        Sample time [s].
+    rate : float
+        Bandwidth of the torque loop [rad/s]; 0: none.
+    options : RigOptions
+    play : float
+        Free play of the joint [rad].
+    slack : float
+        Twist of the cable at which a span goes slack [rad].
+
+    Returns
+    -------
+    dict
+        Fields of `Loop`. With free play, or spans that may go slack, at least ten internal steps per sample.
+    """
+    limit = slack if options.forbid_slack else float("inf")
+    bends = float("inf") if options.forbid_slack else slack
+    kinked = play > 0.0 or bends < float("inf")
+    substeps = max(options.substeps, KINKED_SUBSTEPS) if kinked else options.substeps
+    numbers = plant_numbers(
+        chain, interval, current_rate=rate, substeps=substeps, smooth=options.smooth_friction
+    )
+    kinks = kink_numbers(chain, interval / substeps, current_rate=rate, play=play, slack=bends)
+    return {"plant": numbers, "chain": chain, "kinks": kinks, "twist_limit": limit, "slack": slack}

@@ -1,0 +1,74 @@
+"""The loop of the rig for the reader: the compiled run, a sample at a time, for laws of the chain."""
+
+import numpy as np
+
+from cabledrive.control.darc import darc_step
+from cabledrive.control.numbers import NOMINAL
+from cabledrive.control.observer_numbers import KALMAN
+from cabledrive.rig.closed_loop.loop import Loop
+from cabledrive.rig.closed_loop.loop_numbers import Array
+from cabledrive.rig.closed_loop.plant_kernels import MOST_TERMS, advance
+
+
+def run_reference(loop: Loop, samples: int) -> tuple[Array, Array]:
+    """Commands and load angles of a run with Kalman filter or ideal states, without delay and jitter.
+
+    Parameters
+    ----------
+    loop : Loop
+    samples : int
+
+    Returns
+    -------
+    commands, load_angles : ndarray, shape (samples,)
+        [N m], [rad] at the first shaft.
+    """
+    rig, observer, law, n = loop.rig, loop.observer, loop.controller.law, loop.chain.size
+    x, slip, held, newest = np.zeros(2 * n + 1), 0, 0.0, 0.0
+    believed, estimate = np.zeros(observer.model.shape[0]), law.learning[NOMINAL].copy()
+    terms, work = np.zeros((MOST_TERMS, 2 * n + 1)), np.zeros(32)
+    commands, angles = np.zeros(samples), np.zeros(samples)
+    for k in range(samples):
+        angles[k] = x[n - 1]
+        if observer.kind == KALMAN:
+            counts = np.rint(x[rig.encoders] / rig.counts + rig.phases)
+            gain = observer.gains[min(k, len(observer.gains) - 1)]
+            believed += gain @ (rig.counts * counts - observer.output @ believed)
+            states = believed[observer.chosen]
+        else:
+            states = x[observer.chosen]
+        step = darc_step(law, estimate, states, loop.controller.reference[k])
+        estimate = step.estimate
+        older, newest = newest, np.clip(step.command, -rig.torque_limit, rig.torque_limit)
+        if observer.kind == KALMAN:
+            believed, held = predicted(observer.model, observer.scalars, n, believed, held, older, newest)
+        commands[k] = newest
+        slip = advance(*loop.plant, x, slip, newest, 0.0, 0.0, rig.interval, terms, work)
+    return commands, angles
+
+
+def predicted(
+    model: Array, scalars: Array, size: int, believed: Array, held: float, older: float, newest: float
+) -> tuple[Array, float]:
+    """The filter's states and its shaft torque one sample on.
+
+    Parameters
+    ----------
+    model : ndarray, shape (states, states + 4)
+    scalars : ndarray, shape (9,)
+    size : int
+        Number of inertias of the filter's model.
+    believed : ndarray, shape (states,)
+    held : float
+        Shaft torque [N m].
+    older, newest : float
+        Commands before and after the delay has passed [N m].
+
+    Returns
+    -------
+    believed : ndarray, shape (states,)
+    held : float
+    """
+    friction = scalars[5] * np.tanh(scalars[6] * believed[size])
+    fresh = model @ np.concatenate((believed, [held, older, newest, scalars[7] - friction]))
+    return fresh, float(scalars[2:5] @ [held, older, newest])

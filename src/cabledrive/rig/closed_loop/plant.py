@@ -1,0 +1,143 @@
+"""The plant of the rig: a row of inertias made ready for exact steps."""
+
+from dataclasses import replace
+from math import inf
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.parameters import InputRefused
+from cabledrive.reduction.lumped_chain import LumpedChain, state_space
+from cabledrive.rig.closed_loop.kink_kernels import KinkNumbers
+from cabledrive.rig.closed_loop.lane_tables import exponentials
+from cabledrive.rig.closed_loop.plant_kernels import PlantNumbers
+
+Array = NDArray[np.float64]
+SLOPE = 50.0
+
+
+def plant_numbers(
+    chain: LumpedChain, interval: float, *, current_rate: float = 0.0, substeps: int = 1, smooth: bool = False
+) -> PlantNumbers:
+    """Exact transitions of a row of inertias over one internal step.
+
+    Coulomb friction of the motor is set-valued; that of the load is c tanh(50 w), held over an internal step.
+
+    Parameters
+    ----------
+    chain : LumpedChain
+        Links between equal angles.
+    interval : float
+        Sample time [s].
+    current_rate : float, default 0.0
+        Bandwidth of the torque loop [rad/s]; 0: none.
+    substeps : int, default 1
+        Internal steps per sample.
+    smooth : bool, default False
+        The motor's friction as well is c tanh(50 w).
+
+    Returns
+    -------
+    PlantNumbers
+
+    Raises
+    ------
+    InputRefused
+        If an inertia between motor and load has Coulomb friction of its own.
+    """
+    n = chain.size
+    if any(c > 0.0 for c in chain.coulomb[1:-1]):
+        raise InputRefused(
+            f"Coulomb friction {max(chain.coulomb[1:-1]):.4g} N m of the {chain.names[1]} pulley "
+            "beside a flexible joint is not followed here: add it to the motor's, or make the joint rigid"
+        )
+    rates = _rates(chain, current_rate)
+    step = interval / substeps
+    load_coulomb = chain.coulomb[-1] if n > 1 else 0.0
+    return PlantNumbers(
+        rates=rates,
+        tables=_tables(rates, step),
+        scalars=np.array(
+            [
+                step,
+                chain.inertias[0],
+                chain.coulomb[0],
+                chain.offsets[0],
+                load_coulomb,
+                SLOPE,
+                current_rate,
+                _norm(rates[:, : 2 * n + 1]),
+                SLOPE if smooth else 0.0,
+            ]
+        ),
+    )
+
+
+def kink_numbers(
+    chain: LumpedChain, step: float, *, current_rate: float = 0.0, play: float = 0.0, slack: float = inf
+) -> KinkNumbers:
+    """Linear pieces of a row whose joint has free play, or whose spans may go slack; empty if neither.
+
+    Parameters
+    ----------
+    chain : LumpedChain
+        Links between equal angles.
+    step : float
+        Internal step [s].
+    current_rate : float, default 0.0
+        Bandwidth of the torque loop [rad/s]; 0: none.
+    play : float, default 0.0
+        Free play of the first link, from end to end [rad].
+    slack : float, optional
+        Twist of the last link beyond which one span of two is slack [rad]; infinite: never.
+
+    Returns
+    -------
+    KinkNumbers
+    """
+    m, pieces = 2 * chain.size + 1, []
+    if play > 0.0 or slack < inf:
+        pieces = [_softened(chain, first, last) for last in (1.0, 0.5) for first in (1.0, 0.0)]
+    rates = np.zeros((len(pieces), m, m + 3))
+    tables = np.zeros((len(pieces), 2, m, m + 4))
+    for i, piece in enumerate(pieces):
+        rates[i] = _rates(piece, current_rate)
+        tables[i] = _tables(rates[i], step)
+    return KinkNumbers(rates=rates, tables=tables, play=0.5 * play, slack=slack)
+
+
+def _softened(chain: LumpedChain, first: float, last: float) -> LumpedChain:
+    """The row with shares of its first and of its last link."""
+    shares = np.ones(chain.size - 1)
+    shares[0] *= first
+    shares[-1] *= last
+    stiffness = tuple(float(v) for v in shares * chain.stiffness)
+    damping = tuple(float(v) for v in shares * chain.damping)
+    return replace(chain, stiffness=stiffness, damping=damping)
+
+
+def _tables(rates: Array, step: float) -> Array:
+    """States after an internal step, from states and inputs, the motor held and free."""
+    m = rates.shape[0]
+    block = np.zeros((2, m + 4, m + 4))
+    block[:, :m, : m + 3] = rates
+    block[0, m // 2] = 0.0
+    block[:, m + 1, m + 3] = 1.0 / step  # the motor's torque, rising
+    return exponentials(block * step)[:, :m]
+
+
+def _rates(chain: LumpedChain, current_rate: float) -> Array:
+    n = chain.size
+    a, b = state_space(chain)
+    rates = np.zeros((2 * n + 1, 2 * n + 4))
+    rates[: 2 * n, : 2 * n], rates[: 2 * n, 2 * n] = a, b[:, 0]
+    rates[2 * n, 2 * n : 2 * n + 2] = -current_rate, current_rate
+    rates[: 2 * n, 2 * n + 2], rates[: 2 * n, 2 * n + 3] = b[:, 0], b[:, -1]
+    return rates
+
+
+def _norm(rates: Array) -> float:
+    """A rate [1/s] that bounds the growth of the power series' terms."""
+    from scipy.linalg import matrix_balance
+
+    return float(np.linalg.norm(matrix_balance(rates, permute=False)[0], 1))

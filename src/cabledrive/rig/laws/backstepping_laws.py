@@ -1,0 +1,38 @@
+"""Backstepping of six states, ready for a drive with a flexible motor joint."""
+
+from cabledrive.control.backstepping_chain import GAIN_NAMES, chain_numbers, chain_reference
+from cabledrive.control.kalman import QUIET
+from cabledrive.rig.laws.controllers import Controller, Wish
+from cabledrive.rig.laws.fitting import law_shafts
+
+SIX_HZ = 25.0
+ADAPTATION = 1e-18
+
+
+def backstepping_6(wish: Wish) -> Controller:
+    """Backstepping with unmatched uncertainty on Model 4, dampers and friction along the reference.
+
+    Parameters
+    ----------
+    wish : Wish
+
+    Returns
+    -------
+    Controller
+    """
+    chain = wish.model(4)
+    hertz = SIX_HZ if wish.bandwidth is None else wish.bandwidth
+    adaptation = ADAPTATION if wish.adapt else 0.0
+    law = chain_numbers(chain, hertz, adaptation, wish.interval)
+    gains = dict(zip(GAIN_NAMES, law.rows[0].tolist(), strict=True))
+    return Controller(
+        name="backstepping-6",
+        law=law,
+        reference=chain_reference(chain, wish.wanted(6), wish.interval),
+        shafts=law_shafts(4, wish.feedback),
+        start=law.learning[0],
+        tuning=QUIET,
+        gains={"bandwidth_hz": hertz, "adaptation": adaptation} | gains,
+        model=4,
+        damped=True,
+    )

@@ -1,0 +1,228 @@
+"""Baselines by name: PD, PID, LQG, disturbance observer, input shaper, each with a feedforward to choose.
+
+One number tunes each; `cabledrive.rig.comparison` tunes them all by one rule.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from math import exp, pi, sqrt
+from typing import Any
+
+import numpy as np
+
+from cabledrive.control.flat_output import flat_output
+from cabledrive.control.kalman import QUIET, KalmanTuning
+from cabledrive.control.linear_laws import FRICTION_SLOPE, feedforward, lq_law, pd_law, pid_law, rigid_inertia
+from cabledrive.control.numbers import LawNumbers
+from cabledrive.control.reference import flat_reference
+from cabledrive.parameters import InputRefused
+from cabledrive.reduction.lumped_chain import LumpedChain, natural_frequencies_of, state_space
+from cabledrive.reduction.models import highest_model
+from cabledrive.rig.closed_loop.loop_numbers import Array
+from cabledrive.rig.laws.controllers import Controller, Wish
+from cabledrive.rig.laws.fitting import fitted_encoders
+
+PD_HZ, PID_HZ, LQ_TORQUE = 5.0, 2.0, 0.2
+FEEDFORWARDS = {
+    "damped": "damped inverse, friction by the reference",
+    "undamped": "undamped inverse, friction by the reference",
+    "rigid": "rigid, friction by the reference",
+}
+
+
+def feedforward_table(wish: Wish, chain: LumpedChain, wanted: Array) -> Array:
+    """Motion of every inertia and torque of the motor along a reference, as the wish's feedforward has them.
+
+    Parameters
+    ----------
+    wish : Wish
+    chain : LumpedChain
+    wanted : ndarray, shape (2n + 1, samples)
+        Wanted load angle with derivatives, at the first shaft.
+
+    Returns
+    -------
+    ndarray, shape (samples, 2n + 1)
+        Angles, speeds, torque [N m].
+
+    Raises
+    ------
+    InputRefused
+        If there is no such feedforward.
+    """
+    if wish.feedforward not in FEEDFORWARDS:
+        raise InputRefused(
+            f"feedforward = {wish.feedforward!r} is not known: take one of {', '.join(FEEDFORWARDS)}"
+        )
+    if wish.feedforward == "rigid":
+        angle, speed, acceleration = wanted[:3]
+        torque = rigid_inertia(chain) * acceleration + chain.viscous[0] * speed - chain.offsets[0]
+        torque = torque + chain.coulomb[0] * np.tanh(FRICTION_SLOPE * speed)
+        return np.column_stack([angle] * chain.size + [speed] * chain.size + [torque])
+    flat = flat_output(chain, damped=wish.feedforward == "damped")
+    return feedforward(chain, flat, flat_reference(flat, wanted, wish.interval))
+
+
+def _made(
+    wish: Wish,
+    name: str,
+    law: LawNumbers,
+    gains: dict[str, Any],
+    *,
+    tuning: KalmanTuning = QUIET,
+    wanted: Array | None = None,
+) -> Controller:
+    number = highest_model(wish.drive)
+    chain = wish.model(number)
+    wanted = wish.wanted(2 * chain.size) if wanted is None else wanted
+    return Controller(
+        name=name,
+        law=law,
+        reference=np.ascontiguousarray(feedforward_table(wish, chain, wanted)),
+        shafts=("motor", "drive", "load") if chain.size == 3 else ("motor", "load"),
+        start=np.zeros(0),
+        tuning=tuning,
+        gains=gains | {"feedforward": FEEDFORWARDS[wish.feedforward]},
+        model=number,
+        damped=True,
+    )
+
+
+def _chain(wish: Wish) -> LumpedChain:
+    return wish.model(highest_model(wish.drive))
+
+
+def _hertz(wish: Wish, default: float) -> float:
+    hertz = default if wish.bandwidth is None else wish.bandwidth
+    if not hertz > 0.0 or hertz == float("inf"):
+        raise InputRefused(f"bandwidth = {hertz:.6g} Hz must be finite and above 0: give one in Hz")
+    return hertz
+
+
+def pd(wish: Wish) -> Controller:
+    """PD on the motor.
+
+    Parameters
+    ----------
+    wish : Wish
+
+    Returns
+    -------
+    Controller
+    """
+    hertz = _hertz(wish, PD_HZ)
+    return _made(wish, "pd", pd_law(_chain(wish), hertz, wish.interval), {"bandwidth_hz": hertz})
+
+
+def pid(wish: Wish) -> Controller:
+    """PID on the load with a notch at the lowest mode.
+
+    Parameters
+    ----------
+    wish : Wish
+
+    Returns
+    -------
+    Controller
+    """
+    chain, hertz = _chain(wish), _hertz(wish, PID_HZ)
+    notch = float(natural_frequencies_of(chain)[0]) / (2.0 * pi)
+    law = pid_law(chain, hertz, notch, wish.interval)
+    return _made(wish, "pid", law, {"bandwidth_hz": hertz, "notch_hz": notch})
+
+
+def lqg(wish: Wish, torque: float = LQ_TORQUE) -> Controller:
+    """Linear-quadratic feedback; one count of error weighs as much as a torque.
+
+    Parameters
+    ----------
+    wish : Wish
+    torque : float, default 0.2
+        [N m].
+
+    Returns
+    -------
+    Controller
+
+    Raises
+    ------
+    InputRefused
+        If a bandwidth is asked for: its weights set it.
+    """
+    if wish.bandwidth is not None:
+        raise InputRefused("bandwidth is not a setting of lqg, whose weights set it: leave --bandwidth out")
+    count = fitted_encoders(wish.drive)["load"]
+    law = lq_law(_chain(wish), count, torque, wish.interval)
+    return _made(wish, "lqg", law, {"error_weight_rad": count, "torque_weight": torque})
+
+
+def dob(wish: Wish) -> Controller:
+    """PD on the motor, and the disturbance that the filter of the whole chain sees subtracted.
+
+    A disturbance observer on a rigid model would cancel the cable's own torque as well.
+
+    Parameters
+    ----------
+    wish : Wish
+
+    Returns
+    -------
+    Controller
+    """
+    hertz = _hertz(wish, PD_HZ)
+    law = pd_law(_chain(wish), hertz, wish.interval)
+    return _made(wish, "dob", law, {"bandwidth_hz": hertz}, tuning=replace(QUIET, cancels=True))
+
+
+def shaper(wish: Wish) -> Controller:
+    """PD on the motor along a reference through a zero-vibration shaper.
+
+    Its reference comes half a period late, and the error is counted against the one that was asked for. The
+    shaper itself takes the place of an inverse; with one it would shape a motion that needs none.
+
+    Parameters
+    ----------
+    wish : Wish
+
+    Returns
+    -------
+    Controller
+    """
+    chain, hertz = _chain(wish), _hertz(wish, PD_HZ)
+    wanted, frequency = shaped(wish, chain)
+    law = pd_law(chain, hertz, wish.interval)
+    gains = {"bandwidth_hz": hertz, "shaper_hz": frequency}
+    return _made(wish, "shaper", law, gains, wanted=wanted)
+
+
+def shaped(wish: Wish, chain: LumpedChain) -> tuple[Array, float]:
+    """The wanted motion through two pulses that leave the lowest mode at rest, and that mode [Hz].
+
+    Parameters
+    ----------
+    wish : Wish
+    chain : LumpedChain
+
+    Returns
+    -------
+    wanted : ndarray, shape (2n + 1, samples)
+    frequency : float
+    """
+    poles = np.linalg.eigvals(state_space(chain)[0])
+    lowest = min(poles[poles.imag > 1e-6], key=abs)
+    ratio = -lowest.real / abs(lowest)
+    overshoot = exp(-pi * ratio / sqrt(1.0 - ratio**2))
+    late = round(pi / lowest.imag / wish.interval)
+    y = wish.wanted(2 * chain.size)
+    held = np.concatenate((np.zeros((len(y), late)), y[:, :-late]), axis=1)
+    held[0, :late] = y[0, 0]
+    return (y + overshoot * held) / (1.0 + overshoot), abs(lowest) / (2.0 * pi)
+
+
+BASELINES: dict[str, Callable[[Wish], Controller]] = {
+    "pd": pd,
+    "pid": pid,
+    "lqg": lqg,
+    "dob": dob,
+    "shaper": shaper,
+}

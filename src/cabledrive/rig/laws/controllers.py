@@ -1,0 +1,258 @@
+"""Control laws by name, made ready for a drive, a motion and the rig's sensors."""
+
+from dataclasses import dataclass
+from math import pi
+from typing import Any
+
+import numpy as np
+
+from cabledrive.control.backstepping import PRINTED_HZ, backstepping_gains, backstepping_numbers
+from cabledrive.control.darc import darc_numbers
+from cabledrive.control.darc_gains import Bounds, darc_gains, printed_bounds
+from cabledrive.control.flat_output import FlatOutput, flat_output
+from cabledrive.control.kalman import QUIET, KalmanTuning
+from cabledrive.control.numbers import LawNumbers
+from cabledrive.control.reference import flat_reference
+from cabledrive.parameters import Drive
+from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.reduction.models import FLEXIBLE_JOINT, lumped_model
+from cabledrive.reduction.reflected import reflected
+from cabledrive.rig.closed_loop.loop_numbers import Array
+from cabledrive.rig.laws.fitting import law_shafts, load_gear
+from cabledrive.trajectories import Trajectory
+
+DAMPED_SHARE = 0.1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Controller:
+    """A law with its reference, ready to run.
+
+    Attributes
+    ----------
+    name : str
+    law : LawNumbers
+    reference : ndarray, shape (samples, columns)
+        What the law takes at each sample.
+    shafts : tuple of str
+        Shafts whose angles it takes, from the motor to the load.
+    start : ndarray
+        Parameter estimates to begin with.
+    tuning : KalmanTuning
+    gains : dict
+        What it was tuned to, in the units of their names.
+    model : int
+        Model that it was made for.
+    damped : bool
+        Whether it counts the damping of joint and cable.
+    bandwidth : float or None
+        lambda of a law of the chain [rad/s].
+    flat : FlatOutput or None
+    filter_model : int or None
+        Model of the Kalman filter; None: the highest that the drive's data allow, with every encoder. A
+        filter of the law's own model reads only the encoders that the law takes.
+    """
+
+    name: str
+    law: LawNumbers
+    reference: Array
+    shafts: tuple[str, ...]
+    start: Array
+    tuning: KalmanTuning
+    gains: dict[str, Any]
+    model: int
+    damped: bool
+    bandwidth: float | None = None
+    flat: FlatOutput | None = None
+    filter_model: int | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wish:
+    """What a law is to be designed for.
+
+    Attributes
+    ----------
+    drive : Drive
+        As the design believes it to be.
+    trajectory : Trajectory
+        Of the load pulley.
+    interval : float
+        Sample time [s].
+    samples : int
+    bandwidth : float or None
+        [Hz]; None: as printed.
+    feedback : str
+        Encoder that stands for theta_1 in Models 1 and 3.
+    adapt : bool
+        Whether estimates move.
+    best : bool
+        The gains that have proven best here instead of the printed ones.
+    feedforward : {"damped", "undamped", "rigid"}
+        Torque and motion that the baselines follow: the exact inverse of the row with its dampers, without
+        them, or of one rigid inertia; friction by the reference's speed in each.
+    """
+
+    drive: Drive
+    trajectory: Trajectory
+    interval: float
+    samples: int
+    bandwidth: float | None = None
+    feedback: str = "motor"
+    adapt: bool = True
+    best: bool = False
+    feedforward: str = "damped"
+
+    def model(self, number: int) -> LumpedChain:
+        """A model of the drive, in angles of its first shaft.
+
+        Parameters
+        ----------
+        number : {1, 2, 3, 4}
+
+        Returns
+        -------
+        LumpedChain
+        """
+        return reflected(lumped_model(self.drive, number))[0]
+
+    def wanted(self, derivatives: int) -> Array:
+        """Wanted load angle at the first shaft, with derivatives, at the samples.
+
+        Parameters
+        ----------
+        derivatives : int
+
+        Returns
+        -------
+        ndarray, shape (derivatives + 1, samples)
+        """
+        time = np.asarray(self.interval * np.arange(self.samples), dtype=np.float64)
+        return load_gear(self.drive) * self.trajectory(time, derivatives)
+
+
+def darc(wish: Wish, number: int) -> Controller:
+    """Direct adaptive robust controller of a model, as printed.
+
+    Parameters
+    ----------
+    wish : Wish
+    number : {1, 2, 3, 4}
+
+    Returns
+    -------
+    Controller
+    """
+    return chain_law(wish, number, f"darc-{number}", damped=False)
+
+
+def chain_law(
+    wish: Wish,
+    number: int,
+    name: str,
+    *,
+    damped: bool,
+    tuning: KalmanTuning = QUIET,
+    chain: LumpedChain | None = None,
+    bounds: Bounds | None = None,
+) -> Controller:
+    """A law of the chain with or without damping.
+
+    Parameters
+    ----------
+    wish : Wish
+    number : {1, 2, 3, 4}
+    name : str
+    damped : bool
+    tuning : KalmanTuning, optional
+    chain : LumpedChain, optional
+        The row it is made for; the drive's own unless told.
+    bounds : Bounds, optional
+        Of p2 to p5; as printed unless told.
+
+    Returns
+    -------
+    Controller
+    """
+    chain = wish.model(number) if chain is None else chain
+    flat = flat_output(chain, damped=damped)
+    reference = flat_reference(flat, wish.wanted(2 * chain.size), wish.interval)
+    bounds = printed_bounds(chain, flexible_joint=FLEXIBLE_JOINT[number]) if bounds is None else bounds
+    share = (DAMPED_SHARE if damped else 1.0) if wish.adapt else 0.0
+    gains = darc_gains(number, wish.bandwidth, adaptation_share=share)
+    law = darc_numbers(
+        flat, gains, bounds, reference, wish.interval, friction_by_reference=damped, desired=damped
+    )
+    told = {
+        "bandwidth_hz": gains.bandwidth / (2.0 * pi),
+        "sliding_rate_hz": gains.sliding_rate / (2.0 * pi),
+        "k_sigma": law.k_sigma,
+        "adaptation_share": share,
+        "adaptation": law.learning[3].tolist(),
+        "lower_bounds": bounds.low.tolist(),
+        "upper_bounds": bounds.high.tolist(),
+    }
+    return Controller(
+        name=name,
+        law=law,
+        reference=reference,
+        shafts=law_shafts(number, wish.feedback),
+        start=bounds.nominal,
+        tuning=tuning,
+        gains=told,
+        model=number,
+        damped=damped,
+        bandwidth=gains.bandwidth,
+        flat=flat,
+        filter_model=own_filter(number, wish.feedback),
+    )
+
+
+def own_filter(number: int, feedback: str) -> int | None:
+    """Model of the Kalman filter of a law: Model 3 on the motor's encoder has its own.
+
+    On the drive pulley's encoder the joint is seen from its far side, and a filter without joint would hide
+    what the law then does to it.
+
+    Parameters
+    ----------
+    number : {1, 2, 3, 4}
+        Model of the law.
+    feedback : {"motor", "drive"}
+
+    Returns
+    -------
+    int or None
+        None: the highest model, with every encoder.
+    """
+    return 3 if number == 3 and feedback == "motor" else None
+
+
+def backstepping(wish: Wish) -> Controller:
+    """Backstepping with unmatched uncertainty on Model 3.
+
+    Parameters
+    ----------
+    wish : Wish
+
+    Returns
+    -------
+    Controller
+    """
+    chain = wish.model(3)
+    hertz = PRINTED_HZ if wish.bandwidth is None else wish.bandwidth
+    gains = backstepping_gains(hertz, adaptation=1e-6 if wish.adapt else 0.0)
+    law = backstepping_numbers(chain, gains, wish.interval)
+    names = ("k1", "k21", "k22", "k32", "k33", "k42", "k43", "k44", "adaptation")
+    return Controller(
+        name="backstepping",
+        law=law,
+        reference=np.ascontiguousarray(wish.wanted(4).T),
+        shafts=law_shafts(3, wish.feedback),
+        start=law.learning[0],
+        tuning=QUIET,
+        gains={"bandwidth_hz": hertz} | {name: getattr(gains, name) for name in names},
+        model=3,
+        damped=False,
+        filter_model=own_filter(3, wish.feedback),
+    )

@@ -1,0 +1,163 @@
+"""Which inertia each encoder reads and each law takes, and one count of each as seen from the first shaft."""
+
+from math import pi
+
+import numpy as np
+
+from cabledrive.control.difference import filtered_difference, ideal_states
+from cabledrive.control.kalman import QUIET, KalmanTuning, Sampling, kalman_filter
+from cabledrive.control.observer_numbers import ObserverNumbers
+from cabledrive.parameters import Drive, InputRefused
+from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.rig.closed_loop.loop_numbers import Array, Integers
+from cabledrive.rig.setting import RigOptions
+
+SHAFTS = ("motor", "drive", "load")
+
+
+def place(chain: LumpedChain, shaft: str) -> int:
+    """Inertia of a row that a shaft belongs to.
+
+    Parameters
+    ----------
+    chain : LumpedChain
+    shaft : {"motor", "drive", "load"}
+
+    Returns
+    -------
+    int
+    """
+    if shaft == "motor":
+        return 0
+    if shaft == "load":
+        return chain.size - 1
+    return chain.names.index("drive") if "drive" in chain.names else 0
+
+
+def load_gear(drive: Drive) -> float:
+    """Angle of the first shaft per angle of the load pulley, r2 / r1 [-].
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    float
+    """
+    return drive.load_pulley.radius / drive.drive_pulley.radius
+
+
+def fitted_encoders(drive: Drive) -> dict[str, float]:
+    """One count of each encoder at the first shaft [rad], by shaft; the load's last.
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    dict
+
+    Raises
+    ------
+    InputRefused
+        If the load pulley has no encoder: nothing then tells its angle.
+    """
+    sensors = drive.sensors
+    counts = {shaft: getattr(sensors, f"{shaft}_encoder") if sensors else None for shaft in SHAFTS}
+    if counts["load"] is None:
+        raise InputRefused(
+            "sensors.load_encoder is missing, and the load's angle is controlled: add it, such as 10000"
+        )
+    gears = {"motor": 1.0, "drive": 1.0, "load": load_gear(drive)}
+    return {shaft: 2.0 * pi / number * gears[shaft] for shaft, number in counts.items() if number is not None}
+
+
+def law_shafts(model: int, feedback: str) -> tuple[str, ...]:
+    """Shafts whose angles a law of a model takes, from the motor to the load.
+
+    Parameters
+    ----------
+    model : {1, 2, 3, 4}
+    feedback : {"motor", "drive"}
+        Encoder for theta_1 of Models 1 and 3.
+
+    Returns
+    -------
+    tuple of str
+    """
+    return {1: (feedback,), 2: ("motor", "drive"), 3: (feedback, "load"), 4: ("motor", "drive", "load")}[
+        model
+    ]
+
+
+def fit_observer(
+    design: LumpedChain,
+    plant: LumpedChain,
+    drive: Drive,
+    shafts: tuple[str, ...],
+    options: RigOptions,
+    sampling: Sampling,
+    tuning: KalmanTuning = QUIET,
+    *,
+    own: bool = False,
+    settled: bool = False,
+) -> tuple[ObserverNumbers, Integers, Array]:
+    """The observer of a law, what its encoders read of the plant, and their counts.
+
+    Parameters
+    ----------
+    design : LumpedChain
+        The row the filter is designed for.
+    plant : LumpedChain
+        The row that is read.
+    drive : Drive
+        With the encoders.
+    shafts : tuple of str
+        Shafts that the law takes.
+    options : RigOptions
+    sampling : Sampling
+    tuning : KalmanTuning, optional
+    own : bool, default False
+        Only the encoders of the law's shafts are read.
+    settled : bool, default False
+        The Kalman filter goes on from another's states.
+
+    Returns
+    -------
+    observer : ObserverNumbers
+    encoders : ndarray of int, shape (m,)
+        Inertia of the plant that each encoder reads.
+    counts : ndarray, shape (m,)
+        [rad].
+
+    Raises
+    ------
+    InputRefused
+        If the filtered difference lacks an encoder.
+    """
+    fitted = fitted_encoders(drive)
+    if own:
+        fitted = {shaft: count for shaft, count in fitted.items() if shaft in shafts}
+    read = np.array([place(plant, shaft) for shaft in fitted], dtype=np.int64)
+    counts = np.array(list(fitted.values()))
+    if options.ideal_sensors:
+        chosen = [place(plant, shaft) for shaft in shafts]
+        return ideal_states(plant.size, sampling.interval, chosen=chosen), read, np.zeros(len(counts))
+    places = [place(design, shaft) for shaft in fitted]
+    chosen = [place(design, shaft) for shaft in shafts]
+    if options.observer == "difference":
+        names = list(fitted)
+        missing = [shaft for shaft in shafts if shaft not in fitted]
+        if missing:
+            raise InputRefused(
+                f"sensors.{missing[0]}_encoder is missing, the difference needs it: add it, or take the "
+                "Kalman filter"
+            )
+        numbers = [names.index(shaft) for shaft in shafts]
+        return filtered_difference(range(len(names)), sampling.interval, chosen=numbers), read, counts
+    found = kalman_filter(
+        design, places, list(counts), sampling, chosen=chosen, tuning=tuning, settled=settled
+    )
+    return found, read, counts

@@ -1,0 +1,249 @@
+"""The law that identifies in the loop: one pulse to learn from, then law, reference and filter made anew."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from cabledrive.control.darc_gains import Bounds, printed_bounds
+from cabledrive.control.kalman import Sampling
+from cabledrive.control.load_equation import LoadEstimate, estimate_load
+from cabledrive.control.momentum_sum import MotorEstimate, acting_torque, estimate_motor
+from cabledrive.parameters import Drive, InputRefused
+from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.reduction.models import highest_model
+from cabledrive.rig.circumstances import control_delay, current_rate
+from cabledrive.rig.closed_loop.loop import Loop, Run, run
+from cabledrive.rig.laws.best_gains import damped_law
+from cabledrive.rig.laws.controllers import Controller, Wish, chain_law
+from cabledrive.rig.laws.fitting import fit_observer
+from cabledrive.rig.setting import RigOptions
+
+NAME = "darc-indirect"
+SPREADS = {3: (0.2, 0.05, 0.05), 2: (0.06, 0.05)}
+"""Relative half widths within which the inertias, motor to load, are believed, by their number."""
+LEAST_SPREAD = 0.02
+SEED = 20
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Learnt:
+    """What one pulse told.
+
+    Attributes
+    ----------
+    load : LoadEstimate
+        Of the cable.
+    motor : MotorEstimate
+        Of whole inertia and friction.
+    """
+
+    load: LoadEstimate
+    motor: MotorEstimate
+
+    @property
+    def words(self) -> dict[str, Any]:
+        """What was learnt, with 95 % intervals, and whether it was used; None where nothing is known."""
+        names = ("inertia", "viscous_friction", "coulomb_friction", "offset_torque")
+        load, (low, high) = self.load, self.motor.intervals
+        cable = {
+            "beta": load.beta,
+            "beta_low": load.interval[0],
+            "beta_high": load.interval[1],
+            "gamma": load.gamma,
+            "gamma_low": load.damping_interval[0],
+            "gamma_high": load.damping_interval[1],
+        }
+        motor = {
+            name: {"value": _known(value), "low": _known(a), "high": _known(b)}
+            for name, value, a, b in zip(names, self.motor.values, low, high, strict=True)
+        }
+        used = {"used": load.excited, "motor_used": load.excited and self.motor.excited}
+        return {name: _known(value) for name, value in cable.items()} | used | motor
+
+
+def _known(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def indirect(wish: Wish) -> Controller:
+    """The law before anything has been learnt: the damping-aware one of its highest model.
+
+    Parameters
+    ----------
+    wish : Wish
+
+    Returns
+    -------
+    Controller
+    """
+    return damped_law(wish, NAME, highest_model(wish.drive))
+
+
+def learn(loop: Loop, early: Run, pause: int, drive: Drive, chain: LumpedChain) -> Learnt:
+    """What readings and commands of the first pulse say of cable and motor.
+
+    Parameters
+    ----------
+    loop : Loop
+    early : Run
+    pause : int
+        Samples that have been run.
+    drive : Drive
+        As believed.
+    chain : LumpedChain
+        As believed.
+
+    Returns
+    -------
+    Learnt
+
+    Raises
+    ------
+    InputRefused
+        If one of the law's shafts has no encoder, or the law saw true states.
+    """
+    shafts = loop.controller.shafts
+    if loop.encoder_shafts != shafts or not np.all(loop.rig.counts > 0.0):
+        raise InputRefused(
+            f"{NAME} learns from the counts of the encoders of {', '.join(shafts)}, and reads "
+            f"{len(loop.encoder_shafts)} encoders here: fit those, leave ideal sensors out"
+        )
+    first, last = 2 * loop.chain.size + 1, 2 * loop.chain.size + 1 + len(shafts)
+    readings, command = early.log[:pause, first:last], early.log[:pause, last]
+    counts, interval, generator = loop.rig.counts, loop.rig.interval, np.random.default_rng(SEED)
+    torque = acting_torque(command, interval, delay=control_delay(drive), current_rate=current_rate(drive))
+    load = estimate_load(readings[:, -2:], counts[-2:], interval, generator)
+    inertias, spread = np.array(chain.inertias), np.array(SPREADS[chain.size])
+    motor = estimate_motor(readings, torque, counts, inertias, interval, generator, spread=spread)
+    return Learnt(load=load, motor=motor)
+
+
+def learnt_chain(chain: LumpedChain, found: Learnt) -> LumpedChain:
+    """The row as it is after learning: cable per load inertia, motor; load and drive inertia as believed.
+
+    What has not been excited stays as it was.
+
+    Parameters
+    ----------
+    chain : LumpedChain
+    found : Learnt
+
+    Returns
+    -------
+    LumpedChain
+    """
+    load, motor = found.load, found.motor
+    if load.excited:
+        damping = chain.damping[-1]
+        if load.damping_known:
+            damping = load.gamma * chain.inertias[-1]
+        stiffness = (*chain.stiffness[:-1], load.beta * chain.inertias[-1])
+        chain = replace(chain, stiffness=stiffness, damping=(*chain.damping[:-1], damping))
+    own = float(motor.values[0]) - sum(chain.inertias[1:])
+    if motor.excited and own > 0.0:
+        _, viscous, coulomb, offset = (float(v) for v in motor.values)
+        chain = replace(
+            chain,
+            inertias=(own, *chain.inertias[1:]),
+            viscous=(viscous, *chain.viscous[1:]),
+            coulomb=(coulomb, *chain.coulomb[1:]),
+            offsets=(offset, *chain.offsets[1:]),
+        )
+    return chain
+
+
+def learnt_bounds(chain: LumpedChain, found: Learnt) -> Bounds:
+    """Bounds of p2 to p5 by the intervals that were learnt, at least 2 % wide; as printed where nothing was.
+
+    Parameters
+    ----------
+    chain : LumpedChain
+        From `learnt_chain`.
+    found : Learnt
+
+    Returns
+    -------
+    Bounds
+    """
+    printed = printed_bounds(chain, flexible_joint=chain.size > 2)
+    if not found.motor.excited or chain.coulomb[0] != float(found.motor.values[2]):
+        return printed
+    half = np.diff(found.motor.intervals, axis=0)[0] / 2.0
+    half = np.maximum(half, LEAST_SPREAD * np.abs(printed.nominal))
+    return Bounds(nominal=printed.nominal, low=printed.nominal - half, high=printed.nominal + half)
+
+
+def rebuilt(loop: Loop, wish: Wish, found: Learnt, options: RigOptions) -> Loop:
+    """The loop with law, reference and filter made for what was learnt; the plant is the same.
+
+    The filter goes on from the states of the old one, with the gain it has settled on.
+
+    Parameters
+    ----------
+    loop : Loop
+    wish : Wish
+    found : Learnt
+    options : RigOptions
+
+    Returns
+    -------
+    Loop
+    """
+    first, number = loop.controller, loop.controller.model
+    chain = learnt_chain(wish.model(number), found)
+    bounds = learnt_bounds(chain, found)
+    same = replace(wish, bandwidth=float(first.gains["bandwidth_hz"]) if wish.best else wish.bandwidth)
+    made = chain_law(same, number, NAME, damped=True, tuning=first.tuning, chain=chain, bounds=bounds)
+    made = replace(made, gains=first.gains | made.gains | {"beta": found.load.beta})
+    drive = wish.drive
+    sampling = Sampling(interval=wish.interval, delay=control_delay(drive), current_rate=current_rate(drive))
+    centred = options.encoder_phase == "centred"
+    tuning = replace(made.tuning, offsets=()) if centred else made.tuning
+    own = made.filter_model is not None
+    observer, _, _ = fit_observer(
+        chain, loop.chain, drive, made.shafts, options, sampling, tuning, own=own, settled=True
+    )
+    return replace(loop, controller=made, observer=observer)
+
+
+def run_indirect(wish: Wish, loop: Loop, options: RigOptions) -> tuple[Loop, Run, Learnt | None]:
+    """Run one pulse, learn, make everything anew in the dwell, and run the rest.
+
+    Parameters
+    ----------
+    wish : Wish
+    loop : Loop
+        With the law of `indirect`.
+    options : RigOptions
+
+    Returns
+    -------
+    loop : Loop
+        The last one.
+    done : Run
+    found : Learnt or None
+        What was learnt; None if the run ended before, or has one pulse only.
+    """
+    pause = loop.rig.first_end
+    early = run(loop, last=min(pause, len(loop.target)))
+    if early.ended < pause:
+        return loop, early, None
+    if pause >= len(loop.target) - 1:
+        return loop, early if pause >= len(loop.target) else _rest(loop, early, pause), None
+    found = learn(loop, early, pause, wish.drive, wish.model(loop.controller.model))
+    later = loop
+    if found.load.excited:
+        later = rebuilt(loop, wish, found, options)
+        early.state.parameters[:4] = later.controller.start
+    return later, _rest(later, early, pause), found
+
+
+def _rest(loop: Loop, early: Run, pause: int) -> Run:
+    late = run(loop, state=early.state, first=pause)
+    log = early.log.copy()
+    log[pause:] = late.log[pause:]
+    tensions = late.tensions
+    if tensions is not None and early.tensions is not None:
+        tensions[:pause] = early.tensions[:pause]
+    return Run(ended=late.ended, state=late.state, log=log, tensions=tensions)

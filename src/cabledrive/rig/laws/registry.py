@@ -1,0 +1,98 @@
+"""Every control law of the rig by its name."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from cabledrive.parameters import InputRefused
+from cabledrive.parameters.fields import nearest
+from cabledrive.reduction.models import highest_model
+from cabledrive.rig.laws.backstepping_laws import backstepping_6
+from cabledrive.rig.laws.baselines import BASELINES
+from cabledrive.rig.laws.best_gains import darc_4_damped
+from cabledrive.rig.laws.controllers import Controller, Wish, backstepping, darc
+from cabledrive.rig.laws.indirect import NAME, indirect
+from cabledrive.rig.laws.least_bandwidth import check_least_bandwidth
+
+CONTROLLERS: dict[str, Callable[[Wish], Controller]] = {
+    "darc-1": lambda wish: darc(wish, 1),
+    "darc-2": lambda wish: darc(wish, 2),
+    "darc-3": lambda wish: darc(wish, 3),
+    "darc-4": lambda wish: darc(wish, 4),
+    "darc-4-damped": darc_4_damped,
+    "backstepping": backstepping,
+    "backstepping-6": backstepping_6,
+    NAME: indirect,
+    **BASELINES,
+}
+
+
+def design(name: str | None, wish: Wish) -> Controller:
+    """Design a control law by name.
+
+    Parameters
+    ----------
+    name : str, optional
+        Default: with a flexible motor joint "darc-4-damped", else "darc-3".
+    wish : Wish
+
+    Returns
+    -------
+    Controller
+
+    Raises
+    ------
+    InputRefused
+        If there is no such law, the sample rate is too low for its bandwidth, or that is too low for the law.
+    """
+    if name is None:
+        name = "darc-4-damped" if highest_model(wish.drive) == 4 else "darc-3"
+    if name not in CONTROLLERS:
+        raise InputRefused(
+            f"controller = {name!r} is not known{nearest(name, CONTROLLERS)}: see docs/control"
+        )
+    if wish.feedforward != "damped" and name not in BASELINES:
+        raise InputRefused(
+            f"feedforward = {wish.feedforward!r} is for {', '.join(BASELINES)}; {name} brings its own: "
+            "leave it out"
+        )
+    made = CONTROLLERS[name](wish)
+    check_sample_rate(made, wish.interval)
+    check_least_bandwidth(CONTROLLERS[name], made, wish)
+    return made if not wish.best or "reasons" in made.gains else without_better(made)
+
+
+def without_better(controller: Controller) -> Controller:
+    """The same, saying that no better gains are known for it than its own.
+
+    Parameters
+    ----------
+    controller : Controller
+
+    Returns
+    -------
+    Controller
+    """
+    reason = "gains kept: better ones are known for darc-4-damped and darc-indirect only, without --bandwidth"
+    return replace(controller, gains=controller.gains | {"reasons": [reason]})
+
+
+def check_sample_rate(controller: Controller, interval: float) -> None:
+    """Refuse a bandwidth that the sample rate does not carry.
+
+    Parameters
+    ----------
+    controller : Controller
+    interval : float
+        Sample time [s].
+
+    Raises
+    ------
+    InputRefused
+        If there are fewer than 20 samples per period of the bandwidth.
+    """
+    hertz = float(controller.gains.get("bandwidth_hz") or 0.0)
+    if hertz * interval > 1.0 / 20.0:
+        raise InputRefused(
+            f"sensors.sample_rate = {1.0 / interval:.6g} Hz is below 20 times the bandwidth {hertz:.4g} Hz: "
+            "sample faster, or lower --bandwidth"
+        )
