@@ -15,6 +15,7 @@ from cabledrive.rig.closed_loop.cable_plant import drive_like
 from cabledrive.rig.closed_loop.loop import close_loop, plant_chain, run
 from cabledrive.rig.draws import drawn_chain
 from cabledrive.rig.laws.registry import design
+from cabledrive.rig.run_facts import why_ended
 from cabledrive.rig.trial import wish_for
 
 DRIVE = load_drive("dissertation-3")
@@ -104,6 +105,21 @@ def test_load_on_the_pulley_turns_it_and_can_make_a_span_slack(measured):
     later, least = len(result.time) - len(row.time), result.tensions.min() / DRIVE.cable.pretension
     measured(f"ends {1e3 * (result.time[-1] - row.time[-1]):.1f} ms after the row, at {100 * least:.2f} %")
     assert 0 < later < 50
+
+
+def test_a_span_that_goes_slack_in_the_last_sample_is_told_too():
+    """The same run, of a motion that ends where it did: as many samples as were asked for, and yet failed."""
+    push = Disturbance(torque=0.9, start=0.1, end=0.5)
+    options, law = replace(IDEAL, disturbances=(push,)), design("darc-4", wish_for(DRIVE, SHORT))
+    loop = close_loop(DRIVE, DRIVE, law, SHORT, options, np.random.default_rng(0), cable=True)
+    early = run(loop)
+    assert early.failed
+    assert early.ended < len(loop.target)
+    whole = run(replace(loop, target=loop.target[: early.ended]))
+    assert whole.ended == early.ended
+    assert whole.failed
+    assert why_ended(replace(loop, target=loop.target[: early.ended]), whole) == why_ended(loop, early)
+    assert not run(replace(loop, target=loop.target[: early.ended - 1])).failed
 
 
 def test_spans_carry_the_pretension_together():

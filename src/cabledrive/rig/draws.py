@@ -158,7 +158,7 @@ def _one_by_one(loop: Loop, options: RigOptions, draws: int, seed: int, threads:
 
     def score(one: Loop) -> tuple[Array, bool]:
         done = run(one, log=False)
-        return done.state.summary, done.ended < len(one.target)
+        return done.state.summary, done.failed
 
     with ThreadPoolExecutor(threads) as pool:
         results = list(pool.map(score, drawn_loops(loop, options, draws, seed)))

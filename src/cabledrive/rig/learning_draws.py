@@ -95,7 +95,7 @@ def run_learning_draws(
 
     def score(one: Loop) -> tuple[Array, Array] | None:
         _, done, found = run_indirect(wish, one, options)
-        if found is None or done.ended < len(one.target):
+        if found is None or done.failed:
             return None
         return _peaks(one, done.log), _truths(one, found)
 

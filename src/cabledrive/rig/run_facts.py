@@ -24,7 +24,7 @@ def why_ended(loop: Loop, done: Run) -> str | None:
     -------
     str or None
     """
-    if done.ended >= len(loop.target):
+    if not done.failed:
         return None
     time = done.ended * loop.rig.interval
     if done.state.discrete[2] == WENT_SLACK:

@@ -93,6 +93,11 @@ class Run:
     log: Array
     tensions: Array | None = None
 
+    @property
+    def failed(self) -> bool:
+        """Whether the plant diverged or a span went slack, be it at the last sample."""
+        return bool(self.state.discrete[2])
+
 
 def plant_chain(drive: Drive, model: int | None) -> LumpedChain:
     """The row of inertias that is controlled, at the first shaft.

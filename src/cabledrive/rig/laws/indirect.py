@@ -227,7 +227,7 @@ def run_indirect(wish: Wish, loop: Loop, options: RigOptions) -> tuple[Loop, Run
     """
     pause = loop.rig.first_end
     early = run(loop, last=min(pause, len(loop.target)))
-    if early.ended < pause:
+    if early.failed:
         return loop, early, None
     if pause >= len(loop.target) - 1:
         return loop, early if pause >= len(loop.target) else _rest(loop, early, pause), None

@@ -182,7 +182,7 @@ def _block(loop: Loop, drive: Drive, known: Knowledge, seed: int, draws: range) 
             done = run(moved, log=False)
             score = dict(zip(SUMMARY, (float(v) for v in done.state.summary), strict=False))
             share = score["saturated"] / len(moved.target)
-            if done.state.discrete[2] != 0:
+            if done.failed:
                 return None, None, share
             return score["peak"] / moved.gear, score["peak_torque"], share
 

@@ -147,7 +147,7 @@ def unmatched_part(
         for value in quantities[name].outer:
             moved = with_values(loop, drive, {name: value}, None)
             done = run(moved)
-            if done.ended < len(moved.target):
+            if done.failed:
                 return {}, None
             error = (done.log[:, moved.chain.size - 1] - moved.target) / moved.gear
             largest = np.maximum(largest, np.abs(error - nominal))
