@@ -208,16 +208,6 @@ def test_logs_of_the_virtual_rig_are_told_within_their_intervals():
         assert low <= truth[name] <= high, f"{name}: {low:.5g} to {high:.5g}, true {truth[name]:.5g}"
 
 
-def test_torque_and_one_angle_tell_the_axis_and_not_the_cable():
-    """Motor and load reflected through the radii, 4e-4 + 2e-5 + 0.02/9, come out together."""
-    drive = drive_of("turntable")
-    found = know(drive, [log_with(("torque", "angle"))], SPREADS)
-    whole = found.values["near_inertia"] + found.values["load_inertia"] / 9.0
-    assert whole == pytest.approx(4.2e-4 + 0.02 / 9.0, rel=0.02)
-    assert found.quantities["cable_stiffness"].source == "datasheet"
-    assert any("no load angle" in words for words in found.undetermined)
-
-
 def test_a_range_of_loads_is_drawn_and_designed_for_its_middle():
     drive = drive_of("turntable")
     known = know(drive, [], SPREADS, (0.015, 0.025)).quantities["load_inertia"]
