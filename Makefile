@@ -11,6 +11,8 @@ BENCH_PEERS := $(wildcard benchmarks/requirements.txt)
 KERNEL_MODULES = $(shell grep -rlwE --include='*.py' 'njit|guvectorize' src)
 
 export MPLBACKEND := Agg
+# Two workers share the processor: threads of the linear algebra's own would wait for one another.
+test verify: export OPENBLAS_NUM_THREADS := 1
 
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
