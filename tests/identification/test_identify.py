@@ -6,10 +6,12 @@ from math import radians
 import numpy as np
 import pytest
 from scipy.stats import binom
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from cabledrive.identification.excitation import low_crest_multisine, multisine_lines, sum_of_sines
 from cabledrive.identification.identify import IdentifyOptions, identify, load_options
 from cabledrive.identification.logs.log import log_of
+from cabledrive.identification.regression import solve
 from cabledrive.identification.rig_differences import inertias_of_the_rigs
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.reduction.lumped_chain import LumpedChain
@@ -185,6 +187,23 @@ def test_two_hundred_logs_of_each_fault(case, measured):
         assert alarms <= 16, f"{alarms} false alarms"
     else:
         assert named >= 180, f"{named} of 200 named"
+
+
+def test_its_many_small_decompositions_have_one_thread(monkeypatch):
+    """More only wait for one another, many times the work's own length where the machine is busy."""
+    seen = []
+
+    def counted(factors):
+        seen.append({pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"})
+        return solve(factors)
+
+    monkeypatch.setattr("cabledrive.identification.loop_check.solve", counted)
+    with threadpool_limits(limits=2, user_api="blas"):
+        identify(bench_log(TEST, 7).part(start=0.3))
+        after = {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
+    assert seen
+    assert all(threads == {1} for threads in seen)
+    assert after == {2}
 
 
 def test_motion_in_one_direction_is_not_identifiable_and_says_why():

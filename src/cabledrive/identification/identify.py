@@ -5,6 +5,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from threadpoolctl import threadpool_limits
+
 from cabledrive.identification.axis_equation import FILTERS
 from cabledrive.identification.axis_refinement import refine_rigid_axis
 from cabledrive.identification.estimates import Identification
@@ -153,6 +155,12 @@ def identify(
         if is_long(recording):
             return _of_long_log(recording, options, method)
     read = [log if isinstance(log, Log) else read_log(log, options.columns) for log in given]
+    # Many small decompositions: a second thread gains nothing, and on a busy machine it mostly waits.
+    with threadpool_limits(limits=1, user_api="blas"):
+        return _of_logs(read, options, method)
+
+
+def _of_logs(read: list[Log], options: IdentifyOptions, method: str) -> Identification:
     found = identify_rigid_axis(read, options.axis)
     lines = driven_by_lines(read, options.axis)
     alone = lines and noise_between_lines(read, options.axis)
