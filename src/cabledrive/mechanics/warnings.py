@@ -5,6 +5,7 @@ from math import degrees
 
 from cabledrive.mechanics.datasheet import DerivedQuantities, derived_quantities
 from cabledrive.parameters.drive import Drive
+from cabledrive.parameters.fields import rounded
 
 ELASTIC_RULE = 0.02  # strain, where the file states no limit
 SMALL_SAG = 0.01  # of the span
@@ -63,7 +64,7 @@ def _none_is_enough(drive: Drive, needed: float) -> str:
     largest = largest_pretension(drive)
     if drive.cable.strain_limit is None or needed <= largest:
         return ""
-    return f"no cable.pretension within the cable's elastic range, up to {largest:.4g} N, is enough"
+    return f"no cable.pretension within the cable's elastic range, up to {rounded(largest, 4)} N, is enough"
 
 
 def _or_raise(drive: Drive, needed: float) -> str:
@@ -88,9 +89,9 @@ def _elastic(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
     if sheet.prestrain > limit:
         origin = "a rule of thumb: give cable.strain_limit" if stated is None else "cable.strain_limit"
         yield (
-            f"the pretension strains the cable by {sheet.prestrain:.3%}, beyond {limit:.3%}, its elastic "
-            f"range ({origin}); lower cable.pretension below {largest_pretension(drive):.4g} N or take "
-            "more cable"
+            f"the pretension strains the cable by {rounded(100 * sheet.prestrain, 4)}%, beyond {limit:.3%}, "
+            f"its elastic range ({origin}); lower cable.pretension below {largest_pretension(drive):.4g} N or "
+            "take more cable"
         )
 
 
@@ -101,9 +102,9 @@ def _sag(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
         straight = drive.cable.pretension * max(ratio, irvine ** (1.0 / 3.0))
         advice = _none_is_enough(drive, straight) or f"a cable.pretension of {straight:.3g} N would be enough"
         yield (
-            f"a span sags by {sheet.static_sag:.3g} m, {sheet.sag_ratio:.2%} of its length (small: "
-            f"{SMALL_SAG:.0%}), Irvine parameter {sheet.irvine_parameter:.3g} (small: {SMALL_IRVINE:g}): "
-            "transverse modes are listed for a straight cable, the true ones lie higher, most so the "
+            f"a span sags by {sheet.static_sag:.3g} m, {rounded(100 * sheet.sag_ratio, 3)}% of its length "
+            f"(small: {SMALL_SAG:.0%}), Irvine parameter {sheet.irvine_parameter:.3g} "
+            f"(small: {SMALL_IRVINE:g}): transverse modes are listed for a straight cable, the true ones lie higher, most so the "
             f"symmetric ones in the plane of gravity; {advice} to straighten it"
         )
 

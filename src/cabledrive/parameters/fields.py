@@ -134,6 +134,22 @@ def written(value: Any) -> str:
     return kind_of(value)
 
 
+def rounded(value: float, digits: int) -> str:
+    """Show a number of a sentence to some digits, without an exponent where a reader needs none.
+
+    Parameters
+    ----------
+    value : float
+    digits : int
+
+    Returns
+    -------
+    str
+        ``246000`` rather than 2.46e+05.
+    """
+    return f"{float(f'{value:.{digits}g}'):.9g}"
+
+
 def _checked(field: dataclasses.Field[Any], value: Any) -> float | int:
     unit, bound = field.metadata["unit"], field.metadata["bound"]
     number = _number(field.name, value, unit)

@@ -6,6 +6,7 @@ from math import inf
 
 from cabledrive.mechanics.warnings import largest_pretension
 from cabledrive.parameters import Drive
+from cabledrive.parameters.fields import rounded
 from cabledrive.studies.study.carriage_verdict import ENOUGH as CARRIAGE_ENOUGH
 from cabledrive.studies.study.carriage_verdict import carriage_cautions, judge_carriage
 from cabledrive.studies.study.findings import Findings
@@ -103,10 +104,9 @@ def _refusals(found: Findings) -> tuple[list[str], list[str]]:
     reasons, remedies = [], []
     for demand in found.demand.exceeded:
         name = demand.name.replace("_", " ")
-        reasons.append(
-            f"{name}: the motion asks for {demand.asked:.4g} {demand.unit}, and {demand.limit:.4g} "
-            f"{demand.unit} {ENDS.get(name, 'is the limit')}"
-        )
+        assert demand.limit is not None
+        asked, limit = (f"{rounded(value, 4)} {demand.unit}" for value in (demand.asked, demand.limit))
+        reasons.append(f"{name}: the motion asks for {asked}, and {limit} {ENDS.get(name, 'is the limit')}")
         if found.demand.shortest is not None:
             remedies.append(
                 f"take {found.demand.shortest:.3g} s for the move instead of {found.goals.duration:.3g} s"
@@ -127,8 +127,9 @@ def _away_from_tuning(tuned: float, drive: Drive | None) -> str:
     if tuned <= limit:
         return f"keep cable.pretension away from {tuned:.4g} N, where the 1:2 resonance is exact"
     return (
-        f"no pretension within the cable's elastic range, up to {limit:.4g} N, tunes the lowest mode of an "
-        "empty span: keep away from the pretensions of the other pairs, which cabledrive resonance lists"
+        f"no pretension within the cable's elastic range, up to {rounded(limit, 4)} N, tunes the lowest mode "
+        "of an empty span: keep away from the pretensions of the other pairs, "
+        "which cabledrive resonance lists"
     )
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from cabledrive.parameters.fields import rounded
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult
 from cabledrive.studies.study.findings import Findings
@@ -48,7 +49,7 @@ def resonance_words(resonance: ResonanceResult) -> str:
 
 
 def _millimetres(amplitude: float | None) -> str:
-    return "any amplitude" if amplitude is None else f"{1e3 * amplitude:.2g} mm"
+    return "any amplitude" if amplitude is None else f"{rounded(1e3 * amplitude, 2)} mm"
 
 
 def _too_many_early(one: AcceptanceResult) -> bool:
