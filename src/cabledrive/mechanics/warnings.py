@@ -90,8 +90,8 @@ def _elastic(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
         origin = "a rule of thumb: give cable.strain_limit" if stated is None else "cable.strain_limit"
         yield (
             f"the pretension strains the cable by {rounded(100 * sheet.prestrain, 4)}%, beyond {limit:.3%}, "
-            f"its elastic range ({origin}); lower cable.pretension below {largest_pretension(drive):.4g} N or "
-            "take more cable"
+            f"its elastic range ({origin}); lower cable.pretension below {largest_pretension(drive):.4g} N "
+            "or take more cable"
         )
 
 
@@ -104,8 +104,8 @@ def _sag(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
         yield (
             f"a span sags by {sheet.static_sag:.3g} m, {rounded(100 * sheet.sag_ratio, 3)}% of its length "
             f"(small: {SMALL_SAG:.0%}), Irvine parameter {sheet.irvine_parameter:.3g} "
-            f"(small: {SMALL_IRVINE:g}): transverse modes are listed for a straight cable, the true ones lie higher, most so the "
-            f"symmetric ones in the plane of gravity; {advice} to straighten it"
+            f"(small: {SMALL_IRVINE:g}): transverse modes are listed for a straight cable, "
+            f"the true ones lie higher, most so the symmetric ones in the plane of gravity; {advice} to straighten it"
         )
 
 
