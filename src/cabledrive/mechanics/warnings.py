@@ -105,7 +105,8 @@ def _sag(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
             f"a span sags by {sheet.static_sag:.3g} m, {rounded(100 * sheet.sag_ratio, 3)}% of its length "
             f"(small: {SMALL_SAG:.0%}), Irvine parameter {sheet.irvine_parameter:.3g} "
             f"(small: {SMALL_IRVINE:g}): transverse modes are listed for a straight cable, "
-            f"the true ones lie higher, most so the symmetric ones in the plane of gravity; {advice} to straighten it"
+            f"the true ones lie higher, most so the symmetric ones in the plane of gravity; "
+            f"{advice} to straighten it"
         )
 
 
