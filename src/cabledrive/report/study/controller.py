@@ -62,11 +62,9 @@ def controller_chapter(result: StudyResult) -> Chapter | None:
             "95 % "
             "intervals. Stated bound: the theorem's tube along the motion (matched uncertainty, friction), "
             "plus "
-            "what each spring, damper and the load does at the worse of its bounds, by itself, summed "
-            "(computed, "
-            "first order, not proven), plus the encoders' counts and phases through the linear loop's "
-            "impulse "
-            "responses.",
+            "what springs, dampers and the load do at the worse of their bounds with the filter in the loop, each "
+            "by itself, summed, or all at once, whichever is more (computed, not proven), plus the encoders' "
+            "counts and phases through the linear loop's impulse responses.",
         ),
     )
 

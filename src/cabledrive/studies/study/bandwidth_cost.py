@@ -7,13 +7,15 @@ import numpy as np
 
 from cabledrive.parameters import Drive
 from cabledrive.rig.closed_loop.loop import Loop, run
-from cabledrive.rig.closed_loop.loop_numbers import Array
+from cabledrive.rig.closed_loop.loop_numbers import Array, RigNumbers
 from cabledrive.rig.setting import Motion
 from cabledrive.rig.tracking import told
 from cabledrive.studies.study.closed_loop import joined_loop, make_law, rig_options, with_values
 from cabledrive.studies.study.machine import Quantity
 from cabledrive.studies.study.sensor_gain import sensor_bound
 
+FINE = 1e-9
+"""Share of a count that stands for none: the filter stays as it is."""
 UNMATCHED = (
     "load_inertia",
     "cable_stiffness",
@@ -37,9 +39,11 @@ class Candidate:
     theorem : float or None
         Largest value of the theorem's tube, matched uncertainty and friction [rad].
     unmatched : float or None
-        What the springs, dampers and the load within their bounds add, each by itself, summed [rad].
+        What the springs, dampers and the load within their bounds add, the filter in the loop: each by
+        itself, summed, or all at once, whichever is more [rad].
     sensors : float or None
-        What counting and unknown encoder phases add [rad].
+        What counting and unknown encoder phases add, at the best values or at the ends that push one way
+        [rad].
     bound : float or None
         All of it [rad].
     torque : float or None
@@ -56,6 +60,29 @@ class Candidate:
     bound: float | None
     torque: float | None
     refused: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Unmatched:
+    """What springs, dampers and the load do to the error.
+
+    Attributes
+    ----------
+    nominal : ndarray, shape (samples,)
+        Error at the best values [rad].
+    shares : dict of str to float
+        Largest deviation by each quantity alone [rad].
+    deviation : ndarray, shape (samples,)
+        Sum of these deviations at every sample, or the deviation with all quantities at the ends that push
+        one way, whichever is larger [rad].
+    ends : tuple of dict of str to float
+        These ends, and the opposite ones.
+    """
+
+    nominal: Array
+    shares: dict[str, float]
+    deviation: Array
+    ends: tuple[dict[str, float], ...]
 
 
 def evaluate(
@@ -89,20 +116,25 @@ def evaluate(
     law = make_law(drive, motion, quantities, model, hertz)
     ideal = joined_loop(drive, drive, law, motion, torque, options=rig_options(drive, ideal=True))
     real = joined_loop(drive, drive, law, motion, torque)
+    smooth = replace(real, rig=without_counts(real.rig))
     nominal = told(ideal, run(ideal), drive, drive, motion, rig_options(drive, ideal=True), 0)
     seen = told(real, run(real), drive, drive, motion, rig_options(drive), 0)
     none = dict.fromkeys(("theorem", "unmatched", "sensors", "bound", "torque"))
     empty = Candidate(model=model, bandwidth=hertz, refused="", **none)
     incomplete = nominal.incomplete or seen.incomplete
-    sensors = sensor_bound(real)
-    if incomplete or nominal.bound is None or sensors is None:
+    if incomplete or nominal.bound is None or sensor_bound(real) is None:
         why = incomplete or "the loop with encoders and filter is unstable"
         return replace(empty, refused=why), {}
-    shares, deviation = unmatched_part(ideal, drive, quantities, nominal.error)
-    if deviation is None:
+    found = unmatched_part(smooth, drive, quantities)
+    if found is None:
         return replace(empty, refused="within its bounds the drive diverges, or a span goes slack"), {}
-    excess = np.maximum(np.abs(nominal.error) - nominal.bound, 0.0)
-    unmatched = deviation + excess
+    plants = [with_values(real, drive, values, None) for values in ({}, *found.ends)]
+    costs = [sensor_bound(plant) for plant in plants]
+    if None in costs:
+        return replace(empty, refused="within its bounds the loop with encoders and filter is unstable"), {}
+    sensors = max(cost for cost in costs if cost is not None)
+    excess = np.maximum(np.abs(found.nominal) - nominal.bound, 0.0)
+    unmatched = found.deviation + excess
     peak = float(seen.summary["peak_torque"])
     saturated = seen.summary["saturated_fraction"] > 0.0
     return Candidate(
@@ -114,43 +146,75 @@ def evaluate(
         bound=float((nominal.bound + unmatched).max()) + sensors,
         torque=peak,
         refused=f"the torque reaches its limit of {peak:.4g} N m" if saturated else "",
-    ), shares
+    ), found.shares
 
 
-def unmatched_part(
-    loop: Loop, drive: Drive, quantities: Mapping[str, Quantity], nominal: Array
-) -> tuple[dict[str, float], Array | None]:
-    """How far each spring, damper and the load can move the error, true states, at either of its bounds.
+def without_counts(rig: RigNumbers) -> RigNumbers:
+    """The same encoders, so fine that counting adds nothing.
+
+    Parameters
+    ----------
+    rig : RigNumbers
+
+    Returns
+    -------
+    RigNumbers
+    """
+    return rig._replace(counts=FINE * rig.counts, phases=np.zeros_like(rig.phases))
+
+
+def unmatched_part(loop: Loop, drive: Drive, quantities: Mapping[str, Quantity]) -> Unmatched | None:
+    """How far springs, dampers and the load can move the error within their bounds.
 
     Parameters
     ----------
     loop : Loop
-        With ideal sensors.
+        Its filter in it, encoders without counts.
     drive : Drive
         With the best values.
     quantities : mapping of str to Quantity
-    nominal : ndarray, shape (samples,)
-        Error at the best values [rad].
 
     Returns
     -------
-    shares : dict of str to float
-        Largest deviation by quantity [rad].
-    total : ndarray, shape (samples,), or None
-        Sum of the deviations at every sample [rad]; None if a run ended early.
+    Unmatched or None
+        None if a run ended early.
     """
-    shares, total = {}, np.zeros(len(nominal))
-    for name in UNMATCHED:
-        if name not in quantities or quantities[name].low == quantities[name].high:
-            continue
-        largest = np.zeros(len(nominal))
-        for value in quantities[name].outer:
-            moved = with_values(loop, drive, {name: value}, None)
-            done = run(moved)
-            if done.failed:
-                return {}, None
-            error = (done.log[:, moved.chain.size - 1] - moved.target) / moved.gear
-            largest = np.maximum(largest, np.abs(error - nominal))
-        shares[name] = float(largest.max())
-        total += largest
-    return shares, total
+    nominal = _error(loop, drive, {})
+    if nominal is None:
+        return None
+    open_names = [n for n in UNMATCHED if n in quantities and quantities[n].low != quantities[n].high]
+    moved: dict[str, tuple[Array, Array]] = {}
+    for name in open_names:
+        low, high = (_error(loop, drive, {name: value}) for value in quantities[name].outer)
+        if low is None or high is None:
+            return None
+        moved[name] = low - nominal, high - nominal
+    largest = {name: np.abs(both).max(axis=0) for name, both in moved.items()}
+    deviation = np.sum([np.zeros(len(nominal)), *largest.values()], axis=0)
+    ends = _pushing_one_way(quantities, moved, int(np.argmax(deviation)))
+    for values in ends:
+        joint = _error(loop, drive, values)
+        if joint is None:
+            return None
+        deviation = np.maximum(deviation, np.abs(joint - nominal))
+    shares = {name: float(each.max()) for name, each in largest.items()}
+    return Unmatched(nominal=nominal, shares=shares, deviation=deviation, ends=ends)
+
+
+def _error(loop: Loop, drive: Drive, values: Mapping[str, float]) -> Array | None:
+    """Error of the load over time with other values [rad]; None where the run failed."""
+    moved = with_values(loop, drive, values, None)
+    done = run(moved)
+    if done.failed:
+        return None
+    return np.asarray((done.log[:, moved.chain.size - 1] - moved.target) / moved.gear)
+
+
+def _pushing_one_way(
+    quantities: Mapping[str, Quantity], moved: Mapping[str, tuple[Array, Array]], sample: int
+) -> tuple[dict[str, float], ...]:
+    """All quantities at the ends that push the error up at a sample, and all at the others."""
+    up = {name: int(high[sample] > low[sample]) for name, (low, high) in moved.items()}
+    return tuple(
+        {name: quantities[name].outer[abs(end - side)] for name, end in up.items()} for side in (0, 1)
+    )
