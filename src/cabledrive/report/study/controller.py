@@ -58,13 +58,11 @@ def controller_chapter(result: StudyResult) -> Chapter | None:
         anchor="controller",
         blocks=tuple(blocks),
         methods=(
-            "Controller: damped direct adaptive robust law of the chain, estimates projected onto twice the "
-            "95 % "
-            "intervals. Stated bound: the theorem's tube along the motion (matched uncertainty, friction), "
-            "plus "
-            "what springs, dampers and the load do at the worse of their bounds with the filter in the loop, each "
-            "by itself, summed, or all at once, whichever is more (computed, not proven), plus the encoders' "
-            "counts and phases through the linear loop's impulse responses.",
+            "Controller: damped direct adaptive robust law of the chain, estimates projected onto twice the 95 % "
+            "intervals. Stated bound: the theorem's tube along the motion (matched uncertainty, friction), plus "
+            "what springs, dampers and the load do at the worse of their bounds with the filter in the loop, "
+            "each by itself, summed, or all at once, whichever is more (computed, not proven), plus the "
+            "encoders' counts and phases through the linear loop's impulse responses.",
         ),
     )
 
