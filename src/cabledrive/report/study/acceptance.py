@@ -28,8 +28,7 @@ def acceptance_chapter(result: StudyResult) -> Chapter | None:
     blocks: list[Block] = [
         Paragraph(
             text="The sampled controller meets plants drawn from what is known above: encoders at random "
-            "phases, "
-            "friction that sticks, a torque loop, the torque limit, the delay of the drive file."
+            "phases, friction that sticks, a torque loop, the torque limit, the delay of the drive file."
         )
     ]
     for one in (result.lumped, result.cable):

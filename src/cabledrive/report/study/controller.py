@@ -58,11 +58,11 @@ def controller_chapter(result: StudyResult) -> Chapter | None:
         anchor="controller",
         blocks=tuple(blocks),
         methods=(
-            "Controller: damped direct adaptive robust law of the chain, estimates projected onto twice the 95 % "
-            "intervals. Stated bound: the theorem's tube along the motion (matched uncertainty, friction), plus "
-            "what springs, dampers and the load do at the worse of their bounds with the filter in the loop, "
-            "each by itself, summed, or all at once, whichever is more (computed, not proven), plus the "
-            "encoders' counts and phases through the linear loop's impulse responses.",
+            "Controller: damped direct adaptive robust law of the chain, estimates projected onto twice the "
+            "95 % intervals. Stated bound: the theorem's tube along the motion (matched uncertainty, "
+            "friction), plus what springs, dampers and the load do at the worse of their bounds with the "
+            "filter in the loop, each by itself, summed, or all at once, whichever is more (computed, not "
+            "proven), plus the encoders' counts and phases through the linear loop's impulse responses.",
         ),
     )
 
@@ -72,11 +72,9 @@ def _words(found: ControllerResult) -> Paragraph:
     assert found.sliding_rate is not None
     return Paragraph(
         text=f"The law is {found.name} at λ/2π = {found.bandwidth:g} Hz, K_σ/(2πμ) = "
-        f"{found.sliding_rate:.4g} Hz, "
-        f"states by a Kalman filter from the encoders. Stated bound of the load's error: "
-        f"{found.bound / DEGREE:.3g} deg. {sentences((found.reason,))} The law and its filter stand as "
-        "numbers in "
-        "controller.json beside this page."
+        f"{found.sliding_rate:.4g} Hz, states by a Kalman filter from the encoders. Stated bound of the load's "
+        f"error: {found.bound / DEGREE:.3g} deg. {sentences((found.reason,))} The law and its filter stand as "
+        "numbers in controller.json beside this page."
     )
 
 
@@ -88,9 +86,9 @@ def _equation() -> Equation:
     return Equation(
         formula=row(sub("e", "max"), "≤", sub("max", "t"), "(", tube, "+", moved, ")", "+", counts),
         words="the error is at most the largest, over time, of the theorem's tube plus the sum of the "
-        "deviations "
-        "by each uncertain quantity, plus, for each encoder, half a count times the sum of the impulse "
-        "response's absolute values and the step response's largest",
+        "deviations by each uncertain quantity, or that by all of them at once where it is more, "
+        "plus, for each encoder, half a count times the sum of the impulse response's absolute values "
+        "and the step response's largest",
     )
 
 

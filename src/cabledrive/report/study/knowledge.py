@@ -53,10 +53,8 @@ def _words(result: StudyResult, told: int) -> str:
     )
     return (
         f"The logs told {told} of {len(known.quantities)} numbers.{residual} An interval holds 95 % of what "
-        "the "
-        "noise allows, what the choice of the filter moves, and what the unexplained torque would do if all "
-        "of "
-        "it hid in that one number."
+        "the noise allows, what the choice of the filter moves, and what the unexplained torque would do "
+        "if all of it hid in that one number."
     )
 
 
@@ -108,11 +106,9 @@ def _picture(result: StudyResult) -> Figure:
     return Figure(
         name="intervals",
         alt="Each number's interval over its data sheet value, beside the data sheet's own uncertainty. "
-        "Half "
-        f"widths: {words}.",
+        f"Half widths: {words}.",
         caption="Every number over its data sheet value: a broad grey bar for what the data sheet leaves "
-        "open, "
-        "a dot with whiskers for what is known now.",
+        "open, a dot with whiskers for what is known now.",
         wide=picture.wide,
         narrow=picture.narrow,
     )

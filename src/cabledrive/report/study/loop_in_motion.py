@@ -45,11 +45,9 @@ def loop_in_motion(result: StudyResult) -> Block:
     return Figure(
         name="loop-in-motion",
         alt="The loop in slow motion under the torque that the planned motion needs: the drive pulley leads, "
-        "the "
-        "load pulley follows, the spans between them stretch and shake.",
+        "the load pulley follows, the spans between them stretch and shake.",
         caption="The nonlinear loop under the torque that the planned motion needs, without feedback; "
-        "deflections "
-        "and turns are drawn larger by the factors that it says.",
+        "deflections and turns are drawn larger by the factors that it says.",
         switch=switch,
         wide=wide,
         narrow=narrow,

@@ -51,10 +51,8 @@ def modes_chapter(result: StudyResult) -> Chapter:
         blocks=tuple(blocks),
         methods=(
             "Modes: counted on the exact dynamic stiffness, each enclosed by two counts. Models: response "
-            "from "
-            "motor torque to load angle beside the distributed cable's; the simplest is taken whose "
-            "neglected "
-            "springs wind up, along the motion, by less than a tenth of the error allowed.",
+            "from motor torque to load angle beside the distributed cable's; the simplest is taken whose "
+            "neglected springs wind up, along the motion, by less than a tenth of the error allowed.",
         ),
     )
 
@@ -113,8 +111,7 @@ def _responses(result: StudyResult) -> Figure:
     return Figure(
         name="responses",
         alt="Magnitude of the response from motor torque to load angle over frequency: the distributed "
-        "cable "
-        f"as a broad line and the models as thin ones. Right to 5 %: {held}.",
+        f"cable as a broad line and the models as thin ones. Right to 5 %: {held}.",
         caption="Response from motor torque to load angle. Broad: the distributed cable; thin: the models by "
         "number.",
         wide=picture.wide,
@@ -165,8 +162,8 @@ def resonance_chapter(result: StudyResult) -> Chapter:
         ),
         methods=(
             "Resonance: tongue of the averaged equations; alarm: Hill's equation of every transverse mode "
-            "along "
-            "the motion repeated four times, nonlinear where that says danger, from a floor of 0.01 mm.",
+            "along the motion repeated four times, nonlinear where that says danger, from a floor of 0.01 "
+            "mm.",
         ),
     )
 

@@ -55,11 +55,9 @@ def verdict_chapter(result: StudyResult) -> Chapter:
         if carried
         else (
             "Verdict: yes if 99 % of the lumped and 95 % of the cable plants keep within the stated bound "
-            "and, "
-            "where one is given, the error goal; no if torque, speed, slack, resonance or that test refuse; "
-            "unknown if a log was given and cannot tell what the controller rests on, if data are missing, "
-            "or "
-            "if the data sheet's uncertainty decides.",
+            "and, where one is given, the error goal; no if torque, speed, slack, resonance or that test "
+            "refuse; unknown if a log was given and cannot tell what the controller rests on, if data are "
+            "missing, or if the data sheet's uncertainty decides.",
         ),
     )
 

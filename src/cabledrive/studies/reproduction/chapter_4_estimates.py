@@ -153,8 +153,7 @@ def section_4_2(quick: bool) -> Outcome:
                 "(4.8): tanh(0.5 w) as regressor of Coulomb friction",
                 "a smooth approximation of the signum function, K = 0.5",
                 f"of b = {test.viscous} and c = {test.coulomb} that stick, 3 + 4 Hz: b = {viscous:.4f} N m "
-                "s, "
-                f"c = {coulomb:.3f} N m",
+                f"s, c = {coulomb:.3f} N m",
                 False,
                 otherwise=(
                     "erratum",

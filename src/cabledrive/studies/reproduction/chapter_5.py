@@ -113,8 +113,7 @@ def figure_5_5(quick: bool) -> Outcome:
         otherwise=(DIFFERS, "not explained"),
         note=(
             f"steep growth from a floor, not a jump; floor, level and rate of {SWEEP_RATE:g} rad/s^2 are "
-            "chosen; "
-            f"growth integral {found.predicted:.4f}; {CHOSEN}"
+            f"chosen; growth integral {found.predicted:.4f}; {CHOSEN}"
         ),
     )
     panel = Panel(

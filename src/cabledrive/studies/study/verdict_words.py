@@ -43,8 +43,7 @@ def resonance_words(resonance: ResonanceResult) -> str:
         return f"resonance: {where}, and the motion pumps it to {largest}; {limit} are allowed"
     return (
         f"resonance: {where}, so near 1/2 that {resonance.ripple:.4g} N m of ripple, a twentieth of the "
-        "motion's "
-        "torque, feed its swing"
+        "motion's torque, feed its swing"
     )
 
 
