@@ -72,9 +72,9 @@ def _words(found: ControllerResult) -> Paragraph:
     assert found.sliding_rate is not None
     return Paragraph(
         text=f"The law is {found.name} at λ/2π = {found.bandwidth:g} Hz, K_σ/(2πμ) = "
-        f"{found.sliding_rate:.4g} Hz, states by a Kalman filter from the encoders. Stated bound of the load's "
-        f"error: {found.bound / DEGREE:.3g} deg. {sentences((found.reason,))} The law and its filter stand as "
-        "numbers in controller.json beside this page."
+        f"{found.sliding_rate:.4g} Hz, states by a Kalman filter from the encoders. Stated bound of the "
+        f"load's error: {found.bound / DEGREE:.3g} deg. {sentences((found.reason,))} The law and its filter "
+        "stand as numbers in controller.json beside this page."
     )
 
 
