@@ -3,10 +3,10 @@
 from cabledrive.report.blocks import Block, Cell, Chapter, Column, Figure, Note, Paragraph, RowGroup, Table
 from cabledrive.report.figures.study_runs import peaks_picture, worst_picture
 from cabledrive.report.numbers import number
+from cabledrive.report.study.quantity_tables import worst_plant_table
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import StudyResult
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult, WorstCase
-from cabledrive.studies.study.machine import UNITS, WORDS
 
 NAMES = {"lumped": "lumped plants", "cable": "plants on the distributed cable"}
 
@@ -40,7 +40,9 @@ def acceptance_chapter(result: StudyResult) -> Chapter | None:
     if any(one.peaks for one in runs):
         blocks.append(_peaks(result, [one for one in runs if one.peaks]))
     if result.lumped.worst is not None:
-        blocks += [_worst(result, result.lumped.worst), _worst_values(result.lumped.worst, result)]
+        worst = result.lumped.worst
+        blocks.append(_worst(result, worst))
+        blocks.append(worst_plant_table(worst.values, result.knowledge.values, worst.phases))
     return Chapter(
         title="Acceptance",
         anchor="acceptance",
@@ -138,29 +140,4 @@ def _worst(result: StudyResult, worst: WorstCase) -> Figure:
         caption=f"The worst lumped run, draw {worst.draw}: the motion, the error of the load, the torque.",
         wide=picture.wide,
         narrow=picture.narrow,
-    )
-
-
-def _worst_values(worst: WorstCase, result: StudyResult) -> Table:
-    best = result.knowledge.values
-    rows: tuple[tuple[Cell, ...], ...] = tuple(
-        (
-            WORDS[name][:1].upper() + WORDS[name][1:],
-            number(value, 5),
-            number(best[name], 5),
-            "" if UNITS[name] == "1" else UNITS[name].replace("^2", "²"),
-        )
-        for name, value in worst.values.items()
-    )
-    phases = ", ".join(f"{phase:+.2f}" for phase in worst.phases)
-    return Table(
-        caption="The plant of the worst run.",
-        columns=(
-            Column(title="Quantity"),
-            Column(title="Its value", numeric=True),
-            Column(title="Best value", numeric=True),
-            Column(title="Unit"),
-        ),
-        groups=(RowGroup(rows=rows),),
-        note=f"Encoder phases in counts: {phases}.",
     )
