@@ -7,11 +7,8 @@ sample by the measured angle:
 
 An autoregression makes the innovations e white. They then have nothing to do with what was known before,
 whoever made the torque: a feedback loop does no harm. A disturbing torque that is known up to a factor adds
-to the prediction what the linearised observer answers.
-
-References
-----------
-.. [1] L. Ljung, System Identification, 2nd ed., Prentice Hall 1999, sections 7.2 and 13.4.
+to the prediction what the linearised observer answers. L. Ljung, System Identification, 2nd ed., Prentice
+Hall 1999, sections 7.2 and 13.4.
 """
 
 from collections.abc import Mapping

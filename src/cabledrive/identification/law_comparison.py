@@ -5,12 +5,8 @@ were equally far from the truth, the mean of the differences :math:`d_b` would b
 
 .. math:: t = \sqrt{G}\,\bar d / s_d
 
-Student's t of G - 1 degrees of freedom.
-
-References
-----------
-.. [1] Q. H. Vuong, "Likelihood ratio tests for model selection and non-nested hypotheses", Econometrica
-   57(2), 307-333, 1989.
+Student's t of G - 1 degrees of freedom: Q. H. Vuong, "Likelihood ratio tests for model selection and
+non-nested hypotheses", Econometrica 57(2), 307-333, 1989.
 """
 
 from collections.abc import Sequence
