@@ -62,6 +62,17 @@ def test_docstrings_of_public_functions_tell_arguments_results_and_refusals():
     assert not gaps, "\n".join(gaps)
 
 
+def headings(source: str) -> list[str]:
+    """Lines of a module's docstring that are underlined: headings, which a page with two modules has twice."""
+    lines = (ast.get_docstring(ast.parse(source)) or "").splitlines()
+    return [above for above, line in zip(lines, lines[1:], strict=False) if re.fullmatch(r"[-=]{3,}", line)]
+
+
+def test_docstrings_of_modules_have_no_headings():
+    assert [path.name for path in SOURCES if headings(path.read_text(encoding="utf-8"))] == []
+    assert headings('"""What it holds.\n\nReferences\n----------\n.. [1] A book.\n"""') == ["References"]
+
+
 def test_rooms_import_from_rooms_and_not_from_the_package():
     rooms = [path for path in SOURCES if path.parent.name not in ("cabledrive", "app")]
     found = {path.name: house_rules.imports_of_the_root(ast.parse(path.read_text())) for path in rooms}
