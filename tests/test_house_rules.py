@@ -3,6 +3,7 @@
 import ast
 import re
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -63,9 +64,9 @@ def test_docstrings_of_public_functions_tell_arguments_results_and_refusals():
 
 
 def headings(source: str) -> list[str]:
-    """Lines of a module's docstring that are underlined: headings, which a page with two modules has twice."""
+    """Lines of a module's docstring that are underlined: a page of two modules has them twice."""
     lines = (ast.get_docstring(ast.parse(source)) or "").splitlines()
-    return [above for above, line in zip(lines, lines[1:], strict=False) if re.fullmatch(r"[-=]{3,}", line)]
+    return [above for above, line in pairwise(lines) if re.fullmatch(r"[-=]{3,}", line)]
 
 
 def test_docstrings_of_modules_have_no_headings():
