@@ -93,18 +93,21 @@ def named(found: Sequence[Evidence]) -> tuple[Evidence, ...]:
     return tuple(e for e in beyond if e.gain >= CLOSE * beyond[0].gain)
 
 
-def told(faults: Sequence[Evidence]) -> str:
+def told(faults: Sequence[Evidence], first: str | None = None) -> str:
     """A verdict in a sentence.
 
     Parameters
     ----------
     faults : sequence of Evidence
         At least one.
+    first : str, optional
+        Words on the first of them, where more is known of it than its factor.
 
     Returns
     -------
     str
     """
-    words = f"the model does not fit: {FAULTS[faults[0].fault].format(value=faults[0].value)}"
+    first = FAULTS[faults[0].fault].format(value=faults[0].value) if first is None else first
+    words = f"the model does not fit: {first}"
     others = ", ".join(SHORT[one.fault] for one in faults[1:])
     return f"{words}; this log does not tell it from {others}" if others else words

@@ -185,9 +185,9 @@ def _of_logs(read: list[Log], options: IdentifyOptions, method: str) -> Identifi
     answer = refined if refining and follows and refined else with_own_error(found, read, options.axis)
     if options.check and not alone:
         return checked_by_innovations(read, answer, options.axis)
-    return (
-        checked_by_lines(read, answer, refined, options.axis) if refined is not None and checking else answer
-    )
+    if refined is not None and checking:
+        return checked_by_lines(read, answer, refined, options.axis)
+    return answer
 
 
 def _of_long_log(recording: Recording, options: IdentifyOptions, method: str) -> Identification:

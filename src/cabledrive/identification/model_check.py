@@ -92,12 +92,12 @@ def checked_by_innovations(
     faults = named(found)
     if not faults:
         return replace(answer, method=method)
-    words = told(faults)
+    first = None
     if faults[0].fault == "delay":
         value = faults[0].value
-        size, measured = _delay_told(read, options, value, lambda moved: _left_beside(moved, options))
-        words, method = words.replace(FAULTS["delay"].format(value=value), size), method | measured
-    return replace(answer, method=method, findings=(*answer.findings, words))
+        first, measured = _delay_told(read, options, value, lambda moved: _left_beside(moved, options))
+        method |= measured
+    return replace(answer, method=method, findings=(*answer.findings, told(faults, first)))
 
 
 def _delay_told(
