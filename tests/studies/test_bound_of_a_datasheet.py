@@ -37,7 +37,7 @@ def test_deviations_are_those_of_the_loop_with_its_filter(measured):
     peaks = []
     for values in part.ends:
         moved = with_values(smooth, DRIVE, values, None)
-        error = (run(moved).log[:, moved.chain.size - 1] - moved.target) / moved.gear
+        error = moved.load_error(run(moved).log)
         assert np.all(np.abs(error - part.nominal) <= part.deviation * (1 + 1e-12))
         peaks.append(np.abs(error).max())
     measured(f"ends {np.degrees(peaks[0]):.3f} and {np.degrees(peaks[1]):.3f} deg")

@@ -122,7 +122,7 @@ def run_learning_draws(
 def _peaks(loop: Loop, log: Array) -> Array:
     """Peaks of true and own error in the first pulse and after, and of the torque."""
     n, pause = loop.chain.size, loop.rig.first_end
-    error = (log[:, n - 1] - loop.target) / loop.gear
+    error = loop.load_error(log)
     own = error + loop.rig.counts[-1] * loop.rig.phases[-1] / loop.gear
     command = log[:, 2 * n + 1 + len(loop.rig.encoders)]
     pairs = [[np.abs(e[:pause]).max(), np.abs(e[pause:]).max()] for e in (error, own)]

@@ -73,6 +73,20 @@ class Loop:
     kinks: KinkNumbers
     cable: CablePlant | None = None
 
+    def load_error(self, log: Array) -> Array:
+        """Error of the load over a whole run.
+
+        Parameters
+        ----------
+        log : ndarray, shape (samples, columns)
+
+        Returns
+        -------
+        ndarray, shape (samples,)
+            [rad], at the load.
+        """
+        return np.asarray((log[:, self.chain.size - 1] - self.target) / self.gear)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Run:

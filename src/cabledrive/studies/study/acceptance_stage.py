@@ -229,7 +229,7 @@ def _worst(loop: Loop, drive: Drive, known: Knowledge, seed: int, draw: int) -> 
     moved = with_values(loop, drive, values, phases)
     done = run(moved)
     n, rig = moved.chain.size, moved.rig
-    error = (done.log[:, n - 1] - moved.target) / moved.gear
+    error = moved.load_error(done.log)
     step = max(1, len(error) // KEPT)
     shown = np.unique(np.append(np.arange(0, len(error), step), np.argmax(np.abs(error))))
     command = done.log[shown, 2 * n + 1 + len(rig.encoders)]

@@ -122,17 +122,19 @@ def evaluate(
     none = dict.fromkeys(("theorem", "unmatched", "sensors", "bound", "torque"))
     empty = Candidate(model=model, bandwidth=hertz, refused="", **none)
     incomplete = nominal.incomplete or seen.incomplete
-    if incomplete or nominal.bound is None or sensor_bound(real) is None:
+    sensors = sensor_bound(real)
+    if incomplete or nominal.bound is None or sensors is None:
         why = incomplete or "the loop with encoders and filter is unstable"
         return replace(empty, refused=why), {}
     found = unmatched_part(smooth, drive, quantities)
     if found is None:
         return replace(empty, refused="within its bounds the drive diverges, or a span goes slack"), {}
-    plants = [with_values(real, drive, values, None) for values in ({}, *found.ends)]
-    costs = [sensor_bound(plant) for plant in plants]
-    if None in costs:
-        return replace(empty, refused="within its bounds the loop with encoders and filter is unstable"), {}
-    sensors = max(cost for cost in costs if cost is not None)
+    for values in found.ends:
+        cost = sensor_bound(with_values(real, drive, values, None))
+        if cost is None:
+            why = "within its bounds the loop with encoders and filter is unstable"
+            return replace(empty, refused=why), {}
+        sensors = max(sensors, cost)
     excess = np.maximum(np.abs(found.nominal) - nominal.bound, 0.0)
     unmatched = found.deviation + excess
     peak = float(seen.summary["peak_torque"])
@@ -205,16 +207,14 @@ def _error(loop: Loop, drive: Drive, values: Mapping[str, float]) -> Array | Non
     """Error of the load over time with other values [rad]; None where the run failed."""
     moved = with_values(loop, drive, values, None)
     done = run(moved)
-    if done.failed:
-        return None
-    return np.asarray((done.log[:, moved.chain.size - 1] - moved.target) / moved.gear)
+    return None if done.failed else moved.load_error(done.log)
 
 
 def _pushing_one_way(
     quantities: Mapping[str, Quantity], moved: Mapping[str, tuple[Array, Array]], sample: int
 ) -> tuple[dict[str, float], ...]:
-    """All quantities at the ends that push the error up at a sample, and all at the others."""
+    """All quantities at the ends that push the error up at a sample, and all at the others; of none, none."""
     up = {name: int(high[sample] > low[sample]) for name, (low, high) in moved.items()}
     return tuple(
-        {name: quantities[name].outer[abs(end - side)] for name, end in up.items()} for side in (0, 1)
+        {name: quantities[name].outer[abs(end - side)] for name, end in up.items()} for side in (0, 1) if up
     )
