@@ -55,16 +55,33 @@ def largest_pretension(drive: Drive) -> float:
     float
         [N]; by ``cable.strain_limit``, else by a strain of `ELASTIC_RULE`.
     """
+    return _elastic_strain(drive) * drive.cable.axial_rigidity
+
+
+def _elastic_strain(drive: Drive) -> float:
     stated = drive.cable.strain_limit
-    return (ELASTIC_RULE if stated is None else stated) * drive.cable.axial_rigidity
+    return ELASTIC_RULE if stated is None else stated
+
+
+def elastic_range(drive: Drive) -> str:
+    """How far a pretension may be raised, for a sentence that advises none.
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    str
+    """
+    return f"within the cable's elastic range, up to {rounded(largest_pretension(drive), 4)} N,"
 
 
 def _none_is_enough(drive: Drive, needed: float) -> str:
     """Said instead of a pretension beyond the elastic range that the file states; else nothing."""
-    largest = largest_pretension(drive)
-    if drive.cable.strain_limit is None or needed <= largest:
+    if drive.cable.strain_limit is None or needed <= largest_pretension(drive):
         return ""
-    return f"no cable.pretension within the cable's elastic range, up to {rounded(largest, 4)} N, is enough"
+    return f"no cable.pretension {elastic_range(drive)} is enough"
 
 
 def _or_raise(drive: Drive, needed: float) -> str:
@@ -84,10 +101,10 @@ def _static(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
 
 def _elastic(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
     """A prestrain out of the elastic range."""
-    stated = drive.cable.strain_limit
-    limit = ELASTIC_RULE if stated is None else stated
+    limit = _elastic_strain(drive)
     if sheet.prestrain > limit:
-        origin = "a rule of thumb: give cable.strain_limit" if stated is None else "cable.strain_limit"
+        stated = drive.cable.strain_limit is not None
+        origin = "cable.strain_limit" if stated else "a rule of thumb: give cable.strain_limit"
         yield (
             f"the pretension strains the cable by {rounded(100 * sheet.prestrain, 4)}%, beyond {limit:.3%}, "
             f"its elastic range ({origin}); lower cable.pretension below {largest_pretension(drive):.4g} N "

@@ -6,9 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.mechanics.warnings import largest_pretension
+from cabledrive.mechanics.warnings import elastic_range, largest_pretension
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.parameters.fields import rounded
 from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension, autoparametric_model
 from cabledrive.reduction.averaging import AveragedCoefficients, averaged_coefficients
 from cabledrive.reduction.threshold import threshold_torque
@@ -175,7 +174,7 @@ def _pretension(drive: Drive, safe: Callable[[Drive], bool], sign: int) -> Remed
     if share is None:
         reach = f"within a factor {1 + REACH:.3g}"
         if _trial(REACH).cable.pretension > limit:
-            reach = f"within the cable's elastic range, up to {rounded(limit, 4)} N,"
+            reach = elastic_range(drive)
         text = f"no {word.removesuffix('e')}ed pretension {reach} makes it safe"
         return Remedy(change=f"{word} pretension", value=None, relative=None, text=text)
     new = _trial(share).cable.pretension

@@ -3,6 +3,7 @@
 from cabledrive.report.blocks import Block, Cell, Chapter, Column, Figure, Note, Paragraph, RowGroup, Table
 from cabledrive.report.figures.study_runs import intervals_picture
 from cabledrive.report.numbers import number
+from cabledrive.report.study.quantity_tables import named, unit_shown
 from cabledrive.report.study.verdict import listed
 from cabledrive.studies.study import StudyResult
 from cabledrive.studies.study.carriage_machine import carriage_quantities
@@ -69,12 +70,12 @@ def _table(result: StudyResult) -> Table:
     sheet = _sheet(result)
     rows: tuple[tuple[Cell, ...], ...] = tuple(
         (
-            WORDS[name][:1].upper() + WORDS[name][1:],
+            named(name),
             number(sheet[name].value, 4),
             number(q.value, 5),
             number(q.low, 4),
             number(q.high, 4),
-            "" if q.unit == "1" else q.unit.replace("^2", "²"),
+            unit_shown(q.unit),
             SOURCES[q.source],
         )
         for name, q in result.knowledge.quantities.items()

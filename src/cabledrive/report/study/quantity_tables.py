@@ -26,7 +26,7 @@ def shares_table(caption: str, shares: Mapping[str, float], unit: str, size: flo
     """
     ordered = sorted(shares.items(), key=lambda item: -item[1])
     rows: tuple[tuple[Cell, ...], ...] = tuple(
-        (_named(name), number(share / size, 3)) for name, share in ordered
+        (named(name), number(share / size, 3)) for name, share in ordered
     )
     return Table(
         caption=caption,
@@ -52,7 +52,8 @@ def worst_plant_table(
     Table
     """
     rows: tuple[tuple[Cell, ...], ...] = tuple(
-        (_named(name), number(value, 5), number(best[name], 5), _unit(name)) for name, value in values.items()
+        (named(name), number(value, 5), number(best[name], 5), unit_shown(UNITS[name]))
+        for name, value in values.items()
     )
     return Table(
         caption="The plant of the worst run.",
@@ -67,9 +68,29 @@ def worst_plant_table(
     )
 
 
-def _named(name: str) -> str:
+def named(name: str) -> str:
+    """A quantity at the head of a row.
+
+    Parameters
+    ----------
+    name : str
+
+    Returns
+    -------
+    str
+    """
     return WORDS[name][:1].upper() + WORDS[name][1:]
 
 
-def _unit(name: str) -> str:
-    return "" if UNITS[name] == "1" else UNITS[name].replace("^2", "²")
+def unit_shown(unit: str) -> str:
+    """A unit in its column; nothing for a plain number.
+
+    Parameters
+    ----------
+    unit : str
+
+    Returns
+    -------
+    str
+    """
+    return "" if unit == "1" else unit.replace("^2", "²")

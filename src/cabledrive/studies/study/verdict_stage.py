@@ -2,9 +2,8 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import inf
 
-from cabledrive.mechanics.warnings import largest_pretension
+from cabledrive.mechanics.warnings import elastic_range, largest_pretension
 from cabledrive.parameters import Drive
 from cabledrive.parameters.fields import rounded
 from cabledrive.studies.study.carriage_verdict import ENOUGH as CARRIAGE_ENOUGH
@@ -123,13 +122,11 @@ def _refusals(found: Findings) -> tuple[list[str], list[str]]:
 
 
 def _away_from_tuning(tuned: float, drive: Drive | None) -> str:
-    limit = inf if drive is None else largest_pretension(drive)
-    if tuned <= limit:
+    if drive is None or tuned <= largest_pretension(drive):
         return f"keep cable.pretension away from {tuned:.4g} N, where the 1:2 resonance is exact"
     return (
-        f"no pretension within the cable's elastic range, up to {rounded(limit, 4)} N, tunes the lowest mode "
-        "of an empty span: keep away from the pretensions of the other pairs, "
-        "which cabledrive resonance lists"
+        f"no pretension {elastic_range(drive)} tunes the lowest mode of an empty span: keep away from the "
+        "pretensions of the other pairs, which cabledrive resonance lists"
     )
 
 
