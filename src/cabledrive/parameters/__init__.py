@@ -7,7 +7,13 @@ from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.carriage import Carriage
 from cabledrive.parameters.content_hash import content_hash
 from cabledrive.parameters.drive import Drive
-from cabledrive.parameters.drive_file import drive_text, load_drive, packaged_drives, save_drive
+from cabledrive.parameters.drive_file import (
+    drive_text,
+    load_drive,
+    packaged_drives,
+    packaged_text,
+    save_drive,
+)
 from cabledrive.parameters.errors import InputRefused, NotComputed
 from cabledrive.parameters.instruments import Goal, Lumped, Sensors
 from cabledrive.parameters.layout import Layout
@@ -32,5 +38,6 @@ __all__ = [
     "drive_text",
     "load_drive",
     "packaged_drives",
+    "packaged_text",
     "save_drive",
 ]

@@ -101,6 +101,30 @@ def packaged_drives() -> tuple[str, ...]:
     )
 
 
+def packaged_text(name: str) -> str:
+    """File of a packaged drive as it is kept, comments included: a file to start from.
+
+    Parameters
+    ----------
+    name : str
+        A name listed by `packaged_drives`.
+
+    Returns
+    -------
+    str
+        TOML.
+
+    Raises
+    ------
+    InputRefused
+        If no packaged drive has that name.
+    """
+    if name not in packaged_drives():
+        known = nearest(name, packaged_drives())
+        raise InputRefused(f"{name[:80]}: no packaged drive has this name{known}")
+    return (resources.files("cabledrive.parameters") / "drives" / f"{name}.toml").read_text(encoding="utf-8")
+
+
 def _read(source: str | Path) -> bytes:
     path = Path(source)
     if not str(source):

@@ -1,17 +1,48 @@
-"""`cabledrive drives`: the drives that come with the package."""
+"""`cabledrive drives`: the drives that come with the package, and the file of each to start from."""
 
 import click
 
-from cabledrive.app.options import Subcommand, answering, saves_answer
-from cabledrive.app.results import Answer, provenance
-from cabledrive.parameters import content_hash, load_drive, packaged_drives
+from cabledrive.app.completion import complete_drive
+from cabledrive.app.new_file import NewFile, NewFileType
+from cabledrive.app.options import Subcommand, answering, force_option
+from cabledrive.app.results import Answer, json_text, provenance
+from cabledrive.parameters import InputRefused, content_hash, load_drive, packaged_drives, packaged_text
 
 
-@click.command(cls=Subcommand, example="cabledrive drives")
+@click.command(cls=Subcommand, example="cabledrive drives printer-belt -o my-printer.toml")
+@click.argument("name", required=False, shell_complete=complete_drive)
+@force_option
+@click.option(
+    "-o",
+    "--output",
+    type=NewFileType(".toml", ".json", ""),
+    metavar="FILE",
+    help="With NAME: write the drive file to FILE. Without: write the JSON object.",
+)
 @answering
-@saves_answer
-def command() -> Answer:
-    """List the packaged drives, each with what it is and where its figures come from."""
+def command(name: str | None, output: NewFile | None) -> Answer:
+    """List the packaged drives; with NAME, print the file of that drive, to start from."""
+    wrong = ".toml" if name is None else ".json"
+    if output is not None and output.path.suffix.lower() == wrong:
+        content = "the list is a JSON object" if name is None else "a drive file is TOML"
+        raise InputRefused(f"{output.path}: ends in {wrong}, but {content}: rename it")
+    if name is None:
+        answer = _list()
+        if output is not None:
+            output.write(json_text(answer) + "\n")
+        return answer
+    text = packaged_text(name)
+    if output is not None:
+        output.write(text)
+    drive = load_drive(name)
+    row = {"name": name, "title": drive.title, "source": drive.source.strip(), "file": text}
+    return Answer(
+        data=row, text="" if output is not None else text.rstrip("\n"), provenance=provenance(drive)
+    )
+
+
+def _list() -> Answer:
+    """All packaged drives, a line each."""
     drives = {name: load_drive(name) for name in packaged_drives()}
     rows = [
         {
