@@ -4,9 +4,10 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 BENCH_VENV := .venv-bench
+RELEASE_VENV := .venv-release
 REPORT := build/demo/report.html
 DISSERTATION := build/demo/dissertation
-PIP_INSTALL = -m pip install --quiet --disable-pip-version-check -c constraints.txt
+PIP_INSTALL = -m pip install --quiet --disable-pip-version-check -c $(CURDIR)/constraints.txt
 BENCH_PEERS := $(wildcard benchmarks/requirements.txt)
 KERNEL_MODULES = $(shell grep -rlwE --include='*.py' 'njit|guvectorize' src)
 
@@ -16,7 +17,7 @@ test verify: export OPENBLAS_NUM_THREADS := 1
 
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint docs bench verify format clean
+.PHONY: help demo test lint docs bench verify release format clean
 
 help:
 	@echo "make demo     natural modes of the packaged drives, written to $(REPORT)"
@@ -25,6 +26,7 @@ help:
 	@echo "make verify   every test, the long statistical runs included, and the figures they measure"
 	@echo "make docs     the documentation, into build/docs; a warning is an error"
 	@echo "make bench    the figures of docs/performance.md, measured on this machine"
+	@echo "make release  wheel and source distribution in dist, checked and tried in an environment of their own"
 	@echo "make format   rewrite the sources in the house format"
 	@echo "make clean    remove environments and everything made"
 
@@ -46,6 +48,9 @@ lint: $(VENV)/test.stamp
 	$(BIN)/numpydoc lint $$(find src -name '*.py')
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-logo
+	$(BIN)/check-jsonschema --quiet --builtin-schema vendor.github-workflows $(wildcard .github/workflows/*.yml)
+	$(BIN)/check-jsonschema --quiet --builtin-schema vendor.github-issue-forms \
+		$(filter-out %/config.yml,$(wildcard .github/ISSUE_TEMPLATE/*.yml))
 
 verify: $(VENV)/test.stamp
 	$(BIN)/python -m pytest -n 2 --dist worksteal --figures -m "verify or not verify"
@@ -57,12 +62,23 @@ docs: $(VENV)/docs.stamp
 bench: $(BENCH_VENV)/bench.stamp
 	$(BENCH_VENV)/bin/python benchmarks/run.py
 
+# The wheel is made from the source distribution, so that both are known to be whole, and tried where nothing else is.
+release: $(RELEASE_VENV)/release.stamp
+	@test -z "$$(git status --porcelain)" || { echo "make release: uncommitted changes: commit or stash them" >&2; exit 1; }
+	rm -rf dist $(RELEASE_VENV)/try
+	$(RELEASE_VENV)/bin/python -m build --outdir dist .
+	$(RELEASE_VENV)/bin/python -m twine check --strict dist/*
+	$(PYTHON) -m venv $(RELEASE_VENV)/try
+	$(RELEASE_VENV)/try/bin/python $(PIP_INSTALL) dist/*.whl
+	cd $(RELEASE_VENV)/try && bin/cabledrive modes dissertation-2 --below 120 && bin/cabledrive drives
+	@ls -l dist
+
 format: $(VENV)/test.stamp
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
 clean:
-	rm -rf $(VENV) $(BENCH_VENV) build dist docs/reference
+	rm -rf $(VENV) $(BENCH_VENV) $(RELEASE_VENV) build dist docs/reference
 	rm -rf .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
 	find src tests benchmarks examples docs -name __pycache__ -prune -exec rm -rf {} + 2>/dev/null || true
 
@@ -78,6 +94,11 @@ $(VENV)/test.stamp: $(VENV)/run.stamp
 
 $(VENV)/docs.stamp: $(VENV)/run.stamp
 	$(BIN)/python $(PIP_INSTALL) -e ".[docs]"
+	@touch $@
+
+$(RELEASE_VENV)/release.stamp: pyproject.toml constraints.txt
+	$(call new-venv,$(RELEASE_VENV))
+	$(RELEASE_VENV)/bin/python $(PIP_INSTALL) build twine
 	@touch $@
 
 $(BENCH_VENV)/bench.stamp: pyproject.toml constraints.txt $(BENCH_PEERS)
