@@ -14,14 +14,15 @@ ROOT = Path(__file__).resolve().parent.parent
 SOURCES = sorted((ROOT / "src").rglob("*.py"))
 LONGEST_FILE = 300  # lines
 MADE = {"build", "dist", "reference", "__pycache__"}
+KEPT = {".ci", ".github"}  # hidden folders of the repository; git's own and those of tools are none
 
 
 def texts() -> Iterator[tuple[Path, str]]:
     """Every text file of the repository, without what the Makefile makes."""
     for path in sorted(ROOT.rglob("*")):
         parts = path.relative_to(ROOT).parts
-        made = any(part in MADE or (part.startswith(".") and part != ".ci") for part in parts[:-1])
-        if not made and path.is_file():
+        made = any(part in MADE or (part.startswith(".") and part not in KEPT) for part in parts[:-1])
+        if not made and path.name != ".git" and path.is_file():  # a file where the clone is a worktree
             try:
                 yield path, path.read_text(encoding="utf-8")
             except UnicodeDecodeError:  # a picture
