@@ -3,7 +3,8 @@
 from cabledrive.mechanics.chain import Chain
 from cabledrive.mechanics.datasheet import DerivedQuantities, derived_quantities
 from cabledrive.mechanics.dynamic_stiffness import DynamicStiffness, dynamic_stiffness
-from cabledrive.mechanics.spans import LabelledChain, longitudinal_chains, transverse_chains
+from cabledrive.mechanics.rest_state import RestingSection, RestingStretch, RestState, rest_state
+from cabledrive.mechanics.spans import LabelledChain, longitudinal_chains, strings_at_rest, transverse_chains
 from cabledrive.mechanics.warnings import practitioner_warnings
 
 __all__ = [
@@ -11,9 +12,14 @@ __all__ = [
     "DerivedQuantities",
     "DynamicStiffness",
     "LabelledChain",
+    "RestState",
+    "RestingSection",
+    "RestingStretch",
     "derived_quantities",
     "dynamic_stiffness",
     "longitudinal_chains",
     "practitioner_warnings",
+    "rest_state",
+    "strings_at_rest",
     "transverse_chains",
 ]

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.chain import Chain
-from cabledrive.parameters import Carriage, Drive
+from cabledrive.mechanics.rest_state import RestingSection, RestState, rest_state
+from cabledrive.parameters import Carriage, Drive, NotComputed
 
 DRIVE_PULLEY = "drive pulley"
 LOAD_PULLEY = "load pulley"
@@ -82,26 +83,77 @@ def longitudinal_chains(drive: Drive) -> tuple[LabelledChain, ...]:
     return (_longitudinal(drive, [upper, lower], closed=True),)
 
 
-def transverse_chains(drive: Drive) -> tuple[LabelledChain, ...]:
-    """Strings that carry the transverse motion: each span, cut where a guided carriage holds it.
+def transverse_chains(drive: Drive, *, rest: RestState | None = None) -> tuple[LabelledChain, ...]:
+    r"""Strings that carry the transverse motion: each span, cut where a guided carriage holds it.
 
-    Each piece between two joints obeys Eq. (3.27).
+    Each piece between two joints obeys Eq. (3.27). A section at rest under its own tension T(s) becomes the
+    uniform string on which a wave takes as long from end to end,
+    :math:`\sqrt{\rho_0/R}\,l = \int\sqrt{\rho_0(1/T + 1/EA)}\,ds`.
 
     Parameters
     ----------
     drive : Drive
+    rest : RestState, optional
+        Where the tension of each section is taken from; the pretension of the straight drive if not given.
 
     Returns
     -------
     tuple of LabelledChain
-        Upper span first, in order of position, with R = T0 / (1 + eps0); each stands for both planes.
+        Upper span first, in order of position, with R = T0 / (1 + eps0) or that of the tension at rest; each
+        stands for both planes.
+
+    Raises
+    ------
+    NotComputed
+        If a section hangs slack at rest.
     """
-    chains = []
+    chains: list[LabelledChain] = []
     for span in drive.spans:
         joints = _span(drive, span)
         held = [0, *(i for i, joint in enumerate(joints) if joint.held_across), len(joints) - 1]
-        chains += [_transverse(drive, span, joints[a : b + 1]) for a, b in pairwise(held)]
+        for a, b in pairwise(held):
+            rigidity = drive.cable.pretension / (1.0 + drive.cable.prestrain)
+            if rest is not None:
+                rigidity = _uniform_rigidity(drive, rest.sections[len(chains)])
+            chains.append(_transverse(rigidity, drive, joints[a : b + 1]))
     return tuple(chains)
+
+
+def strings_at_rest(drive: Drive, *, at_torque: float = 0.0) -> tuple[LabelledChain, ...]:
+    """Strings under the tension that weights, carriages, slope and a steady torque leave each section.
+
+    Parameters
+    ----------
+    drive : Drive
+    at_torque : float, default 0.0
+        Steady torque on the drive pulley, as in `rest_state` [N m].
+
+    Returns
+    -------
+    tuple of LabelledChain
+        As `transverse_chains`.
+
+    Raises
+    ------
+    NotComputed
+        If no state of rest is found, or a section hangs slack there.
+    """
+    return transverse_chains(drive, rest=rest_state(drive, at_torque=at_torque))
+
+
+def _uniform_rigidity(drive: Drive, section: RestingSection) -> float:
+    if section.lowest_tension <= 0.0:
+        raise NotComputed(
+            f"the {section.span} span hangs slack at rest between {section.start:.4g} m and "
+            f"{section.end:.4g} m (lowest tension {section.lowest_tension:.4g} N): raise cable.pretension"
+        )
+    time = sum(stretch.travel_time for stretch in section.stretches)
+    if all(stretch.load == (0.0, 0.0) for stretch in section.stretches) and len(section.stretches) == 1:
+        tension = section.stretches[0].force[
+            0
+        ]  # to the last digit what the formula of the straight drive gives
+        return tension / (1.0 + tension / drive.cable.axial_rigidity)
+    return ((section.end - section.start) / time) ** 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -178,10 +230,10 @@ def _longitudinal(
     )
 
 
-def _transverse(drive: Drive, span: str, joints: list[_Joint]) -> LabelledChain:
+def _transverse(rigidity: float, drive: Drive, joints: list[_Joint]) -> LabelledChain:
     stretches = _stretches(joints)
     chain = Chain(
-        rigidity=drive.cable.pretension / (1.0 + drive.cable.prestrain),
+        rigidity=rigidity,
         density=drive.cable.mass_per_length,
         lengths=np.array([stretch.end - stretch.start for stretch in stretches]),
         masses=np.array([joint.mass for joint in joints]),

@@ -1,0 +1,147 @@
+"""The tension at rest: against the divided cable, the elastic catenary, and plain statics."""
+
+from dataclasses import replace
+from itertools import pairwise
+from math import cos, radians, sin
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import cabledrive as cd
+from cabledrive.mechanics import rest_state, strings_at_rest
+from cabledrive.mechanics.cable_laws import cable_law
+from cabledrive.mechanics.mesh import mesh_of
+from cabledrive.mechanics.mesh_forces import gradients
+from cabledrive.mechanics.sag import catenary_sag
+from cabledrive.mechanics.statics import equilibrium
+from cabledrive.modes.tuning import section_frequencies
+from cabledrive.parameters import Cable, Carriage, Drive, Layout, NotComputed, Pulley
+
+
+def random_drive(rng):
+    kind = str(rng.choice(["loop", "line"]))
+    tension, length = 10 ** rng.uniform(1, 4), 10 ** rng.uniform(-0.5, 2)
+    weight = 10 ** rng.uniform(-3, -0.7) * tension  # of a span
+    spans = ["upper", "lower"] if kind == "loop" else ["upper"]
+    carriages = [
+        Carriage(
+            mass=weight / 9.81 * rng.uniform(0.1, 2.0),
+            span=str(rng.choice(spans)),
+            position=length * (i + rng.uniform(0.2, 0.8)) / 3,
+            guided=bool(rng.integers(2)),
+        )
+        for i in range(rng.integers(0, 4))
+    ]
+    return Drive(
+        schema=1,
+        name="random",
+        kind=kind,
+        cable=Cable(
+            youngs_modulus=1e9,
+            area=tension * 10 ** rng.uniform(2, 4) / 1e9,
+            mass_per_length=weight / 9.81 / length,
+            pretension=tension,
+        ),
+        layout=Layout(span_length=length, inclination=radians(rng.uniform(-70, 70)), gravity=9.81),
+        pulley=(
+            Pulley(radius=0.1, inertia=0.01),
+            Pulley(radius=0.1, inertia=0.02, fixed=bool(rng.integers(2))),
+        ),
+        carriage=tuple(carriages),
+    )
+
+
+def divided_tensions(drive, segments):
+    """Mean tension of every stretch by the package's cable of many segments."""
+    mesh, law = mesh_of(drive, segments), cable_law(drive.cable, "exact")
+    strain = law.strain(*gradients(mesh, equilibrium(mesh, law, hold="drive").displacement))
+    tension = (law.pretension + law.stiffness * strain).reshape(len(drive.spans), -1)
+    means = []
+    for number, span in enumerate(drive.spans):
+        ends = mesh.position[number] * drive.span_length / drive.pulley_distance
+        middle, width = (ends[1:] + ends[:-1]) / 2, np.diff(ends)
+        stops = [0.0, *(c.position for c in drive.carriages_on(span)), drive.span_length]
+        for a, b in pairwise(stops):
+            inside = (middle > a) & (middle < b)
+            means.append(np.average(tension[number][inside], weights=width[inside]))
+    return np.array(means)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_tension_at_rest_is_the_limit_of_the_divided_cable(seed):
+    """Weights, carriages held and hanging, slopes, fixed and free pulleys, spans that sag deep."""
+    drive = random_drive(np.random.default_rng(seed))
+    coarse, fine = divided_tensions(drive, 200), divided_tensions(drive, 400)
+    limit = fine + (fine - coarse) / 3
+    found = np.array([stretch.mean_tension for stretch in rest_state(drive).stretches])
+    error = np.abs(found / limit - 1).max()
+    assert error < 1e-6, f"deviation {error:.2e}, seed {seed}"
+
+
+def test_level_span_between_held_ends_is_the_elastic_catenary():
+    drive = cd.load_drive("camera-line", overrides=["pulley.1.fixed=true"])
+    drive = replace(drive, carriage=())
+    (section,) = rest_state(drive).sections
+    sag = catenary_sag(drive)
+    assert section.stretches[0].force[0] == pytest.approx(sag.horizontal_tension, rel=1e-12)
+    assert section.sag == pytest.approx(sag.midpoint, rel=1e-8)
+
+
+def test_span_keeps_the_standing_torque_of_a_free_winch():
+    """A free pulley at the end of a line gives way until its pull along the line is the pretension."""
+    drive = cd.load_drive("camera-line")
+    last = rest_state(drive).stretches[-1]
+    assert last.force_at(np.array([last.end]))[0, 0] == pytest.approx(drive.cable.pretension, rel=1e-14)
+
+
+def test_steady_torque_splits_the_spans_of_a_loop():
+    """T = T0 -+ tau / (2 r) where nothing weighs."""
+    drive = cd.load_drive("dissertation-1", overrides=["layout.gravity=0"])
+    for fixed in (False, True):
+        held = replace(drive, pulley=(drive.pulley[0], replace(drive.pulley[1], fixed=fixed)))
+        upper, lower = rest_state(held, at_torque=0.05).stretches
+        shift = 0.05 / 0.03 / 2
+        assert_allclose([upper.mean_tension, lower.mean_tension], [5 - shift, 5 + shift], rtol=1e-12)
+
+
+def test_rope_of_a_lift_carries_what_hangs_below():
+    """The elevator's ropes above and below the car differ by its weight; the motor holds none of it."""
+    drive = cd.load_drive("elevator")
+    rest = rest_state(drive)
+    car = drive.carriage[0]
+    above, below = rest.sections[0].stretches[0], rest.sections[1].stretches[0]
+    step = above.tensions[1] - below.tensions[0]
+    assert abs(step) == pytest.approx(car.mass * 9.81, rel=1e-12)
+    assert above.gradient == pytest.approx(-drive.cable.mass_per_length * 9.81, rel=1e-9)
+    assert abs(rest.holding_torque) < 1e-6
+
+
+def test_inclined_rope_needs_its_weight_times_the_sine_at_the_drive_pulley():
+    drive = cd.load_drive("elevator", overrides=["carriage.1.mass=0.001", "layout.inclination=30 deg"])
+    weight = 9.81 * sin(radians(30)) * (drive.carriage[0].mass - 0.001)
+    torque = rest_state(drive).holding_torque
+    assert abs(torque) == pytest.approx(weight * drive.drive_pulley.radius, rel=1e-9), f"{torque:.6g} N m"
+
+
+def test_strings_of_a_lift_ring_under_their_own_tension():
+    """Both carriages half way down: 1.379 Hz beside the traction sheave and 0.508 Hz below."""
+    places = [f"carriage.{n}.position=30" for n in (0, 1)]
+    drive = cd.load_drive("elevator", overrides=["layout.span_length=60", *places])
+    lowest = [section_frequencies(chain, 1)[0] / (2 * np.pi) for chain in strings_at_rest(drive)]
+    assert_allclose(lowest, [1.379, 0.508, 0.508, 1.379], atol=1e-3)
+
+
+def test_section_that_hangs_slack_is_refused():
+    drive = cd.load_drive("elevator", overrides=["cable.pretension=2 kN"])
+    assert rest_state(drive).lowest_tension < 0.0
+    with pytest.raises(NotComputed, match="hangs slack at rest"):
+        strings_at_rest(drive)
+
+
+def test_part_of_the_weight_across_an_incline_makes_its_sag():
+    """A shallow span on a slope sags like a level one under g cos(phi), about its own mean tension."""
+    level = cd.load_drive("dissertation-1")
+    steep = cd.load_drive("dissertation-1", overrides=["layout.inclination=60 deg"])
+    ratio = rest_state(steep).sections[0].sag / rest_state(level).sections[0].sag
+    assert ratio == pytest.approx(cos(radians(60)), rel=1e-3), f"{ratio:.6f}"
