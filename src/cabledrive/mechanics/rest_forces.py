@@ -33,7 +33,14 @@ class Piece:
 
 
 class Statics:
-    """The unknown forces, and the equations that the spans end where the pulleys are."""
+    """The unknown forces, and the equations that the spans end where the pulleys are.
+
+    Parameters
+    ----------
+    drive : Drive
+    at_torque : float
+        Steady torque on the drive pulley on top of what holds the weights [N m].
+    """
 
     def __init__(self, drive: Drive, at_torque: float) -> None:
         self.drive = drive
@@ -45,7 +52,18 @@ class Statics:
             self.fall[piece.span] += piece.load[0] * (piece.end - piece.start) + piece.jump[0]
 
     def solve(self) -> Array:
-        """Force along and across at the start of every piece, shape (pieces, 2) [N]."""
+        """Find the forces.
+
+        Returns
+        -------
+        ndarray, shape (pieces, 2)
+            Force along and across at the start of every piece [N].
+
+        Raises
+        ------
+        NotComputed
+            If no state of rest is found.
+        """
         drive, pull = self.drive, self.pull
         if not drive.load_pulley.fixed:
             if drive.kind == "line":
@@ -155,7 +173,17 @@ class Statics:
 
 
 def pieces_of(drive: Drive) -> list[Piece]:
-    """Stretches of cable with their weights; x along the span, y down."""
+    """Stretches of cable with their weights; x along the span, y down.
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    list of Piece
+        Upper span first, in order of position.
+    """
     pieces = []
     section = 0
     for number, span in enumerate(drive.spans):
