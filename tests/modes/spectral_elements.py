@@ -25,10 +25,22 @@ def element(degree):
     return slopes.T @ (weights[:, None] * slopes), values.T @ (weights[:, None] * values)
 
 
-def frequencies(lengths, masses, rigidity, density, *, closed=False, fixed=(False, False), pendant=None):
+def frequencies(
+    lengths,
+    masses,
+    rigidity,
+    density,
+    *,
+    closed=False,
+    fixed=(False, False),
+    pendant=None,
+    grounds=None,
+    rotor_ground=0.0,
+):
     """Angular frequencies, ascending, and how far round-off blurs each of them, relative.
 
-    `pendant`: spring, mass and joint.
+    `fixed`: which of the first and last joint are held, or the numbers of held joints as a set. `pendant`:
+    spring, mass and joint. `grounds`: springs from the joints to the ground; `rotor_ground`: the pendant's.
     """
     joints = len(masses)
     degrees = FEWEST + np.rint(MORE * np.asarray(lengths) / np.sum(lengths)).astype(int)
@@ -45,8 +57,17 @@ def frequencies(lengths, masses, rigidity, density, *, closed=False, fixed=(Fals
         spring, own, joint = pendant
         stiffness[np.ix_(*2 * [[joint, size - 1]])] += spring * np.array([[1, -1], [-1, 1]])
         mass[-1, -1] = own
-    held = [joint for joint, is_held in zip((0, joints - 1), fixed, strict=True) if is_held]
+        stiffness[-1, -1] += rotor_ground
+    if grounds is not None:
+        stiffness[range(joints), range(joints)] += grounds
+    ends = fixed if isinstance(fixed, tuple) else ()
+    held = (
+        sorted(fixed)
+        if not ends
+        else [j for j, is_held in zip((0, joints - 1), ends, strict=True) if is_held]
+    )
     free = np.setdiff1d(np.arange(size), held)
     squares = eigh(stiffness[np.ix_(free, free)], mass[np.ix_(free, free)], eigvals_only=True)
-    squares = squares[0 if any(fixed) else 1 :]
+    sprung = rotor_ground > 0.0 or (grounds is not None and np.any(grounds))
+    squares = squares[0 if held or sprung else 1 :]
     return np.sqrt(squares), np.finfo(float).eps * squares[-1] / squares

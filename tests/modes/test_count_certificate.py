@@ -17,12 +17,13 @@ RINGS = 1000
 
 
 def some_ring(rng):
-    """A loop's chain: every third one symmetric, every fifth with a flexible joint, contrasts up to 1e4."""
+    """A loop's chain: a third symmetric, a fifth with a flexible joint, some on springs to the ground."""
     if rng.random() < 1 / 3:
         (labelled,) = longitudinal_chains(symmetric_loop(rng, 1e4))
         return labelled.chain
     n = int(rng.integers(2, 9))
     pendant = (spread(rng, 1e2), spread(rng, 1e2)) if rng.random() < 0.2 else None
+    grounds = np.where(rng.random(n) < 0.3, [spread(rng, 1e4) for _ in range(n)], 0.0)
     return Chain(
         rigidity=1.0,
         density=1.0,
@@ -31,6 +32,8 @@ def some_ring(rng):
         closed=True,
         pendant=pendant,
         pendant_joint=int(rng.integers(n)),
+        pendant_ground=spread(rng, 1e4) if pendant is not None and rng.random() < 0.5 else 0.0,
+        grounds=grounds if rng.random() < 0.4 else None,
     )
 
 
@@ -69,7 +72,7 @@ def test_counts_step_by_the_multiplicity_at_every_mode_and_nowhere_else():
         chain = some_ring(rng)
         modes = chain_modes(chain, 30.0 / chain.travel_times.sum())
         omegas = np.array([mode.omega for mode in modes])
-        below = 1 + np.cumsum([mode.multiplicity for mode in modes])
+        below = chain.rigid_body_modes + np.cumsum([mode.multiplicity for mode in modes])
         for omega, following, expected in zip(omegas, omegas[1:], below, strict=False):
             if following - omega > 1e-8 * omega:
                 middle = 0.5 * (omega + following)
@@ -95,8 +98,9 @@ def test_kernel_of_lines_counts_alike_compiled_and_not(fixed, measured):
     """`cabledrive.modes.counting` runs count_line as Python on lists, as machine code on arrays."""
     compiled, pairs = njit_strict(counting_kernels.count_line), []
     for arguments in line_arguments(np.random.default_rng(4), fixed):
-        omega, times, masses, *rest = arguments
-        plain = counting_kernels.count_line(omega, times.tolist(), masses.tolist(), *rest)
+        omega, times, masses, springs, *rest = arguments
+        lists = times.tolist(), masses.tolist(), springs.tolist()
+        plain = counting_kernels.count_line(omega, *lists, *rest)
         pairs.append((compiled(*arguments), plain))
     measured(f"{sum(a != b for a, b in pairs)} of {len(pairs)} counts differ")
     for counted, plain in pairs:
@@ -108,10 +112,11 @@ def test_kernel_of_rings_counts_alike_compiled_and_not(measured):
     """The same for count_ring; its margin may differ by the round-off of another tangent."""
     compiled, pairs = njit_strict(counting_kernels.count_ring), []
     for *start, _, _ in line_arguments(np.random.default_rng(5), (False, False)):
-        omega, times, masses, *rest = start
-        masses = masses[:-1]
-        plain = counting_kernels.count_ring(omega, times.tolist(), masses.tolist(), *rest, 2)
-        pairs.append((compiled(omega, times, masses, *rest, 2), plain))
+        omega, times, masses, springs, *rest = start
+        masses, springs = masses[:-1], springs[:-1]
+        lists = times.tolist(), masses.tolist(), springs.tolist()
+        plain = counting_kernels.count_ring(omega, *lists, *rest, 2)
+        pairs.append((compiled(omega, times, masses, springs, *rest, 2), plain))
     measured(f"{sum(a[0] != b[0] for a, b in pairs)} of {len(pairs)} counts differ")
     for (fast, fast_margin), (count, margin) in pairs:
         assert fast == count
@@ -122,8 +127,9 @@ def line_arguments(rng, fixed):
     for _ in range(50):
         n = int(rng.integers(4, 12))
         times, masses = np.array([[spread(rng, 1e3) for _ in range(n)] for _ in range(2)])
-        pendant = (1.0, 1.0, 2) if rng.random() < 0.5 else (0.0, 0.0, 0)
-        yield 40.0 * rng.random() / times.sum(), times[:-1], masses, 1.0, *pendant, *fixed
+        springs = np.where(rng.random(n) < 0.3, [spread(rng, 1e3) for _ in range(n)], 0.0)
+        pendant = (1.0, 1.0, float(rng.random() < 0.5), 2) if rng.random() < 0.5 else (0.0, 0.0, 0.0, 0)
+        yield 40.0 * rng.random() / times.sum(), times[:-1], masses, springs, 1.0, *pendant, *fixed
 
 
 @pytest.mark.kernel

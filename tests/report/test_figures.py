@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from cabledrive.mechanics.spans import DRIVE_PULLEY, LOAD_PULLEY
+from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY
 from cabledrive.modes import modes, natural_frequencies
 from cabledrive.parameters import Carriage, load_drive, packaged_drives
 from cabledrive.report import picture as pictures

@@ -35,6 +35,10 @@ class Chain:
         Stiffness [N/m] and mass [kg] of a spring and mass on a joint: the motor behind a flexible joint.
     pendant_joint : int, default 0
         The joint it is attached to.
+    pendant_ground : float, default 0.0
+        Stiffness from the pendant's mass to the ground [N/m]: the motor's holding stiffness.
+    grounds : ndarray, shape (n,), optional
+        Stiffness of a spring from each joint to the ground [N/m]; none where absent.
     """
 
     rigidity: float
@@ -45,6 +49,8 @@ class Chain:
     fixed: tuple[bool, bool] = (False, False)
     pendant: tuple[float, float] | None = None
     pendant_joint: int = 0
+    pendant_ground: float = 0.0
+    grounds: Array | None = None
 
     def __post_init__(self) -> None:
         segments = self.masses.size if self.closed else self.masses.size - 1
@@ -68,8 +74,14 @@ class Chain:
 
     @property
     def rigid_body_modes(self) -> int:
-        """Motions that strain nothing: one of a free ring or line, none where a joint is held."""
-        return 0 if any(self.fixed) else 1
+        """Motions that strain nothing: one of a free ring or line, none where anything is held or sprung."""
+        grounded = self.pendant_ground > 0.0 or bool(np.any(self.ground_springs))
+        return 0 if any(self.fixed) or grounded else 1
+
+    @property
+    def ground_springs(self) -> Array:
+        """Stiffness from each joint to the ground, shape (n,) [N/m]; zeros where there is none."""
+        return np.zeros(self.masses.size) if self.grounds is None else self.grounds
 
 
 def split_at_antinodes(chain: Chain, omega: float) -> tuple[Chain, NDArray[np.intp]]:
@@ -110,5 +122,10 @@ def split_at_antinodes(chain: Chain, omega: float) -> tuple[Chain, NDArray[np.in
     joints = np.concatenate(([0], ends))[: chain.masses.size]
     masses = np.zeros(lengths.size if chain.closed else lengths.size + 1)
     masses[joints] = chain.masses
+    grounds = None
+    if chain.grounds is not None:
+        grounds = np.zeros(masses.size)
+        grounds[joints] = chain.grounds
     pendant_joint = int(joints[chain.pendant_joint])
-    return replace(chain, lengths=lengths, masses=masses, pendant_joint=pendant_joint), joints
+    split = replace(chain, lengths=lengths, masses=masses, pendant_joint=pendant_joint, grounds=grounds)
+    return split, joints

@@ -63,7 +63,7 @@ class DerivedQuantities:
     transverse_frequency_hz : float
         Lowest frequency of an empty span as a string, c_w / (2 Le) [Hz].
     cable_mode_frequency_hz : float or None
-        Lumped estimate of the cable mode, without carriages, see `lumped_cable_mode` [Hz].
+        Lumped estimate of the cable mode, carriages included, see `lumped_cable_mode` [Hz].
     joint_mode_frequency_hz : float or None
         Lumped estimate of the joint mode, see `lumped_joint_mode` [Hz].
     motor_encoder_resolution, drive_encoder_resolution, load_encoder_resolution : float or None
@@ -123,7 +123,7 @@ _REASONS = {
     "chi2": "the load pulley is fixed",
     "no_slip_torque_drive": "needs a loop with pulley.0.wrap_angle and pulley.0.capstan_friction",
     "no_slip_torque_load": "needs a loop with pulley.1.wrap_angle and pulley.1.capstan_friction",
-    "cable_mode_frequency_hz": "both pulleys are fixed",
+    "cable_mode_frequency_hz": "both pulleys are fixed and nothing rides on the cable",
     "joint_mode_frequency_hz": "motor.joint_stiffness is not given: there is no flexible joint",
     "motor_encoder_resolution": "sensors.motor_encoder is not given",
     "drive_encoder_resolution": "sensors.drive_encoder is not given",

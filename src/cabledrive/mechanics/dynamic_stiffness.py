@@ -79,7 +79,7 @@ def dynamic_stiffness(chain: Chain, omega: float) -> DynamicStiffness:
 
     .. math::
         \hat K:\quad \frac{Z}{\sin\alpha}\ \text{(link)},\quad -Z\tan\frac{\alpha}{2}\ \text{(ground)},\quad
-        -\omega m\ \text{(mass)},\quad \frac{k}{\omega}\ \text{(spring of the pendant)}
+        -\omega m\ \text{(mass)},\quad \frac{k}{\omega}\ \text{(spring of the pendant, or to the ground)}
 
     Held joints stay in the list; leave them out with `free_joints`. The pendant's mass is the last joint.
 
@@ -101,7 +101,9 @@ def dynamic_stiffness(chain: Chain, omega: float) -> DynamicStiffness:
     link = z * (t + 1.0 / t) / 2
     link_rate = link * time * (1.0 / t - t) / 2
     edge, edge_rate = -z * t, z * time * (1.0 + t**2) / 2
-    ground, ground_rate = -omega * chain.masses, chain.masses.copy()
+    springs = chain.ground_springs
+    ground = springs / omega - omega * chain.masses
+    ground_rate = springs / omega**2 + chain.masses
     for total, part in ((ground, edge), (ground_rate, edge_rate)):
         total[:segments] += part
         total[1:] += part[: n - 1]
@@ -110,7 +112,9 @@ def dynamic_stiffness(chain: Chain, omega: float) -> DynamicStiffness:
     if chain.pendant is not None:
         spring, mass = chain.pendant
         link, link_rate = np.append(link, spring / omega), np.append(link_rate, spring / omega**2)
-        ground, ground_rate = np.append(ground, -omega * mass), np.append(ground_rate, mass)
+        held = chain.pendant_ground
+        ground = np.append(ground, held / omega - omega * mass)
+        ground_rate = np.append(ground_rate, held / omega**2 + mass)
     return DynamicStiffness(omega, left, right, link, link_rate, ground, ground_rate)
 
 

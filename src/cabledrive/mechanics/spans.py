@@ -1,6 +1,7 @@
 """From the drive to its chains: what moves along the cable, and what moves across it."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -8,12 +9,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.chain import Chain
+from cabledrive.mechanics.holding import (
+    DRIVE_PULLEY,
+    HELD,
+    HOLDING,
+    LOAD_PULLEY,
+    MOTOR,
+    PULLEYS,
+    carriage_joint,
+    held_joints,
+    joint_stiffness,
+    motor_condition,
+)
 from cabledrive.mechanics.rest_state import RestingSection, RestState, rest_state
 from cabledrive.parameters import Carriage, Drive, NotComputed
 
-DRIVE_PULLEY = "drive pulley"
-LOAD_PULLEY = "load pulley"
-MOTOR = "motor"
+MOTOR_JOINT = "motor joint"
+HOLDING_SPRING = "holding stiffness"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,11 +55,14 @@ class LabelledChain:
         "drive pulley", "load pulley", "carriage 3" (its number in the file); last "motor", if it has a joint.
     stretches : tuple of Stretch
         One for each segment.
+    ground : {"", "motor joint", "holding stiffness"}, default ""
+        What its springs to the ground are.
     """
 
     chain: Chain
     joints: tuple[str, ...]
     stretches: tuple[Stretch, ...]
+    ground: str = ""
 
     @cached_property
     def carriages(self) -> NDArray[np.intp]:
@@ -56,31 +71,57 @@ class LabelledChain:
         return np.array(carried, dtype=np.intp)
 
 
-def longitudinal_chains(drive: Drive) -> tuple[LabelledChain, ...]:
+def longitudinal_chains(
+    drive: Drive, *, motor: str | None = None, hold: Sequence[str] = ()
+) -> tuple[LabelledChain, ...]:
     """Chains that carry the longitudinal motion of a drive.
 
     Pulleys enter with J / r^2, carriages with their mass; a rigidly joined motor adds to its pulley, one
     behind a flexible joint hangs on the drive pulley as spring and mass. Force balance at the joints is that
-    of Eqs. (3.9), (3.16), (3.22), (3.37), with EA per unstretched metre.
+    of Eqs. (3.9), (3.16), (3.22), (3.37), with EA per unstretched metre. A holding stiffness is a spring from
+    the rotor to the ground; the joint of a held rotor is one from the drive pulley to the ground.
 
     Parameters
     ----------
     drive : Drive
+    motor : {"free", "held", "holding"}, optional
+        How the rotor is held, see `motor_condition`.
+    hold : sequence of str, optional
+        Pulleys and carriages that are held as well, see `held_joints`.
 
     Returns
     -------
     tuple of LabelledChain
-        With R = EA; one chain, or two where both pulleys of a loop are held.
+        With R = EA; one chain, or several where held joints part the cable.
+
+    Raises
+    ------
+    InputRefused
+        If `motor` or a name in `hold` does not fit the drive.
     """
-    upper, lower = [_span(drive, span) for span in ("upper", "lower")]
-    first, second = drive.drive_pulley.fixed, drive.load_pulley.fixed
+    condition, held = motor_condition(drive, motor), held_joints(drive, hold)
+    held |= {name for name, pulley in zip(PULLEYS, drive.pulley, strict=True) if pulley.fixed}
+    if condition == HELD and joint_stiffness(drive) is None:
+        held |= {DRIVE_PULLEY}
+    pieces = [pair for span in drive.spans for pair in pairwise(_span(drive, span))]
+    starts = [number for number, (joint, _) in enumerate(pieces) if joint.name in held]
     if drive.kind == "line":
-        return (_longitudinal(drive, [upper], fixed=(first, second)),)
-    if first and second:
-        return tuple(_longitudinal(drive, [span], fixed=(True, True)) for span in (upper, lower))
-    if first or second:
-        return (_longitudinal(drive, [upper, lower] if first else [lower, upper], fixed=(True, True)),)
-    return (_longitudinal(drive, [upper, lower], closed=True),)
+        bounds = sorted({0, *starts, len(pieces)})
+        runs = [pieces[first:last] for first, last in pairwise(bounds)]
+    elif starts:
+        around = pieces[starts[0] :] + pieces[: starts[0]]
+        bounds = [start - starts[0] for start in starts] + [len(pieces)]
+        runs = [around[first:last] for first, last in pairwise(bounds)]
+    else:
+        return (_longitudinal(drive, pieces, condition, closed=True),)
+    with_drive = next(
+        (number for number, run in enumerate(runs) if DRIVE_PULLEY in {j.name for pair in run for j in pair}),
+        0,
+    )
+    return tuple(
+        _longitudinal(drive, run, condition, held=held, driven=number == with_drive)
+        for number, run in enumerate(runs)
+    )
 
 
 def transverse_chains(drive: Drive, *, rest: RestState | None = None) -> tuple[LabelledChain, ...]:
@@ -170,7 +211,7 @@ def _span(drive: Drive, span: str) -> list[_Joint]:
     numbers = {id(carriage): number for number, carriage in enumerate(drive.carriage)}
 
     def carried(carriage: Carriage) -> _Joint:
-        name = f"carriage {numbers[id(carriage)]}"
+        name = carriage_joint(numbers[id(carriage)])
         return _Joint(
             name=name, span=span, position=carriage.position, mass=carriage.mass, held_across=carriage.guided
         )
@@ -193,41 +234,58 @@ def _drive_mass(drive: Drive) -> float:
     return drive.drive_pulley.rim_mass + added
 
 
-def _pendant(drive: Drive) -> tuple[float, float] | None:
-    """The motor behind its flexible joint, as spring and mass at the rim."""
-    motor = drive.motor
-    if motor is None or motor.joint_stiffness is None:
-        return None
-    radius = drive.drive_pulley.radius
-    return motor.joint_stiffness / radius**2, motor.inertia / radius**2
-
-
 def _longitudinal(
     drive: Drive,
-    spans: list[list[_Joint]],
+    pieces: list[tuple[_Joint, _Joint]],
+    condition: str,
     *,
     closed: bool = False,
-    fixed: tuple[bool, bool] = (False, False),
+    held: frozenset[str] = frozenset(),
+    driven: bool = True,
 ) -> LabelledChain:
-    joints = spans[0] + [joint for span in spans[1:] for joint in span[1:]]
-    stretches = tuple(stretch for span in spans for stretch in _stretches(span))
-    if closed:
-        joints = joints[:-1]
+    """Chain of neighbouring pieces of cable, with what holds the rotor if it is on this one (`driven`)."""
+    joints = [first for first, _ in pieces] + ([] if closed else [pieces[-1][1]])
+    stretches = tuple(Stretch(span=a.span, start=a.position, end=b.position) for a, b in pieces)
     names = [joint.name for joint in joints]
-    pendant = _pendant(drive) if DRIVE_PULLEY in names else None
     chain = Chain(
         rigidity=drive.cable.axial_rigidity,
         density=drive.cable.mass_per_length,
         lengths=np.array([stretch.end - stretch.start for stretch in stretches]),
         masses=np.array([joint.mass for joint in joints]),
         closed=closed,
-        fixed=fixed,
-        pendant=pendant,
-        pendant_joint=names.index(DRIVE_PULLEY) if pendant else 0,
+        fixed=(False, False) if closed else (names[0] in held, names[-1] in held),
     )
-    return LabelledChain(
-        chain=chain, joints=(*names, MOTOR) if pendant else tuple(names), stretches=stretches
-    )
+    if driven and DRIVE_PULLEY in names:
+        return _with_motor(drive, chain, tuple(names), stretches, condition)
+    return LabelledChain(chain=chain, joints=tuple(names), stretches=stretches)
+
+
+def _with_motor(
+    drive: Drive, chain: Chain, names: tuple[str, ...], stretches: tuple[Stretch, ...], condition: str
+) -> LabelledChain:
+    """The motor behind its joint as spring and mass at the rim; what holds it as springs to the ground."""
+    joint, holding, square = joint_stiffness(drive), 0.0, drive.drive_pulley.radius**2
+    place, ground = names.index(DRIVE_PULLEY), ""
+    if condition == HOLDING:
+        assert drive.motor is not None
+        assert drive.motor.holding_stiffness is not None
+        holding, ground = drive.motor.holding_stiffness / square, HOLDING_SPRING
+    if joint is not None and condition != HELD:
+        assert drive.motor is not None
+        chain = replace(
+            chain,
+            pendant=(joint / square, drive.motor.inertia / square),
+            pendant_joint=place,
+            pendant_ground=holding,
+        )
+        return LabelledChain(chain=chain, joints=(*names, MOTOR), stretches=stretches, ground=ground)
+    if joint is not None:
+        holding, ground = joint / square, MOTOR_JOINT
+    if holding:
+        grounds = np.zeros(chain.masses.size)
+        grounds[place] = holding
+        chain = replace(chain, grounds=grounds)
+    return LabelledChain(chain=chain, joints=names, stretches=stretches, ground=ground)
 
 
 def _transverse(rigidity: float, drive: Drive, joints: list[_Joint]) -> LabelledChain:

@@ -88,9 +88,10 @@ class ModeCounter:
 def _arguments(chain: Chain, long: bool, *ends: int) -> tuple[Any, ...]:
     """What the kernels take after omega: lists for Python, arrays for machine code."""
     pendant = chain.pendant if chain.pendant is not None else (0.0, 0.0)
-    arrays = chain.travel_times, np.ascontiguousarray(chain.masses)
-    times, masses = arrays if long else (array.tolist() for array in arrays)
-    return times, masses, chain.impedance, *pendant, chain.pendant_joint, *ends
+    arrays = chain.travel_times, np.ascontiguousarray(chain.masses), chain.ground_springs
+    times, masses, springs = arrays if long else (array.tolist() for array in arrays)
+    held = chain.pendant_ground
+    return times, masses, springs, chain.impedance, *pendant, held, chain.pendant_joint, *ends
 
 
 def _cut_rings(chain: Chain) -> Iterator[tuple[Chain, tuple[int]]]:
@@ -102,9 +103,12 @@ def _cut_rings(chain: Chain) -> Iterator[tuple[Chain, tuple[int]]]:
         pieces = ([(1 - share) * chain.lengths[0]], chain.lengths[1:other])
         cut = chain.lengths[other] * np.array([other_share, 1 - other_share])
         lengths = np.concatenate((*pieces, cut, chain.lengths[other + 1 :], [share * chain.lengths[0]]))
-        masses = np.insert(np.roll(chain.masses, -1), (0, other), 0.0)
+        masses, grounds = (
+            np.insert(np.roll(each, -1), (0, other), 0.0) for each in (chain.masses, chain.ground_springs)
+        )
         joint = chain.pendant_joint + int(chain.pendant_joint > other) if chain.pendant_joint else n + 1
-        yield replace(chain, lengths=lengths, masses=masses, pendant_joint=joint), (other + 1,)
+        cut_ring = replace(chain, lengths=lengths, masses=masses, pendant_joint=joint, grounds=grounds)
+        yield cut_ring, (other + 1,)
 
 
 @cache

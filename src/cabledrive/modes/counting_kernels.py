@@ -16,9 +16,11 @@ def count_line(
     omega: float,
     times: Sequence[float],
     masses: Sequence[float],
+    springs: Sequence[float],
     impedance: float,
     spring: float,
     pendant_mass: float,
+    pendant_ground: float,
     pendant_joint: int,
     first_fixed: bool,
     last_fixed: bool,
@@ -29,12 +31,12 @@ def count_line(
     ----------
     omega : float
         Angular frequency [rad/s].
-    times, masses : sequence of float
-        Travel times of the segments [s] and masses of the joints [kg].
+    times, masses, springs : sequence of float
+        Travel times of the segments [s], masses of the joints [kg] and their springs to the ground [N/m].
     impedance : float
         Wave impedance [kg/s].
-    spring, pendant_mass : float
-        The pendant's stiffness [N/m] and mass [kg]; 0 if there is none.
+    spring, pendant_mass, pendant_ground : float
+        The pendant's stiffness [N/m], mass [kg] and stiffness to the ground [N/m]; 0 if there is none.
     pendant_joint : int
         Where it hangs.
     first_fixed, last_fixed : bool
@@ -47,12 +49,13 @@ def count_line(
     count = 0
     pendant = 0.0
     if spring > 0.0:
-        pivot = spring / omega - omega * pendant_mass
+        behind = pendant_ground / omega - omega * pendant_mass
+        pivot = spring / omega + behind
         if pivot == 0.0:
             pivot = TINY * spring / omega
         count += pivot < 0.0
-        pendant = -pendant_mass * spring / pivot
-    ground = -omega * masses[0] + (pendant if pendant_joint == 0 else 0.0)
+        pendant = spring / omega * behind / pivot
+    ground = springs[0] / omega - omega * masses[0] + (pendant if pendant_joint == 0 else 0.0)
     held = first_fixed
     for i in range(len(times)):
         phase = omega * times[i]
@@ -80,7 +83,8 @@ def count_line(
                     pivot = TINY * abs(link)
                 count += pivot < 0.0
                 ground = edge + link * (edge + ground) / pivot
-        ground += -omega * masses[i + 1] + (pendant if pendant_joint == i + 1 else 0.0)
+        ground += springs[i + 1] / omega - omega * masses[i + 1]
+        ground += pendant if pendant_joint == i + 1 else 0.0
     if not last_fixed:
         count += ground < 0.0
     return count
@@ -90,9 +94,11 @@ def count_ring(
     omega: float,
     times: Sequence[float],
     masses: Sequence[float],
+    springs: Sequence[float],
     impedance: float,
     spring: float,
     pendant_mass: float,
+    pendant_ground: float,
     pendant_joint: int,
     second_cut: int,
 ) -> tuple[int, float]:
@@ -102,12 +108,12 @@ def count_ring(
     ----------
     omega : float
         Angular frequency [rad/s].
-    times, masses : sequence of float
-        Travel times of the segments [s] and masses of the joints [kg].
+    times, masses, springs : sequence of float
+        Travel times of the segments [s], masses of the joints [kg] and their springs to the ground [N/m].
     impedance : float
         Wave impedance [kg/s].
-    spring, pendant_mass : float
-        The pendant's stiffness [N/m] and mass [kg]; 0 if there is none.
+    spring, pendant_mass, pendant_ground : float
+        The pendant's stiffness [N/m], mass [kg] and stiffness to the ground [N/m]; 0 if there is none.
     pendant_joint : int
         Where it hangs.
     second_cut : int
@@ -123,18 +129,20 @@ def count_ring(
     worst = 1.0
     pendant = 0.0
     if spring > 0.0:
-        pivot = spring / omega - omega * pendant_mass
+        behind = pendant_ground / omega - omega * pendant_mass
+        pivot = spring / omega + behind
         if pivot == 0.0:
             pivot = TINY * spring / omega
         count += pivot < 0.0
-        pendant = -pendant_mass * spring / pivot
+        pendant = spring / omega * behind / pivot
     n = len(times)
     total_link = 0.0
-    ground_first = -omega * masses[0] + (pendant if pendant_joint == 0 else 0.0)
-    ground_second = -omega * masses[second_cut] + (pendant if pendant_joint == second_cut else 0.0)
+    ground_first = springs[0] / omega - omega * masses[0] + (pendant if pendant_joint == 0 else 0.0)
+    ground_second = springs[second_cut] / omega - omega * masses[second_cut]
+    ground_second += pendant if pendant_joint == second_cut else 0.0
     link = near = far = 0.0
     for i in range(n):
-        joint_ground = -omega * masses[i] + (pendant if pendant_joint == i else 0.0)
+        joint_ground = springs[i] / omega - omega * masses[i] + (pendant if pendant_joint == i else 0.0)
         fresh = i == 0 or i == second_cut
         phase = omega * times[i]
         parts = 1

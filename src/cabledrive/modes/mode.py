@@ -7,7 +7,8 @@ from math import pi
 import numpy as np
 
 from cabledrive.mechanics.chain import Array
-from cabledrive.mechanics.spans import DRIVE_PULLEY, LOAD_PULLEY, LabelledChain
+from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY
+from cabledrive.mechanics.spans import MOTOR_JOINT, LabelledChain
 from cabledrive.modes.solver import ChainMode
 
 LONGITUDINAL, TRANSVERSE = "longitudinal", "transverse"
@@ -189,10 +190,10 @@ def family_of(chain: LabelledChain, solved: ChainMode, kind: str) -> str:
     -------
     str
         "carriage-dominated" if carriages hold half of the kinetic energy or more; else, of a transverse mode,
-        "string"; of a longitudinal one "motor joint" if the joint holds half of the strain energy, else,
-        by the motion of the two rims, "pulleys out of phase", "pulleys in phase", "pulleys at rest",
-        "drive pulley turning" or "load pulley turning" (the other at rest), or "pulleys independent"
-        (a multiple mode that has both).
+        "string"; of a longitudinal one "motor joint" or "holding stiffness" if that spring holds half of
+        the strain energy, else, by the motion of the two rims, "pulleys out of phase", "pulleys in phase",
+        "pulleys at rest", "drive pulley turning" or "load pulley turning" (the other at rest), or "pulleys
+        independent" (a multiple mode that has both).
     """
     shares = _joint_shares(chain, solved)
     if shares[chain.carriages].sum() >= 0.5:
@@ -200,11 +201,26 @@ def family_of(chain: LabelledChain, solved: ChainMode, kind: str) -> str:
     if kind == TRANSVERSE:
         return "string"
     shapes = _joint_shapes(chain, solved)
-    if chain.chain.pendant is not None:
-        twist = shapes[-1] - shapes[chain.chain.pendant_joint]
-        if chain.chain.pendant[0] * np.mean(twist**2) >= 0.5 * solved.omega**2:
-            return "motor joint"
-    return _pulley_family(chain, shapes)
+    springs = _spring_shares(chain, shapes, solved.omega)
+    spring = max(springs, key=lambda name: springs[name], default="")
+    return spring if springs.get(spring, 0.0) >= 0.5 else _pulley_family(chain, shapes)
+
+
+def _spring_shares(chain: LabelledChain, shapes: Array, omega: float) -> dict[str, float]:
+    """Share of the strain energy in the motor's joint and in what springs the chain to the ground.
+
+    The strain energy of a shape of unit modal mass is one half omega^2.
+    """
+    parts, stored = chain.chain, {}
+    if parts.pendant is not None:
+        twist = shapes[-1] - shapes[parts.pendant_joint]
+        stored[MOTOR_JOINT] = parts.pendant[0] * float(np.mean(twist**2))
+        if parts.pendant_ground > 0.0:
+            stored[chain.ground] = parts.pendant_ground * float(np.mean(shapes[-1] ** 2))
+    elif chain.ground:
+        squares = np.mean(shapes[: parts.masses.size] ** 2, axis=1)
+        stored[chain.ground] = float(parts.ground_springs @ squares)
+    return {name: energy / omega**2 for name, energy in stored.items()}
 
 
 def _pulley_family(chain: LabelledChain, shapes: Array) -> str:

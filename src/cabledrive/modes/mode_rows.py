@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from cabledrive.mechanics.spans import DRIVE_PULLEY, LOAD_PULLEY
+from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY
 from cabledrive.modes.mode import LONGITUDINAL, Mode
 from cabledrive.modes.natural import Modes
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cabledrive.mechanics.holding import clamped, held_joints, motor_condition
 from cabledrive.mechanics.spans import LabelledChain, longitudinal_chains, transverse_chains
 from cabledrive.modes.counting import ModeCounter
 from cabledrive.modes.mode import LONGITUDINAL, TRANSVERSE, Mode, make_mode
@@ -58,6 +59,10 @@ class Modes:
         Motions that strain nothing.
     drive_hash : str
         Content hash of the drive.
+    motor : {"free", "held", "holding"}
+        How the rotor is held.
+    hold : tuple of str
+        Joints that are held as well.
     """
 
     modes: tuple[Mode, ...]
@@ -65,6 +70,8 @@ class Modes:
     certificate: Certificate
     rigid_body_modes: int
     drive_hash: str
+    motor: str
+    hold: tuple[str, ...]
 
     @property
     def longitudinal(self) -> tuple[Mode, ...]:
@@ -77,7 +84,14 @@ class Modes:
         return tuple(mode for mode in self.modes if mode.kind == TRANSVERSE)
 
 
-def modes(drive: Drive, *, below: float | None = None, count: int | None = None) -> Modes:
+def modes(
+    drive: Drive,
+    *,
+    below: float | None = None,
+    count: int | None = None,
+    motor: str | None = None,
+    hold: Sequence[str] = (),
+) -> Modes:
     """All natural modes of a drive below a frequency, or the first few of each kind.
 
     Longitudinal motion by the exact dynamic stiffness of every span, transverse motion as strings under T0
@@ -90,6 +104,12 @@ def modes(drive: Drive, *, below: float | None = None, count: int | None = None)
         Upper end [Hz].
     count : int, optional
         The first so many modes of each kind instead; ten where neither is given.
+    motor : {"free", "held", "holding"}, optional
+        How the rotor is held: it turns, it does not (behind a flexible joint the drive pulley still does,
+        without ``[motor]`` the drive pulley is held), or it turns on ``motor.holding_stiffness``. Default:
+        "holding" where the drive has that stiffness, else "free".
+    hold : sequence of str, optional
+        Parts that are held as well: "drive pulley", "load pulley", "carriage 0", or a carriage's own name.
 
     Returns
     -------
@@ -98,7 +118,8 @@ def modes(drive: Drive, *, below: float | None = None, count: int | None = None)
     Raises
     ------
     InputRefused
-        If both limits are given, or a limit is not positive, or would list more than 20 000 modes.
+        If both limits are given, or a limit is not positive, or would list more than 20 000 modes, or
+        `motor` or `hold` do not fit the drive.
     NotComputed
         If a mode that the count promises could not be refined.
 
@@ -107,8 +128,8 @@ def modes(drive: Drive, *, below: float | None = None, count: int | None = None)
     .. [1] Eqs. (3.10)-(3.13), (3.17)-(3.20), (3.24)-(3.26), (3.27), (3.37)-(3.38), generalised.
     """
     along, across = (
-        _Band(longitudinal_chains(drive), LONGITUDINAL),
-        _Band(transverse_chains(drive), TRANSVERSE),
+        _Band(longitudinal_chains(drive, motor=motor, hold=hold), LONGITUDINAL),
+        _Band(transverse_chains(clamped(drive, hold)), TRANSVERSE),
     )
     if below is not None:
         _check_below(below, count, along, across)
@@ -132,11 +153,18 @@ def modes(drive: Drive, *, below: float | None = None, count: int | None = None)
         certificate=certificate,
         rigid_body_modes=along.rigid_body_modes,
         drive_hash=content_hash(drive),
+        motor=motor_condition(drive, motor),
+        hold=tuple(sorted(held_joints(drive, hold))),
     )
 
 
 def natural_frequencies(
-    drive: Drive, *, below: float | None = None, count: int | None = None
+    drive: Drive,
+    *,
+    below: float | None = None,
+    count: int | None = None,
+    motor: str | None = None,
+    hold: Sequence[str] = (),
 ) -> NDArray[np.float64]:
     """Longitudinal natural frequencies of a drive, each repeated by its multiplicity.
 
@@ -147,6 +175,8 @@ def natural_frequencies(
         Upper end [Hz].
     count : int, optional
         The first so many instead (a multiple one at the end whole); ten where neither is given.
+    motor, hold : optional
+        How the rotor is held, and what else, see `modes`.
 
     Returns
     -------
@@ -158,12 +188,17 @@ def natural_frequencies(
     InputRefused, NotComputed
         As `modes`.
     """
-    listed = longitudinal_modes(drive, below=below, count=count)
+    listed = longitudinal_modes(drive, below=below, count=count, motor=motor, hold=hold)
     return np.repeat([mode.frequency for mode in listed], [mode.multiplicity for mode in listed])
 
 
 def longitudinal_modes(
-    drive: Drive, *, below: float | None = None, count: int | None = None
+    drive: Drive,
+    *,
+    below: float | None = None,
+    count: int | None = None,
+    motor: str | None = None,
+    hold: Sequence[str] = (),
 ) -> tuple[Mode, ...]:
     """Longitudinal modes of a drive alone, without the transverse ones.
 
@@ -174,6 +209,8 @@ def longitudinal_modes(
         Upper end [Hz].
     count : int, optional
         The first so many instead (a multiple one at the end whole); ten where neither is given.
+    motor, hold : optional
+        How the rotor is held, and what else, see `modes`.
 
     Returns
     -------
@@ -185,7 +222,7 @@ def longitudinal_modes(
     InputRefused, NotComputed
         As `modes`.
     """
-    band = _Band(longitudinal_chains(drive), LONGITUDINAL)
+    band = _Band(longitudinal_chains(drive, motor=motor, hold=hold), LONGITUDINAL)
     if below is not None:
         _check_below(below, count, band)
         return tuple(band.below(2 * pi * below)[0])

@@ -44,15 +44,18 @@ def polished(split: Chain, start: float, low: float, high: float) -> tuple[Array
         return None
     if split.pendant is not None:
         spring, mass = split.pendant
-        shape = np.append(shape, shape[split.pendant_joint] / (1.0 - omega**2 * mass / spring))
+        own = split.pendant_ground - omega**2 * mass
+        shape = np.append(shape, shape[split.pendant_joint] / (1.0 + own / spring))
     return np.array([omega]), shape[:, None]
 
 
 def _turned(ring: Chain) -> Chain:
     """The same ring, numbered from its next joint."""
-    lengths, masses = (np.concatenate((array[1:], array[:1])) for array in (ring.lengths, ring.masses))
+    lengths, masses, grounds = (
+        np.concatenate((array[1:], array[:1])) for array in (ring.lengths, ring.masses, ring.ground_springs)
+    )
     joint = (ring.pendant_joint - 1) % ring.masses.size
-    return replace(ring, lengths=lengths, masses=masses, pendant_joint=joint)
+    return replace(ring, lengths=lengths, masses=masses, pendant_joint=joint, grounds=grounds)
 
 
 def _by_elimination(split: Chain, start: float, low: float, high: float) -> tuple[float, Array]:
@@ -61,16 +64,18 @@ def _by_elimination(split: Chain, start: float, low: float, high: float) -> tupl
     first = 1 if split.closed or split.fixed[0] else 0
     last = n - 2 if split.fixed[1] else n - 1
     shape = np.cos((1.0 + np.sqrt(2.0)) * np.arange(1, n + 1))
-    if last < first:
+    held = split.pendant is not None and not split.closed and not first <= split.pendant_joint <= last
+    if last < first or held:  # a pendant on a held joint vibrates by itself
         return nan, shape
     long = split.lengths.size > LONG_CHAIN
-    arrays = split.travel_times, split.masses, shape
-    times, masses, x = arrays if long else (array.tolist() for array in arrays)
+    arrays = split.travel_times, split.masses, split.ground_springs, shape
+    times, masses, springs, x = arrays if long else (array.tolist() for array in arrays)
     work = tuple(np.empty((7, n))) if long else tuple([0.0] * n for _ in range(7))
-    pendant = (*(split.pendant or (0.0, 0.0)), split.pendant_joint)
+    pendant = (*(split.pendant or (0.0, 0.0)), split.pendant_ground, split.pendant_joint)
     kernel = _compiled() if long else polish
     ends = split.closed, first, last
-    omega = kernel(start, low, high, times, masses, split.impedance, pendant, *ends, x, work)
+    chain = times, masses, springs, split.impedance, pendant
+    omega = kernel(start, low, high, *chain, *ends, x, work)
     return omega, np.asarray(x)
 
 

@@ -23,8 +23,9 @@ def polish(
     high: float,
     times: Floats,
     masses: Floats,
+    springs: Floats,
     impedance: float,
-    pendant: tuple[float, float, int],
+    pendant: tuple[float, float, float, int],
     closed: bool,
     first: int,
     last: int,
@@ -39,12 +40,14 @@ def polish(
         Where to begin [rad/s].
     low, high : float
         Interval the mode must lie in [rad/s].
-    times, masses : sequence of float
-        Travel times of the segments [s], none near a pole, and masses of the joints [kg].
+    times, masses, springs : sequence of float
+        Travel times of the segments [s], none near a pole, masses of the joints [kg] and their springs to
+        the ground [N/m].
     impedance : float
         Wave impedance [kg/s].
-    pendant : (float, float, int)
-        Stiffness [N/m], mass [kg] and joint of the pendant; a stiffness of 0 if there is none.
+    pendant : (float, float, float, int)
+        Stiffness [N/m], mass [kg], stiffness to the ground [N/m] and joint of the pendant; a stiffness of 0
+        if there is none.
     closed : bool
         Whether the chain is a ring; its joint 0 is then none of `first` to `last`.
     first, last : int
@@ -62,20 +65,24 @@ def polish(
     link, link_rate, ground, ground_rate, pivot, ratio, image = work
     n = len(masses)
     segments = len(times)
-    spring, mass, joint = pendant
+    spring, mass, held, joint = pendant
     settled = False
     fewest = 2  # solutions at one frequency; the first shape is a bad one
     for _ in range(STEPS):
         # the springs of `dynamic_stiffness`, over omega, and minus their rates
         for i in range(n):
-            ground[i] = -omega * masses[i]
-            ground_rate[i] = masses[i]
+            ground[i] = springs[i] / omega - omega * masses[i]
+            ground_rate[i] = springs[i] / (omega * omega) + masses[i]
         if spring > 0.0:
-            rest = spring - omega * omega * mass
+            own = held / omega - omega * mass
+            own_rate = held / (omega * omega) + mass
+            rest = spring / omega + own
             if rest == 0.0:
                 return nan
-            ground[joint] -= mass * spring * omega / rest
-            ground_rate[joint] += mass * spring * (spring + omega * omega * mass) / (rest * rest)
+            # two springs in series, the joint's and what holds or drags the pendant's mass
+            near, far = own / rest, spring / omega / rest
+            ground[joint] += far * own
+            ground_rate[joint] += near * near * spring / (omega * omega) + far * far * own_rate
         for i in range(segments):
             far = i + 1 if i + 1 < n else 0
             time = times[i]
@@ -105,7 +112,7 @@ def polish(
                     behind = ground[i + 1] + behind * ratio[i]
             if smallest < CLEAR:
                 return nan  # elimination without exchange of rows has lost the digits
-            own = 1.0
+            ring_own = 1.0
             if closed:
                 # the ring's answer to joint 0 moving by one, and the stiffness it meets
                 for i in range(first, last + 1):
@@ -117,9 +124,9 @@ def polish(
                 image[last] /= pivot[last]
                 for i in range(last - 1, first - 1, -1):
                     image[i] = image[i] / pivot[i] + ratio[i] * image[i + 1]
-                own = ground[0] + link[0] * (1.0 - image[first]) + link[last] * (1.0 - image[last])
-                if own == 0.0:
-                    own = 1e-16 * abs(link[0])
+                ring_own = ground[0] + link[0] * (1.0 - image[first]) + link[last] * (1.0 - image[last])
+                if ring_own == 0.0:
+                    ring_own = 1e-16 * abs(link[0])
         shift = rate = 0.0
         for solutions in range(1 if settled else REPEATS):
             if not settled:
@@ -142,7 +149,7 @@ def polish(
                 for i in range(last - 1, first - 1, -1):
                     x[i] = x[i] / pivot[i] + ratio[i] * x[i + 1]
                 if closed:
-                    x[0] = (x[0] + link[0] * x[first] + link[last] * x[last]) / own
+                    x[0] = (x[0] + link[0] * x[first] + link[last] * x[last]) / ring_own
                     for i in range(first, last + 1):
                         x[i] += x[0] * image[i]
                 if solutions + 1 < fewest:

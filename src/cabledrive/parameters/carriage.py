@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from cabledrive.parameters.fields import check_fields, choice, quantity
+from cabledrive.parameters.fields import check_fields, choice, quantity, words
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -19,6 +19,8 @@ class Carriage:
         The span that carries it.
     guided : bool, default True
         Rides on a rail and so has no transverse motion; False: it hangs on the cable.
+    name : str, default ""
+        Name by which it can be called, among the carriages of a drive its own; no part of the content hash.
     """
 
     mass: float = quantity("kg", "positive", "mass clamped to the cable")
@@ -27,6 +29,7 @@ class Carriage:
     guided: bool = choice(
         (False, True), "rides on a rail (no transverse motion); false: hangs on the cable", True
     )
+    name: str = words("name by which it can be called", "")
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -1,13 +1,13 @@
 """The whole drive: cable, two pulleys, carriages, motor, sensors, put together and checked."""
 
-import unicodedata
+import re
 from dataclasses import dataclass
 from functools import cached_property
 
 from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.carriage import Carriage
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.fields import check_fields, choice, kind_of
+from cabledrive.parameters.fields import check_fields, check_text, choice
 from cabledrive.parameters.instruments import Goal, Lumped, Sensors
 from cabledrive.parameters.layout import Layout
 from cabledrive.parameters.motor import Motor
@@ -16,6 +16,7 @@ from cabledrive.parameters.pulley import Pulley
 SCHEMA_VERSION = 1
 MOST_CARRIAGES = 100_000
 WORDS = ("name", "title", "source")
+PART_NAMES = ("drive pulley", "load pulley", "motor", "cable")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,6 +66,7 @@ class Drive:
         object.__setattr__(self, "carriage", tuple(self.carriage))
         _check_pulleys(self)
         _check_carriages(self)
+        _check_names(self)
 
     @cached_property
     def span_length(self) -> float:
@@ -123,14 +125,7 @@ def _check_pulleys(drive: Drive) -> None:
 
 def _check_words(drive: Drive) -> None:
     for key in WORDS:
-        text = getattr(drive, key)
-        if not isinstance(text, str):
-            raise InputRefused(f"{key} is {kind_of(text)}, not text: write it between quotation marks")
-        bad = [c for c in text if c not in "\n\t" and unicodedata.category(c) in ("Cc", "Cs")]
-        if bad:
-            raise InputRefused(
-                f"{key} holds the character {bad[0]!r}, which no file or page can show: leave it out"
-            )
+        check_text(key, getattr(drive, key))
 
 
 def check_count(carriages: int) -> None:
@@ -171,3 +166,18 @@ def _check_carriages(drive: Drive) -> None:
             raise InputRefused(
                 f"{place} is taken by carriage.{other} on the same span: add the masses or move one"
             )
+
+
+def _check_names(drive: Drive) -> None:
+    """A name calls one carriage, and is none of the names that other parts have."""
+    seen: dict[str, int] = {}
+    for number, carriage in enumerate(drive.carriage):
+        name = carriage.name
+        if not name:
+            continue
+        place = f'carriage.{number}.name = "{name[:60]}"'
+        if name in PART_NAMES or re.fullmatch(r"carriage \d+", name):
+            raise InputRefused(f"{place} is the name of another part: choose another")
+        other = seen.setdefault(name, number)
+        if other != number:
+            raise InputRefused(f"{place} is taken by carriage.{other}: choose another")

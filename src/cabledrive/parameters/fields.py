@@ -4,6 +4,7 @@ import dataclasses
 import difflib
 import math
 import numbers
+import unicodedata
 from collections.abc import Iterable
 from typing import Any
 
@@ -69,6 +70,24 @@ def choice(options: tuple[Any, ...], meaning: str, default: Any = dataclasses.MI
     return dataclasses.field(default=default, metadata={"options": options, "meaning": meaning})
 
 
+def words(meaning: str, default: str) -> Any:
+    """Declare a field that holds text without any bearing on results: it is no part of the content hash.
+
+    Parameters
+    ----------
+    meaning : str
+        One line for the schema and the reference.
+    default : str
+        Value when the file is silent.
+
+    Returns
+    -------
+    dataclasses.Field
+        The field, with its meaning and "words" in its metadata.
+    """
+    return dataclasses.field(default=default, metadata={"words": True, "meaning": meaning})
+
+
 def check_fields(table: Any) -> None:
     """Refuse a value outside its declared bound; called at construction, so results can trust it.
 
@@ -86,9 +105,33 @@ def check_fields(table: Any) -> None:
         value = getattr(table, field.name)
         if "unit" in field.metadata and not (value is None and field.default is None):
             object.__setattr__(table, field.name, _checked(field, value))
+        elif "words" in field.metadata:
+            check_text(field.name, value)
         elif "options" in field.metadata and not _among(value, field.metadata["options"]):
             options = " or ".join(written(option) for option in field.metadata["options"])
             raise InputRefused(f"{field.name} = {written(value)} is not one of its values: write {options}")
+
+
+def check_text(key: str, text: Any) -> None:
+    """Refuse what is not text, or holds characters that no file or page can show.
+
+    Parameters
+    ----------
+    key : str
+        Name of the field.
+    text : object
+
+    Raises
+    ------
+    InputRefused
+    """
+    if not isinstance(text, str):
+        raise InputRefused(f"{key} is {kind_of(text)}, not text: write it between quotation marks")
+    bad = [c for c in text if c not in "\n\t" and unicodedata.category(c) in ("Cc", "Cs")]
+    if bad:
+        raise InputRefused(
+            f"{key} holds the character {bad[0]!r}, which no file or page can show: leave it out"
+        )
 
 
 def _among(value: Any, options: tuple[Any, ...]) -> bool:

@@ -31,6 +31,9 @@ class Motor:
         Motor revolutions per revolution of the output shaft [-].
     rotor_inertia : float or None, default None
         Inertia of the bare rotor, at the motor's own shaft [kg m^2]; a check on `inertia`.
+    holding_stiffness : float or None, default None
+        Stiffness that holds the rotor where it is commanded [N m/rad]: the magnetic spring of a stepper, or
+        the proportional gain of a position loop. None: no such spring.
     backlash : float, default 0.0
         Free play of the gearhead at the output shaft [rad].
     current_bandwidth : float or None, default None
@@ -50,6 +53,9 @@ class Motor:
     speed_limit: float | None = quantity("rad/s", "positive", "largest speed of the output shaft", None)
     gear_ratio: float | None = quantity("1", "positive", "motor revolutions per output revolution", None)
     rotor_inertia: float | None = quantity("kg m^2", "positive", "bare rotor, at the motor's own shaft", None)
+    holding_stiffness: float | None = quantity(
+        "N m/rad", "positive", "spring from the rotor to its commanded angle; absent: none", None
+    )
     backlash: float = quantity("rad", "nonnegative", "free play at the output shaft", 0.0)
     current_bandwidth: float | None = quantity(
         "Hz", "positive", "first-order torque loop; absent: ideal", None

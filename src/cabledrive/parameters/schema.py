@@ -59,6 +59,8 @@ def _field_schema(field: dataclasses.Field[Any]) -> dict[str, Any]:
         whole = field.metadata["unit"] == "count"
         number = {"type": "integer" if whole else "number"} | _LIMITS[field.metadata["bound"]]
         schema = {"anyOf": [number, {"type": "string", "pattern": r"^\s*[+-]?(\d|\.\d)"}]}
+    elif "words" in field.metadata:
+        schema = {"type": "string"}
     else:
         return {}
     unit = field.metadata.get("unit", "1")

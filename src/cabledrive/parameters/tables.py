@@ -5,7 +5,7 @@ from typing import Any
 
 from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.carriage import Carriage
-from cabledrive.parameters.drive import SCHEMA_VERSION, Drive, check_count
+from cabledrive.parameters.drive import SCHEMA_VERSION, WORDS, Drive, check_count
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import kind_of, nearest, written
 from cabledrive.parameters.instruments import Goal, Lumped, Sensors
@@ -128,33 +128,39 @@ def _value(value: Any, field: dataclasses.Field[Any], key: str) -> Any:
         raise InputRefused(f"{key} = {refusal}") from None
 
 
-def tables_from_drive(drive: Drive) -> dict[str, Any]:
+def tables_from_drive(drive: Drive, *, words: bool = True) -> dict[str, Any]:
     """Write a drive as the plain data of a file: SI, each quantity with its unit, defaults left out.
 
     Parameters
     ----------
     drive : Drive
+    words : bool, default True
+        Whether with name, title, source and the names of parts, which have no bearing on results.
 
     Returns
     -------
     dict
-        What `drive_from_tables` turns back into an equal drive.
+        What `drive_from_tables` turns back into an equal drive, if its words are there.
     """
-    data = {key: getattr(drive, key) for key in HEAD if key == "name" or getattr(drive, key) != ""}
+    data = {
+        key: getattr(drive, key)
+        for key in HEAD
+        if (words or key not in WORDS) and (key == "name" or getattr(drive, key) != "")
+    }
     for key in TABLES:
         if getattr(drive, key) is not None:
-            data[key] = _plain(getattr(drive, key))
+            data[key] = _plain(getattr(drive, key), words)
     for key in ARRAYS:
         if getattr(drive, key):
-            data[key] = [_plain(row) for row in getattr(drive, key)]
+            data[key] = [_plain(row, words) for row in getattr(drive, key)]
     return data
 
 
-def _plain(table: Any) -> dict[str, Any]:
+def _plain(table: Any, words: bool) -> dict[str, Any]:
     return {
         field.name: _text(getattr(table, field.name), field.metadata.get("unit"))
         for field in dataclasses.fields(table)
-        if getattr(table, field.name) != field.default
+        if getattr(table, field.name) != field.default and (words or "words" not in field.metadata)
     }
 
 

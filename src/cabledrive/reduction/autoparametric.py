@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.mechanics.spans import DRIVE_PULLEY, LOAD_PULLEY, MOTOR, transverse_chains
+from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY, MOTOR
+from cabledrive.mechanics.spans import transverse_chains
 from cabledrive.modes.tuning import pulley_mode
 from cabledrive.modes.waves import waves
 from cabledrive.parameters import Drive

@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass
 
-from cabledrive.mechanics.spans import DRIVE_PULLEY, LOAD_PULLEY, MOTOR, longitudinal_chains
+from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY, MOTOR
+from cabledrive.mechanics.spans import longitudinal_chains
 from cabledrive.modes.tuning import PulleyMode
 from cabledrive.parameters import Drive
 

@@ -23,7 +23,7 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.mechanics.spans import DRIVE_PULLEY, LOAD_PULLEY, MOTOR
+from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY, MOTOR
 from cabledrive.modes import Mode, modes
 from cabledrive.parameters import Drive, InputRefused
 

@@ -26,8 +26,13 @@ DATASHEET: dict[str, tuple[tuple[str, str, str], ...]] = {
         ("reflected_rotor_inertia", "Rotor through the gear, at the output shaft", "kg m^2"),
     ),
     "Estimates without the cable's mass": (
-        ("cable_mode_frequency_hz", "Pulleys against each other", "Hz"),
+        ("cable_mode_frequency_hz", "Lowest mode of pulleys and carriages, motor joint rigid", "Hz"),
         ("joint_mode_frequency_hz", "Motor against drive pulley", "Hz"),
+    ),
+    "Lowest longitudinal frequency": (
+        ("lowest_frequency_free_hz", "Motor free (without a motor: drive pulley free)", "Hz"),
+        ("lowest_frequency_held_hz", "Motor held (without a motor: drive pulley held)", "Hz"),
+        ("lowest_frequency_holding_hz", "Motor on its holding stiffness", "Hz"),
     ),
     "Resolution": (
         ("motor_encoder_resolution", "Motor encoder, one count at the output shaft", "rad"),
@@ -35,4 +40,4 @@ DATASHEET: dict[str, tuple[tuple[str, str, str], ...]] = {
         ("load_encoder_resolution", "Load encoder, one count", "rad"),
     ),
 }
-"""For each heading: name in `DerivedQuantities`, words, SI unit."""
+"""For each heading: name in `DerivedQuantities` or `LowestFrequencies`, words, SI unit."""

@@ -1,16 +1,17 @@
 """`cabledrive check`: whether a drive file is valid, what follows from it, and what looks odd."""
 
 from collections.abc import Iterator
+from typing import Any
 
 import click
 
 from cabledrive.app.options import Subcommand, answering, drive_argument, saves_answer
 from cabledrive.app.results import Answer, provenance
-from cabledrive.mechanics.datasheet import DerivedQuantities, derived_quantities
 from cabledrive.mechanics.warnings import practitioner_warnings
+from cabledrive.modes.lowest import derived_with_lowest
 from cabledrive.parameters import Drive, content_hash
 
-METHOD = "closed formulas of the datasheet"
+METHOD = "closed formulas of the datasheet; lowest frequencies by the exact dynamic stiffness"
 
 
 @click.command(cls=Subcommand, example='cabledrive check elevator --set cable.pretension="20 kN"')
@@ -19,12 +20,13 @@ METHOD = "closed formulas of the datasheet"
 @drive_argument
 def command(drive: Drive) -> Answer:
     """Check DRIVE: is the file valid, what follows from it, and what would a practitioner look at twice."""
-    derived, warnings = derived_quantities(drive), practitioner_warnings(drive)
+    derived = derived_with_lowest(drive)
+    warnings = practitioner_warnings(drive)
     return Answer(
         data={
             "valid": True,
             "drive_hash": content_hash(drive),
-            "derived": derived.as_dict(),
+            "derived": derived,
             "warnings": warnings,
         },
         text=_text(drive, derived, warnings),
@@ -32,20 +34,20 @@ def command(drive: Drive) -> Answer:
     )
 
 
-def _text(drive: Drive, derived: DerivedQuantities, warnings: tuple[str, ...]) -> str:
+def _text(drive: Drive, derived: dict[str, Any], warnings: tuple[str, ...]) -> str:
     head = f"{drive.title or drive.name}\nvalid; content hash {content_hash(drive)}"
     findings = [f"Warning: {line}." for line in warnings] or ["Nothing stands out."]
     return "\n\n".join([head, *_sections(derived), "\n".join(findings)])
 
 
-def _sections(derived: DerivedQuantities) -> Iterator[str]:
+def _sections(derived: dict[str, Any]) -> Iterator[str]:
     """The datasheet, each section under its heading; what does not exist for this drive is left out."""
     from cabledrive.report.datasheet_words import DATASHEET
     from cabledrive.report.numbers import quantity
 
     width = max(len(words) for section in DATASHEET.values() for _, words, _ in section)
     for heading, section in DATASHEET.items():
-        values = [(words, getattr(derived, name), unit) for name, words, unit in section]
+        values = [(words, derived.get(name), unit) for name, words, unit in section]
         lines = [f"  {words:<{width}}  {quantity(x, unit)}" for words, x, unit in values if x is not None]
         if lines:
             yield "\n".join([click.style(heading, bold=True), *lines])

@@ -7,7 +7,9 @@ import click
 from cabledrive.app.new_file import NewFile, NewFileType
 from cabledrive.app.options import Quantity, Subcommand, answering, drive_argument, saves_answer
 from cabledrive.app.results import Answer, provenance
+from cabledrive.mechanics.holding import CONDITIONS
 from cabledrive.modes import Mode, Modes, modes
+from cabledrive.modes.lowest import lowest_frequencies
 from cabledrive.modes.mode_table import certificate_line, mode_table
 from cabledrive.parameters import Drive
 
@@ -25,21 +27,39 @@ METHOD = "exact dynamic stiffness, Wittrick-Williams count, inverse iteration"
 @click.option("--below", type=Quantity("Hz"), metavar="HZ", help="Every mode below this frequency.")
 @click.option("--count", type=int, metavar="N", help="The first N of each kind instead; 10 unless told.")
 @click.option(
+    "--motor",
+    type=click.Choice(CONDITIONS),
+    help="How the rotor is held; default: holding with a motor.holding_stiffness, else free.",
+)
+@click.option(
+    "--hold",
+    multiple=True,
+    metavar="NAME",
+    help='Hold a part as well: "drive pulley", "load pulley", "carriage 0", or a name of the file.',
+)
+@click.option(
     "--plot",
     type=NewFileType(".png", ".svg", ".pdf"),
     metavar="FILE",
     help="Draw frequencies and shapes into FILE, ending in .png, .svg or .pdf.",
 )
-def command(drive: Drive, below: float | None, count: int | None, plot: NewFile | None) -> Answer:
+def command(
+    drive: Drive,
+    below: float | None,
+    count: int | None,
+    motor: str | None,
+    hold: tuple[str, ...],
+    plot: NewFile | None,
+) -> Answer:
     """List all natural modes of DRIVE, both kinds, with a certificate that none is missing."""
-    found = modes(drive, below=below, count=count)
+    found = modes(drive, below=below, count=count, motor=motor, hold=hold)
     if plot is not None:
         from cabledrive.report.mode_figure import mode_picture
 
         plot.write(mode_picture(drive, found, plot.path.suffix[1:]))
     return Answer(
-        data=modes_data(found),
-        text=f"{drive.title or drive.name}\n\n{mode_table(found)}",
+        data=modes_data(found) | lowest_frequencies(drive).as_dict(),
+        text=f"{drive.title or drive.name}\n\n{mode_table(found)}\n{lowest_frequencies(drive).line}",
         provenance=provenance(drive, method=METHOD, tolerances={"enclosure": found.certificate.enclosure}),
         incomplete=None if found.certified else certificate_line(found),
     )
@@ -69,6 +89,8 @@ def modes_data(found: Modes) -> dict[str, Any]:
             "enclosure": proof.enclosure,
         },
         "rigid_body_modes": found.rigid_body_modes,
+        "motor": found.motor,
+        "hold": list(found.hold),
     }
 
 

@@ -6,7 +6,8 @@ from typing import Any
 
 from markupsafe import Markup
 
-from cabledrive.mechanics import derived_quantities, practitioner_warnings
+from cabledrive.mechanics import practitioner_warnings
+from cabledrive.modes.lowest import derived_with_lowest
 from cabledrive.parameters import Drive
 from cabledrive.report.blocks import (
     Beside,
@@ -189,10 +190,10 @@ def _many(drive: Drive) -> tuple[tuple[str, str], ...]:
 
 
 def _derived(drive: Drive) -> Table:
-    sheet = derived_quantities(drive).as_dict()
+    sheet = derived_with_lowest(drive)
     groups = []
     for title, lines in DATASHEET.items():
-        known = [(words, sheet[name], unit) for name, words, unit in lines if sheet[name] is not None]
+        known = [(words, sheet[name], unit) for name, words, unit in lines if sheet.get(name) is not None]
         rows = [
             (words, quantity(0.0 if abs(value) < NOTHING else value, unit)) for words, value, unit in known
         ]

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cabledrive.identification.logs.log import Log
-from cabledrive.mechanics import derived_quantities, practitioner_warnings
+from cabledrive.mechanics import practitioner_warnings
+from cabledrive.modes.lowest import derived_with_lowest
 from cabledrive.parameters import Drive
 from cabledrive.rig.laws.fitting import SHAFTS
 from cabledrive.studies.study.carriage_machine import missing_for_carriage
@@ -74,7 +75,7 @@ def check(drive: Drive, logs: Sequence[Log], hashes: Sequence[str]) -> CheckResu
     -------
     CheckResult
     """
-    derived = derived_quantities(drive).as_dict()
+    derived = derived_with_lowest(drive)
     return CheckResult(
         derived={k: v for k, v in derived.items() if v is None or isinstance(v, float)},
         warnings=tuple(practitioner_warnings(drive)),
