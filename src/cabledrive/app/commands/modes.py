@@ -57,12 +57,21 @@ def command(
         from cabledrive.report.mode_figure import mode_picture
 
         plot.write(mode_picture(drive, found, plot.path.suffix[1:]))
+    lowest = lowest_frequencies(drive)
+    head = f"{drive.title or drive.name}\n{lowest.line}\n{_how_held(found)}"
     return Answer(
-        data=modes_data(found) | lowest_frequencies(drive).as_dict(),
-        text=f"{drive.title or drive.name}\n\n{mode_table(found)}\n{lowest_frequencies(drive).line}",
+        data=modes_data(found) | lowest.as_dict(),
+        text=f"{head}\n\n{mode_table(found)}",
         provenance=provenance(drive, method=METHOD, tolerances={"enclosure": found.certificate.enclosure}),
         incomplete=None if found.certified else certificate_line(found),
     )
+
+
+def _how_held(found: Modes) -> str:
+    """With what held the modes are listed."""
+    rotor = {"free": "free", "held": "held", "holding": "on its holding stiffness"}[found.motor]
+    also = f"; also held: {', '.join(found.hold)}" if found.hold else ""
+    return f"Listed with the motor {rotor}{also}."
 
 
 def modes_data(found: Modes) -> dict[str, Any]:
