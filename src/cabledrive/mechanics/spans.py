@@ -2,11 +2,9 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.mechanics.chain import Chain
 from cabledrive.mechanics.holding import (
@@ -21,54 +19,9 @@ from cabledrive.mechanics.holding import (
     joint_stiffness,
     motor_condition,
 )
+from cabledrive.mechanics.labelled_chain import HOLDING_SPRING, MOTOR_JOINT, LabelledChain, Stretch
 from cabledrive.mechanics.rest_state import RestingSection, RestState, rest_state
 from cabledrive.parameters import Carriage, Drive, NotComputed
-
-MOTOR_JOINT = "motor joint"
-HOLDING_SPRING = "holding stiffness"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Stretch:
-    """A piece of a span between two neighbouring joints.
-
-    Attributes
-    ----------
-    span : {"upper", "lower"}
-    start, end : float
-        Unstretched positions from the pulley where the span starts [m].
-    """
-
-    span: str
-    start: float
-    end: float
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class LabelledChain:
-    """A chain whose joints and segments know what they are on the machine.
-
-    Attributes
-    ----------
-    chain : Chain
-    joints : tuple of str
-        "drive pulley", "load pulley", "carriage 3" (its number in the file); last "motor", if it has a joint.
-    stretches : tuple of Stretch
-        One for each segment.
-    ground : {"", "motor joint", "holding stiffness"}, default ""
-        What its springs to the ground are.
-    """
-
-    chain: Chain
-    joints: tuple[str, ...]
-    stretches: tuple[Stretch, ...]
-    ground: str = ""
-
-    @cached_property
-    def carriages(self) -> NDArray[np.intp]:
-        """Which of the joints are carriages."""
-        carried = [number for number, name in enumerate(self.joints) if name.startswith("carriage")]
-        return np.array(carried, dtype=np.intp)
 
 
 def longitudinal_chains(

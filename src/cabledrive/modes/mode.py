@@ -8,7 +8,7 @@ import numpy as np
 
 from cabledrive.mechanics.chain import Array
 from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY
-from cabledrive.mechanics.spans import MOTOR_JOINT, LabelledChain
+from cabledrive.mechanics.labelled_chain import MOTOR_JOINT, LabelledChain
 from cabledrive.modes.solver import ChainMode
 
 LONGITUDINAL, TRANSVERSE = "longitudinal", "transverse"

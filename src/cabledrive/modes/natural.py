@@ -3,22 +3,19 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite, pi
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.holding import clamped, held_joints, motor_condition
-from cabledrive.mechanics.spans import LabelledChain, longitudinal_chains, transverse_chains
-from cabledrive.modes.counting import ModeCounter
-from cabledrive.modes.mode import LONGITUDINAL, TRANSVERSE, Mode, make_mode
-from cabledrive.modes.solver import ENCLOSURE, chain_modes
+from cabledrive.mechanics.spans import longitudinal_chains, transverse_chains
+from cabledrive.modes.mode import LONGITUDINAL, TRANSVERSE, Mode
+from cabledrive.modes.solver import ENCLOSURE
 from cabledrive.parameters import Drive, InputRefused, content_hash
 
 DEFAULT_COUNT = 10
 MOST_MODES = 20_000
 LOWEST_BELOW, HIGHEST_BELOW = 1e-30, 1e30
-PLANES = ("v", "w")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,8 +125,8 @@ def modes(
     .. [1] Eqs. (3.10)-(3.13), (3.17)-(3.20), (3.24)-(3.26), (3.27), (3.37)-(3.38), generalised.
     """
     along, across = (
-        _Band(longitudinal_chains(drive, motor=motor, hold=hold), LONGITUDINAL),
-        _Band(transverse_chains(clamped(drive, hold)), TRANSVERSE),
+        Band(longitudinal_chains(drive, motor=motor, hold=hold), LONGITUDINAL),
+        Band(transverse_chains(clamped(drive, hold)), TRANSVERSE),
     )
     if below is not None:
         _check_below(below, count, along, across)
@@ -138,7 +135,7 @@ def modes(
         wanted = _checked_count(DEFAULT_COUNT if count is None else count)
         found = [band.first(wanted) for band in (along, across)]
     bound = min(clear for _, clear in found)
-    listed = sorted((mode for part, _ in found for mode in part), key=_order)
+    listed = sorted((mode for part, _ in found for mode in part), key=order_of)
     parts = [band.count(bound) for band in (along, across)]
     complete = sum(mode.multiplicity for mode in listed if 2 * pi * mode.frequency < bound) == sum(parts)
     certificate = Certificate(
@@ -222,62 +219,11 @@ def longitudinal_modes(
     InputRefused, NotComputed
         As `modes`.
     """
-    band = _Band(longitudinal_chains(drive, motor=motor, hold=hold), LONGITUDINAL)
+    band = Band(longitudinal_chains(drive, motor=motor, hold=hold), LONGITUDINAL)
     if below is not None:
         _check_below(below, count, band)
         return tuple(band.below(2 * pi * below)[0])
     return tuple(band.first(_checked_count(DEFAULT_COUNT if count is None else count))[0])
-
-
-class _Band:
-    """All modes of one kind: the chains that carry them, and how many planes each stands for."""
-
-    def __init__(self, chains: Sequence[LabelledChain], kind: str) -> None:
-        self._chains, self._kind = chains, kind
-        self._counters = [ModeCounter(chain.chain) for chain in chains]
-        self._planes: tuple[str | None, ...] = PLANES if kind == TRANSVERSE else (None,)
-        self.rigid_body_modes = sum(chain.chain.rigid_body_modes for chain in chains)
-
-    def count(self, omega: float) -> int:
-        """Number of modes below omega [rad/s], without the rigid-body mode."""
-        below = sum(max(counter(omega), chain.chain.rigid_body_modes) for counter, chain in self._pairs())
-        return len(self._planes) * (below - self.rigid_body_modes)
-
-    def below(self, omega: float) -> tuple[list[Mode], float]:
-        """All modes below omega, and the frequency up to which this is certain [rad/s]."""
-        clear, step = omega, 4 * ENCLOSURE
-        while self.count(clear * (1 - ENCLOSURE)) != self.count(clear * (1 + ENCLOSURE)):
-            clear, step = clear * (1 - step), 2 * step
-        return self._modes(clear), clear
-
-    def first(self, count: int) -> tuple[list[Mode], float]:
-        """The first modes, and the frequency up to which the list is complete [rad/s]."""
-        top = pi / sum(float(chain.chain.travel_times.sum()) for chain in self._chains) / 8
-        while self.count(top) < count:
-            top *= 2
-        listed = self._modes(top, first=count)[:count]
-        last = 2 * pi * listed[-1].frequency
-        held = sum(mode.multiplicity for mode in listed)
-        for room in (0.1, 1e-3, 1e-6, 1e-9, 2 * ENCLOSURE):
-            if self.count(last * (1 + room)) == held:
-                return listed, last * (1 + room)
-        return listed, last * (1 - 2 * ENCLOSURE)
-
-    def _modes(self, top: float, first: int | None = None) -> list[Mode]:
-        found = [
-            make_mode(chain, solved, self._kind, plane)
-            for counter, chain in self._pairs()
-            for solved in chain_modes(chain.chain, top, first=first, count=counter)
-            for plane in self._planes
-        ]
-        return sorted(found, key=_order)
-
-    def _pairs(self) -> list[tuple[ModeCounter, LabelledChain]]:
-        return list(zip(self._counters, self._chains, strict=True))
-
-
-def _order(mode: Mode) -> tuple[Any, ...]:
-    return mode.frequency, mode.kind, mode.span != "upper", mode.section or (), mode.plane or ""
 
 
 def _checked_count(count: int) -> int:
@@ -288,7 +234,7 @@ def _checked_count(count: int) -> int:
     return count
 
 
-def _check_below(below: float, count: int | None, *bands: _Band) -> None:
+def _check_below(below: float, count: int | None, *bands: Band) -> None:
     if count is not None:
         raise InputRefused(f"below = {below:.9g} Hz and count = {count} are both given: give one of the two")
     if not (isfinite(below) and below > 0.0):

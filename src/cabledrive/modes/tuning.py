@@ -17,7 +17,8 @@ from math import pi
 import numpy as np
 
 from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY
-from cabledrive.mechanics.spans import LabelledChain, longitudinal_chains, transverse_chains
+from cabledrive.mechanics.labelled_chain import LabelledChain
+from cabledrive.mechanics.spans import longitudinal_chains, transverse_chains
 from cabledrive.modes.solver import ChainMode, chain_modes
 from cabledrive.parameters import Drive, InputRefused
 

@@ -9,7 +9,7 @@ On a piece of cable of length l between displacements :math:`u_a, u_b` the exact
 from dataclasses import dataclass
 from math import atan2, ceil, cos, pi, sin
 
-from cabledrive.mechanics.spans import LabelledChain
+from cabledrive.mechanics.labelled_chain import LabelledChain
 from cabledrive.modes.solver import ChainMode
 
 

@@ -7,7 +7,8 @@ from math import ceil, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.mechanics.spans import LabelledChain, longitudinal_chains
+from cabledrive.mechanics.labelled_chain import LabelledChain
+from cabledrive.mechanics.spans import longitudinal_chains
 from cabledrive.modes.tuning import section_modes
 from cabledrive.modes.waves import Wave, waves
 from cabledrive.parameters import Drive, InputRefused
