@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from cabledrive.mechanics.holding import clamped, held_joints, motor_condition
 from cabledrive.mechanics.spans import longitudinal_chains, transverse_chains
+from cabledrive.modes.band import Band, order_of
 from cabledrive.modes.mode import LONGITUDINAL, TRANSVERSE, Mode
 from cabledrive.modes.solver import ENCLOSURE
 from cabledrive.parameters import Drive, InputRefused, content_hash
