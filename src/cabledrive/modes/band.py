@@ -28,19 +28,53 @@ class Band:
         self.rigid_body_modes = sum(chain.chain.rigid_body_modes for chain in chains)
 
     def count(self, omega: float) -> int:
-        """Number of modes below omega [rad/s], without the rigid-body mode."""
+        """Number of modes below a frequency, without the rigid-body mode.
+
+        Parameters
+        ----------
+        omega : float
+            [rad/s].
+
+        Returns
+        -------
+        int
+        """
         below = sum(max(counter(omega), chain.chain.rigid_body_modes) for counter, chain in self._pairs())
         return len(self._planes) * (below - self.rigid_body_modes)
 
     def below(self, omega: float) -> tuple[list[Mode], float]:
-        """All modes below omega, and the frequency up to which this is certain [rad/s]."""
+        """All modes below a frequency.
+
+        Parameters
+        ----------
+        omega : float
+            [rad/s].
+
+        Returns
+        -------
+        modes : list of Mode
+        clear : float
+            Frequency up to which the list is certain [rad/s].
+        """
         clear, step = omega, 4 * ENCLOSURE
         while self.count(clear * (1 - ENCLOSURE)) != self.count(clear * (1 + ENCLOSURE)):
             clear, step = clear * (1 - step), 2 * step
         return self._modes(clear), clear
 
     def first(self, count: int) -> tuple[list[Mode], float]:
-        """The first modes, and the frequency up to which the list is complete [rad/s]."""
+        """The first few modes.
+
+        Parameters
+        ----------
+        count : int
+            How many.
+
+        Returns
+        -------
+        modes : list of Mode
+        clear : float
+            Frequency up to which the list is complete [rad/s].
+        """
         top = pi / sum(float(chain.chain.travel_times.sum()) for chain in self._chains) / 8
         while self.count(top) < count:
             top *= 2
