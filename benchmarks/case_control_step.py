@@ -46,7 +46,7 @@ def steps(
         )  # fmt: skip
         wanted, _, _ = law_step(
             law.kind, law.matrix, law.rows, law.learning, law.scalars, s.parameters, s.memory, s.states,
-            reference, k, s.held[1], s.regressor, s.work,
+            reference, k, s.held[1], s.regressor, s.work, s.table,
         )  # fmt: skip
         s.held[1] = wanted
         command = min(max(wanted, -limit), limit)

@@ -41,6 +41,23 @@ def public_functions(tree: ast.Module) -> Iterator[tuple[str, Function]]:
                     yield f"{node.name}.{child.name}", child
 
 
+def exports(tree: ast.Module) -> set[tuple[str, str]]:
+    """Module and name of all that the ``__init__`` of a room takes from its files and lists in ``__all__``."""
+    listed = {
+        element.value
+        for node in tree.body
+        if isinstance(node, ast.Assign) and any(getattr(t, "id", "") == "__all__" for t in node.targets)
+        for element in getattr(node.value, "elts", [])
+    }
+    return {
+        (node.module or "", name.name)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom)
+        for name in node.names
+        if (name.asname or name.name) in listed
+    }
+
+
 def decorators(function: Function) -> set[str]:
     """Last names of the decorators: ``@numba.njit(cache=True)`` gives njit."""
     calls = [d.func if isinstance(d, ast.Call) else d for d in function.decorator_list]
@@ -60,11 +77,13 @@ def compiles(tree: ast.Module) -> bool:
     return bool(names & COMPILERS)
 
 
-def docstring_gaps(name: str, function: Function) -> list[str]:
-    """What the docstring of a public function does not tell: its arguments, its result, its refusals."""
+def docstring_gaps(name: str, function: Function, exported: bool = True) -> list[str]:
+    """What the docstring of a function lacks: all of it or, where a room exports it, arguments, result, refusals."""
     text = ast.get_docstring(function)
     if not text:
         return [f"{name} has no docstring"]
+    if not exported:
+        return []
     told_elsewhere = {"property", "cached_property", "setter", "command", "group", "overload"}
     if is_kernel(function) or function.name.endswith("_reference") or decorators(function) & told_elsewhere:
         return []

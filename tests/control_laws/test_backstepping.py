@@ -1,6 +1,6 @@
 """The backstepping law against its hand-written oracle, against differences, and its matrix D_z.
 
-Compiled module under test: cabledrive.control.backstepping_kernels.
+Compiled module under test: cabledrive.control.backstepping_recursion.
 """
 
 import numpy as np
@@ -13,7 +13,7 @@ from cabledrive.control.backstepping import (
     scaled_stability,
     unmatched_parameters,
 )
-from cabledrive.control.backstepping_kernels import backstepping_command
+from cabledrive.control.backstepping_recursion import backstepping_command, work_shape
 from cabledrive.parameters import InputRefused
 from control_chains import INTERVAL, errata_module, model
 
@@ -27,7 +27,8 @@ LAW = backstepping_numbers(CHAIN, GAINS, INTERVAL)
 
 def command(states, y, estimate):
     tau = np.zeros(7)
-    u, z1 = backstepping_command(LAW.rows, LAW.scalars, estimate, states, y[None, :], 0, tau)
+    law = (LAW.matrix, LAW.rows, LAW.scalars)
+    u, z1 = backstepping_command(*law, estimate, states, y[None, :], 0, tau, np.zeros(work_shape(2)))
     return u, z1, tau
 
 

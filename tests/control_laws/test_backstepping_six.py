@@ -1,17 +1,12 @@
-"""The generated laws: held against their generator, high-precision differences and their errors' dynamics.
+"""The recursion of the law: held against high-precision differences and the dynamics of its errors.
 
-Compiled modules under test: cabledrive.control.backstepping_four, cabledrive.control.backstepping_six,
-cabledrive.control.backstepping_kernels.
+Compiled module under test: cabledrive.control.backstepping_recursion.
 """
-
-from pathlib import Path
-from time import perf_counter
 
 import mpmath
 import numpy as np
 import pytest
 
-import cabledrive.control.generation as generation
 from cabledrive.control.backstepping import backstepping_gains, backstepping_numbers
 from cabledrive.control.backstepping_chain import (
     chain_numbers,
@@ -19,10 +14,21 @@ from cabledrive.control.backstepping_chain import (
     chain_reference,
     chain_scales,
 )
-from cabledrive.control.backstepping_kernels import backstepping_command
-from cabledrive.control.backstepping_six import GAINS, backstepping_six_reference
-from cabledrive.control.backstepping_stability import errors_matrix, scaled_states, stability_margin
-from cabledrive.control.backstepping_symbols import Backstepping
+from cabledrive.control.backstepping_recursion import (
+    backstepping_command,
+    backstepping_step,
+    equal_bandwidth,
+    feedback_pairs,
+    gain_names,
+    signal_count,
+    work_shape,
+)
+from cabledrive.control.backstepping_stability import (
+    errors_matrix,
+    law_step,
+    scaled_states,
+    stability_margin,
+)
 from cabledrive.control.flat_output import flat_output
 from cabledrive.control.reference import flat_reference, joint_motion
 from cabledrive.parameters import InputRefused
@@ -53,21 +59,13 @@ def states_of(x):
     return np.array([load + twist + joint, load + twist, load, sum(speeds), speeds[0] + speeds[1], speeds[0]])
 
 
-@pytest.mark.parametrize("name", generation.LAWS)
-def test_generating_again_gives_the_same_text(name, measured):
-    path, begun = Path(generation.__file__).with_name(f"{name}.py"), perf_counter()
-    text = generation.source_of(generation.LAWS[name])
-    same = text == path.read_text(encoding="utf-8")
-    measured(f"{len(text.splitlines())} lines in {perf_counter() - begun:.2f} s, the same: {same}")
-    assert same
-
-
-def test_the_derivation_does_not_swell():
-    """Lines of the law: 72 for six states, 129 for eight; no expression over 100 terms."""
-    counts = {
-        n: len([*law.steps(), *law.adaptation()]) for n in (3, 4) for law in [Backstepping(n, True, False)]
-    }
-    assert counts == {3: 72, 4: 129}
+def test_gains_have_a_place_by_step_and_error():
+    """Two in a step, three in the last: 8 for four states, 12 for six, 16 for eight."""
+    assert [len(feedback_pairs(n)) for n in (2, 3, 4)] == [8, 12, 16]
+    named = gain_names(equal_bandwidth(3, 5.0), np.array([S1, S2]))
+    assert list(named)[:3] == ["k11", "k21", "k22"]
+    assert {name for name, value in named.items() if value == 5.0} == {f"k{i}{i}" for i in range(1, 7)}
+    assert (named["k65"], named["k64"], named["s2"]) == (1.0, 0.0, S2)
 
 
 @pytest.mark.kernel
@@ -77,9 +75,11 @@ def test_compiled_law_is_its_readable_twin(seed):
     x, signals, estimate, friction = sample(seed)
     reference = np.array([[*signals, friction]])
     tau = np.zeros(12)
-    u, z1 = backstepping_command(LAW.rows, LAW.scalars, estimate, states_of(x), reference, 0, tau)
+    law = (LAW.matrix, LAW.rows, LAW.scalars)
+    table = np.zeros(work_shape(3))
+    u, z1 = backstepping_command(*law, estimate, states_of(x), reference, 0, tau, table)
     given = (x, signals, states_of(x)[3], np.tanh(50.0 * friction))
-    readable, z, _, phi = backstepping_six_reference(LAW.rows[0], estimate, *given)
+    readable, z, _, phi = law_step(LAW, estimate, *given)
     assert u == pytest.approx(readable, rel=1e-11)
     assert z1 == pytest.approx(z[0], rel=1e-11)
     expected = np.array(phi).T @ z
@@ -100,9 +100,42 @@ def rates(x, u, p, w, speed, friction):
 
 def moved(x, signals, rate, step):
     """States and signals a little later."""
-    chains = [signals[:7], signals[7:12], signals[12:15], signals[15:]]
-    later = [[a + step * b for a, b in zip(c, [*c[1:], mpmath.mpf(0)], strict=True)] for c in chains]
-    return [a + step * b for a, b in zip(x, rate, strict=True)], [a for c in later for a in c]
+    n = len(x) // 2
+    ends = np.cumsum([2 * n + 1, *(2 * (n - j) + 1 for j in range(1, n + 1))])
+    assert ends[-1] == len(signals)
+    later = []
+    for chain in np.split(signals, ends[:-1]):
+        later += [a + step * b for a, b in zip(chain, [*chain[1:], mpmath.mpf(0)], strict=True)]
+    return x + step * np.array(rate), np.array(later)
+
+
+def off_their_dynamics(law, rates_of, p, truth, x, signals, speed, friction):
+    """Largest difference of z' from A z - Phi^T p~ over the largest term of its row; differences of 60 digits."""
+    n = len(x) // 2
+    with mpmath.workdps(60):
+        matrix = errors_matrix(law, p, 2 * n)
+        exact = [np.array([mpmath.mpf(float(v)) for v in a]) for a in (p, truth, x, signals)]
+        gains = [
+            np.vectorize(lambda v: mpmath.mpf(float(v)), otypes=[object])(a) for a in (law.matrix, law.rows)
+        ]
+        p, truth, x, signals = exact
+        speed, friction = mpmath.mpf(float(speed)), mpmath.mpf(float(friction))
+
+        def step_at(x, signals):
+            return backstepping_step(gains[0], gains[1][0], True, p, x, signals, speed, friction)
+
+        here = step_at(x, signals)
+        starts = np.cumsum([2 * n + 1, *(2 * (n - j) + 1 for j in range(1, n))])
+        rate = rates_of(x, here.command, truth, signals[starts], speed, friction)
+        size = mpmath.mpf(10) ** -20
+        after, before = (step_at(*moved(x, signals, rate, sign * size)).errors for sign in (1, -1))
+        off = []
+        for i in range(2 * n):
+            found = (after[i] - before[i]) / (2 * size)
+            row = [mpmath.mpf(matrix[i, j]) * here.errors[j] for j in range(2 * n)]
+            row += [-here.regressors[i, m] * (p[m] - truth[m]) for m in range(3 * n + 1)]
+            off.append(float(abs(found - sum(row)) / max(abs(term) for term in row)))
+        return max(off)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -111,29 +144,55 @@ def test_errors_obey_their_dynamics_to_eleven_digits(seed, measured):
 
     Every partial derivative of every virtual control enters; one wrong term shows at once.
     """
-    with mpmath.workdps(60):
-        x, signals, estimate, friction = sample(seed)
-        numbers = [[mpmath.mpf(float(v)) for v in a] for a in (LAW.rows[0], estimate, x, signals)]
-        gains, p, x, signals = numbers
-        truth = [mpmath.mpf(float(v)) for v in sample(seed + 100)[2]]
-        speed, friction = mpmath.mpf(states_of(np.array(x, float))[3]), mpmath.mpf(friction)
-        u, z, _, phi = backstepping_six_reference(gains, p, x, signals, speed, friction)
-        w = (signals[7], signals[12], signals[15])
-        rate, step = rates(x, u, truth, w, speed, friction), mpmath.mpf(10) ** -20
+    x, signals, estimate, friction = sample(seed)
+    truth, speed = sample(seed + 100)[2], states_of(x)[3]
+    off = off_their_dynamics(LAW, rates, estimate, truth, x, signals, speed, friction)
+    measured(f"within {off:.1e} of the largest term of each row")
+    assert off <= 1e-11, f"observed {off}"
 
-        def errors(sign):
-            later = moved(x, signals, rate, sign * step)
-            return backstepping_six_reference(gains, p, *later, speed, friction)[1]
 
-        matrix = errors_matrix(LAW, np.array(p, float), 6)
-        after, before, off = errors(1), errors(-1), []
-        for i in range(6):
-            found = (after[i] - before[i]) / (2 * step)
-            row = [mpmath.mpf(matrix[i, j]) * z[j] for j in range(6)]
-            row += [-phi[i][m] * (p[m] - truth[m]) for m in range(10)]
-            off.append(float(abs(found - sum(row)) / max(abs(term) for term in row)))
-        measured(f"within {max(off):.1e} of the largest term of each row")
-        assert max(off) <= 1e-11, f"observed {off}"
+def rates_of_eight(x, u, p, w, speed, friction):
+    """Rates of four inertias in the order of the recursion's parameters, written out; scales of `EIGHT`."""
+    s1, _, s3 = EIGHT.rows[0]
+    return [
+        x[1],
+        p[0] * x[2] + p[1] + w[0],
+        x[3],
+        p[2] * x[4] - p[3] * x[2] - s1 * p[1] + w[1],
+        x[5],
+        p[4] * x[6] - p[5] * x[4] + p[6] * x[2] + w[2],
+        x[7],
+        s3 * p[12] * u - p[7] * x[6] + p[8] * x[4] - p[9] * speed - p[10] * friction + p[11] + w[3],
+    ]
+
+
+EIGHT = LAW._replace(matrix=equal_bandwidth(4, 3.0), rows=np.array([[2.0, 3.0, 0.5]]))
+
+
+def test_the_recursion_holds_for_a_chain_of_four_inertias():
+    """Eight states, a length that no controller of the package uses; random numbers of order one."""
+    rng = np.random.default_rng(8)
+    x, signals = rng.normal(size=8), rng.normal(size=signal_count(4, True))
+    estimate, truth = rng.uniform(0.5, 2.0, (2, 13))
+    off = off_their_dynamics(EIGHT, rates_of_eight, estimate, truth, x, signals, 0.7, -0.3)
+    assert off <= 1e-11, f"observed {off}"
+
+
+@pytest.mark.kernel
+def test_compiled_law_of_eight_states_is_its_readable_twin():
+    rng = np.random.default_rng(9)
+    states, reference = rng.normal(size=8), rng.normal(size=(1, signal_count(4, True) + 1))
+    estimate, tau = rng.uniform(0.5, 2.0, 13), np.zeros(13)
+    law = (EIGHT.matrix, EIGHT.rows, EIGHT.scalars)
+    u, z1 = backstepping_command(*law, estimate, states, reference, 0, tau, np.zeros(work_shape(4)))
+    friction = np.tanh(50.0 * reference[0, -1])
+    x = scaled_states(EIGHT, states)
+    readable = law_step(EIGHT, estimate, x, reference[0, :-1], states[4], friction)
+    assert (u, z1) == (
+        pytest.approx(readable.command, rel=1e-11),
+        pytest.approx(readable.errors[0], rel=1e-11),
+    )
+    np.testing.assert_allclose(tau, readable.regressors.T @ readable.errors, rtol=1e-9)
 
 
 def test_along_the_reference_no_error_arises():
@@ -145,9 +204,8 @@ def test_along_the_reference_no_error_arises():
     rows = flat_reference(flat, wanted, INTERVAL)
     states, elastic = joint_motion(flat, rows)
     for k in (300, 800, 1700):
-        u, z1 = backstepping_command(
-            LAW.rows, LAW.scalars, NOMINAL.copy(), states[k], reference, k, np.zeros(12)
-        )
+        law, table = (LAW.matrix, LAW.rows, LAW.scalars), np.zeros(work_shape(3))
+        u, z1 = backstepping_command(*law, NOMINAL.copy(), states[k], reference, k, np.zeros(12), table)
         friction = CHAIN.coulomb[0] * np.tanh(50.0 * rows[k, -2]) - CHAIN.offsets[0]
         needed = elastic[k] + CHAIN.inertias[0] * rows[k, -1] + CHAIN.viscous[0] * rows[k, -2] + friction
         assert abs(z1) < 1e-6
@@ -158,7 +216,6 @@ def test_poles_of_the_errors_are_the_designed_ones():
     """With cross gains of 1 against 157^2 the six poles stay at 25 Hz."""
     hertz = np.abs(np.linalg.eigvals(errors_matrix(LAW, NOMINAL, 6))) / (2 * np.pi)
     np.testing.assert_allclose(hertz, 25.0, rtol=0.03)
-    assert len(GAINS) == 12
 
 
 def test_condition_holds_without_adaptation_and_fails_with_it():

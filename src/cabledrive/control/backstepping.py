@@ -2,8 +2,8 @@ r"""Backstepping for a rigid joint and a flexible cable of uncertain stiffness, 
 
 States are :math:`x_1 = \theta_2`, :math:`x_2 = \dot\theta_2`, :math:`\bar x_3 = \beta_n(\theta_1 -
 \theta_2)`,
-:math:`\bar x_4`; the seven parameters follow (6.69). The law itself, `backstepping_four`, is written by
-`cabledrive.control.generation`, every derivative by symbols.
+:math:`\bar x_4`; the seven parameters follow (6.69). The law itself is
+`cabledrive.control.backstepping_recursion`.
 """
 
 from dataclasses import dataclass
@@ -54,9 +54,16 @@ class BacksteppingGains:
     adaptation: float
 
     @property
-    def order(self) -> tuple[float, ...]:
-        """The eight gains in the order of the compiled law."""
-        return (self.k1, self.k21, self.k22, self.k32, self.k33, self.k42, self.k43, self.k44)
+    def matrix(self) -> Array:
+        """The gains by step and error, shape (4, 4)."""
+        return np.array(
+            [
+                [self.k1, 0.0, 0.0, 0.0],
+                [self.k21, self.k22, 0.0, 0.0],
+                [0.0, self.k32, self.k33, 0.0],
+                [0.0, self.k42, self.k43, self.k44],
+            ]
+        )
 
 
 def backstepping_gains(bandwidth: float | None = None, *, adaptation: float = 1e-6) -> BacksteppingGains:
@@ -153,9 +160,8 @@ def backstepping_numbers(chain: LumpedChain, gains: BacksteppingGains, interval:
         parameters, parameters - widths, parameters + widths, gains.adaptation * (2.0 * widths) ** 2
     )
     scalars = np.array([interval, 0.0, SMOOTH, 0.0, 0.0, 1.0, beta])
-    rows = np.array([[*gains.order, beta]])
     return LawNumbers(
-        kind=BACKSTEPPING, matrix=np.zeros((0, 0)), rows=rows, learning=learning, scalars=scalars
+        kind=BACKSTEPPING, matrix=gains.matrix, rows=np.array([[beta]]), learning=learning, scalars=scalars
     )
 
 
@@ -172,15 +178,8 @@ def error_matrix(gains: BacksteppingGains, p1: float) -> Array:
     -------
     ndarray, shape (4, 4)
     """
-    g = gains
-    return np.array(
-        [
-            [-g.k1, 1.0, 0.0, 0.0],
-            [-g.k21, -g.k22, p1, 0.0],
-            [0.0, -g.k32, -g.k33, 1.0],
-            [0.0, -g.k42, -g.k43, -g.k44],
-        ]
-    )
+    matrix = np.diag([1.0, p1, 1.0], 1)
+    return matrix - gains.matrix
 
 
 def scaled_stability(gains: BacksteppingGains, p1: float) -> float:

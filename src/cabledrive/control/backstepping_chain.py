@@ -16,7 +16,7 @@ from math import isfinite, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.control.backstepping_six import GAINS
+from cabledrive.control.backstepping_recursion import equal_bandwidth
 from cabledrive.control.darc_gains import printed_bounds
 from cabledrive.control.numbers import BACKSTEPPING, LawNumbers, learning_table
 from cabledrive.control.reference import lagged
@@ -25,7 +25,6 @@ from cabledrive.reduction.lumped_chain import LumpedChain
 
 Array = NDArray[np.float64]
 REFERENCE_SLOPE = 50.0
-GAIN_NAMES = (*(f"k{i}{j}" for i, j in GAINS), "s1", "s2")
 _LOAD_ACCELERATION = 2.0  # rad/s^2
 # Relative half widths of stiffnesses and inertias: cable, load, joint, drive pulley.
 _CABLE, _LOAD, _JOINT, _PULLEY = 0.05, 0.05, 0.10, 0.05
@@ -144,32 +143,6 @@ def chain_reference(chain: LumpedChain, wanted: Array, interval: float) -> Array
     return np.ascontiguousarray(np.vstack((wanted, w1, w2, w3, speed)).T)
 
 
-def chain_gains(chain: LumpedChain, bandwidth: float) -> Array:
-    """Feedback gains: each step its own bandwidth, cross gains one, and the scales of the states.
-
-    Parameters
-    ----------
-    chain : LumpedChain
-    bandwidth : float
-        [Hz].
-
-    Returns
-    -------
-    ndarray, shape (1, 14)
-
-    Raises
-    ------
-    InputRefused
-        If the bandwidth is not positive.
-    """
-    if not isfinite(bandwidth) or bandwidth <= 0.0:
-        raise InputRefused(
-            f"bandwidth = {bandwidth:.6g} Hz must be finite and above 0: the errors grow otherwise"
-        )
-    k = 2.0 * pi * bandwidth
-    return np.array([[k, 1.0, k, 1.0, k, 1.0, k, 1.0, k, 0.0, 1.0, k, *chain_scales(chain)]])
-
-
 def chain_numbers(chain: LumpedChain, bandwidth: float, adaptation: float, interval: float) -> LawNumbers:
     """Freeze the law of six states.
 
@@ -190,8 +163,12 @@ def chain_numbers(chain: LumpedChain, bandwidth: float, adaptation: float, inter
     Raises
     ------
     InputRefused
-        If the adaptation is negative.
+        If the bandwidth is not positive or the adaptation negative.
     """
+    if not isfinite(bandwidth) or bandwidth <= 0.0:
+        raise InputRefused(
+            f"bandwidth = {bandwidth:.6g} Hz must be finite and above 0: the errors grow otherwise"
+        )
     if not isfinite(adaptation) or adaptation < 0.0:
         raise InputRefused(f"adaptation = {adaptation:.6g} must not be negative: give 0 to switch it off")
     parameters, widths = chain_parameters(chain)
@@ -200,8 +177,8 @@ def chain_numbers(chain: LumpedChain, bandwidth: float, adaptation: float, inter
     )
     return LawNumbers(
         kind=BACKSTEPPING,
-        matrix=np.zeros((0, 0)),
-        rows=chain_gains(chain, bandwidth),
+        matrix=equal_bandwidth(3, 2.0 * pi * bandwidth),
+        rows=np.array([chain_scales(chain)]),
         learning=learning,
         scalars=np.array([interval, 0.0, REFERENCE_SLOPE, 1.0, 0.0, 1.0, 0.0]),
     )

@@ -11,20 +11,16 @@ are taken by complex steps, exact to round-off.
 """
 
 from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.control.backstepping_four import GAINS as GAINS_FOUR
-from cabledrive.control.backstepping_four import backstepping_four_reference
-from cabledrive.control.backstepping_six import GAINS as GAINS_SIX
-from cabledrive.control.backstepping_six import backstepping_six_reference
+from cabledrive.control.backstepping_recursion import BacksteppingStep, backstepping_step, signal_count
 from cabledrive.control.numbers import BY_REFERENCE, GAIN, NOMINAL, SLOPE, LawNumbers
 
 Array = NDArray[np.float64]
 STEP = 1e-30
-SIGNALS = {4: 5, 6: 16}
-TWINS = {4: (GAINS_FOUR, backstepping_four_reference), 6: (GAINS_SIX, backstepping_six_reference)}
 
 
 def errors_matrix(law: LawNumbers, estimate: Array, size: int) -> Array:
@@ -41,10 +37,7 @@ def errors_matrix(law: LawNumbers, estimate: Array, size: int) -> Array:
     -------
     ndarray, shape (size, size)
     """
-    pairs = TWINS[size][0]
-    matrix = np.diag(np.ones(size - 1), 1)
-    for value, (i, j) in zip(law.rows[0], pairs, strict=False):
-        matrix[i - 1, j - 1] -= value
+    matrix = np.diag(np.ones(size - 1), 1) - law.matrix
     for place in range(1, size - 1, 2):
         matrix[place, place + 1] = estimate[place - 1]
     return matrix
@@ -67,7 +60,7 @@ def scaled_states(law: LawNumbers, states: Array) -> Array:
     x = np.empty(2 * n)
     x[0], x[1] = states[n - 1], states[2 * n - 1]
     for j in range(1, n):
-        scale = law.rows[0, len(TWINS[2 * n][0]) + j - 1]
+        scale = law.rows[0, j - 1]
         x[2 * j] = scale * (states[n - 1 - j] - states[n - j])
         x[2 * j + 1] = scale * (states[2 * n - 1 - j] - states[2 * n - j])
     return x
@@ -86,14 +79,23 @@ def backstepping_row(law: LawNumbers, size: int) -> list[float]:
     -------
     list of float, length size
     """
-    twin, estimate = TWINS[size][1], law.learning[NOMINAL].copy()
+    estimate = law.learning[NOMINAL].copy()
     estimate[-3:-1] = 0.0  # Coulomb friction and offset, before the gain of the input
-    signals = np.zeros(SIGNALS[size])
-    return [
-        float(twin(law.rows[0], estimate, scaled_states(law, unit), signals, unit[size // 2], 0.0)[0])
-        - float(twin(law.rows[0], estimate, np.zeros(size), signals, 0.0, 0.0)[0])
-        for unit in np.eye(size)
-    ]
+    signals = np.zeros(signal_count(size // 2, bool(law.scalars[BY_REFERENCE])))
+
+    def command(states: Array) -> float:
+        x, speed = scaled_states(law, states), states[size // 2]
+        return float(law_step(law, estimate, x, signals, speed, 0.0).command)
+
+    return [command(unit) - command(np.zeros(size)) for unit in np.eye(size)]
+
+
+def law_step(
+    law: LawNumbers, estimate: NDArray[Any], x: Array, signals: Array, speed: float, friction: float
+) -> BacksteppingStep:
+    """One step of a frozen law from its scaled states."""
+    known = bool(law.scalars[BY_REFERENCE])
+    return backstepping_step(law.matrix, law.rows[0], known, estimate, x, signals, speed, friction)
 
 
 def stability_margin(law: LawNumbers, estimate: Array, states: Array, reference: Array) -> float:
@@ -114,17 +116,16 @@ def stability_margin(law: LawNumbers, estimate: Array, states: Array, reference:
         [rad/s]; above 0: the condition holds there.
     """
     size = len(states)
-    twin, x, speed = TWINS[size][1], scaled_states(law, states), states[size // 2]
+    x, speed = scaled_states(law, states), states[size // 2]
     signals = reference[:-1] if law.scalars[BY_REFERENCE] else reference[: size + 1]
     friction = np.tanh(law.scalars[SLOPE] * (reference[-1] if law.scalars[BY_REFERENCE] else speed))
     given = (x, signals, speed, friction)
-    phi = np.array(twin(law.rows[0], estimate, *given)[3], dtype=float)
+    phi = law_step(law, estimate, *given).regressors
     slopes = np.zeros((size, len(estimate)))
     for m in range(len(estimate)):
         moved = estimate.astype(complex)
         moved[m] += 1j * STEP * abs(estimate[m] or 1.0)
-        alpha = np.array(twin(law.rows[0], moved, *given)[2])
-        slopes[1:, m] = alpha.imag / (STEP * abs(estimate[m] or 1.0))
+        slopes[1:, m] = law_step(law, moved, *given).virtual.imag / (STEP * abs(estimate[m] or 1.0))
     learnt = np.linalg.norm(phi * law.learning[GAIN], axis=1)
     coupling = np.outer(np.linalg.norm(slopes, axis=1), learnt)
     fixed = errors_matrix(law, estimate, size)

@@ -2,7 +2,7 @@
 
 from math import isfinite, tanh
 
-from cabledrive.control.backstepping_kernels import backstepping_command
+from cabledrive.control.backstepping_recursion import backstepping_command
 from cabledrive.control.numbers import Array
 from cabledrive.mechanics.compiled import njit_in_place
 
@@ -101,6 +101,7 @@ def law_step(
     last: float,
     regressor: Array,
     work: Array,
+    table: Array,
 ) -> tuple[float, float, bool]:
     """One sample of any law: command [N m], its sliding variable or first error, and whether it could.
 
@@ -117,7 +118,9 @@ def law_step(
     elif kind == 1:
         u = linear_command(matrix, rows, memory, states, reference, k, last, work)
     else:
-        u, sigma = backstepping_command(rows, scalars, estimate, states, reference, k, regressor)
+        u, sigma = backstepping_command(
+            matrix, rows, scalars, estimate, states, reference, k, regressor, table
+        )
         if isfinite(u):
             adapt(learning, scalars[0], estimate, regressor, 1.0)
     if not isfinite(u):

@@ -24,10 +24,12 @@ class LawNumbers(NamedTuple):
         DARC, LINEAR or BACKSTEPPING.
     matrix : ndarray
         DARC: (2n, 2n), from angles and speeds to z and its derivatives. Linear: (m, m + 2n + 1), the
-        memory's next value from itself, the errors of angles and speeds, and the last command.
+        memory's next value from itself, the errors of angles and speeds, and the last command. Backstepping:
+        (2n, 2n), feedback by step and error.
     rows : ndarray
         DARC: (3, 2n + 1), the sliding surface, elastic torque and inertial acceleration in powers of s.
-        Linear: (1, m + 2n), the command from memory and errors. Backstepping: (1, gains).
+        Linear: (1, m + 2n), the command from memory and errors. Backstepping: (1, n - 1), the
+        scales of the states.
     learning : ndarray, shape (5, p)
         Of each estimate: nominal value, lower and upper bound, adaptation gain, rate limit.
     scalars : ndarray, shape (7,)

@@ -5,7 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.control.numbers import LINEAR, LawNumbers
+from cabledrive.control.backstepping_recursion import work_shape
+from cabledrive.control.numbers import BACKSTEPPING, LINEAR, LawNumbers
 from cabledrive.control.observer_numbers import DIFFERENCE, ObserverNumbers
 from cabledrive.rig.closed_loop.plant_kernels import MOST_TERMS
 
@@ -74,6 +75,7 @@ class LoopState(NamedTuple):
     regressor: Array
     terms: Array
     work: Array
+    table: Array
     summary: Array
 
 
@@ -114,5 +116,6 @@ def new_state(
         regressor=np.zeros(ESTIMATES),
         terms=np.zeros((MOST_TERMS, plant_states)),
         work=np.zeros(scratch),
+        table=np.zeros(work_shape(len(law.matrix) // 2) if law.kind == BACKSTEPPING else (0, 0)),
         summary=np.zeros(len(SUMMARY)),
     )

@@ -107,7 +107,7 @@ def decide(
     s.discrete[1] += 1
     wanted, sigma, valid = law_step(
         law.kind, law.matrix, law.rows, law.learning, law.scalars, s.parameters, s.memory, s.states,
-        reference, k, s.held[1], s.regressor, s.work,
+        reference, k, s.held[1], s.regressor, s.work, s.table,
     )  # fmt: skip
     if valid:
         if observer.scalars[8] > 0.0:

@@ -1,6 +1,7 @@
 """Backstepping of six states, ready for a drive with a flexible motor joint."""
 
-from cabledrive.control.backstepping_chain import GAIN_NAMES, chain_numbers, chain_reference
+from cabledrive.control.backstepping_chain import chain_numbers, chain_reference
+from cabledrive.control.backstepping_recursion import gain_names
 from cabledrive.control.kalman import QUIET
 from cabledrive.rig.laws.controllers import Controller, Wish
 from cabledrive.rig.laws.fitting import law_shafts
@@ -24,7 +25,7 @@ def backstepping_6(wish: Wish) -> Controller:
     hertz = SIX_HZ if wish.bandwidth is None else wish.bandwidth
     adaptation = ADAPTATION if wish.adapt else 0.0
     law = chain_numbers(chain, hertz, adaptation, wish.interval)
-    gains = dict(zip(GAIN_NAMES, law.rows[0].tolist(), strict=True))
+    gains = gain_names(law.matrix, law.rows[0])
     return Controller(
         name="backstepping-6",
         law=law,

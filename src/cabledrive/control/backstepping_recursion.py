@@ -1,0 +1,260 @@
+r"""Backstepping on a chain of inertias of any length: one recursion over its steps.
+
+A chain of n inertias, counted here from the load, has 2n states, scaled so that each is the rate of the one
+before it and every virtual control has gain one:
+
+.. math::
+    x_1 = q_1, \quad x_{2j+1} = S_j(q_{j+1} - q_j), \quad x_{2j+2} = \dot x_{2j+1}, \qquad
+    S_j = S_{j-1}\frac{k_j}{J_j}, \quad S_0 = 1
+
+Estimated rates are linear in the states, in the signals of time (the reference, known accelerations of the
+inertias and all their derivatives) and in 1. Every virtual control is therefore a row of slopes over these,
+and each step makes the next row from the one before it.
+"""
+
+from math import tanh
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cabledrive.control.numbers import Array
+from cabledrive.mechanics.compiled import for_kernels, njit_in_place
+
+RATES = 4
+
+
+def feedback_pairs(inertias: int) -> tuple[tuple[int, int], ...]:
+    """Step and error, from 1, of each feedback gain: two in a step, three in the last."""
+    last = 2 * inertias
+    pairs = [(i, j) for i in range(1, last + 1) for j in (i - 1, i) if j >= 1]
+    pairs.insert(-2, (last, last - 2))
+    return tuple(pairs)
+
+
+def equal_bandwidth(inertias: int, rate: float) -> Array:
+    """Feedback gains, shape (2n, 2n): the same rate [rad/s] in each step, cross gains 1, the last one 0."""
+    gains = np.zeros((2 * inertias, 2 * inertias))
+    for i, j in feedback_pairs(inertias):
+        gains[i - 1, j - 1] = rate if i == j else 1.0 if i == j + 1 else 0.0
+    return gains
+
+
+def gain_names(feedback: Array, scales: Array) -> dict[str, float]:
+    """Gains by name, k with the step and the error of each, and the scales."""
+    pairs = feedback_pairs(len(feedback) // 2)
+    named = {f"k{i}{j}": float(feedback[i - 1, j - 1]) for i, j in pairs}
+    return named | {f"s{j}": float(scale) for j, scale in enumerate(scales, 1)}
+
+
+def signal_count(inertias: int, known: bool) -> int:
+    """Signals of time: y_d to derivative 2n; where known, w_j of inertia j to derivative 2(n - j)."""
+    return 2 * inertias + 1 + (inertias**2 if known else 0)
+
+
+def work_shape(inertias: int) -> tuple[int, int]:
+    """Shape of the table in which a step works: rows of virtual controls, rates, regressors, x, z."""
+    return 4 * inertias + 3, 4 * inertias + 1
+
+
+def parts_of(table: Any, inertias: int) -> tuple[Any, Any, Any, Any, Any]:
+    """Views of a table of `work_shape`: rows, rates, regressors, x and z of `backstepping_steps`."""
+    a = 2 * inertias + 1
+    b = a + inertias
+    c = b + inertias
+    return (
+        table[:a],
+        table[a:b],
+        table[b:c],
+        table[c, : 2 * inertias],
+        table[c + 1, : 2 * inertias],
+    )
+
+
+@for_kernels
+def backstepping_steps(
+    n: int, feedback: Any, scales: Any, known: bool, p: Any, x: Any, signals: Any, speed: Any, friction: Any,
+    rows: Any, rates: Any, regressors: Any, z: Any,
+) -> Any:  # fmt: skip
+    r"""Command by the steps of Eqs. (6.71), (6.76), (6.82), (6.90), mended, for any length and any numbers.
+
+    The rates of the even states are estimated as
+
+    .. math::
+        \dot x_2 = \hat p_1x_3 + \hat p_2 + w_1, \qquad
+        \dot x_{2j} = \hat p\,x_{2j+1} - \hat p\,x_{2j-1} + \hat p\,x_{2j-3} + w_j, \qquad
+        \dot x_{2n} = S_{n-1}\hat p\,u - \dots - \hat p\,\dot\theta_{11} - \hat p\,S_f + \hat p
+
+    and with r the estimated rate of state i without its virtual control, whose gain is g,
+
+    .. math::
+        \alpha_i = \frac1g\Big(\dot\alpha_{i-1} - r_i - \sum_jk_{ij}z_j\Big), \qquad z_i = x_i - \alpha_{i-1},
+        \qquad u = \alpha_{2n} .
+
+    ``feedback``, shape (2n, 2n); ``scales`` S_1 to S_(n-1); ``signals`` as `signal_count` orders them. Written:
+    ``rates`` (n, 4), of each even state what multiplies the virtual control, the state two before it and four
+    before it, and 1; ``rows`` (2n + 1, 4n + 1), of each virtual control, alpha_0 = y_d first, its slopes over the
+    2n states, then what else is in it and the derivatives of that in time; errors ``z`` (2n,); ``regressors`` R
+    (n, p) of the even states.
+    """
+    last, estimates = 2 * n, 3 * n + 1
+    zero = 0.0 * p[0]
+    for j in range(n):
+        for c in range(RATES):
+            rates[j, c] = zero
+        for m in range(estimates):
+            regressors[j, m] = zero
+    at = 0
+    for j in range(n):
+        virtual = at
+        if j == 0:
+            rates[0, 3], regressors[0, 1] = p[1], 1.0
+            at = 2
+        else:
+            if j < n - 1:
+                at += 1
+            rates[j, 1], regressors[j, at] = -p[at], -x[2 * j]
+            at += 1
+            if j >= 2:
+                rates[j, 2], regressors[j, at] = p[at], x[2 * j - 2]
+                at += 1
+            if j == 1 and n > 2:  # with two inertias p6 holds the load's acceleration as well
+                rates[1, 3], regressors[1, 1] = -scales[0] * p[1], -scales[0]
+        if j < n - 1:
+            rates[j, 0], regressors[j, virtual] = p[virtual], x[2 * j + 2]
+    rates[n - 1, 0] = scales[n - 2] * p[at + 3]
+    rates[n - 1, 3] += p[at + 2] - p[at] * speed - p[at + 1] * friction
+    regressors[n - 1, at], regressors[n - 1, at + 1], regressors[n - 1, at + 2] = -speed, -friction, 1.0
+
+    alpha = signals[0]
+    for c in range(last):
+        rows[0, c] = zero
+    for m in range(last + 1):
+        rows[0, last + m] = signals[m]
+    for i in range(1, last + 1):
+        row, before = rows[i], rows[i - 1]
+        z[i - 1] = x[i - 1] - alpha
+        for c in range(0, last, 2):  # each odd state moves at the next one
+            row[c], row[c + 1] = zero, before[c]
+        for c in range(last, 2 * last):
+            row[c] = before[c + 1]
+        row[2 * last] = zero
+        start = last + 1  # of w_j among the signals
+        for j in range(i // 2):  # even states move at their rates; what is known of the own one is taken off
+            own = 2 * j + 2 == i
+            share = zero - 1.0 if own else before[2 * j + 1]
+            if not own:
+                row[2 * j + 2] += share * rates[j, 0]
+            if j >= 1:
+                row[2 * j] += share * rates[j, 1]
+            if j >= 2:
+                row[2 * j - 2] += share * rates[j, 2]
+            row[last] += share * rates[j, 3]
+            if known:
+                for m in range(last - i + 1):
+                    row[last + m] += share * signals[start + m]
+                start += 2 * (n - 1 - j) + 1
+        for j in range(max(i - 2, 1), i + 1):
+            k, earlier = feedback[i - 1, j - 1], rows[j - 1]
+            row[j - 1] -= k
+            for c in range(2 * last + 1):
+                row[c] += k * earlier[c]
+        if i % 2 == 0:
+            inverse = 1.0 / rates[i // 2 - 1, 0]
+            for c in range(2 * last + 1):
+                row[c] *= inverse
+        alpha = row[last]
+        for c in range(last):
+            alpha += row[c] * x[c]
+    regressors[n - 1, at + 3] = scales[n - 2] * alpha
+    return alpha
+
+
+_steps = njit_in_place(backstepping_steps)
+_parts = njit_in_place(parts_of)
+_signals = njit_in_place(signal_count)
+
+
+class BacksteppingStep(NamedTuple):
+    """One step of the law with all that its proof needs: u, z (2n,), alpha (2n - 1,), phi (2n, p)."""
+
+    command: Any
+    errors: Any
+    virtual: Any
+    regressors: Any
+
+
+def backstepping_step(
+    feedback: Any, scales: Any, known: bool, p: Any, x: Any, signals: Any, speed: Any, friction: Any
+) -> BacksteppingStep:
+    r"""Step from the scaled states, in floats, complex or other numbers; arguments as `backstepping_steps`.
+
+    .. math::
+        \varphi_i = R_i - \sum_j\frac{\partial\alpha_{i-1}}{\partial x_{2j}}R_j
+    """
+    n = len(x) // 2
+    table = np.zeros(work_shape(n), dtype=np.result_type(np.asarray(p), np.asarray(x), np.asarray(signals)))
+    rows, rates, regressors, _, z = parts_of(table, n)
+    u = backstepping_steps(
+        n, feedback, scales, known, p, x, signals, speed, friction, rows, rates, regressors, z
+    )
+    own = np.zeros((2 * n, 3 * n + 1), dtype=table.dtype)
+    own[1::2] = regressors[:, : 3 * n + 1]
+    phi = own.copy()
+    for i in range(1, 2 * n):
+        for j in range(i // 2):
+            phi[i] -= rows[i, 2 * j + 1] * own[2 * j + 1]
+    if not known:
+        phi[1, 0] = x[2] - z[2]  # (6.77), mended: the virtual control in place of the state
+    return BacksteppingStep(u, z, x[1:] - z[1:], phi)
+
+
+@njit_in_place
+def backstepping_command(
+    feedback: Array, scales: Array, scalars: Array, estimate: Array, states: Array, reference: Array, k: int,
+    tau: Array, table: Array,
+) -> tuple[float, float]:  # fmt: skip
+    """Command and first error; writes the adaptation function tau, Eq. (6.95).
+
+    ``states``: angles, then speeds, from the motor to the load; ``scalars`` as in `LawNumbers`; ``table``, of
+    `work_shape`.
+    """
+    # A length that is a constant lets the compiler unroll every loop: twice as fast.
+    if states.size == 4:
+        return _command(2, feedback, scales, scalars, estimate, states, reference, k, tau, table)
+    if states.size == 6:
+        return _command(3, feedback, scales, scalars, estimate, states, reference, k, tau, table)
+    return _command(states.size // 2, feedback, scales, scalars, estimate, states, reference, k, tau, table)
+
+
+@njit_in_place
+def _command(
+    n: int, feedback: Array, scales: Array, scalars: Array, estimate: Array, states: Array, reference: Array,
+    k: int, tau: Array, table: Array,
+) -> tuple[float, float]:  # fmt: skip
+    r"""The command for n inertias; tau by the weight of each even state, which is shorter than by each error:
+
+    .. math::
+        \tau = \sum_i\varphi_iz_i
+             = \sum_jR_j\Big(z_{2j} - \sum_{i>2j}\frac{\partial\alpha_{i-1}}{\partial x_{2j}}z_i\Big)
+    """
+    last, known, speed = 2 * n, scalars[3] > 0.0, states[n]
+    rows, rates, regressors, x, z = _parts(table, n)
+    x[0], x[1] = states[n - 1], states[last - 1]
+    for j in range(1, n):
+        x[2 * j] = scales[0, j - 1] * (states[n - 1 - j] - states[n - j])
+        x[2 * j + 1] = scales[0, j - 1] * (states[last - 1 - j] - states[last - j])
+    friction = tanh(scalars[2] * (reference[k, _signals(n, known)] if known else speed))
+    u = _steps(
+        n, feedback, scales[0], known, estimate, x, reference[k], speed, friction, rows, rates, regressors, z
+    )
+    for m in range(3 * n + 1):
+        tau[m] = 0.0
+    for j in range(n):
+        weight = z[2 * j + 1]
+        for i in range(2 * j + 2, last):
+            weight -= rows[i, 2 * j + 1] * z[i]
+        for m in range(3 * n + 1):
+            tau[m] += weight * regressors[j, m]
+    if not known:
+        tau[0] -= z[1] * z[2]  # alpha_2 for x_3, as above
+    return u, z[0]
