@@ -121,7 +121,7 @@ def _documented(module: object) -> Iterator[tuple[str, object]]:
                 for key, member in members
                 if inspect.isfunction(member) or isinstance(member, kinds)
             )
-        elif inspect.isfunction(thing):
+        elif inspect.isfunction(thing) and thing.__name__ == name:  # not the compiled one under another name
             yield f"{module.__name__}.{name}", thing
 
 

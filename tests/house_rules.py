@@ -42,7 +42,7 @@ def public_functions(tree: ast.Module) -> Iterator[tuple[str, Function]]:
 
 
 def exports(tree: ast.Module) -> set[tuple[str, str]]:
-    """Module and name of all that the ``__init__`` of a room takes from its files and lists in ``__all__``."""
+    """Module and name of all that a room's ``__init__`` takes from its files and lists in ``__all__``."""
     listed = {
         element.value
         for node in tree.body
@@ -78,7 +78,7 @@ def compiles(tree: ast.Module) -> bool:
 
 
 def docstring_gaps(name: str, function: Function, exported: bool = True) -> list[str]:
-    """What the docstring of a function lacks: all of it or, where a room exports it, arguments, result, refusals."""
+    """What a docstring lacks: all of it or, where a room exports the name, arguments, result, refusals."""
     text = ast.get_docstring(function)
     if not text:
         return [f"{name} has no docstring"]

@@ -110,7 +110,7 @@ def moved(x, signals, rate, step):
 
 
 def off_their_dynamics(law, rates_of, p, truth, x, signals, speed, friction):
-    """Largest difference of z' from A z - Phi^T p~ over the largest term of its row; differences of 60 digits."""
+    """Largest difference of z' from A z - Phi^T p~ over the row's largest term; differences of 60 digits."""
     n = len(x) // 2
     with mpmath.workdps(60):
         matrix = errors_matrix(law, p, 2 * n)

@@ -90,11 +90,11 @@ def backstepping_steps(
         \alpha_i = \frac1g\Big(\dot\alpha_{i-1} - r_i - \sum_jk_{ij}z_j\Big), \qquad z_i = x_i - \alpha_{i-1},
         \qquad u = \alpha_{2n} .
 
-    ``feedback``, shape (2n, 2n); ``scales`` S_1 to S_(n-1); ``signals`` as `signal_count` orders them. Written:
-    ``rates`` (n, 4), of each even state what multiplies the virtual control, the state two before it and four
-    before it, and 1; ``rows`` (2n + 1, 4n + 1), of each virtual control, alpha_0 = y_d first, its slopes over the
-    2n states, then what else is in it and the derivatives of that in time; errors ``z`` (2n,); ``regressors`` R
-    (n, p) of the even states.
+    ``feedback``, shape (2n, 2n); ``scales`` S_1 to S_(n-1); ``signals`` as `signal_count` orders them.
+    Written: ``rows`` (2n + 1, 4n + 1), of each virtual control, alpha_0 = y_d first, its slopes over the 2n
+    states, then what else is in it and the derivatives of that in time; ``rates`` (n, 4), of each even state
+    what multiplies the virtual control, the state two before it and four before it, and 1; ``regressors`` R
+    (n, p) of the even states; errors ``z`` (2n,).
     """
     last, estimates = 2 * n, 3 * n + 1
     zero = 0.0 * p[0]
