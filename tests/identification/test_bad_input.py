@@ -160,8 +160,11 @@ def test_a_negative_inertia_is_a_finding_with_status_3(tmp_path, capsys, sound, 
 
 
 def packed_matlab(path, size):
-    """A MATLAB 5 file with one packed element of zeros: a structure hides how large it is."""
-    engine, piece, packed = zlib.compressobj(9), bytes(1 << 20), []
+    """A MATLAB 5 file with one packed column of zeros, doubles that are stored in a byte each."""
+    matrix = struct.pack("<IIII", 6, 8, 6, 0) + struct.pack("<IIii", 5, 8, size, 1)
+    matrix += struct.pack("<HH4s", 1, 1, b"x") + struct.pack("<II", 2, size)
+    engine, piece = zlib.compressobj(9), bytes(1 << 20)
+    packed = [engine.compress(struct.pack("<II", 14, len(matrix) + size) + matrix)]
     for _ in range(size >> 20):
         packed.append(engine.compress(piece))
     body = b"".join(packed) + engine.flush()
@@ -169,40 +172,70 @@ def packed_matlab(path, size):
     path.write_bytes(head + struct.pack("<II", 15, len(body)) + body)
 
 
-def test_a_matlab_bomb_is_counted_without_being_unpacked(tmp_path):
+def test_a_matlab_file_counts_as_the_doubles_that_it_becomes(tmp_path):
     packed_matlab(tmp_path / "b.mat", 24 << 20)
     assert (tmp_path / "b.mat").stat().st_size < 60_000
-    assert unpacked_matlab(tmp_path / "b.mat") == 24 << 20
-    assert 4 << 20 < unpacked_matlab(tmp_path / "b.mat", 4 << 20) < 24 << 20
+    assert io.loadmat(tmp_path / "b.mat")["x"].size == 24 << 20
+    assert 0 <= unpacked_matlab(tmp_path / "b.mat") - (8 * 24 << 20) < 5_000
+    assert 4 << 20 < unpacked_matlab(tmp_path / "b.mat", 4 << 20) < 5 << 20
+
+
+def test_a_matlab_file_of_structures_counts_every_field(tmp_path):
+    fields = {name: np.arange(40_000.0) + k for k, name in enumerate("abc")}
+    for packed in (False, True):
+        io.savemat(tmp_path / "s.mat", {"rec": fields, "gain": 2.0}, do_compression=packed)
+        counted = unpacked_matlab(tmp_path / "s.mat")
+        assert 0 <= counted - 8 * 120_000 < 20_000, counted
 
 
 @pytest.mark.verify
-def test_a_matlab_bomb_of_three_gigabytes_is_refused_in_little_memory(tmp_path, measured):
+def test_a_matlab_bomb_of_half_a_megabyte_is_refused_in_little_memory(tmp_path, measured):
+    """4 GiB of doubles from 512 MiB of bytes from half a megabyte."""
     import resource
 
-    packed_matlab(tmp_path / "b.mat", 3 << 30)
+    packed_matlab(tmp_path / "b.mat", 512 << 20)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    with pytest.raises(InputRefused, match="unpacks to more than 2 GiB"):
+    with pytest.raises(InputRefused, match="unpacks to more than 1 GiB"):
         read_log(tmp_path / "b.mat")
     taken = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before  # kB
     measured(f"refused in {taken / 1000:.0f} MB more than before")
     assert taken < 200_000, taken
 
 
-def test_an_hdf5_bomb_is_refused_by_its_shape_and_by_its_chunks(tmp_path):
+def hdf5_of(path, shape, chunk, **options):
     import h5py
 
+    with h5py.File(path, "w") as file:
+        for channel, unit in (("time", "s"), ("torque", "N m"), ("angle", "rad")):
+            data = file.create_dataset(channel, shape=(shape,), chunks=(chunk,), dtype="f8", **options)
+            data.attrs["units"] = unit
+
+
+def test_an_hdf5_log_too_long_for_memory_is_refused_by_its_shape_and_large_chunks_by_theirs(tmp_path):
     for name, shape, chunk, words in (
-        ("long.h5", 4_000_000_000, 1_000_000, "unpacks to 30 GiB"),
+        ("long.h5", 4_000_000_000, 1_000_000, "numbers, which are not held in memory"),
         ("chunk.h5", 100_000_000, 100_000_000, "has chunks of 763 MiB"),
     ):
-        with h5py.File(tmp_path / name, "w") as file:
-            for channel, unit in (("time", "s"), ("torque", "N m"), ("angle", "rad")):
-                data = file.create_dataset(
-                    channel, shape=(shape,), chunks=(chunk,), compression="gzip", dtype="f8"
-                )
-                data.attrs["units"] = unit
+        hdf5_of(tmp_path / name, shape, chunk, compression="gzip")
         with pytest.raises(InputRefused, match=words):
+            read_log(tmp_path / name)
+
+
+def test_hdf5_does_not_read_numbers_from_other_files(tmp_path):
+    """External storage takes any file for numbers, a virtual dataset may lead through many."""
+    import h5py
+
+    (tmp_path / "secret").write_bytes(bytes(8 * 500))
+    with h5py.File(tmp_path / "external.h5", "w") as file:
+        file["time"], file["angle"] = TIME[:500], TIME[:500]
+        file.create_dataset("torque", (500,), "f8", external=[(str(tmp_path / "secret"), 0, 4000)])
+    with h5py.File(tmp_path / "virtual.h5", "w") as file:
+        file["time"], file["angle"] = TIME[:500], TIME[:500]
+        layout = h5py.VirtualLayout((500,), "f8")
+        layout[:] = h5py.VirtualSource(tmp_path / "external.h5", "time", (500,))
+        file.create_virtual_dataset("torque", layout)
+    for name in ("external.h5", "virtual.h5"):
+        with pytest.raises(InputRefused, match='"torque" lies in other files'):
             read_log(tmp_path / name)
 
 
@@ -211,7 +244,7 @@ def test_an_mcap_bomb_is_refused_by_the_heads_of_its_chunks(tmp_path):
     content = b"\x89MCAP0\r\n" + struct.pack("<BQ", 6, len(start)) + start
     (tmp_path / "b.mcap").write_bytes(content)
     assert unpacked_mcap(tmp_path / "b.mcap") == 5 << 30
-    with pytest.raises(InputRefused, match=r"more than 2 GiB|extra"):
+    with pytest.raises(InputRefused, match=r"more than 1 GiB|extra"):
         read_log(tmp_path / "b.mcap")
 
 

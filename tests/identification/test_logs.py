@@ -227,10 +227,11 @@ BAD = {
     "tiny": (text(columns=(TIME, 1e-300 * TORQUE, ANGLE)), "torque reaches .* no size of a machine"),
     "eternal": (text(columns=(1e300 * TIME, TORQUE, ANGLE)), "time reaches .* no size of a machine"),
     "one row": (text(rows=slice(1)), "only 1 row of numbers"),
-    "dates": (
-        text().replace("\n0.", "\n2026-01-02T00:00:00."),
-        'no row of numbers up to line .*, "2026-01-02',
+    "dates, then seconds": (
+        "time,torque\n2026-01-02T00:00:00.000,1\n2026-01-02T00:00:00.001,2\n0.002,3\n",
+        'line 4, column "time" holds "0.002": write a time as in the first row',
     ),
+    "days": (text().replace("\n", "\n2.1.2026 "), 'no row of numbers up to line .*, "2.1.2026'),
     "heads in other words": (text("Zeit,Moment,Winkel"), '--column "torque=Winkel:N m"'),
 }
 
@@ -339,3 +340,213 @@ def test_a_map_with_a_value_of_another_kind_is_refused_in_one_line(tmp_path, lin
     with pytest.raises(InputRefused, match=words) as refusal:
         load_column_map(tmp_path / "map.toml")
     assert "\n" not in str(refusal.value)
+
+
+STAMPS = [f"2026-01-02T03:04:{5 + k // 1000:02d}.{k % 1000:03d}" for k in range(N)]
+
+
+def rows_of(times, delimiter=",", columns=(TORQUE, ANGLE), missing="nan"):
+    cells = np.column_stack(columns)
+    rows = (delimiter.join([t, *(repr(float(x)) for x in row)]) for t, row in zip(times, cells, strict=True))
+    return "\n".join(rows).replace("nan", missing) + "\n"
+
+
+SECONDS = [repr(float(t)) for t in TIME]
+TEKTRONIX = """Model,MSO44,,
+Firmware Version,2.0.3,,
+Waveform Type,ANALOG,,
+Horizontal Units,s,,
+Sample Interval,1.0E-3,,
+Record Length,2000,,
+Vertical Units,V,V,
+,,,
+Label,torque,angle,
+TIME,torque [N m],angle [rad],
+"""
+TWINCAT = """Name;Scope Project;;
+File;C:\\scope.svdx;;
+Starttime of export;133000000000000000;03.01.2026;04:05:06
+
+Name;Axis.torque;Axis.angle
+SymbolComment;;
+Data-Type;REAL64;REAL64
+SampleTime[ms];1;1
+VariableSize;8;8
+SymbolName;MAIN.torque;MAIN.angle
+Offset;0;0
+ScaleFactor;1;1
+Unit;N m;rad
+
+"""
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "#time,torque,angle\n" + rows_of(SECONDS),
+        "# made by a logger\n# time [s], torque [N m], angle [rad]\n" + rows_of(SECONDS),
+        "# time torque angle\n" + rows_of(SECONDS, " "),
+        TEKTRONIX + rows_of(SECONDS).replace("\n", ",\n"),
+        "time,torque,angle\n" + rows_of(STAMPS),
+        "time;torque;angle\n" + rows_of([f"{stamp}Z" for stamp in STAMPS], ";").replace("T", " "),
+        "time,torque,angle\n" + rows_of([f"{stamp}+01:00" for stamp in STAMPS]),
+        "time,torque,angle\n+" + rows_of(SECONDS).replace(",", " , "),
+        "time,torque,angle\n#\f\n" + rows_of(SECONDS).replace("\n", "\n# \u2028 \f \x1c \x85\n", 1),
+        "# \f \u2028 \u2029 \v \x1c \x1d\ntime,torque,angle\n" + rows_of(SECONDS),
+        ("time,torque,angle\n" + rows_of(SECONDS)).replace("\n", "\r\n"),
+        ("time,torque,angle\n" + rows_of(SECONDS)).replace("\n", "\r"),
+    ],
+    ids=[
+        "a head behind a comment sign",
+        "a head behind a comment sign, after a comment",
+        "a head behind a comment sign, white space",
+        "metadata of an oscilloscope",
+        "iso time",
+        "iso time with a zone and a space",
+        "iso time with a distance from utc",
+        "plus signs and spaces",
+        "form feeds among the rows",
+        "signs that end lines elsewhere",
+        "windows",
+        "carriage returns",
+    ],
+)
+def test_every_way_to_write_a_log_gives_all_its_rows(tmp_path, content):
+    (tmp_path / "log.csv").write_bytes(content.encode())
+    log = read_log(tmp_path / "log.csv")
+    assert log.report.rows == N, log.report.rows
+    is_the_log(log)
+
+
+def test_a_twincat_export_with_a_decimal_comma_is_the_same_log(tmp_path):
+    rows = rows_of([repr(float(1e3 * t)) for t in TIME], ";").replace(".", ",")
+    path = written(tmp_path, TWINCAT + rows + "EOF\n")
+    log = read_log(path, with_choices(ColumnMap(), ["torque=Axis.torque", "angle=Axis.angle"]))
+    is_the_log(log)
+    assert log.report.rows == N
+
+
+def test_lines_above_the_head_are_skipped_as_asked(tmp_path):
+    """Three lines that look like a table with other heads."""
+    content = "time,torque,angle\n0,1,2\n1,2,3\n" + text()
+    log = read_log(written(tmp_path, content), with_choices(ColumnMap(), [], skip_rows=3))
+    is_the_log(log)
+    with pytest.raises(InputRefused, match="line 4"):
+        read_log(written(tmp_path, content))
+
+
+def test_a_row_with_text_above_the_first_row_of_numbers_is_said(tmp_path):
+    log = read_log(written(tmp_path, text().replace("\n0.0,", "\n0.0,high,0.0\n0.0,", 1)))
+    assert log.report.findings[0] == (
+        "1 lines above the first row of numbers hold text beside numbers and are not read"
+    )
+
+
+@pytest.mark.parametrize("missing", ["---", "", "n/a", "-"])
+def test_words_for_a_missing_value_are_missing_values(tmp_path, missing):
+    torque = TORQUE.copy()
+    torque[[0, 5, 900]] = np.nan
+    content = "time [s],torque [N m],angle [rad]\n" + rows_of(
+        SECONDS, columns=(torque, ANGLE), missing=missing
+    )
+    log = read_log(written(tmp_path, content))
+    assert "3 missing values of torque" in log.report.repaired[0]
+
+
+def test_a_quote_that_is_not_closed_hides_no_row(tmp_path):
+    lines = text().splitlines()
+    lines[40] = lines[40].replace(",", ',"', 1)
+    with pytest.raises(InputRefused, match="line 41"):
+        read_log(written(tmp_path, "\n".join(lines)))
+
+
+def test_a_line_of_twenty_megabytes_is_refused_before_it_is_read_whole(tmp_path):
+    for name, content in (
+        ("one.csv", b"1," * 10_000_000),
+        ("later.csv", text().encode() + b"7" * 20_000_000),
+    ):
+        with pytest.raises(InputRefused, match="is longer than 131072 bytes"):
+            read_log(written(tmp_path, content, name))
+
+
+def test_utf_16_that_ends_within_a_character_is_refused(tmp_path):
+    with pytest.raises(InputRefused, match="is damaged"):
+        read_log(written(tmp_path, text().encode("utf-16")[:-1]))
+
+
+def test_twenty_per_cent_of_jitter_is_resampled(tmp_path):
+    """Normally distributed, one interval in five: neighbouring steps from 0.1 to 2 intervals."""
+    rng = np.random.default_rng(7)
+    stamps = np.sort(TIME + 0.2 * DT * rng.normal(size=N))
+    torque = 0.2 * np.sin(2 * np.pi * 3 * stamps + 0.3)
+    angle = 0.5 * np.sin(2 * np.pi * 3 * stamps)
+    log = read_log(written(tmp_path, text(columns=(stamps, torque, angle))), ColumnMap(resample=True))
+    error = np.abs(log.channel("torque") - 0.2 * np.sin(2 * np.pi * 3 * log.time + 0.3)).max()
+    assert error < 1e-4, error
+    assert abs(len(log) - N) < 0.02 * N, len(log)
+    assert log.interval == pytest.approx(DT, rel=0.02)
+
+
+def ros_messages(rate):
+    """Time [ns] of the log, time of the stamp [ns], torque, angle of one topic."""
+    times = np.arange(0.0, 1.0, 1.0 / rate)
+    stamps = np.rint(1e9 * times).astype(np.int64) + 1_700_000_000_000_000_000
+    delay = np.random.default_rng(1).integers(0, 300_000, times.size)
+    return stamps + delay, stamps, 0.2 * np.sin(2 * np.pi * 3 * times + 0.3), np.sin(2 * np.pi * 3 * times)
+
+
+def test_mcap_is_read_by_the_stamp_of_its_messages_and_two_topics_on_the_times_of_one(tmp_path):
+    writing = pytest.importorskip("mcap.writer", reason="needs the extra mcap")
+    with (tmp_path / "log.mcap").open("wb") as stream:
+        writer = writing.Writer(stream)
+        writer.start()
+        schema = writer.register_schema(name="s", encoding="jsonschema", data=b"{}")
+        for topic, name, rate, column in (("/axis", "angle", 1000, 3), ("/drive", "torque", 400, 2)):
+            channel = writer.register_channel(schema_id=schema, topic=topic, message_encoding="json")
+            found = ros_messages(rate)
+            for k, (when, stamp) in enumerate(zip(found[0], found[1], strict=True)):
+                head = {"stamp": {"sec": int(stamp) // 10**9, "nanosec": int(stamp) % 10**9}}
+                data = json.dumps({"header": head, name: float(found[column][k])}).encode()
+                writer.add_message(channel, log_time=int(when), publish_time=int(when), data=data)
+        writer.finish()
+    choices = ["time=axis.header.stamp", "angle=axis.angle", "torque=drive.torque:N m"]
+    with pytest.raises(InputRefused, match="say --resample"):
+        read_log(tmp_path / "log.mcap", with_choices(ColumnMap(), choices))
+    log = read_log(tmp_path / "log.mcap", with_choices(ColumnMap(), choices, resample=True))
+    assert log.interval == pytest.approx(1e-3, rel=1e-6)
+    error = np.abs(log.channel("torque") - 0.2 * np.sin(2 * np.pi * 3 * (log.time - log.time[0]) + 0.3)).max()
+    assert error < 3e-4, error  # of straight lines at 400 Hz: (2 pi 3 / 400)^2 / 8 of 0.2
+    np.testing.assert_allclose(
+        log.channel("angle"), np.sin(2 * np.pi * 3 * (log.time - log.time[0])), atol=1e-9
+    )
+
+
+def test_a_ros_2_bag_is_read_by_its_stamps(tmp_path):
+    """Written by rosbags, without the type definitions that bags before ROS 2 Iron lack."""
+    rosbag2 = pytest.importorskip("rosbags.rosbag2", reason="needs the extra ros2")
+    from rosbags.typesys import Stores, get_typestore
+
+    types = get_typestore(Stores.ROS2_HUMBLE)
+    state, header, time = (
+        types.types[name]
+        for name in ("sensor_msgs/msg/JointState", "std_msgs/msg/Header", "builtin_interfaces/msg/Time")
+    )
+    with rosbag2.Writer(tmp_path / "bag", version=8) as bag:
+        topic = bag.add_connection("/joint_states", state.__msgtype__, typestore=types)
+        for when, stamp, torque, angle in zip(*ros_messages(1000), strict=True):
+            message = state(
+                header=header(stamp=time(sec=int(stamp // 10**9), nanosec=int(stamp % 10**9)), frame_id=""),
+                name=["axis"],
+                position=np.array([angle]),
+                velocity=np.array([]),
+                effort=np.array([torque]),
+            )
+            bag.write(topic, int(when), types.serialize_cdr(message, state.__msgtype__))
+    path = next((tmp_path / "bag").glob("*.db3"))
+    choices = ["time=joint_states.header.stamp", "angle=joint_states.position[0]:rad"]
+    log = read_log(path, with_choices(ColumnMap(), [*choices, "torque=joint_states.effort[0]:N m"]))
+    assert (len(log), log.interval) == (1000, pytest.approx(1e-3, rel=1e-6))
+    np.testing.assert_allclose(log.channel("torque"), ros_messages(1000)[2], atol=1e-12)
+    (tmp_path / "cut.db3").write_bytes(path.read_bytes()[:9000])
+    with pytest.raises(InputRefused, match="damaged or unreadable"):
+        read_log(tmp_path / "cut.db3")

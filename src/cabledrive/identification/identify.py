@@ -1,6 +1,6 @@
 """The door of the room: from logs, or their paths, to parameters with intervals and a word on the model."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -118,6 +118,7 @@ def identify(
     *,
     model: str | None = None,
     method: str | None = None,
+    progress: Callable[[str], None] | None = None,
 ) -> Identification:
     """Identify one axis from one log or several, with intervals, and say where the model does not fit.
 
@@ -132,6 +133,8 @@ def identify(
         refined by simulating the motion, without the bias of the encoder's noise. "auto", the default: output
         error where the torque is a sum of lines and the model follows the log by itself, so that its
         regressors carry no noise; else inverse dynamics, as inside a feedback loop.
+    progress : callable, optional
+        Called with a line now and then while a log is read that does not fit into memory.
 
     Returns
     -------
@@ -153,7 +156,7 @@ def identify(
     if single and not isinstance(logs, Log):
         recording = open_log(given[0], options.columns)
         if is_long(recording):
-            return _of_long_log(recording, options, method)
+            return _of_long_log(recording, options, method, progress)
     read = [log if isinstance(log, Log) else read_log(log, options.columns) for log in given]
     # Many small decompositions: a second thread gains nothing, and on a busy machine it mostly waits.
     with threadpool_limits(limits=1, user_api="blas"):
@@ -190,13 +193,15 @@ def _of_logs(read: list[Log], options: IdentifyOptions, method: str) -> Identifi
     return answer
 
 
-def _of_long_log(recording: Recording, options: IdentifyOptions, method: str) -> Identification:
+def _of_long_log(
+    recording: Recording, options: IdentifyOptions, method: str, progress: Callable[[str], None] | None
+) -> Identification:
     if method == "output-error":
         raise InputRefused(
             f"{recording.table.source}: method output-error needs the log in memory, which is too long for "
             "that: leave the method out, or cut the log"
         )
-    found = identify_long_log(recording, options.axis)
+    found = identify_long_log(recording, options.axis, progress=progress)
     return replace(found, method=dict(found.method) | {"model_check": NOT_MADE["long"]})
 
 

@@ -1,6 +1,6 @@
 """Logs that do not fit into memory: the same regression, block by block."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +11,7 @@ from cabledrive.identification.estimates import Identification
 from cabledrive.identification.inverse_dynamics import Rows, factors_of, settling
 from cabledrive.identification.logs.log import DataReport, Log
 from cabledrive.identification.logs.reading import MOST_VALUES, Recording, checked_log
+from cabledrive.identification.logs.table import BLOCK_ROWS
 from cabledrive.identification.regression import Factors, joined, merged, suited_segments
 from cabledrive.identification.rigid_axis import (
     AxisOptions,
@@ -43,7 +44,12 @@ def is_long(recording: Recording) -> bool:
     return rows is not None and rows * len(recording.columns) > MOST_VALUES
 
 
-def identify_long_log(recording: Recording, options: AxisOptions | None = None) -> Identification:
+def identify_long_log(
+    recording: Recording,
+    options: AxisOptions | None = None,
+    *,
+    progress: Callable[[str], None] | None = None,
+) -> Identification:
     """Identify one rigid axis from a log of any length, in memory that does not grow with it.
 
     Bandwidth and encoder step come from the first block; every block is checked like a log of its own.
@@ -53,6 +59,8 @@ def identify_long_log(recording: Recording, options: AxisOptions | None = None) 
     recording : Recording
         With torque and angle, or force and position; nothing else is read.
     options : AxisOptions, optional
+    progress : callable, optional
+        Called with a line after every block.
 
     Returns
     -------
@@ -61,11 +69,14 @@ def identify_long_log(recording: Recording, options: AxisOptions | None = None) 
     Raises
     ------
     InputRefused
-        If a block is refused, or time jumps between two blocks.
+        If a block is refused, nothing moves in any, or time jumps between two blocks.
     """
     options = options or AxisOptions()
-    blocks = _checked_blocks(recording)
-    first = next(blocks)
+    still: list[int] = []
+    blocks = _moving(_checked_blocks(recording, progress), still)
+    first = next(blocks, None)
+    if first is None:
+        raise InputRefused(f"{recording.table.source}: nothing moves in it: a log must move the axis")
     torque, position = channels_of(first, options)
     equation = equation_for([first], torque, position, options)
     plain = rows_for(first, torque, position, equation)
@@ -85,16 +96,41 @@ def identify_long_log(recording: Recording, options: AxisOptions | None = None) 
             parts = [merged(joined(parts), 2)]
     factors = suited_segments(joined(parts))
     method = axis_method(equation, options, factors) | {"blocks": len(reports)}
-    return concluded(factors, equation, np.sqrt(squares / rows), method, (), (_whole(recording, reports),))
+    report = _whole(recording, reports, sum(still))
+    return concluded(factors, equation, np.sqrt(squares / rows), method, (), (report,))
 
 
-def _checked_blocks(recording: Recording) -> Iterator[Log]:
+def _checked_blocks(recording: Recording, progress: Callable[[str], None] | None) -> Iterator[Log]:
     wanted = tuple(c for c in recording.columns if c in ("time", "torque", "angle", "force", "position"))
-    before = 0
-    for block in recording.blocks(wanted):
+    before, about = 0, recording.table.rows
+    for block in _even_blocks(recording.blocks(wanted)):
         rows = next(iter(block.values())).size
         yield checked_log(recording, block, before)
         before += rows
+        if progress is not None:
+            share = f", about {100 * min(1.0, before / about):.0f} %" if about else ""
+            progress(f"{recording.table.source}: {before} rows{share}")
+
+
+def _even_blocks(blocks: Iterator[dict[str, Array]]) -> Iterator[dict[str, Array]]:
+    """Blocks of `BLOCK_ROWS` rows, the last of up to twice as many: none is too short to be checked."""
+    held: dict[str, Array] = {}
+    for block in blocks:
+        held = {name: np.concatenate([held[name], block[name]]) if held else block[name] for name in block}
+        while next(iter(held.values())).size >= 2 * BLOCK_ROWS:
+            yield {name: values[:BLOCK_ROWS] for name, values in held.items()}
+            held = {name: values[BLOCK_ROWS:] for name, values in held.items()}
+    if held:
+        yield held
+
+
+def _moving(blocks: Iterator[Log], still: list[int]) -> Iterator[Log]:
+    """Blocks in which the axis moves and is driven; the rows of the others are counted."""
+    for block in blocks:
+        if any(np.ptp(values) == 0.0 for values in block.channels.values()):
+            still.append(block.time.size)
+        else:
+            yield block
 
 
 def _overlapping(first: Log, blocks: Iterator[Log], reach: int) -> Iterator[Log]:
@@ -122,8 +158,9 @@ def _flat(block: Log, channel: str) -> NDArray[np.bool_]:
     return block.saturated.get(channel, np.zeros(block.time.size, dtype=bool))
 
 
-def _whole(recording: Recording, reports: list[DataReport]) -> DataReport:
+def _whole(recording: Recording, reports: list[DataReport], still: int) -> DataReport:
     rows = sum(report.rows for report in reports)
+    rest = (f"{still} rows in blocks in which nothing moves are left out",) if still else ()
     interval = float(np.mean([report.interval for report in reports]))
     return DataReport(
         rows=rows,
@@ -132,5 +169,5 @@ def _whole(recording: Recording, reports: list[DataReport]) -> DataReport:
         jitter=max(report.jitter for report in reports),
         quantum=reports[0].quantum,
         repaired=tuple(dict.fromkeys(line for report in reports for line in report.repaired)),
-        findings=tuple(dict.fromkeys(line for report in reports for line in report.findings)),
+        findings=tuple(dict.fromkeys(line for report in reports for line in report.findings)) + rest,
     )

@@ -132,8 +132,12 @@ def _read(source: str | Path) -> bytes:
     try:
         if str(source) in packaged_drives() and not path.is_file():
             return (resources.files("cabledrive.parameters") / "drives" / f"{source}.toml").read_bytes()
+        if path.exists() and not path.is_dir() and not path.is_file():
+            raise InputRefused("is a device or a pipe, no regular file: give the path of a drive file")
         with path.open("rb") as file:
             content = file.read(LARGEST_FILE + 1)
+    except InputRefused:
+        raise
     except IsADirectoryError:
         raise InputRefused("is a folder: name a drive file in it") from None
     except (FileNotFoundError, NotADirectoryError):

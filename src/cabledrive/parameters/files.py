@@ -1,10 +1,44 @@
 """Files that appear whole or not at all, and never replace another unasked."""
 
 import os
+import stat
 import tempfile
 from pathlib import Path
 
 from cabledrive.parameters.errors import InputRefused
+
+
+def require_regular(path: str | Path, remedy: str) -> Path:
+    """Refuse an input that is no regular file: a pipe would keep a command waiting, a device never ends.
+
+    Parameters
+    ----------
+    path : path-like
+    remedy : str
+        What to give instead.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InputRefused
+        If it is missing, a folder, a pipe or a device, or its place cannot be looked at.
+    """
+    path = Path(path)
+    try:
+        mode = path.stat().st_mode
+    except (FileNotFoundError, NotADirectoryError):
+        raise InputRefused(f"no such file: {remedy}").at(str(path)) from None
+    except (OSError, ValueError) as error:  # no permission, a name too long, a NUL in it
+        reason = getattr(error, "strerror", None) or error
+        raise InputRefused(f"cannot be read ({reason}): check the path").at(str(path)) from None
+    if stat.S_ISDIR(mode):
+        raise InputRefused(f"is a folder: {remedy}").at(str(path))
+    if not stat.S_ISREG(mode):
+        raise InputRefused(f"is a device or a pipe, no regular file: {remedy}").at(str(path))
+    return path
 
 
 def check_writable(path: str | Path, *, force: bool = False) -> Path:

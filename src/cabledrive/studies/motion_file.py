@@ -4,12 +4,14 @@ from pathlib import Path
 
 import numpy as np
 
-from cabledrive.identification.logs.delimited import open_delimited
+from cabledrive.identification.logs.opening import open_table
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.fields import nearest
+from cabledrive.parameters.files import require_regular
 from cabledrive.parameters.units import to_si
 from cabledrive.studies.planned_motion import PlannedMotion
 
+MOST_ROWS = 5_000_000
 COLUMNS = {
     "time": "s",
     "torque": "N m",
@@ -39,9 +41,10 @@ def read_motion(path: str | Path) -> PlannedMotion:
         If the file cannot be read, a column is unknown, missing or there twice, or a number is missing.
     """
     path = Path(path)
-    if not path.is_file():
-        raise InputRefused(f"{path}: no such file: name a CSV file with time and torque")
-    table = open_delimited(path)
+    require_regular(path, "name a CSV file with time and torque")
+    table = open_table(path, text=True)
+    if (table.rows or 0) > MOST_ROWS:
+        raise InputRefused(f"{path.name}: about {table.rows} rows, at most {MOST_ROWS} are read: thin it out")
     chosen = {name.lower().replace("_", " "): name for name in table.names}
     if len(chosen) < len(table.names):
         raise InputRefused(f"{path.name}: two columns have one name ({', '.join(table.names)}): drop one")

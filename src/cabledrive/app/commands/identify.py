@@ -5,6 +5,8 @@ from typing import Any
 import click
 
 from cabledrive.app.combinations import refuse_given
+from cabledrive.app.log_options import Chooser, reading_options
+from cabledrive.app.messages import note
 from cabledrive.app.new_file import PAGE, NewFile, NewFileType
 from cabledrive.app.options import Subcommand, answering, saves_answer
 from cabledrive.app.results import Answer, provenance
@@ -22,13 +24,7 @@ from cabledrive.parameters import InputRefused, load_drive
 @click.option("--config", type=click.Path(), metavar="FILE", help="TOML file with [identify] and [log].")
 @click.option("--model", metavar="NAME", help="rigid-axis, rigid-axis-tanh, rigid-axis-asymmetric, ...")
 @click.option("--method", metavar="NAME", help="inverse-dynamics or output-error.")
-@click.option(
-    "--column",
-    "columns",
-    multiple=True,
-    metavar="CHANNEL=COLUMN:UNIT",
-    help="Which column is a channel, as torque=tau:N mm; repeatable.",
-)
+@reading_options
 @click.option(
     "--ping",
     "drive",
@@ -60,7 +56,7 @@ def command(
     config: str | None,
     model: str | None,
     method: str | None,
-    columns: tuple[str, ...],
+    choose: Chooser,
     drive: str | None,
     span: str | None,
     plucked: str | None,
@@ -75,7 +71,6 @@ def command(
     from dataclasses import replace
 
     from cabledrive.identification.identify import IdentifyOptions, identify, load_options
-    from cabledrive.identification.logs.column_map import with_choices
 
     if drive is None:
         refuse_given("span", "plucked", "section", why="belongs to --ping DRIVE: add that, or leave it out")
@@ -84,9 +79,7 @@ def command(
             "model", "method", "no_check", "page", why="is for the parameters of an axis, not for --ping"
         )
     options = IdentifyOptions() if config is None else load_options(config)
-    options = replace(
-        options, columns=with_choices(options.columns, columns), check=options.check and not no_check
-    )
+    options = replace(options, columns=choose(options.columns), check=options.check and not no_check)
     if drive is not None:
         if plucked is not None and span != "both":
             raise InputRefused(
@@ -97,7 +90,9 @@ def command(
         return _ping(logs, drive, (span, section), options.columns)
     if page is not None:
         _check_drawable(logs[0], options)
-    found = identify(logs[0] if len(logs) == 1 else list(logs), options, model=model, method=method)
+    found = identify(
+        logs[0] if len(logs) == 1 else list(logs), options, model=model, method=method, progress=note
+    )
     data = found.as_dict()
     if page is not None:
         _write_page(logs, found, options, page)

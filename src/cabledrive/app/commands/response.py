@@ -1,10 +1,12 @@
 """`cabledrive response`: a frequency response from a log."""
 
+import re
 from typing import Any
 
 import click
 
 from cabledrive.app.combinations import refuse_given
+from cabledrive.app.log_options import Chooser, reading_options
 from cabledrive.app.new_file import OBJECT, NewFile, NewFileType
 from cabledrive.app.options import Quantity, Subcommand, answering, force_option
 from cabledrive.app.results import Answer, json_text, provenance
@@ -12,16 +14,55 @@ from cabledrive.parameters import InputRefused
 from cabledrive.parameters.fields import LARGEST
 
 
+class _Response(Subcommand):
+    """``--output`` names the column of the output, as in version 0.1, where ``--response`` is not given."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Read the arguments.
+
+        Parameters
+        ----------
+        ctx : click.Context
+        args : list of str
+
+        Returns
+        -------
+        list of str
+        """
+        if any(re.match("--response(=|$)", arg) for arg in args):
+            args = [re.sub("^--output(?:=|$)", "-o", arg) for arg in args]
+        return super().parse_args(ctx, args)
+
+
+class _OutputPath(click.Option):
+    """``-o``, which the help calls ``-o, --output`` as in every command."""
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        """What the help says of it.
+
+        Parameters
+        ----------
+        ctx : click.Context
+
+        Returns
+        -------
+        (str, str)
+        """
+        return f"-o, --output {self.metavar}", self.help or ""
+
+
 @click.command(
-    cls=Subcommand,
-    example="cabledrive response log.csv --input torque --output angle --differentiate --json",
+    cls=_Response,
+    example="cabledrive response log.csv --input torque --response angle --differentiate --json",
     short_help="Measure a frequency response from a log.",
 )
 @answering
 @force_option
 @click.argument("log", metavar="LOG")
 @click.option("--input", "input_", required=True, metavar="COL", help="Channel or column of the input.")
-@click.option("--output", required=True, metavar="COL", help="Channel or column of the output.")
+@click.option("--response", "column", metavar="COL", help="Channel or column of the output.")
+@click.option("--output", "former", hidden=True)
+@reading_options
 @click.option("--config", type=click.Path(), metavar="FILE", help="TOML file with [log].")
 @click.option(
     "--segment", type=Quantity("s"), default=1.0, show_default=True, help="Length of the Hann windows."
@@ -37,12 +78,19 @@ from cabledrive.parameters.fields import LARGEST
     "--amplifier", is_flag=True, help="Fit gain and bandwidth, from a command [V] to a torque [N m]."
 )
 @click.option(
-    "-o", "file", type=NewFileType(*OBJECT), metavar="FILE", help="Write the JSON object to FILE as well."
+    "-o",
+    "file",
+    cls=_OutputPath,
+    type=NewFileType(*OBJECT),
+    metavar="FILE",
+    help="Write the JSON object to FILE as well.",
 )
 def command(
     log: str,
     input_: str,
-    output: str,
+    column: str | None,
+    former: str | None,
+    choose: Chooser,
     config: str | None,
     segment: float,
     overlap: float | None,
@@ -58,6 +106,9 @@ def command(
     from cabledrive.identification.identify import IdentifyOptions, load_options
     from cabledrive.identification.response_inputs import compensated_torque, read_pair, speed_of
 
+    output = column or former
+    if output is None:
+        raise InputRefused('missing option "--response": name the column of the output')
     if coulomb is None:
         refuse_given("offset", why="belongs to --coulomb: add that (0 for none), or leave it out")
     elif not 0.0 <= coulomb <= LARGEST:
@@ -65,7 +116,7 @@ def command(
     elif not abs(offset) <= LARGEST:
         raise InputRefused(f"--offset = {offset:.4g} N m must lie within {LARGEST:g} N m: correct it")
     options = IdentifyOptions() if config is None else load_options(config)
-    read, source, target = read_pair(log, options.columns, input_, output)
+    read, source, target = read_pair(log, choose(options.columns), input_, output)
     values = speed_of(read, target) if differentiate else read.channel(target)
     drive = read.channel(source)
     if coulomb is not None:

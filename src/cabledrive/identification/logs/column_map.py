@@ -12,7 +12,7 @@ from cabledrive.parameters import InputRefused
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.toml_values import flag_of, quantity_of, read_toml, table_of, whole_of
 
-KEYS = ("columns", "sample_rate", "counts_per_revolution", "resample", "start", "end")
+KEYS = ("columns", "sample_rate", "counts_per_revolution", "resample", "skip_rows", "start", "end")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,7 +46,9 @@ class ColumnMap:
         [Hz]; where the log has no time, or a coarse one.
     counts_per_revolution : int or None
     resample : bool
-        Whether uneven samples may be put onto an even grid.
+        Whether uneven samples may be put onto an even grid, and topics onto the times of one of them.
+    skip_rows : int
+        Lines at the top of a text log that are not part of it.
     start, end : float or None
         Part of the log to use [s].
     """
@@ -55,6 +57,7 @@ class ColumnMap:
     sample_rate: float | None = None
     counts_per_revolution: int | None = None
     resample: bool = False
+    skip_rows: int = 0
     start: float | None = None
     end: float | None = None
 
@@ -112,6 +115,8 @@ def _fields(table: Mapping[str, Any]) -> dict[str, Any]:
         found["counts_per_revolution"] = whole_of("log.counts_per_revolution", counts)
     if "resample" in table:
         found["resample"] = flag_of("log.resample", table["resample"])
+    if "skip_rows" in table:
+        found["skip_rows"] = whole_of("log.skip_rows", table["skip_rows"], least=0)
     if found.get("sample_rate", 1.0) <= 0.0:
         raise InputRefused(f"log.sample_rate = {found['sample_rate']:.4g} Hz must be above 0: give it in Hz")
     return found
@@ -133,7 +138,9 @@ def _known(name: str) -> None:
         raise InputRefused(f'"{name}" is no channel{nearest(name, UNITS)}')
 
 
-def with_choices(base: ColumnMap, choices: Sequence[str]) -> ColumnMap:
+def with_choices(
+    base: ColumnMap, choices: Sequence[str], *, skip_rows: int | None = None, resample: bool = False
+) -> ColumnMap:
     """Add choices of the command line, ``torque=tau:N mm``.
 
     Parameters
@@ -141,6 +148,10 @@ def with_choices(base: ColumnMap, choices: Sequence[str]) -> ColumnMap:
     base : ColumnMap
     choices : sequence of str
         ``CHANNEL=COLUMN[:UNIT[*SCALE]]``.
+    skip_rows : int, optional
+        Lines at the top that are not part of the log; default: as the base has it.
+    resample : bool, default False
+        True: allowed whatever the base has.
 
     Returns
     -------
@@ -162,7 +173,12 @@ def with_choices(base: ColumnMap, choices: Sequence[str]) -> ColumnMap:
         column, _, unit = rest.partition(":")
         unit, _, scale = unit.partition("*")
         columns[channel] = Column(column=column, unit=unit.strip(), scale=_scale(scale))
-    return replace(base, columns=columns)
+    return replace(
+        base,
+        columns=columns,
+        skip_rows=base.skip_rows if skip_rows is None else skip_rows,
+        resample=base.resample or resample,
+    )
 
 
 def _scale(text: str) -> float | str:

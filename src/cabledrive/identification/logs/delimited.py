@@ -1,23 +1,21 @@
 """Text logs: delimiter, decimal mark, comments, header and units recognised from the first lines."""
 
-import codecs
-import csv
 import re
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from cabledrive.identification.logs.table import Blocks, Table
+from cabledrive.identification.logs.cells import MISSING, is_number, split_line, zone_of
+from cabledrive.identification.logs.heads import heads_of
+from cabledrive.identification.logs.lines import LONGEST_LINE, first_lines, line_blocks, too_long
+from cabledrive.identification.logs.table import Array, Blocks, Reading, Table, seconds_of
 from cabledrive.parameters import InputRefused
 
-SAMPLE_BYTES = 1 << 16
-BLOCK_BYTES = 1 << 24
 DELIMITERS = (",", "\t", ";", " ")
-MISSING = ("", "NaN", "nan", "NAN", "NA", "N/A", "null")
-_UNIT = re.compile(r"^\s*(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
+_NO_ROW = re.compile(rb"^[ \t\f\v]*(?:#.*|EOF[ \t,;]*)?$", re.MULTILINE)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,12 +28,16 @@ class Dialect:
         A space stands for any white space.
     decimal : {".", ","}
     encoding : str
-        Unicode where the bytes are valid, else Windows-1252, as many a logger writes "°" and "µ".
     skip : int
         Lines before the first row of numbers.
     names : tuple of str
         Columns; numbered from 1 where there is no header.
     units : dict of str to str
+    zones : dict of str to str
+        Time zone of the columns that hold ISO 8601 times; empty: none is stated.
+    notes : tuple of str
+    rows : int
+        About how many rows the file has.
     """
 
     delimiter: str
@@ -44,46 +46,19 @@ class Dialect:
     skip: int
     names: tuple[str, ...]
     units: dict[str, str]
+    zones: dict[str, str]
+    notes: tuple[str, ...]
+    rows: int
 
 
-def name_and_unit(head: str) -> tuple[str, str]:
-    """Part a column head such as "torque [N m]" or "angle (deg)".
-
-    Parameters
-    ----------
-    head : str
-
-    Returns
-    -------
-    name, unit : str
-        The unit is empty where the head states none.
-    """
-    match = _UNIT.match(head)
-    return (match[1], match[2]) if match and match[1] else (head.strip(), "")
-
-
-def split_line(line: str, delimiter: str) -> list[str]:
-    """Cells of one line, quotes taken off.
-
-    Parameters
-    ----------
-    line, delimiter : str
-
-    Returns
-    -------
-    list of str
-    """
-    if delimiter == " ":
-        return line.split()
-    return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), [])]
-
-
-def dialect_of(path: Path) -> Dialect:
+def dialect_of(path: Path, skip_rows: int = 0) -> Dialect:
     """Recognise how a text log is written.
 
     Parameters
     ----------
     path : Path
+    skip_rows : int, default 0
+        Lines at the top that are not part of the log.
 
     Returns
     -------
@@ -94,169 +69,193 @@ def dialect_of(path: Path) -> Dialect:
     InputRefused
         If it is empty, no text, has no row of numbers, or one column only.
     """
-    with path.open("rb") as file:
-        sample = file.read(SAMPLE_BYTES)
-    if not sample.strip():
-        raise InputRefused(f"{path.name}: is empty: give a log with a header and rows of numbers")
-    encoding = _encoding_of(sample)
-    text = sample.decode(encoding, errors="replace")
-    if "\0" in text:
-        raise InputRefused(
-            f"{path.name}: is not text: name its format by the ending (.parquet, .mat, .nc, .mcap)"
-        )
-    lines = text.splitlines()
-    if len(sample) == SAMPLE_BYTES:
-        lines = lines[:-1]
-    delimiter, decimal, first = _first_numbers(lines, path.name)
-    width = len(split_line(lines[first], delimiter))
-    if width < 2:
+    encoding, lines, size = first_lines(path)
+    delimiter, decimal, first = _first_numbers(lines, path.name, skip_rows)
+    row = split_line(lines[first], delimiter)
+    if len(row) < 2:
         raise InputRefused(f"{path.name}: one column only: a log needs the time and at least two channels")
-    heads = [number for number in range(first) if lines[number].strip() and not lines[number].startswith("#")]
     try:
-        names, units = _header([split_line(lines[number], delimiter) for number in heads], width)
+        heads = heads_of(lines[skip_rows:first], delimiter, decimal, row)
     except InputRefused as refusal:
         raise refusal.at(path.name) from None
+    zones = {
+        name: zone for name, cell in zip(heads.names, row, strict=True) if (zone := zone_of(cell)) is not None
+    }
+    per_row = max(1.0, size / max(1, len(lines)))
     return Dialect(
-        delimiter=delimiter, decimal=decimal, encoding=encoding, skip=first, names=names, units=units
+        delimiter=delimiter,
+        decimal=decimal,
+        encoding=encoding,
+        skip=first,
+        names=heads.names,
+        units=heads.units | dict.fromkeys(zones, "s"),
+        zones=zones,
+        notes=heads.notes,
+        rows=int(path.stat().st_size / per_row),
     )
 
 
-def open_delimited(path: Path) -> Table:
+def open_delimited(path: Path, reading: Reading | None = None) -> Table:
     """Open a CSV or TSV log.
 
     Parameters
     ----------
     path : Path
+    reading : Reading, optional
 
     Returns
     -------
     Table
     """
-    dialect = dialect_of(path)
-    reader = _read_white_space if dialect.delimiter == " " else _read_arrow
+    dialect = dialect_of(path, reading.skip_rows if reading else 0)
 
     def read(names: tuple[str, ...]) -> Blocks:
-        return reader(path, dialect, names)
+        return _read(path, dialect, names)
 
-    return Table(source=path.name, names=dialect.names, units=dialect.units, rows=None, read=read)
-
-
-def _encoding_of(sample: bytes) -> str:
-    """How the first bytes of a text are written; a character cut off at their end does not count."""
-    if sample.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        return "utf-16"
-    try:
-        codecs.getincrementaldecoder("utf-8-sig")().decode(sample)
-    except UnicodeDecodeError:
-        return "cp1252"
-    return "utf-8-sig"
+    return Table(
+        source=path.name,
+        names=dialect.names,
+        units=dialect.units,
+        rows=dialect.rows,
+        read=read,
+        notes=dialect.notes,
+    )
 
 
-def _first_numbers(lines: list[str], source: str) -> tuple[str, str, int]:
+def _first_numbers(lines: Sequence[str], source: str, skip_rows: int) -> tuple[str, str, int]:
     """Delimiter, decimal mark and number of the first line that holds numbers only."""
     for number, line in enumerate(lines):
-        if not line.strip() or line.startswith("#"):
+        if number < skip_rows or not line.strip() or line.lstrip().startswith("#"):
             continue
         for delimiter in DELIMITERS:
             cells = split_line(line, delimiter)
             for decimal in ".," if delimiter != "," else ".":
                 filled = [cell for cell in cells if cell not in MISSING]
                 if (
-                    filled
-                    and all(_is_number(cell, decimal) for cell in filled)
+                    any(is_number(cell, decimal) for cell in filled)
+                    and all(is_number(cell, decimal) or zone_of(cell) is not None for cell in filled)
                     and (len(cells) > 1 or delimiter == " ")
                 ):
-                    return delimiter, decimal, number
+                    return delimiter, decimal, _with_missing_above(lines, number, delimiter, len(cells))
     shown = next((line.strip() for line in reversed(lines) if line.strip()), "")[:40]
     raise InputRefused(
         f'{source}: no row of numbers up to line {len(lines)}, "{shown}": write every row as numbers alone'
     )
 
 
-def _is_number(cell: str, decimal: str) -> bool:
-    if decimal == "," and "." in cell:
-        return False
-    try:
-        float(cell.replace(",", ".") if decimal == "," else cell)
-    except ValueError:
-        return False
-    return "_" not in cell
+def _with_missing_above(lines: Sequence[str], number: int, delimiter: str, width: int) -> int:
+    """The first row also where it and its next are rows of missing values, such as ``---``."""
+    while number > 0:
+        cells = split_line(lines[number - 1], delimiter)
+        if len(cells) != width or not any(cells) or any(cell not in MISSING for cell in cells):
+            break
+        number -= 1
+    return number
 
 
-def _header(rows: list[list[str]], width: int) -> tuple[tuple[str, ...], dict[str, str]]:
-    """Names and units from the lines above the numbers: one line of heads, perhaps one of units below it."""
-    rows = [row for row in rows if len(row) == width]
-    if not rows:
-        return tuple(f"column {k + 1}" for k in range(width)), {}
-    parted = [name_and_unit(head) for head in rows[0]]
-    names = tuple(name or f"column {k + 1}" for k, (name, _) in enumerate(parted))
-    units = {name: unit for name, unit in parted if unit}
-    if len(rows) > 1 and not units:
-        units = {
-            name: cell.strip("[]()") for name, cell in zip(names, rows[1], strict=True) if cell.strip("[]()")
-        }
-    if len(set(names)) < width:
-        twice = next(name for name in names if names.count(name) > 1)
-        raise InputRefused(f'two columns are called "{twice}": rename one')
-    return names, units
+def _read(path: Path, dialect: Dialect, names: tuple[str, ...]) -> Blocks:
+    """Rows in blocks; each block has as many rows as lines that are neither empty nor a comment."""
+    starts: dict[str, int] = {}
+    for number, whole in line_blocks(path, dialect.encoding):
+        block, above = whole, 0
+        if number <= dialect.skip:
+            above = dialect.skip - number + 1
+            block = b"".join(part + b"\n" for part in whole.split(b"\n")[above:-1])
+        found = _rows(block, dialect, names)
+        if found is None:
+            found = _by_cells(block, number + above, dialect, names, path.name)
+        if len(next(iter(found.values()))):
+            yield {name: _floats(found[name], name, starts) for name in names}
 
 
-def _read_arrow(path: Path, dialect: Dialect, names: tuple[str, ...]) -> Iterator[dict[str, Any]]:
+def _rows(block: bytes, dialect: Dialect, names: tuple[str, ...]) -> dict[str, Any] | None:
+    """Columns of a block; nothing where it does not hold one row of numbers for each line."""
     import pyarrow as pa
     from pyarrow import csv as arrow
 
+    lines = block.removesuffix(b"\n")
+    if not lines or _NO_ROW.search(lines):
+        lines = b"\n".join(line for line in lines.split(b"\n") if not _NO_ROW.fullmatch(line))
+    count = lines.count(b"\n") + 1 if lines else 0
+    if not count:
+        return {name: np.empty(0) for name in names}
+    delimiter = dialect.delimiter
+    if delimiter == " ":
+        delimiter = ";"
+        lines = b"\n".join(b";".join(line.partition(b"#")[0].split()) for line in lines.split(b"\n"))
+    kinds = {name: _kind(dialect.zones[name]) for name in dialect.zones}
     try:
-        reader = arrow.open_csv(
-            path,
-            read_options=arrow.ReadOptions(
-                skip_rows=dialect.skip,
-                column_names=list(dialect.names),
-                block_size=BLOCK_BYTES,
-                encoding=dialect.encoding if dialect.encoding == "utf-16" else "utf8",
-            ),
-            parse_options=arrow.ParseOptions(delimiter=dialect.delimiter),
+        table = arrow.read_csv(
+            pa.BufferReader(lines + b"\n"),
+            read_options=arrow.ReadOptions(column_names=list(dialect.names)),
+            parse_options=arrow.ParseOptions(delimiter=delimiter),
             convert_options=arrow.ConvertOptions(
-                column_types=dict.fromkeys(dialect.names, pa.float64()),
+                column_types=dict.fromkeys(dialect.names, pa.float64()) | kinds,
                 include_columns=list(names),
                 null_values=list(MISSING),
                 decimal_point=dialect.decimal,
             ),
         )
-        for batch in reader:
-            yield {name: batch.column(name).to_numpy(zero_copy_only=False) for name in names}
-    except pa.ArrowInvalid as error:
-        raise InputRefused(_fault(path, dialect, str(error))) from None
+    except pa.ArrowInvalid:
+        return None
+    return {name: table.column(name) for name in names} if table.num_rows == count else None
 
 
-def _fault(path: Path, dialect: Dialect, message: str) -> str:
-    """Where a text log stops being one: first row with another number of cells, or with text."""
-    with path.open(encoding=dialect.encoding, errors="replace") as file:
-        for number, line in enumerate(file, start=1):
-            if number <= dialect.skip or not line.strip():
-                continue
-            cells = split_line(line, dialect.delimiter)
-            if len(cells) != len(dialect.names):
-                have, want = len(cells), len(dialect.names)
-                return (
-                    f"{path.name}: line {number} has {have} cells, the header {want}: mend or cut that line"
-                )
-            for name, cell in zip(dialect.names, cells, strict=True):
-                if cell not in MISSING and not _is_number(cell, dialect.decimal):
-                    found = f'{path.name}: line {number}, column "{name}" holds "{cell[:30]}"'
-                    return f"{found}: write a number or leave it empty"
-    return f"{path.name}: {message}"
+def _by_cells(
+    block: bytes, number: int, dialect: Dialect, names: tuple[str, ...], source: str
+) -> dict[str, Any]:
+    """The columns cell by cell, for what the fast reader does not take; it says which cell is no number."""
+    import pyarrow as pa
+
+    codec = "utf-8" if dialect.encoding != "cp1252" else "cp1252"
+    found: dict[str, list[Any]] = {name: [] for name in names}
+    for place, raw in enumerate(block.removesuffix(b"\n").split(b"\n"), start=number):
+        if _NO_ROW.fullmatch(raw):
+            continue
+        if len(raw) > LONGEST_LINE:
+            raise too_long(source, place)
+        line = raw.decode(codec, errors="replace")
+        cells = split_line(line.partition("#")[0] if dialect.delimiter == " " else line, dialect.delimiter)
+        if len(cells) != len(dialect.names):
+            raise InputRefused(
+                f"{source}: line {place} has {len(cells)} cells, the header {len(dialect.names)}: "
+                "mend or cut that line"
+            )
+        for name, cell in zip(dialect.names, cells, strict=True):
+            if name in found:
+                found[name].append(_value(cell, name, place, dialect, source))
+    return {
+        name: pa.array(values, pa.string()).cast(_kind(dialect.zones[name]))
+        if name in dialect.zones
+        else np.array(values)
+        for name, values in found.items()
+    }
 
 
-def _read_white_space(path: Path, dialect: Dialect, names: tuple[str, ...]) -> Blocks:
-    places = [dialect.names.index(name) for name in names]
-    comma = dialect.decimal == ","
-    with path.open(encoding=dialect.encoding, errors="replace") as file:
-        for _ in range(dialect.skip):
-            next(file)
-        while lines := file.readlines(BLOCK_BYTES):
-            try:
-                told = [line.replace(",", ".") for line in lines] if comma else lines
-                rows = np.loadtxt(told, usecols=places, ndmin=2)
-            except ValueError as error:
-                raise InputRefused(_fault(path, dialect, str(error))) from None
-            yield {name: rows[:, k] for k, name in enumerate(names)}
+def _value(cell: str, name: str, place: int, dialect: Dialect, source: str) -> Any:
+    stamp = name in dialect.zones
+    if cell in MISSING:
+        return None if stamp else np.nan
+    if stamp and zone_of(cell) == dialect.zones[name]:
+        return cell
+    if not stamp and is_number(cell, dialect.decimal):
+        return float(cell.replace(",", ".") if dialect.decimal == "," else cell)
+    wanted = "a time as in the first row" if stamp else "a number or leave it empty"
+    raise InputRefused(f'{source}: line {place}, column "{name}" holds "{cell[:30]}": write {wanted}')
+
+
+def _kind(zone: str) -> Any:
+    import pyarrow as pa
+
+    return pa.timestamp("ns", tz=zone or None)
+
+
+def _floats(values: Any, name: str, starts: dict[str, int]) -> Array:
+    import pyarrow as pa
+
+    kind = getattr(values, "type", None)
+    if kind is None:
+        return np.asarray(values, dtype=float)
+    if pa.types.is_timestamp(kind):
+        return seconds_of(values, name, starts)
+    return np.asarray(values.to_numpy(zero_copy_only=False), dtype=float)

@@ -7,13 +7,13 @@ import numpy as np
 
 from cabledrive.identification.logs.table import (
     BLOCK_ROWS,
-    LARGEST_UNPACKED,
     Array,
     Blocks,
+    Reading,
     Table,
     check_lengths,
 )
-from cabledrive.identification.logs.unpacking import LARGEST_CHUNK
+from cabledrive.identification.logs.unpacking import LARGEST_CHUNK, require_fitting
 from cabledrive.parameters import InputRefused
 
 HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
@@ -49,7 +49,7 @@ def open_hdf5(path: Path) -> Table:
     Raises
     ------
     InputRefused
-        If it is damaged, holds no vector, or would unpack to more than `LARGEST_UNPACKED`.
+        If it holds no vector, keeps numbers outside itself, or has chunks larger than `LARGEST_CHUNK`.
     """
     import h5py
 
@@ -58,34 +58,40 @@ def open_hdf5(path: Path) -> Table:
     scalars: dict[str, float] = {}
 
     def visit(name: str, entry: Any) -> None:
-        if isinstance(entry, h5py.Dataset) and entry.dtype.kind in "fiu" and not name.startswith("#"):
-            _collect(name, entry, columns, units, scalars)
+        if isinstance(entry, h5py.Dataset) and entry.shape is not None and not name.startswith("#"):
+            _require_inside(name, entry, path.name)
+            if entry.dtype.kind in "fiu":
+                _collect(name, entry, columns, units, scalars)
 
-    try:
-        with h5py.File(path, "r") as file:
-            file.visititems(visit)
-            chunks = [_chunk_bytes(file[dataset]) for dataset, _ in columns.values()]
-            sizes = {dataset: int(np.prod(file[dataset].shape)) for dataset, _ in columns.values()}
-    except (OSError, RuntimeError) as error:
-        raise InputRefused(f"{path.name}: is no readable HDF5 file ({error}): write it again") from None
+    with h5py.File(path, "r") as file:
+        file.visititems(visit)
+        sizes = [max(file[dataset].shape) for dataset, _ in columns.values()]
     if not columns:
         raise InputRefused(
             f"{path.name}: holds no vector of numbers (objects cannot be read): save plain vectors"
-        )
-    largest = 8 * max(sizes.values())
-    if largest > LARGEST_UNPACKED:
-        raise InputRefused(f"{path.name}: unpacks to {largest / 2**30:.0f} GiB: split it")
-    if max(chunks) > LARGEST_CHUNK:
-        size, most = max(chunks) / 2**20, LARGEST_CHUNK / 2**20
-        raise InputRefused(
-            f"{path.name}: has chunks of {size:.0f} MiB, at most {most:.0f} are unpacked at once: "
-            "write smaller ones"
         )
 
     def read(names: tuple[str, ...]) -> Blocks:
         return _read(path, columns, names)
 
-    return Table(source=path.name, names=tuple(columns), units=units, rows=None, read=read, scalars=scalars)
+    return Table(
+        source=path.name, names=tuple(columns), units=units, rows=max(sizes), read=read, scalars=scalars
+    )
+
+
+def _require_inside(name: str, entry: Any, source: str) -> None:
+    """Refuse numbers of other files, and chunks that unpack to more than memory should hold."""
+    if entry.external or entry.is_virtual:
+        raise InputRefused(
+            f'{source}: "{name}" lies in other files (external or virtual storage): write one file, as with '
+            "h5repack"
+        )
+    size = int(np.prod(entry.chunks)) * entry.dtype.itemsize if entry.chunks else 0
+    if size > LARGEST_CHUNK:
+        raise InputRefused(
+            f"{source}: has chunks of {size / 2**20:.0f} MiB, at most {LARGEST_CHUNK / 2**20:.0f} are "
+            "unpacked at once: write smaller ones"
+        )
 
 
 def open_classic_netcdf(path: Path) -> Table:
@@ -102,15 +108,13 @@ def open_classic_netcdf(path: Path) -> Table:
     Raises
     ------
     InputRefused
-        If it is damaged.
+        If it is larger than `LARGEST_IN_MEMORY`, as it is read whole.
     """
     from scipy.io import netcdf_file
 
-    try:
-        with netcdf_file(str(path), mmap=False) as file:
-            found = {name: (v[:].copy(), v._attributes) for name, v in file.variables.items()}
-    except Exception as error:  # scipy raises many kinds for a damaged file
-        raise InputRefused(f"{path.name}: is no readable NetCDF file ({error}): write it again") from None
+    require_fitting(path, path.stat().st_size)
+    with netcdf_file(str(path), mmap=False) as file:
+        found = {name: (v[:].copy(), v._attributes) for name, v in file.variables.items() if v.shape}
     vectors = {name: v for name, v in found.items() if v[0].ndim == 1 and v[0].dtype.kind in "fiu"}
     units = {name: _text(a["units"]) for name, (_, a) in vectors.items() if "units" in a}
 
@@ -118,26 +122,23 @@ def open_classic_netcdf(path: Path) -> Table:
         check_lengths({name: len(vectors[name][0]) for name in names}, path.name)
         yield {name: _scaled(vectors[name][0], vectors[name][1]) for name in names}
 
-    return Table(source=path.name, names=tuple(vectors), units=units, rows=None, read=read)
+    rows = max((len(values) for values, _ in vectors.values()), default=0)
+    return Table(source=path.name, names=tuple(vectors), units=units, rows=rows, read=read)
 
 
-def open_netcdf(path: Path) -> Table:
+def open_netcdf(path: Path, reading: Reading | None = None) -> Table:
     """Open a NetCDF log of either kind.
 
     Parameters
     ----------
     path : Path
+    reading : Reading, optional
 
     Returns
     -------
     Table
     """
     return open_hdf5(path) if is_hdf5(path) else open_classic_netcdf(path)
-
-
-def _chunk_bytes(dataset: Any) -> int:
-    """Bytes of one chunk unpacked; 0 where the dataset lies in the file as it is."""
-    return int(np.prod(dataset.chunks)) * dataset.dtype.itemsize if dataset.chunks else 0
 
 
 def _collect(
@@ -185,4 +186,4 @@ def _scaled(values: Any, attributes: Any) -> Array:
 
 
 def _text(value: Any) -> str:
-    return value.decode() if isinstance(value, bytes) else str(value)
+    return value.decode(errors="replace") if isinstance(value, bytes) else str(value)

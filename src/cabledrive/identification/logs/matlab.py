@@ -6,17 +6,18 @@ from typing import Any
 import numpy as np
 
 from cabledrive.identification.logs.hierarchical import is_hdf5, open_hdf5
-from cabledrive.identification.logs.table import Array, Table, check_lengths, sliced
-from cabledrive.identification.logs.unpacking import LARGEST_IN_MEMORY, unpacked_matlab
+from cabledrive.identification.logs.table import Array, Reading, Table, check_lengths, sliced
+from cabledrive.identification.logs.unpacking import require_fitting, unpacked_matlab
 from cabledrive.parameters import InputRefused
 
 
-def open_matlab(path: Path) -> Table:
+def open_matlab(path: Path, reading: Reading | None = None) -> Table:
     """Open a MATLAB file; a column is a variable, a field ``a.b``, or a row of a matrix ``a.b[0]``.
 
     Parameters
     ----------
     path : Path
+    reading : Reading, optional
 
     Returns
     -------
@@ -40,21 +41,16 @@ def open_matlab(path: Path) -> Table:
         check_lengths({name: len(columns[name]) for name in names}, path.name)
         return sliced({name: columns[name] for name in names})
 
-    return Table(source=path.name, names=tuple(columns), units={}, rows=None, read=read, scalars=scalars)
+    rows = max(len(values) for values in columns.values())
+    return Table(source=path.name, names=tuple(columns), units={}, rows=rows, read=read, scalars=scalars)
 
 
 def _variables(path: Path) -> dict[str, Any]:
     from scipy import io
 
+    require_fitting(path, unpacked_matlab(path))
     try:
-        if unpacked_matlab(path) > LARGEST_IN_MEMORY:
-            most = LARGEST_IN_MEMORY / 2**30
-            raise InputRefused(
-                f"{path.name}: unpacks to more than {most:.0f} GiB: save fewer variables, or with -v7.3"
-            )
         found = io.loadmat(path, squeeze_me=True, struct_as_record=False)
-    except InputRefused:
-        raise
     except Exception as error:  # scipy raises many kinds for a damaged file
         raise InputRefused(
             f"{path.name}: is no readable MATLAB file ({error}): save it again with -v7"
@@ -76,8 +72,8 @@ def _collect(
     if array.ndim == 0:
         scalars[name] = float(array)
     elif array.ndim == 1 and array.size > 1:
-        columns[name] = array.astype(float)
+        columns[name] = array  # as it is: a block at a time becomes doubles
     elif array.ndim == 2 and min(array.shape) <= 64:
         across = array if array.shape[0] <= array.shape[1] else array.T
         for k, row in enumerate(across):
-            columns[f"{name}[{k}]"] = row.astype(float)
+            columns[f"{name}[{k}]"] = row

@@ -3,7 +3,6 @@
 import re
 from dataclasses import dataclass
 
-from cabledrive.identification.logs.delimited import name_and_unit
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.units import to_si
 
@@ -35,6 +34,9 @@ WORDS = {
 """Other words for them."""
 
 
+_UNIT = re.compile(r"^\s*(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recognised:
     """A column whose head says what it is.
@@ -49,6 +51,22 @@ class Recognised:
 
     channel: str
     quantity: str
+
+
+def name_and_unit(head: str) -> tuple[str, str]:
+    """Part a column head such as "torque [N m]" or "angle (deg)".
+
+    Parameters
+    ----------
+    head : str
+
+    Returns
+    -------
+    name, unit : str
+        The unit is empty where the head states none.
+    """
+    match = _UNIT.match(head)
+    return (match[1], match[2]) if match and match[1] else (head.strip(), "")
 
 
 def recognise(head: str) -> Recognised | None:

@@ -9,30 +9,15 @@ from numpy.typing import NDArray
 
 from cabledrive.identification.logs import channel_check
 from cabledrive.identification.logs.column_map import Column, ColumnMap, other_channel, recognised_columns
-from cabledrive.identification.logs.delimited import open_delimited
-from cabledrive.identification.logs.hierarchical import open_netcdf
 from cabledrive.identification.logs.log import DataReport, Log
-from cabledrive.identification.logs.matlab import open_matlab
-from cabledrive.identification.logs.mcap import open_mcap
-from cabledrive.identification.logs.parquet import open_parquet
+from cabledrive.identification.logs.opening import open_table
 from cabledrive.identification.logs.quantities import factor_to_si, recognise
-from cabledrive.identification.logs.table import Table
+from cabledrive.identification.logs.table import Reading, Table
 from cabledrive.identification.logs.time_check import TimeCheck, check_time
 from cabledrive.parameters import InputRefused
 
 Array = NDArray[np.float64]
 
-FORMATS = {
-    ".csv": open_delimited,
-    ".tsv": open_delimited,
-    ".txt": open_delimited,
-    ".dat": open_delimited,
-    ".parquet": open_parquet,
-    ".mat": open_matlab,
-    ".nc": open_netcdf,
-    ".h5": open_netcdf,
-    ".mcap": open_mcap,
-}
 MOST_VALUES = 60_000_000
 """Numbers that a log may hold in memory; longer ones are read in blocks, see `Recording`."""
 
@@ -85,7 +70,7 @@ def open_log(path: str | Path, columns: ColumnMap | None = None) -> Recording:
     Parameters
     ----------
     path : path-like
-        Ending in .csv, .tsv, .txt, .dat, .parquet, .mat, .nc, .h5 or .mcap.
+        Ending in .csv, .tsv, .txt, .dat, .parquet, .mat, .nc, .h5, .mcap or .db3.
     columns : ColumnMap, optional
         Default: every column whose head names a channel.
 
@@ -100,7 +85,7 @@ def open_log(path: str | Path, columns: ColumnMap | None = None) -> Recording:
     """
     path = Path(path)
     columns = columns or ColumnMap()
-    table = _table(path)
+    table = open_table(path, Reading(skip_rows=columns.skip_rows, resample=columns.resample))
     chosen = _with_time(dict(columns.columns), columns, table) or recognised_columns(table)
     if not columns.columns and len(set(chosen) - {"time"}) < 1:
         raise InputRefused(
@@ -109,7 +94,7 @@ def open_log(path: str | Path, columns: ColumnMap | None = None) -> Recording:
         )
     if "time" not in chosen and columns.sample_rate is None:
         raise InputRefused(f'{path.name}: no column "time [s]": map one, or give the sample rate')
-    factors, units, findings = {}, {}, []
+    factors, units, findings = {}, {}, list(table.notes)
     for channel, column in chosen.items():
         table.require(column.column)
         seen = recognise(channel)
@@ -150,19 +135,25 @@ def read_log(path: str | Path, columns: ColumnMap | None = None) -> Log:
     recording = open_log(path, columns)
     parts: dict[str, list[Array]] = {channel: [] for channel in recording.columns}
     size = 0
+    if (recording.table.rows or 0) * len(recording.columns) > 2 * MOST_VALUES:
+        raise _too_long(recording)
     for block in recording.blocks():
         size += sum(values.size for values in block.values())
         if size > MOST_VALUES:
-            raise InputRefused(
-                f"{recording.table.source}: more than {MOST_VALUES} numbers: choose fewer channels, or write "
-                "it as Parquet"
-            )
+            raise _too_long(recording)
         for channel, values in block.items():
             parts[channel].append(values)
     if size == 0:
         raise InputRefused(f"{recording.table.source}: holds no row of numbers: record it again")
     channels = {channel: np.concatenate(values) for channel, values in parts.items()}
     return checked_log(recording, channels)
+
+
+def _too_long(recording: Recording) -> InputRefused:
+    return InputRefused(
+        f"{recording.table.source}: more than {MOST_VALUES} numbers, which are not held in memory: choose "
+        "fewer channels with --column, or cut the log"
+    )
 
 
 def checked_log(recording: Recording, channels: dict[str, Array], before: int = 0) -> Log:
@@ -192,11 +183,11 @@ def checked_log(recording: Recording, channels: dict[str, Array], before: int = 
         rows = next(iter(channels.values())).size
         time = np.arange(before, before + rows) / rate
     assert time is not None
-    check = check_time(time, source)
+    check = check_time(time, source, resample=recording.map.resample)
     if check.uneven and not recording.map.resample:
         raise InputRefused(
             f"{source}: time stamps are uneven (jitter {check.jitter:.2g} of {check.interval:.4g} s): "
-            "say resample = true in a table [log], or sample_rate there if the stamps are wrong"
+            "add --resample, or give sample_rate in a table [log] if the stamps are wrong"
         )
     findings = [*recording.findings, *check.findings]
     repaired = check.repaired
@@ -213,7 +204,7 @@ def checked_log(recording: Recording, channels: dict[str, Array], before: int = 
         _inspect(name, even[name], quantum, quanta, flat, findings)
     if check.uneven:
         repaired.append("uneven samples put onto an even grid by straight lines, as asked")
-    grid = check.start + check.interval * np.arange(check.place[-1] + 1)
+    grid = check.grid
     report = DataReport(
         rows=int(time.size),
         duration=float(grid[-1] - grid[0]),
@@ -258,11 +249,11 @@ def _inspect(
 
 
 def _on_grid(values: Array, check: TimeCheck) -> Array:
-    whole = check.place.size == check.place[-1] + 1
-    if whole and not check.uneven:
+    if check.uneven:
+        return np.interp(check.grid, check.stamps, values)
+    if check.place.size == check.place[-1] + 1:
         return values
-    where = (check.stamps - check.start) / check.interval if check.uneven else check.place.astype(float)
-    return np.interp(np.arange(check.place[-1] + 1, dtype=float), where, values)
+    return np.interp(np.arange(check.place[-1] + 1, dtype=float), check.place.astype(float), values)
 
 
 def _with_time(chosen: dict[str, Column], columns: ColumnMap, table: Table) -> dict[str, Column]:
@@ -279,16 +270,3 @@ def _scale(column: Column, table: Table) -> float:
     if column.scale not in table.scalars:
         raise InputRefused(f'{table.source}: no single number "{column.scale}" to scale "{column.column}" by')
     return table.scalars[column.scale]
-
-
-def _table(path: Path) -> Table:
-    if not path.is_file():
-        what = "is a folder" if path.is_dir() else "is no plain file" if path.exists() else "no such file"
-        raise InputRefused(f"{path}: {what}: give the path of a log")
-    if path.suffix.lower() not in FORMATS:
-        raise InputRefused(
-            f"{path.name}: logs end in {', '.join(FORMATS)}: unpack compressed files, rename others"
-        )
-    if path.stat().st_size == 0:
-        raise InputRefused(f"{path.name}: is empty: give a log with a header and rows of numbers")
-    return FORMATS[path.suffix.lower()](path)

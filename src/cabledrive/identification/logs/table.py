@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +14,26 @@ Array = NDArray[np.float64]
 Blocks = Iterator[dict[str, Array]]
 
 BLOCK_ROWS = 1 << 20
+TICKS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+"""Seconds in a tick of a calendar time."""
 LARGEST_UNPACKED = 16 * 2**30
 """Bytes that the columns of one compressed file may unpack to; more is refused as a possible bomb."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reading:
+    """What a format has to know before it opens a file.
+
+    Attributes
+    ----------
+    skip_rows : int
+        Lines at the top of a text log that are not part of it.
+    resample : bool
+        Whether topics sampled at different times may be put onto the times of one of them.
+    """
+
+    skip_rows: int = 0
+    resample: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,11 +49,13 @@ class Table:
     units : dict of str to str
         Units that the file states, by column.
     rows : int or None
-        Number of rows; None where only reading tells.
+        Number of rows; of a text log an estimate from its first lines; None where only reading tells.
     read : callable
         ``read(names)`` yields blocks of equal columns; a missing value is NaN.
     scalars : dict of str to float
         Single numbers in the file, such as a drive gain.
+    notes : tuple of str
+        What a reader of the log has to know about the file, in words.
     """
 
     source: str
@@ -43,6 +64,7 @@ class Table:
     rows: int | None
     read: Callable[[tuple[str, ...]], Blocks]
     scalars: dict[str, float] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     def require(self, name: str) -> str:
         """Refuse a column that is not there.
@@ -102,30 +124,32 @@ def sliced(columns: dict[str, Array], rows: int = BLOCK_ROWS) -> Blocks:
     """
     length = len(next(iter(columns.values()), ()))
     for start in range(0, length, rows):
-        yield {name: values[start : start + rows] for name, values in columns.items()}
+        yield {
+            name: np.asarray(values[start : start + rows], dtype=float) for name, values in columns.items()
+        }
 
 
-def numbers(values: object, name: str, source: str) -> Array:
-    """A column as floats.
+def seconds_of(column: Any, name: str, starts: dict[str, int]) -> Array:
+    """Times of a calendar in seconds from the first of the file, subtracted before a double rounds them.
 
     Parameters
     ----------
-    values : array-like
-    name, source : str
-        For the refusal.
+    column : pyarrow array
+        Of time stamps or durations.
+    name : str
+    starts : dict of str to int
+        First of each column, in ticks; kept from block to block.
 
     Returns
     -------
     ndarray
-
-    Raises
-    ------
-    InputRefused
-        If it holds something else than real numbers.
+        NaN where a value is missing.
     """
-    array = np.asarray(values)
-    if array.dtype.kind not in "fiub":
-        raise InputRefused(
-            f'{source}: column "{name}" holds {array.dtype}, not real numbers: choose another column'
-        )
-    return array.astype(float, copy=False)
+    import pyarrow as pa
+
+    ticks = column.cast(pa.int64())
+    missing = np.asarray(ticks.is_null().to_numpy(zero_copy_only=False), dtype=bool)
+    whole = np.asarray(ticks.fill_null(0).to_numpy(zero_copy_only=False), dtype=np.int64)
+    if name not in starts and not missing.all():
+        starts[name] = int(whole[~missing][0])
+    return np.where(missing, np.nan, (whole - starts.get(name, 0)) * TICKS[column.type.unit])

@@ -16,6 +16,9 @@ MOST_MISSING = 0.02
 LARGEST_JITTER = 0.25
 """Deviation from an even grid, in intervals, that is still taken for an even grid."""
 
+LONGEST_STEP = 2.5
+"""Steps, in intervals, that jitter may make of one where samples may be resampled; longer is a gap."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TimeCheck:
@@ -48,8 +51,15 @@ class TimeCheck:
     repaired: list[str]
     findings: list[str]
 
+    @property
+    def grid(self) -> Array:
+        """Times of the even grid [s], up to the last sample."""
+        whole = int((self.stamps[-1] - self.start) / self.interval + 1e-6)
+        count = whole if self.uneven else int(self.place[-1])
+        return np.asarray(self.start + self.interval * np.arange(count + 1), dtype=float)
 
-def check_time(time: Array, source: str) -> TimeCheck:
+
+def check_time(time: Array, source: str, *, resample: bool = False) -> TimeCheck:
     """Find the even grid behind time stamps.
 
     Parameters
@@ -58,6 +68,9 @@ def check_time(time: Array, source: str) -> TimeCheck:
         [s].
     source : str
         Name of the file, for refusals.
+    resample : bool, default False
+        Whether samples may be put onto an even grid wherever they lie: rows are then missing only where a
+        step is longer than the jitter explains.
 
     Returns
     -------
@@ -74,7 +87,7 @@ def check_time(time: Array, source: str) -> TimeCheck:
     stamps = time[keep]
     steps = np.diff(stamps)
     interval = float(np.median(steps))
-    place = _places(stamps, interval)
+    place = _places(stamps, interval, resample)
     interval = _fitted_interval(stamps, place, interval)
     _check_gaps(stamps, place, interval, source, repaired)
     off = (stamps - stamps[0]) / interval - place
@@ -125,8 +138,12 @@ def _without_doubles(time: Array, source: str, repaired: list[str]) -> NDArray[n
     return np.delete(np.arange(time.size), doubled + 1)
 
 
-def _places(stamps: Array, interval: float) -> NDArray[np.int64]:
+def _places(stamps: Array, interval: float, resample: bool) -> NDArray[np.int64]:
     """Each stamp's number on the grid; where rows are missing, steps are counted one by one."""
+    if resample:
+        steps = np.diff(stamps) / interval
+        counted = np.where(steps > LONGEST_STEP, np.rint(steps), 1.0).astype(np.int64)
+        return np.concatenate(([0], np.cumsum(counted)))
     whole = np.arange(stamps.size)
     off = (stamps - stamps[0]) / (stamps[-1] - stamps[0]) * whole[-1] - whole
     regular = np.mean(np.abs(np.diff(stamps) / interval - 1.0) < 0.05) > 0.6

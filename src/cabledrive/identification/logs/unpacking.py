@@ -5,22 +5,50 @@ import zlib
 from pathlib import Path
 from typing import BinaryIO
 
-LARGEST_IN_MEMORY = 2 * 2**30
+from cabledrive.parameters import InputRefused
+
+LARGEST_IN_MEMORY = 2**30
 """Bytes that a container may unpack to which its library can only read whole (MATLAB 5 to 7, MCAP)."""
 LARGEST_CHUNK = 256 * 2**20
 """Bytes of one packed chunk of an HDF5 file, which is unpacked at once."""
 
 PIECE = 1 << 20
-COMPRESSED = 15
-"""Type of a packed element of a MATLAB file."""
+COMPRESSED, MATRIX = 15, 14
+"""Types of an element of a MATLAB file that hold others: a packed one, and a matrix, cell or structure."""
+WIDTHS = {3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8, 17: 2, 18: 4}
+"""Bytes of one number of the other types; 1 for those not listed."""
+ELEMENT = 256
+"""Bytes that an element takes as an object of Python, however short it is."""
 CHUNK = 6
 """Opcode of a chunk of an MCAP file."""
 LZ4_RATIO = 255
 """Bytes that one byte of LZ4 can unpack to."""
 
 
+def require_fitting(path: Path, size: int) -> None:
+    """Refuse a container that its library reads whole and that holds too much for that.
+
+    Parameters
+    ----------
+    path : Path
+    size : int
+        Bytes of its numbers in memory, counted up to above the limit.
+
+    Raises
+    ------
+    InputRefused
+        If it is above `LARGEST_IN_MEMORY`.
+    """
+    if size > LARGEST_IN_MEMORY:
+        most = LARGEST_IN_MEMORY / 2**30
+        raise InputRefused(f"{path.name}: unpacks to more than {most:.0f} GiB: cut it into parts")
+
+
 def unpacked_matlab(path: Path, limit: int = LARGEST_IN_MEMORY) -> int:
-    """Bytes of a MATLAB 5 to 7 file unpacked, counted up to a limit; 0 where it is no such file.
+    """Bytes that the numbers of a MATLAB file take in memory, counted up to a limit.
+
+    A number counts as a double, however short it is stored: MATLAB 5 to 7 store a matrix of small whole
+    numbers in bytes and call it double.
 
     Parameters
     ----------
@@ -35,15 +63,8 @@ def unpacked_matlab(path: Path, limit: int = LARGEST_IN_MEMORY) -> int:
     with path.open("rb") as file:
         head = file.read(128)
         if len(head) < 128 or head[126:128] not in (b"IM", b"MI"):
-            return 0
-        order = "<" if head[126:128] == b"IM" else ">"
-        total = 0
-        while total <= limit and len(tag := file.read(8)) == 8:
-            kind, size = struct.unpack(f"{order}II", tag)
-            after = file.tell() + size
-            total += _inflated(file, size, limit - total) if kind == COMPRESSED else size
-            file.seek(after)
-    return total
+            return path.stat().st_size  # version 4: nothing in it is packed
+        return _walked(_Source(file), "<" if head[126:128] == b"IM" else ">", limit, 0)
 
 
 def unpacked_mcap(path: Path, limit: int = LARGEST_IN_MEMORY) -> int:
@@ -75,18 +96,72 @@ def unpacked_mcap(path: Path, limit: int = LARGEST_IN_MEMORY) -> int:
     return total
 
 
-def _inflated(file: BinaryIO, size: int, limit: int) -> int:
-    """Bytes of one packed element, unpacked piece by piece and thrown away."""
-    engine, total = zlib.decompressobj(), 0
-    while size > 0 and total <= limit:
-        piece = file.read(min(size, PIECE))
-        if not piece:
-            break
-        size -= len(piece)
-        try:
-            while piece and total <= limit:
-                total += len(engine.decompress(piece, 16 * PIECE))
-                piece = engine.unconsumed_tail
-        except zlib.error:
-            return total
+class _Source:
+    """Bytes of a file, or of one packed element of it, unpacked piece by piece and thrown away."""
+
+    def __init__(self, file: BinaryIO, size: int | None = None) -> None:
+        self.file, self.left = file, size
+        self.engine = None if size is None else zlib.decompressobj()
+        self.ahead, self.place = b"", 0
+
+    def take(self, count: int) -> bytes:
+        """The next bytes; fewer where it ends."""
+        if self.engine is None:
+            return self.file.read(count)
+        while len(self.ahead) - self.place < count and (piece := self._piece()):
+            self.ahead, self.place = self.ahead[self.place :] + piece, 0
+        self.place += count
+        return self.ahead[self.place - count : self.place]
+
+    def skip(self, count: int) -> int:
+        """Leave bytes out; how many there were."""
+        if self.engine is None:
+            place = self.file.tell()
+            there = max(0, min(count, self.file.seek(0, 2) - place))
+            self.file.seek(place + there)
+            return there
+        self.place += count
+        while self.place > len(self.ahead) and (piece := self._piece()):
+            self.ahead, self.place = piece, self.place - len(self.ahead)
+        missing = max(0, self.place - len(self.ahead))
+        self.place -= missing
+        return count - missing
+
+    def _piece(self) -> bytes:
+        assert self.engine is not None
+        assert self.left is not None
+        while not self.engine.eof:
+            packed = self.engine.unconsumed_tail or self.file.read(min(self.left, PIECE))
+            if not self.engine.unconsumed_tail:
+                self.left -= len(packed)
+            if not packed:
+                return b""
+            try:
+                if piece := self.engine.decompress(packed, 16 * PIECE):
+                    return piece
+            except zlib.error:
+                return b""
+        return b""
+
+
+def _walked(source: _Source, order: str, limit: int, depth: int) -> int:
+    """Numbers of the elements of a MATLAB 5 file, in bytes of doubles; a matrix is the elements in it."""
+    total = 0
+    while total <= limit and len(tag := source.take(8)) == 8:
+        kind, size = struct.unpack(f"{order}II", tag)
+        total += ELEMENT
+        if kind >> 16:  # a short element: its size and up to four bytes of it lie in the tag
+            total += 8 * ((kind >> 16) // WIDTHS.get(kind & 0xFFFF, 1))
+        elif kind == COMPRESSED and depth == 0:
+            after = source.file.tell() + size
+            total += _walked(_Source(source.file, size), order, limit - total, depth + 1)
+            source.file.seek(after)
+        elif kind != MATRIX:
+            width = WIDTHS.get(kind, 1)
+            enough = width * ((limit - total) // 8 + 1)  # no more is unpacked than it takes to be too much
+            if size > enough:
+                total += 8 * (source.skip(enough) // width)
+                source.skip(0 if total > limit else size - enough)
+            else:
+                total += 8 * (min(size, source.skip(size + (-size) % 8)) // width)
     return total

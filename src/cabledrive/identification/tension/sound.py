@@ -10,6 +10,7 @@ from cabledrive.identification.logs.column_map import ColumnMap
 from cabledrive.identification.logs.log import Log, log_of
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.files import require_regular
 
 LARGEST_SOUND = 512 * 2**20
 """Bytes of a sound file that are read; a minute in stereo at 192 kHz has 92 MB."""
@@ -51,8 +52,7 @@ def read_wav(path: str | Path) -> Log:
     from scipy.io import wavfile
 
     path = Path(path)
-    if not path.is_file():
-        raise InputRefused(f"{path}: no such file: give the path of a recording")
+    require_regular(path, "give the path of a recording")
     size = path.stat().st_size
     if size > LARGEST_SOUND:
         raise InputRefused(

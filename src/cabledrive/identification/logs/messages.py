@@ -1,0 +1,203 @@
+"""Messages of topics as columns: numbers by their path, and two times of each message on one origin each."""
+
+from array import array
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from cabledrive.identification.logs.table import Array, Blocks, Reading, Table, sliced
+from cabledrive.parameters import InputRefused
+
+MOST_MESSAGES = 5_000_000
+MOST_FIELDS = 256
+MOST_NUMBERS = 100_000_000
+"""Numbers of all messages together that are kept; 8 bytes each."""
+LOG_TIME, STAMP = "log_time", "header.stamp"
+
+
+@dataclass(kw_only=True, eq=False)
+class Topics:
+    """Columns of every topic, grown message by message.
+
+    Attributes
+    ----------
+    source : str
+        Name of the file.
+    columns : dict of str to array
+        By ``topic.field``; a field that a message lacks is NaN.
+    rows : dict of str to int
+        Messages of each topic.
+    origins : dict of str to int
+        First log time and first stamp of the file [ns], taken off before a double rounds them.
+    messages, numbers : int
+    """
+
+    source: str
+    columns: dict[str, "array[float]"] = field(default_factory=dict)
+    rows: dict[str, int] = field(default_factory=dict)
+    origins: dict[str, int] = field(default_factory=dict)
+    messages: int = 0
+    numbers: int = 0
+
+    def add(self, topic: str, log_time: int, message: Any) -> None:
+        """Add one message.
+
+        Parameters
+        ----------
+        topic : str
+        log_time : int
+            [ns].
+        message : object
+            A mapping, or an object with slots or fields.
+
+        Raises
+        ------
+        InputRefused
+            If the file holds more than memory should.
+        """
+        topic = topic.strip("/").replace("/", "_")
+        fields: dict[str, float] = {}
+        flatten("", message, fields)
+        fields[LOG_TIME] = 1e-9 * (log_time - self.origins.setdefault(LOG_TIME, log_time))
+        stamp = stamp_of(message)
+        if stamp is not None:
+            fields[STAMP] = 1e-9 * (stamp - self.origins.setdefault(STAMP, stamp))
+        row = self.rows.get(topic, 0)
+        self.messages += 1
+        self.numbers += len(fields)
+        if self.messages > MOST_MESSAGES or self.numbers > MOST_NUMBERS:
+            raise InputRefused(f"{self.source}: more than {self.messages - 1} messages: split it")
+        for name, value in fields.items():
+            column = self.columns.setdefault(f"{topic}.{name}", array("d"))
+            if len(column) < row:
+                column.extend([np.nan] * (row - len(column)))
+            column.append(value)
+        self.rows[topic] = row + 1
+
+    def table(self, reading: Reading | None) -> Table:
+        """All topics as one table.
+
+        Parameters
+        ----------
+        reading : Reading or None
+
+        Returns
+        -------
+        Table
+        """
+        arrays = {
+            name: _filled(np.frombuffer(column), self.rows[_topic(name, self.rows)])
+            for name, column in self.columns.items()
+        }
+        units = {name: "s" for name in arrays if name.endswith((f".{LOG_TIME}", f".{STAMP}"))}
+
+        def read(names: tuple[str, ...]) -> Blocks:
+            return sliced(_joined(arrays, self.rows, names, self.source, reading or Reading()))
+
+        rows = max(self.rows.values(), default=0)
+        return Table(source=self.source, names=tuple(arrays), units=units, rows=rows, read=read)
+
+
+def flatten(prefix: str, value: Any, into: dict[str, float]) -> None:
+    """Numbers of a message by their path, arrays element by element.
+
+    Parameters
+    ----------
+    prefix : str
+    value : object
+    into : dict of str to float
+        Grows, up to `MOST_FIELDS`.
+    """
+    if len(into) >= MOST_FIELDS or isinstance(value, (str, bytes)) or value is None:
+        return
+    if isinstance(value, (bool, int, float, np.number)):
+        into[prefix] = float(value)
+    elif isinstance(value, dict):
+        for name, item in value.items():
+            flatten(f"{prefix}.{name}".strip("."), item, into)
+    elif isinstance(value, (list, tuple, np.ndarray)):
+        for k, item in enumerate(value[:MOST_FIELDS]):
+            flatten(f"{prefix}[{k}]", item, into)
+    else:
+        for name in _fields(value):
+            flatten(f"{prefix}.{name.lstrip('_')}".strip("."), getattr(value, name, None), into)
+
+
+def stamp_of(message: Any) -> int | None:
+    """``header.stamp`` of a message, the time at which its sensor was read.
+
+    Parameters
+    ----------
+    message : object
+
+    Returns
+    -------
+    int or None
+        [ns]; None: it has none.
+    """
+    stamp = _part(_part(message, "header"), "stamp")
+    seconds = _part(stamp, "sec", "secs")
+    rest = _part(stamp, "nanosec", "nsec", "nsecs")
+    whole = (int, np.integer)
+    if not isinstance(seconds, whole) or not isinstance(rest, whole):
+        return None
+    return int(seconds) * 1_000_000_000 + int(rest)
+
+
+def _part(value: Any, *names: str) -> Any:
+    """A field of a mapping or of an object, by the first of its names that is there."""
+    for name in names:
+        if isinstance(value, dict):
+            if name in value:
+                return value[name]
+        elif hasattr(value, name):
+            return getattr(value, name)
+    return None
+
+
+def _fields(value: Any) -> Sequence[str]:
+    fields: Any = getattr(value, "__dataclass_fields__", None) or getattr(value, "__slots__", ())
+    return [name for name in fields if not name.startswith("__")]
+
+
+def _topic(name: str, rows: dict[str, int]) -> str:
+    """Topic of a column; topics may hold dots themselves."""
+    return max((topic for topic in rows if name.startswith(f"{topic}.")), key=len)
+
+
+def _filled(values: Array, rows: int) -> Array:
+    return values if values.size == rows else np.append(values, np.full(rows - values.size, np.nan))
+
+
+def _joined(
+    arrays: dict[str, Array], rows: dict[str, int], names: tuple[str, ...], source: str, reading: Reading
+) -> dict[str, Array]:
+    """Columns of one topic as they are; those of others at the times of the topic of the time, if asked."""
+    topics = list(dict.fromkeys(_topic(name, rows) for name in names))
+    if len(topics) == 1:
+        return {name: arrays[name] for name in names}
+    times = [name for name in names if name.endswith((f".{LOG_TIME}", f".{STAMP}"))]
+    if not reading.resample or len(times) != 1:
+        raise InputRefused(
+            f"{source}: columns of several topics ({', '.join(topics)}) are sampled at different times: take "
+            "all from one topic, or say --resample, with the time of one of them"
+        )
+    kind = STAMP if times[0].endswith(STAMP) else LOG_TIME
+    time = arrays[times[0]]
+    empty = np.empty(0)
+    others = {topic: arrays.get(f"{topic}.{kind}", empty) for topic in topics}
+    for topic, own in others.items():
+        if not own.size or not np.isfinite(own).all() or (np.diff(own) <= 0.0).any():
+            raise InputRefused(
+                f"{source}: the topic {topic} has no {kind} that ascends: take the other time, or one topic"
+            )
+    first, last = (max(own[0] for own in others.values()), min(own[-1] for own in others.values()))
+    both = (time >= first) & (time <= last)
+    if both.sum() < 3:
+        raise InputRefused(f"{source}: {' and '.join(topics)} do not overlap in {kind}: take one topic")
+    found: dict[str, Array] = {}
+    for name in names:
+        found[name] = np.asarray(np.interp(time[both], others[_topic(name, rows)], arrays[name]))
+    return found
