@@ -52,7 +52,7 @@ def test_an_experiment_is_identified(log, capsys):
 
 def test_a_response_has_the_agreed_keys(log, capsys):
     status, out, _ = run(
-        capsys, "response", log, "--input", "torque", "--output", "angle", "--differentiate", "--json"
+        capsys, "response", log, "--input", "torque", "--response", "angle", "--differentiate", "--json"
     )
     answer = json.loads(out)
     assert status == 0
@@ -157,3 +157,17 @@ def test_a_log_that_is_too_long_for_memory_is_refused_in_one_line(log, capsys, m
     assert (status, out) == (2, "")
     assert "more than 10000 numbers" in err
     assert err.count("\n") == 1
+
+
+def test_output_is_a_path_in_response_as_in_every_command_and_names_the_column_as_in_version_0_1(
+    log, capsys, tmp_path
+):
+    now = ["--input", "torque", "--response", "angle", "--output", tmp_path / "now.json"]
+    former = ["--input", "torque", "--output", "angle", "-o", tmp_path / "former.json"]
+    for arguments in (now, [*now[:4], f"--output={tmp_path / 'equals.json'}"], former):
+        assert run(capsys, "response", log, *arguments)[0] == 0
+    answers = [json.loads((tmp_path / f"{name}.json").read_text()) for name in ("now", "equals", "former")]
+    assert answers[0]["magnitude"] == answers[1]["magnitude"] == answers[2]["magnitude"]
+    status, _, err = run(capsys, "response", log, "--input", "torque")
+    assert (status, "--response" in err) == (2, True)
+    assert "-o, --output" in run(capsys, "response", "--help")[1]
