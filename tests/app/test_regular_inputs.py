@@ -31,18 +31,18 @@ def test_a_pipe_is_refused_in_one_line(tmp_path, words):
 
 
 @pytest.mark.parametrize("words", ["check {}", "identify {}", "resonance dissertation-2 --motion {}"])
-def test_a_device_is_refused_by_the_process(words):
+def test_a_device_is_refused_in_one_line(words):
     began = time.monotonic()
-    result = run(*words.format("/dev/zero").split())
-    assert (result.returncode, result.stdout, result.stderr.count("\n")) == (2, "", 1), result.stderr
-    assert time.monotonic() - began < 20.0  # five on a machine with nothing else to do
+    result = call(*words.format("/dev/zero").split())
+    assert (result.exit_code, result.stdout, result.stderr.count("\n")) == (2, "", 1), result.stderr
+    assert time.monotonic() - began < 5.0
 
 
 def test_a_name_that_is_no_text_and_a_path_too_long_are_refused(tmp_path):
     named = os.fsdecode(os.fsencode(str(tmp_path)) + b"/\xff\xfe.csv")
     for path in (named, str(tmp_path / ("x" * 5000)), str(tmp_path / "a.csv" / "b.csv")):
-        result = run("identify", path)
-        assert (result.returncode, result.stdout, result.stderr.count("\n")) == (2, "", 1), result.stderr
+        result = call("identify", path)
+        assert (result.exit_code, result.stdout, result.stderr.count("\n")) == (2, "", 1), result.stderr
     with open(named, "w") as file:
         file.write("time,torque\n1,x\n")
     result = run("identify", named)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from cabledrive.parameters import Drive, InputRefused, content_hash
+from cabledrive.parameters.files import require_regular
 from cabledrive.parameters.version import __version__
 
 RESULTS, REPORT, STAGES = "results.json", "report.html", "stages"
@@ -39,8 +40,12 @@ def asked_hash(drive: Drive, files: Sequence[str | None], quick: bool) -> str:
 
 def _bytes_hash(file: str) -> str:
     try:
+        if Path(file).exists() and not Path(file).is_dir():
+            require_regular(file, "give the path of a file")
         with Path(file).open("rb") as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()
+    except InputRefused:
+        raise
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", None) or error
         raise InputRefused(f"{Path(file)}: cannot be read ({why}): check the path") from None

@@ -47,7 +47,7 @@ def read_toml(path: Path, remedy: str) -> dict[str, Any]:
 
 def _content(path: Path) -> bytes:
     if path.exists() and not path.is_dir() and not path.is_file():
-        raise InputRefused("is no plain file")
+        raise InputRefused("is a device or a pipe, no regular file")
     with path.open("rb") as file:
         content = file.read(LARGEST_FILE + 1)
     if len(content) > LARGEST_FILE:
