@@ -64,8 +64,7 @@ def open_table(path: str | Path, reading: Reading | None = None, *, text: bool =
         raise InputRefused(f"{path.name}: is empty: give a log with a header and rows of numbers")
     if reading.skip_rows and ending not in TEXTS:
         raise InputRefused(f"{path.name}: --skip-rows is for text logs ({', '.join(TEXTS)}): leave it out")
-    with readable(path.name), warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of the libraries, about files that they read all the same
+    with readable(path.name):
         table = FORMATS[ending](path, reading)
 
     def read(names: tuple[str, ...]) -> Blocks:
@@ -99,7 +98,9 @@ def readable(source: str) -> Iterator[None]:
         If anything is raised but an interrupt.
     """
     try:
-        yield
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of the libraries, about files that they read all the same
+            yield
     except InputRefused:
         raise
     except MemoryError:
