@@ -1,6 +1,6 @@
 """Damaged logs of every format, seeded: each is read, or refused in one line, within time and memory.
 
-A batch runs in a process of its own, so that a library that crashes or does not return is seen too. As a script:
+A batch runs in a process of its own, so that a library that crashes or does not return is seen too:
 ``python tests/attack/logs.py --seed 1 --count 10000`` adds a batch to the ledger and prints its outcomes.
 """
 
@@ -137,7 +137,8 @@ def damaged(content: bytes, text: bool, rng: np.random.Generator) -> bytes:
         size = len(data)
         if size < 2:
             break
-        start, length = int(rng.integers(size)), int(rng.integers(1, 1 + min(size, rng.choice([8, 64, 600]))))
+        longest = min(size, int(rng.choice([8, 64, 600])))
+        start, length = int(rng.integers(size)), int(rng.integers(1, 1 + longest))
         kind = rng.integers(8)
         if text and kind in (3, 7):
             token = str(rng.choice(TOKENS))

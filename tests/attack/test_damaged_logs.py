@@ -1,4 +1,4 @@
-"""Whatever has happened to a log, it is read or refused: no defect, no crash, no endless read, no flood of memory."""
+"""Whatever has happened to a log, it is read or refused, within a time and a memory."""
 
 import pytest
 

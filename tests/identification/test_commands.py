@@ -168,6 +168,19 @@ def test_output_is_a_path_in_response_as_in_every_command_and_names_the_column_a
         assert run(capsys, "response", log, *arguments)[0] == 0
     answers = [json.loads((tmp_path / f"{name}.json").read_text()) for name in ("now", "equals", "former")]
     assert answers[0]["magnitude"] == answers[1]["magnitude"] == answers[2]["magnitude"]
+    assert answers[0]["left_out"] == [] or answers[0]["left_out"][0]["reason"]
     status, _, err = run(capsys, "response", log, "--input", "torque")
     assert (status, "--response" in err) == (2, True)
     assert "-o, --output" in run(capsys, "response", "--help")[1]
+
+
+def test_a_measured_response_is_read_at_the_door(tmp_path, capsys):
+    (tmp_path / "r.csv").write_text(
+        "frequency [Hz],magnitude [dB],phase [deg]\n1,0,0\n2,-20,-90\n2,-20,-90\n"
+    )
+    status, out, _ = run(capsys, "response", tmp_path / "r.csv", "--json")
+    answer = json.loads(out)
+    assert status == 0
+    assert answer["magnitude"] == pytest.approx([1.0, 0.1])
+    assert answer["phase_deg"] == pytest.approx([0.0, -90.0])
+    assert answer["deviation"][0] is None

@@ -197,3 +197,65 @@ def test_too_few_lines_are_refused():
     few = noisy_response(0.1).between(0.0, 8.0)
     with pytest.raises(InputRefused, match="too few"):
         fit_response(few, 4, ROUGH)
+
+
+def resonance(seconds, frequency=9.8, damping=0.02, rate=500.0):
+    """A swept input, and the output of a resonance by the impulse response of its differential equation."""
+    t = np.arange(0.0, seconds, 1.0 / rate)
+    u = np.sin(2 * np.pi * (0.5 * t + 0.5 * (40.0 - 0.5) / seconds * t**2))
+    w = 2 * np.pi * frequency
+    swing = w * np.sqrt(1.0 - damping**2)
+    kernel = w**2 / swing * np.exp(-damping * w * t) * np.sin(swing * t) / rate
+    return u, lambda force: np.convolve(force, kernel)[: t.size]
+
+
+@pytest.mark.parametrize("noise", [1e-4, 0.05, 1.0])
+def test_a_sweep_keeps_the_records_in_which_it_passes_the_resonance(noise, measured):
+    """Peak of 25 at 9.8 Hz: within a line of 0.125 Hz and what windows of 8 s can show of it."""
+    u, move = resonance(120.0)
+    y = move(u) + noise * np.random.default_rng(3).normal(size=u.size)
+    found = response_by_segments(u, y, 0.002, segment=8.0, overlap=6.0).between(0.5, 40.0)
+    peak = int(np.argmax(found.magnitude))
+    told = f"{found.magnitude[peak]:.2f} at {found.frequency[peak]:.3f} Hz, {found.left_out} records left out"
+    measured(told)
+    assert found.left_out == 0, told
+    assert found.frequency[peak] == pytest.approx(9.8, abs=0.125), told
+    assert found.magnitude[peak] == pytest.approx(25.0, rel=0.15), told
+
+
+def test_a_blow_beside_a_sweep_is_left_out_with_its_time_and_kept_on_request():
+    """At 70 s, where the sweep is at 23.5 Hz, twice the largest motion of the sweep."""
+    u, move = resonance(120.0)
+    blow = np.zeros(u.size)
+    blow[35_000:35_010] = np.hanning(10)
+    blow *= 2.0 * np.abs(move(u)).max() / np.abs(move(blow)).max()
+    y = move(u + blow) + 0.01 * np.random.default_rng(3).normal(size=u.size)
+    found = response_by_segments(u, y, 0.002, segment=2.0, overlap=1.0)
+    assert 1 <= found.left_out <= 3, found.blows
+    for record in found.blows:
+        assert record.start <= 70.02, found.blows
+        assert record.end >= 70.0, found.blows
+    assert response_by_segments(u, y, 0.002, segment=2.0, overlap=1.0, robust=False).left_out == 0
+
+
+def test_a_response_from_a_file_is_averaged_without_its_outliers(tmp_path):
+    """Seven repeats at twelve frequencies in rad/s, one of each a hundred times too large."""
+    from cabledrive.identification.response_file import read_response
+
+    rng = np.random.default_rng(5)
+    omega = np.repeat(np.linspace(5.0, 60.0, 12), 7)
+    true = 1.0 / (1.0 + 0.05j * omega)
+    values = true * (1.0 + 0.01 * (rng.normal(size=84) + 1j * rng.normal(size=84)))
+    values[3::7] *= 100.0
+    rows = np.column_stack([omega, np.abs(values), np.degrees(np.angle(values))])
+    text = "\n".join(",".join(repr(float(x)) for x in row) for row in rng.permutation(rows))
+    (tmp_path / "r.csv").write_text("omega [rad/s],magnitude,phase [deg]\n" + text + "\n")
+    found = read_response(tmp_path / "r.csv")
+    assert found.left_out >= 12
+    np.testing.assert_allclose(2 * np.pi * found.frequency, np.linspace(5.0, 60.0, 12), rtol=1e-9)
+    off = np.abs(found.response / true[::7] - 1)
+    assert off.max() < 0.02, off
+    assert (off < 4 * found.deviation / np.abs(found.response)).all(), (off, found.deviation)
+    (tmp_path / "x.csv").write_text("a,b\n1,2\n")
+    with pytest.raises(InputRefused, match="no columns omega or frequency"):
+        read_response(tmp_path / "x.csv")

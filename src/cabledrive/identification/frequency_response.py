@@ -8,12 +8,13 @@ H1 is unbiased under noise of the output, H2 under noise of the input, Hv (the e
 spectral matrix, both channels scaled to equal noise) under both. H1 is what MATLAB's ``tfestimate`` computes.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
+from cabledrive.identification.blows import LeftOut, explained_records, ordinary_records
 from cabledrive.parameters import InputRefused
 
 Array = NDArray[np.float64]
@@ -44,6 +45,8 @@ class FrequencyResponse:
         Level of the noise in the output at each frequency, from the spread over periods.
     left_out : int
         Records that were left out as outliers.
+    blows : tuple of LeftOut
+        These records, where they are parts of a log.
     """
 
     frequency: Array
@@ -54,6 +57,7 @@ class FrequencyResponse:
     nonlinear: Array | None = None
     noise: Array | None = None
     left_out: int = 0
+    blows: tuple[LeftOut, ...] = ()
 
     @property
     def magnitude(self) -> Array:
@@ -78,15 +82,14 @@ class FrequencyResponse:
         FrequencyResponse
         """
         keep = (self.frequency >= low) & (self.frequency <= high)
-        return FrequencyResponse(
+        return replace(
+            self,
             frequency=self.frequency[keep],
             response=self.response[keep],
             deviation=self.deviation[keep],
             coherence=self.coherence[keep],
-            averages=self.averages,
             nonlinear=None if self.nonlinear is None else self.nonlinear[keep],
             noise=None if self.noise is None else self.noise[keep],
-            left_out=self.left_out,
         )
 
 
@@ -113,7 +116,7 @@ def response_by_segments(
         Of neighbouring windows [s].
     estimator : {"H1", "H2", "Hv"}
     robust : bool, default True
-        Leave out records whose output stands far outside the others.
+        Leave out records in which the output does what neither its past nor the input explains.
 
     Returns
     -------
@@ -145,30 +148,22 @@ def response_by_segments(
     rows = starts[:, None] + np.arange(length)
     u = np.fft.rfft(_centred(input_[rows]) * window, axis=1)[:, 1:]
     y = np.fft.rfft(_centred(output[rows]) * window, axis=1)[:, 1:]
-    keep = ordinary_records(y) if robust else np.ones(starts.size, dtype=bool)
+    keep, excess = explained_records(input_, output, starts, length)
+    keep = keep | (not robust)
     averages = _independent(int(keep.sum()), length, hop, window)
     frequency = np.asarray(np.fft.rfftfreq(length, interval)[1:], dtype=float)
     spectra = _spectra(u[keep], y[keep])
-    return _estimated(frequency, *spectra, averages, estimator, int((~keep).sum()))
-
-
-def ordinary_records(spectra: ComplexArray) -> NDArray[np.bool_]:
-    """Records whose power is not an outlier among the others.
-
-    Parameters
-    ----------
-    spectra : ndarray, shape (records, frequencies)
-
-    Returns
-    -------
-    ndarray of bool, shape (records,)
-        False where the logarithm of the mean power is farther than 5 scaled median deviations from the
-        median.
-    """
-    power = np.log(np.maximum((np.abs(spectra) ** 2).mean(axis=1), 1e-300))
-    off = np.abs(power - np.median(power))
-    spread = 1.4826 * np.median(off)
-    return off <= np.maximum(5.0 * spread, 0.5)
+    found = _estimated(frequency, *spectra, averages, estimator, int((~keep).sum()))
+    reason = "the output moves as neither the input nor its own past explains, {:.3g} times as much as usual"
+    blows = tuple(
+        LeftOut(
+            start=float(starts[k] * interval),
+            end=float((starts[k] + length) * interval),
+            reason=reason.format(np.sqrt(excess[k])),
+        )
+        for k in np.flatnonzero(~keep)
+    )
+    return replace(found, blows=blows)
 
 
 def response_by_periods(

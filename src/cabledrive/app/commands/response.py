@@ -59,7 +59,7 @@ class _OutputPath(click.Option):
 @answering
 @force_option
 @click.argument("log", metavar="LOG")
-@click.option("--input", "input_", required=True, metavar="COL", help="Channel or column of the input.")
+@click.option("--input", "input_", metavar="COL", help="Channel or column of the input.")
 @click.option("--response", "column", metavar="COL", help="Channel or column of the output.")
 @click.option("--output", "former", hidden=True)
 @reading_options
@@ -71,6 +71,7 @@ class _OutputPath(click.Option):
     "--overlap", type=Quantity("s"), help="Of neighbouring windows; 0.2 s, at most half of one, unless told."
 )
 @click.option("--estimator", type=click.Choice(["H1", "H2", "Hv"]), default="H1", show_default=True)
+@click.option("--keep-all", is_flag=True, help="Leave no record out, whatever happens in it.")
 @click.option("--differentiate", is_flag=True, help="The speed of the output, an angle or position.")
 @click.option("--coulomb", type=Quantity("N m"), help="Coulomb friction to take off the input first.")
 @click.option("--offset", type=Quantity("N m"), default=0.0, help="Offset to add to the input first.")
@@ -87,7 +88,7 @@ class _OutputPath(click.Option):
 )
 def command(
     log: str,
-    input_: str,
+    input_: str | None,
     column: str | None,
     former: str | None,
     choose: Chooser,
@@ -95,20 +96,27 @@ def command(
     segment: float,
     overlap: float | None,
     estimator: str,
+    keep_all: bool,
     differentiate: bool,
     coulomb: float | None,
     offset: float,
     amplifier: bool,
     file: NewFile | None,
 ) -> Answer:
-    """Measure the response from one channel of LOG to another: magnitude, phase, coherence."""
+    """Measure the response from one channel of LOG to another: magnitude, phase, coherence.
+
+    Without --input and --response LOG is a measured response itself, a table of frequency, magnitude and
+    phase; repeats are averaged robustly.
+    """
     from cabledrive.identification.frequency_response import response_by_segments
     from cabledrive.identification.identify import IdentifyOptions, load_options
     from cabledrive.identification.response_inputs import compensated_torque, read_pair, speed_of
 
     output = column or former
-    if output is None:
-        raise InputRefused('missing option "--response": name the column of the output')
+    if input_ is None and output is None:
+        return _of_a_file(log, file)
+    if input_ is None or output is None:
+        raise InputRefused("a response needs both --input COL and --response COL: name the columns")
     if coulomb is None:
         refuse_given("offset", why="belongs to --coulomb: add that (0 for none), or leave it out")
     elif not 0.0 <= coulomb <= LARGEST:
@@ -123,7 +131,13 @@ def command(
         drive = compensated_torque(drive, speed_of(read, target), coulomb, offset)
     overlap = min(0.2, 0.5 * segment) if overlap is None else overlap
     found = response_by_segments(
-        drive, values, read.interval, segment=segment, overlap=overlap, estimator=estimator
+        drive,
+        values,
+        read.interval,
+        segment=segment,
+        overlap=overlap,
+        estimator=estimator,
+        robust=not keep_all,
     )
     fitted, words = _amplifier(read, source, target, segment) if amplifier else ({}, "")
     answer = Answer(
@@ -135,13 +149,40 @@ def command(
             "deviation": found.deviation,
             "averages": found.averages,
             "records_left_out": found.left_out,
+            "left_out": [{"start": b.start, "end": b.end, "reason": b.reason} for b in found.blows],
             "input": input_,
             "output": output,
         }
         | fitted,
         text=f"{found.frequency.size} lines up to {found.frequency[-1]:g} Hz, {found.averages:.1f} averages"
+        + "".join(f"\nleft out, {b.start:.4g} to {b.end:.4g} s: {b.reason}" for b in found.blows)
         + words,
         provenance=provenance(method=f"{estimator}, Hann windows of {segment:g} s"),
+    )
+    if file is not None:
+        file.write(json_text(answer) + "\n")
+    return answer
+
+
+def _of_a_file(path: str, file: NewFile | None) -> Answer:
+    """A response that was measured elsewhere, averaged over its repeats."""
+    from cabledrive.identification.response_file import read_response
+
+    found = read_response(path)
+    answer = Answer(
+        data={
+            "frequency_hz": found.frequency,
+            "magnitude": found.magnitude,
+            "phase_deg": found.phase,
+            "coherence": found.coherence,
+            "deviation": found.deviation,
+            "averages": found.averages,
+            "records_left_out": found.left_out,
+            "left_out": [],
+        },
+        text=f"{found.frequency.size} lines up to {found.frequency[-1]:g} Hz, {found.averages:.1f} repeats, "
+        f"{found.left_out} outliers",
+        provenance=provenance(method="median of the repeats at each frequency"),
     )
     if file is not None:
         file.write(json_text(answer) + "\n")
