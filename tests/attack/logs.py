@@ -131,7 +131,7 @@ def _bag(folder: Path, columns: dict[str, np.ndarray]) -> None:
 
 
 def damaged(content: bytes, text: bool, rng: np.random.Generator) -> bytes:
-    """One to three faults: flipped bits, zeroed, random or repeated blocks, cuts, odd integers or odd words."""
+    """One to three faults: flipped bits, zeroed, random or repeated blocks, cuts, odd integers, odd words."""
     data = bytearray(content)
     for _ in range(rng.integers(1, 4)):
         size = len(data)
