@@ -199,3 +199,51 @@ def test_another_span_that_sounds_as_well_is_told():
     assert any("another tone at 108" in finding for finding in both.findings), both.findings
     assert both.tension.value == pytest.approx(7.0, rel=0.01)
     assert tension_from_ping(log_of(time, {"sound": upper}, {}), drive).spans["upper"].findings == ()
+
+
+def chirp(drive, seconds, rate=2000.0):
+    """Constant amplitude through the first tones of a span, as a motor makes that is swept."""
+    time = np.arange(round(seconds * rate)) / rate
+    first = next(m.frequency for m in modes(drive, count=40).transverse if m.span == "upper")
+    low, high = 0.3 * first, 4.0 * first
+    return time, np.sin(2 * np.pi * (low * time + 0.5 * (high - low) / seconds * time**2))
+
+
+@pytest.mark.parametrize("seconds", [5.0, 20.0, 60.0])
+@pytest.mark.parametrize("noise", [0.0, 0.05])
+def test_a_sweep_is_no_ping(seconds, noise):
+    drive = load_drive("dissertation-3")
+    time, values = chirp(drive, seconds)
+    values = values + noise * np.random.default_rng(1).normal(size=values.size)
+    with pytest.raises(NotComputed):
+        tension_from_ping(log_of(time, {"position": values}, {"position": "m"}), drive)
+
+
+def test_a_sweep_past_the_tone_of_the_span_is_no_ping():
+    """The span answers the sweep with its resonance, damping ratio 0.01: it swells before it dies away."""
+    drive = load_drive("dissertation-3")
+    time, force = chirp(drive, 20.0)
+    first = next(m.frequency for m in modes(drive, count=40).transverse if m.span == "upper")
+    w = 2 * np.pi * first
+    kernel = np.exp(-0.01 * w * time) * np.sin(w * time)
+    values = np.convolve(force, kernel)[: time.size]
+    with pytest.raises(NotComputed, match="no ping"):
+        tension_from_ping(log_of(time, {"position": values}, {"position": "m"}), drive)
+
+
+def test_a_hum_is_no_ping():
+    drive = load_drive("dissertation-3")
+    time, values = rung(drive, 0, decay=0.0)
+    with pytest.raises(NotComputed, match="does not decay"):
+        tension_from_ping(log_of(time, {"position": values}, {"position": "m"}), drive)
+
+
+@pytest.mark.parametrize("silence", [0.0, 0.1, 1.0])
+def test_a_ping_after_a_silence_is_a_ping(silence):
+    drive = load_drive("dissertation-3")
+    time, values = rung(drive, 3)
+    quiet = NOISE * np.random.default_rng(4).normal(size=round(silence * 2000.0))
+    values = np.concatenate([quiet, values])
+    time = np.arange(values.size) / 2000.0
+    found = tension_from_ping(log_of(time, {"position": values}, {"position": "m"}), drive).spans["upper"]
+    assert found.tension.value == pytest.approx(7.0, rel=0.01)

@@ -10,6 +10,7 @@ from scipy import stats
 from cabledrive.identification.estimates import Estimate
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.tension.answers import PingTension, SpanTension
+from cabledrive.identification.tension.onset import require_ping
 from cabledrive.identification.tension.partials import (
     LEAST_COUNT,
     Partial,
@@ -78,7 +79,7 @@ def tension_from_ping(
     InputRefused
         If channel, span or section are not there.
     NotComputed
-        If no tone is heard.
+        If no tone is heard, or the recording has no onset and decay as a ping has.
     """
     chosen = [channel] if channel is not None else _channels(log)
     found: dict[str, SpanTension] = {}
@@ -137,6 +138,7 @@ def _one_span(log: Log, drive: Drive, span: str, channel: str, section: int) -> 
             partials.append(partial)
     if not partials or partials[0].number != 1:
         raise NotComputed(f"{log.source}: {channel}: " + NO_TONE.format(low=factor * low, high=factor * high))
+    require_ping(values, log.interval, partials[0].peak, f"{log.source}: {channel}")
     found = _tension(drive, span, section, channel, partials, factor)
     peak, apart = partials[0].peak, 6.0 / log.report.duration
     other = other_tone(frequency, amplitude, peak, (0.7 * peak, 1.4 * peak), apart)
