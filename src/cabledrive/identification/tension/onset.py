@@ -55,6 +55,6 @@ def require_ping(values: Array, interval: float, frequency: float, name: str) ->
         )
     if float(loudness[-max(1, width) :].mean()) > FADED * greatest:
         raise NotComputed(
-            f"{name}: no ping: the tone at {frequency:.4g} Hz does not decay, as a hum: pluck the span, record "
-            "longer"
+            f"{name}: no ping: the tone at {frequency:.4g} Hz does not decay, as a hum: pluck the span, "
+            "record longer"
         )
