@@ -13,7 +13,6 @@ from cabledrive.modes.counting import ModeCounter, modes_below_reference
 
 AGREEMENT, MODES = 1e-8, 10
 CONDITIONS = ("free", "held", "holding")
-PRINTER = ["motor.holding_stiffness=20 N m/rad"]
 QUICK = pytest.mark.parametrize(
     "seed",
     [pytest.param(n, marks=() if n % 10 == 0 else pytest.mark.verify, id=f"machine-{n}") for n in range(100)],
@@ -128,7 +127,7 @@ def test_lowest_frequency_depends_on_how_the_motor_is_held(name, motor, hold, he
 
 def test_holding_stiffness_is_a_joint_to_a_rotor_of_infinite_inertia():
     """The rotor's inertia on the pulley, the spring as the joint to a flywheel of 1e6 kg m^2."""
-    sprung = cd.load_drive("printer-belt", overrides=PRINTER)
+    sprung = cd.load_drive("printer-belt")
     trick = cd.load_drive(
         "printer-belt",
         overrides=["pulley.0.inertia=5.56e-6", "motor.inertia=1e6", "motor.joint_stiffness=20"],

@@ -24,6 +24,10 @@ RUNNERS = {
     "line": replace(WEIGHTLESS, kind="line"),
     "carriages": CARRIED,
     "motor": MOTORED,
+    "motor held by a spring": replace(MOTORED, motor=replace(MOTORED.motor, holding_stiffness=20.0)),
+    "rigid motor held by a spring": replace(
+        MOTORED, motor=replace(MOTORED.motor, holding_stiffness=20.0, joint_stiffness=None)
+    ),
 }
 
 
@@ -61,6 +65,9 @@ def frequencies_of_the_scheme(drive, segments, step, kind):
         ends = [0, nodes]
         springs[np.ix_(ends, ends)] += mesh.joint.stiffness / square * np.array([[1.0, -1.0], [-1.0, 1.0]])
         mass = np.append(mass, mesh.shafts[2].rim_mass)
+    if kind == "longitudinal" and drive.motor is not None and drive.motor.holding_stiffness is not None:
+        rotor = nodes if mesh.joint else 0
+        springs[rotor, rotor] += drive.motor.holding_stiffness / mesh.shafts[0].radius ** 2
     eigenvalues = np.maximum(eigh(springs, np.diag(mass), eigvals_only=True), 0.0)
     lowest = np.sqrt(eigenvalues[eigenvalues > 1.0][:12])
     return np.arcsin(0.5 * step * lowest) / (np.pi * step)
@@ -106,7 +113,7 @@ def small_motion(drive, segments, duration):
 
 
 @pytest.mark.parametrize("kind", ["longitudinal", "transverse"])
-@pytest.mark.parametrize("runner", ["loop", "motor"])
+@pytest.mark.parametrize("runner", ["loop", "motor", "motor held by a spring"])
 def test_small_motions_ring_at_the_scheme_s_own_frequencies(runner, kind, measured):
     """First five of each kind, heard in a run of the exact law: within 0.05 Hz of the discrete spectrum."""
     drive = frictionless(RUNNERS[runner])

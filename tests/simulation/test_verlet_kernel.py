@@ -45,6 +45,9 @@ RUBBED = replace(
 HELD = replace(LOOP, pulley=(LOOP.pulley[0], replace(LOOP.pulley[1], fixed=True)))
 SLOPED = replace(LOOP, layout=replace(LOOP.layout, inclination=0.4))
 
+SPRUNG = replace(MOTORED, motor=replace(MOTORED.motor, holding_stiffness=40.0))
+RIGID_SPRUNG = replace(SPRUNG, motor=replace(SPRUNG.motor, joint_stiffness=None, coulomb_friction=0.0))
+
 CASES = {
     **{name: (LOOP, name, {}) for name in LAWS},
     "line": (replace(LOOP, kind="line"), "exact", {"transverse_damping": 20.0}),
@@ -56,6 +59,8 @@ CASES = {
     "stick-slip": (RUBBED, "exact", {}),
     "smoothed": (RUBBED, "exact", {"smoothing_speed": 0.1}),
     "motor": (MOTORED, "exact", {}),
+    "motor, held by a spring": (SPRUNG, "exact", {}),
+    "rigid motor, held by a spring": (RIGID_SPRUNG, "exact", {}),
     "motor, smoothed": (MOTORED, "exact", {"smoothing_speed": 0.1}),
     "axial damping": (LOOP, "exact", {"axial_damping": 4.5}),
     "axial damping, line": (replace(LOOP, kind="line"), "exact", {"axial_damping": 0.1}),

@@ -136,8 +136,8 @@ def clamped(drive: Drive, hold: Sequence[str]) -> Drive:
 def released(drive: Drive) -> Drive:
     """The drive without a holding stiffness: what a torque controller sees of it.
 
-    A stepper under field-oriented torque control commutates with the rotor, and a torque command replaces
-    the position loop: either way nothing springs the rotor to a commanded angle.
+    A stepper under field-oriented control commutates with the rotor, and a torque command replaces the
+    position loop of a servo: either way no spring pulls the rotor to a commanded angle.
 
     Parameters
     ----------
@@ -150,3 +150,23 @@ def released(drive: Drive) -> Drive:
     if drive.motor is None or drive.motor.holding_stiffness is None:
         return drive
     return replace(drive, motor=replace(drive.motor, holding_stiffness=None))
+
+
+def left_out_under_torque(drive: Drive) -> str | None:
+    """What is left out where a torque controls the drive, in a sentence for results.
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    str or None
+        None where the drive has no holding stiffness.
+    """
+    if drive.motor is None or drive.motor.holding_stiffness is None:
+        return None
+    return (
+        f"motor.holding_stiffness = {drive.motor.holding_stiffness:.4g} N m/rad is left out: under torque "
+        "control (field-oriented for a stepper) the motor turns freely"
+    )

@@ -23,6 +23,8 @@ class Shaft:
         Coulomb friction [N m].
     fixed : bool, default False
         Whether it cannot turn.
+    holding_stiffness : float, default 0.0
+        Spring from the shaft to the ground, to its angle zero [N m/rad].
     """
 
     name: str
@@ -31,6 +33,7 @@ class Shaft:
     viscous_friction: float
     coulomb_friction: float
     fixed: bool = False
+    holding_stiffness: float = 0.0
 
     @property
     def rim_mass(self) -> float:
@@ -87,6 +90,7 @@ def shafts_of(drive: Drive) -> tuple[Shaft, ...]:
         inertia=drive.motor.inertia + (base.inertia if rigid else 0.0),
         viscous_friction=drive.motor.viscous_friction + (base.viscous_friction if rigid else 0.0),
         coulomb_friction=drive.motor.coulomb_friction + (base.coulomb_friction if rigid else 0.0),
+        holding_stiffness=drive.motor.holding_stiffness or 0.0,
     )
     return (motor, pulleys[1]) if rigid else (*pulleys, motor)
 

@@ -23,7 +23,8 @@ class Equilibrium:
     displacement : ndarray, shape (3, nodes)
         u, v, w from the straight pretensioned cable [m].
     holding_torque : tuple of float
-        Torque on drive pulley and load pulley that keeps them there [N m]; zero where a pulley is free.
+        Torque on drive pulley and load pulley that keeps them there [N m], that of a holding stiffness
+        included; zero where a pulley is free.
     residual : float
         Largest force left out of balance [N].
     iterations : int
@@ -50,7 +51,7 @@ def equilibrium(mesh: Mesh, law: CableLaw, *, hold: str = "none") -> Equilibrium
     law : CableLaw
     hold : {"none", "drive", "both"}, default "none"
         Pulleys held at angle zero. With "none" the drive pulley stays at zero because nothing turns it, which
-        is checked.
+        is checked; on a holding stiffness it turns until that balances the weights.
 
     Returns
     -------
@@ -67,6 +68,8 @@ def equilibrium(mesh: Mesh, law: CableLaw, *, hold: str = "none") -> Equilibrium
         raise InputRefused(f'hold = "{hold}" is not one of its values: write "none", "drive" or "both"')
     rigid_load = mesh.shafts[1].fixed or hold == "both"
     free = _free_displacements(mesh, rigid_load)
+    if hold == "none" and rotor_stiffness(mesh) > 0.0:
+        return _on_the_spring(mesh, law, free, rigid_load)
     displacement, iterations = _newton(mesh, law, free)
     left = _residual(mesh, law, displacement, np.ones_like(free))
     drive_torque, load_torque = (
@@ -85,6 +88,69 @@ def equilibrium(mesh: Mesh, law: CableLaw, *, hold: str = "none") -> Equilibrium
         residual=float(np.max(np.abs(left[free]))),
         iterations=iterations,
     )
+
+
+def rotor_stiffness(mesh: Mesh) -> float:
+    """What holds the drive rim to the ground: the holding stiffness, in series with the motor's joint.
+
+    Parameters
+    ----------
+    mesh : Mesh
+
+    Returns
+    -------
+    float
+        [N/m] at the rim; 0 where nothing holds it.
+    """
+    rotor = mesh.shafts[2] if mesh.joint is not None else mesh.shafts[0]
+    holding = rotor.holding_stiffness / rotor.radius**2
+    if mesh.joint is None or holding == 0.0:
+        return holding
+    joint = mesh.joint.stiffness / rotor.radius**2
+    return joint * holding / (joint + holding)
+
+
+def _on_the_spring(mesh: Mesh, law: CableLaw, free: NDArray[np.bool_], rigid_load: bool) -> Equilibrium:
+    """Equilibrium with the drive rim on its spring: secants on the rim's displacement.
+
+    Where the load pulley turns, all goes along with the rim and the first step is exact.
+    """
+    spring, radius = rotor_stiffness(mesh), mesh.shafts[0].radius
+    cable = len(mesh.spans) * law.stiffness / float(mesh.position[0, -1]) if rigid_load else 0.0
+    rim, total = 0.0, 0
+    slope = spring + cable
+    before = None
+    for _ in range(MOST_ITERATIONS):
+        displacement, iterations = _newton(mesh, law, free, _following(mesh, rim, rigid_load))
+        total += iterations
+        left = _residual(mesh, law, displacement, np.ones_like(free))
+        over = float(left[0, 0]) - spring * rim
+        if abs(over) <= 1e-9 * _force_scale(mesh, law):
+            load = -float(left[0, mesh.segments]) * mesh.shafts[1].radius if rigid_load else 0.0
+            return Equilibrium(
+                displacement=displacement,
+                holding_torque=(-spring * rim * radius, load),
+                residual=float(np.max(np.abs(left[free]))),
+                iterations=total,
+            )
+        if before is not None and over != before[1]:
+            slope = -(over - before[1]) / (rim - before[0])
+        before = rim, over
+        rim += over / slope
+    raise NotComputed(
+        f"no equilibrium on the holding stiffness: {over:.3g} N out of balance at the drive rim; raise "
+        "motor.holding_stiffness or hold the drive pulley"
+    )
+
+
+def _following(mesh: Mesh, rim: float, rigid_load: bool) -> Array:
+    """Displacements that go along with the drive rim, all of them or less towards a held load rim."""
+    start = np.zeros((3, mesh.nodes))
+    for number, span in enumerate(mesh.spans):
+        share = mesh.position[number] / mesh.position[number, -1]
+        near = 1.0 - share if number == 0 else share
+        start[0, mesh.span_nodes(span)] = rim * (near if rigid_load else 1.0)
+    return start
 
 
 def _free_displacements(mesh: Mesh, rigid_load: bool) -> NDArray[np.bool_]:
@@ -117,9 +183,11 @@ def _force_scale(mesh: Mesh, law: CableLaw) -> float:
     return max(law.pretension, weight)
 
 
-def _newton(mesh: Mesh, law: CableLaw, free: NDArray[np.bool_]) -> tuple[Array, int]:
+def _newton(
+    mesh: Mesh, law: CableLaw, free: NDArray[np.bool_], start: Array | None = None
+) -> tuple[Array, int]:
     """Newton's method; a step is halved until it lowers the sum of squares of the forces left over."""
-    displacement = np.zeros((3, mesh.nodes))
+    displacement = np.zeros((3, mesh.nodes)) if start is None else start
     for iteration in range(MOST_ITERATIONS):
         left = _residual(mesh, law, displacement, free)
         if np.max(np.abs(left)) <= _tolerance(mesh, law):

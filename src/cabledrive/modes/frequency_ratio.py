@@ -27,7 +27,8 @@ _HELD = 1e200
 def mass_ratios(drive: Drive) -> tuple[float, float]:
     r"""Mass of each pulley at its rim over the mass of the cable, :math:`\chi_i = J_i/(2\rho r_i^2 L_e)`.
 
-    A motor on a rigid joint belongs to the drive pulley; a held pulley is infinitely heavy.
+    A motor on a rigid joint belongs to the drive pulley, its holding stiffness does not count; a held pulley
+    is infinitely heavy.
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY, MOTOR
+from cabledrive.mechanics.holding import DRIVE_PULLEY, FREE, LOAD_PULLEY, MOTOR, motor_condition
 from cabledrive.mechanics.spans import transverse_chains
 from cabledrive.modes.tuning import pulley_mode
 from cabledrive.modes.waves import waves
@@ -54,7 +54,7 @@ class AutoparametricModel:
     torque_arm : float
         phi_tau / r1: force on q per torque [1/m].
     rigid_arm : float
-        1 / r1: force on the rigid rotation per torque [1/m]; 0 where a pulley is held.
+        1 / r1: force on the rigid rotation per torque [1/m]; 0 where a pulley or the motor is held.
     rigid_mass : float
         Mass M0 of the rigid rotation at the rim [kg].
     rigid_damping, cross_damping : float
@@ -166,7 +166,7 @@ def autoparametric_model(
     coupling = coupling_of(drive, along, sections)
     uneven, shared = stiffening_of(drive, coupling, sections, mass * pulley.omega**2)
     shafts = shafts_of(drive, rim)
-    free = not any(p.fixed for p in drive.pulley)
+    free = not any(p.fixed for p in drive.pulley) and motor_condition(drive) == FREE
     tensions = span_tensions(drive, load_torque)
     rest, rigidity = drive.cable.pretension, drive.cable.axial_rigidity
     shift = {span: frequency_shift(tensions[span], rest, rigidity) for span in drive.spans}

@@ -205,7 +205,7 @@ def _provenance(
             "name": "uniform-tension modes",
             "model": "fast",
             "sines": model.transverse.size,
-            "longitudinal_modes": model.natural.size - 1,
+            "longitudinal_modes": int(np.count_nonzero(model.natural)),
             "step": step,
             "ends_at_hz": HIGHEST_SHARE * model.span_resonance / (2 * pi),
         },

@@ -171,7 +171,17 @@ def chain_numbers(
     Returns
     -------
     ChainNumbers
+
+    Raises
+    ------
+    InputRefused
+        With a holding stiffness, which these kernels do not have.
     """
+    if chain.holding > 0.0:
+        raise InputRefused(
+            f"holding stiffness = {chain.holding:.4g} N m/rad: lumped inertias move under a torque "
+            "with a motor that turns freely; leave out motor.holding_stiffness, or simulate the cable"
+        )
     n = chain.size
     zeros = (0.0,) * n
     law = law or FrictionLaw(excess=zeros, fading=(1.0,) * n, slope=zeros)

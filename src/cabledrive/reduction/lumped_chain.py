@@ -32,6 +32,8 @@ class LumpedChain:
         Of each link, per stretch: [N m/rad] and [N m s/rad] of a joint; [N/m] and [N s/m] between rims.
     ratios : tuple of (float, float)
         (p, q) of each link: 1 and 1 of a joint; radii [m] of a cable.
+    holding : float, default 0.0
+        Spring from the first inertia to the ground, the motor's holding stiffness [N m/rad].
     """
 
     names: tuple[str, ...]
@@ -42,6 +44,7 @@ class LumpedChain:
     stiffness: tuple[float, ...] = ()
     damping: tuple[float, ...] = ()
     ratios: tuple[tuple[float, float], ...] = ()
+    holding: float = 0.0
 
     def __post_init__(self) -> None:
         n = len(self.inertias)
@@ -73,7 +76,9 @@ class LumpedChain:
     def stiffness_matrix(self) -> Array:
         """K, shape (n, n) [N m/rad]."""
         g = self.link_matrix
-        return g.T @ np.diag(self.stiffness) @ g
+        matrix: Array = g.T @ np.diag(self.stiffness) @ g
+        matrix[0, 0] += self.holding
+        return matrix
 
     @property
     def damping_matrix(self) -> Array:
@@ -118,7 +123,17 @@ def speed_state_space(chain: LumpedChain) -> tuple[Array, Array]:
     a : ndarray, shape (2n - 1, 2n - 1)
         States: n - 1 stretches, n speeds.
     b : ndarray, shape (2n - 1, n)
+
+    Raises
+    ------
+    InputRefused
+        With a holding stiffness, whose force is that of an angle.
     """
+    if chain.holding > 0.0:
+        raise InputRefused(
+            f"holding stiffness = {chain.holding:.4g} N m/rad: the response in speeds is that of a motor "
+            "that turns freely; take speed_response, or leave out motor.holding_stiffness"
+        )
     n, g = chain.size, chain.link_matrix
     inverse = np.diag(1.0 / np.array(chain.inertias))
     a = np.zeros((2 * n - 1, 2 * n - 1))
@@ -184,7 +199,7 @@ def speed_response(chain: LumpedChain, omega: Array, torque_on: int = 0, speed_o
 
 
 def natural_frequencies_of(chain: LumpedChain) -> Array:
-    """Undamped natural frequencies, without the rigid rotation.
+    """Undamped natural frequencies, without the rigid rotation; on a holding stiffness there is none.
 
     Parameters
     ----------
@@ -192,9 +207,9 @@ def natural_frequencies_of(chain: LumpedChain) -> Array:
 
     Returns
     -------
-    ndarray, shape (n - 1,)
+    ndarray, shape (n - 1,), or (n,) with a holding stiffness
         Angular frequencies [rad/s], ascending.
     """
     root = 1.0 / np.sqrt(np.array(chain.inertias))
     squares = np.linalg.eigvalsh(root[:, None] * chain.stiffness_matrix * root)
-    return np.sqrt(np.clip(squares[1:], 0.0, None))
+    return np.sqrt(np.clip(squares[0 if chain.holding > 0.0 else 1 :], 0.0, None))

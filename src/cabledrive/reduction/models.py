@@ -61,7 +61,8 @@ def lumped_model(drive: Drive, model: int | None = None) -> LumpedChain:
     Returns
     -------
     LumpedChain
-        Inertias in the order motor (with the drive pulley where the joint is rigid), drive, load.
+        Inertias in the order motor (with the drive pulley where the joint is rigid), drive, load; the motor
+        on its holding stiffness where the drive has one.
 
     Raises
     ------
@@ -106,6 +107,7 @@ def lumped_model(drive: Drive, model: int | None = None) -> LumpedChain:
         stiffness=tuple(link[0] for link in links),
         damping=tuple(link[1] for link in links),
         ratios=tuple(link[2] for link in links),
+        holding=(drive.motor.holding_stiffness or 0.0) if drive.motor is not None else 0.0,
     )
 
 

@@ -117,6 +117,8 @@ def modal_damping(
         strain -= (
             motor.joint_stiffness * ((rim[MOTOR] - rim[DRIVE_PULLEY]) / drive.drive_pulley.radius) ** 2 / mass
         )
+    if motor is not None and motor.holding_stiffness is not None:
+        strain -= motor.holding_stiffness * (rim[MOTOR] / drive.drive_pulley.radius) ** 2 / mass
     cable = drive.cable.axial_damping / drive.cable.axial_rigidity * strain
     return cable + sum(shaft.viscous * shaft.shape**2 for shaft in shafts) / mass
 

@@ -94,7 +94,7 @@ def distributed_response(drive: Drive, omega: Array, *, angle_of: str = "load") 
     through = np.ones_like(s) if angle_of == "motor" else cross / load
     if motor is None:
         return through / seen
-    own = s**2 * motor.inertia + s * motor.viscous_friction
+    own = s**2 * motor.inertia + s * motor.viscous_friction + (motor.holding_stiffness or 0.0)
     if motor.joint_stiffness is None:
         return through / (seen + own)
     joint = motor.joint_stiffness + s * motor.joint_damping

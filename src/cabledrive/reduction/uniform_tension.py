@@ -23,7 +23,7 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY, MOTOR
+from cabledrive.mechanics.holding import DRIVE_PULLEY, FREE, LOAD_PULLEY, MOTOR, motor_condition
 from cabledrive.modes import Mode, modes
 from cabledrive.parameters import Drive, InputRefused
 
@@ -40,7 +40,7 @@ class UniformTensionModel:
     Attributes
     ----------
     natural : ndarray, shape (k,)
-        Longitudinal frequencies W [rad/s]; the first is the rigid rotation, 0.
+        Longitudinal frequencies W [rad/s]; of a free motor the first is the rigid rotation, 0.
     damping : ndarray, shape (k, k)
         Modal damping C [1/s].
     rims : ndarray, shape (k, 2)
@@ -114,7 +114,14 @@ def uniform_tension_model(drive: Drive, sines: int = 16) -> UniformTensionModel:
     span_resonance = pi * cable.axial_wave_speed / length
     kept = modes(drive, below=HIGHEST_SHARE * span_resonance / (2 * pi)).longitudinal
     shapes = _rim_shapes(drive, kept)
-    natural = np.array([0.0, *(2 * pi * mode.frequency for mode in kept)])
+    natural = np.array([2 * pi * mode.frequency for mode in kept])
+    if motor_condition(drive) == FREE:
+        natural = np.append(0.0, natural)
+    elif not kept:
+        raise InputRefused(
+            "the holding stiffness leaves no longitudinal mode below the first resonance of a span: the fast "
+            "model does not fit; use --model exact"
+        )
     wave_numbers = np.arange(1, sines + 1, dtype=np.float64) * pi / length
     stiffness = cable.axial_rigidity * (1.0 + cable.prestrain)
     density = cable.stretched_mass_per_length
@@ -169,11 +176,14 @@ def _check_fits(drive: Drive, sines: int) -> None:
 
 
 def _rim_shapes(drive: Drive, kept: tuple[Mode, ...]) -> Array:
-    """Drive rim, load rim and torque point of the rigid rotation and of each mode, shape (k, 3) [kg^-1/2]."""
+    """Drive rim, load rim and torque point of the modes, shape (k, 3) [kg^-1/2].
+
+    First the rigid rotation, which a motor on its holding stiffness does not have.
+    """
     motor = drive.motor.inertia / drive.drive_pulley.radius**2 if drive.motor else 0.0
     cable = 2.0 * drive.cable.mass_per_length * drive.span_length
     whole = drive.drive_pulley.rim_mass + drive.load_pulley.rim_mass + motor + cable
-    rows = [np.full(3, whole**-0.5)]
+    rows = [np.full(3, whole**-0.5)] if motor_condition(drive) == FREE else []
     for mode in kept:
         joints = mode.joints
         rows.append(np.array([joints[name][0] for name in (DRIVE_PULLEY, LOAD_PULLEY)]))
@@ -190,10 +200,12 @@ def _damping(drive: Drive, shapes: Array, natural: Array, stiffness: float) -> A
         viscous.append((motor.viscous_friction / radius**2, shapes[:, 2]))
         viscous.append((motor.joint_damping / radius**2, shapes[:, 2] - shapes[:, 0]))
     axial = drive.cable.axial_damping * (1.0 + drive.cable.prestrain) / stiffness
-    twist = np.zeros(natural.size)
+    elsewhere = np.zeros(natural.size)  # strain energy that is not the cable's
     if motor is not None and motor.joint_stiffness is not None:
-        twist = motor.joint_stiffness / radius**2 * (shapes[:, 2] - shapes[:, 0]) ** 2
-    return sum(b * np.outer(shape, shape) for b, shape in viscous) + np.diag(axial * (natural**2 - twist))
+        elsewhere += motor.joint_stiffness / radius**2 * (shapes[:, 2] - shapes[:, 0]) ** 2
+    if motor is not None and motor.holding_stiffness is not None:
+        elsewhere += motor.holding_stiffness / radius**2 * shapes[:, 2] ** 2
+    return sum(b * np.outer(shape, shape) for b, shape in viscous) + np.diag(axial * (natural**2 - elsewhere))
 
 
 def _gravity(drive: Drive, sines: int) -> Array:

@@ -6,6 +6,7 @@ import numpy as np
 
 from cabledrive.control.bound import robust_conditions
 from cabledrive.control.numbers import DARC, HIGH, LawNumbers
+from cabledrive.mechanics.holding import FREE, left_out_under_torque
 from cabledrive.parameters import Drive
 from cabledrive.rig.closed_loop.loop import Loop, Run
 from cabledrive.rig.closed_loop.loop_numbers import WENT_SLACK, Array
@@ -86,6 +87,23 @@ def circumstance_words(loop: Loop, actual: Drive, options: RigOptions) -> dict[s
     if options.blind is not None:
         found["blind"] = list(options.blind)
     return found
+
+
+def motor_words(actual: Drive) -> dict[str, str]:
+    """How the rotor is held in a run: under torque control it turns freely.
+
+    Parameters
+    ----------
+    actual : Drive
+        As it is.
+
+    Returns
+    -------
+    dict
+        With the reason where the drive has a holding stiffness, which is left out.
+    """
+    reason = left_out_under_torque(actual)
+    return {"motor": FREE} | ({"motor_reason": reason} if reason else {})
 
 
 def disturbance_bound(law: LawNumbers, shaft: Array, command: Array) -> Array:

@@ -19,6 +19,7 @@ from cabledrive.rig.run_facts import (
     circumstance_words,
     condition_words,
     disturbance_bound,
+    motor_words,
     span_tensions,
     why_ended,
 )
@@ -117,6 +118,7 @@ def told(
         summary |= condition_words(loop, log[:, 2 * n], log[:, column], log[:, column + 2], regressor)
         summary |= margin_words(loop, estimates, log[:, column + 3 + 2 * ESTIMATES :])
     summary["estimates_within_bounds"] = within(estimates, made)
+    summary |= motor_words(actual)
     if incomplete:
         summary["ended_at"] = ended * loop.rig.interval
     return Tracking(

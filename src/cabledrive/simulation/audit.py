@@ -8,6 +8,7 @@ from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.mesh import Mesh
 from cabledrive.mechanics.mesh_forces import strain_energy, weight_energy
 from cabledrive.mechanics.sag import parabola_sag
+from cabledrive.mechanics.statics import equilibrium, rotor_stiffness
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused, NotComputed
 from cabledrive.simulation.case import Case
@@ -119,10 +120,9 @@ def rest_energy(drive: Drive, mesh: Mesh, law: CableLaw) -> float:
     """
     if not drive.layout.gravity:
         return 0.0
-    if not drive.carriage:
+    spring = rotor_stiffness(mesh)
+    if not drive.carriage and not spring:
         return len(mesh.spans) * _parabola_energy(drive, mesh, law)
-    from cabledrive.mechanics.statics import equilibrium
-
     try:
         rest = equilibrium(mesh, law).displacement
     except (
@@ -130,7 +130,8 @@ def rest_energy(drive: Drive, mesh: Mesh, law: CableLaw) -> float:
         NotComputed,
     ):  # gravity turns the pulleys: there is no rest, so count from held ones
         rest = equilibrium(mesh, law, hold="both").displacement
-    return float(np.sum(strain_energy(mesh, law, rest))) + weight_energy(mesh, rest)
+    held = 0.5 * spring * float(rest[0, 0]) ** 2
+    return float(np.sum(strain_energy(mesh, law, rest))) + weight_energy(mesh, rest) + held
 
 
 def _parabola_energy(drive: Drive, mesh: Mesh, law: CableLaw) -> float:

@@ -24,7 +24,13 @@ from cabledrive.simulation.plan import Plan, plan_of
 from cabledrive.simulation.readable.beginning import half_step_before
 from cabledrive.simulation.scheme import Scheme
 from cabledrive.simulation.signals import Function, Signal, check_lasts, signal_of
-from cabledrive.simulation.start import PLANES, Start, displacement_at_start, velocity_at_start
+from cabledrive.simulation.start import (
+    PLANES,
+    Start,
+    displacement_at_start,
+    rotor_at_start,
+    velocity_at_start,
+)
 from cabledrive.simulation.state import State, new_state
 from cabledrive.simulation.step_size import TimeGrid, check_resolved, time_grid
 
@@ -107,6 +113,7 @@ class Case:
     offset: float
     forces: tuple[Signal, ...]
     displacement: Array
+    rotor: float
     velocity: Array
 
     @property
@@ -165,12 +172,12 @@ class Case:
         -------
         State
         """
-        rim, speed = float(self.displacement[0, 0]), float(self.velocity[0, 0])
+        rotor, speed = self.rotor, float(self.velocity[0, 0])
         torque, forces = self.inputs(0, 1)
         before, motor_speed = half_step_before(
-            self.plan, self.displacement, self.velocity, (rim, speed), float(torque[0]), forces[0]
+            self.plan, self.displacement, self.velocity, (rotor, speed), float(torque[0]), forces[0]
         )
-        state = new_state(self.displacement, before, (rim, motor_speed))
+        state = new_state(self.displacement, before, (rotor, motor_speed))
         extra = self.method.extra(self.plan, state)
         return state if extra is None else state._replace(extra=extra)
 
@@ -234,6 +241,7 @@ def case_of(
         forces=tuple(_place(drive, mesh, force) for force in forces),
     )
     method.check(plan)
+    displacement = displacement_at_start(mesh, law, start)
     return Case(
         drive=drive,
         scheme=scheme,
@@ -246,7 +254,8 @@ def case_of(
         torque=signal,
         offset=drive.motor.offset_torque if drive.motor else 0.0,
         forces=pushes,
-        displacement=displacement_at_start(mesh, law, start),
+        displacement=displacement,
+        rotor=rotor_at_start(mesh, displacement, start),
         velocity=velocity_at_start(mesh, start),
     )
 

@@ -36,7 +36,7 @@ CHANNELS = (
     Channel("drive_energy", "J", "kinetic energy of the drive pulley"),
     Channel("load_energy", "J", "kinetic energy of the load pulley"),
     Channel("motor_energy", "J", "kinetic energy of the motor behind a flexible joint"),
-    Channel("joint_energy", "J", "elastic energy of the motor joint"),
+    Channel("joint_energy", "J", "elastic energy of the motor joint and of the rotor's holding stiffness"),
     Channel("weight_energy", "J", "potential energy of the weight, zero for the straight cable"),
     Channel("torque_work", "J", "work of the torque since the start"),
     Channel("force_work", "J", "work of the forces on carriages since the start"),

@@ -15,7 +15,7 @@ Integers = NDArray[np.int64]
 # Rows of the tables in a plan.
 SPACING, INVERSE_SPACING, COMPLIANCE = range(3)
 KICK_U, KICK_T, KEEP_T, FALL_U, FALL_W, CARRIAGE_MASS, DRAG, WEIGHT_U, WEIGHT_W = range(9)
-RADIUS, RIM_MASS, VISCOUS, COULOMB, SMOOTH, TURNS = range(6)
+RADIUS, RIM_MASS, VISCOUS, COULOMB, SMOOTH, TURNS, HOLDING = range(7)
 
 
 class Plan(NamedTuple):
@@ -29,9 +29,10 @@ class Plan(NamedTuple):
     velocity kept over a step; velocity gained by weight over a step along u and w [m/s]; carriage [kg];
     transverse damping Gamma x cable mass [kg/s]; weight along u and w [N].
 
-    Rows of ``shaft``, shape (6, 3), for drive pulley, load pulley and motor, all measured at the rim: radius
+    Rows of ``shaft``, shape (7, 3), for drive pulley, load pulley and motor, all measured at the rim: radius
     [m], J / r^2 [kg], b / r^2 [kg/s], c / r [N], rim speed over which Coulomb friction is smoothed [m/s], 0
-    for stick-slip, and 1.0 where the shaft can turn.
+    for stick-slip, 1.0 where the shaft can turn, and the stiffness that holds it at angle zero, k / r^2
+    [N/m].
     """
 
     law: int  # position in LAWS
@@ -146,13 +147,14 @@ def _nodes(mesh: Mesh, step: float, transverse_damping: float) -> Array:
 
 
 def _shafts(mesh: Mesh, smoothing_speed: float) -> Array:
-    table = np.zeros((6, 3))
+    table = np.zeros((7, 3))
     table[RADIUS] = mesh.shafts[0].radius
     for i, shaft in enumerate(mesh.shafts):
         table[RADIUS, i], table[RIM_MASS, i] = shaft.radius, shaft.rim_mass
         table[VISCOUS, i] = shaft.viscous_friction / shaft.radius**2
         table[COULOMB, i] = shaft.coulomb_friction / shaft.radius
         table[TURNS, i] = 0.0 if shaft.fixed else 1.0
+        table[HOLDING, i] = shaft.holding_stiffness / shaft.radius**2
     table[SMOOTH] = smoothing_speed * table[RADIUS]
     return table
 

@@ -129,6 +129,30 @@ def displacement_at_start(mesh: Mesh, law: CableLaw, start: Start) -> Array:
     return total
 
 
+def rotor_at_start(mesh: Mesh, displacement: Array, start: Start) -> float:
+    """Displacement of the rotor at t = 0, at the drive pulley's rim.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    displacement : ndarray, shape (3, nodes)
+        That of the cable, from `displacement_at_start` [m].
+    start : Start
+
+    Returns
+    -------
+    float
+        That of the drive rim, less the twist of a flexible joint that carries the weights from the rim to the
+        rotor's holding stiffness [m].
+    """
+    rim = float(displacement[0, 0])
+    if mesh.joint is None:
+        return rim
+    holding = mesh.shafts[2].holding_stiffness
+    at_rest = rim - start.drive_angle * mesh.shafts[0].radius
+    return rim - at_rest * holding / (mesh.joint.stiffness + holding)
+
+
 def velocity_at_start(mesh: Mesh, start: Start) -> Array:
     """Velocities at t = 0.
 

@@ -61,10 +61,10 @@ def largest_stable_step(mesh: Mesh, law: CableLaw) -> float:
     r"""Largest step for which leapfrog is stable, Eq. (2.31) at a CFL number of 1.
 
     The squares of the chain's frequencies are the eigenvalues of
-    :math:`S^{1/2} D M^{-1} D^T S^{1/2}` over the springs (segments and motor joint); the row sums of its
-    moduli bound them from above, sharply for a uniform cable. A cable that may go slack is a chain of
-    springs with a kink, on which leapfrog is resonantly unstable where the shortest period takes few steps:
-    there a quarter of that, a dozen steps per shortest period.
+    :math:`S^{1/2} D M^{-1} D^T S^{1/2}` over the springs (segments, motor joint, holding spring); the row
+    sums of its moduli bound them from above, sharply for a uniform cable. A cable that may go slack is a
+    chain of springs with a kink, on which leapfrog is resonantly unstable where the shortest period takes few
+    steps: there a quarter of that, a dozen steps per shortest period.
 
     Parameters
     ----------
@@ -85,18 +85,21 @@ def largest_stable_step(mesh: Mesh, law: CableLaw) -> float:
     before, after = np.roll(root, 1), np.roll(root, -1)
     if not mesh.closed:
         before[0] = after[-1] = 0.0
-    joint, joint_mobility = 0.0, 0.0
+    joint, joint_mobility, square = 0.0, 0.0, mesh.shafts[0].radius ** 2
+    on_rim, on_motor = sqrt(mesh.shafts[0].holding_stiffness / square), 0.0
     if mesh.joint is not None:
-        square = mesh.shafts[0].radius ** 2
         joint, joint_mobility = sqrt(mesh.joint.stiffness / square), 1.0 / mesh.shafts[2].rim_mass
-    before[0] += joint
+        on_motor = sqrt(mesh.shafts[2].holding_stiffness / square)
+    before[0] += joint + on_rim
     if mesh.closed:
-        after[-1] += joint
+        after[-1] += joint + on_rim
     rows = root * ((root + before) * mobility[:-1] + (root + after) * mobility[1:])
-    beside = root[0] + (root[-1] if mesh.closed else 0.0)
-    joint_row = joint * (joint * (mobility[0] + joint_mobility) + beside * mobility[0])
+    beside = root[0] + (root[-1] if mesh.closed else 0.0) + on_rim
+    joint_row = joint * (joint * mobility[0] + beside * mobility[0] + (joint + on_motor) * joint_mobility)
+    rim_row = on_rim * (beside + joint) * mobility[0]
+    motor_row = on_motor * (joint + on_motor) * joint_mobility
     share = 0.25 if law.tension_only else 1.0
-    return share * 2.0 / sqrt(max(float(np.max(rows)), joint_row))
+    return share * 2.0 / sqrt(max(float(np.max(rows)), joint_row, rim_row, motor_row))
 
 
 def time_grid(

@@ -42,6 +42,7 @@ def command(
     from cabledrive.app.run_limits import check_excitation
     from cabledrive.rig.bench.experiment import Excitation, experiment, load_excitation
     from cabledrive.rig.log_table import log_csv
+    from cabledrive.rig.run_facts import motor_words
 
     if plan:
         refuse_given("output", why="writes nothing with --plan, which runs nothing: leave one of them out")
@@ -61,8 +62,14 @@ def command(
             "rows": len(log),
             "sample_rate_hz": log.sample_rate,
             "channels": {name: log.units[name] for name in log.channels},
+            **motor_words(drive),
         },
-        text=f"{len(log)} rows at {log.sample_rate:g} Hz: {', '.join(log.channels)}",
+        text="\n".join(
+            [
+                f"{len(log)} rows at {log.sample_rate:g} Hz: {', '.join(log.channels)}",
+                *[words for key, words in motor_words(drive).items() if key == "motor_reason"],
+            ]
+        ),
         provenance=provenance(drive, method=METHOD, step=log.interval / 4, seed=seed),
     )
 
@@ -70,6 +77,7 @@ def command(
 def _planned(drive: Drive, excitation: Any, model: int | None, stroke: float | None, seed: int) -> Answer:
     """Predicted errors, peaks and warnings."""
     from cabledrive.rig.bench.planned_experiment import plan_experiment
+    from cabledrive.rig.run_facts import motor_words
 
     found = plan_experiment(drive, excitation, model=model, stroke=stroke, seed=seed)
     errors = found["relative_standard_error"]
@@ -91,4 +99,6 @@ def _planned(drive: Drive, excitation: Any, model: int | None, stroke: float | N
     if found["amplitude_factor"] is None:
         found["amplitude_factor"] = Absent(reason="the drive states no limit")
     method = "moved with its own figures; noise of torque and encoder through the regression"
+    found |= motor_words(drive)
+    lines += [found["motor_reason"]] if "motor_reason" in found else []
     return Answer(data=found, text="\n".join(lines), provenance=provenance(drive, method=method, seed=seed))

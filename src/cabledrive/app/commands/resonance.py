@@ -6,6 +6,7 @@ from cabledrive.app.combinations import refuse_given, tell_given
 from cabledrive.app.new_file import PAGE, NewFile, NewFileType
 from cabledrive.app.options import Quantity, Subcommand, answering, drive_argument, saves_answer
 from cabledrive.app.results import Answer, provenance
+from cabledrive.mechanics.holding import FREE, HOLDING, left_out_under_torque, motor_condition, released
 from cabledrive.parameters import Drive, NotComputed
 
 FLOOR, LIMIT = 1e-5, 5e-4
@@ -109,7 +110,7 @@ def command(
     changes = () if found.verdict == SAFE else remedies(drive, found.torque, load_torque)
     judged = None
     if motion_file is not None:
-        judged = alarm(drive, read_motion(motion_file), floor=floor, limit=limit)
+        judged = alarm(released(drive), read_motion(motion_file), floor=floor, limit=limit)
     if map_file is not None:
         from cabledrive.report.resonance_map_page import resonance_map_page
         from cabledrive.studies.map_spot_checks import spot_check_line, spot_checks
@@ -118,11 +119,16 @@ def command(
         growth = growth_map(drive, torque=found.torque, load_torque=load_torque)
         checks = () if load_torque else spot_checks(drive, growth, np.random.default_rng(SEED))
         map_file.write(resonance_map_page(growth, spot_check_line(checks)))
-    data = resonance_data(drive, found, changes, load_torque)
+    data = resonance_data(drive, found, changes, load_torque) | {"motor": motor_condition(drive)}
     text = resonance_text(drive, found, changes)
+    if data["motor"] == HOLDING:
+        text += "\nThe motor is on its holding stiffness."
     if judged is not None:
-        data["motion"] = alarm_data(judged)
-        text += "\n\n" + alarm_text(judged)
+        left_out = left_out_under_torque(drive)
+        data["motion"] = (
+            alarm_data(judged) | {"motor": FREE} | ({"motor_reason": left_out} if left_out else {})
+        )
+        text += "\n\n" + alarm_text(judged) + (f"\n{left_out}" if left_out else "")
     incomplete = None
     if with_branches:
         try:

@@ -175,6 +175,8 @@ def _text(drive: Drive, said: dict[str, Any]) -> str:
     if said["broken_assumptions"]:
         lines.append("  the theorem's assumptions do not hold: " + "; ".join(said["broken_assumptions"]))
     lines += _circumstances(said)
+    if "motor_reason" in said:
+        lines.append(f"  {said['motor_reason']}")
     if "over_draws" in said:
         over = said["over_draws"]
         lines.append(

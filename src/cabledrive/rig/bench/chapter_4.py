@@ -11,6 +11,7 @@ from cabledrive.identification.excitation import (
     random_multisine,
     sum_of_sines,
 )
+from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.models import lumped_model
@@ -150,7 +151,7 @@ def rig_of(drive: Drive, model: int | None = None, imperfections: Imperfections 
         current_bandwidth=motor.current_bandwidth if motor else None,
         backlash=motor.backlash if motor and motor.joint_stiffness is not None else 0.0,
     )
-    chain = lumped_model(drive, model)
+    chain = lumped_model(released(drive), model)
     counts = {
         "angle": sensors.motor_encoder if sensors else None,
         "drive_angle": sensors.drive_encoder if sensors and "drive" in chain.names else None,

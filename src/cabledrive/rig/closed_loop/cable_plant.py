@@ -7,6 +7,7 @@ import numpy as np
 
 from cabledrive.control.numbers import LawNumbers
 from cabledrive.control.observer_numbers import ObserverNumbers
+from cabledrive.mechanics.holding import released
 from cabledrive.modes import modes, natural_frequencies
 from cabledrive.parameters import Drive, InputRefused, Lumped
 from cabledrive.reduction.lumped_chain import LumpedChain
@@ -69,7 +70,8 @@ def cable_plant(
         If the plant cannot follow what is asked of the rig.
     """
     _check(drive, options)
-    own = with_measured_stiffness(drive) if measured and not options.as_printed else drive
+    free = released(drive)
+    own = with_measured_stiffness(free) if measured and not options.as_printed else free
     case = case_of(
         own,
         interval,

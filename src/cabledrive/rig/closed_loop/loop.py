@@ -6,6 +6,7 @@ import numpy as np
 
 from cabledrive.control.kalman import Sampling
 from cabledrive.control.observer_numbers import ObserverNumbers
+from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.models import highest_model, lumped_model
@@ -114,7 +115,7 @@ class Run:
 
 
 def plant_chain(drive: Drive, model: int | None) -> LumpedChain:
-    """The row of inertias that is controlled, at the first shaft.
+    """The row of inertias that is controlled, at the first shaft; its motor turns freely.
 
     Parameters
     ----------
@@ -126,7 +127,7 @@ def plant_chain(drive: Drive, model: int | None) -> LumpedChain:
     -------
     LumpedChain
     """
-    return reflected(lumped_model(drive, model))[0]
+    return reflected(lumped_model(released(drive), model))[0]
 
 
 def close_loop(

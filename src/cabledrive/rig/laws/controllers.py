@@ -13,6 +13,7 @@ from cabledrive.control.flat_output import FlatOutput, flat_output
 from cabledrive.control.kalman import QUIET, KalmanTuning
 from cabledrive.control.numbers import LawNumbers
 from cabledrive.control.reference import flat_reference
+from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.models import FLEXIBLE_JOINT, lumped_model
@@ -104,7 +105,7 @@ class Wish:
     feedforward: str = "damped"
 
     def model(self, number: int) -> LumpedChain:
-        """A model of the drive, in angles of its first shaft.
+        """A model of the drive under torque control, in angles of its first shaft.
 
         Parameters
         ----------
@@ -114,7 +115,7 @@ class Wish:
         -------
         LumpedChain
         """
-        return reflected(lumped_model(self.drive, number))[0]
+        return reflected(lumped_model(released(self.drive), number))[0]
 
     def wanted(self, derivatives: int) -> Array:
         """Wanted load angle at the first shaft, with derivatives, at the samples.

@@ -162,7 +162,7 @@ def _long_step(
                 work.p[axis, i] = (psi + 0.5 * change) / root * rest[axis, i]
         take_linear(plan, x, work.p, work.p, 1.0)
         shaft_forces(
-            plan.closed, plan.segments, plan.joint_stiffness, plan.node, x, x_t, motor, work.p,
+            plan.closed, plan.segments, plan.joint_stiffness, plan.shaft, plan.node, x, x_t, motor, work.p,
             plan.driven, push, shaft,
         )  # fmt: skip
         kick_nodes(plan, x_t, work.old, work.p, forces)

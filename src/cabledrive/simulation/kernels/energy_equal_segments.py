@@ -163,7 +163,9 @@ def step_equal_segments(
             i = (k // 2) * n + (k % 2) * (n - 1)
             p[0, i] = stiffness * (u[i + 1] - u[i]) * inverse
         push = torque[j] * per_radius
-        shaft_forces(closed, n, plan.joint_stiffness, plan.node, x, x_t, motor, p, plan.driven, push, shaft)
+        shaft_forces(
+            closed, n, plan.joint_stiffness, plan.shaft, plan.node, x, x_t, motor, p, plan.driven, push, shaft
+        )
         on_drive, on_load = rest_at(u, gain, 0, rigidity, h), -rest_at(u, gain, n - 1, rigidity, h)
         if closed:
             on_drive -= rest_at(u, gain, last - 1, rigidity, h)

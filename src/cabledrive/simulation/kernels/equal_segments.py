@@ -153,7 +153,9 @@ def step_equal_segments(
         keep_extremes(n, plan.spans, plan.probe, x, motor, state.extremes)
         pull = pretension + pulls_on_rims(x, series, h, pretension, n, p)
         push = torque[j] * per_radius
-        shaft_forces(closed, n, plan.joint_stiffness, plan.node, x, x_t, motor, p, plan.driven, push, shaft)
+        shaft_forces(
+            closed, n, plan.joint_stiffness, plan.shaft, plan.node, x, x_t, motor, p, plan.driven, push, shaft
+        )
         if of_drive >= 0.0:
             shaft[NEW, 0] = of_drive * (shaft[FORCE, 0] + back[0, 0] * shaft[OLD, 0])
             shaft[NEW, 1] = of_load * (shaft[FORCE, 1] + back[1, 1] * shaft[OLD, 1])

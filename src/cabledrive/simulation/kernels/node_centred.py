@@ -65,7 +65,9 @@ def march(
             if plan.stop_when_slack and slack > 0:
                 return SLACK
         push = torque[j] / radius
-        shaft_forces(closed, n, plan.joint_stiffness, plan.node, x, x_t, motor, p, plan.driven, push, shaft)
+        shaft_forces(
+            closed, n, plan.joint_stiffness, plan.shaft, plan.node, x, x_t, motor, p, plan.driven, push, shaft
+        )
         _kick_nodes(plan, x, x_t, tallies, work.mean)
         turn_shafts(step, closed, n, matrix, back, plan.shaft, motor, x_t, shaft)
         for axis in range(3):

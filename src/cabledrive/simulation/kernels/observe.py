@@ -28,6 +28,7 @@ from cabledrive.simulation.channels import (
 from cabledrive.simulation.kernels.segments import LINEAR, segment_tensions, transverse_stretch
 from cabledrive.simulation.plan import (
     CARRIAGE_MASS,
+    HOLDING,
     INVERSE_SPACING,
     RADIUS,
     RIM_MASS,
@@ -216,7 +217,7 @@ def _observe_weight(plan: Plan, before: Array, after: Array, row: Array) -> floa
 def _observe_shafts(
     plan: Plan, before: Array, after: Array, motor_before: Array, motor_after: Array, row: Array
 ) -> float:
-    """Angles, speeds and energies of the shafts and the joint; their part of the correction."""
+    """Angles, speeds and energies of the shafts, joint and holding spring; their part of the correction."""
     correction = 0.0
     drive_change = 0.0
     change = 0.0
@@ -232,11 +233,14 @@ def _observe_shafts(
         row[SPEED + k] = speed / plan.shaft[RADIUS, k]
         row[SHAFT_ENERGY + k] = half * speed * speed
         correction += half * change * change
+        held = plan.shaft[HOLDING, k] * place
+        row[JOINT_ENERGY] += 0.5 * held * place
+        correction += 0.5 * plan.step * held * change
         if k == 0:
             drive_change = change
     if plan.driven == 2:
         twist = before[0, 0, 0] - motor_before[0]
-        row[JOINT_ENERGY] = 0.5 * plan.joint_stiffness * twist * twist
+        row[JOINT_ENERGY] += 0.5 * plan.joint_stiffness * twist * twist
         correction += 0.5 * plan.step * plan.joint_stiffness * twist * (drive_change - change)
     else:
         row[ANGLE + 2] = row[ANGLE]

@@ -5,7 +5,16 @@ from cabledrive.mechanics.compiled import for_kernels, njit_in_place, njit_inlin
 from cabledrive.simulation.channels import COULOMB_LOSS, JOINT_LOSS, TALLIES, TORQUE_WORK, VISCOUS_LOSS
 from cabledrive.simulation.kernels.segments import segment_strain
 from cabledrive.simulation.kernels.shafts import SHAFTS, add_to, solve_shafts
-from cabledrive.simulation.plan import COULOMB, INVERSE_SPACING, TURNS, VISCOUS, WEIGHT_U, Integers, Plan
+from cabledrive.simulation.plan import (
+    COULOMB,
+    HOLDING,
+    INVERSE_SPACING,
+    TURNS,
+    VISCOUS,
+    WEIGHT_U,
+    Integers,
+    Plan,
+)
 from cabledrive.simulation.state import EVENTS, MOST_EVENTS, STEPS, UPPER_SLACK
 from cabledrive.simulation.workspace import FORCE, FRICTION, NEW, OLD, RIGHT
 
@@ -83,6 +92,7 @@ def shaft_forces(
     closed: bool,
     segments: int,
     joint_stiffness: float,
+    table: Array,
     node: Array,
     x: Array,
     x_t: Array,
@@ -92,14 +102,17 @@ def shaft_forces(
     rim_torque: float,
     shaft: Array,
 ) -> None:
-    """Speeds of the shafts before the step, and the forces on them at its time."""
+    """Speeds of the shafts before the step, and the forces on them at its time.
+
+    ``table`` holds the shafts' numbers, see `Plan`.
+    """
     shaft[OLD, 0] = x_t[0, 0]
     shaft[OLD, 1] = x_t[0, segments]
     shaft[OLD, 2] = motor[1]
     twisted = joint_stiffness * (x[0, 0] - motor[0])
-    shaft[FORCE, 0] = p[0, 0] + node[WEIGHT_U, 0] - twisted
+    shaft[FORCE, 0] = p[0, 0] + node[WEIGHT_U, 0] - twisted - table[HOLDING, 0] * x[0, 0]
     shaft[FORCE, 1] = node[WEIGHT_U, segments] - p[0, segments - 1]
-    shaft[FORCE, 2] = twisted
+    shaft[FORCE, 2] = twisted - table[HOLDING, 2] * motor[0]
     if closed:
         shaft[FORCE, 0] -= p[0, p.shape[1] - 1]
         shaft[FORCE, 1] += p[0, segments]

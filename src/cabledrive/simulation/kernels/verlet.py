@@ -100,7 +100,7 @@ def march_any(
                 return SLACK
         push = torque[j] / radius
         shaft_forces(
-            plan.closed, plan.segments, plan.joint_stiffness, plan.node, x, x_t, motor, work.p,
+            plan.closed, plan.segments, plan.joint_stiffness, plan.shaft, plan.node, x, x_t, motor, work.p,
             plan.driven, push, shaft,
         )  # fmt: skip
         _move_each(plan, x, x_t, motor, tallies, forces[j], work)

@@ -12,6 +12,7 @@ from cabledrive.simulation.plan import (
     COULOMB,
     FALL_U,
     FALL_W,
+    HOLDING,
     INVERSE_SPACING,
     KEEP_T,
     KICK_T,
@@ -87,6 +88,7 @@ def _shaft_gains(plan: Plan, x: Array, motor: float, pull: Array, old: Array, to
     n = plan.segments
     twisted = plan.joint_stiffness * (x[0, 0] - motor)
     force = np.array([pull[0] - twisted, -pull[n - 1], twisted])
+    force -= plan.shaft[HOLDING] * np.array([x[0, 0], x[0, n], motor])
     force[:2] += plan.node[WEIGHT_U, [0, n]]
     if plan.closed:
         force[:2] += -pull[-1], pull[n]

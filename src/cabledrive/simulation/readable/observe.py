@@ -25,6 +25,7 @@ from cabledrive.simulation.channels import (
 )
 from cabledrive.simulation.plan import (
     CARRIAGE_MASS,
+    HOLDING,
     INVERSE_SPACING,
     RADIUS,
     RIM_MASS,
@@ -74,7 +75,9 @@ def observe_reference(
     row[STRAIN : STRAIN + 2][here] = np.sum(stored * spacing, axis=1)
     row[SHAFT_ENERGY : SHAFT_ENERGY + 3] = 0.5 * plan.shaft[RIM_MASS] * shaft_speed**2
     twist = x[0, 0] - motor[0, 0] if plan.driven == 2 else 0.0
-    row[JOINT_ENERGY] = 0.5 * plan.joint_stiffness * twist**2
+    places = np.array([*x[0, rims], motor[0, 0]])
+    held = plan.shaft[HOLDING] * places
+    row[JOINT_ENERGY] = 0.5 * plan.joint_stiffness * twist**2 + 0.5 * held @ places
     weight = plan.node[[WEIGHT_U, WEIGHT_W]]
     row[WEIGHT_ENERGY] = -np.sum((weight * x[[0, 2]])[:, :last])
     if plan.driven != 2:
@@ -83,7 +86,7 @@ def observe_reference(
     excess = np.stack(law.excess_components(*gradients))
     inertia = 0.5 * np.sum(cells * np.sum(change**2, axis=0)) + 0.5 * plan.shaft[RIM_MASS] @ shaft_change**2
     pull = -np.sum(excess * np.diff(change, axis=1)) + np.sum((weight * change[[0, 2]])[:, :last])
-    pull -= plan.joint_stiffness * twist * (shaft_change[0] - shaft_change[2])
+    pull -= plan.joint_stiffness * twist * (shaft_change[0] - shaft_change[2]) + held @ shaft_change
     row[WORK : WORK + TALLIES] = 0.5 * (tallies[0, 0] + tallies[1, 0])
     works = row[WORK + TORQUE_WORK] + row[WORK + FORCE_WORK]
     losses = np.sum(row[WORK : WORK + TALLIES]) - works

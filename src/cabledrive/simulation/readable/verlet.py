@@ -28,6 +28,7 @@ from cabledrive.simulation.plan import (
     DRAG,
     FALL_U,
     FALL_W,
+    HOLDING,
     INVERSE_SPACING,
     KEEP_T,
     KICK_T,
@@ -151,6 +152,7 @@ def shaft_forces_reference(plan: Plan, state: State, pull: Array, torque: float)
     n = plan.segments
     twisted = plan.joint_stiffness * (state.x[0, 0] - state.motor[0])
     force = np.array([pull[0] - twisted, -pull[n - 1], twisted])
+    force -= plan.shaft[HOLDING] * np.array([state.x[0, 0], state.x[0, n], state.motor[0]])
     force[:2] += plan.node[WEIGHT_U, [0, n]]
     if plan.closed:
         force[:2] += -pull[-1], pull[n]

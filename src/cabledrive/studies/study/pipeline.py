@@ -8,6 +8,7 @@ from typing import Any
 from cabledrive.identification.logs.column_map import ColumnMap
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.logs.reading import read_log
+from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive, content_hash
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult, accept, no_runs
 from cabledrive.studies.study.carriage_machine import goals_for
@@ -85,7 +86,7 @@ def run_study(
     checked = run.stage("check", CheckResult, run.about_logs, lambda: check(drive, reader.read(), hashes))
     note(f"[2/{STAGES}] what the logs tell")
     known = run.stage("knowledge", Knowledge, run.about_knowledge, run.identify)
-    machine = drive if checked.missing or drive.carriage else known_drive(drive, known)
+    machine = released(drive if checked.missing or drive.carriage else known_drive(drive, known))
     return _judged(run, checked, known, machine)
 
 
