@@ -17,6 +17,7 @@ NUMBER = r"\(\s*((?:\d+|[A-Z])\.\d+[a-z]?)\s*\)"
 RANGE = re.compile(rf"{NUMBER}(?:\s*(?:-|–|to)\s*{NUMBER})?")
 NAMED = re.compile(rf"Eqs?\.\s+({NUMBER}(?:(?:\s*[-–,]\s*|\s*,?\s+(?:and|to)\s+){NUMBER})*)")
 HEADER = ["Equation", "What", "Home", "Checked by"]
+HOMELESS = ["Equation", "What", "Why it has no home"]
 
 
 @dataclass(frozen=True)
@@ -61,6 +62,31 @@ def rows(markdown: str) -> list[Row]:
         elif inside and not set(line) <= set("|-: "):
             found.append(_row(cells, line))
     return found
+
+
+def without_home(markdown: str) -> list[tuple[str, str]]:
+    """Number, without its letter, and reason of each equation in the table of those that need no home."""
+    found, inside = [], False
+    for line in markdown.splitlines():
+        cells = [cell.strip() for cell in line.strip().strip("|").split("|")]
+        if cells == HOMELESS:
+            inside = True
+        elif not line.lstrip().startswith("|"):
+            inside = False
+        elif inside and not set(line) <= set("|-: "):
+            found += [(number, cells[2] if len(cells) == 3 else "") for number in expand(cells[0])]
+    return found
+
+
+def numbered(counts: dict[str, int], lost: set[str]) -> set[str]:
+    """Numbers of a print: so many in each chapter, but for those that its text does not hold."""
+    every = {f"{chapter}.{number}" for chapter, last in counts.items() for number in range(1, last + 1)}
+    return every - lost
+
+
+def without_letter(number: str) -> str:
+    """The number of an equation without the letter of its line."""
+    return number.rstrip("abcdefghijklmnopqrstuvwxyz")
 
 
 def _row(cells: list[str], line: str) -> Row:
