@@ -27,7 +27,7 @@ def test_each_of_the_208_numbered_equations_has_a_home_or_a_reason_for_none():
     homes = {equation_index.without_letter(n) for row in equation_index.rows(page) for n in row.equations}
     reasons = equation_index.without_home(page)
     homeless = [number for number, _ in reasons]
-    assert len(homeless) == len(set(homeless)), "an equation stands twice in the table of those without a home"
+    assert len(homeless) == len(set(homeless)), "an equation stands twice among those without a home"
     assert sorted(set(homeless) & homes) == []
     assert sorted(printed - homes - set(homeless)) == []
     assert sorted(set(homeless) - printed) == []

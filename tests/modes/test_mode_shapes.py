@@ -166,7 +166,7 @@ def imbalance(drive, found):
     if drive.motor is not None and drive.motor.joint_stiffness is None:
         rims[0] += drive.motor.inertia / drive.pulley[0].radius ** 2
         holding = drive.motor.holding_stiffness or 0.0
-        rims[0] -= holding / drive.pulley[0].radius ** 2 / found.omega**2  # a spring to the ground pulls with -k u
+        rims[0] -= holding / drive.pulley[0].radius ** 2 / found.omega**2  # it pulls with -k u
     forces = {
         "drive pulley": (rims[0], upper[0]["ends"][0] - lower[-1]["ends"][1]),
         "load pulley": (rims[1], lower[0]["ends"][0] - upper[-1]["ends"][1]),
