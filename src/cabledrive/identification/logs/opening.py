@@ -66,6 +66,8 @@ def open_table(path: str | Path, reading: Reading | None = None, *, text: bool =
         raise InputRefused(f"{path.name}: --skip-rows is for text logs ({', '.join(TEXTS)}): leave it out")
     with readable(path.name):
         table = FORMATS[ending](path, reading)
+    if not table.names:
+        raise InputRefused(f"{path.name}: holds no column of numbers: save the channels as vectors")
 
     def read(names: tuple[str, ...]) -> Blocks:
         blocks = iter(table.read(names))
