@@ -47,3 +47,30 @@ def test_finished_results_are_not_replaced_unasked(tmp_path):
     (tmp_path / "results.json").write_text("{}")
     assert "exists" in refusal("reproduce", "-o", str(tmp_path))
     assert "does not exist" in refusal("reproduce", "-o", str(tmp_path / "a" / "b"))
+
+
+def test_one_part_is_computed_alone_and_its_page_links_to_the_errata_it_holds(tmp_path):
+    folder = tmp_path / "out"
+    done = call("reproduce", "--quick", "--only", "Section 2.4", "--json", "-o", str(folder))
+    assert done.exit_code == 0, done.stderr
+    data = json.loads((folder / "results.json").read_text(encoding="utf-8"))
+    assert (data["only"], {item["id"].rpartition("-")[0] for item in data["items"]}) == (
+        "Section 2.4",
+        {"section-2-4"},
+    )
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    links = set(re.findall(r'href="#(errata-[\w-]+)"', page))
+    assert "errata-erratum-2-31-spacing" in links
+    assert all(f'id="{link}"' in page for link in links)
+    assert "reproduce --only" in page
+    anew = call("reproduce", "--quick", "--only", "Fig. 6.1", "--force", "--json", "-o", str(folder))
+    shown = json.loads(anew.stdout)
+    assert "Fig. 6.1" in shown["calls"]
+    assert all("Fig. 6.1" in item["source"] for item in shown["items"])
+
+
+def test_a_part_that_is_not_there_is_refused_and_nothing_is_written(tmp_path):
+    assert "is no part of the dissertation" in refusal(
+        "reproduce", "--only", "Fig. 9.9", "-o", str(tmp_path / "new")
+    )
+    assert not (tmp_path / "new").exists()

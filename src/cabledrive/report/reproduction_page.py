@@ -10,11 +10,15 @@ from markupsafe import Markup
 
 from cabledrive.parameters.version import __version__
 from cabledrive.report.blocks import Block, Cell, Chapter, Column, Paragraph, RowGroup, Section, Table
+from cabledrive.report.errata_text import ErrataItem, errata_items
 from cabledrive.report.figures.panels import panels_figure
 from cabledrive.report.numbers import number
 from cabledrive.report.page import Page, render
 from cabledrive.report.provenance import Provenance
 from cabledrive.studies.reproduction import Entry, Item, Outcome, Reproduction
+from cabledrive.studies.reproduction.run import call_of
+
+Known = dict[tuple[str, str], ErrataItem]
 
 PACKAGES = ("numpy", "scipy", "numba", "matplotlib", "Jinja2")
 TITLES = {
@@ -23,6 +27,7 @@ TITLES = {
     "4": "Chapter 4: identification",
     "5": "Chapter 5: autoparametric resonance",
     "6": "Chapter 6: control",
+    "7": "Chapter 7: conclusions",
     "A": "Appendix A: hardware",
 }
 WORK = (
@@ -32,7 +37,8 @@ VERDICT_WORDS = {
     "agrees": "inside the print's rounding or a stated tolerance; a claim in words holds",
     "erratum": "the derivation contradicts the print; the place in the errata is named",
     "differs": "neither agrees nor is it an erratum; the cause is named",
-    "not computable": "nothing to compute it from: a price, a measured datum, a figure that is lost",
+    "not computable": "nothing to compute it from: a price, a measured datum, a figure that is lost; or not "
+    "comparable: both figures are given, for motions that differ",
 }
 _PLACE = re.compile(r"(docs/errata(?:_control)?\.md)#([\w-]+)")
 
@@ -51,7 +57,8 @@ def reproduction_html(found: Reproduction, written_at: datetime | None = None) -
     str
         HTML that needs no other file.
     """
-    chapters = (_summary(found), *_chapters(found))
+    known = errata_items()
+    chapters = (_summary(found), *_chapters(found, known), *_errata(found, known))
     counts = ", ".join(f"{count} {verdict}" for verdict, count in found.counts.items())
     return render(
         Page(
@@ -80,24 +87,34 @@ def reproduction_html(found: Reproduction, written_at: datetime | None = None) -
 
 
 def _summary(found: Reproduction) -> Chapter:
+    fixed = found.untested
     rows: tuple[tuple[Cell, ...], ...] = tuple(
-        (verdict, str(count), VERDICT_WORDS[verdict]) for verdict, count in found.counts.items()
+        (verdict, str(count), str(fixed[verdict]), VERDICT_WORDS[verdict])
+        for verdict, count in found.counts.items()
     )
     differs = [item for item in found.items if item.verdict == "differs"]
     blocks: list[Block] = [
         Table(
             caption="Verdicts.",
-            columns=(Column(title="Verdict"), Column(title="Items", numeric=True), Column(title="Meaning")),
+            columns=(
+                Column(title="Verdict"),
+                Column(title="Items", numeric=True),
+                Column(title="of these cannot fail", numeric=True),
+                Column(title="Meaning"),
+            ),
             groups=(RowGroup(rows=rows),),
-            note=f"{found.inputs} of the items that agree are inputs, held as printed and not computed.",
+            note="Items that cannot fail test nothing computed: inputs held as printed "
+            f"({found.inputs} of those that agree), arithmetic among printed values, judgements on the print "
+            "alone.",
         )
     ]
     if differs:
-        blocks.append(_table("What differs, and why.", differs))
+        blocks.append(_table("What differs, and why.", differs, errata_items()))
     return Chapter(
         title="Verdict",
         anchor="verdict",
-        headline=f"{found.counts['agrees']} of {len(found.items)} items agree, "
+        headline=f"{found.counts['agrees'] - fixed['agrees']} of {len(found.items)} items are computed and "
+        f"agree, {fixed['agrees']} more agree and could not fail, "
         f"{found.counts['erratum']} are errata, {found.counts['differs']} differ, "
         f"{found.counts['not computable']} cannot be computed.",
         blocks=(
@@ -111,7 +128,7 @@ def _summary(found: Reproduction) -> Chapter:
     )
 
 
-def _chapters(found: Reproduction) -> list[Chapter]:
+def _chapters(found: Reproduction, known: Known) -> list[Chapter]:
     made = []
     for name, group in groupby(found.outcomes, key=lambda pair: pair[0].chapter):
         pairs = list(group)
@@ -123,21 +140,47 @@ def _chapters(found: Reproduction) -> list[Chapter]:
                 anchor=f"chapter-{name.lower()}",
                 headline=f"{agree} of {len(items)} items agree.",
                 blocks=(),
-                sections=tuple(_section(entry, outcome) for entry, outcome in pairs),
+                sections=tuple(_section(entry, outcome, known, found.quick) for entry, outcome in pairs),
             )
         )
     return made
 
 
-def _section(entry: Entry, outcome: Outcome) -> Section:
-    blocks: list[Block] = [_table("Printed beside computed.", outcome.items)]
+def _section(entry: Entry, outcome: Outcome, known: Known, quick: bool) -> Section:
+    blocks: list[Block] = [_table("Printed beside computed.", outcome.items, known), _call(entry, quick)]
     for figure, group in groupby(outcome.panels, key=lambda panel: panel.figure):
         name = f"{entry.name}-{figure.lower().replace('. ', '-').replace('.', '-')}"
         blocks.append(panels_figure(name, tuple(group)))
     return Section(title=", ".join(entry.covers), anchor=entry.name, blocks=tuple(blocks))
 
 
-def _table(caption: str, items: tuple[Item, ...] | list[Item]) -> Table:
+def _call(entry: Entry, quick: bool) -> Paragraph:
+    """How to make it again: on the command line, and in Python."""
+    shell = f'cabledrive reproduce --only "{entry.covers[0]}"{" --quick" if quick else ""} -o DIR'
+    words = Markup("Made by <code>{}</code>, in Python <code>{}</code>.")
+    return Paragraph(text=words.format(shell, call_of(entry, quick)))
+
+
+def _errata(found: Reproduction, known: Known) -> tuple[Chapter, ...]:
+    """The items of the errata that the page refers to."""
+    named = dict.fromkeys((m[1], m[2]) for item in found.items for m in _PLACE.finditer(item.note))
+    sections = tuple(
+        Section(title=known[place].title, anchor=known[place].name, blocks=(_lines(known[place]),))
+        for place in named
+        if place in known
+    )
+    if not sections:
+        return ()
+    intro = Paragraph(text="The items of the errata that the reasons above name; formulas as they are typed.")
+    return (Chapter(title="Errata", anchor="errata", blocks=(intro,), sections=sections),)
+
+
+def _lines(item: ErrataItem) -> Paragraph:
+    where = Markup("<code>{}#{}</code>").format(item.page, item.anchor)
+    return Paragraph(text=where, items=item.lines)
+
+
+def _table(caption: str, items: tuple[Item, ...] | list[Item], known: Known) -> Table:
     return Table(
         caption=caption,
         columns=(
@@ -148,15 +191,23 @@ def _table(caption: str, items: tuple[Item, ...] | list[Item]) -> Table:
             Column(title="Deviation", unit="%", numeric=True),
             Column(title="Reason"),
         ),
-        groups=(RowGroup(rows=tuple(_row(item) for item in items)),),
+        groups=(RowGroup(rows=tuple(_row(item, known) for item in items)),),
     )
 
 
-def _row(item: Item) -> tuple[Cell, ...]:
+def _row(item: Item, known: Known) -> tuple[Cell, ...]:
     deviation = "" if item.deviation is None else number(round(100 * item.deviation, 9), 2)
-    note = Markup(_PLACE.sub(lambda m: f"<code>{m[1]}#{m[2]}</code>", str(Markup.escape(item.note))))
+    note = Markup(_PLACE.sub(lambda m: _link(m, known), str(Markup.escape(item.note))))
     printed, computed = (_value(value, item.unit) for value in (item.printed, item.computed))
-    return (item.source, item.verdict, printed, computed, deviation, note)
+    verdict = item.verdict if item.tested else f"{item.verdict} (cannot fail)"
+    return (item.source, verdict, printed, computed, deviation, note)
+
+
+def _link(place: re.Match[str], known: Known) -> str:
+    """A place of the errata, linked to its item on this page where the page has it."""
+    words = f"<code>{place[1]}#{place[2]}</code>"
+    item = known.get((place[1], place[2]))
+    return words if item is None else f'<a href="#{item.name}">{words}</a>'
 
 
 def _value(value: float | str | None, unit: str) -> str:

@@ -22,10 +22,13 @@ RESULTS, REPORT, FINISHED = "results.json", "report.html", "entries"
 )
 @answering
 @click.option("--quick", is_flag=True, help="Fewer runs of the rig and a coarser loop.")
+@click.option(
+    "--only", metavar="TEXT", help='What to compute: "Fig. 5.3", "Table 3.2", "Section 6.5.1"; default: all.'
+)
 @click.option("--resume", is_flag=True, help="Go on where an interrupted run ended; done by itself as well.")
 @click.option("--force", is_flag=True, help="Replace results in DIR.")
 @click.option("-o", "--output", required=True, metavar="DIR", help="Folder for report.html and results.json.")
-def command(quick: bool, resume: bool, force: bool, output: str) -> Answer:
+def command(quick: bool, only: str | None, resume: bool, force: bool, output: str) -> Answer:
     """Compute every table, figure and printed number anew and say of each whether it agrees.
 
     Verdicts: agrees, erratum, differs, not computable, each with its reason. Finished entries are kept in DIR
@@ -35,15 +38,17 @@ def command(quick: bool, resume: bool, force: bool, output: str) -> Answer:
         raise InputRefused("--output names no folder: give one, or . for this one")
     folder = Path(output)
     before = _finished(folder)
-    if before is not None and not force and _still_holds(before, quick):
+    if before is not None and not force and _still_holds(before, quick, only):
         note("nothing has changed: served from the finished run")
         return _answer(before, folder)
     _check(folder, force=force or resume)
     from cabledrive.report.reproduction_page import reproduction_html
     from cabledrive.studies.reproduction import reproduce
+    from cabledrive.studies.reproduction.run import chosen_entries
 
+    chosen_entries(only)
     try:
-        found = reproduce(quick=quick, folder=folder / FINISHED, note=note)
+        found = reproduce(quick=quick, only=only, folder=folder / FINISHED, note=note)
         note("report")
         page = reproduction_html(found)
     except KeyboardInterrupt:
@@ -59,6 +64,7 @@ def command(quick: bool, resume: bool, force: bool, output: str) -> Answer:
 
 def _answer(data: dict[str, Any], folder: Path) -> Answer:
     shown = {name: value for name, value in data.items() if name not in ("provenance", "figures")}
+    shown["calls"] = {figure["figure"]: figure["call"] for figure in data.get("figures", ())}
     return Answer(data=shown, text=_text(data, folder), provenance=data["provenance"])
 
 
@@ -71,10 +77,11 @@ def _finished(folder: Path) -> dict[str, Any] | None:
     return data if whole and (folder / REPORT).is_file() else None
 
 
-def _still_holds(before: dict[str, Any], quick: bool) -> bool:
+def _still_holds(before: dict[str, Any], quick: bool, only: str | None) -> bool:
     from cabledrive.studies.reproduction.run import source_hash
 
-    return bool(before["quick"] == quick and before["provenance"].get("source_hash") == source_hash())
+    alike = before["quick"] == quick and before.get("only") == only
+    return bool(alike and before["provenance"].get("source_hash") == source_hash())
 
 
 def _check(folder: Path, *, force: bool) -> None:
@@ -90,12 +97,19 @@ def _check(folder: Path, *, force: bool) -> None:
 def _text(data: dict[str, Any], folder: Path) -> str:
     items = data["items"]
     lines = [f"{len(items)} items of the dissertation", ""]
-    lines += [f"  {verdict:<16}{count:>5}" for verdict, count in data["counts"].items()]
+    for verdict, count in data["counts"].items():
+        fixed = data.get("cannot_fail", {}).get(verdict, 0)
+        lines.append(
+            f"  {verdict:<16}{count:>5}" + (f"   of these {fixed} test nothing computed" if fixed else "")
+        )
+    calls = sorted({figure["call"] for figure in data.get("figures", ())})
     found = [item for item in items if item["verdict"] == "differs"]
     lines += ["", "what differs:"] if found else []
     for item in found:
         values = f"printed {_shown(item['printed'])}, computed {_shown(item['computed'])} {item['unit']}"
         lines += [f"  {item['source']}: {values}", f"    {item['note']}"]
+    if data.get("only") is not None and calls:
+        lines += ["", "made by:", *(f"  {call}" for call in calls)]
     lines += ["", f"report: {folder / REPORT}"]
     return "\n".join(lines)
 

@@ -117,6 +117,7 @@ def table_a_1(quick: bool) -> Outcome:
                 tolerance=CONSISTENT * float(printed),
                 note="a consistency of the table with itself",
                 otherwise=otherwise,
+                tested=False,
             )
         )
     for key, words, alone, unit in (
@@ -233,6 +234,7 @@ def table_a_3(quick: bool) -> Outcome:
                 "perhaps chance: the drive pulley would weigh nothing. "
                 f"{place('erratum-table-4-1-reflected-inertia')}"
             ),
+            tested=False,
         ),
         erratum(
             "table-a-3-input",

@@ -2,7 +2,7 @@
 
 from cabledrive.parameters import load_drive
 from cabledrive.studies.reproduction.item import ERRATUM, Entry, Item, Outcome, outcome, place
-from cabledrive.studies.reproduction.judge import claimed, compared, erratum, taken
+from cabledrive.studies.reproduction.judge import claimed, compared, taken
 from cabledrive.studies.table_3_2 import PRINTED, QUANTITIES, table_3_2
 
 CONFIGURATIONS = {1: ("7.316e-6", "7.316e-6"), 2: ("0.0011", "7.316e-6")}
@@ -56,8 +56,18 @@ def table_3_1(quick: bool) -> Outcome:
             pulley = load_drive("dissertation-1").drive_pulley.inertia
             anchor = place("erratum-table-3-1-drive-inertia")
             why = f"0.0011 is the motor's own J11; the pulley adds 0.7 %. {anchor}"
+            both = inertias[0] + pulley
             items.append(
-                erratum(f"{head}-j1", f"{where}: J1", float(first), inertias[0] + pulley, "kg m^2", why)
+                compared(
+                    f"{head}-j1",
+                    f"{where}: J1, motor and pulley",
+                    first,
+                    both,
+                    "kg m^2",
+                    note=why,
+                    otherwise=(ERRATUM, why),
+                    tested=False,
+                )
             )
         items.append(taken(f"{head}-j2", f"{where}: J2", second, inertias[1], "kg m^2"))
         for key, (printed, factor, unit) in COMMON.items():

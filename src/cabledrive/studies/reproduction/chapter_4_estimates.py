@@ -17,6 +17,8 @@ from cabledrive.studies.reproduction.panel import Panel, curve
 Array = NDArray[np.float64]
 CORNER, IDEAL, SMOOTHING = 20.0, 50.0, 0.5
 SHOWN = 2.0
+SAME = 0.05
+"""Of viscous and Coulomb friction: how near an estimate is to what the virtual rig has."""
 
 
 def experiment(one: Experiment, quick: bool) -> Outcome:
@@ -154,7 +156,7 @@ def section_4_2(quick: bool) -> Outcome:
                 "a smooth approximation of the signum function, K = 0.5",
                 f"of b = {test.viscous} and c = {test.coulomb} that stick, 3 + 4 Hz: b = {viscous:.4f} N m "
                 f"s, c = {coulomb:.3f} N m",
-                False,
+                abs(viscous / test.viscous - 1.0) < SAME and abs(coulomb / test.coulomb - 1.0) < SAME,
                 otherwise=(
                     "erratum",
                     "a wide smoothing: b and c have a meaning only beside it. "

@@ -53,13 +53,31 @@ def section_4_1(quick: bool) -> Outcome:
             "W",
             tolerance=1.0,
             note=f"{power}. {place('erratum-4-1-motor-power')}",
+            tested=False,
         ),
         compared(
-            "section-4-1-speed", "Section 4.1: nominal speed, as Table A.1", "5680", NOMINAL_SPEED, "rpm"
+            "section-4-1-speed",
+            "Section 4.1: nominal speed, as Table A.1",
+            "5680",
+            NOMINAL_SPEED,
+            "rpm",
+            tested=False,
         ),
-        compared("section-4-1-voltage", "Section 4.1: nominal voltage, as Table A.1", "24", VOLTAGE, "V"),
         compared(
-            "section-4-1-torque", "Section 4.1: nominal torque, as Table A.1", "0.405", NOMINAL_TORQUE, "N m"
+            "section-4-1-voltage",
+            "Section 4.1: nominal voltage, as Table A.1",
+            "24",
+            VOLTAGE,
+            "V",
+            tested=False,
+        ),
+        compared(
+            "section-4-1-torque",
+            "Section 4.1: nominal torque, as Table A.1",
+            "0.405",
+            NOMINAL_TORQUE,
+            "N m",
+            tested=False,
         ),
         taken("section-4-1-gear", "Section 4.1: gear ratio", "5.2", gear, ""),
         compared(
@@ -68,6 +86,7 @@ def section_4_1(quick: bool) -> Outcome:
             "2.1",
             gear * NOMINAL_TORQUE,
             "N m",
+            tested=False,
         ),
         compared(
             "section-4-1-output-speed",
@@ -75,6 +94,7 @@ def section_4_1(quick: bool) -> Outcome:
             "1092",
             NOMINAL_SPEED / gear,
             "rpm",
+            tested=False,
         ),
         taken(
             "section-4-1-counts", "Section 4.1: counts of the motor's encoder", "500", encoder_counts(), ""
@@ -86,6 +106,7 @@ def section_4_1(quick: bool) -> Outcome:
             encoder_counts() * gear,
             "",
             note="without the fourfold edges of an incremental encoder",
+            tested=False,
         ),
         taken(
             "section-4-1-pulley-counts",
@@ -178,10 +199,24 @@ def figure_4_21(quick: bool) -> Outcome:
     size = 20 * np.log10(TORQUE_PER_VOLT / np.hypot(1.0, hertz / bandwidth))
     current = 20 * np.log10(TORQUE_PER_VOLT / (TORQUE_CONSTANT * gear_ratio()))
     items = [
-        compared("section-4-4-gain", "(4.20): gain of the amplifier", "4.2", 20 * np.log10(1.6218), "dB"),
-        compared("section-4-4-torque", "(4.20): torque per volt", "1.6218", TORQUE_PER_VOLT, "N m/V"),
         compared(
-            "section-4-4-voltage", "(4.20): volts per torque", "0.6166", 1.0 / TORQUE_PER_VOLT, "V/(N m)"
+            "section-4-4-gain",
+            "(4.20): gain of the amplifier",
+            "4.2",
+            20 * np.log10(1.6218),
+            "dB",
+            tested=False,
+        ),
+        compared(
+            "section-4-4-torque", "(4.20): torque per volt", "1.6218", TORQUE_PER_VOLT, "N m/V", tested=False
+        ),
+        compared(
+            "section-4-4-voltage",
+            "(4.20): volts per torque",
+            "0.6166",
+            1.0 / TORQUE_PER_VOLT,
+            "V/(N m)",
+            tested=False,
         ),
         erratum(
             "section-4-4-current",
@@ -200,6 +235,7 @@ def figure_4_21(quick: bool) -> Outcome:
             bool(size[0] - size[-1] < 3.0),
             otherwise=(DIFFERS, "the loop's bandwidth is a choice, none is printed"),
             note="the loop's bandwidth is a choice, none is printed",
+            tested=False,
         ),
     ]
     panel = Panel(

@@ -153,9 +153,17 @@ def section_5(quick: bool) -> Outcome:
                 1.0 / ratio,
                 "",
                 tolerance=1e-9,
+                note="tuned so by its tension",
+                tested=False,
             ),
             compared(
-                "section-5-gamma", "Sections 5.1, 5.2.2: gamma at resonance", "0.5", ratio, "", tolerance=1e-9
+                "section-5-gamma",
+                "Sections 5.1, 5.2.2: gamma at resonance",
+                "0.5",
+                ratio,
+                "",
+                tolerance=1e-9,
+                tested=False,
             ),
             compared(
                 "section-5-frequency",

@@ -12,6 +12,7 @@ from cabledrive.studies.reproduction.panel import Panel
 AGREES, ERRATUM, DIFFERS, NOT_COMPUTABLE = "agrees", "erratum", "differs", "not computable"
 VERDICTS = (AGREES, ERRATUM, DIFFERS, NOT_COMPUTABLE)
 UNEXPLAINED = "not explained"
+NOT_COMPARABLE = "not comparable"
 Otherwise = tuple[str, str]
 
 
@@ -33,6 +34,9 @@ class Item:
     verdict : {"agrees", "erratum", "differs", "not computable"}
     note : str
         The reason: the place in the errata, the cause found, or why nothing can be computed.
+    tested : bool, default True
+        Whether the verdict tests a figure that this package computes. Else it cannot fail: an input held as
+        printed, arithmetic among printed values, a judgement on the print alone, nothing to compute.
     """
 
     id: str
@@ -43,6 +47,7 @@ class Item:
     deviation: float | None
     verdict: str
     note: str
+    tested: bool = True
 
     def plain(self) -> dict[str, Any]:
         """The item as JSON gives it.

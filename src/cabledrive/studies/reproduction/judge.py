@@ -4,6 +4,7 @@ from cabledrive.studies.reproduction.item import (
     AGREES,
     DIFFERS,
     ERRATUM,
+    NOT_COMPARABLE,
     NOT_COMPUTABLE,
     UNEXPLAINED,
     Item,
@@ -23,6 +24,7 @@ def compared(
     tolerance: float = 0.0,
     note: str = "",
     otherwise: Otherwise = (DIFFERS, UNEXPLAINED),
+    tested: bool = True,
 ) -> Item:
     """A printed number beside a computed one: it agrees inside the print's rounding or a stated tolerance.
 
@@ -41,6 +43,8 @@ def compared(
         Where it agrees.
     otherwise : (str, str)
         Verdict and reason where it does not.
+    tested : bool, default True
+        Whether `computed` comes from a computation and not from printed values.
 
     Returns
     -------
@@ -59,6 +63,7 @@ def compared(
         deviation=None if value == 0.0 else float(computed) / value - 1.0,
         verdict=AGREES if good else otherwise[0],
         note=(f"{inside}; {note}" if note else inside) if good else otherwise[1],
+        tested=tested,
     )
 
 
@@ -79,7 +84,15 @@ def last_place(printed: str) -> float:
 
 
 def claimed(
-    name: str, source: str, printed: str, computed: str, holds: bool, *, otherwise: Otherwise, note: str = ""
+    name: str,
+    source: str,
+    printed: str,
+    computed: str,
+    holds: bool,
+    *,
+    otherwise: Otherwise,
+    note: str = "",
+    tested: bool = True,
 ) -> Item:
     """A claim in words beside what is found.
 
@@ -95,6 +108,8 @@ def claimed(
         Verdict and reason where it does not hold.
     note : str, default ""
         Where it does.
+    tested : bool, default True
+        Whether what is found comes from a computation and not from the print alone.
 
     Returns
     -------
@@ -109,6 +124,7 @@ def claimed(
         deviation=None,
         verdict=AGREES if holds else otherwise[0],
         note=(note or "the claim holds") if holds else otherwise[1],
+        tested=tested,
     )
 
 
@@ -142,6 +158,37 @@ def erratum(
         deviation=deviation,
         verdict=ERRATUM,
         note=why,
+        tested=False,
+    )
+
+
+def not_comparable(name: str, source: str, printed: float, computed: float, unit: str, why: str) -> Item:
+    """A printed and a computed figure whose conditions differ: both are shown, and neither is judged.
+
+    Parameters
+    ----------
+    name : str
+        Becomes the id.
+    source : str
+    printed, computed : float
+    unit : str
+    why : str
+        What of the print's conditions is lost.
+
+    Returns
+    -------
+    Item
+    """
+    return Item(
+        id=name,
+        source=source,
+        printed=printed,
+        computed=computed,
+        unit=unit,
+        deviation=computed / printed - 1.0,
+        verdict=NOT_COMPUTABLE,
+        note=f"{NOT_COMPARABLE}: {why}",
+        tested=False,
     )
 
 
@@ -170,6 +217,7 @@ def unknown(name: str, source: str, printed: str | float | None, unit: str, why:
         deviation=None,
         verdict=NOT_COMPUTABLE,
         note=why,
+        tested=False,
     )
 
 
@@ -191,4 +239,5 @@ def taken(name: str, source: str, printed: str, used: float, unit: str, note: st
     -------
     Item
     """
-    return compared(name, source, printed, used, unit, note=f"{INPUT}; {note}" if note else INPUT)
+    words = f"{INPUT}; {note}" if note else INPUT
+    return compared(name, source, printed, used, unit, note=words, tested=False)

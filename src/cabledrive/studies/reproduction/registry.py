@@ -14,6 +14,7 @@ MODULES = (
     "chapter_5",
     "chapter_6_models",
     "chapter_6_rig",
+    "chapter_7",
     "appendix",
 )
 

@@ -27,7 +27,13 @@ LAWS = {
 
 
 @cache
-def run(law: str, bandwidth: float | None = None, feedback: str = "motor", seed: int = 0) -> Tracking:
+def run(
+    law: str,
+    bandwidth: float | None = None,
+    feedback: str = "motor",
+    seed: int = 0,
+    plant: str | None = None,
+) -> Tracking:
     """One run on the rig of configuration 3.
 
     Parameters
@@ -37,6 +43,8 @@ def run(law: str, bandwidth: float | None = None, feedback: str = "motor", seed:
         [Hz]; as printed unless given.
     feedback : {"motor", "drive"}
     seed : int
+    plant : str, optional
+        Model 4 unless given.
 
     Returns
     -------
@@ -51,6 +59,7 @@ def run(law: str, bandwidth: float | None = None, feedback: str = "motor", seed:
         motion=motion,
         options=options,
         seed=seed,
+        plant=plant,
     )
 
 

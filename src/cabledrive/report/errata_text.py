@@ -1,0 +1,74 @@
+"""Items of the errata for a page that refers to them, read from the pages of the documentation."""
+
+import re
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+
+from markupsafe import Markup, escape
+
+PAGES = ("docs/errata.md", "docs/errata_control.md")
+_ITEM = re.compile(r"^\(([\w-]+)\)=\n#+ (.+)\n+((?:(?!^\(|^#).*\n?)*)", re.M)
+_FORMULA = re.compile(r"\$\$?(.+?)\$\$?", re.S)
+_CODE = re.compile(r"`([^`]+)`")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ErrataItem:
+    """One item.
+
+    Attributes
+    ----------
+    page, anchor : str
+        Where it stands, such as "docs/errata.md" and "erratum-3-14-length".
+    title : str
+    lines : tuple of Markup
+        What is printed, what is right, why, and the test.
+    """
+
+    page: str
+    anchor: str
+    title: str
+    lines: tuple[Markup, ...]
+
+    @property
+    def name(self) -> str:
+        """Anchor on the page that refers to it."""
+        return f"errata-{self.anchor}"
+
+
+def errata_items() -> dict[tuple[str, str], ErrataItem]:
+    """Every item of both pages.
+
+    Returns
+    -------
+    dict of (str, str) to ErrataItem
+        By page and anchor; empty where the package comes without its documentation.
+    """
+    found = {}
+    for page in PAGES:
+        for anchor, title, body in _ITEM.findall(_text(page)):
+            lines = tuple(_set(line) for line in re.split(r"^- ", body, flags=re.M) if line.strip())
+            found[page, anchor] = ErrataItem(page=page, anchor=anchor, title=_plain(title), lines=lines)
+    return found
+
+
+def _text(page: str) -> str:
+    """A page as the package holds it when it is installed, else from the folder of its sources."""
+    name = Path(page).name
+    inside = resources.files("cabledrive.report") / "errata" / name
+    if inside.is_file():
+        return inside.read_text(encoding="utf-8")
+    beside = Path(str(resources.files("cabledrive"))).parents[1] / "docs" / name
+    return beside.read_text(encoding="utf-8") if beside.is_file() else ""
+
+
+def _set(line: str) -> Markup:
+    """A line of the page; its formulas stay as they are written, set as code."""
+    text = str(escape(" ".join(line.split())))
+    text = _FORMULA.sub(lambda m: f"<code>{m[1].strip()}</code>", text)
+    return Markup(_CODE.sub(lambda m: f"<code>{m[1]}</code>", text))
+
+
+def _plain(title: str) -> str:
+    return title.replace("$", "").replace("\\", "")
