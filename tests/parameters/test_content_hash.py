@@ -90,3 +90,22 @@ def test_packaged_drives_have_different_hashes():
 def test_hash_survives_the_round_trip(drive: Drive, tmp_path_factory):
     path = tmp_path_factory.getbasetemp() / "hashed.toml"
     assert content_hash(load_drive(save_drive(drive, path, force=True))) == content_hash(drive)
+
+
+OF_VERSION_0_1 = {
+    "camera-line": "498ae0d37987551ad598f7461abf10d6a556469bdee0e09158090ab9834515f3",
+    "dissertation-1": "b2a923c207e12b6984d17617cacc9f548c159f46b92d95c111dde40425bec162",
+    "dissertation-2": "9c83d1159bc7b43f5b9d049af07342728ade120b09d532b1db4cfd0fdf117538",
+    "dissertation-3": "5414972146e04cf0a4489e8f425f508517e5780db1f4393d80447a44dac3c7ef",
+    "dissertation-transporter": "ca704315dbea3d7239ac90ddc03e16b74888e60b80c58d352b6c96fdae5abd33",
+    "elevator": "35cedbe3524f4a64156807f9b31d9bd5c94760f97818ee191e24b9d5c47a7048",
+    "finger-tendon": "48b09e2a6c94f67c4b931cb01535cd960dd36fa144086482ea5cba0a9c120920",
+    "linear-axis": "6af8a8e5591fe8d3624aa39ef13b21982d32caed6c8108b727205678f296f39b",
+    "ropeway": "4ac4454fdd9c47012c29d5d1f4551894d8fde4cb578e7d451391c36cd81eb5aa",
+}
+
+
+@pytest.mark.parametrize("name", OF_VERSION_0_1)
+def test_drives_without_new_keys_keep_the_hash_of_version_0_1(name):
+    """A drive that is given a key of a later version leaves this list."""
+    assert content_hash(load_drive(name)) == OF_VERSION_0_1[name]

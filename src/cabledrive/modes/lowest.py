@@ -7,7 +7,7 @@ import numpy as np
 
 from cabledrive.mechanics import derived_quantities
 from cabledrive.mechanics.holding import CONDITIONS, FREE, HELD, HOLDING, motor_condition
-from cabledrive.modes.natural import natural_frequencies
+from cabledrive.modes.natural import Modes, natural_frequencies
 from cabledrive.parameters import Drive, NotComputed
 
 NAMES = {motor: f"lowest_frequency_{motor}_hz" for motor in CONDITIONS}
@@ -55,6 +55,22 @@ class LowestFrequencies:
         if self.holding is not None:
             parts.append(f"{self.holding:.6g} Hz on its holding stiffness")
         return f"Lowest longitudinal frequency: {', '.join(parts) or 'not computed'}."
+
+
+def how_held(found: Modes) -> str:
+    """With what held a list of modes was made, in one sentence.
+
+    Parameters
+    ----------
+    found : Modes
+
+    Returns
+    -------
+    str
+    """
+    rotor = {FREE: "free", HELD: "held", HOLDING: "on its holding stiffness"}[found.motor]
+    also = f"; also held: {', '.join(found.hold)}" if found.hold else ""
+    return f"Listed with the motor {rotor}{also}."
 
 
 def derived_with_lowest(drive: Drive) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from cabledrive.app.options import Quantity, Subcommand, answering, drive_argume
 from cabledrive.app.results import Answer, provenance
 from cabledrive.mechanics.holding import CONDITIONS
 from cabledrive.modes import Mode, Modes, modes
-from cabledrive.modes.lowest import lowest_frequencies
+from cabledrive.modes.lowest import how_held, lowest_frequencies
 from cabledrive.modes.mode_table import certificate_line, mode_table
 from cabledrive.parameters import Drive
 
@@ -58,20 +58,13 @@ def command(
 
         plot.write(mode_picture(drive, found, plot.path.suffix[1:]))
     lowest = lowest_frequencies(drive)
-    head = f"{drive.title or drive.name}\n{lowest.line}\n{_how_held(found)}"
+    head = f"{drive.title or drive.name}\n{lowest.line}\n{how_held(found)}"
     return Answer(
         data=modes_data(found) | lowest.as_dict(),
         text=f"{head}\n\n{mode_table(found)}",
         provenance=provenance(drive, method=METHOD, tolerances={"enclosure": found.certificate.enclosure}),
         incomplete=None if found.certified else certificate_line(found),
     )
-
-
-def _how_held(found: Modes) -> str:
-    """With what held the modes are listed."""
-    rotor = {"free": "free", "held": "held", "holding": "on its holding stiffness"}[found.motor]
-    also = f"; also held: {', '.join(found.hold)}" if found.hold else ""
-    return f"Listed with the motor {rotor}{also}."
 
 
 def modes_data(found: Modes) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from markupsafe import Markup
 from cabledrive.mechanics import derived_quantities
 from cabledrive.mechanics.warnings import SMALL_IRVINE, SMALL_SAG
 from cabledrive.modes import Mode, Modes
+from cabledrive.modes.lowest import how_held, lowest_frequencies
 from cabledrive.modes.mode_rows import ModeRow, mode_rows
 from cabledrive.parameters import Drive
 from cabledrive.report import formula as f
@@ -105,7 +106,10 @@ def _introduction() -> tuple[Block, ...]:
 def _about(drive: Drive, name: str, modes: Modes) -> tuple[Block, ...]:
     tone = "good" if modes.certified else "warning"
     head = Markup("<strong>{}</strong> ").format("Complete." if modes.certified else "Not proven complete.")
-    blocks: list[Block] = [Note(text=head + certificate_words(modes), tone=tone)]
+    blocks: list[Block] = [
+        Note(text=head + certificate_words(modes), tone=tone),
+        Paragraph(text=f"{lowest_frequencies(drive).line} {how_held(modes)}"),
+    ]
     if any(mode.frequency < modes.certificate.below for mode in modes.longitudinal):
         blocks.append(_ladder(drive, name, modes))
     if modes.longitudinal:
