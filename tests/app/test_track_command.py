@@ -46,9 +46,9 @@ def test_settings_of_the_plant_leave_the_law_alone():
     [
         (["--controller", "darc4"], 'did you mean "darc-4"'),
         (["--bandwidth", "-3"], "bandwidth = -3 Hz must be finite and above 0"),
-        (["--angle", "3000"], "a speed of up to 257.7 rad/s"),
-        (["--angle", "300", "--rise", "0.3"], "a torque of up to 2.402 N m"),
-        (["--angle", "90", "--rise", "0.18"], "a slack torque of up to 1.068 N m"),
+        (["--angle", "3000", "--order", "9"], "a speed of up to 257.7 rad/s"),
+        (["--angle", "300", "--rise", "0.3", "--order", "9"], "a torque of up to 2.402 N m"),
+        (["--angle", "90", "--rise", "0.18", "--order", "9"], "a slack torque of up to 1.068 N m"),
         (["--seed", "-1"], "seed = -1 must not be negative"),
         (["--plant", "rope"], "take one of model-1"),
         (["--plant", "cable", "--jitter", "1e-5"], "not followed with the distributed cable"),

@@ -133,7 +133,7 @@ def test_the_torque_across_a_slack_cable_is_continuous_and_half_as_stiff(measure
 
 def test_slack_is_refused_before_the_motion_where_it_can_be_foreseen():
     with pytest.raises(InputRefused, match="slack torque"):
-        track(DRIVE, controller="pd", motion=Motion(angle=90.0, rise=0.18))
+        track(DRIVE, controller="pd", motion=Motion(angle=90.0, rise=0.18, order=9))
 
 
 def test_a_slow_torque_loop_costs_accuracy_and_is_told_to_the_filter(measured):

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.control.numbers import HIGH, LOW, LawNumbers
+from cabledrive.control.numbers import HIGH, LOW, NOMINAL, LawNumbers
 
 Array = NDArray[np.float64]
 
@@ -76,11 +76,14 @@ def error_bound(
     delta: Array | float,
     interval: float,
     times: Array,
+    deviation: Array | None = None,
 ) -> ErrorBound:
     r"""Bounds of the load's error along a motion, the consequence of Eq. (6.27) for the output.
 
     :math:`\sigma` passes :math:`1/(s + \lambda)` as often as the surface has roots, which keeps a bound a
     bound because the impulse response is positive; each damper's :math:`1 + T_i s` goes with one of them.
+    :math:`\mu` may lie anywhere between the bounds of the motor's inertia: the tube grows with the smallest
+    one and shrinks with the largest.
 
     Parameters
     ----------
@@ -96,24 +99,81 @@ def error_bound(
         Sample time [s].
     times : ndarray, shape (n - 1,)
         b_i / k_i of the links [s].
+    deviation : ndarray, shape (samples, 4), optional
+        By how much the regressor of the true states differs from ``regressor``, where the law compensates
+        with the nominal parameters for it (desired compensation).
 
     Returns
     -------
     ErrorBound
     """
-    spread, order = law.learning[HIGH] - law.learning[LOW], law.matrix.shape[0] - 1
+    nominal, low, high = law.learning[NOMINAL], law.learning[LOW], law.learning[HIGH]
+    spread, order = high - low, law.matrix.shape[0] - 1
     h = uncertainty(regressor, spread, delta)
-    bound = _lag(h / law.k_sigma, law.k_sigma / law.mu, interval)
+    if deviation is not None:
+        h = h + np.abs(deviation) @ np.maximum(high - nominal, nominal - low)
+    shares = (low[0] / nominal[0], high[0] / nominal[0]) if nominal[0] > 0.0 else (1.0, 1.0)
+    held = np.maximum(h[:-1], h[1:])
+    sliding = sliding_tube(held, law.k_sigma, law.mu * np.array(shares), interval)
+    scale = 1.0 / (law.k_sigma * bandwidth**order)
+    return ErrorBound(
+        tube=output_tube(sliding, bandwidth, order, interval, times),
+        steady=float(h.max() * scale),
+        printed=float(printed_uncertainty(regressor, spread, delta).max() * scale),
+    )
+
+
+def sliding_tube(h: Array, k_sigma: float, mu: Array, interval: float) -> Array:
+    r"""Largest :math:`|\sigma|` under :math:`\mu|\sigma|' \le h - K_\sigma|\sigma|`, from zero.
+
+    Parameters
+    ----------
+    h : ndarray, shape (samples - 1,)
+        From each sample to the next, not negative [N m].
+    k_sigma : float
+    mu : ndarray, shape (k,)
+        Values between which mu may lie.
+    interval : float
+        Sample time [s].
+
+    Returns
+    -------
+    ndarray, shape (samples,)
+    """
+    fast, slow = (float(np.exp(-k_sigma * interval / one)) for one in (np.min(mu), np.max(mu)))
+    found, bound = [0.0], 0.0
+    for level in (h / k_sigma).tolist():
+        gap = bound - level
+        bound = level + gap * (slow if gap > 0.0 else fast)
+        found.append(bound)
+    return np.array(found)
+
+
+def output_tube(sliding: Array, bandwidth: float, order: int, interval: float, times: Array) -> Array:
+    """Bound of the load's angle from one of the sliding variable, through 1/(s + lambda) order times.
+
+    Parameters
+    ----------
+    sliding : ndarray, shape (samples,)
+    bandwidth : float
+        lambda [rad/s].
+    order : int
+    interval : float
+        Sample time [s].
+    times : ndarray, shape (n - 1,)
+        b_i / k_i of the links [s].
+
+    Returns
+    -------
+    ndarray, shape (samples,)
+        [rad].
+    """
+    bound = sliding
     for i in range(order):
         slow = _lag(bound / bandwidth, bandwidth, interval)
         time = times[i] if i < len(times) else 0.0
         bound = time * bound + abs(1.0 - time * bandwidth) * slow
-    scale = 1.0 / (law.k_sigma * bandwidth**order)
-    return ErrorBound(
-        tube=bound,
-        steady=float(h.max() * scale),
-        printed=float(printed_uncertainty(regressor, spread, delta).max() * scale),
-    )
+    return bound
 
 
 def _lag(signal: Array, rate: float, interval: float) -> Array:

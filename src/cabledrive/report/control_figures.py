@@ -42,7 +42,7 @@ def pulse_figure(name: str, motion: Motion) -> Figure:
         alt="Angle of one pulse over time and its first five derivatives; the fifth jumps at the ends of "
         "each move.",
         caption=f"The pulse, as Fig. 6.1: {motion.angle:g} deg in {motion.rise:g} s and back. Of order "
-        f"{motion.order}: the fifth derivative jumps where a move begins and ends.",
+        f"{motion.rise_order}: the fifth derivative jumps where a move begins and ends.",
         wide=picture.wide,
         narrow=picture.narrow,
     )

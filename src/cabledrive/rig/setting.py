@@ -8,6 +8,7 @@ from cabledrive.trajectories import Trajectory, pulse
 
 DEGREE = pi / 180.0
 CABLE = "cable"
+DISSERTATION_ORDER = 9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,20 +22,25 @@ class Motion:
     rise, dwell : float
         [s].
     pulses : int
-    order : int
-        Odd order of the rise.
+    order : int or None
+        Odd order of the rise; None: in `track` what the law needs, elsewhere 9, as in (6.1).
     """
 
     angle: float = 45.0
     rise: float = 0.5
     dwell: float = 0.5
     pulses: int = 1
-    order: int = 9
+    order: int | None = None
+
+    @property
+    def rise_order(self) -> int:
+        """Order of the rise, 9 where none was asked for."""
+        return DISSERTATION_ORDER if self.order is None else self.order
 
     @property
     def trajectory(self) -> Trajectory:
         """The motion of the load pulley [rad]."""
-        return pulse(self.angle * DEGREE, self.rise, self.dwell, pulses=self.pulses, order=self.order)
+        return pulse(self.angle * DEGREE, self.rise, self.dwell, pulses=self.pulses, order=self.rise_order)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -5,10 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.control.bound import ErrorBound, error_bound
-from cabledrive.control.numbers import DARC, HIGH, LOW
+from cabledrive.control.numbers import HIGH, LOW
 from cabledrive.parameters import Drive
-from cabledrive.rig.assumptions import broken_assumptions, plant_model
+from cabledrive.rig.assumptions import broken_assumptions, departures, plant_model
 from cabledrive.rig.backstepping_condition import margin_words
 from cabledrive.rig.closed_loop.cable_plant import cable_words
 from cabledrive.rig.closed_loop.loop import Loop, Run
@@ -18,12 +17,12 @@ from cabledrive.rig.laws.eigenvalues import pole_words
 from cabledrive.rig.run_facts import (
     circumstance_words,
     condition_words,
-    disturbance_bound,
     motor_words,
     span_tensions,
     why_ended,
 )
 from cabledrive.rig.setting import CABLE, DEGREE, Motion, RigOptions
+from cabledrive.rig.theorem import bound_words, check_theorem
 
 OBSERVERS = {0: "none, ideal states", 1: "filtered difference", 2: "Kalman filter"}
 
@@ -108,11 +107,14 @@ def told(
     estimates = log[:, column + 3 : column + 3 + count]
     regressor = log[:, column + 3 + ESTIMATES : column + 3 + ESTIMATES + count]
     error = (log[:, n - 1] - loop.target[:ended]) / loop.gear
-    broken = broken_assumptions(loop, drive, actual, options, done)
-    bound = bound_of(loop, log[:, 2 * n], log[:, column], regressor) if ended > 1 else None
+    departed = departures(loop, drive, actual, motion, options, done)
+    check = check_theorem(loop, actual, log)
+    shares = (None, 1.0) if check is None else (check.used, check.unmatched_part)
+    broken = broken_assumptions(departed, *shares)
     incomplete = why_ended(loop, done)
     summary = summary_of(loop, done, error, motion, options, seed)
-    summary |= bound_words(bound, error, broken, loop.gear)
+    summary |= bound_words(check, error, broken, loop.gear)
+    summary["departures"] = [one.words for one in departed]
     summary |= pole_words(loop) | {"circumstances": circumstance_words(loop, actual, options)}
     if options.check_conditions:
         summary |= condition_words(loop, log[:, 2 * n], log[:, column], log[:, column + 2], regressor)
@@ -137,7 +139,7 @@ def told(
         encoder_angles=log[:, 2 * n + 1 : column] / np.array([1.0] * (m - 1) + [loop.gear]),
         stuck=log[:, column + 1] == 0.0,
         tensions=done.tensions[:ended] if done.tensions is not None else span_tensions(loop, actual, log),
-        bound=None if bound is None else bound.tube / loop.gear,
+        bound=None if check is None else check.bound.tube / loop.gear,
         incomplete=incomplete,
     )
 
@@ -195,78 +197,13 @@ def summary_of(
             "rise": motion.rise,
             "dwell": motion.dwell,
             "pulses": motion.pulses,
-            "order": motion.order,
+            "order": motion.rise_order,
         },
         "delay": loop.rig.late_samples * loop.rig.interval + loop.rig.late_part,
         "sample_rate": 1.0 / loop.rig.interval,
         "internal_step": float(loop.plant.scalars[0]) if loop.cable is None else loop.cable.case.grid.step,
         "seed": seed,
     } | ({} if loop.cable is None else {"cable": cable_words(loop.cable, score)})
-
-
-def bound_of(loop: Loop, shaft: Array, command: Array, regressor: Array) -> ErrorBound | None:
-    """Bound of the theorem along a run; None for laws that have none here.
-
-    What the actuator makes of the command counts as disturbance, and so does friction at rest.
-
-    Parameters
-    ----------
-    loop : Loop
-    shaft : ndarray, shape (samples,)
-        Torque at the motor's shaft [N m].
-    command : ndarray, shape (samples,)
-        [N m].
-    regressor : ndarray, shape (samples, 4)
-
-    Returns
-    -------
-    ErrorBound or None
-    """
-    made = loop.controller
-    if made.law.kind != DARC or made.bandwidth is None or made.flat is None:
-        return None
-    delta = disturbance_bound(made.law, shaft, command)
-    return error_bound(
-        made.law, made.bandwidth, regressor, delta, loop.rig.interval, made.flat.time_constants
-    )
-
-
-def bound_words(bound: ErrorBound | None, error: Array, broken: list[str], gear: float) -> dict[str, Any]:
-    """The bound, whether the error kept it, and which assumptions of the theorem did not hold.
-
-    Parameters
-    ----------
-    bound : ErrorBound or None
-    error : ndarray, shape (samples,)
-        [rad].
-    broken : list of str
-    gear : float
-        Angle of the first shaft per angle of the load.
-
-    Returns
-    -------
-    dict
-    """
-    if bound is None:
-        return {
-            "theory_bound_deg": None,
-            "theory_bound_deg_reason": "the theorem bounds the laws of the chain only",
-            "within_bound": None,
-            "within_bound_reason": "no bound",
-            "broken_assumptions": broken,
-        }
-    tube = bound.tube / gear
-    inside = bool(np.all(np.abs(error) <= tube + 1e-12))
-    words: dict[str, Any] = {
-        "theory_bound_deg": float(tube.max()) / DEGREE,
-        "printed_norm_bound_deg": bound.printed / gear / DEGREE,
-        "within_bound": None if broken else inside,
-        "inside_tube": inside,
-        "broken_assumptions": broken,
-    }
-    if broken:
-        words["within_bound_reason"] = "; ".join(broken)
-    return words
 
 
 def within(estimates: Array, made: Controller) -> bool | None:

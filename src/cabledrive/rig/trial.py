@@ -1,5 +1,6 @@
 """`track`: run a control law on the virtual rig and say how well the load followed."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from cabledrive.rig.draws import draw_words, run_draws
 from cabledrive.rig.expected_bound import bound_over_draws
 from cabledrive.rig.laws.controllers import Wish
 from cabledrive.rig.laws.indirect import NAME, run_indirect
-from cabledrive.rig.laws.registry import design
+from cabledrive.rig.laws.registry import design, known_name, needed_order
 from cabledrive.rig.learning_draws import run_learning_draws
 from cabledrive.rig.setting import CABLE, DEGREE, Motion, RigOptions, sample_interval
 from cabledrive.rig.tracking import Tracking, told
@@ -78,6 +79,9 @@ def track(
         raise InputRefused(f"seed = {seed} must not be negative: give 0 or more")
     if gains not in ("printed", "best"):
         raise InputRefused(f"gains = {gains!r} is not known: take printed or best")
+    name = known_name(controller, drive)
+    if motion.order is None:
+        motion = replace(motion, order=needed_order(name, drive))
     check_motion(actual, motion)
     wish = wish_for(
         drive,
@@ -88,7 +92,7 @@ def track(
         best=gains == "best",
         feedforward=feedforward,
     )
-    made = design(controller, wish)
+    made = design(name, wish)
     loop = close_loop(
         drive,
         actual,
@@ -201,7 +205,7 @@ def check_motion(drive: Drive, motion: Motion) -> None:
     """
     _ = motion.trajectory  # refuses what is no motion
     limits = move_limits(drive)
-    demand = peak_demand(limits, motion.angle * DEGREE, motion.rise, motion.order)
+    demand = peak_demand(limits, motion.angle * DEGREE, motion.rise, motion.rise_order)
     bounds = {"speed": "rad/s", "torque": "N m"}
     if drive.kind == "loop":
         bounds["slack_torque"] = "N m"

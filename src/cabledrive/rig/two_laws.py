@@ -6,9 +6,9 @@ import numpy as np
 
 from cabledrive.control.numbers import HIGH, LOW
 from cabledrive.rig.closed_loop.loop import Loop, Run
-from cabledrive.rig.closed_loop.loop_numbers import ESTIMATES
 from cabledrive.rig.setting import DEGREE
-from cabledrive.rig.tracking import Tracking, bound_of, within
+from cabledrive.rig.theorem import bound_along
+from cabledrive.rig.tracking import Tracking, within
 
 
 def judged_apart(found: Tracking, first: Loop, last: Loop, done: Run) -> Tracking:
@@ -38,12 +38,17 @@ def judged_apart(found: Tracking, first: Loop, last: Loop, done: Run) -> Trackin
         ]
     )
     found = replace(found, estimate_bounds=limits)
-    column = 2 * first.chain.size + 1 + len(first.rig.encoders)
-    log, start = done.log[:pause], column + 3 + ESTIMATES
-    regressor = log[:, start : start + before.law.learning.shape[1]]
-    early = bound_of(first, log[:, 2 * first.chain.size], log[:, column], regressor)
+    early = bound_along(first, done.log[:pause])
     if early is None or found.bound is None:
         return found
+    if first is not last:  # the causes of the error are measured for one law only: every departure counts
+        broken = [*found.summary["departures"], "the law was made anew during the run"]
+        found.summary.update(
+            broken_assumptions=broken,
+            within_bound=None,
+            within_bound_reason="; ".join(broken),
+            bound_used=None,
+        )
     tube = np.concatenate((early.tube / first.gear, found.bound[pause:]))
     printed = max(early.printed / first.gear / DEGREE, found.summary["printed_norm_bound_deg"])
     kept = bool(np.all(np.abs(found.error) <= tube + 1e-12))

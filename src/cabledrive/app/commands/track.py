@@ -42,7 +42,9 @@ METHOD = "hybrid simulation: exact between samples, stick-slip events on the exa
 @click.option("--rise", type=float, default=0.5, show_default=True, metavar="S", help="Rise time.")
 @click.option("--dwell", type=float, default=0.5, show_default=True, metavar="S", help="Rest after a move.")
 @click.option("--pulses", type=int, default=1, show_default=True, metavar="N")
-@click.option("--order", type=int, default=9, show_default=True, metavar="N", help="Odd order of the rise.")
+@click.option(
+    "--order", type=int, metavar="N", help="Odd order of the rise; default: what the law needs, 9 or 11."
+)
 @click.option("--seed", type=int, default=0, show_default=True, metavar="N", help="Of the encoder phases.")
 @click.option("--observer", type=click.Choice(["kalman", "difference"]), default="kalman", show_default=True)
 @click.option(

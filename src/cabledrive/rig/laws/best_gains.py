@@ -13,7 +13,7 @@ from cabledrive.control.flat_output import flat_output
 from cabledrive.control.kalman import KalmanTuning, Sampling, kalman_filter
 from cabledrive.parameters import InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain, natural_frequencies_of
-from cabledrive.reduction.models import FLEXIBLE_JOINT
+from cabledrive.reduction.models import FLEXIBLE_JOINT, highest_model
 from cabledrive.rig.circumstances import current_rate, torque_limit
 from cabledrive.rig.closed_loop.linear_loop import assembled
 from cabledrive.rig.closed_loop.loop_numbers import Array
@@ -48,20 +48,6 @@ class BestGains:
     reasons: tuple[str, ...]
 
 
-def darc_4_damped(wish: Wish) -> Controller:
-    """The law of Model 4 with damping, reference through the dampers, friction by the reference's speed.
-
-    Parameters
-    ----------
-    wish : Wish
-
-    Returns
-    -------
-    Controller
-    """
-    return damped_law(wish, "darc-4-damped")
-
-
 def damped_law(wish: Wish, name: str, number: int = 4) -> Controller:
     """The damping-aware law at its model's printed gains or the best; its filter by what is not known.
 
@@ -79,8 +65,24 @@ def damped_law(wish: Wish, name: str, number: int = 4) -> Controller:
     if wish.best and wish.bandwidth is None:
         return best_chain_law(wish, name, number)
     counts = np.array(list(read_encoders(wish, number).values()))
-    tuning = tuning_by_uncertainty(wish, wish.model(number), counts)
+    tuning = tuning_by_uncertainty(wish, filter_chain(wish, number), counts)
     return chain_law(wish, number, name, damped=True, tuning=tuning)
+
+
+def filter_chain(wish: Wish, number: int) -> LumpedChain:
+    """The row that the Kalman filter of a law is made for.
+
+    Parameters
+    ----------
+    wish : Wish
+    number : {1, 2, 3, 4}
+        Model of the law.
+
+    Returns
+    -------
+    LumpedChain
+    """
+    return wish.model(own_filter(number, wish.feedback) or highest_model(wish.drive))
 
 
 def read_encoders(wish: Wish, number: int) -> dict[str, float]:

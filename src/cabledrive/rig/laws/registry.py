@@ -3,27 +3,87 @@
 from collections.abc import Callable
 from dataclasses import replace
 
-from cabledrive.parameters import InputRefused
+from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import nearest
 from cabledrive.reduction.models import highest_model
 from cabledrive.rig.laws.backstepping_laws import backstepping_6
 from cabledrive.rig.laws.baselines import BASELINES
-from cabledrive.rig.laws.best_gains import darc_4_damped
+from cabledrive.rig.laws.best_gains import damped_law
 from cabledrive.rig.laws.controllers import Controller, Wish, backstepping, darc
 from cabledrive.rig.laws.indirect import NAME, indirect
 from cabledrive.rig.laws.least_bandwidth import check_least_bandwidth
+from cabledrive.rig.setting import DISSERTATION_ORDER
 
 CONTROLLERS: dict[str, Callable[[Wish], Controller]] = {
     "darc-1": lambda wish: darc(wish, 1),
     "darc-2": lambda wish: darc(wish, 2),
     "darc-3": lambda wish: darc(wish, 3),
     "darc-4": lambda wish: darc(wish, 4),
-    "darc-4-damped": darc_4_damped,
+    "darc-1-damped": lambda wish: damped_law(wish, "darc-1-damped", 1),
+    "darc-2-damped": lambda wish: damped_law(wish, "darc-2-damped", 2),
+    "darc-3-damped": lambda wish: damped_law(wish, "darc-3-damped", 3),
+    "darc-4-damped": lambda wish: damped_law(wish, "darc-4-damped"),
     "backstepping": backstepping,
     "backstepping-6": backstepping_6,
     NAME: indirect,
     **BASELINES,
 }
+
+
+INERTIAS = {
+    **{f"darc-{model}{kind}": n for model, n in ((1, 1), (2, 2), (3, 2), (4, 3)) for kind in ("", "-damped")},
+    "backstepping": 2,
+    "backstepping-6": 3,
+}
+"""Inertias of the models of laws; the others are made for the drive's highest model."""
+
+
+def known_name(name: str | None, drive: Drive) -> str:
+    """Name of a control law, or the one that the drive's joint calls for.
+
+    Parameters
+    ----------
+    name : str, optional
+        Default: with a flexible motor joint "darc-4-damped", else "darc-3".
+    drive : Drive
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    InputRefused
+        If there is no such law.
+    """
+    if name is None:
+        return "darc-4-damped" if highest_model(drive) == 4 else "darc-3"
+    if name not in CONTROLLERS:
+        raise InputRefused(
+            f"controller = {name!r} is not known{nearest(name, CONTROLLERS)}: see docs/control"
+        )
+    return name
+
+
+def needed_order(name: str, drive: Drive) -> int:
+    """Least order of a rise with as many bounded derivatives as a law takes, and at least the 9 of (6.1).
+
+    The torque of a row of n inertias holds 2n derivatives of the load's angle, and a rise of order 2m - 1 has
+    m bounded ones.
+
+    Parameters
+    ----------
+    name : str
+    drive : Drive
+
+    Returns
+    -------
+    int
+    """
+    inertias = INERTIAS.get(
+        name, 3 if highest_model(drive) == 4 or name in ("darc-4", "darc-4-damped") else 2
+    )
+    return max(DISSERTATION_ORDER, 4 * inertias - 1)
 
 
 def design(name: str | None, wish: Wish) -> Controller:
@@ -44,12 +104,7 @@ def design(name: str | None, wish: Wish) -> Controller:
     InputRefused
         If there is no such law, the sample rate is too low for its bandwidth, or that is too low for the law.
     """
-    if name is None:
-        name = "darc-4-damped" if highest_model(wish.drive) == 4 else "darc-3"
-    if name not in CONTROLLERS:
-        raise InputRefused(
-            f"controller = {name!r} is not known{nearest(name, CONTROLLERS)}: see docs/control"
-        )
+    name = known_name(name, wish.drive)
     if wish.feedforward != "damped" and name not in BASELINES:
         raise InputRefused(
             f"feedforward = {wish.feedforward!r} is for {', '.join(BASELINES)}; {name} brings its own: "

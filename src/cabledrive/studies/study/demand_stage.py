@@ -91,7 +91,7 @@ def demand_of(drive: Drive, motion: Motion, torque: float | None) -> DemandResul
         slack = _finite(limits.slack_torque)
         found.append(Demand(name="slack_torque", asked=float(through), limit=slack, unit="N m"))
     try:
-        shortest, binding = shortest_rise(limits, motion.angle * DEGREE, motion.order)
+        shortest, binding = shortest_rise(limits, motion.angle * DEGREE, motion.rise_order)
     except (InputRefused, NotComputed) as failure:
         return DemandResult(demands=tuple(found), shortest=None, binding=str(failure))
     return DemandResult(demands=tuple(found), shortest=shortest, binding=binding)

@@ -1,0 +1,173 @@
+"""The bound of the theorem along a run, and how much of what it allows the run used."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from cabledrive.control.bound import ErrorBound, error_bound
+from cabledrive.control.numbers import DARC, DESIRED, NOMINAL
+from cabledrive.control.sliding_residual import SlidingResidual, regressor_deviation, sliding_residual
+from cabledrive.parameters import Drive
+from cabledrive.rig.assumptions import true_parameters
+from cabledrive.rig.closed_loop.loop import Loop
+from cabledrive.rig.closed_loop.loop_numbers import ESTIMATES, Array
+from cabledrive.rig.laws.fitting import place
+from cabledrive.rig.run_facts import disturbance_bound
+from cabledrive.rig.setting import DEGREE
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TheoremCheck:
+    """The bound of the theorem along a run, and the causes of the error beside it, at the first shaft.
+
+    Attributes
+    ----------
+    bound : ErrorBound
+    causes : SlidingResidual
+    """
+
+    bound: ErrorBound
+    causes: SlidingResidual
+
+    @property
+    def used(self) -> float:
+        """Largest share of the tube that the causes of the error use; above 1 an assumption fails."""
+        return self._share(self.causes.total)
+
+    @property
+    def unmatched_part(self) -> float:
+        """Largest share of the tube by what no torque of the motor makes."""
+        return self._share(np.abs(self.causes.unmatched))
+
+    def _share(self, part: Array) -> float:
+        tube = self.bound.tube
+        inside = tube > 0.0
+        share = float(np.max(part[inside] / tube[inside], initial=0.0))
+        return share if np.isfinite(share) else float("inf")
+
+
+def check_theorem(loop: Loop, actual: Drive, log: Array) -> TheoremCheck | None:
+    """Bound of the theorem and causes of the error along a run; None for laws that have no bound here.
+
+    Parameters
+    ----------
+    loop : Loop
+    actual : Drive
+        As it is.
+    log : ndarray, shape (samples, columns)
+        Of the samples that were run.
+
+    Returns
+    -------
+    TheoremCheck or None
+    """
+    bound = bound_along(loop, log)
+    if bound is None:
+        return None
+    made = loop.controller
+    assert made.flat is not None
+    assert made.bandwidth is not None
+    nominal = float(made.law.learning[NOMINAL, 0])
+    share = float(true_parameters(loop, actual)[0]) / nominal if nominal > 0.0 else 1.0
+    causes = sliding_residual(
+        made.law,
+        made.flat,
+        made.bandwidth,
+        share * made.law.mu,
+        law_states(loop, log),
+        made.reference[: len(log)],
+        log[:, loop.chain.size - 1] - loop.target[: len(log)],
+        loop.rig.interval,
+    )
+    return TheoremCheck(bound=bound, causes=causes)
+
+
+def bound_along(loop: Loop, log: Array) -> ErrorBound | None:
+    """Bound of the theorem along a run; None for laws that have none here.
+
+    What the actuator makes of the command counts as disturbance, and so does friction at rest.
+
+    Parameters
+    ----------
+    loop : Loop
+    log : ndarray, shape (samples, columns)
+
+    Returns
+    -------
+    ErrorBound or None
+    """
+    made, n = loop.controller, loop.chain.size
+    if made.law.kind != DARC or made.bandwidth is None or made.flat is None or len(log) < 2:
+        return None
+    column = 2 * n + 1 + len(loop.rig.encoders)
+    start = column + 3 + ESTIMATES
+    delta = disturbance_bound(made.law, log[:, 2 * n], log[:, column])
+    deviation = None
+    if made.law.scalars[DESIRED]:
+        deviation = regressor_deviation(made.law, law_states(loop, log), made.reference[: len(log)])
+    return error_bound(
+        made.law,
+        made.bandwidth,
+        log[:, start : start + made.law.learning.shape[1]],
+        delta,
+        loop.rig.interval,
+        made.flat.time_constants,
+        deviation,
+    )
+
+
+def law_states(loop: Loop, log: Array) -> Array:
+    """True angles, then speeds, of the inertias that a law takes.
+
+    Parameters
+    ----------
+    loop : Loop
+    log : ndarray, shape (samples, columns)
+
+    Returns
+    -------
+    ndarray, shape (samples, 2n)
+    """
+    places = [place(loop.chain, shaft) for shaft in loop.controller.shafts]
+    return np.ascontiguousarray(log[:, [*places, *(loop.chain.size + i for i in places)]])
+
+
+def bound_words(check: TheoremCheck | None, error: Array, broken: list[str], gear: float) -> dict[str, Any]:
+    """The bound, whether the error kept it, and which assumptions of the theorem did not hold.
+
+    Parameters
+    ----------
+    check : TheoremCheck or None
+    error : ndarray, shape (samples,)
+        [rad].
+    broken : list of str
+    gear : float
+        Angle of the first shaft per angle of the load.
+
+    Returns
+    -------
+    dict
+    """
+    if check is None:
+        return {
+            "theory_bound_deg": None,
+            "theory_bound_deg_reason": "the theorem bounds the laws of the chain only",
+            "within_bound": None,
+            "within_bound_reason": "no bound",
+            "bound_used": None,
+            "broken_assumptions": broken,
+        }
+    tube = check.bound.tube / gear
+    inside = bool(np.all(np.abs(error) <= tube + 1e-12))
+    words: dict[str, Any] = {
+        "theory_bound_deg": float(tube.max()) / DEGREE,
+        "printed_norm_bound_deg": check.bound.printed / gear / DEGREE,
+        "within_bound": None if broken else inside,
+        "inside_tube": inside,
+        "bound_used": check.used if np.isfinite(check.used) else None,
+        "broken_assumptions": broken,
+    }
+    if broken:
+        words["within_bound_reason"] = "; ".join(broken)
+    return words
