@@ -12,14 +12,14 @@ from cabledrive.rig import Motion, track
 from cabledrive.rig.laws.backstepping_laws import backstepping_6
 from cabledrive.rig.trial import wish_for
 
-drive = cd.load_drive("dissertation-3")
+drive, pulse = cd.load_drive("dissertation-3"), Motion(order=9)
 peaks = {}
 for law in ("backstepping", "backstepping-6"):
-    run = track(drive, controller=law, seed=0)
+    run = track(drive, controller=law, motion=pulse, gains="dissertation", seed=0)
     peaks[law] = run.summary["peak_error_deg"]
     print(f"{law:15s} {run.summary['gains']['bandwidth_hz']:5.1f} Hz  peak error {peaks[law]:.3f} deg")
 
-made = backstepping_6(wish_for(drive, Motion()))
+made = backstepping_6(wish_for(drive, pulse))
 k = 1000  # 0.2 s into the pulse
 states = np.concatenate((run.angles[k], run.speeds[k]))
 margin = stability_margin(made.law, run.estimates[k], states, made.reference[k])

@@ -11,13 +11,14 @@ import pytest
 from scipy.stats import binom
 
 from cabledrive.parameters import load_drive
-from cabledrive.rig import Motion, RigOptions, track
+from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
 from cabledrive.rig.draws import drawn_loops, run_draws
 from cabledrive.rig.expected_bound import expected_bound
 from cabledrive.rig.laws.registry import design
 from cabledrive.rig.learning_draws import LearningDraws, run_learning_draws
 from cabledrive.rig.trial import wish_for
+from dissertation_runs import track
 
 DRIVE = load_drive("dissertation-3")
 TWO, RARE = Motion(pulses=2), 1e-3

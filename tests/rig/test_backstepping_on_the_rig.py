@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from cabledrive.parameters import InputRefused, load_drive
-from cabledrive.rig import Motion, RigOptions, track
+from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig.closed_loop.loop import close_loop, run
 from cabledrive.rig.closed_loop.other_plants import with_plant
 from cabledrive.rig.draws import Spreads, drawn_chain
 from cabledrive.rig.laws.backstepping_laws import backstepping_6
 from cabledrive.rig.laws.eigenvalues import closed_loop_poles
 from cabledrive.rig.trial import wish_for
+from dissertation_runs import track
 
 DRIVE = load_drive("dissertation-3")
 WISH = wish_for(DRIVE, Motion())

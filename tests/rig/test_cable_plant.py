@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 
 from cabledrive.parameters import InputRefused, load_drive
-from cabledrive.rig import Disturbance, Motion, RigOptions, track
+from cabledrive.rig import Disturbance, Motion, RigOptions
 from cabledrive.rig.closed_loop.cable_plant import drive_like
 from cabledrive.rig.closed_loop.loop import close_loop, plant_chain, run
 from cabledrive.rig.draws import drawn_chain
 from cabledrive.rig.laws.registry import design
 from cabledrive.rig.run_facts import why_ended
 from cabledrive.rig.trial import wish_for
+from dissertation_runs import track
 
 DRIVE = load_drive("dissertation-3")
 IDEAL = RigOptions(ideal_sensors=True)

@@ -11,13 +11,14 @@ import pytest
 
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.parameters import InputRefused, load_drive
-from cabledrive.rig import Disturbance, Motion, RigOptions, track
+from cabledrive.rig import Disturbance, Motion, RigOptions
 from cabledrive.rig.closed_loop.kink_kernels import advance_kinked
 from cabledrive.rig.closed_loop.plant import kink_numbers, plant_numbers
 from cabledrive.rig.closed_loop.plant_kernels import MOST_TERMS
 from cabledrive.rig.log_file import log_text
 from cabledrive.rig.spoken_options import spoken_blindness, spoken_disturbance
 from control_chains import INTERVAL, model
+from dissertation_runs import track
 
 DRIVE = load_drive("dissertation-3")
 IDEAL = RigOptions(ideal_sensors=True)

@@ -3,7 +3,8 @@
 import pytest
 
 from cabledrive.parameters import load_drive
-from cabledrive.rig import Motion, RigOptions, track
+from cabledrive.rig import Motion, RigOptions
+from dissertation_runs import track
 
 DRIVE = load_drive("dissertation-3")
 IDEAL = RigOptions(ideal_sensors=True)

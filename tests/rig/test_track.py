@@ -15,17 +15,17 @@ from cabledrive.rig.closed_loop.loop_reference import run_reference
 from cabledrive.rig.laws.eigenvalues import closed_loop_poles
 from cabledrive.rig.laws.registry import design
 from cabledrive.rig.setting import Disturbance, Motion, RigOptions
-from cabledrive.rig.trial import track, wish_for
+from cabledrive.rig.trial import wish_for
+from dissertation_runs import track
 
 DRIVE = load_drive("dissertation-3")
 IDEAL = RigOptions(ideal_sensors=True)
 CENTRED = RigOptions(encoder_phase="centred")
 SHORT = Motion(angle=20.0, rise=0.2, dwell=0.05)
-NINE = Motion(order=9)
 
 
 def peak(controller, options=IDEAL, **choices):
-    found = track(DRIVE, controller=controller, options=options, motion=NINE, **choices)
+    found = track(DRIVE, controller=controller, options=options, **choices)
     return found.summary["peak_error_deg"]
 
 
@@ -51,9 +51,7 @@ def test_ideal_states_leave_the_error_of_the_law_itself(controller, expected):
 def test_leaving_out_the_cable_damping_is_what_limits_the_printed_law():
     """Without b_c in the plant the printed Model 4 keeps 0.034 of its 0.078 deg."""
     undamped = replace(DRIVE, lumped=replace(DRIVE.lumped, cable_damping=0.0))
-    found = track(DRIVE, controller="darc-4", plant_drive=undamped, options=IDEAL, motion=NINE).summary[
-        "peak_error_deg"
-    ]
+    found = track(DRIVE, controller="darc-4", plant_drive=undamped, options=IDEAL).summary["peak_error_deg"]
     assert found == pytest.approx(0.034, abs=0.003)
 
 
@@ -67,7 +65,7 @@ def test_result_does_not_depend_on_the_internal_step(measured):
 
 def test_a_slip_of_one_sample_would_show_as_0_044_deg(measured):
     """Output and reference are compared at one instant; the next sample's reference is 0.044 deg away."""
-    run_ = track(DRIVE, controller="darc-4-damped", options=IDEAL, motion=NINE)
+    run_ = track(DRIVE, controller="darc-4-damped", options=IDEAL)
     slipped = np.degrees(np.abs(run_.load_angle[:-1] - run_.reference[1:]).max())
     step = np.degrees(np.abs(np.diff(run_.reference)).max())
     measured(f"{step:.4f} deg of the reference, {slipped:.4f} deg with the law's own error")
@@ -184,7 +182,7 @@ def test_a_slack_span_ends_the_run_and_keeps_what_was_computed():
         ({"controller": "darc-4", "bandwidth": 400.0}, "sample faster"),
         ({"plant": "model-9"}, "is not known"),
         ({"motion": Motion(angle=720.0, rise=0.2)}, "take longer, turn less"),
-        ({"gains": "fast"}, "printed or best"),
+        ({"gains": "fast"}, "best or dissertation"),
     ],
 )
 def test_wishes_that_cannot_be_are_refused(choices, words):
@@ -214,7 +212,7 @@ def test_poles_on_the_true_plant_are_those_designed_only_with_damping():
     "controller, limit", [("pd", 0.11), ("pid", 0.12), ("lqg", 0.06), ("dob", 0.2), ("shaper", 7.0)]
 )
 def test_baselines_follow_with_the_feedforward_they_tell(controller, limit):
-    said = track(DRIVE, controller=controller, options=CENTRED, motion=NINE).summary
+    said = track(DRIVE, controller=controller, options=CENTRED).summary
     assert said["peak_error_deg"] < limit, f"observed {said['peak_error_deg']:.4f} deg"
     assert said["gains"]["feedforward"]
     assert said["theory_bound_deg"] is None

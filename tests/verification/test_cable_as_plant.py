@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from cabledrive.parameters import load_drive
-from cabledrive.rig import Motion, RigOptions, track
+from cabledrive.rig import Motion, RigOptions
+from dissertation_runs import track
 
 pytestmark = pytest.mark.verify
 

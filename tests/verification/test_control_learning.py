@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cabledrive.parameters import load_drive
-from cabledrive.rig import Motion, RigOptions, track
+from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig.causes import causes, in_degrees
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
 from cabledrive.rig.comparison import Compared, compared
@@ -15,6 +15,7 @@ from cabledrive.rig.expected_bound import expected_bound
 from cabledrive.rig.laws.registry import design
 from cabledrive.rig.learning_draws import LearningDraws, run_learning_draws
 from cabledrive.rig.trial import wish_for
+from dissertation_runs import track
 
 pytestmark = pytest.mark.verify
 

@@ -7,7 +7,9 @@ import numpy as np
 from cabledrive.parameters import Drive
 from cabledrive.report.blocks import Cell, Column, RowGroup, Table
 from cabledrive.report.numbers import number
-from cabledrive.rig import Tracking, track
+from cabledrive.rig import Motion, Tracking, track
+
+PULSE = Motion(order=9)
 
 CABLE_SEEDS = 4
 
@@ -28,7 +30,8 @@ def on_cable_table(drive: Drive, runs: Mapping[str, Sequence[Tracking]]) -> Tabl
     rows: list[tuple[Cell, ...]] = []
     for law, found in runs.items():
         on_cable = [
-            track(drive, controller=law, plant="cable", seed=seed).summary for seed in range(len(found))
+            track(drive, controller=law, plant="cable", seed=seed, motion=PULSE, gains="dissertation").summary
+            for seed in range(len(found))
         ]
         ours, theirs = (
             np.array([one["peak_error_deg"] for one in said])

@@ -118,7 +118,7 @@ def vibration_figures(drive: Drive, name: str) -> tuple[Figure, Figure]:
 
 
 def _vibrating(drive: Drive) -> list[tuple[str, Tracking]]:
-    drive_side, motion = RigOptions(feedback="drive", forbid_slack=False), Motion(dwell=2.0)
+    drive_side, motion = RigOptions(feedback="drive", forbid_slack=False), Motion(dwell=2.0, order=9)
     wanted: list[tuple[str, str, float | None, RigOptions]] = [
         (f"darc-1 at {hertz:g} Hz, drive pulley's encoder", "darc-1", hertz, drive_side)
         for hertz in (3.0, 5.0, 11.0)
@@ -128,7 +128,14 @@ def _vibrating(drive: Drive) -> list[tuple[str, Tracking]]:
     runs = []
     for words, law, hertz, options in wanted:
         try:
-            run = track(drive, controller=law, bandwidth=hertz, options=options, motion=motion)
+            run = track(
+                drive,
+                controller=law,
+                bandwidth=hertz,
+                options=options,
+                motion=motion,
+                gains="dissertation",
+            )
         except InputRefused:
             continue
         if run.incomplete is None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from math import nan
 
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.rig.setting import Motion, RigOptions
+from cabledrive.rig.setting import DISSERTATION_ORDER, Motion, RigOptions
 from cabledrive.rig.trial import track
 
 RISES = (0.3, 0.4, 0.5, 0.6, 0.7, 1.0)
@@ -50,19 +50,28 @@ def error_curves(
     options : RigOptions, optional
         Default: encoders that start at the centre of a count.
     motion : Motion, optional
-        Where the curves meet; default: 45 deg in 0.5 s.
+        Where the curves meet; default: 45 deg in 0.5 s, order 9 as in the dissertation.
     plant : str, optional
 
     Returns
     -------
     tuple of ErrorCurve
     """
-    options, motion = options or RigOptions(encoder_phase="centred"), motion or Motion()
+    options, motion = (
+        options or RigOptions(encoder_phase="centred"),
+        motion or Motion(order=DISSERTATION_ORDER),
+    )
 
     def peak(law: str, moved: Motion, bandwidth: float | None = None) -> float:
         try:
             run = track(
-                drive, controller=law, motion=moved, bandwidth=bandwidth, options=options, plant=plant
+                drive,
+                controller=law,
+                motion=moved,
+                bandwidth=bandwidth,
+                options=options,
+                plant=plant,
+                gains="dissertation",
             )
         except InputRefused:
             return nan

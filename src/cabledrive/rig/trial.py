@@ -20,6 +20,8 @@ from cabledrive.trajectories import move_limits, peak_demand
 
 PLANTS: dict[str, int | None] = {f"model-{number}": number for number in (1, 2, 3, 4)} | {CABLE: None}
 
+GAINS = {"best": True, "dissertation": False, "printed": False}
+
 
 def track(
     drive: Drive,
@@ -31,7 +33,7 @@ def track(
     options: RigOptions | None = None,
     plant_drive: Drive | None = None,
     seed: int = 0,
-    gains: str = "printed",
+    gains: str = "best",
     adapt: bool = True,
     draws: int = 0,
     feedforward: str = "damped",
@@ -45,7 +47,7 @@ def track(
     controller : str, optional
         Name of the law; by default the one that the drive's joint calls for.
     bandwidth : float, optional
-        lambda/(2 pi) [Hz] instead of the printed one.
+        lambda/(2 pi) [Hz] instead of that of ``gains``.
     plant : {"model-1", "model-2", "model-3", "model-4", "cable"}, optional
         Default: the highest model that the drive's data allow. "cable": the nonlinear distributed cable.
     motion : Motion, optional
@@ -56,7 +58,9 @@ def track(
         The drive as it is, where that differs.
     seed : int, default 0
         Of encoder phases and jitter.
-    gains : {"printed", "best"}
+    gains : {"best", "dissertation"}
+        The bandwidth that trial runs accept on this drive with these options, or that of the dissertation;
+        "printed" is another name of the second.
     adapt : bool, default True
         Whether estimates move.
     draws : int, default 0
@@ -77,20 +81,23 @@ def track(
     actual = plant_drive or drive
     if seed < 0:
         raise InputRefused(f"seed = {seed} must not be negative: give 0 or more")
-    if gains not in ("printed", "best"):
-        raise InputRefused(f"gains = {gains!r} is not known: take printed or best")
+    if gains not in GAINS:
+        raise InputRefused(f"gains = {gains!r} is not known: take best or dissertation")
     name = known_name(controller, drive)
     if motion.order is None:
         motion = replace(motion, order=needed_order(name, drive))
     check_motion(actual, motion)
+    check_clock(drive, actual)
     wish = wish_for(
         drive,
         motion,
         bandwidth=bandwidth,
         feedback=options.feedback,
         adapt=adapt,
-        best=gains == "best",
+        best=GAINS[gains],
         feedforward=feedforward,
+        options=options,
+        plant=plant_drive,
     )
     made = design(name, wish)
     loop = close_loop(
@@ -163,7 +170,9 @@ def wish_for(drive: Drive, motion: Motion, **choices: Any) -> Wish:
     interval = sample_interval(drive)
     trajectory = motion.trajectory
     samples = round(trajectory.duration / interval) + 1
-    return Wish(drive=drive, trajectory=trajectory, interval=interval, samples=samples, **choices)
+    return Wish(
+        drive=drive, trajectory=trajectory, interval=interval, samples=samples, motion=motion, **choices
+    )
 
 
 def plant_number(plant: str | None) -> int | None:
@@ -188,6 +197,27 @@ def plant_number(plant: str | None) -> int | None:
     if plant not in PLANTS:
         raise InputRefused(f"plant = {plant!r} is not known: take one of {', '.join(PLANTS)}")
     return PLANTS[plant]
+
+
+def check_clock(drive: Drive, actual: Drive) -> None:
+    """Refuse a plant whose sensors are sampled at another rate than the law's.
+
+    Parameters
+    ----------
+    drive, actual : Drive
+        As the law believes it to be, as it is.
+
+    Raises
+    ------
+    InputRefused
+        If their sample rates differ: the controller has one clock.
+    """
+    ours, theirs = (1.0 / sample_interval(one) for one in (drive, actual))
+    if abs(ours - theirs) > 1e-9 * ours:
+        raise InputRefused(
+            f"sensors.sample_rate = {theirs:.6g} Hz of the plant is not the law's {ours:.6g} Hz, and the "
+            "controller has one clock: change both with --set"
+        )
 
 
 def check_motion(drive: Drive, motion: Motion) -> None:

@@ -28,8 +28,15 @@ METHOD = "hybrid simulation: exact between samples, stick-slip events on the exa
     shell_complete=complete_controller,
     help="Control law; by default what the drive's joint calls for.",
 )
-@click.option("--bandwidth", type=float, metavar="HZ", help="lambda/(2 pi) instead of the printed one.")
-@click.option("--gains", type=click.Choice(["printed", "best"]), default="printed", show_default=True)
+@click.option("--bandwidth", type=float, metavar="HZ", help="lambda/(2 pi) instead of that of --gains.")
+@click.option(
+    "--gains",
+    type=click.Choice(["best", "dissertation", "printed"]),
+    default="best",
+    show_default=True,
+    metavar="best|dissertation",
+    help="best: the bandwidth that trial runs accept on this drive; printed is another name of the second.",
+)
 @click.option(
     "--feedforward",
     type=click.Choice(["damped", "undamped", "rigid"]),

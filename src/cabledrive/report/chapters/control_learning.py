@@ -26,7 +26,7 @@ from cabledrive.rig.trial import wish_for
 
 PLACE = 720
 SEEDS, DRAWS, SOFTER = 6, 8, 0.9
-ONE, TWO = Motion(), Motion(pulses=2)
+ONE, TWO = Motion(order=11), Motion(pulses=2, order=11)
 SETTINGS = {"pd": 20.0, "pid": 2.0, "lqg": 0.2, "dob": 11.0, "shaper": 11.0}
 SAID = {
     "matched": "motor: inertia, friction and offset within their bounds",

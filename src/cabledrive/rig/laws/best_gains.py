@@ -11,20 +11,25 @@ from cabledrive.control.darc import darc_numbers
 from cabledrive.control.darc_gains import darc_gains, printed_bounds
 from cabledrive.control.flat_output import flat_output
 from cabledrive.control.kalman import KalmanTuning, Sampling, kalman_filter
-from cabledrive.parameters import InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain, natural_frequencies_of
 from cabledrive.reduction.models import FLEXIBLE_JOINT, highest_model
-from cabledrive.rig.circumstances import current_rate, torque_limit
+from cabledrive.rig.circumstances import control_delay, current_rate, torque_limit
 from cabledrive.rig.closed_loop.linear_loop import assembled
-from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.closed_loop.plant import plant_numbers
-from cabledrive.rig.draws import Spreads
-from cabledrive.rig.laws.controllers import Controller, Wish, chain_law, own_filter
-from cabledrive.rig.laws.fitting import fitted_encoders, law_shafts, place
+from cabledrive.rig.laws.controllers import Controller, Wish, chain_law
+from cabledrive.rig.laws.filter_tuning import filter_chain, read_encoders, tuning_by_uncertainty
+from cabledrive.rig.laws.fitting import law_shafts, place
+from cabledrive.rig.laws.trial_runs import (
+    TORQUE_SHARE,
+    Trial,
+    highest_accepted,
+    needed_torque,
+    trial_wish,
+)
 
-TORQUE_SHARE, SIGMAS = 1.0 / 3.0, 5.0
-SAMPLES_PER_PERIOD = 20.0
-LOWEST_HZ, HIGHEST_HZ = 5, 120
+SIGMAS = 5.0
+SAMPLES_PER_PERIOD = 40.0
+LOWEST_HZ, HIGHEST_HZ = 5, 80
 MEMORY = 0.4
 
 
@@ -69,40 +74,6 @@ def damped_law(wish: Wish, name: str, number: int = 4) -> Controller:
     return chain_law(wish, number, name, damped=True, tuning=tuning)
 
 
-def filter_chain(wish: Wish, number: int) -> LumpedChain:
-    """The row that the Kalman filter of a law is made for.
-
-    Parameters
-    ----------
-    wish : Wish
-    number : {1, 2, 3, 4}
-        Model of the law.
-
-    Returns
-    -------
-    LumpedChain
-    """
-    return wish.model(own_filter(number, wish.feedback) or highest_model(wish.drive))
-
-
-def read_encoders(wish: Wish, number: int) -> dict[str, float]:
-    """One count of each encoder that the filter of a law reads, at the first shaft [rad], by shaft.
-
-    Parameters
-    ----------
-    wish : Wish
-    number : {3, 4}
-
-    Returns
-    -------
-    dict
-    """
-    fitted, shafts = fitted_encoders(wish.drive), law_shafts(number, wish.feedback)
-    if own_filter(number, wish.feedback) is None:
-        return fitted
-    return {shaft: count for shaft, count in fitted.items() if shaft in shafts}
-
-
 def best_chain_law(wish: Wish, name: str, number: int = 4) -> Controller:
     """The damping-aware law of a model with the gains and the filter that the package chooses.
 
@@ -123,50 +94,93 @@ def best_chain_law(wish: Wish, name: str, number: int = 4) -> Controller:
     return replace(made, gains=made.gains | {"reasons": list(chosen.reasons)})
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=64)
 def best_gains(wish: Wish, number: int = 4) -> BestGains:
-    """Highest bandwidth whose noise leaves most of the torque, and a filter by what is not known.
+    """Highest bandwidth whose noise leaves most of the torque and that trial runs accept, and its filter.
 
     Parameters
     ----------
     wish : Wish
-    number : {3, 4}, default 4
+    number : {1, 2, 3, 4}, default 4
         Model of the law.
 
     Returns
     -------
     BestGains
-
-    Raises
-    ------
-    InputRefused
-        If the drive names no torque limit, or rounding alone takes a third of it at any bandwidth.
     """
-    limit = torque_limit(wish.drive)
-    if not np.isfinite(limit):
-        raise InputRefused("motor.torque_limit is missing, the best gains are weighed by it: add it, in N m")
-    chain, counts = wish.model(number), np.array(list(read_encoders(wish, number).values()))
-    tuning = tuning_by_uncertainty(wish, chain, counts)
+    counts = np.array(list(read_encoders(wish, number).values()))
+    tuning = tuning_by_uncertainty(wish, filter_chain(wish, number), counts)
     sampled = int(1.0 / (SAMPLES_PER_PERIOD * wish.interval))
-    top = min(HIGHEST_HZ, sampled)
+    top = max(LOWEST_HZ, min(HIGHEST_HZ, sampled))
+    linear = rounding_counts(wish)
 
     def noise(hertz: float) -> float:
-        return torque_noise(wish, chain, hertz, tuning, number)
+        return torque_noise(wish, hertz, tuning, number) if linear else 0.0
 
+    shown: Trial | None = None
+    why = "asked for"
     if wish.bandwidth is not None:
         hertz = wish.bandwidth
     else:
-        hertz = highest(noise, TORQUE_SHARE * limit, top)
-    found = noise(hertz)
+        allowed = allowed_noise(wish)
+        quiet = highest(noise, allowed, top)
+        why = f"rounding to counts takes {noise(quiet):.3g} of {allowed:.3g} N m that it may, five deviations"
+        hertz = float(quiet)
+        if quiet == top:
+            why = f"{SAMPLES_PER_PERIOD:.0f} samples in a period" if top == sampled else "the highest tried"
+        if wish.motion is not None:
+            one = trial_wish(wish)
+            hertz, shown = highest_accepted(
+                one,
+                lambda each: chain_law(each, number, "trial", damped=True, tuning=tuning),
+                min(LOWEST_HZ, quiet),
+                quiet,
+            )
+            if hertz < quiet:
+                why = (
+                    f"trial runs on the drive with these options accept no more (rounding alone: {quiet} Hz)"
+                )
     return BestGains(
         bandwidth=float(hertz),
         tuning=tuning,
-        torque_noise=found,
-        reasons=_reasons(chain, hertz, tuning, found, limit, sampled, asked=wish.bandwidth is not None),
+        torque_noise=noise(hertz),
+        reasons=_reasons(wish, hertz, tuning, sampled, why, shown),
     )
 
 
-def highest(noise: Callable[[float], float], allowed: float, top: int) -> float:
+def rounding_counts(wish: Wish) -> bool:
+    """Whether the linear loop tells the noise of a run: encoders through the Kalman filter, no delay.
+
+    Parameters
+    ----------
+    wish : Wish
+
+    Returns
+    -------
+    bool
+    """
+    options = wish.options
+    filtered = options is None or (options.observer == "kalman" and not options.ideal_sensors)
+    return filtered and control_delay(wish.drive) == 0.0
+
+
+def allowed_noise(wish: Wish) -> float:
+    """Torque that rounding may take: a third of the limit; without one, as much as the motion needs.
+
+    Parameters
+    ----------
+    wish : Wish
+
+    Returns
+    -------
+    float
+        [N m].
+    """
+    limit = torque_limit(wish.drive)
+    return TORQUE_SHARE * limit if np.isfinite(limit) else needed_torque(wish)
+
+
+def highest(noise: Callable[[float], float], allowed: float, top: int) -> int:
     """Highest whole bandwidth whose noise is allowed, by bisection: noise rises with the bandwidth.
 
     Parameters
@@ -179,74 +193,26 @@ def highest(noise: Callable[[float], float], allowed: float, top: int) -> float:
 
     Returns
     -------
-    float
-
-    Raises
-    ------
-    InputRefused
-        If not even the lowest one is quiet enough.
+    int
+        1 where not even that is quiet enough; trial runs tell what it costs.
     """
-    low, high = LOWEST_HZ, top + 1
-    if noise(low) > allowed:
-        raise InputRefused(
-            f"rounding moves the torque by {noise(low):.3g} N m at {low} Hz, above {allowed:.3g} N m: fit "
-            "finer encoders, or give --bandwidth"
-        )
+    low, high = 1, top + 1
     while high - low > 1:
         middle = (low + high) // 2
         low, high = (middle, high) if noise(middle) <= allowed else (low, middle)
-    return float(low)
+    return low
 
 
-def tuning_by_uncertainty(wish: Wish, chain: LumpedChain, counts: Array) -> KalmanTuning:
-    """Noise of the filter from what is not known of the drive.
-
-    The load's equation is off by the spreads of stiffness and inertia times the largest acceleration wanted,
-    for a sixteenth of the rise; friction by the Coulomb torque, within a second as a walk and within a
-    millisecond as noise; each encoder's zero by half a count, walking that far within some seconds.
-
-    Parameters
-    ----------
-    wish : Wish
-    chain : LumpedChain
-    counts : ndarray, shape (m,)
-        [rad].
-
-    Returns
-    -------
-    KalmanTuning
-    """
-    spreads = Spreads()
-    wanted = wish.wanted(2)
-    moving = np.abs(wanted[1]) > 0.0
-    rise = float(np.count_nonzero(moving)) * wish.interval / max(1, _moves(moving))
-    off = (spreads.cable_stiffness + spreads.load_inertia) * float(np.abs(wanted[2]).max())
-    coulomb = chain.coulomb[0]
-    return KalmanTuning(
-        torque=1e-3 * coulomb**2,
-        disturbance=coulomb**2,
-        load_acceleration=off**2 * rise / 16.0,
-        offsets=tuple(float(count) ** 2 / 6.0 for count in counts[:-1]),
-    )
-
-
-def _moves(moving: Array) -> int:
-    """How many times a motion sets out."""
-    return int(np.count_nonzero(np.diff(moving.astype(int)) > 0)) + int(moving[0])
-
-
-def torque_noise(
-    wish: Wish, chain: LumpedChain, hertz: float, tuning: KalmanTuning, number: int = 4
-) -> float:
+def torque_noise(wish: Wish, hertz: float, tuning: KalmanTuning, number: int = 4) -> float:
     """Five standard deviations of the command by rounding, at a bandwidth.
 
     Parameters
     ----------
     wish : Wish
-    chain : LumpedChain
     hertz : float
     tuning : KalmanTuning
-    number : {3, 4}, default 4
+    number : {1, 2, 3, 4}, default 4
+        Model of the law.
 
     Returns
     -------
@@ -254,39 +220,39 @@ def torque_noise(
         [N m].
     """
     interval, rate = wish.interval, current_rate(wish.drive)
+    seen_by, plant, law_chain = filter_chain(wish, number), _highest(wish), wish.model(number)
     fitted = read_encoders(wish, number)
-    encoders = np.array([place(chain, shaft) for shaft in fitted], dtype=np.int64)
+    places = [place(seen_by, shaft) for shaft in fitted]
+    chosen = [place(seen_by, shaft) for shaft in law_shafts(number, wish.feedback)]
     counts = np.array(list(fitted.values()))
     sampling = Sampling(interval=interval, current_rate=rate)
-    chosen = range(chain.size)
-    seen = kalman_filter(
-        chain, list(encoders), list(counts), sampling, chosen=chosen, tuning=tuning, settled=True
-    )
-    flat, bounds = flat_output(chain), printed_bounds(chain, flexible_joint=FLEXIBLE_JOINT[number])
-    row = np.zeros((1, 2 * chain.size + 3))
-    law = darc_numbers(flat, darc_gains(number, hertz), bounds, row, interval, desired=True)
-    loop = assembled(plant_numbers(chain, interval, current_rate=rate), seen, law, encoders)
+    if wish.options is not None and wish.options.encoder_phase == "centred":
+        tuning = replace(tuning, offsets=())
+    seen = kalman_filter(seen_by, places, list(counts), sampling, chosen=chosen, tuning=tuning, settled=True)
+    flat, bounds = flat_output(law_chain), printed_bounds(law_chain, flexible_joint=FLEXIBLE_JOINT[number])
+    row = np.zeros((1, 2 * law_chain.size + 3))
+    law = darc_numbers(flat, darc_gains(number, hertz, least=0.0), bounds, row, interval, desired=True)
+    encoders = np.array([place(plant, shaft) for shaft in fitted], dtype=np.int64)
+    loop = assembled(plant_numbers(plant, interval, current_rate=rate), seen, law, encoders)
     return SIGMAS * loop.noise(counts, round(MEMORY / interval))[1]
 
 
+def _highest(wish: Wish) -> LumpedChain:
+    return wish.model(highest_model(wish.drive))
+
+
 def _reasons(
-    chain: LumpedChain,
-    hertz: float,
-    tuning: KalmanTuning,
-    noise: float,
-    limit: float,
-    sampled: int,
-    *,
-    asked: bool,
+    wish: Wish, hertz: float, tuning: KalmanTuning, sampled: int, why: str, shown: Trial | None
 ) -> tuple[str, ...]:
-    modes = ", ".join(f"{w / (2.0 * pi):.1f}" for w in natural_frequencies_of(chain) if w > 1.0)
-    why = (
-        "asked for"
-        if asked
-        else "the highest at which rounding to counts takes a third of the torque limit at five deviations"
-    )
+    modes = ", ".join(f"{w / (2.0 * pi):.1f}" for w in natural_frequencies_of(_highest(wish)) if w > 1.0)
+    trials: tuple[str, ...] = ()
+    if shown is not None:
+        words = f"up to {shown.torque:.3g} N m of {shown.allowed:.3g} N m allowed, {shown.failed} ended early"
+        short = "" if shown.accepted else ": no bandwidth keeps the torque within what is allowed"
+        trials = (f"trial runs, cable and load as believed and at two corners: {words}{short}",)
     return (
-        f"bandwidth {hertz:.0f} Hz: {why} ({noise:.2f} of {limit:.2f} N m)",
+        f"bandwidth {hertz:.0f} Hz: {why}",
+        *trials,
         f"sample rate: allows {sampled} Hz, {SAMPLES_PER_PERIOD:.0f} samples in a period",
         f"modes at {modes} Hz: their poles are placed, not avoided, so that they set no limit",
         "uncertain cable and load: noise of the load's acceleration in the filter "

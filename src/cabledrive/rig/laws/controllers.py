@@ -20,6 +20,7 @@ from cabledrive.reduction.models import FLEXIBLE_JOINT, lumped_model
 from cabledrive.reduction.reflected import reflected
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.fitting import law_shafts, load_gear
+from cabledrive.rig.setting import Motion, RigOptions
 from cabledrive.trajectories import Trajectory
 
 DAMPED_SHARE = 0.1
@@ -88,10 +89,16 @@ class Wish:
     adapt : bool
         Whether estimates move.
     best : bool
-        The gains that have proven best here instead of the printed ones.
+        The gains that trial runs accept, instead of those of the dissertation.
     feedforward : {"damped", "undamped", "rigid"}
         Torque and motion that the baselines follow: the exact inverse of the row with its dampers, without
         them, or of one rigid inertia; friction by the reference's speed in each.
+    motion : Motion or None
+        What the trajectory was made of; for trial runs.
+    options : RigOptions or None
+        Of the run; for trial runs and the filter.
+    plant : Drive or None
+        As it is, where that differs; trial runs are on this one.
     """
 
     drive: Drive
@@ -103,6 +110,9 @@ class Wish:
     adapt: bool = True
     best: bool = False
     feedforward: str = "damped"
+    motion: Motion | None = None
+    options: RigOptions | None = None
+    plant: Drive | None = None
 
     def model(self, number: int) -> LumpedChain:
         """A model of the drive under torque control, in angles of its first shaft.

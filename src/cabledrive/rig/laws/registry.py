@@ -1,7 +1,6 @@
 """Every control law of the rig by its name."""
 
 from collections.abc import Callable
-from dataclasses import replace
 
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import nearest
@@ -12,6 +11,7 @@ from cabledrive.rig.laws.best_gains import damped_law
 from cabledrive.rig.laws.controllers import Controller, Wish, backstepping, darc
 from cabledrive.rig.laws.indirect import NAME, indirect
 from cabledrive.rig.laws.least_bandwidth import check_least_bandwidth
+from cabledrive.rig.laws.tuned_gains import tuned_law
 from cabledrive.rig.setting import DISSERTATION_ORDER
 
 CONTROLLERS: dict[str, Callable[[Wish], Controller]] = {
@@ -30,6 +30,8 @@ CONTROLLERS: dict[str, Callable[[Wish], Controller]] = {
 }
 
 
+OWN_RULE = (*(name for name in CONTROLLERS if name.endswith("-damped")), NAME)
+"""Laws whose highest bandwidth follows from the noise of their filter."""
 INERTIAS = {
     **{f"darc-{model}{kind}": n for model, n in ((1, 1), (2, 2), (3, 2), (4, 3)) for kind in ("", "-damped")},
     "backstepping": 2,
@@ -110,25 +112,12 @@ def design(name: str | None, wish: Wish) -> Controller:
             f"feedforward = {wish.feedforward!r} is for {', '.join(BASELINES)}; {name} brings its own: "
             "leave it out"
         )
-    made = CONTROLLERS[name](wish)
+    law = CONTROLLERS[name]
+    chosen = wish.best and wish.bandwidth is None and wish.motion is not None
+    made = tuned_law(law, wish) if chosen and name not in OWN_RULE else law(wish)
     check_sample_rate(made, wish.interval)
-    check_least_bandwidth(CONTROLLERS[name], made, wish)
-    return made if not wish.best or "reasons" in made.gains else without_better(made)
-
-
-def without_better(controller: Controller) -> Controller:
-    """The same, saying that no better gains are known for it than its own.
-
-    Parameters
-    ----------
-    controller : Controller
-
-    Returns
-    -------
-    Controller
-    """
-    reason = "gains kept: better ones are known for darc-4-damped and darc-indirect only, without --bandwidth"
-    return replace(controller, gains=controller.gains | {"reasons": [reason]})
+    check_least_bandwidth(law, made, wish)
+    return made
 
 
 def check_sample_rate(controller: Controller, interval: float) -> None:

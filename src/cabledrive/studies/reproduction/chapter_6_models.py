@@ -48,7 +48,7 @@ def figure_6_1(quick: bool) -> Outcome:
     -------
     Outcome
     """
-    motion = Motion()
+    motion = Motion(order=9)
     time = np.linspace(0.0, 2 * (motion.rise + motion.dwell), 801)
     angle = motion.trajectory(time)[0]
     coefficients = rise_coefficients(9)

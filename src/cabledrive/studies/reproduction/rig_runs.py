@@ -4,6 +4,7 @@ Angle, rise and dwell of the printed pulses are lost, so that a printed error in
 chosen pulse; the phases of the print's encoders are not known either.
 """
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -14,7 +15,7 @@ from cabledrive.reduction.models import rim_spring
 from cabledrive.rig import Motion, RigOptions, Tracking, track
 
 Array = NDArray[np.float64]
-LONG = Motion(dwell=1.0)
+PULSE, LONG = Motion(order=9), Motion(dwell=1.0, order=9)
 ENCODER = 0.036
 RISES = (0.6, 0.7, 0.8, 0.9, 1.0)
 JOINT_BAND = (60.0, 150.0)
@@ -50,7 +51,7 @@ def run(
     -------
     Tracking
     """
-    motion = LONG if law in ("darc-1", "darc-2") else Motion()
+    motion = LONG if law in ("darc-1", "darc-2") else PULSE
     options = RigOptions(feedback=feedback)
     return track(
         load_drive("dissertation-3"),
@@ -60,6 +61,7 @@ def run(
         options=options,
         seed=seed,
         plant=plant,
+        gains="dissertation",
     )
 
 
@@ -95,9 +97,13 @@ def slower_rise(law: str, wanted: float, seeds: int) -> str:
     """
     for rise in RISES:
         errors = [
-            track(load_drive("dissertation-3"), controller=law, motion=Motion(rise=rise), seed=seed).summary[
-                "encoder_error_deg"
-            ]
+            track(
+                load_drive("dissertation-3"),
+                controller=law,
+                motion=replace(PULSE, rise=rise),
+                seed=seed,
+                gains="dissertation",
+            ).summary["encoder_error_deg"]
             for seed in range(seeds)
         ]
         if (median := float(np.median(errors))) <= wanted:

@@ -1,0 +1,82 @@
+"""The Kalman filter of a law: its model, the encoders that it reads, its noise by what is not known."""
+
+import numpy as np
+
+from cabledrive.control.kalman import KalmanTuning
+from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.reduction.models import highest_model
+from cabledrive.rig.closed_loop.loop_numbers import Array
+from cabledrive.rig.draws import Spreads
+from cabledrive.rig.laws.controllers import Wish, own_filter
+from cabledrive.rig.laws.fitting import fitted_encoders, law_shafts
+
+
+def filter_chain(wish: Wish, number: int) -> LumpedChain:
+    """The row that the Kalman filter of a law is made for.
+
+    Parameters
+    ----------
+    wish : Wish
+    number : {1, 2, 3, 4}
+        Model of the law.
+
+    Returns
+    -------
+    LumpedChain
+    """
+    return wish.model(own_filter(number, wish.feedback) or highest_model(wish.drive))
+
+
+def read_encoders(wish: Wish, number: int) -> dict[str, float]:
+    """One count of each encoder that the filter of a law reads, at the first shaft [rad], by shaft.
+
+    Parameters
+    ----------
+    wish : Wish
+    number : {3, 4}
+
+    Returns
+    -------
+    dict
+    """
+    fitted, shafts = fitted_encoders(wish.drive), law_shafts(number, wish.feedback)
+    if own_filter(number, wish.feedback) is None:
+        return fitted
+    return {shaft: count for shaft, count in fitted.items() if shaft in shafts}
+
+
+def tuning_by_uncertainty(wish: Wish, chain: LumpedChain, counts: Array) -> KalmanTuning:
+    """Noise of the filter from what is not known of the drive.
+
+    The load's equation is off by the spreads of stiffness and inertia times the largest acceleration wanted,
+    for a sixteenth of the rise; friction by the Coulomb torque, within a second as a walk and within a
+    millisecond as noise; each encoder's zero by half a count, walking that far within some seconds.
+
+    Parameters
+    ----------
+    wish : Wish
+    chain : LumpedChain
+    counts : ndarray, shape (m,)
+        [rad].
+
+    Returns
+    -------
+    KalmanTuning
+    """
+    spreads = Spreads()
+    wanted = wish.wanted(2)
+    moving = np.abs(wanted[1]) > 0.0
+    rise = float(np.count_nonzero(moving)) * wish.interval / max(1, _moves(moving))
+    off = (spreads.cable_stiffness + spreads.load_inertia) * float(np.abs(wanted[2]).max())
+    coulomb = chain.coulomb[0]
+    return KalmanTuning(
+        torque=1e-3 * coulomb**2,
+        disturbance=coulomb**2,
+        load_acceleration=off**2 * rise / 16.0,
+        offsets=tuple(float(count) ** 2 / 6.0 for count in counts[:-1]),
+    )
+
+
+def _moves(moving: Array) -> int:
+    """How many times a motion sets out."""
+    return int(np.count_nonzero(np.diff(moving.astype(int)) > 0)) + int(moving[0])

@@ -1,0 +1,241 @@
+"""Trial runs that a law's gains must pass on the machine that it is for, with the options of the run.
+
+A trial is one pulse, on the plant of the run and on two more whose cable and load lie on opposite sides of
+their intervals. Delay, sample rate, sensors, observer, torque loop, backlash, friction and disturbances are
+those of the run, so that whatever changes the loop changes the gains that are chosen for it.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from cabledrive.control.flat_output import flat_output
+from cabledrive.control.linear_laws import feedforward
+from cabledrive.control.reference import flat_reference
+from cabledrive.parameters import InputRefused
+from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.reduction.models import highest_model
+from cabledrive.rig.closed_loop.loop import close_loop, run
+from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
+from cabledrive.rig.closed_loop.other_plants import with_plant
+from cabledrive.rig.draws import Spreads
+from cabledrive.rig.laws.controllers import Controller, Wish
+from cabledrive.rig.setting import RigOptions
+
+TORQUE_SHARE, STEP = 1.0 / 3.0, 0.8
+WORSE = 2.0
+"""An error so many times that of a lower bandwidth tells that the loop rings."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trial:
+    """What the trial runs of one setting showed.
+
+    Attributes
+    ----------
+    failed : int
+        Runs that ended before their time.
+    saturated : float
+        Largest share of the samples at the torque limit.
+    torque : float
+        Largest torque [N m].
+    allowed : float
+        Two thirds of the limit, or what the motion needs and a third of it where that is more [N m].
+    error : float
+        Largest error of the load, at the first shaft [rad].
+    """
+
+    failed: int
+    saturated: float
+    torque: float
+    allowed: float
+    error: float
+
+    @property
+    def accepted(self) -> bool:
+        """Whether every run ended, without saturation and with torque to spare."""
+        return self.failed == 0 and self.saturated == 0.0 and self.torque <= self.allowed
+
+    @property
+    def rank(self) -> tuple[bool, int, float, float]:
+        """Smaller is better."""
+        return (not self.accepted, self.failed, self.saturated, self.error)
+
+
+def trial_wish(wish: Wish) -> Wish:
+    """The wish for a trial: one pulse of the motion.
+
+    Parameters
+    ----------
+    wish : Wish
+        With its motion.
+
+    Returns
+    -------
+    Wish
+    """
+    assert wish.motion is not None
+    motion = replace(wish.motion, pulses=1)
+    trajectory = motion.trajectory
+    samples = round(trajectory.duration / wish.interval) + 1
+    return replace(wish, motion=motion, trajectory=trajectory, samples=samples)
+
+
+@lru_cache(maxsize=16)
+def needed_torque(wish: Wish) -> float:
+    """Largest torque of the exact inverse along the motion, friction included.
+
+    Parameters
+    ----------
+    wish : Wish
+
+    Returns
+    -------
+    float
+        [N m].
+    """
+    chain = wish.model(highest_model(wish.drive))
+    flat = flat_output(chain)
+    reference = flat_reference(flat, wish.wanted(2 * chain.size), wish.interval)
+    return float(np.abs(feedforward(chain, flat, reference)[:, -1]).max())
+
+
+def trial(wish: Wish, made: Controller) -> Trial:
+    """Run a law on the plant and at two corners of cable and load.
+
+    Parameters
+    ----------
+    wish : Wish
+        From `trial_wish`.
+    made : Controller
+        Designed for it.
+
+    Returns
+    -------
+    Trial
+    """
+    assert wish.motion is not None
+    options = wish.options or RigOptions()
+    plant = wish.plant or wish.drive
+    loop = close_loop(wish.drive, plant, made, wish.motion, options, np.random.default_rng(0))
+    limit, need = loop.rig.torque_limit, needed_torque(wish)
+    spare = TORQUE_SHARE * limit if np.isfinite(limit) else need
+    need += sum(abs(one.torque) for one in options.disturbances)
+    failed, scores = 0, []
+    for chain in (loop.chain, *corners(loop.chain)):
+        done = run(loop if chain is loop.chain else with_plant(loop, chain, options), log=False)
+        failed += done.failed
+        scores.append(done.state.summary)
+    worst = dict(zip(SUMMARY, np.max(scores, axis=0).tolist(), strict=True))
+    return Trial(
+        failed=failed,
+        saturated=worst["saturated"] / len(loop.target),
+        torque=worst["peak_torque"],
+        allowed=min(max(need + spare, 2.0 * spare), limit),
+        error=worst["peak"],
+    )
+
+
+def corners(chain: LumpedChain) -> list[LumpedChain]:
+    """Two rows whose cable and load are off to opposite sides.
+
+    Parameters
+    ----------
+    chain : LumpedChain
+
+    Returns
+    -------
+    list of LumpedChain
+        None for a row without a flexible link.
+    """
+    if chain.size < 2:
+        return []
+    spreads = Spreads()
+    return [
+        replace(
+            chain,
+            stiffness=(*chain.stiffness[:-1], chain.stiffness[-1] * (1.0 + sign * spreads.cable_stiffness)),
+            inertias=(*chain.inertias[:-1], chain.inertias[-1] * (1.0 - sign * spreads.load_inertia)),
+        )
+        for sign in (-1.0, 1.0)
+    ]
+
+
+def tried(wish: Wish, law: Callable[[Wish], Controller], hertz: float) -> Trial | None:
+    """Trial of a law at a bandwidth; None where the law refuses it.
+
+    Parameters
+    ----------
+    wish : Wish
+        From `trial_wish`.
+    law : callable
+        Makes the controller of a wish.
+    hertz : float
+
+    Returns
+    -------
+    Trial or None
+    """
+    try:
+        return trial(wish, law(replace(wish, bandwidth=hertz)))
+    except InputRefused:
+        return None
+
+
+def highest_accepted(
+    wish: Wish, law: Callable[[Wish], Controller], low: int, start: int
+) -> tuple[float, Trial]:
+    """Highest whole bandwidth that the trial runs accept: downwards until one is, then by bisection.
+
+    Where none is accepted, the one whose runs fail and saturate least.
+
+    Parameters
+    ----------
+    wish : Wish
+        From `trial_wish`.
+    law : callable
+    low, start : int
+        [Hz].
+
+    Returns
+    -------
+    hertz : float
+    trial : Trial
+
+    Raises
+    ------
+    InputRefused
+        If the law can be made at no bandwidth.
+    """
+    known: dict[int, Trial | None] = {}
+
+    def at(hertz: int) -> Trial | None:
+        if hertz not in known:
+            known[hertz] = tried(wish, law, float(hertz))
+        return known[hertz]
+
+    def good(hertz: int) -> bool:
+        found, lower = at(hertz), at(max(low, round(0.75 * hertz)))
+        if found is None or not found.accepted:
+            return False
+        return lower is None or not lower.accepted or found.error <= WORSE * lower.error
+
+    bottom, top = start, start + 1
+    while not good(bottom):
+        if bottom <= low:
+            ranked = sorted((one.rank, hertz) for hertz, one in known.items() if one is not None)
+            if not ranked:
+                law(replace(wish, bandwidth=float(low)))  # refuses, with its reason
+            return float(ranked[0][1]), _sure(known[ranked[0][1]])
+        bottom, top = max(low, min(bottom - 1, round(STEP * bottom))), bottom
+    while top - bottom > 1:
+        middle = (bottom + top) // 2
+        bottom, top = (middle, top) if good(middle) else (bottom, middle)
+    return float(bottom), _sure(at(bottom))
+
+
+def _sure(found: Trial | None) -> Trial:
+    assert found is not None
+    return found
