@@ -1,7 +1,8 @@
 """How much of the printed law's error comes from the damping that it leaves out?
 
-The law of Model 4 in the dissertation drops the cable's damping. At its gains and along its pulse of order 9, on a rig with true states the printed law
-misses by 0.078 deg; the same law with the damper counted and friction taken from the reference, by 0.018 deg.
+The law of Model 4 in the dissertation drops the cable's damping. With true states, its gains and its pulse of
+order 9 it misses by 0.078 deg; the same law with the damper counted and friction taken from the reference, by
+0.018 deg.
 """
 
 import cabledrive as cd

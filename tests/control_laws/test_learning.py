@@ -52,10 +52,12 @@ def test_filter_gives_the_derivatives_of_a_slow_sine():
 
 def test_load_equation_is_exact_without_counts():
     angles, _ = motion()
-    beta, gamma, constant = load_coefficients(angles[:, 1:], INTERVAL)
+    beta, gamma, constant, coulomb, viscous = load_coefficients(angles[:, 1:], INTERVAL)
     assert beta == pytest.approx(BETA, rel=1e-5)
     assert gamma == pytest.approx(GAMMA, rel=1e-3)
     assert abs(constant) < 1e-3
+    assert abs(coulomb) < 1e-3
+    assert abs(viscous) < 1e-3
 
 
 def test_one_pulse_of_counts_gives_beta_within_a_fifth_of_a_per_cent():

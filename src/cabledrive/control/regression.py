@@ -90,10 +90,6 @@ def rounding_errors(
 ) -> Array:
     """Standard errors that the encoders' counts leave in an estimate, by counting the motion anew.
 
-    The smoothed motion is rounded to counts again, each time with other phases, and estimated from. Least
-    squares' own formula does not serve here: rounding errors are correlated in a way of their own, for as
-    long as a count lasts, and the residual at hand shows one instance of them only.
-
     Parameters
     ----------
     estimate : callable
@@ -110,11 +106,48 @@ def rounding_errors(
     -------
     ndarray, shape (p,)
     """
+    replicates = rounding_replicates(readings, counts, interval, generator)
+    return rounding_spread(np.array([estimate(one) for one in replicates]))
+
+
+def rounding_replicates(
+    readings: Array, counts: Array, interval: float, generator: np.random.Generator
+) -> list[Array]:
+    """The smoothed motion rounded to counts again, each time with other phases.
+
+    Least squares' own formula does not serve here: rounding errors are correlated in a way of their own, for
+    as long as a count lasts, and the residual at hand shows one instance of them only.
+
+    Parameters
+    ----------
+    readings : ndarray, shape (samples, m)
+        [rad].
+    counts : ndarray, shape (m,)
+        One count of each encoder [rad].
+    interval : float
+        Sample time [s].
+    generator : numpy.random.Generator
+
+    Returns
+    -------
+    list of ndarray, shape (samples, m)
+    """
     motion = smoothed(readings, interval)
-    found = []
-    for _ in range(REPLICATES):
-        phases = generator.uniform(-0.5, 0.5, len(counts))
-        found.append(estimate(counts * (np.rint(motion / counts + phases) - np.rint(phases))))
+    phases = [generator.uniform(-0.5, 0.5, len(counts)) for _ in range(REPLICATES)]
+    return [counts * (np.rint(motion / counts + one) - np.rint(one)) for one in phases]
+
+
+def rounding_spread(found: Array) -> Array:
+    """Standard errors of an estimate from those of the replicates.
+
+    Parameters
+    ----------
+    found : ndarray, shape (replicates, p)
+
+    Returns
+    -------
+    ndarray, shape (p,)
+    """
     return np.asarray(IN_THE_LOOP * np.std(found, axis=0, ddof=1))
 
 

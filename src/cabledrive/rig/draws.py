@@ -23,6 +23,8 @@ class Spreads:
     ----------
     cable_stiffness, load_inertia : float
     cable_damping, joint_damping, joint_stiffness, drive_inertia : float
+    load_coulomb : float
+        Largest Coulomb friction of the load over that of the motor; uniform from zero.
     """
 
     cable_stiffness: float = 0.05
@@ -31,6 +33,7 @@ class Spreads:
     joint_damping: float = 0.2
     joint_stiffness: float = 0.1
     drive_inertia: float = 0.05
+    load_coulomb: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -93,18 +96,24 @@ def drawn_chain(
             about(chain.stiffness[i - 1], spreads.cable_stiffness if last else spreads.joint_stiffness)
         )
         damping.append(about(chain.damping[i - 1], spreads.cable_damping if last else spreads.joint_damping))
+    friction = chain.coulomb[1:]
+    if spreads.load_coulomb > 0.0 and chain.size > 1:
+        drawn = spreads.load_coulomb * chain.coulomb[0] * generator.random()
+        friction = (*friction[:-1], friction[-1] + drawn)
     return replace(
         chain,
         inertias=tuple(inertias),
         viscous=(viscous, *chain.viscous[1:]),
-        coulomb=(coulomb, *chain.coulomb[1:]),
+        coulomb=(coulomb, *friction),
         offsets=(offset, *chain.offsets[1:]),
         stiffness=tuple(stiffness),
         damping=tuple(damping),
     )
 
 
-def drawn_loops(loop: Loop, options: RigOptions, draws: int, seed: int) -> Iterator[Loop]:
+def drawn_loops(
+    loop: Loop, options: RigOptions, draws: int, seed: int, spreads: Spreads | None = None
+) -> Iterator[Loop]:
     """The same law and filter on one plant after another.
 
     Parameters
@@ -113,6 +122,7 @@ def drawn_loops(loop: Loop, options: RigOptions, draws: int, seed: int) -> Itera
     options : RigOptions
     draws : int
     seed : int
+    spreads : Spreads, optional
 
     Yields
     ------
@@ -120,7 +130,7 @@ def drawn_loops(loop: Loop, options: RigOptions, draws: int, seed: int) -> Itera
     """
     random = options.encoder_phase == "random" and not options.ideal_sensors
     for generator in np.random.default_rng(seed).spawn(draws):
-        chain = drawn_chain(loop.chain, generator)
+        chain = drawn_chain(loop.chain, generator, spreads)
         phases = generator.uniform(-0.5, 0.5, len(loop.rig.phases))
         rig = loop.rig._replace(phases=phases) if random else loop.rig
         yield replace(with_plant(loop, chain, options), rig=rig)

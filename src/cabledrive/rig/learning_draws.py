@@ -10,10 +10,13 @@ from numpy.typing import NDArray
 from cabledrive.parameters import NotComputed
 from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.loop_numbers import Array
-from cabledrive.rig.draws import drawn_loops
+from cabledrive.rig.draws import Spreads, drawn_loops
 from cabledrive.rig.laws.controllers import Wish
 from cabledrive.rig.laws.indirect import Learnt, run_indirect
 from cabledrive.rig.setting import DEGREE, RigOptions
+
+LOAD_SHARE = 0.02 / 0.0376
+"""Largest Coulomb friction of the load over the motor's: 0.02 N m on the rig of the dissertation."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -30,11 +33,15 @@ class LearningDraws:
         Largest [N m].
     beta, damping : ndarray, shape (draws,)
         Relative errors of beta and gamma.
-    covered : ndarray of bool, shape (draws, 6)
-        Whether the 95 % intervals of beta, gamma, whole inertia, viscous and Coulomb friction and offset
-        torque hold the true value.
+    covered : ndarray of bool, shape (draws, 8)
+        Whether the 95 % intervals of beta, gamma, whole inertia, viscous and Coulomb friction, offset torque,
+        and Coulomb and viscous friction of the load hold the true value.
+    friction : ndarray, shape (draws,)
+        Coulomb friction of the load [N m].
     failed : int
         Runs that ended before their time.
+    unused : int
+        Runs in which what was learnt was not used.
     """
 
     first: Array
@@ -45,16 +52,23 @@ class LearningDraws:
     beta: Array
     damping: Array
     covered: NDArray[np.bool_]
+    friction: Array
     failed: int
+    unused: int
 
     @property
     def words(self) -> dict[str, Any]:
         """The figures, angles in deg."""
         own = self.own_later / DEGREE
-        names = ("beta", "gamma", "inertia", "viscous", "coulomb", "offset")
+        names = (
+            *("beta", "gamma", "inertia", "viscous", "coulomb", "offset"),
+            *("load_coulomb", "load_viscous"),
+        )
         return {
             "draws": len(self.first) + self.failed,
             "failed": self.failed,
+            "unused": self.unused,
+            "largest_load_friction": float(self.friction.max()),
             "worst_first_pulse_error_deg": float(self.first.max() / DEGREE),
             "median_peak_error_deg": float(np.median(self.later) / DEGREE),
             "peak_error_99_deg": float(np.quantile(self.later, 0.99) / DEGREE),
@@ -69,7 +83,14 @@ class LearningDraws:
 
 
 def run_learning_draws(
-    loop: Loop, wish: Wish, options: RigOptions, draws: int, seed: int, *, threads: int = 2
+    loop: Loop,
+    wish: Wish,
+    options: RigOptions,
+    draws: int,
+    seed: int,
+    *,
+    threads: int = 2,
+    spreads: Spreads | None = None,
 ) -> LearningDraws:
     """Draw plants and encoder phases, run one pulse, learn, rebuild, run the rest.
 
@@ -82,6 +103,8 @@ def run_learning_draws(
     draws : int
     seed : int
     threads : int, default 2
+    spreads : Spreads, optional
+        Default: with Coulomb friction of the load up to about half of the motor's.
 
     Returns
     -------
@@ -99,13 +122,15 @@ def run_learning_draws(
             return None
         return _peaks(one, done.log), _truths(one, found)
 
+    spreads = spreads or Spreads(load_coulomb=LOAD_SHARE)
+
     with ThreadPoolExecutor(threads) as pool:
-        results = list(pool.map(score, drawn_loops(loop, options, draws, seed)))
+        results = list(pool.map(score, drawn_loops(loop, options, draws, seed, spreads)))
     kept = [result for result in results if result is not None]
     if not kept:
         raise NotComputed(f"none of {draws} drawn plants ran to its end: take longer, turn less")
     peaks = np.array([peak for peak, _ in kept]).reshape(-1, 5)
-    truths = np.array([truth for _, truth in kept]).reshape(-1, 8)
+    truths = np.array([truth for _, truth in kept]).reshape(-1, 12)
     return LearningDraws(
         first=peaks[:, 0],
         later=peaks[:, 1],
@@ -114,7 +139,9 @@ def run_learning_draws(
         torque=peaks[:, 4],
         beta=truths[:, 0],
         damping=truths[:, 1],
-        covered=truths[:, 2:] > 0.5,
+        friction=truths[:, 2],
+        unused=int(np.count_nonzero(truths[:, 3] < 0.5)),
+        covered=truths[:, 4:] > 0.5,
         failed=len(results) - len(kept),
     )
 
@@ -130,11 +157,20 @@ def _peaks(loop: Loop, log: Array) -> Array:
 
 
 def _truths(loop: Loop, found: Learnt) -> Array:
-    """Relative errors of beta and gamma, then whether each interval holds the truth."""
+    """Relative errors of beta and gamma, friction of the load, use, and whether intervals hold the truth."""
     chain, load, motor = loop.chain, found.load, found.motor
     beta, gamma = chain.stiffness[-1] / chain.inertias[-1], chain.damping[-1] / chain.inertias[-1]
-    actual = np.array([sum(chain.inertias), chain.viscous[0], chain.coulomb[0], chain.offsets[0]])
+    actual = np.array([sum(chain.inertias), sum(chain.viscous), sum(chain.coulomb), chain.offsets[0]])
     inside = (motor.intervals[0] <= actual) & (actual <= motor.intervals[1])
-    pairs = ((beta, load.interval), (gamma, load.damping_interval))
+    own = [chain.coulomb[-1] / chain.inertias[-1], chain.viscous[-1] / chain.inertias[-1]]
+    pairs = (
+        (beta, load.interval),
+        (gamma, load.damping_interval),
+        (own[0], load.coulomb_interval),
+        (own[1], load.viscous_interval),
+    )
     held = [low <= value <= high for value, (low, high) in pairs]
-    return np.array([load.beta / beta - 1.0, load.gamma / gamma - 1.0, *held, *inside], dtype=np.float64)
+    errors = [load.beta / beta - 1.0, load.gamma / gamma - 1.0]
+    return np.array(
+        [*errors, chain.coulomb[-1], load.excited, *held[:2], *inside, *held[2:]], dtype=np.float64
+    )

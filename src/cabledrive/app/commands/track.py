@@ -225,7 +225,7 @@ def _circumstances(said: dict[str, Any]) -> list[str]:
 
 def _learnt(said: dict[str, Any]) -> str:
     if not said["used"]:
-        return "  nothing learnt: the motion is too small to tell the cable's stiffness to 2 %"
+        return f"  nothing learnt: {said['used_reason']}"
     words = (
         f"  learnt          beta {said['beta']:.1f} 1/s^2 ({said['beta_low']:.1f} to {said['beta_high']:.1f})"
     )

@@ -1,6 +1,7 @@
 """The law that identifies in the loop: one pulse to learn from, then law, reference and filter made anew."""
 
 from dataclasses import dataclass, replace
+from math import isclose
 from typing import Any
 
 import numpy as np
@@ -43,7 +44,10 @@ class Learnt:
 
     @property
     def words(self) -> dict[str, Any]:
-        """What was learnt, with 95 % intervals, and whether it was used; None where nothing is known."""
+        """What was learnt, with 95 % intervals, and whether it was used; None where nothing is known.
+
+        Friction of the load is over its inertia [rad/s^2], [1/s]; motor values are those of the whole drive.
+        """
         names = ("inertia", "viscous_friction", "coulomb_friction", "offset_torque")
         load, (low, high) = self.load, self.motor.intervals
         cable = {
@@ -53,13 +57,32 @@ class Learnt:
             "gamma": load.gamma,
             "gamma_low": load.damping_interval[0],
             "gamma_high": load.damping_interval[1],
+            "load_coulomb": load.coulomb,
+            "load_coulomb_low": load.coulomb_interval[0],
+            "load_coulomb_high": load.coulomb_interval[1],
+            "load_viscous": load.viscous,
+            "load_viscous_low": load.viscous_interval[0],
+            "load_viscous_high": load.viscous_interval[1],
+            "misfit": load.misfit,
         }
         motor = {
             name: {"value": _known(value), "low": _known(a), "high": _known(b)}
             for name, value, a, b in zip(names, self.motor.values, low, high, strict=True)
         }
-        used = {"used": load.excited, "motor_used": load.excited and self.motor.excited}
+        used: dict[str, Any] = {"used": load.excited, "motor_used": load.excited and self.motor.excited}
+        if not load.excited:
+            used["used_reason"] = self.refusal
         return {name: _known(value) for name, value in cable.items()} | used | motor
+
+    @property
+    def refusal(self) -> str:
+        """Why what was learnt is not used."""
+        if self.load.believed:
+            return "the motion is too small to tell the cable's stiffness to 2 %"
+        return (
+            f"the residual of the load's equation is {self.load.misfit:.3g} times what rounding to counts "
+            "leaves: the load does not obey it"
+        )
 
 
 def _known(value: float) -> float | None:
@@ -122,7 +145,8 @@ def learn(loop: Loop, early: Run, pause: int, drive: Drive, chain: LumpedChain) 
 def learnt_chain(chain: LumpedChain, found: Learnt) -> LumpedChain:
     """The row as it is after learning: cable per load inertia, motor; load and drive inertia as believed.
 
-    What has not been excited stays as it was.
+    What has not been excited stays as it was. Friction of the load is taken where it stands out of its error,
+    and off the whole friction, of which the rest is the motor's.
 
     Parameters
     ----------
@@ -140,9 +164,14 @@ def learnt_chain(chain: LumpedChain, found: Learnt) -> LumpedChain:
             damping = load.gamma * chain.inertias[-1]
         stiffness = (*chain.stiffness[:-1], load.beta * chain.inertias[-1])
         chain = replace(chain, stiffness=stiffness, damping=(*chain.damping[:-1], damping))
+        stuck, slowed = load.friction_known
+        coulomb = load.coulomb * chain.inertias[-1] if stuck else 0.0
+        viscous = load.viscous * chain.inertias[-1] if slowed else 0.0
+        chain = replace(chain, coulomb=(*chain.coulomb[:-1], coulomb), viscous=(*chain.viscous[:-1], viscous))
     own = float(motor.values[0]) - sum(chain.inertias[1:])
     if motor.excited and own > 0.0:
         _, viscous, coulomb, offset = (float(v) for v in motor.values)
+        viscous, coulomb = viscous - sum(chain.viscous[1:]), coulomb - sum(chain.coulomb[1:])
         chain = replace(
             chain,
             inertias=(own, *chain.inertias[1:]),
@@ -167,7 +196,7 @@ def learnt_bounds(chain: LumpedChain, found: Learnt) -> Bounds:
     Bounds
     """
     printed = printed_bounds(chain, flexible_joint=chain.size > 2)
-    if not found.motor.excited or chain.coulomb[0] != float(found.motor.values[2]):
+    if not found.motor.excited or not isclose(sum(chain.coulomb), float(found.motor.values[2])):
         return printed
     half = np.diff(found.motor.intervals, axis=0)[0] / 2.0
     half = np.maximum(half, LEAST_SPREAD * np.abs(printed.nominal))
