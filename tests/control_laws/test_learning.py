@@ -67,8 +67,58 @@ def test_one_pulse_of_counts_gives_beta_within_a_fifth_of_a_per_cent():
         found = estimate_load(counted(angles, rng)[:, 1:], COUNTS[1:], INTERVAL, rng)
         assert found.excited
         assert found.beta == pytest.approx(BETA, rel=2e-3)
-        assert found.gamma == pytest.approx(GAMMA, rel=0.04)
+        assert found.gamma == pytest.approx(GAMMA, rel=0.1)
+        assert found.misfit < 1.3, f"observed {found.misfit:.2f}"
         assert 2e-5 < found.beta_error / BETA < 1e-3, f"observed {found.beta_error / BETA:.1e}"
+
+
+def rubbed(coulomb: float, viscous: float, extra: np.ndarray | float = 0.0) -> np.ndarray:
+    """Angles before the load and of it in a pulse, with friction of the load; the twist by its own equation.
+
+    gamma twist' + beta twist = y'' + coulomb sgn(y') + viscous y' + extra, integrated in exact short steps.
+    """
+    finer = 20
+    time = np.arange(0.0, 2.0, INTERVAL / finer)
+    y = pulse(0.785, 0.5, 0.5)(time, 2)
+    pull = y[2] + coulomb * np.sign(y[1]) + viscous * y[1] + extra
+    fading = np.exp(-BETA / GAMMA * INTERVAL / finer)
+    twist = np.zeros(len(time))
+    for i in range(1, len(time)):
+        twist[i] = fading * twist[i - 1] + (1.0 - fading) * pull[i] / BETA
+    return np.column_stack((y[0] + twist, y[0]))[::finer]
+
+
+@pytest.mark.parametrize("coulomb, viscous", [(2.0, 0.0), (8.5, 0.0), (0.0, 0.8), (8.5, 0.4)])
+def test_friction_of_the_load_is_not_taken_for_a_softer_cable(coulomb, viscous, measured):
+    """8.5 rad/s^2 are 0.02 N m; beta within 0.2 %, and both frictions, from counts."""
+    angles = rubbed(coulomb, viscous)
+    worst, held = 0.0, 0
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        found = estimate_load(counted_pair(angles, rng), COUNTS[1:], INTERVAL, rng)
+        assert found.excited, found
+        worst = max(worst, abs(found.beta / BETA - 1.0))
+        held += found.coulomb_interval[0] <= coulomb <= found.coulomb_interval[1]
+        assert found.coulomb == pytest.approx(coulomb, abs=min(1.0, 4.0 * found.coulomb_error))
+        assert found.viscous == pytest.approx(viscous, abs=min(0.5, 4.0 * found.viscous_error))
+    measured(f"beta {100 * worst:.3f} % at most; {held} of 8 intervals hold the Coulomb friction")
+    assert worst < 2e-3, f"observed {worst:.1e}"
+
+
+def test_a_load_that_does_not_obey_the_equation_teaches_nothing(measured):
+    """A torque of the load's position, 12 per radian, as a bent shaft or a gear makes it."""
+    time = np.arange(0.0, 2.0, INTERVAL / 20)
+    cogging = 3.0 * np.sin(12.0 * pulse(0.785, 0.5, 0.5)(time, 0)[0] * 2.0 * np.pi)
+    rng = np.random.default_rng(1)
+    found = estimate_load(counted_pair(rubbed(0.0, 0.0, cogging), rng), COUNTS[1:], INTERVAL, rng)
+    measured(f"residual {found.misfit:.1f} times that of rounding")
+    assert not found.believed
+    assert not found.excited
+
+
+def counted_pair(angles: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Readings of the last two encoders that start anywhere within a count."""
+    return COUNTS[1:] * np.rint(angles / COUNTS[1:] + rng.uniform(-0.5, 0.5, 2))
 
 
 def test_an_encoder_zero_off_by_a_count_is_taken_by_the_constant():

@@ -233,6 +233,34 @@ def test_stiffness_learnt_from_one_pulse_repairs_a_wrong_design():
     assert said["later_pulses_error_deg"] <= 0.04, f"observed {said['later_pulses_error_deg']:.4f} deg"
 
 
+def test_friction_of_the_load_is_learnt_beside_the_cable(measured):
+    """0.02 N m of Coulomb friction at the load: beta was 11 % low, and learning made the law worse."""
+    rubbing = load_drive("dissertation-3", overrides=["pulley.1.coulomb_friction=0.02"])
+    two = Motion(pulses=2)
+    learning, plain = (
+        track(DRIVE, controller=law, plant_drive=rubbing, motion=two, seed=3, gains="best").summary
+        for law in ("darc-indirect", "darc-4-damped")
+    )
+    learnt = learning["learnt"]
+    measured(
+        f"beta {learnt['beta']:.1f} of 1157.4, friction {2.35 * learnt['load_coulomb']:.2f} mN m; later "
+        f"{learning['later_pulses_error_deg']:.4f}, not learning {plain['later_pulses_error_deg']:.4f} deg"
+    )
+    assert learnt["used"]
+    assert learnt["beta"] == pytest.approx(2 * 850 * 0.04**2 / 0.00235, rel=2e-3)
+    assert learnt["load_coulomb"] * 0.00235 == pytest.approx(0.02, rel=0.05)
+    assert learning["later_pulses_error_deg"] < 1.1 * plain["later_pulses_error_deg"]
+
+
+def test_a_load_that_is_pushed_teaches_nothing():
+    push = Disturbance(torque=0.05, start=0.15, end=0.35)
+    said = track(
+        DRIVE, controller="darc-indirect", options=RigOptions(disturbances=(push,)), motion=Motion(pulses=2)
+    ).summary["learnt"]
+    assert said["used"] is False
+    assert "does not obey it" in said["used_reason"], said["misfit"]
+
+
 def test_making_the_law_anew_in_a_dwell_gives_no_bump(measured):
     """In the 0.1 s after the rebuilding the error stays where the 0.1 s before left it, within one count."""
     soft = load_drive("dissertation-3", overrides=["lumped.cable_stiffness=800"])

@@ -15,8 +15,8 @@ from cabledrive.rig.laws.controllers import Wish
 from cabledrive.rig.laws.indirect import Learnt, run_indirect
 from cabledrive.rig.setting import DEGREE, RigOptions
 
-LOAD_SHARE = 0.02 / 0.0376
-"""Largest Coulomb friction of the load over the motor's: 0.02 N m on the rig of the dissertation."""
+RUBBING_LOAD = Spreads(load_coulomb=0.02 / 0.0376)
+"""With Coulomb friction of the load up to 0.02 N m on the rig of the dissertation."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -104,7 +104,7 @@ def run_learning_draws(
     seed : int
     threads : int, default 2
     spreads : Spreads, optional
-        Default: with Coulomb friction of the load up to about half of the motor's.
+        `RUBBING_LOAD` draws friction of the load as well.
 
     Returns
     -------
@@ -121,8 +121,6 @@ def run_learning_draws(
         if found is None or done.failed:
             return None
         return _peaks(one, done.log), _truths(one, found)
-
-    spreads = spreads or Spreads(load_coulomb=LOAD_SHARE)
 
     with ThreadPoolExecutor(threads) as pool:
         results = list(pool.map(score, drawn_loops(loop, options, draws, seed, spreads)))
