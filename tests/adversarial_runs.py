@@ -109,7 +109,7 @@ def adversarial_wish(rng: np.random.Generator) -> tuple[Drive, dict[str, Any]]:
     law = str(rng.choice(list(laws), p=list(laws.values())))
     order = None if rng.random() < 0.9 else int(rng.choice([5, 7, 9, 13]))
     motion = drawn_motion(drive, rng, order)
-    bandwidth = None if rng.random() < 0.1 else spread(rng, 5.0, 80.0)
+    bandwidth = None if rng.random() < 0.02 else spread(rng, 5.0, 80.0)
     choices: dict[str, Any] = {
         "controller": law,
         "motion": motion,

@@ -58,7 +58,7 @@ def test_settings_of_the_plant_leave_the_law_alone():
         (["--rise", "1e-300"], "a nanosecond at least"),
         (["--pulses", "0"], "pulses = 0 must be at least 1"),
         (["--pulses", "1000000000"], "pulses = 1000000000 are too many, 10000 at most"),
-        (["--set", "sensors.sample_rate=200 Hz"], "sample faster"),
+        (["--set", "sensors.sample_rate=200 Hz", "--gains", "dissertation"], "sample faster"),
     ],
 )
 def test_wishes_that_cannot_be_are_refused_in_one_line(arguments, words):
