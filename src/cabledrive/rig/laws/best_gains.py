@@ -126,7 +126,9 @@ def best_gains(wish: Wish, number: int = 4) -> BestGains:
         quiet = highest(noise, allowed, top)
         limited = np.isfinite(torque_limit(wish.drive))
         share = "a third of the torque limit" if limited else "what the motion needs"
-        why = f"rounding to counts takes {noise(quiet):.3g} N m at five deviations, {share} is {allowed:.3g} N m"
+        why = (
+            f"rounding to counts takes {noise(quiet):.3g} N m at five deviations; {share}: {allowed:.3g} N m"
+        )
         hertz = float(quiet)
         if quiet == top:
             why = f"{SAMPLES_PER_PERIOD:.0f} samples in a period" if top == sampled else "the highest tried"
