@@ -19,6 +19,8 @@ from cabledrive.identification.method_error import with_own_error
 from cabledrive.identification.model_check import NOT_MADE, checked_by_innovations, checked_by_lines
 from cabledrive.identification.rigid_axis import AxisOptions, identify_rigid_axis
 from cabledrive.identification.torque_lines import driven_by_lines, noise_between_lines
+from cabledrive.identification.two_inertia import NAME as TWO_INERTIA
+from cabledrive.identification.two_inertia import identify_two_inertia
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.fields import LARGEST, SMALLEST, nearest
 from cabledrive.parameters.toml_values import flag_of, quantity_of, read_toml, table_of, text_of
@@ -36,7 +38,7 @@ class IdentifyOptions:
     Attributes
     ----------
     model : str
-        One of `MODELS`; "rigid-axis" stands for "rigid-axis-coulomb".
+        One of `MODELS`, or "two-inertia"; "rigid-axis" stands for "rigid-axis-coulomb".
     method : str
         One of `METHODS`.
     axis : AxisOptions
@@ -102,8 +104,10 @@ def with_model(options: IdentifyOptions, model: str | None) -> IdentifyOptions:
     """
     name = options.model if model is None else model
     name = "rigid-axis-coulomb" if name == "rigid-axis" else name
+    if name == TWO_INERTIA:
+        return replace(options, model=name)
     if name not in MODELS:
-        raise InputRefused(f'model "{name}" is unknown{nearest(name, MODELS)}')
+        raise InputRefused(f'model "{name}" is unknown{nearest(name, (*MODELS, TWO_INERTIA))}')
     friction = replace(options.axis.friction, kind=name.removeprefix("rigid-axis-"))
     if friction.kind == "stribeck" and friction.fading <= 0.0:
         raise InputRefused(
@@ -127,7 +131,7 @@ def identify(
     logs : path, Log, or sequence of them
     options : IdentifyOptions, optional
     model : str, optional
-        One of `MODELS`.
+        One of `MODELS`, or "two-inertia".
     method : str, optional
         "inverse-dynamics": least squares on the torque, its own errors in the intervals. "output-error":
         refined by simulating the motion, without the bias of the encoder's noise. "auto", the default: output
@@ -151,15 +155,19 @@ def identify(
     method = options.method if method is None else method
     if method not in METHODS:
         raise InputRefused(f'method "{method}" is unknown{nearest(method, METHODS)}')
+    if options.model == TWO_INERTIA and method == "inverse-dynamics":
+        raise InputRefused("model two-inertia is identified by output-error only: leave --method out")
     single = isinstance(logs, (str, Path, Log))
     given: Sequence[Any] = [logs] if single else list(logs)  # type: ignore[arg-type]
     if single and not isinstance(logs, Log):
         recording = open_log(given[0], options.columns)
-        if is_long(recording):
+        if is_long(recording) and options.model != TWO_INERTIA:
             return _of_long_log(recording, options, method, progress)
     read = [log if isinstance(log, Log) else read_log(log, options.columns) for log in given]
     # Many small decompositions: a second thread gains nothing, and on a busy machine it mostly waits.
     with threadpool_limits(limits=1, user_api="blas"):
+        if options.model == TWO_INERTIA:
+            return identify_two_inertia(read)
         return _of_logs(read, options, method)
 
 
@@ -219,7 +227,7 @@ def _options(table: Mapping[str, Any], columns: ColumnMap) -> IdentifyOptions:
         filter=_word(table, "filter", "zero-phase", FILTERS),
     )
     return IdentifyOptions(
-        model=_word(table, "model", "rigid-axis", ("rigid-axis", *MODELS)),
+        model=_word(table, "model", "rigid-axis", ("rigid-axis", *MODELS, TWO_INERTIA)),
         method=_word(table, "method", "auto", METHODS),
         axis=axis,
         columns=columns,

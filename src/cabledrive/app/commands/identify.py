@@ -22,7 +22,7 @@ from cabledrive.parameters import InputRefused, load_drive
 @saves_answer
 @click.argument("logs", nargs=-1, required=True, metavar="LOG...")
 @click.option("--config", type=click.Path(), metavar="FILE", help="TOML file with [identify] and [log].")
-@click.option("--model", metavar="NAME", help="rigid-axis, rigid-axis-tanh, rigid-axis-asymmetric, ...")
+@click.option("--model", metavar="NAME", help="rigid-axis, rigid-axis-tanh, ..., two-inertia.")
 @click.option("--method", metavar="NAME", help="inverse-dynamics or output-error.")
 @reading_options
 @click.option(

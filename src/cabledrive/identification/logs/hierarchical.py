@@ -13,6 +13,7 @@ from cabledrive.identification.logs.table import (
     Table,
     check_lengths,
 )
+from cabledrive.identification.logs.trial import require_readable
 from cabledrive.identification.logs.unpacking import LARGEST_CHUNK, require_fitting
 from cabledrive.parameters import InputRefused
 
@@ -38,6 +39,8 @@ def is_hdf5(path: Path) -> bool:
 def open_hdf5(path: Path) -> Table:
     """Open an HDF5 log: a column is a dataset ``a.b``, or a row of one, ``a.b[0]``.
 
+    It is opened, and its first block read, in a process of its own before.
+
     Parameters
     ----------
     path : Path
@@ -49,8 +52,16 @@ def open_hdf5(path: Path) -> Table:
     Raises
     ------
     InputRefused
-        If it holds no vector, keeps numbers outside itself, or has chunks larger than `LARGEST_CHUNK`.
+        If it holds no vector, keeps numbers outside itself, has chunks larger than `LARGEST_CHUNK`, or the
+        library crashes over it.
     """
+    require_readable(
+        path, lambda: [next(table.read((n,))) for table in (_opened(path),) for n in table.names]
+    )
+    return _opened(path)
+
+
+def _opened(path: Path) -> Table:
     import h5py
 
     columns: dict[str, tuple[str, int | None]] = {}

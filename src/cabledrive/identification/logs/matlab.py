@@ -7,6 +7,7 @@ import numpy as np
 
 from cabledrive.identification.logs.hierarchical import is_hdf5, open_hdf5
 from cabledrive.identification.logs.table import Array, Reading, Table, check_lengths, sliced
+from cabledrive.identification.logs.trial import require_readable
 from cabledrive.identification.logs.unpacking import require_fitting, unpacked_matlab
 from cabledrive.parameters import InputRefused
 
@@ -49,6 +50,7 @@ def _variables(path: Path) -> dict[str, Any]:
     from scipy import io
 
     require_fitting(path, unpacked_matlab(path))
+    require_readable(path, lambda: io.loadmat(path))
     try:
         found = io.loadmat(path, squeeze_me=True, struct_as_record=False)
     except Exception as error:  # scipy raises many kinds for a damaged file

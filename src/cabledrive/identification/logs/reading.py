@@ -61,7 +61,9 @@ class Recording:
         wanted = channels or tuple(self.columns)
         names = tuple(dict.fromkeys(self.columns[channel].column for channel in wanted))
         for block in self.table.read(names):
-            yield {c: block[self.columns[c].column] * self.factors[c] for c in wanted}
+            with np.errstate(all="ignore"):  # what overflows is refused by its size
+                scaled = {c: block[self.columns[c].column] * self.factors[c] for c in wanted}
+            yield scaled
 
 
 def open_log(path: str | Path, columns: ColumnMap | None = None) -> Recording:

@@ -1,0 +1,147 @@
+"""Output error from many starts: a scout of each on part of the records, then a full fit of the best."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import optimize
+
+from cabledrive.identification.output_error import RowFit, fit_output_error
+from cabledrive.identification.record import Record
+from cabledrive.identification.row_model import RowModel
+from cabledrive.parameters import InputRefused, NotComputed
+
+Array = NDArray[np.float64]
+
+FAR = 1e6
+"""Residual of a start from which the motion diverges."""
+SCOUTED = 1000
+"""Samples of each record that a scout compares."""
+SCOUT_EVALUATIONS = 12
+ALIKE = 1e-3
+"""Relative distance of residuals at which two fits count as one minimum."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StartedFit:
+    """The best fit of many starts.
+
+    Attributes
+    ----------
+    fit : RowFit
+    starts : int
+        That were scouted.
+    settled : int
+        Full fits that were made.
+    agreeing : int
+        Of them, those that ended in the same minimum.
+    """
+
+    fit: RowFit
+    starts: int
+    settled: int
+    agreeing: int
+
+
+def fit_from_many_starts(
+    records: Sequence[Record],
+    models: Sequence[RowModel],
+    starts: Sequence[Mapping[str, float]],
+    *,
+    full: int = 2,
+) -> StartedFit:
+    """Fit from every start and in every model what the first samples show, then the best of them whole.
+
+    Parameters
+    ----------
+    records : sequence of Record
+    models : sequence of RowModel
+        With the same parameters, as with another hold of the input; the best start is tried in each.
+    starts : sequence of mapping
+    full : int, default 2
+        How many are fitted to the whole records.
+
+    Returns
+    -------
+    StartedFit
+
+    Raises
+    ------
+    NotComputed
+        If no start leads anywhere.
+    """
+    short = [
+        replace(r, last=min(r.first + SCOUTED, r.input.size if r.last is None else r.last)) for r in records
+    ]
+    short = [replace(r, input=r.input[: r.last], output=r.output[: r.last]) for r in short]
+    scout = replace(models[0], substeps=max(1, models[0].substeps // 2))
+    scouts: list[tuple[float, dict[str, float]]] = []
+    for start in starts:
+        found = _tried(short, scout, start, SCOUT_EVALUATIONS)
+        if found is not None:
+            scouts.append(found)
+    scouts.sort(key=lambda entry: entry[0])
+    fits: list[RowFit] = []
+    for model in models:
+        for _, start in scouts[: full if model is models[0] else 1]:
+            begin = fits[0].values if model is not models[0] and fits else start
+            try:
+                fits.append(fit_output_error(records, model, _inside(model, begin)))
+            except NotComputed:
+                continue
+    if not fits:
+        raise NotComputed(f"none of {len(starts)} starts leads to a model that follows the log")
+    best = min(fits, key=lambda fit: fit.residual)
+    own = [fit for fit in fits if fit.model is best.model]
+    near = sum(fit.residual < best.residual * (1.0 + ALIKE) for fit in own)
+    return StartedFit(fit=best, starts=len(starts), settled=len(own), agreeing=near)
+
+
+def _tried(
+    records: Sequence[Record], model: RowModel, start: Mapping[str, float], evaluations: int
+) -> tuple[float, dict[str, float]] | None:
+    """Residual and parameters after some evaluations, settled or not."""
+    try:
+        begin, low, high = model.search_bounds(_inside(model, start))
+    except InputRefused:
+        return None
+    size = sum(record.compared_size for record in records)
+    known: dict[bytes, tuple[Array, Array]] = {}
+
+    def compared(place: Array) -> tuple[Array, Array]:
+        key = place.tobytes()
+        if key not in known:
+            known.clear()
+            parts = [model.compared(place, record) for record in records]
+            known[key] = np.concatenate([p[0] for p in parts]), np.vstack([p[1] for p in parts])
+        return known[key]
+
+    def residual(place: Array) -> Array:
+        try:
+            return compared(place)[0]
+        except NotComputed:
+            return np.full(size, FAR)
+
+    try:
+        found = optimize.least_squares(
+            residual,
+            begin,
+            jac=lambda place: compared(place)[1],
+            bounds=(low, high),
+            x_scale="jac",
+            max_nfev=evaluations,
+        )
+    except (NotComputed, ValueError):
+        return None
+    return float(found.cost), model.values_at(found.x)
+
+
+def _inside(model: RowModel, start: Mapping[str, float]) -> dict[str, float]:
+    """A start strictly within the bounds."""
+    inside = {}
+    for s in model.sought:
+        margin = (1.0 + 1e-6) if s.positive else 1e-9 * (s.high - s.low)
+        low, high = (s.low * margin, s.high / margin) if s.positive else (s.low + margin, s.high - margin)
+        inside[s.name] = float(np.clip(start[s.name], low, high))
+    return inside

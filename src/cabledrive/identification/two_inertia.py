@@ -1,0 +1,289 @@
+"""Two inertias, a spring between them, friction at both: identified from logs of either speed or both.
+
+The input is a torque, a force, or a voltage or current, in whose unit all parameters then are. A speed that
+never changes its sign under an input that does is that of a sensor which shows its absolute value.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.identification.estimates import Estimate, Identification
+from cabledrive.identification.filters import difference
+from cabledrive.identification.fit_doubts import at_bounds, doubts_of, interval_of, undetermined
+from cabledrive.identification.identifiability import readable
+from cabledrive.identification.logs.log import Log
+from cabledrive.identification.multi_start import StartedFit, fit_from_many_starts
+from cabledrive.identification.output_error import fit_of
+from cabledrive.identification.record import Record
+from cabledrive.identification.row_model import RowModel, Sought
+from cabledrive.identification.sensor import Sensor
+from cabledrive.identification.two_inertia_starts import starts_for
+from cabledrive.parameters import InputRefused
+
+Array = NDArray[np.float64]
+
+NAME = "two-inertia"
+INPUTS = {"torque": "N m", "force": "N", "current": "A", "voltage": "V"}
+MOTIONS = ("velocity", "angle", "position")
+LOAD = ("load", "pulley", "output", "second")
+NEEDED = ("inertia_motor", "inertia_load", "stiffness")
+DIFFERENCED = 10
+"""Lags over which the difference of an angle correlates the noise of its encoder."""
+FOLLOWS = 70.0
+"""Share of every measured speed [%] that the model explains where its intervals are given."""
+SUBSTEPS = 4
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TwoInertiaChannels:
+    """Which channels of a log are used.
+
+    Attributes
+    ----------
+    input : str
+    motor, load : str or None
+        Speed, angle or position of each side; one of them at least.
+    rectified : bool
+    """
+
+    input: str
+    motor: str | None
+    load: str | None
+    rectified: bool
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Those that are measured, the motor's first."""
+        return tuple(name for name in (self.motor, self.load) if name is not None)
+
+
+def identify_two_inertia(logs: Sequence[Log], seed: int = 0) -> Identification:
+    """Identify motor and load inertia, the spring between them, its damping and all frictions.
+
+    Parameters
+    ----------
+    logs : sequence of Log
+        Of one machine, with the same channels: torque, force, voltage or current, and a velocity, angle or
+        position of the motor, the load ("load velocity") or both.
+    seed : int, default 0
+        Of the starts.
+
+    Returns
+    -------
+    Identification
+        ``inertia_motor``, ``inertia_load``, ``stiffness``, ``damping``, ``viscous_friction_motor``,
+        ``viscous_friction_load``, ``coulomb_friction_motor``, ``coulomb_friction_load``, ``offset``; with a
+        rectifying sensor its ``sensor_lag``. No intervals where the model does not follow the log.
+
+    Raises
+    ------
+    InputRefused
+        If a channel is missing or constant.
+    NotComputed
+        If no start leads to a model that moves like the log.
+    """
+    channels = channels_of(logs)
+    records = [record_of(log, channels) for log in logs]
+    begins = starts_for(records, channels.rectified, np.random.default_rng(seed))
+    models = [_model(channels, begins.scale, hold, delay) for hold, delay in _conventions(channels.input)]
+    found = fit_from_many_starts(records, models, begins.starts)
+    return _answer(logs, channels, records, found, seed)
+
+
+def channels_of(logs: Sequence[Log]) -> TwoInertiaChannels:
+    """Choose the channels, the same in every log.
+
+    Parameters
+    ----------
+    logs : sequence of Log
+
+    Returns
+    -------
+    TwoInertiaChannels
+
+    Raises
+    ------
+    InputRefused
+        If input or motion is missing or constant.
+    """
+    names = [name for name in logs[0].channels if all(name in log.channels for log in logs)]
+    input_ = next((n for kind in INPUTS for n in names if n.rpartition("_")[2] == kind), None)
+    if input_ is None:
+        raise InputRefused(f"{logs[0].source}: no torque, force, voltage or current: map one with --column")
+    moving = [n for kind in MOTIONS for n in names if n.rpartition("_")[2] == kind]
+    load = next((n for n in moving if set(n.split("_")) & set(LOAD)), None)
+    motor = next((n for n in moving if not set(n.split("_")) & set(LOAD)), None)
+    if load is None and motor is None:
+        raise InputRefused(
+            f"{logs[0].source}: no velocity, angle or position: map one, as --column "
+            '"load_velocity=COLUMN:rad/s"'
+        )
+    for log in logs:
+        for name in filter(None, (input_, motor, load)):
+            if np.ptp(log.channel(name)) == 0.0:
+                raise InputRefused(f"{log.source}: {name} is constant: a log must move the machine")
+    speeds = [n for n in (motor, load) if n is not None and n.rpartition("_")[2] == "velocity"]
+    both = any(log.channel(input_).min() < 0.0 < log.channel(input_).max() for log in logs)
+    rectified = bool(speeds) and both and all(log.channel(n).min() >= 0.0 for log in logs for n in speeds)
+    return TwoInertiaChannels(input=input_, motor=motor, load=load, rectified=rectified)
+
+
+def record_of(log: Log, channels: TwoInertiaChannels) -> Record:
+    """Input and measured speeds of a log; angles and positions are differentiated.
+
+    Parameters
+    ----------
+    log : Log
+    channels : TwoInertiaChannels
+
+    Returns
+    -------
+    Record
+    """
+    speeds = [
+        log.channel(name) if name.endswith("velocity") else difference(log.channel(name), log.interval)
+        for name in channels.outputs
+    ]
+    return Record(input=log.channel(channels.input), output=np.column_stack(speeds), interval=log.interval)
+
+
+def _conventions(input_: str) -> tuple[tuple[str, int], ...]:
+    """Ways in which a logged input may act: held or on straight lines, at once or a sample late."""
+    if input_.rpartition("_")[2] in ("voltage", "current"):
+        return ("step", 0), ("step", 1)
+    return ("line", 0), ("step", 0)
+
+
+def _model(channels: TwoInertiaChannels, scale: dict[str, float], hold: str, delay: int) -> RowModel:
+    """The chain with bounds far on both sides of the scales of the log."""
+
+    def wide(name: str, quantity: str, number: int, unit: str, reach: float = 1e4) -> Sought:
+        return Sought(
+            name=name, quantity=quantity, number=number, low=scale[unit] / reach, high=scale[unit] * reach
+        )
+
+    sought = [
+        wide("inertia_motor", "inertia", 0, "inertia"),
+        wide("inertia_load", "inertia", 1, "inertia"),
+        wide("stiffness", "stiffness", 0, "stiffness", 1e6),
+        wide("damping", "damping", 0, "damping", 1e6),
+        wide("viscous_friction_motor", "viscous", 0, "viscous", 1e5),
+        wide("viscous_friction_load", "viscous", 1, "viscous", 1e5),
+        wide("coulomb_friction_motor", "coulomb", 0, "input"),
+        wide("coulomb_friction_load", "coulomb", 1, "input"),
+        Sought(name="offset", quantity="offset", low=-10.0 * scale["input"], high=10.0 * scale["input"]),
+    ]
+    if channels.rectified:
+        sought.append(Sought(name="sensor_lag", quantity="lag", low=1e-5, high=1.0))
+    measured = tuple(
+        number for number, name in enumerate((channels.motor, channels.load)) if name is not None
+    )
+    return RowModel(
+        inertias=2,
+        sought=tuple(sought),
+        measured=measured,
+        given={},
+        sensor=Sensor(rectified=channels.rectified),
+        delay=delay,
+        hold=hold,
+        substeps=SUBSTEPS,
+    )
+
+
+def _answer(
+    logs: Sequence[Log],
+    channels: TwoInertiaChannels,
+    records: Sequence[Record],
+    found: StartedFit,
+    seed: int,
+) -> Identification:
+    fit = found.fit
+    explained = [
+        fit_of(record.output[:, k], fit.simulated(record)[:, k])
+        for record in records
+        for k in range(record.output.shape[1])
+    ]
+    follows = min(explained) >= FOLLOWS
+    differenced = any(not name.endswith("velocity") for name in channels.outputs)
+    doubts = list(doubts_of(fit, records, DIFFERENCED if differenced else 1))
+    if not follows:
+        message = f"the model does not follow the log: it explains {min(explained):.3g} % of a measured speed"
+        doubts.insert(0, ("model-misfit", f"{message}, less than {FOLLOWS:g} %: no intervals are given"))
+    if found.agreeing < 2 <= found.settled:
+        doubts.append(
+            (
+                "one-start-only",
+                f"only one of {found.settled} fits ends at this residual: another may be better",
+            )
+        )
+    open_ = [name for name in undetermined(fit) if name in NEEDED]
+    parameters = {s.name: _estimate(fit, s.name, follows, channels, logs[0], open_) for s in fit.model.sought}
+    size = float(np.sqrt(np.mean(np.concatenate([r.output.ravel() for r in records]) ** 2)))
+    return Identification(
+        model=NAME,
+        parameters=parameters,
+        identifiable=not open_,
+        unidentifiable=tuple(f"{readable(name)} is not determined by the log" for name in open_),
+        residual={
+            "rms": fit.residual,
+            "relative": fit.residual / size,
+            "rows": sum(record.compared_size for record in records),
+        },
+        condition_number=_condition(fit.covariance),
+        method={
+            "name": "output-error",
+            "residual_of": "speed",
+            "input": channels.input,
+            "measured": list(channels.outputs),
+            "sensor": "rectified" if channels.rectified else "signed",
+            "hold": fit.model.hold,
+            "delay_samples": fit.model.delay,
+            "starts": found.starts,
+            "full_fits": found.settled,
+            "agreeing_fits": found.agreeing,
+            "explained_percent": explained,
+            "seed": seed,
+        },
+        covariance=fit.covariance,
+        freedom=fit.freedom,
+        findings=tuple(message for _, message in doubts),
+        reports=tuple(log.report for log in logs),
+    )
+
+
+def _estimate(
+    fit: Any, name: str, follows: bool, channels: TwoInertiaChannels, log: Log, open_: Sequence[str]
+) -> Estimate:
+    unit, infinite = _unit(name, channels, log), float("inf")
+    if name in open_:
+        return Estimate(
+            value=float("nan"), unit=unit, standard_error=infinite, low=-infinite, high=infinite,
+            reason="the log does not tell",
+        )  # fmt: skip
+    low, high = interval_of(fit, name) if follows and name not in at_bounds(fit) else (-infinite, infinite)
+    return Estimate(value=fit.values[name], unit=unit, standard_error=fit.errors[name], low=low, high=high)
+
+
+def _unit(name: str, channels: TwoInertiaChannels, log: Log) -> str:
+    """In N m and rad, or in the unit of the input and of the motion."""
+    force = INPUTS[channels.input.rpartition("_")[2]]
+    way = log.units[channels.outputs[0]].split("/")[0]
+    if name == "sensor_lag":
+        return "s"
+    if name.startswith("inertia"):
+        plain = {("N m", "rad"): "kg m^2", ("N", "m"): "kg"}
+        return plain.get((force, way), f"{force} s^2/{way}")
+    if name.startswith(("viscous", "damping")):
+        return f"{force} s/{way}"
+    return f"{force}/{way}" if name == "stiffness" else force
+
+
+def _condition(covariance: Array) -> float:
+    scale = np.sqrt(np.diag(covariance))
+    if not np.all(np.isfinite(scale)) or not np.all(scale > 0.0):
+        return float("inf")
+    return float(np.sqrt(np.linalg.cond(covariance / np.outer(scale, scale))))
