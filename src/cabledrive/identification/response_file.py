@@ -67,7 +67,8 @@ def read_response(path: str | Path) -> FrequencyResponse:
         raise InputRefused(f"{table.source}: a number is missing, or a frequency is not above 0: correct it")
     hertz = columns[0] * _factor(table, frequency, FREQUENCIES, "rad/s") / (2 * np.pi)
     size = _size(table, magnitude, columns[1])
-    return _averaged(hertz, size * np.exp(1j * columns[2] * _factor(table, phase, PHASES, "rad")))
+    angle = columns[2] * _factor(table, phase, PHASES, "rad")
+    return _averaged(hertz, np.asarray(size * np.exp(1j * angle), dtype=complex))
 
 
 def _factor(table: Table, name: str, units: dict[str, str], si: str) -> float:

@@ -107,9 +107,9 @@ def _rigid(records: Sequence[Record], rectified: bool) -> tuple[float, float, fl
         )
         left.append(zero_phase(input_, record.interval, bandwidth))
     found = np.linalg.lstsq(np.vstack(rows), np.concatenate(left), rcond=None)[0]
-    speed = float(np.sqrt(np.mean(np.concatenate([r.output.ravel() for r in records]) ** 2)))
+    size = float(np.sqrt(np.mean(np.concatenate([r.output.ravel() for r in records]) ** 2)))
     force = float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
     rate = float(np.sqrt(np.mean(np.concatenate([row[:, 0] for row in rows]) ** 2)))
     total = float(found[0]) if found[0] > 1e-3 * force / rate else force / rate
-    viscous = max(float(found[1]), 1e-3 * force / speed)
+    viscous = max(float(found[1]), 1e-3 * force / size)
     return total, viscous, max(float(found[2]), 1e-3 * force)
