@@ -26,6 +26,8 @@ from cabledrive.parameters import (
 from cabledrive.parameters.version import __version__
 
 if TYPE_CHECKING:
+    from cabledrive.identification.identify import identify
+    from cabledrive.identification.logs.reading import read_log
     from cabledrive.report import write_report
     from cabledrive.simulation import simulate
     from cabledrive.studies import frequency_against, frequency_against_carriage_position
@@ -35,6 +37,8 @@ if TYPE_CHECKING:
 _ON_DEMAND = {
     "frequency_against": "cabledrive.studies",
     "frequency_against_carriage_position": "cabledrive.studies",
+    "identify": "cabledrive.identification.identify",
+    "read_log": "cabledrive.identification.logs.reading",
     "run_study": "cabledrive.studies.study",
     "simulate": "cabledrive.simulation",
     "write_report": "cabledrive.report",
@@ -62,11 +66,13 @@ __all__ = [
     "drive_schema",
     "frequency_against",
     "frequency_against_carriage_position",
+    "identify",
     "load_drive",
     "modes",
     "natural_frequencies",
     "packaged_drives",
     "practitioner_warnings",
+    "read_log",
     "run_study",
     "save_drive",
     "simulate",
