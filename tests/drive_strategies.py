@@ -15,10 +15,13 @@ def maybe(strategy):
     return st.none() | strategy
 
 
+materials = st.one_of(
+    st.fixed_dictionaries({"youngs_modulus": st.floats(1e6, 1e12), "area": st.floats(1e-9, 1e-2)}),
+    st.fixed_dictionaries({"given_rigidity": st.floats(1e-3, 1e10)}),
+)
 cables = st.builds(
-    Cable,
-    youngs_modulus=st.floats(1e6, 1e12),
-    area=st.floats(1e-9, 1e-2),
+    lambda material, **others: Cable(**material, **others),
+    material=materials,
     mass_per_length=st.floats(1e-6, 1e3),
     pretension=st.floats(1e-3, 1e6),
     transverse_damping=nonnegative,
@@ -42,6 +45,7 @@ motors = st.builds(
     offset_torque=st.floats(-1e6, 1e6),
     joint_stiffness=maybe(positive),
     joint_damping=nonnegative,
+    holding_stiffness=maybe(positive),
     torque_limit=maybe(positive),
     torque_per_volt=maybe(positive),
     speed_limit=maybe(positive),

@@ -13,6 +13,8 @@ from drive_strategies import drives
 SETTINGS = ["carriage.0.mass=0.5", "carriage.0.position=0.25", "goal.tracking_error=0.001"]
 SETTINGS += ["cable.strain_limit=0.05", "pulley.0.wrap_angle=3", "pulley.0.capstan_friction=0.3"]
 FULL = load_drive(Path(__file__).with_name("contract_example.toml"), overrides=SETTINGS)
+ALONE = ("schema", "name", "title", "source", "pulley_distance", "fixed", "given_rigidity")
+"""No numbers, or what cannot be changed without another key."""
 OTHER = {"kind": "line", "span": "lower"}
 
 
@@ -44,7 +46,15 @@ def variants(table):
                 for n, row in enumerate(value)
                 for key, new in variants(row)
             ]
-        elif field.name in ("schema", "name", "title", "source", "pulley_distance", "fixed"):
+        elif field.name in (
+            "schema",
+            "name",
+            "title",
+            "source",
+            "pulley_distance",
+            "fixed",
+            "given_rigidity",
+        ):
             copies = []
         else:
             copies = [(field.name, replace(table, **{field.name: varied(value, field.name)}))]
@@ -90,6 +100,12 @@ def test_packaged_drives_have_different_hashes():
 def test_hash_survives_the_round_trip(drive: Drive, tmp_path_factory):
     path = tmp_path_factory.getbasetemp() / "hashed.toml"
     assert content_hash(load_drive(save_drive(drive, path, force=True))) == content_hash(drive)
+
+
+def test_hash_sees_the_last_bit_of_a_given_rigidity():
+    rope = replace(FULL, cable=replace(FULL.cable, youngs_modulus=None, area=None, given_rigidity=438.0))
+    other = replace(rope, cable=rope.cable.with_rigidity(nextafter(438.0, inf)))
+    assert len({content_hash(drive) for drive in (FULL, rope, other)}) == 3
 
 
 OF_VERSION_0_1 = {

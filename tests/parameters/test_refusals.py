@@ -134,8 +134,13 @@ BAD_SHAPES = {
     ),
     'unknown key "cable.pretention" (did you mean "cable.pretension"?)': changed("pretension", "pretention"),
     'unknown key "cabel" (did you mean "cable"?)': changed("[cable]", "[cabel]"),
-    'unknown key "cable.axial_rigidity": it is youngs_modulus times area, of which only the product matters: '
-    "give both": changed("pretension", 'axial_rigidity = "19 kN"\npretension'),
+    "cable.axial_rigidity = 19000 N beside youngs_modulus or area: give the rigidity, or modulus and area": (
+        changed("pretension", 'axial_rigidity = "19 kN"\npretension')
+    ),
+    "cable.area is missing: give youngs_modulus [Pa] and area [m^2], or axial_rigidity [N], their product": (
+        changed('area = "1.46e-7 m^2"', "")
+    ),
+    'unknown key "cable.EA": give axial_rigidity': changed("pretension", 'EA = "19 kN"\npretension'),
     'unknown key "pulley.1.diameter": give radius, half of it': DRIVE + "diameter = 1",
     'unknown key "pulley.1.raduis" (did you mean "pulley.1.radius"?)': DRIVE + "raduis = 1",
     'unknown key "goal.x" (known: tracking_error)': DRIVE + "[goal]\nx = 1",

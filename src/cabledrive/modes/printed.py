@@ -166,6 +166,10 @@ def _pieces(drive: Drive, omega: float, kind: str, *, upper: int, lower: int) ->
         raise InputRefused(
             "this matrix knows no flexible motor joint: leave out motor.joint_stiffness or take the modes"
         )
+    if chain.grounds is not None:
+        raise InputRefused(
+            "this matrix is of a motor that turns freely: leave out motor.holding_stiffness or take the modes"
+        )
     cable, stretch = drive.cable, 1.0 + drive.cable.prestrain
     phase = omega * stretch * chain.lengths / cable.axial_wave_speed
     impedance = cable.axial_wave_speed * cable.stretched_mass_per_length

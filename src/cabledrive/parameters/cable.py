@@ -1,8 +1,9 @@
 """The cable, belt or tendon: stiffness, mass, pretension, damping."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import sqrt
 
+from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import check_fields, quantity
 
 
@@ -14,10 +15,11 @@ class Cable:
 
     Attributes
     ----------
-    youngs_modulus : float
-        Young's modulus :math:`E` [Pa].
-    area : float
-        Load-bearing cross-section :math:`A` [m^2].
+    youngs_modulus, area : float or None
+        Young's modulus :math:`E` [Pa] and load-bearing cross-section :math:`A` [m^2], of which only the
+        product matters; None where the rigidity is given instead.
+    given_rigidity : float or None, default None
+        Axial rigidity [N] as a data sheet states it, ``axial_rigidity`` of the drive file.
     mass_per_length : float
         Mass per unstretched length :math:`\rho_0` [kg/m].
     pretension : float
@@ -30,8 +32,11 @@ class Cable:
         Largest strain of the elastic range [-], if known.
     """
 
-    youngs_modulus: float = quantity("Pa", "positive", "Young's modulus E")
-    area: float = quantity("m^2", "positive", "load-bearing cross-section A")
+    youngs_modulus: float | None = quantity("Pa", "positive", "Young's modulus E", None)
+    area: float | None = quantity("m^2", "positive", "load-bearing cross-section A", None)
+    given_rigidity: float | None = quantity(
+        "N", "positive", "axial rigidity EA, instead of modulus and area", None, key="axial_rigidity"
+    )
     mass_per_length: float = quantity("kg/m", "positive", "mass per metre of unstretched cable rho0")
     pretension: float = quantity("N", "positive", "pretension T0; a slack cable transmits nothing")
     transverse_damping: float = quantity("1/s", "nonnegative", "transverse damping Gamma", 0.0)
@@ -40,11 +45,44 @@ class Cable:
 
     def __post_init__(self) -> None:
         check_fields(self)
+        pair = (self.youngs_modulus, self.area)
+        if self.given_rigidity is not None and pair != (None, None):
+            raise InputRefused(
+                f"axial_rigidity = {self.given_rigidity:.9g} N beside youngs_modulus or area: give the "
+                "rigidity, or modulus and area"
+            )
+        if self.given_rigidity is None and None in pair:
+            which = "youngs_modulus" if self.youngs_modulus is None else "area"
+            raise InputRefused(
+                f"{which} is missing: give youngs_modulus [Pa] and area [m^2], or axial_rigidity [N], their "
+                "product"
+            )
 
     @property
     def axial_rigidity(self) -> float:
         """Axial rigidity EA [N]."""
+        if self.given_rigidity is not None:
+            return self.given_rigidity
+        assert self.youngs_modulus is not None
+        assert self.area is not None
         return self.youngs_modulus * self.area
+
+    def with_rigidity(self, rigidity: float) -> "Cable":
+        """The same cable of another axial rigidity.
+
+        Parameters
+        ----------
+        rigidity : float
+            EA [N].
+
+        Returns
+        -------
+        Cable
+            Its area kept where it is known.
+        """
+        if self.area is None:
+            return replace(self, given_rigidity=rigidity)
+        return replace(self, youngs_modulus=rigidity / self.area)
 
     @property
     def prestrain(self) -> float:

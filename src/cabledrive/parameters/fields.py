@@ -27,7 +27,9 @@ _KINDS: dict[type, str] = {
 }
 
 
-def quantity(unit: str, bound: str, meaning: str, default: Any = dataclasses.MISSING) -> Any:
+def quantity(
+    unit: str, bound: str, meaning: str, default: Any = dataclasses.MISSING, *, key: str | None = None
+) -> Any:
     """Declare a physical quantity as a dataclass field.
 
     Parameters
@@ -40,14 +42,30 @@ def quantity(unit: str, bound: str, meaning: str, default: Any = dataclasses.MIS
         One line for the schema and the reference.
     default : float or None, optional
         Value when the file is silent; None means "not stated". Without it the key is required.
+    key : str, optional
+        Name in the drive file where it is not the field's.
 
     Returns
     -------
     dataclasses.Field
-        The field, with unit, bound and meaning in its metadata.
+        The field, with unit, bound, meaning and key in its metadata.
     """
-    metadata = {"unit": unit, "bound": bound, "meaning": meaning}
+    metadata = {"unit": unit, "bound": bound, "meaning": meaning} | ({"key": key} if key else {})
     return dataclasses.field(default=default, metadata=metadata)
+
+
+def key_of(field: dataclasses.Field[Any]) -> str:
+    """Name of a field in the drive file.
+
+    Parameters
+    ----------
+    field : dataclasses.Field
+
+    Returns
+    -------
+    str
+    """
+    return str(field.metadata.get("key", field.name))
 
 
 def choice(options: tuple[Any, ...], meaning: str, default: Any = dataclasses.MISSING) -> Any:
@@ -195,8 +213,8 @@ def rounded(value: float, digits: int) -> str:
 
 def _checked(field: dataclasses.Field[Any], value: Any) -> float | int:
     unit, bound = field.metadata["unit"], field.metadata["bound"]
-    number = _number(field.name, value, unit)
-    shown = f"{field.name} = {number:.9g}" + ("" if unit in ("1", "count") else f" {unit}")
+    number = _number(key_of(field), value, unit)
+    shown = f"{key_of(field)} = {number:.9g}" + ("" if unit in ("1", "count") else f" {unit}")
     holds, words = _BOUNDS[bound]
     if not math.isfinite(number):
         raise InputRefused(f"{shown} must be finite: give a number")

@@ -5,7 +5,7 @@ from math import pi
 from typing import Any
 
 from cabledrive.parameters.drive import MOST_CARRIAGES, WORDS, Drive
-from cabledrive.parameters.fields import LARGEST, SMALLEST
+from cabledrive.parameters.fields import LARGEST, SMALLEST, key_of
 from cabledrive.parameters.tables import ARRAYS, TABLES
 
 _LIMITS: dict[str, dict[str, float]] = {
@@ -36,6 +36,15 @@ def drive_schema() -> dict[str, Any]:
     schema["properties"]["layout"] |= {
         "oneOf": [{"required": ["span_length"]}, {"required": ["pulley_distance"]}]
     }
+    schema["properties"]["cable"] |= {
+        "oneOf": [
+            {"required": ["youngs_modulus", "area"], "not": {"required": ["axial_rigidity"]}},
+            {
+                "required": ["axial_rigidity"],
+                "not": {"anyOf": [{"required": ["youngs_modulus"]}, {"required": ["area"]}]},
+            },
+        ]
+    }
     schema["required"] = ["schema", *schema["required"]]
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "cabledrive drive file"}
     return head | schema
@@ -46,7 +55,7 @@ def _table_schema(table: type) -> dict[str, Any]:
     return {
         "type": "object",
         "description": (table.__doc__ or "").splitlines()[0],
-        "properties": {field.name: _field_schema(field) for field in fields},
+        "properties": {key_of(field): _field_schema(field) for field in fields},
         "required": [field.name for field in fields if field.default is dataclasses.MISSING],
         "additionalProperties": False,
     }

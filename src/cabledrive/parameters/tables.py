@@ -7,7 +7,7 @@ from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.carriage import Carriage
 from cabledrive.parameters.drive import SCHEMA_VERSION, WORDS, Drive, check_count
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.fields import kind_of, nearest, written
+from cabledrive.parameters.fields import key_of, kind_of, nearest, written
 from cabledrive.parameters.instruments import Goal, Lumped, Sensors
 from cabledrive.parameters.layout import Layout
 from cabledrive.parameters.motor import Motor
@@ -24,11 +24,9 @@ TABLES: dict[str, type] = {
 }
 ARRAYS: dict[str, type] = {"pulley": Pulley, "carriage": Carriage}
 HEAD = ("schema", "name", "kind", "title", "source")
-_RIGIDITY = "it is youngs_modulus times area, of which only the product matters: give both"
 OTHER_WORDS = {
-    "cable.axial_rigidity": _RIGIDITY,
-    "cable.EA": _RIGIDITY,
-    "cable.stiffness": "that of a span is youngs_modulus * area / layout.span_length: give modulus and area",
+    "cable.EA": "give axial_rigidity",
+    "cable.stiffness": "that of a span is axial_rigidity / layout.span_length: give axial_rigidity",
     "cable.diameter": "give area, the cross-section that carries load",
     "cable.density": "give mass_per_length, density times cross-section",
     "pulley.diameter": "give radius, half of it",
@@ -80,7 +78,7 @@ def _check_schema(data: dict[str, Any]) -> None:
 
 
 def _check_keys(data: dict[str, Any], table: type, place: str) -> None:
-    fields = {field.name: field for field in dataclasses.fields(table)}
+    fields = {key_of(field): field for field in dataclasses.fields(table)}
     for key in data:
         if key not in fields:
             other = OTHER_WORDS.get(f"{place.split('.')[0]}.{key}")
@@ -107,9 +105,9 @@ def _table(data: Any, table: type, place: str) -> Any:
         remedy = f"[[{head}]]" if dot else f"[{place}]"
         raise InputRefused(f"{place} is {kind_of(data)}, not a table: write {remedy} above its keys")
     _check_keys(data, table, f"{place}.")
-    fields = {field.name: field for field in dataclasses.fields(table)}
+    fields = {key_of(field): field for field in dataclasses.fields(table)}
     try:
-        return table(**{key: _value(value, fields[key], key) for key, value in data.items()})
+        return table(**{fields[key].name: _value(value, fields[key], key) for key, value in data.items()})
     except InputRefused as refusal:
         raise InputRefused(f"{place}.{refusal}") from None
 
@@ -158,7 +156,7 @@ def tables_from_drive(drive: Drive, *, words: bool = True) -> dict[str, Any]:
 
 def _plain(table: Any, words: bool) -> dict[str, Any]:
     return {
-        field.name: _text(getattr(table, field.name), field.metadata.get("unit"))
+        key_of(field): _text(getattr(table, field.name), field.metadata.get("unit"))
         for field in dataclasses.fields(table)
         if getattr(table, field.name) != field.default and (words or "words" not in field.metadata)
     }

@@ -51,8 +51,7 @@ def with_measured_stiffness(drive: Drive) -> Drive:
     """
     stiffness, damping = (value / len(drive.spans) for value in rim_spring(drive))
     length = drive.span_length
-    modulus = stiffness * length / drive.cable.area
-    cable = replace(drive.cable, youngs_modulus=modulus, axial_damping=damping * length)
+    cable = replace(drive.cable.with_rigidity(stiffness * length), axial_damping=damping * length)
     return replace(drive, cable=cable, lumped=None)
 
 

@@ -124,7 +124,7 @@ def transporter_of(
         )
     motor, (first, second) = drive.motor, drive.pulley
     carriage, r = drive.carriage[0], first.radius
-    rigidity = drive.cable.youngs_modulus * drive.cable.area
+    rigidity = drive.cable.axial_rigidity
     return Transporter(
         span_length=drive.span_length,
         axial_rigidity=rigidity,

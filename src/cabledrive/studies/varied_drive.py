@@ -4,7 +4,7 @@ from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.parameters.fields import nearest
+from cabledrive.parameters.fields import key_of, nearest
 
 
 def varied(drive: Drive, key: str, value: float) -> Drive:
@@ -63,8 +63,7 @@ def quantity_of(drive: Drive, key: str) -> tuple[str, str]:
 def _replaced(table: Any, path: list[str], value: float, key: str) -> Any:
     step, *rest = path
     if not rest:
-        _field(table, step, key)
-        return replace(table, **{step: value})
+        return replace(table, **{_field(table, step, key).name: value})
     part = _replaced(_part(table, step, key), rest, value, key)
     if isinstance(table, tuple):
         return (*table[: int(step)], part, *table[int(step) + 1 :])
@@ -88,7 +87,7 @@ def _part(table: Any, step: str, key: str) -> Any:
 
 
 def _field(table: Any, name: str, key: str) -> Any:
-    known = {field.name: field for field in fields(table)} if is_dataclass(table) else {}
+    known = {key_of(field): field for field in fields(table)} if is_dataclass(table) else {}
     numeric = {k: field for k, field in known.items() if field.metadata.get("unit") not in (None, "count")}
     if name not in numeric:
         what = "is not a quantity with a unit" if name in known else "is unknown"

@@ -39,6 +39,8 @@ def table_3_1(quick: bool) -> Outcome:
     for number, (first, second) in CONFIGURATIONS.items():
         drive = load_drive(f"dissertation-{number}")
         where, cable = f"Table 3.1, configuration {number}", drive.cable
+        assert cable.youngs_modulus is not None
+        assert cable.area is not None
         used = {
             "r1": drive.drive_pulley.radius,
             "r2": drive.load_pulley.radius,

@@ -121,6 +121,8 @@ def table_6_1(quick: bool) -> Outcome:
     """
     drive = drive_3()
     cable, motor = drive.cable, drive.motor
+    assert cable.youngs_modulus is not None
+    assert cable.area is not None
     assert motor is not None
     assert drive.lumped is not None
     used = {
