@@ -291,10 +291,10 @@ def test_file_that_fails_while_it_is_read_is_refused(tmp_path, monkeypatch):
     assert refusal(path) == "cannot be read (Input/output error): check the path"
 
 
-def test_endless_device_is_read_no_further_than_the_limit():
+def test_device_is_no_drive_file():
     if not Path("/dev/zero").exists():
         pytest.skip("this machine has no /dev/zero")
-    assert refusal("/dev/zero") == "larger than the 16 MB that are read: lump carriages together"
+    assert refusal("/dev/zero") == "is a device or a pipe, no regular file: give the path of a drive file"
 
 
 def test_folder_of_a_results_name_does_not_hide_a_packaged_drive(tmp_path, monkeypatch):
