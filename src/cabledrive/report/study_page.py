@@ -19,9 +19,9 @@ from cabledrive.studies.study import StudyResult
 
 PACKAGES = ("numpy", "scipy", "numba", "matplotlib", "Jinja2")
 TITLES = {
-    "yes": "yes, it can be done",
-    "no": "no, not like this",
-    "unknown": "it cannot be told yet",
+    "yes": "yes",
+    "no": "no",
+    "unknown": "unknown",
 }
 
 

@@ -1,6 +1,7 @@
 """`cabledrive study`: from a drive file and logs to a controller with a verdict."""
 
 from dataclasses import replace
+from math import floor
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ from cabledrive.app.options import Subcommand, answering, drive_argument
 from cabledrive.app.results import Answer
 from cabledrive.parameters import Drive, InputRefused
 
-QUICK = {"draws": 100, "cable_draws": 3, "carriage_draws": 50}
+QUICK = {"draws": 400, "cable_draws": 0, "carriage_draws": 400}
 SERVED = "nothing has changed: served from the finished study"
 
 
@@ -32,7 +33,11 @@ SERVED = "nothing has changed: served from the finished study"
     metavar="FILE",
     help="TOML file: error, motion, torque, load range, carriage, draws.",
 )
-@click.option("--quick", is_flag=True, help="Fewer plants: 100 lumped, 3 on the cable, 50 with a carriage.")
+@click.option(
+    "--quick",
+    is_flag=True,
+    help="Fewer plants: 400 lumped or with a carriage, none on the distributed cable.",
+)
 @click.option(
     "--resume", is_flag=True, help="Go on where an interrupted study ended; done by itself as well."
 )
@@ -82,13 +87,14 @@ def _studied(
     from cabledrive.app.run_limits import check_record
     from cabledrive.report.study_page import study_html
     from cabledrive.studies.study import Goals, load_goals, run_study
+    from cabledrive.studies.study.assumed_motion import goals_for
     from cabledrive.studies.study.results_file import write_files
     from cabledrive.studies.study.stage_cache import sweep
 
     wanted = Goals() if goals is None else load_goals(goals)
     wanted = replace(wanted, **{k: min(v, getattr(wanted, k)) for k, v in QUICK.items()}) if quick else wanted
     if drive.sensors is not None and drive.sensors.sample_rate is not None:
-        duration = wanted.motion.trajectory.duration
+        duration = goals_for(drive, wanted).motion.trajectory.duration
         check_record(duration, duration * drive.sensors.sample_rate)
     sweep(folder)
     sweep(folder / STAGES)
@@ -104,8 +110,25 @@ def _answer(data: dict[str, Any], folder: Path) -> Answer:
 
 def _text(data: dict[str, Any], folder: Path) -> str:
     colour = {"yes": "green", "no": "red"}.get(data["verdict"], "yellow")
-    lines = [f"{data['drive']}: {click.style(data['verdict'], fg=colour, bold=True)}", ""]
-    for title, key in (("because", "reasons"), ("what would help", "remedies"), ("to be known", "cautions")):
-        lines += [f"  {title if not i else '':<16} {words}" for i, words in enumerate(data[key])]
+    lines = [f"{data['drive']}: {click.style(data['verdict'], fg=colour, bold=True)}; {data['headline']}", ""]
+    lists = {"besides": data["reasons"][1:], "what would help": data["remedies"], "notes": data["cautions"]}
+    for title, listed in lists.items():
+        lines += [f"  {title if not i else '':<16} {words}" for i, words in enumerate(listed)]
+    lines += _candidates(data["candidates"])
     lines += ["", f"report: {folder / 'report.html'}"]
     return "\n".join(lines)
+
+
+def _candidates(found: list[dict[str, Any]]) -> list[str]:
+    """Every law that was tried, in a line each."""
+    lines = [""] if found else []
+    for one in found:
+        unit = "mm" if "worst_mm" in one else "deg"
+        words = one["reason"] if not one["runs"] else f"worst of {one['runs']} plants "
+        if one["runs"]:
+            worst = one[f"worst_{unit}"]
+            words += "none lasted" if worst is None else f"{worst:.3g} {unit}"
+            low = one["share_low"]
+            words += "" if low is None else f", at least {floor(1e3 * low) / 10:g} % of all within the goal"
+        lines.append(f"  {one['controller']:<16} {words}")
+    return lines

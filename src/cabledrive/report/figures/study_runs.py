@@ -116,7 +116,9 @@ def _name_the_ends(axes: "Axes", right: float, ends: list[tuple[float, str, str]
         floor = lifted
 
 
-def peaks_picture(name: str, runs: Sequence[AcceptanceResult], bound: float, error: float | None) -> Picture:
+def peaks_picture(
+    name: str, runs: Sequence[AcceptanceResult], bound: float | None, error: float | None
+) -> Picture:
     """Share of the runs below an error, with bound and goal.
 
     Parameters
@@ -125,10 +127,8 @@ def peaks_picture(name: str, runs: Sequence[AcceptanceResult], bound: float, err
         Unique on the page.
     runs : sequence of AcceptanceResult
         In each of which at least one run lasted.
-    bound : float
-        [rad].
-    error : float or None
-        Goal [rad].
+    bound, error : float or None
+        Stated for the law, asked for [rad].
 
     Returns
     -------
@@ -137,7 +137,7 @@ def peaks_picture(name: str, runs: Sequence[AcceptanceResult], bound: float, err
 
     def _draw(figure: "Figure", narrow: bool) -> None:
         axes = figure.subplots()
-        right = _end_of_axis(runs, max(bound, error or 0.0))
+        right = _end_of_axis(runs, max(bound or 0.0, error or 0.0))
         furthest = max(runs, key=lambda one: one.peaks[len(one.peaks) // 2])
         for one in runs:
             colour, style = PLANT_LOOKS[one.plant]
@@ -148,8 +148,9 @@ def peaks_picture(name: str, runs: Sequence[AcceptanceResult], bound: float, err
             middle = max(seen // 2, min(seen, 1))
             aside = (8, -10) if one is furthest else (-8, 6)
             label(axes, one.plant, (float(peaks[middle]), float(share[middle])), aside, **looks)
-        limits = [("bound", bound, INK, ":")] + ([("goal", error, RED, "-.")] if error else [])
-        for words, value, colour, style in limits:
+        for words, value, colour, style in (("bound", bound, INK, ":"), ("goal", error, RED, "-.")):
+            if value is None:
+                continue
             axes.axvline(np.degrees(value), color=colour, linestyle=style, linewidth=1.4)
             label(axes, words, (float(np.degrees(value)), 6.0), (-5, 0), color=colour, ha="right")
         axes.set_xlim(0.0, right)
@@ -177,9 +178,10 @@ def shares_below(one: AcceptanceResult) -> tuple[Array, Array]:
 
 
 def _end_of_axis(runs: Sequence[AcceptanceResult], limit: float) -> float:
-    """Beyond the limit, and beyond errors up to four times as large [deg]."""
+    """Beyond the limit, if any, and beyond errors up to four times as large [deg]."""
     largest = max(one.peaks[-1] for one in runs)
-    return 1.15 * float(np.degrees(max(limit, min(largest, 4.0 * limit))))
+    shown = max(limit, min(largest, 4.0 * limit)) if limit else largest
+    return 1.15 * float(np.degrees(shown))
 
 
 def worst_picture(name: str, worst: WorstCase) -> Picture:

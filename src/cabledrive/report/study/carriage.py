@@ -7,6 +7,7 @@ from cabledrive.report.figures.carriage_runs import (
     carriage_worst_picture,
 )
 from cabledrive.report.numbers import number
+from cabledrive.report.study.laws_table import laws_table
 from cabledrive.report.study.quantity_tables import shares_table, worst_plant_table
 from cabledrive.report.study.verdict import sentences
 from cabledrive.studies.study import StudyResult
@@ -161,6 +162,7 @@ def carriage_acceptance_chapter(result: StudyResult) -> Chapter | None:
             "carriage travels, encoders at random phases, a motor that sticks, the torque limit. A strand "
             "that goes slack ends a run."
         ),
+        laws_table(result.scores, "mm", 1e-3),
         _runs(runs),
     ]
     if runs.peaks:

@@ -5,9 +5,7 @@ from cabledrive.report.numbers import number, quantity
 from cabledrive.studies.study import Goals
 
 CARRIAGE_METHODS = (
-    "Verdict: no theorem bounds the error of the scheduled law, so the goal decides, by the runs. Yes if 99 "
-    "% of the plants keep within it; no if torque, speed, tension, resonance or that test refuse; unknown "
-    "without a goal, if the model is not right, or if only the data sheet's uncertainty decides.",
+    "No theorem bounds the error of the scheduled law: what stands here is what the runs showed.",
 )
 
 

@@ -5,21 +5,28 @@ from markupsafe import Markup
 from cabledrive.report.blocks import Block, Cell, Chapter, Column, Note, Paragraph, RowGroup, Table
 from cabledrive.report.numbers import number, quantity
 from cabledrive.report.study.carriage_goals import CARRIAGE_METHODS, asked_of_carriage
-from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import Goals, StudyResult
 from cabledrive.studies.study.verdict_stage import Margin
+from cabledrive.studies.study.verdict_words import move_words
 
+VERDICT_METHODS = (
+    "Verdict: yes if a law keeps within the error goal on at least 99 % of the lumped plants (or plants with "
+    "a carriage) and 95 % of the plants on the distributed cable, each as the lower end of a one-sided 95 % "
+    "Clopper-Pearson interval; of several such laws the simplest. No if torque, speed, a slack span or "
+    "resonance refuse the motion. Unknown in all other cases: without an error goal, if no law that was "
+    "tried holds it, if the log contradicts the data sheet or the model, or if data are missing.",
+)
 TONES = {"yes": "good", "no": "warning", "unknown": "warning"}
 HEADS = {"yes": "Yes.", "no": "No.", "unknown": "Unknown."}
 MARGINS = {
     "torque": "Torque of the motion, without feedback",
     "speed": "Speed of the pulley",
     "lost tension": "Tension that a strand loses along the motion, against the pretension",
-    "error, carriage": "Error that 99 % of the runs keep below, against the goal",
+    "error, carriage": "Error that 99 % of the plants keep below, 95 % confidence, against the goal",
     "slack_torque": "Torque through the cable, before a span goes slack",
-    "error, lumped": "Error that 99 % of the lumped plants keep below, against the stated bound",
-    "error, cable": "Error that 95 % of the plants on the cable keep below, against the stated bound",
-    "bound": "Stated bound, against the goal",
+    "error, lumped": "Error that 99 % of the lumped plants keep below, 95 % confidence, against the goal",
+    "error, cable": "Error that 95 % of the cable plants keep below, 95 % confidence, against the goal",
+    "bound": "Stated bound of the chosen law, against the goal",
 }
 
 
@@ -46,19 +53,13 @@ def verdict_chapter(result: StudyResult) -> Chapter:
     if verdict.cautions:
         blocks.append(points("To be known:", verdict.cautions))
     carried = result.carriage is not None
-    blocks.append(_asked(result.goals) if not carried else asked_of_carriage(result.goals))
+    travels = result.goals.travel is not None
+    blocks.append(asked_of_carriage(result.goals) if travels else _asked(result.goals))
     return Chapter(
         title="Verdict",
         anchor="verdict",
         blocks=tuple(blocks),
-        methods=CARRIAGE_METHODS
-        if carried
-        else (
-            "Verdict: yes if 99 % of the lumped and 95 % of the cable plants keep within the stated bound "
-            "and, where one is given, the error goal; no if torque, speed, slack, resonance or that test "
-            "refuse; unknown if a log was given and cannot tell what the controller rests on, if data are "
-            "missing, or if the data sheet's uncertainty decides.",
-        ),
+        methods=(*VERDICT_METHODS, *(CARRIAGE_METHODS if carried else ())),
     )
 
 
@@ -135,8 +136,8 @@ def _margins(margins: tuple[Margin, ...]) -> Table:
 
 def _asked(goals: Goals) -> Table:
     rows: list[tuple[Cell, ...]] = [
-        ("Error of the load", quantity(goals.error, "rad", 3) if goals.error else "the stated bound itself"),
-        ("Each move", f"{goals.angle / DEGREE:g} deg in {goals.duration:g} s, {goals.dwell:g} s rest"),
+        ("Error of the load", quantity(goals.error, "rad", 3) if goals.error else "no goal"),
+        ("Each move", f"{move_words(goals)}, {goals.dwell:g} s rest"),
         ("Pulses", f"{goals.pulses}, rises of order {goals.order}"),
         ("Largest torque", quantity(goals.torque, "N m", 3) if goals.torque else "the motor's limit"),
         ("Load", _load(goals)),

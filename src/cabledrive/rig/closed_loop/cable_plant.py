@@ -209,7 +209,12 @@ def drive_like(drive: Drive, chain: LumpedChain) -> Drive:
     """
     first, second = drive.pulley
     gear, spans = second.radius / first.radius, len(drive.spans)
-    load = replace(second, inertia=chain.inertias[-1] * gear**2)
+    load = replace(
+        second,
+        inertia=chain.inertias[-1] * gear**2,
+        viscous_friction=chain.viscous[-1] * gear**2,
+        coulomb_friction=chain.coulomb[-1] * gear,
+    )
     motor = drive.motor
     if motor is not None:
         rigid = motor.joint_stiffness is None

@@ -11,7 +11,7 @@ from cabledrive.rig.closed_loop.loop_plants import plant_parts
 from cabledrive.rig.setting import RigOptions
 
 
-def with_plant(loop: Loop, chain: LumpedChain, options: RigOptions) -> Loop:
+def with_plant(loop: Loop, chain: LumpedChain, options: RigOptions, play: float | None = None) -> Loop:
     """The same law and filter on another row of inertias, or on the distributed cable like it.
 
     Parameters
@@ -20,6 +20,8 @@ def with_plant(loop: Loop, chain: LumpedChain, options: RigOptions) -> Loop:
     chain : LumpedChain
         At the first shaft.
     options : RigOptions
+    play : float, optional
+        Free play of the first link [rad]; default: that of the loop. The distributed cable has none.
 
     Returns
     -------
@@ -29,7 +31,8 @@ def with_plant(loop: Loop, chain: LumpedChain, options: RigOptions) -> Loop:
     slack = loop.slack
     if np.isfinite(slack):
         slack *= loop.chain.stiffness[-1] / chain.stiffness[-1]
-    parts = plant_parts(chain, interval, rate, options, 2.0 * loop.kinks.play, slack)
+    play = 2.0 * loop.kinks.play if play is None else play
+    parts = plant_parts(chain, interval, rate, options, play, slack)
     cable = loop.cable
     if cable is not None:
         cable = cable_plant(drive_like(cable.drive, chain), chain, interval, options, measured=False)

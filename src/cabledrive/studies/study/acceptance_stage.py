@@ -9,9 +9,10 @@ import numpy as np
 from cabledrive.parameters import Drive
 from cabledrive.rig.closed_loop.loop import Loop, run
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
+from cabledrive.rig.laws.controllers import Controller
 from cabledrive.rig.setting import Motion
-from cabledrive.studies.study.closed_loop import joined_loop, make_law, with_values
-from cabledrive.studies.study.controller_stage import ControllerResult
+from cabledrive.studies.study.candidates import lost
+from cabledrive.studies.study.closed_loop import joined_loop, with_values
 from cabledrive.studies.study.drawn_plants import drawn_plant
 from cabledrive.studies.study.knowledge_stage import Knowledge
 from cabledrive.studies.study.lasting_runs import quantile_of_all
@@ -73,8 +74,8 @@ class AcceptanceResult:
     draws : int
     peaks : tuple of float
         Largest error of each run that lasted, ascending [rad].
-    inside : float
-        Share of all runs whose error stayed inside the stated bound.
+    inside : float or None
+        Share of all runs whose error stayed inside the stated bound; None: no bound is stated for the law.
     reached : float or None
         Share of all runs whose error stayed inside the goal; None without one.
     failed : int
@@ -92,7 +93,7 @@ class AcceptanceResult:
     plant: str
     draws: int
     peaks: tuple[float, ...]
-    inside: float
+    inside: float | None
     reached: float | None
     failed: int
     saturated: int
@@ -119,7 +120,7 @@ def accept(
     drive: Drive,
     motion: Motion,
     known: Knowledge,
-    controller: ControllerResult,
+    law: Controller,
     *,
     draws: int,
     seed: int,
@@ -128,8 +129,11 @@ def accept(
     cable: bool,
     cache: StageCache,
     inputs: Mapping[str, object],
+    bound: float | None = None,
 ) -> AcceptanceResult:
-    """Run the accepted law on many plants, block by block; each finished block is kept.
+    """Run a law on many plants, block by block; each finished block is kept.
+
+    A law that has missed the goal more often than all the runs allow is not run further.
 
     Parameters
     ----------
@@ -137,8 +141,7 @@ def accept(
         With the best values.
     motion : Motion
     known : Knowledge
-    controller : ControllerResult
-        With a bandwidth.
+    law : Controller
     draws, seed : int
     torque, error : float or None
         Goals [N m], [rad].
@@ -147,29 +150,34 @@ def accept(
     cache : StageCache
     inputs : mapping
         All that the stage depends on, for the blocks' keys.
+    bound : float, optional
+        Stated for the law [rad].
 
     Returns
     -------
     AcceptanceResult
     """
-    assert controller.bandwidth is not None
-    assert controller.bound is not None
-    law = make_law(drive, motion, known.quantities, controller.model, controller.bandwidth)
     loop = joined_loop(drive, drive, law, motion, torque, cable=cable)
     plant, size = ("cable", CABLE_BLOCK) if cable else ("lumped", BLOCK)
-    blocks = []
+    blocks: list[DrawBlock] = []
     for first in range(0, draws, size):
         last = min(first + size, draws)
         blocks.append(
             cache.staged(
-                f"acceptance-{plant}-{first:05d}",
+                f"acceptance-{plant}-{law.name}-{first:05d}",
                 DrawBlock,
                 {**inputs, "first": first, "last": last},
                 _block(loop, drive, known, seed, range(first, last)),
             )
         )
-        cache.note(f"      {plant} plants: {last} of {draws}")
-    return _summed(loop, drive, known, seed, blocks, controller.bound, error, plant)
+        cache.note(f"      {law.name}, {plant} plants: {last} of {draws}")
+        if error is not None and lost(_misses(blocks, error), draws, plant):
+            break
+    return _summed(loop, drive, known, seed, blocks, bound, error, plant)
+
+
+def _misses(blocks: list[DrawBlock], error: float) -> int:
+    return sum(peak is None or peak > error for block in blocks for peak in block.peaks)
 
 
 def _block(loop: Loop, drive: Drive, known: Knowledge, seed: int, draws: range) -> Callable[[], DrawBlock]:
@@ -199,7 +207,7 @@ def _summed(
     known: Knowledge,
     seed: int,
     blocks: list[DrawBlock],
-    bound: float,
+    bound: float | None,
     error: float | None,
     plant: str,
 ) -> AcceptanceResult:
@@ -214,7 +222,7 @@ def _summed(
         plant=plant,
         draws=len(peaks),
         peaks=tuple(p for p, _ in lasting),
-        inside=within(bound),
+        inside=None if bound is None else within(bound),
         reached=None if error is None else within(error),
         failed=len(peaks) - len(lasting),
         saturated=sum(s > 0.0 for block in blocks for s in block.saturated),
@@ -260,7 +268,7 @@ def no_runs(plant: str, reason: str) -> AcceptanceResult:
         plant=plant,
         draws=0,
         peaks=(),
-        inside=0.0,
+        inside=None,
         reached=None,
         failed=0,
         saturated=0,

@@ -11,7 +11,7 @@ from cabledrive.rig.closed_loop.loop_numbers import Array, RigNumbers
 from cabledrive.rig.setting import Motion
 from cabledrive.rig.tracking import told
 from cabledrive.studies.study.closed_loop import joined_loop, make_law, rig_options, with_values
-from cabledrive.studies.study.machine import Quantity
+from cabledrive.studies.study.machine import Quantity, values_of
 from cabledrive.studies.study.sensor_gain import sensor_bound
 
 FINE = 1e-9
@@ -23,6 +23,9 @@ UNMATCHED = (
     "joint_stiffness",
     "joint_damping",
     "motor_share",
+    "load_viscous_friction",
+    "load_coulomb_friction",
+    "backlash",
 )
 
 
@@ -187,7 +190,8 @@ def unmatched_part(loop: Loop, drive: Drive, quantities: Mapping[str, Quantity])
     open_names = [n for n in UNMATCHED if n in quantities and quantities[n].low != quantities[n].high]
     moved: dict[str, tuple[Array, Array]] = {}
     for name in open_names:
-        low, high = (_error(loop, drive, {name: value}) for value in quantities[name].outer)
+        outer, best = quantities[name].outer, values_of(drive)[name]
+        low, high = (nominal if value == best else _error(loop, drive, {name: value}) for value in outer)
         if low is None or high is None:
             return None
         moved[name] = low - nominal, high - nominal

@@ -103,6 +103,7 @@ def case_of(drive: Drive, goals: Goals) -> CarriageCase:
     CarriageCase
     """
     assert goals.travel is not None
+    assert goals.duration is not None
     design, interval = transporter_with(drive, carriage_values(drive, goals)), sample_interval(drive)
     way = pulse(goals.travel, goals.duration, goals.dwell, pulses=goals.pulses, order=goals.order)
     time = np.asarray(interval * np.arange(round(way.duration / interval)), dtype=np.float64)

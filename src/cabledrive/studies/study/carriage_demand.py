@@ -111,6 +111,7 @@ def carriage_demand(drive: Drive, goals: Goals) -> DemandResult:
     exceeded = [demand.name for demand in demands if not demand.met]
     if not exceeded:
         return DemandResult(demands=demands, shortest=None, binding="no limit is met")
+    assert goals.duration is not None
     long = LONGEST * goals.duration
     if not _possible(drive, goals, long):
         return DemandResult(demands=demands, shortest=None, binding="no duration that was tried is enough")

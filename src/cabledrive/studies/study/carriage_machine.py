@@ -5,7 +5,7 @@ from dataclasses import replace
 from math import pi
 
 from cabledrive.control.transporter_law import ENCODERS
-from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters import Drive
 from cabledrive.reduction.transporter import Transporter, compliance, frozen_frequencies, transporter_of
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study.goals import Goals
@@ -137,52 +137,6 @@ def cable_frequency(transporter: Transporter, position: float) -> float:
     """
     bare = replace(transporter, payload_mass=GRAIN * transporter.carriage_mass, line_length=1e6)
     return float(frozen_frequencies(bare, position)[1]) / (2.0 * pi)
-
-
-def goals_for(drive: Drive, goals: Goals) -> Goals:
-    """Goals in which the travel of a carriage and the turn of its pulley agree.
-
-    Parameters
-    ----------
-    drive : Drive
-    goals : Goals
-
-    Returns
-    -------
-    Goals
-
-    Raises
-    ------
-    InputRefused
-        If they speak of a carriage and there is none, or of an angle where there is one, or the way leaves
-        the span.
-    """
-    if not drive.carriage:
-        for name in ("travel", "carriage_error", "hanging_mass", "rail_friction"):
-            if getattr(goals, name) is not None:
-                word = "error, a length," if name == "carriage_error" else name
-                raise InputRefused(f"{word} is of a carriage, and the drive has none: state it of the load")
-        return goals
-    if goals.error is not None:
-        raise InputRefused(
-            f"error = {goals.error / DEGREE:.4g} deg is an angle, and the drive has a carriage: state a "
-            'length, such as error = "0.5 mm"'
-        )
-    radius = drive.load_pulley.radius
-    travel = goals.angle * radius if goals.travel is None else goals.travel
-    if not missing_for_carriage(drive):
-        _check_way(drive, travel)
-    return replace(goals, travel=travel, angle=travel / radius, order=max(goals.order, ORDER))
-
-
-def _check_way(drive: Drive, travel: float) -> None:
-    start, length = drive.carriage[0].position, drive.span_length
-    least, most = MARGIN * length, (1.0 - MARGIN) * length
-    if not least < start < start + travel < most:
-        raise InputRefused(
-            f"travel = {travel:.4g} m takes the carriage from {start:.4g} m to {start + travel:.4g} m, and "
-            f"{least:.4g} m to {most:.4g} m of its span can be used: shorten it, or move the carriage"
-        )
 
 
 def carriage_values(drive: Drive, goals: Goals) -> dict[str, float]:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from cabledrive.parameters import Drive
+from cabledrive.studies.study.candidates import LawScore, score
 from cabledrive.studies.study.carriage_acceptance import CarriageAcceptance, accept_carriage
 from cabledrive.studies.study.carriage_controller import CarriageController, design_carriage_law
 from cabledrive.studies.study.carriage_demand import CarriageModel, carriage_demand, carriage_model
@@ -33,6 +34,23 @@ class CarriageStages:
     model: CarriageModel
     controller: CarriageController | None
     acceptance: CarriageAcceptance | None
+
+    def score(self, goals: Goals) -> LawScore | None:
+        """The one law of a carriage, as every law is scored; None: it was not run.
+
+        Parameters
+        ----------
+        goals : Goals
+
+        Returns
+        -------
+        LawScore or None
+        """
+        law, runs = self.controller, self.acceptance
+        if law is None or runs is None:
+            return None
+        setting = f"{law.bandwidth:g} Hz"
+        return score(law.name, setting, "carriage", runs.peaks, runs.draws, goals.carriage_error)
 
 
 def know_carriage(drive: Drive, goals: Goals, logs: Sequence[str]) -> Knowledge:

@@ -13,6 +13,7 @@ from cabledrive.control.kalman import QUIET
 from cabledrive.control.reference import flat_reference
 from cabledrive.parameters import Drive
 from cabledrive.reduction.models import FLEXIBLE_JOINT
+from cabledrive.rig.circumstances import free_play
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, plant_chain
 from cabledrive.rig.closed_loop.other_plants import with_plant
 from cabledrive.rig.laws.controllers import DAMPED_SHARE, Controller, own_filter
@@ -185,5 +186,8 @@ def with_values(loop: Loop, drive: Drive, values: Mapping[str, float], phases: n
     Loop
     """
     options = rig_options(drive, ideal=bool(np.all(loop.rig.counts == 0.0)))
-    fresh = with_plant(loop, plant_chain(drive_with(drive, values), None), options)
+    plant = drive_with(drive, values)
+    chain = plant_chain(plant, None)
+    play = 0.0 if loop.cable is not None else free_play(plant, chain)
+    fresh = with_plant(loop, chain, options, play)
     return fresh if phases is None else replace(fresh, rig=fresh.rig._replace(phases=phases))

@@ -27,8 +27,9 @@ QUANTITIES = {
 }
 COUNTS = ("pulses", "order", "draws", "cable_draws", "carriage_draws", "seed")
 TABLES = ("goals", "motion", "carriage", "acceptance")
-SPREADS = {"inertia": 0.1, "stiffness": 0.2, "damping": 0.5, "friction": 0.3}
-"""Relative half widths of what a datasheet says, where nothing else is stated."""
+SPREADS = {"inertia": 0.1, "stiffness": 0.2, "damping": 0.5, "friction": 0.3, "load_friction": 0.15}
+"""Relative half widths of data-sheet values, where nothing else is stated; `load_friction` is the largest
+share of all friction that the load pulley can have beyond its own data-sheet value, also where that is 0."""
 MOST_DRAWS = {"draws": 100_000, "cable_draws": 10_000, "carriage_draws": 100_000}
 """Plants of an acceptance: about a day of one core each."""
 LONGEST_MOTION = 3600.0
@@ -44,16 +45,19 @@ class Goals:
     Attributes
     ----------
     error : float or None
-        Largest error of the load angle [rad]; None: the stated bound itself is the goal.
-    angle, duration, dwell : float
-        Of each pulse of the load [rad], [s], [s].
+        Largest error of the load angle [rad]; None: there is no goal, and no verdict.
+    angle, duration : float or None
+        Of each pulse of the load [rad], [s]; None: assumed from the drive's limits, see
+        `cabledrive.studies.study.assumed_motion`.
+    dwell : float
+        Rest after each move [s].
     pulses, order : int
     torque : float or None
         Largest torque [N m]; None: the motor's limit.
     load_inertia : tuple of (float, float), or None
         Smallest and largest inertia of the load pulley with its load [kg m^2].
     travel : float or None
-        Way of a carriage in each pulse [m]; None: what `angle` at the load pulley carries.
+        Way of a carriage in each pulse [m]; None: what `angle` at the load pulley carries, or assumed.
     carriage_error : float or None
         Largest error of a carriage, and of the mass that hangs below it [m]; None: there is no goal.
     hanging_mass, line_length : float or None
@@ -65,13 +69,18 @@ class Goals:
     seed : int
     spreads : mapping of str to float
         Relative half widths of datasheet values, by kind, see `SPREADS`.
+    backlash : float or None
+        Largest free play of the motor joint where the data sheet says none [rad]; None: by the gear, see
+        `cabledrive.studies.study.machine.backlash_limit`.
     columns : ColumnMap
         How the logs are to be read.
+    assumed : str
+        What of the motion was assumed, in words; empty where all of it was given.
     """
 
     error: float | None = None
-    angle: float = 45.0 * DEGREE
-    duration: float = 0.5
+    angle: float | None = None
+    duration: float | None = None
     dwell: float = 0.5
     pulses: int = 1
     order: int = 9
@@ -83,11 +92,13 @@ class Goals:
     line_length: float | None = None
     rail_friction: float | None = None
     draws: int = 1000
-    cable_draws: int = 20
-    carriage_draws: int = 200
+    cable_draws: int = 73
+    carriage_draws: int = 1000
     seed: int = 0
     spreads: Mapping[str, float] = field(default_factory=lambda: dict(SPREADS))
+    backlash: float | None = None
     columns: ColumnMap = field(default_factory=ColumnMap)
+    assumed: str = ""
 
     def __post_init__(self) -> None:
         for name in QUANTITIES:
@@ -103,15 +114,19 @@ class Goals:
         for name, most in MOST_DRAWS.items():
             if getattr(self, name) > most:
                 raise InputRefused(f"{name} = {getattr(self, name)} is above {most}: ask for fewer")
+        if self.backlash is not None and not (isfinite(self.backlash) and self.backlash >= 0.0):
+            raise InputRefused(
+                f"backlash = {self.backlash:.4g} rad must be finite and not negative: correct it"
+            )
         if self.seed < 0:
             raise InputRefused(f"seed = {self.seed} must not be negative: give a whole number from 0 on")
-        length = self.pulses * (self.duration + self.dwell)
-        if length > LONGEST_MOTION:
+        pulse = (self.duration or 0.0) + self.dwell
+        if self.pulses * pulse > LONGEST_MOTION:
             raise InputRefused(
-                f"{self.pulses} pulses of {self.duration + self.dwell:.4g} s last {length:.4g} s, above "
+                f"{self.pulses} pulses of {pulse:.4g} s last {self.pulses * pulse:.4g} s, above "
                 f"{LONGEST_MOTION:g} s: shorten the motion"
             )
-        if self.angle > LARGEST_ANGLE:
+        if self.angle is not None and self.angle > LARGEST_ANGLE:
             raise InputRefused(
                 f"angle = {self.angle:.4g} rad is above {LARGEST_ANGLE:g} rad: give a pulse of the load"
             )
@@ -127,7 +142,9 @@ class Goals:
 
     @property
     def motion(self) -> Motion:
-        """The motion that is planned."""
+        """The motion that is planned, once nothing of it is open."""
+        assert self.angle is not None
+        assert self.duration is not None
         return Motion(
             angle=self.angle / DEGREE,
             rise=self.duration,
@@ -200,7 +217,10 @@ def goals_of(content: Mapping[str, Any]) -> Goals:
     for key in others:
         if key not in plain_tables:
             raise InputRefused(f"{key}: unknown table{nearest(key, (*TABLES, *plain_tables))}")
-    spreads, columns = _spreads(plain_tables["uncertainty"]), column_map(plain_tables["log"])
+    open_values = dict(plain_tables["uncertainty"])
+    if "backlash" in open_values:
+        found["backlash"] = quantity_of("uncertainty.backlash", open_values.pop("backlash"), "rad")
+    spreads, columns = _spreads(open_values), column_map(plain_tables["log"])
     return Goals(spreads=spreads, columns=columns, **found)
 
 
@@ -226,7 +246,7 @@ def _range(value: Any) -> tuple[float, float]:
 def _spreads(given: Mapping[str, Any]) -> dict[str, float]:
     for key in given:
         if key not in SPREADS:
-            raise InputRefused(f"uncertainty.{key}: unknown key{nearest(key, SPREADS)}")
+            raise InputRefused(f"uncertainty.{key}: unknown key{nearest(key, (*SPREADS, 'backlash'))}")
     return SPREADS | {key: quantity_of(f"uncertainty.{key}", value, "1") for key, value in given.items()}
 
 

@@ -56,6 +56,8 @@ def know(
     logs: Sequence[Log],
     spreads: Mapping[str, float],
     load_inertia: tuple[float, float] | None = None,
+    *,
+    backlash: float | None = None,
 ) -> Knowledge:
     """Identify what the logs can tell of a drive.
 
@@ -68,12 +70,14 @@ def know(
         Relative uncertainty of the datasheet, by kind.
     load_inertia : (float, float), optional
         Range of the load that the goals ask for [kg m^2].
+    backlash : float, optional
+        Largest free play of the joint where the file says none [rad].
 
     Returns
     -------
     Knowledge
     """
-    known = by_datasheet(drive, spreads)
+    known = by_datasheet(drive, spreads, backlash)
     if not logs:
         found = Knowledge(
             quantities=known,

@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import inf
+from math import inf, radians
 from typing import Any
 
 from cabledrive.parameters import Drive, Lumped, Motor, Pulley
 from cabledrive.reduction.models import rim_spring
+from cabledrive.studies.study.goals import SPREADS
 
 POSITIVE = 1e-3
 """Smallest share of its best value that a quantity can have."""
@@ -23,6 +24,9 @@ UNITS = {
     "cable_damping": "N s/rad",
     "joint_stiffness": "N m/rad",
     "joint_damping": "N m s/rad",
+    "load_viscous_friction": "N m s/rad",
+    "load_coulomb_friction": "N m",
+    "backlash": "rad",
     "carriage_mass": "kg",
     "rail_friction": "N s/m",
     "hanging_mass": "kg",
@@ -39,6 +43,9 @@ WORDS = {
     "cable_damping": "damping of a span",
     "joint_stiffness": "stiffness of the motor joint",
     "joint_damping": "damping of the motor joint",
+    "load_viscous_friction": "viscous friction of the load pulley",
+    "load_coulomb_friction": "Coulomb friction of the load pulley",
+    "backlash": "backlash of the motor joint",
     "carriage_mass": "mass of the carriage",
     "rail_friction": "friction of the carriage on its guide",
     "hanging_mass": "hanging mass",
@@ -55,6 +62,9 @@ KINDS = {
     "cable_damping": "damping",
     "joint_stiffness": "stiffness",
     "joint_damping": "damping",
+    "load_viscous_friction": "friction",
+    "load_coulomb_friction": "friction",
+    "backlash": "backlash",
     "carriage_mass": "inertia",
     "rail_friction": "friction",
     "hanging_mass": "inertia",
@@ -63,6 +73,11 @@ KINDS = {
 
 
 FRICTIONS = ("viscous_friction", "coulomb_friction")
+LOAD_FRICTIONS = {"load_viscous_friction": "viscous_friction", "load_coulomb_friction": "coulomb_friction"}
+"""Friction of the load pulley, at the load, and the friction of the whole drive of which it is a part."""
+GEAR_BACKLASH, COUPLING_BACKLASH = radians(1.0), radians(0.1)
+"""Largest free play that is drawn where the data sheet says none: small planetary gears have 0.5 to 1 deg at
+their output without load, a coupling or a bare shaft next to nothing [rad]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -149,6 +164,8 @@ def values_of(drive: Drive) -> dict[str, float]:
         "offset_torque": motor.offset_torque if motor else 0.0,
         "cable_stiffness": stiffness,
         "cable_damping": damping * first.radius,
+        "load_viscous_friction": second.viscous_friction,
+        "load_coulomb_friction": second.coulomb_friction,
     }
     if has_flexible_joint(drive):
         assert motor is not None
@@ -156,14 +173,31 @@ def values_of(drive: Drive) -> dict[str, float]:
         found["motor_share"] = own / found["near_inertia"]
         found["joint_stiffness"] = motor.joint_stiffness
         found["joint_damping"] = motor.joint_damping
+        found["backlash"] = motor.backlash
     return found
+
+
+def backlash_limit(drive: Drive) -> float:
+    """Largest free play of the motor joint that a data sheet without backlash may hide.
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    float
+        [rad].
+    """
+    geared = drive.motor is not None and drive.motor.gear_ratio not in (None, 1.0)
+    return GEAR_BACKLASH if geared else COUPLING_BACKLASH
 
 
 def drive_with(drive: Drive, values: Mapping[str, float]) -> Drive:
     """A drive with other quantities; its `values_of` are these.
 
-    What drive pulley and load take of the friction stays, and the motor has the rest; where less is given
-    than those take, all of it is theirs in the proportions that they have.
+    The load pulley has the friction that is given for it, the drive pulley keeps its own, and the motor has
+    the rest; where less is given than those take, all of it is theirs in the proportions that they have.
 
     Parameters
     ----------
@@ -184,7 +218,10 @@ def drive_with(drive: Drive, values: Mapping[str, float]) -> Drive:
     motor, first, second = drive.motor, drive.drive_pulley, drive.load_pulley
     before = values_of(drive)
     lumped = Lumped(cable_stiffness=given["cable_stiffness"], cable_damping=given["cable_damping"])
-    shared = {name: _shared(motor or first, name, before[name], given[name]) for name in FRICTIONS}
+    rubs: dict[str, Any] = {name: given[f"load_{name}"] for name in FRICTIONS}
+    second = replace(second, **rubs)
+    rubbing = values_of(replace(drive, pulley=(first, second)))
+    shared = {name: _shared(motor or first, name, rubbing[name], given[name]) for name in FRICTIONS}
     moved: dict[str, Any] = {name: own for name, (own, _) in shared.items()}
     load = replace(second, inertia=given["load_inertia"], **_scaled(second, shared))
     if motor is None:
@@ -198,7 +235,8 @@ def drive_with(drive: Drive, values: Mapping[str, float]) -> Drive:
         **moved,
     )
     if has_flexible_joint(drive):
-        fresh = replace(fresh, joint_stiffness=given["joint_stiffness"], joint_damping=given["joint_damping"])
+        joint = {name: given[name] for name in ("joint_stiffness", "joint_damping", "backlash")}
+        fresh = replace(fresh, **joint)
     near = replace(first, inertia=(1.0 - share) * given["near_inertia"], **_scaled(first, shared))
     return replace(drive, pulley=(near, load), motor=fresh, lumped=lumped)
 
@@ -216,29 +254,44 @@ def _scaled(pulley: Pulley, shared: Mapping[str, tuple[float, float]]) -> dict[s
     return {name: factor * getattr(pulley, name) for name, (_, factor) in shared.items()}
 
 
-def by_datasheet(drive: Drive, spreads: Mapping[str, float]) -> dict[str, Quantity]:
+def by_datasheet(
+    drive: Drive, spreads: Mapping[str, float], backlash: float | None = None
+) -> dict[str, Quantity]:
     """Every quantity with the uncertainty that datasheets are given.
+
+    What a data sheet leaves out counts as unknown and not as none: friction of the load pulley and backlash
+    of the motor joint have an upper limit also where the file says zero.
 
     Parameters
     ----------
     drive : Drive
     spreads : mapping of str to float
         Relative half widths by kind, see `cabledrive.studies.study.goals.SPREADS`.
+    backlash : float, optional
+        Largest free play where the file says none [rad]; default: by the gear, see `backlash_limit`.
 
     Returns
     -------
     dict of str to Quantity
     """
-    values = values_of(drive)
+    values, spreads = values_of(drive), SPREADS | dict(spreads)
+    gear = drive.load_pulley.radius / drive.drive_pulley.radius
+    hidden = {name: spreads["load_friction"] * abs(values[whole]) for name, whole in LOAD_FRICTIONS.items()}
+    hidden["load_viscous_friction"] *= gear**2
+    hidden["load_coulomb_friction"] *= gear
+    hidden["backlash"] = backlash_limit(drive) if backlash is None else backlash
     found = {}
     for name, value in values.items():
-        half = spreads[KINDS[name]] * abs(value)
+        half = spreads["friction" if name == "backlash" else KINDS[name]] * abs(value)
+        low, high = value - half, value + half
         if name == "offset_torque":
             half = max(half, spreads["friction"] * values["coulomb_friction"])
-        high = min(value + half, 0.999) if name == "motor_share" else value + half
-        found[name] = Quantity(
-            name=name, value=value, low=value - half, high=high, unit=UNITS[name], source=DATASHEET
-        )
+            low, high = value - half, value + half
+        elif name in LOAD_FRICTIONS or (name == "backlash" and value == 0.0):
+            high = max(high, value + hidden[name])
+        elif name == "motor_share":
+            high = min(high, 0.999)
+        found[name] = Quantity(name=name, value=value, low=low, high=high, unit=UNITS[name], source=DATASHEET)
     return found
 
 

@@ -10,8 +10,8 @@ from cabledrive.identification.logs.log import Log
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive, content_hash
-from cabledrive.studies.study.acceptance_stage import AcceptanceResult, accept, no_runs
-from cabledrive.studies.study.carriage_machine import goals_for
+from cabledrive.studies.study.acceptance_stage import no_runs
+from cabledrive.studies.study.assumed_motion import goals_for
 from cabledrive.studies.study.carriage_pipeline import (
     NO_MODELS,
     carriage_stages,
@@ -24,11 +24,13 @@ from cabledrive.studies.study.demand_stage import DemandResult, demand_of
 from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.goals import Goals, motion_of
 from cabledrive.studies.study.knowledge_stage import Knowledge, know, known_drive, usable_log
+from cabledrive.studies.study.law_settings import LawSettings, tuned_laws
 from cabledrive.studies.study.machine import mechanical
 from cabledrive.studies.study.modes_stage import ModelResult, ModesResult, choose_reduced_model, find_modes
 from cabledrive.studies.study.resonance_stage import ResonanceResult, resonance_of
 from cabledrive.studies.study.result import StudyResult
 from cabledrive.studies.study.stage_cache import StageCache, file_hash, key_of
+from cabledrive.studies.study.tried_laws import Trial, TriedLaws, try_laws
 from cabledrive.studies.study.verdict_stage import judge
 
 STAGES = 8
@@ -126,6 +128,7 @@ class _Run:
         mechanics = mechanical(self.drive)
         spreads, load = dict(self.goals.spreads), self.goals.load_inertia
         about: dict[str, Any] = {"drive": mechanics, "logs": self.hashes, "carriage": self.carriage_numbers}
+        about["backlash"] = self.goals.backlash
         return about | {"spreads": spreads, "load": load, "columns": _plain(self.goals)["columns"]}
 
     @property
@@ -136,7 +139,10 @@ class _Run:
     def identify(self) -> Knowledge:
         if self.drive.carriage and not missing_for_control(self.drive):
             return know_carriage(self.drive, self.goals, self.hashes)
-        return know(self.drive, self.reader.read(), self.goals.spreads, self.goals.load_inertia)
+        goals = self.goals
+        return know(
+            self.drive, self.reader.read(), goals.spreads, goals.load_inertia, backlash=goals.backlash
+        )
 
 
 def _judged(run: _Run, checked: CheckResult, known: Knowledge, machine: Drive) -> StudyResult:
@@ -156,17 +162,16 @@ def _judged(run: _Run, checked: CheckResult, known: Knowledge, machine: Drive) -
     else:
         limited = {"drive": machine, "motion": course, "torque": goals.torque}
         demand = run.stage("demand", DemandResult, limited, lambda: demand_of(machine, motion, goals.torque))
-    model = controller = carriage = None
+    model = controller = carriage = laws = None
     if carried:
         possible = not demand.exceeded
         carriage = carriage_stages(run.cache, machine, goals, known, possible=possible, stages=STAGES)
-    if checked.missing or carried:
-        lumped, cable = no_runs("lumped", alone), no_runs("cable", alone)
-    elif demand.exceeded:
-        asked = "the motion asks for more than the drive has"
-        lumped, cable = no_runs("lumped", asked), no_runs("cable", asked)
-    else:
-        model, controller, lumped, cable = _controlled(run, known, machine, modes)
+    asked = "the motion asks for more than the drive has"
+    not_run = alone if checked.missing or carried else asked
+    lumped, cable = no_runs("lumped", not_run), no_runs("cable", not_run)
+    if not (checked.missing or carried or demand.exceeded):
+        model, controller, laws = _controlled(run, known, machine, modes)
+        lumped, cable = laws.lumped, laws.cable
     note(f"[8/{STAGES}] verdict")
     findings = Findings(
         goals=goals,
@@ -175,6 +180,7 @@ def _judged(run: _Run, checked: CheckResult, known: Knowledge, machine: Drive) -
         demand=demand,
         resonance=resonance,
         controller=controller,
+        laws=laws,
         lumped=lumped,
         cable=cable,
         carriage=carriage,
@@ -191,6 +197,7 @@ def _judged(run: _Run, checked: CheckResult, known: Knowledge, machine: Drive) -
         demand=demand,
         model=model,
         controller=controller,
+        laws=laws,
         lumped=lumped,
         cable=cable,
         carriage=carriage,
@@ -201,7 +208,7 @@ def _judged(run: _Run, checked: CheckResult, known: Knowledge, machine: Drive) -
 
 def _controlled(
     run: _Run, known: Knowledge, machine: Drive, modes: ModesResult
-) -> tuple[ModelResult, ControllerResult, AcceptanceResult, AcceptanceResult]:
+) -> tuple[ModelResult, ControllerResult, TriedLaws]:
     """Stages 5 to 7."""
     goals, note, motion, course = run.goals, run.cache.note, run.goals.motion, motion_of(run.goals)
     note(f"[5/{STAGES}] choice of the reduced model")
@@ -209,8 +216,9 @@ def _controlled(
     model: ModelResult = run.stage(
         "model", ModelResult, inputs, lambda: choose_reduced_model(machine, motion, goals.error, modes.models)
     )
-    note(f"[6/{STAGES}] controller: bandwidth and bound")
+    note(f"[6/{STAGES}] controllers: the setting of each law")
     models = models_for_the_law(model.chosen, modes)
+    del inputs["error"]
     inputs |= {"models": models, "known": known.quantities, "torque": goals.torque}
     controller: ControllerResult = run.stage(
         "controller",
@@ -218,11 +226,18 @@ def _controlled(
         inputs,
         lambda: design_controller(machine, motion, known.quantities, models, goals.torque),
     )
-    if controller.bandwidth is None:
-        return model, controller, no_runs("lumped", controller.reason), no_runs("cable", controller.reason)
-    note(f"[7/{STAGES}] acceptance: {controller.name} at {controller.bandwidth:g} Hz")
-    lumped, cable = (_accepted(run, known, machine, controller, inputs, cable) for cable in (False, True))
-    return model, controller, lumped, cable
+    inputs["correlations"] = known.correlations
+    laws: LawSettings = run.stage(
+        "laws",
+        LawSettings,
+        {**inputs, "chain": [controller.name, controller.bandwidth]},
+        lambda: tuned_laws(machine, motion, known, controller, goals.torque),
+    )
+    note(f"[7/{STAGES}] acceptance of {', '.join(one.controller for one in laws.settings)}")
+    trial = Trial(
+        drive=machine, goals=goals, known=known, chain_law=controller, cache=run.cache, inputs=inputs
+    )
+    return model, controller, try_laws(trial, laws.settings)
 
 
 def models_for_the_law(chosen: int, modes: ModesResult) -> dict[int, float]:
@@ -241,44 +256,6 @@ def models_for_the_law(chosen: int, modes: ModesResult) -> dict[int, float]:
     holds = {one.model: one.holds_5 for one in modes.models}
     others = [number for number in (4, 3) if number in holds and number != chosen]
     return {number: holds[number] for number in (chosen, *others)}
-
-
-def _accepted(
-    run: _Run,
-    known: Knowledge,
-    machine: Drive,
-    controller: ControllerResult,
-    inputs: Mapping[str, Any],
-    cable: bool,
-) -> AcceptanceResult:
-    goals = run.goals
-    draws = goals.cable_draws if cable else goals.draws
-    if draws == 0:
-        return no_runs("cable", "no draws were asked for")
-    if cable and machine.kind != "loop":
-        return no_runs("cable", "the cable rig is a loop round two pulleys, this drive is a line")
-    plant = "cable" if cable else "lumped"
-    about = {**inputs, "seed": goals.seed, "bandwidth": controller.bandwidth, "cable": cable}
-    about["correlations"] = known.correlations
-    result: AcceptanceResult = run.stage(
-        f"acceptance-{plant}",
-        AcceptanceResult,
-        {**about, "draws": draws, "bound": controller.bound, "error": goals.error},
-        lambda: accept(
-            machine,
-            goals.motion,
-            known,
-            controller,
-            draws=draws,
-            seed=goals.seed,
-            torque=goals.torque,
-            error=goals.error,
-            cable=cable,
-            cache=run.cache,
-            inputs={name: value for name, value in about.items() if name != "error"},
-        ),
-    )
-    return result
 
 
 def _plain(goals: Goals) -> dict[str, Any]:

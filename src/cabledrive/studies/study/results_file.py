@@ -12,8 +12,12 @@ from cabledrive.parameters.drive_file import drive_text
 from cabledrive.parameters.files import write_whole
 from cabledrive.parameters.version import __version__
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult
+from cabledrive.studies.study.candidates import LawScore
 from cabledrive.studies.study.carriage_case import case_of, loop_at
-from cabledrive.studies.study.closed_loop import joined_loop, make_law
+from cabledrive.studies.study.closed_loop import joined_loop
+from cabledrive.studies.study.error_units import error_unit, goal_of
+from cabledrive.studies.study.goals import Goals
+from cabledrive.studies.study.law_settings import law_of
 from cabledrive.studies.study.plain_data import as_plain
 from cabledrive.studies.study.result import StudyResult
 
@@ -42,10 +46,14 @@ def results_of(result: StudyResult) -> dict[str, Any]:
         "demand": result.demand,
         "model": result.model if carriage is None else carriage.model,
         "controller": result.controller if carriage is None else carriage.controller,
+        "laws": result.laws and {"chosen": result.laws.chosen, "cable": result.laws.cable_scores},
     }
     goals = as_plain(result.goals)
     return {
         "verdict": verdict.answer,
+        "headline": verdict.reasons[0],
+        **_reached(result),
+        "candidates": [_candidate(one, result.goals) for one in result.scores],
         "reasons": list(verdict.reasons),
         "remedies": list(verdict.remedies),
         "cautions": list(verdict.cautions),
@@ -64,6 +72,37 @@ def results_of(result: StudyResult) -> dict[str, Any]:
             "method": METHOD,
             "seed": result.goals.seed,
         },
+    }
+
+
+def _reached(result: StudyResult) -> dict[str, Any]:
+    """What the chosen law reached, with the unit in the key."""
+    unit, reached = error_unit(result.goals), result.verdict.reached
+    if reached is None:
+        found: dict[str, Any] = {f"reached_error_{unit.name}": None, "share": None, "confidence": None}
+        return found | {f"reached_error_{unit.name}_reason": "no law was run on drawn plants"}
+    error = None if reached.error is None else unit.of(reached.error)
+    found = {f"reached_error_{unit.name}": error, "share": reached.share, "confidence": reached.confidence}
+    if error is None:
+        found[f"reached_error_{unit.name}_reason"] = "too many runs ended early"
+    return found
+
+
+def _candidate(one: LawScore, goals: Goals) -> dict[str, Any]:
+    unit = error_unit(goals)
+    reached = one.reached.error if one.reached else None
+    return {
+        "controller": one.controller,
+        "setting": one.setting,
+        f"worst_{unit.name}": None if one.worst is None else unit.of(one.worst),
+        f"reached_{unit.name}": None if reached is None else unit.of(reached),
+        "share": one.share,
+        "share_low": one.share_low,
+        "plant": one.plant,
+        "runs": one.runs,
+        "ended_early": one.failed,
+        "holds": one.holds,
+        "reason": one.reason or ("" if goal_of(goals) is not None else "no error goal given"),
     }
 
 
@@ -97,23 +136,26 @@ def controller_numbers(result: StudyResult) -> dict[str, Any] | None:
     dict or None
         None where no controller was found.
     """
-    found, goals = result.controller, result.goals
+    goals = result.goals
     if result.carriage is not None:
         return _carriage_numbers(result)
-    if found is None or found.bandwidth is None:
+    chosen = result.laws.chosen if result.laws is not None else None
+    if chosen is None:
         return None
-    law = make_law(result.known, goals.motion, result.knowledge.quantities, found.model, found.bandwidth)
+    law = law_of(chosen, result.known, goals.motion, result.knowledge)
+    bounded = chosen.model is not None and result.controller is not None
     loop = joined_loop(result.known, result.known, law, goals.motion, goals.torque)
     return {
         "about": "See cabledrive.control.numbers.LawNumbers and cabledrive.control.observer_numbers",
-        "name": found.name,
-        "bandwidth_hz": found.bandwidth,
+        "name": chosen.controller,
+        "setting": chosen.words,
+        "bandwidth_hz": law.gains.get("bandwidth_hz"),
         "shafts": list(law.shafts),
         "encoders": list(loop.encoder_shafts),
         "torque_limit": loop.rig.torque_limit if np.isfinite(loop.rig.torque_limit) else None,
         "law": _numbers(law.law._asdict()),
         "filter": _numbers(loop.observer._asdict() | {"gains": loop.observer.gains[-1]}),
-        "stated_bound": found.bound,
+        "stated_bound": result.controller.bound if bounded and result.controller is not None else None,
     }
 
 

@@ -1,4 +1,8 @@
-"""Stage 8: yes, no or unknown, why, with which margins, and what would help."""
+"""Stage 8: yes, no or unknown, why, with which margins, and what would help; loads and carriages alike.
+
+Yes: a law holds the error goal with confidence, and nothing known contradicts the plants that it was tested
+on. No: torque, speed, slack or resonance refuse the motion, which no law can mend. Unknown: all else.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,16 +10,19 @@ from dataclasses import dataclass
 from cabledrive.mechanics.warnings import elastic_range, largest_pretension
 from cabledrive.parameters import Drive
 from cabledrive.parameters.fields import rounded
-from cabledrive.studies.study.carriage_verdict import ENOUGH as CARRIAGE_ENOUGH
-from cabledrive.studies.study.carriage_verdict import carriage_cautions, judge_carriage
+from cabledrive.studies.study.candidates import LawScore
+from cabledrive.studies.study.carriage_verdict import carriage_cautions, carriage_remedies
+from cabledrive.studies.study.confidence import ENOUGH, ReachedError
+from cabledrive.studies.study.error_units import ErrorUnit, error_unit, goal_of
 from cabledrive.studies.study.findings import Findings
-from cabledrive.studies.study.machine import LOG, WORDS
+from cabledrive.studies.study.machine import WORDS
 from cabledrive.studies.study.verdict_words import (
-    ENOUGH,
     RECORD,
-    accepted,
+    held_words,
+    reached_words,
     remedies_for,
     resonance_words,
+    rounded_up,
     short_of,
     unrun,
 )
@@ -24,6 +31,11 @@ YES, NO, UNKNOWN = "yes", "no", "unknown"
 OTHER = "give the carriage what is needed where the machine allows it; modes, resonance and torque hold as is"
 ENDS = {"slack torque": "carry before a span goes slack", "lost tension": "are the pretension"}
 COMPLETE = "complete the drive file; what stands here of modes, resonance and torque holds without it"
+CORRECT = (
+    "find out which is right, data sheet or log; then correct the drive file (drive.toml in the output "
+    "folder has the identified values) or widen [uncertainty], and study again"
+)
+SHEET = "it depends on which of the plants that the data sheet allows this one is"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,11 +63,13 @@ class Verdict:
     ----------
     answer : {"yes", "no", "unknown"}
     reasons : tuple of str
-        What decides first.
+        The first is the headline: what decides, or what is reached, and what was assumed for it.
     remedies : tuple of str
     margins : tuple of Margin
     cautions : tuple of str
         What does not decide, and should be known.
+    reached : ReachedError or None
+        Error of the chosen law [rad] or [m]; None: no law was run.
     """
 
     answer: str
@@ -63,6 +77,7 @@ class Verdict:
     remedies: tuple[str, ...]
     margins: tuple[Margin, ...]
     cautions: tuple[str, ...]
+    reached: ReachedError | None = None
 
 
 def judge(found: Findings) -> Verdict:
@@ -76,25 +91,27 @@ def judge(found: Findings) -> Verdict:
     -------
     Verdict
     """
+    goals, chosen = found.goals, found.chosen
     refusals, remedies = _refusals(found)
     if refusals:
-        answer, reasons = NO, refusals
+        certain = goal_of(goals) is not None and not goals.assumed
+        answer, reasons = NO if certain else UNKNOWN, refusals
     elif found.check.missing:
         carries = found.drive is not None and bool(found.drive.carriage)
         answer, reasons, remedies = UNKNOWN, list(found.check.missing), [OTHER if carries else COMPLETE]
-    elif found.carriage is not None:
-        answer, reasons, remedies = judge_carriage(found.carriage, found.goals)
-    elif found.controller is None or found.controller.bound is None:
-        why = found.controller.reason if found.controller else "no controller was designed"
-        answer, reasons, remedies = NO, [why], ["sample faster, fit finer encoders, or identify the drive"]
+    elif chosen is None:
+        answer, reasons, remedies = UNKNOWN, [_no_law(found)], ["sample faster, or fit finer encoders"]
     else:
-        answer, reasons, remedies = _by_acceptance(found)
+        answer, reasons, remedies = _by_acceptance(found, chosen)
+    if goals.assumed:
+        reasons = [f"{reasons[0]} ({goals.assumed})", *reasons[1:]]
     return Verdict(
         answer=answer,
         reasons=tuple(reasons),
         remedies=tuple(dict.fromkeys(remedies)),
         margins=_margins(found),
         cautions=_cautions(found, reasons),
+        reached=None if chosen is None else chosen.reached,
     )
 
 
@@ -130,29 +147,61 @@ def _away_from_tuning(tuned: float, drive: Drive | None) -> str:
     )
 
 
-def _by_acceptance(found: Findings) -> tuple[str, list[str], list[str]]:
-    controller, goals = found.controller, found.goals
-    assert controller is not None
-    assert controller.bound is not None
-    runs = [one for one in (found.lumped, found.cable) if one.draws]
-    short = [words for one in runs for words in short_of(one, goals)]
-    open_words = [WORDS[name] for name in found.knowledge.open_names]
-    if open_words:
-        reasons = [f"the log cannot tell {', '.join(open_words)}", *found.knowledge.undetermined]
-        return UNKNOWN, [*reasons, *short], [RECORD]
-    if not short:
-        return YES, accepted(found), []
-    sheet = [name for name, q in found.knowledge.quantities.items() if q.source != LOG]
-    median = found.lumped.quantile(0.5)
-    possible = goals.error is not None and median is not None and median <= goals.error
-    bounded = all(one.inside >= ENOUGH[one.plant] for one in runs)
-    if sheet and possible and bounded and found.knowledge.residual is None:
+def _no_law(found: Findings) -> str:
+    if found.carriage is not None:
+        control = found.carriage.controller
+        return control.reason if control is not None else found.carriage.model.reason
+    return found.lumped.reason or "no controller was designed"
+
+
+def _by_acceptance(found: Findings, chosen: LawScore) -> tuple[str, list[str], list[str]]:
+    goals, unit, cable = found.goals, error_unit(found.goals), found.cable_score
+    goal, doubts = goal_of(goals), _doubts(found)
+    if goal is None:
+        reasons = [reached_words(chosen, cable, goals, unit), *doubts]
         return (
             UNKNOWN,
-            [*short, "it depends on which of the plants the datasheet allows this one is"],
-            [RECORD],
+            reasons,
+            [_state_a_goal(chosen, unit), *([CORRECT] if found.knowledge.findings else [])],
         )
-    return NO, short, remedies_for(found)
+    short = [words for one in (chosen, cable) if one is not None for words in short_of(one, goal, unit)]
+    if doubts:
+        remedies = [CORRECT] if found.knowledge.findings else []
+        return UNKNOWN, [*doubts, *short], [*remedies, *([RECORD] if found.knowledge.open_names else [])]
+    if not short:
+        return YES, held_words(chosen, cable, goals, unit), []
+    median = found.median
+    if found.knowledge.residual is None and median is not None and median <= goal:
+        return UNKNOWN, [*short, SHEET], [RECORD, *_remedies(found, chosen)]
+    return UNKNOWN, short, _remedies(found, chosen)
+
+
+def _doubts(found: Findings) -> list[str]:
+    """What makes the plants of the acceptance other than the machine that was logged."""
+    known = found.knowledge
+    words = [f"the log contradicts what is assumed: {finding}" for finding in known.findings]
+    open_words = [WORDS[name] for name in known.open_names]
+    if open_words:
+        words += [f"the log does not determine {', '.join(open_words)}", *known.undetermined]
+    return words
+
+
+def _state_a_goal(chosen: LawScore, unit: ErrorUnit) -> str:
+    error = chosen.reached.error if chosen.reached else None
+    if error is None:
+        return "state error in [goals]"
+    proposed = f"{rounded_up(unit.of(error)):g} {unit.name}"
+    return f'state error in [goals] to get a verdict, such as error = "{proposed}"'
+
+
+def _remedies(found: Findings, chosen: LawScore) -> list[str]:
+    if chosen.share_low is not None and chosen.share == 1.0:
+        key = "carriage_draws" if chosen.plant == "carriage" else "draws"
+        return [f"run more plants: raise {key} in [acceptance], or leave --quick out"]
+    if found.carriage is not None:
+        assert found.carriage.controller is not None
+        return carriage_remedies(found.carriage.controller)
+    return remedies_for(found)
 
 
 def _margins(found: Findings) -> tuple[Margin, ...]:
@@ -161,51 +210,64 @@ def _margins(found: Findings) -> tuple[Margin, ...]:
         for demand in found.demand.demands
         if demand.limit is not None
     ]
-    controller, goals = found.controller, found.goals
-    if controller is not None and controller.bound is not None:
-        for one in (found.lumped, found.cable):
-            worst = one.quantile(ENOUGH[one.plant])
-            if worst is not None:
-                rows.append(
-                    Margin(name=f"error, {one.plant}", value=worst, allowed=controller.bound, unit="rad")
-                )
-        if goals.error is not None:
-            rows.append(Margin(name="bound", value=controller.bound, allowed=goals.error, unit="rad"))
-    if found.carriage is not None and found.carriage.acceptance is not None and goals.carriage_error:
-        most = found.carriage.acceptance.quantile(CARRIAGE_ENOUGH)
-        if most is not None:
-            goal = goals.carriage_error
-            rows.append(Margin(name="error, carriage", value=most, allowed=goal, unit="m"))
+    goal, unit = goal_of(found.goals), error_unit(found.goals)
+    for one in (found.chosen, found.cable_score):
+        if goal is not None and one is not None and one.reached is not None and one.reached.error is not None:
+            error = one.reached.error
+            rows.append(Margin(name=f"error, {one.plant}", value=error, allowed=goal, unit=unit.si))
+    controller = found.controller
+    if goal is not None and controller is not None and controller.bound is not None and _bounded(found):
+        rows.append(Margin(name="bound", value=controller.bound, allowed=goal, unit="rad"))
     return tuple(rows)
 
 
+def _bounded(found: Findings) -> bool:
+    """Whether the chosen law is the one that a bound is stated for."""
+    chosen = found.laws.chosen if found.laws is not None else None
+    return chosen is not None and chosen.model is not None
+
+
 def _cautions(found: Findings, reasons: Sequence[str]) -> tuple[str, ...]:
-    words = list(found.knowledge.findings)
+    words = (
+        [] if found.chosen is not None else [f"the log: {finding}" for finding in found.knowledge.findings]
+    )
     words += found.knowledge.undetermined if not found.knowledge.open_names else ()
     if found.knowledge.residual is None:
         given = "could be used" if found.check.logs else "was given"
         words.append(f"no log {given}: every value is the data sheet's, with the uncertainty stated")
     if found.resonance.alarm == "saturates":
-        words.append("the motion pumps a span, and the exchange of energy ends before the limit")
+        words.append("the motion excites a span, and the exchange of energy ends before the limit")
     if found.resonance.verdict == "close":
         words.append(
-            "a twentieth of the torque as ripple at the pulley mode would bring a span close to swinging"
+            "a twentieth of the torque as ripple at the pulley mode would bring a span close to resonance"
         )
     if found.resonance.slack:
-        words.append("the pulley mode's answer to the motion takes a span's tension away for a moment")
+        words.append("the pulley mode's response to the motion takes a span's tension away for a moment")
     if found.carriage is not None:
         return (*words, *carriage_cautions(found.carriage, found.goals, _late(found.drive)))
     words += unrun(found, reasons)
     for one in (found.lumped, found.cable):
         if one.saturated:
             words.append(f"{one.saturated} of {one.draws} {one.plant} runs met the torque limit")
-    if found.controller is not None and found.controller.broken:
+    words += _on_the_bound(found)
+    return tuple(words)
+
+
+def _on_the_bound(found: Findings) -> list[str]:
+    controller = found.controller
+    if not _bounded(found) or controller is None or controller.bound is None:
+        return []
+    words = []
+    for one in (found.lumped, found.cable):
+        if one.inside is not None and one.inside < ENOUGH[one.plant]:
+            words.append(f"the stated bound held in {100 * one.inside:.1f} % of {one.draws} {one.plant} runs")
+    if controller.broken:
         words.append(
             "assumptions of the theorem that do not hold on the rig: "
-            + "; ".join(found.controller.broken)
-            + " (the other parts of the bound answer for them)"
+            + "; ".join(controller.broken)
+            + " (covered by the other parts of the bound)"
         )
-    return tuple(words)
+    return words
 
 
 def _late(drive: Drive | None) -> bool:

@@ -1,17 +1,23 @@
 """The sentences of a verdict."""
 
 from collections.abc import Sequence
+from math import ceil, floor, log10
 
 from cabledrive.parameters.fields import rounded
 from cabledrive.rig.setting import DEGREE
-from cabledrive.studies.study.acceptance_stage import AcceptanceResult
+from cabledrive.studies.study.candidates import LawScore
+from cabledrive.studies.study.confidence import CONFIDENCE, ENOUGH
+from cabledrive.studies.study.error_units import ErrorUnit, goal_of
 from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.goals import Goals
 from cabledrive.studies.study.machine import WORDS
 from cabledrive.studies.study.resonance_stage import ResonanceResult
 
-ENOUGH = {"lumped": 0.99, "cable": 0.95}
-"""Share of the runs that must keep within bound and goal."""
+PLANTS = {
+    "lumped": "lumped plants",
+    "cable": "plants on the distributed cable",
+    "carriage": "plants with a carriage",
+}
 
 FAR = 0.2
 """From one half: then it is no lowest mode that resonates."""
@@ -51,79 +57,148 @@ def _millimetres(amplitude: float | None) -> str:
     return "any amplitude" if amplitude is None else f"{rounded(1e3 * amplitude, 2)} mm"
 
 
-def _too_many_early(one: AcceptanceResult) -> bool:
-    return one.failed > (1.0 - ENOUGH[one.plant]) * one.draws
-
-
-def short_of(one: AcceptanceResult, goals: Goals) -> list[str]:
-    """What an acceptance lacks, in words.
+def move_words(goals: Goals) -> str:
+    """The move that is planned, in words.
 
     Parameters
     ----------
-    one : AcceptanceResult
     goals : Goals
+
+    Returns
+    -------
+    str
+    """
+    if goals.travel is not None:
+        hung = " with the mass below it" if goals.hanging_mass else ""
+        return f"{goals.travel:.4g} m in {goals.duration:g} s{hung}"
+    assert goals.angle is not None
+    return f"{goals.angle / DEGREE:g} deg in {goals.duration:g} s"
+
+
+def rounded_up(value: float) -> float:
+    """The next number of two digits.
+
+    Parameters
+    ----------
+    value : float
+        Above 0.
+
+    Returns
+    -------
+    float
+    """
+    scale = 10.0 ** (floor(log10(value)) - 1)
+    return float(f"{ceil(value / scale - 1e-9) * scale:.2g}")
+
+
+def percent(share: float) -> str:
+    """A share that is never rounded up to the next tenth of a per cent.
+
+    Parameters
+    ----------
+    share : float
+
+    Returns
+    -------
+    str
+    """
+    return f"{floor(1e3 * share + 1e-9) / 10:g} %"
+
+
+def reached_words(chosen: LawScore, cable: LawScore | None, goals: Goals, unit: ErrorUnit) -> str:
+    """What is reached without a goal.
+
+    Parameters
+    ----------
+    chosen : LawScore
+    cable : LawScore or None
+    goals : Goals
+    unit : ErrorUnit
+
+    Returns
+    -------
+    str
+    """
+    move, reached = move_words(goals), chosen.reached
+    if reached is None or reached.error is None:
+        early = f"{chosen.failed} of {chosen.runs} runs ended early, so that no error can be named"
+        return f"no error goal given; {chosen.controller} at {move}: {early}"
+    words = f"no error goal given; {chosen.controller} follows {move} within {unit.words(reached.error)}"
+    words += f" in {percent(reached.share)} of the plants, {100 * reached.confidence:g} % confidence"
+    if cable is not None and cable.reached is not None and cable.reached.error is not None:
+        inside = f"{unit.words(cable.reached.error)} in {percent(cable.reached.share)}"
+        return f"{words}; on the distributed cable within {inside}"
+    return words + _only(chosen)
+
+
+def held_words(chosen: LawScore, cable: LawScore | None, goals: Goals, unit: ErrorUnit) -> list[str]:
+    """What is reached where the goal is held.
+
+    Parameters
+    ----------
+    chosen : LawScore
+        With a goal.
+    cable : LawScore or None
+    goals : Goals
+    unit : ErrorUnit
+
+    Returns
+    -------
+    list of str
+    """
+    goal = goal_of(goals)
+    assert goal is not None
+    first = f"{chosen.controller} follows {move_words(goals)} within the goal of {unit.words(goal)}"
+    first += _only(chosen) if cable is None else ""
+    return [first, *(_share_words(one) for one in (chosen, cable) if one is not None)]
+
+
+def _only(chosen: LawScore) -> str:
+    return (
+        "; this speaks of lumped plants only, none on the distributed cable"
+        if chosen.plant == "lumped"
+        else ""
+    )
+
+
+def _share_words(one: LawScore) -> str:
+    assert one.share is not None
+    assert one.share_low is not None
+    words = f"{percent(one.share)} of {one.runs} {PLANTS[one.plant]} keep within the goal: at least "
+    return f"{words}{percent(one.share_low)} of all, with {100 * CONFIDENCE:g} % confidence"
+
+
+def short_of(one: LawScore, goal: float, unit: ErrorUnit) -> list[str]:
+    """What a law lacks, in words.
+
+    Parameters
+    ----------
+    one : LawScore
+    goal : float
+        [rad] or [m].
+    unit : ErrorUnit
 
     Returns
     -------
     list of str
         Empty where nothing is short.
     """
-    words, enough = [], ENOUGH[one.plant]
-    if _too_many_early(one):
-        words.append(
-            f"{one.failed} of {one.draws} runs on the {one.plant} plant ended early: unstable or slack"
-        )
-    if not one.peaks:
-        return words
-    if one.inside < enough:
-        words.append(
-            f"the stated bound held in {100 * one.inside:.1f} % of {one.draws} {one.plant} runs; "
-            f"asked are {100 * enough:.0f} %"
-        )
-    if one.reached is not None and one.reached < enough:
-        assert goals.error is not None
-        most = one.quantile(enough)
-        kept = "" if most is None else f"; {100 * enough:.0f} % keep within {most / DEGREE:.3g} deg"
-        words.append(
-            f"error: {100 * one.reached:.1f} % of {one.draws} runs on the {one.plant} plant kept within "
-            f"{goals.error / DEGREE:.3g} deg{kept}"
-        )
-    return words
-
-
-def accepted(found: Findings) -> list[str]:
-    """What was reached, in words.
-
-    Parameters
-    ----------
-    found : Findings
-        With a controller and a bound.
-
-    Returns
-    -------
-    list of str
-    """
-    controller, goals = found.controller, found.goals
-    assert controller is not None
-    assert controller.bound is not None
-    bound, move = controller.bound / DEGREE, f"{goals.angle / DEGREE:g} deg in {goals.duration:g} s"
-    words = [f"the load follows {move} within the stated bound of {bound:.3g} deg"]
-    if goals.error is not None:
-        kept = "the bound keeps it" if controller.bound <= goals.error else "by the runs, not by the bound"
-        words = [f"the load follows {move} within the goal of {goals.error / DEGREE:.3g} deg: {kept}"]
-    for one in (found.lumped, found.cable):
-        if one.draws:
-            early = f", {one.failed} ended early" if one.failed else ""
-            words.append(
-                f"{_runs(one.draws)} on the {one.plant} plant{early}: largest error "
-                f"{one.peaks[-1] / DEGREE:.3g} deg; the stated bound of {bound:.3g} deg held in "
-                f"{100 * one.inside:.1f} %"
-            )
-    return words
-
-
-def _runs(count: int) -> str:
-    return f"{count} run{'' if count == 1 else 's'}"
+    if one.holds is not False:
+        return []
+    enough = ENOUGH[one.plant]
+    if one.share == 1.0:
+        why = f"all of {one.runs} {PLANTS[one.plant]} keep within {unit.words(goal)} under {one.controller}"
+        few = f"so few runs show {percent(one.share_low or 0.0)} only; {percent(enough)} are asked"
+        return [f"{why}, but {few}"]
+    words = f"no law that was tried holds the goal of {unit.words(goal)}; closest is {one.controller}: "
+    words += f"{_share_words(one)}; {percent(enough)} are asked"
+    if one.reached is not None and one.reached.error is not None:
+        kept = f"{percent(one.reached.share)} keep within {unit.words(one.reached.error)}"
+        words += f"; {kept}"
+    found = [words]
+    if one.failed:
+        found.append(f"{one.failed} of {one.runs} runs on {PLANTS[one.plant]} ended early: unstable or slack")
+    return found
 
 
 def unrun(found: Findings, reasons: Sequence[str]) -> list[str]:
@@ -158,19 +233,18 @@ def remedies_for(found: Findings) -> list[str]:
     Parameters
     ----------
     found : Findings
-        With a controller.
 
     Returns
     -------
     list of str
     """
-    controller = found.controller
-    assert controller is not None
-    assert controller.chosen is not None
     slower = "take longer for the move: acceleration falls with its square"
-    if any(_too_many_early(one) for one in (found.lumped, found.cable) if one.draws):
+    if found.lumped.failed:
         unstable = f"where the loop is unstable know the drive better; {RECORD}"
         return ["raise cable.pretension, so that no span goes slack", slower, unstable]
+    controller = found.controller
+    if controller is None or controller.chosen is None:
+        return [slower, RECORD]
     chosen, words = controller.chosen, []
     parts = {
         "sensors": chosen.sensors or 0.0,

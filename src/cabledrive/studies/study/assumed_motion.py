@@ -1,0 +1,115 @@
+"""The motion of a study: as the goals give it, and what is left open assumed from the drive's limits."""
+
+from dataclasses import replace
+from math import ceil, floor, log10
+
+from cabledrive.modes import natural_frequencies
+from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.reduction.quality import with_measured_stiffness
+from cabledrive.rig.setting import DEGREE
+from cabledrive.studies.study.carriage_machine import MARGIN, ORDER, missing_for_carriage
+from cabledrive.studies.study.goals import Goals
+from cabledrive.trajectories import move_limits, shortest_rise
+
+ANGLE = 45.0 * DEGREE
+"""Of a load pulley whose turn is not given [rad]."""
+SLOWER = 2.0
+"""Over the shortest move within the limits: feedback and uncertainty need the rest."""
+PERIODS = 4.0
+"""Of the lowest longitudinal mode, at least."""
+STEPS = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
+"""Durations are rounded up to one of these times a power of ten."""
+
+
+def goals_for(drive: Drive, goals: Goals) -> Goals:
+    """Goals whose motion is complete; travel of a carriage and turn of its pulley agree.
+
+    Parameters
+    ----------
+    drive : Drive
+    goals : Goals
+
+    Returns
+    -------
+    Goals
+        What was assumed stands in `Goals.assumed`.
+
+    Raises
+    ------
+    InputRefused
+        If they speak of a carriage and there is none, or of an angle where there is one, or the way leaves
+        the span.
+    """
+    _check_words(drive, goals)
+    radius, assumed = drive.load_pulley.radius, []
+    angle, travel = goals.angle, goals.travel
+    if drive.carriage:
+        if travel is None:
+            travel = angle * radius if angle is not None else _half_of_the_way(drive)
+            assumed += [] if angle is not None else [f"{travel:.4g} m, half of the way that is left"]
+        if not missing_for_carriage(drive):
+            _check_way(drive, travel)
+        angle = travel / radius
+        goals = replace(goals, travel=travel, order=max(goals.order, ORDER))
+    elif angle is None:
+        angle, assumed = ANGLE, [f"{ANGLE / DEGREE:g} deg"]
+    duration = goals.duration
+    if duration is None:
+        duration, why = _duration(drive, angle, goals.order)
+        assumed.append(f"{duration:g} s, {why}")
+    words = f"motion assumed: {'; '.join(assumed)}" if assumed else ""
+    return replace(goals, angle=angle, duration=duration, assumed=words)
+
+
+def _check_words(drive: Drive, goals: Goals) -> None:
+    if drive.carriage and goals.error is not None:
+        raise InputRefused(
+            f"error = {goals.error / DEGREE:.4g} deg is an angle, and the drive has a carriage: state a "
+            'length, such as error = "0.5 mm"'
+        )
+    if drive.carriage:
+        return
+    for name in ("travel", "carriage_error", "hanging_mass", "rail_friction"):
+        if getattr(goals, name) is not None:
+            word = "error, a length," if name == "carriage_error" else name
+            raise InputRefused(f"{word} is of a carriage, and the drive has none: state it of the load")
+
+
+def _check_way(drive: Drive, travel: float) -> None:
+    start, length = drive.carriage[0].position, drive.span_length
+    least, most = MARGIN * length, (1.0 - MARGIN) * length
+    if not least < start < start + travel < most:
+        raise InputRefused(
+            f"travel = {travel:.4g} m takes the carriage from {start:.4g} m to {start + travel:.4g} m, and "
+            f"{least:.4g} m to {most:.4g} m of its span can be used: shorten it, or move the carriage"
+        )
+
+
+def _half_of_the_way(drive: Drive) -> float:
+    """Half of what is left of the first carriage's span, rounded down to two digits [m]."""
+    left = 0.5 * ((1.0 - MARGIN) * drive.span_length - drive.carriage[0].position)
+    if left <= 0.0:
+        left = 0.5 * (drive.carriage[0].position - MARGIN * drive.span_length)
+    unit = 10.0 ** (floor(log10(left)) - 1)
+    return float(f"{floor(left / unit) * unit:.2g}")
+
+
+def _duration(drive: Drive, angle: float, order: int) -> tuple[float, str]:
+    """Duration of a move by limits and lowest mode [s], and which of them decides."""
+    lowest = float(natural_frequencies(with_measured_stiffness(drive), count=1)[0])
+    by_mode = PERIODS / lowest
+    mode_words = f"{PERIODS:g} periods of the lowest longitudinal mode, {lowest:.4g} Hz"
+    try:
+        shortest, binding = shortest_rise(move_limits(drive), angle, order)
+    except (InputRefused, NotComputed):
+        return _rounded_up(by_mode), f"{mode_words}; the file gives no limit that bounds the move"
+    if SLOWER * shortest > by_mode:
+        name = binding.replace("_", " ")
+        return _rounded_up(SLOWER * shortest), f"{SLOWER:g} times the shortest move, {name} decides"
+    return _rounded_up(by_mode), mode_words
+
+
+def _rounded_up(duration: float) -> float:
+    power = 10.0 ** floor(log10(duration))
+    step = next(one for one in STEPS if one >= ceil(duration / power * 1e9 - 1.0) / 1e9)
+    return float(f"{step * power:.3g}")

@@ -1,0 +1,66 @@
+"""In what the error of a study is counted: degrees of a load pulley, millimetres of a carriage."""
+
+from dataclasses import dataclass
+
+from cabledrive.rig.setting import DEGREE
+from cabledrive.studies.study.goals import Goals
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ErrorUnit:
+    """A unit of an error.
+
+    Attributes
+    ----------
+    name : str
+        As it is printed, and the ending of its keys.
+    si : str
+    size : float
+        In SI.
+    """
+
+    name: str
+    si: str
+    size: float
+
+    def of(self, error: float) -> float:
+        """An error in this unit."""
+        return error / self.size
+
+    def words(self, error: float) -> str:
+        """An error with three digits and the unit."""
+        return f"{error / self.size:.3g} {self.name}"
+
+
+DEGREES = ErrorUnit(name="deg", si="rad", size=DEGREE)
+MILLIMETRES = ErrorUnit(name="mm", si="m", size=1e-3)
+
+
+def error_unit(goals: Goals) -> ErrorUnit:
+    """Millimetres where a carriage travels, else degrees.
+
+    Parameters
+    ----------
+    goals : Goals
+        As `cabledrive.studies.study.assumed_motion.goals_for` leaves them.
+
+    Returns
+    -------
+    ErrorUnit
+    """
+    return DEGREES if goals.travel is None else MILLIMETRES
+
+
+def goal_of(goals: Goals) -> float | None:
+    """Largest error allowed.
+
+    Parameters
+    ----------
+    goals : Goals
+
+    Returns
+    -------
+    float or None
+        [rad] of the load, [m] of a carriage.
+    """
+    return goals.error if goals.travel is None else goals.carriage_error
