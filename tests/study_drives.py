@@ -69,8 +69,8 @@ CASES = (
         goals=goals(45, 0.3, error=0.5 * DEGREE),
         log=ONE_WAY,
         verdict="unknown",
-        reason="the log does not determine inertia of motor and drive pulley, inertia of the load pulley, Coulomb "
-        "friction",
+        reason="the log does not determine inertia of motor and drive pulley, inertia of the load pulley, "
+        "Coulomb friction",
     ),
 )
 

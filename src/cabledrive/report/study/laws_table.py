@@ -37,7 +37,7 @@ def laws_table(scores: Sequence[LawScore], unit: str, size: float) -> Table:
             Column(title="Ended early", numeric=True),
         ),
         groups=(RowGroup(rows=rows),),
-        note="; ".join(f"{one.controller} was not run: {one.reason}" for one in scores if one.reason),
+        note="; ".join(f"{one.controller}: {one.reason}" for one in scores if one.reason),
     )
 
 

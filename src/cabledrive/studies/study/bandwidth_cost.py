@@ -11,7 +11,7 @@ from cabledrive.rig.closed_loop.loop_numbers import Array, RigNumbers
 from cabledrive.rig.setting import Motion
 from cabledrive.rig.tracking import told
 from cabledrive.studies.study.closed_loop import joined_loop, make_law, rig_options, with_values
-from cabledrive.studies.study.machine import Quantity, values_of
+from cabledrive.studies.study.machine import Quantity
 from cabledrive.studies.study.sensor_gain import sensor_bound
 
 FINE = 1e-9
@@ -26,6 +26,7 @@ UNMATCHED = (
     "load_viscous_friction",
     "load_coulomb_friction",
     "backlash",
+    "delay",
 )
 
 
@@ -190,7 +191,7 @@ def unmatched_part(loop: Loop, drive: Drive, quantities: Mapping[str, Quantity])
     open_names = [n for n in UNMATCHED if n in quantities and quantities[n].low != quantities[n].high]
     moved: dict[str, tuple[Array, Array]] = {}
     for name in open_names:
-        outer, best = quantities[name].outer, values_of(drive)[name]
+        outer, best = quantities[name].outer, quantities[name].value
         low, high = (nominal if value == best else _error(loop, drive, {name: value}) for value in outer)
         if low is None or high is None:
             return None

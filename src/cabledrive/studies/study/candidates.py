@@ -25,9 +25,9 @@ class LawScore:
     share, share_low : float or None
         Of all runs inside the goal, and its lower limit with 95 % confidence; None without a goal or runs.
     holds : bool or None
-        Whether `share_low` is enough; None without a goal or runs.
+        Whether `share_low` is enough; None without a goal, or where not all runs were made.
     reason : str
-        Why no runs were made.
+        Why runs were not made.
     """
 
     controller: str

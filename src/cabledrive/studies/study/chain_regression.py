@@ -9,7 +9,7 @@ Each is solved with filters of several bandwidths; an interval covers what that 
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,17 +20,22 @@ from cabledrive.identification.logs.log import Log
 from cabledrive.identification.regression import Factors, Fit, factor, joined, solve, suited_segments
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.studies.study.correlations import Correlation, Interval, of_intervals
-from cabledrive.studies.study.machine import FRICTIONS, SIGNED, has_flexible_joint, values_of
-from cabledrive.studies.study.spring_regression import around, tell_cable, tell_joint
+from cabledrive.studies.study.machine import FRICTIONS, LOAD_FRICTIONS, SIGNED, has_flexible_joint, values_of
+from cabledrive.studies.study.spring_regression import (
+    LoadFits,
+    around,
+    load_fits,
+    moving,
+    quick_speed,
+    tell_cable,
+    tell_joint,
+)
 
 Array = NDArray[np.float64]
 
 BANDWIDTHS = (10.0, 15.0, 22.0)
 SPLITS = (-0.1, 0.0, 0.1)
-SIGN_BANDS = 2.5
-SLOW = 0.5
-"""Speed below which friction's sign is not trusted [rad/s]."""
-
+MAY_BE_NONE = (*FRICTIONS, *LOAD_FRICTIONS, "backlash")
 SEGMENTS = 120
 WEAK_SHARE = 0.1
 """Share of the torque that an uncertainty as large as its parameter must make to count as not determined."""
@@ -52,6 +57,9 @@ class Told:
         What could not, in words.
     residual : float
         Of the sum of torques, relative to the torque.
+    lag : float
+        By how much the angles are later than the torque as logged [s]; half a sample where a controller holds
+        its torque from the sample at which it is logged. It is taken out before anything else is solved.
     kept : float
         Share of the samples that could be used.
     """
@@ -60,6 +68,7 @@ class Told:
     correlations: tuple[Correlation, ...]
     undetermined: tuple[str, ...]
     residual: float
+    lag: float
     kept: float
 
 
@@ -100,7 +109,10 @@ def tell(logs: Sequence[Log], drive: Drive) -> Told:
         for name in CHANNELS:
             if np.ptp(log.channel(name)) == 0.0:
                 raise InputRefused(f"{log.source}: {name} is constant: a log must move the drive")
-    fits = list(_fits(logs, drive))
+    load = load_fits(logs, drive)
+    lag = torque_lag(logs, drive, load)
+    logs = [with_torque_at(log, lag) for log in logs]
+    fits = list(_fits(logs, drive, load))
     middle, sizes, kept = fits[0]
     blind = blind_parameters(middle)
     found = {name: _interval(name, fits) for name in NAMES if name not in blind}
@@ -109,11 +121,15 @@ def tell(logs: Sequence[Log], drive: Drive) -> Told:
     found = {name: interval for name, interval in found.items() if name not in weak}
     found, negative = _possible(found)
     words += negative
-    found |= tell_cable(logs, drive, found)
+    told, negative = _possible(tell_cable(load, drive, found))
+    found |= told
+    words += negative
     if "cable_stiffness" not in found and "load_inertia" in found:
         words += ("the cable's stiffness is not determined: the load never turns against the drive pulley",)
     if has_flexible_joint(drive) and {"near_inertia", "load_inertia"} <= set(found):
-        found |= tell_joint(logs, drive, found)
+        told, negative = _possible(tell_joint(logs, drive, found))
+        found |= told
+        words += negative
         if "joint_stiffness" not in found:
             words += (
                 "the motor joint's stiffness is not determined: its twist is within the encoders' counts",
@@ -124,8 +140,46 @@ def tell(logs: Sequence[Log], drive: Drive) -> Told:
         correlations=of_intervals(middle, found),
         undetermined=words,
         residual=float(residual),
+        lag=lag,
         kept=kept,
     )
+
+
+def torque_lag(logs: Sequence[Log], drive: Drive, load: LoadFits | None) -> float:
+    """By how much the angles are later than the torque, from the sum of torques with the torque's rate.
+
+    Parameters
+    ----------
+    logs : sequence of Log
+    drive : Drive
+    load : LoadFits or None
+
+    Returns
+    -------
+    float
+        [s].
+    """
+    rubs = (load.of("viscous")[0], load.of("coulomb")[0]) if load is not None else (0.0, 0.0)
+    share = values_of(drive).get("motor_share", 1.0)
+    parts = [_sum_rows(log, drive, BANDWIDTHS[1], share, rubs, lag=True)[0] for log in logs]
+    return float(solve(suited_segments(joined(parts))).values[-1])
+
+
+def with_torque_at(log: Log, lag: float) -> Log:
+    """A log whose torque is that of the instants at which its angles were read.
+
+    Parameters
+    ----------
+    log : Log
+    lag : float
+        [s].
+
+    Returns
+    -------
+    Log
+    """
+    torque = np.interp(log.time - lag, log.time, log.channel("torque"))
+    return replace(log, channels={**log.channels, "torque": torque})
 
 
 def _possible(found: dict[str, Interval]) -> tuple[dict[str, Interval], tuple[str, ...]]:
@@ -133,33 +187,38 @@ def _possible(found: dict[str, Interval]) -> tuple[dict[str, Interval], tuple[st
     kept: dict[str, Interval] = {}
     words: tuple[str, ...] = ()
     for name, (value, low, high) in found.items():
-        rubs, said = name in FRICTIONS, name.replace("_", " ")
+        rubs, said = name in MAY_BE_NONE, name.replace("_", " ")
         if value > 0.0 or name in SIGNED or (rubs and value == 0.0):
             kept[name] = value, low, high
         elif rubs and high > 0.0:
             kept[name] = 0.0, low, high
-            words += (f"{said} comes out negative, by less than its interval: it is taken as none",)
+            if name in FRICTIONS:
+                words += (f"{said} comes out negative, by less than its interval: it is taken as none",)
         else:
             words += (f"{said} comes out negative: is a sign or a unit wrong?",)
     return kept, words
 
 
-def _fits(logs: Sequence[Log], drive: Drive) -> Iterator[tuple[Fit, Array, float]]:
+def _fits(logs: Sequence[Log], drive: Drive, load: LoadFits | None) -> Iterator[tuple[Fit, Array, float]]:
     """The sum of torques and the size of each regressor; middle band and the drive's own split first."""
     share = values_of(drive).get("motor_share", 1.0)
+    rubs = (load.of("viscous")[0], load.of("coulomb")[0]) if load is not None else (0.0, 0.0)
     order = (1, 0, 2)
     for band in order:
         for split in order:
             if split != 1 and not has_flexible_joint(drive):
                 continue
-            parts = [_sum_rows(log, drive, BANDWIDTHS[band], share + SPLITS[split]) for log in logs]
+            parts = [_sum_rows(log, drive, BANDWIDTHS[band], share + SPLITS[split], rubs) for log in logs]
             kept = sum(part.rows for part, _ in parts) / sum(total for _, total in parts)
             factors = joined([part for part, _ in parts])
             squares = (factors.triangles**2).sum(axis=(0, 1))[:-1]
             yield solve(suited_segments(factors)), np.sqrt(squares / factors.rows), float(kept)
 
 
-def _sum_rows(log: Log, drive: Drive, band: float, share: float) -> tuple[Factors, int]:
+def _sum_rows(
+    log: Log, drive: Drive, band: float, share: float, rubs: tuple[float, float], *, lag: bool = False
+) -> tuple[Factors, int]:
+    """Rows of the sum of torques; ``rubs`` is the load's friction over its inertia, of its own speed."""
     h = log.interval
     band = min(band, 0.1 / h)
     near = zero_phase(log.channel("angle"), h, band)
@@ -169,9 +228,11 @@ def _sum_rows(log: Log, drive: Drive, band: float, share: float) -> tuple[Factor
         pulley = zero_phase(log.channel("drive_angle"), h, band)
         acceleration = share * acceleration + (1.0 - share) * difference(difference(pulley, h), h)
     gear = drive.load_pulley.radius / drive.drive_pulley.radius
-    load = difference(difference(zero_phase(log.channel("load_angle"), h, band), h), h)
-    quick = difference(zero_phase(log.channel("angle"), h, min(SIGN_BANDS * band, 0.4 / h)), h)
+    turned = difference(zero_phase(log.channel("load_angle"), h, band), h)
+    quick = quick_speed(log.channel("angle"), h, band)
     sign = zero_phase(np.sign(quick), h, band)
+    own = zero_phase(np.sign(quick_speed(log.channel("load_angle"), h, band)), h, band)
+    load = difference(turned, h) + rubs[0] * (turned - speed / gear) + rubs[1] * (own - sign) / gear
     columns = np.column_stack([acceleration, load / gear, speed, sign, -np.ones(len(log))])
     keep, step = _usable(log, quick, band)
     if keep.sum() < 200:
@@ -181,19 +242,21 @@ def _sum_rows(log: Log, drive: Drive, band: float, share: float) -> tuple[Factor
         )
     segments = max(12, min(SEGMENTS, int(keep.sum()) // 20))
     left = zero_phase(log.channel("torque"), h, band)
-    return factor(columns[keep], left[keep], NAMES, segments), len(log) // step
+    names: tuple[str, ...] = NAMES
+    if lag:
+        columns, names = np.column_stack([columns, difference(left, h)]), (*NAMES, "lag")
+    return factor(columns[keep], left[keep], names, segments), len(log) // step
 
 
 def _usable(log: Log, quick: Array, band: float) -> tuple[NDArray[np.bool_], int]:
     """Rows away from the ends, from standstill and from saturation, thinned to what the filter leaves."""
     h = log.interval
-    reach = max(3, int(0.5 / (band * h)))
-    bad = np.abs(quick) < SLOW
+    sure = moving(quick, h, band)
     if "torque" in log.saturated:
-        bad = bad | log.saturated["torque"]
-    near = np.convolve(bad, np.ones(reach), "same") > 0.5
+        reach = max(3, int(0.5 / (band * h)))
+        sure &= np.convolve(log.saturated["torque"], np.ones(reach), "same") <= 0.5
     step = max(1, int(0.02 / (band * h)))
-    keep = ~near & (np.arange(len(log)) % step == 0)
+    keep = sure & (np.arange(len(log)) % step == 0)
     edge = int(2.0 / (band * h))
     keep[:edge] = keep[max(len(log) - edge, 0) :] = False
     return keep, step

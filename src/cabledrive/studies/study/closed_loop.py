@@ -169,7 +169,7 @@ def rig_options(drive: Drive, *, ideal: bool = False) -> RigOptions:
 
 
 def with_values(loop: Loop, drive: Drive, values: Mapping[str, float], phases: np.ndarray | None) -> Loop:
-    """The same law on another plant, its encoders at other phases.
+    """The same law on another plant, its encoders at other phases, its delay longer by whole samples.
 
     Parameters
     ----------
@@ -190,4 +190,9 @@ def with_values(loop: Loop, drive: Drive, values: Mapping[str, float], phases: n
     chain = plant_chain(plant, None)
     play = 0.0 if loop.cable is not None else free_play(plant, chain)
     fresh = with_plant(loop, chain, options, play)
-    return fresh if phases is None else replace(fresh, rig=fresh.rig._replace(phases=phases))
+    rig = fresh.rig if phases is None else fresh.rig._replace(phases=phases)
+    if "delay" in values:
+        known = rig.late_samples * rig.interval + rig.late_part
+        more = round((values["delay"] - known) / rig.interval)
+        rig = rig._replace(late_samples=max(rig.late_samples + more, 0))
+    return replace(fresh, rig=rig)

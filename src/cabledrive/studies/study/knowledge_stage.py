@@ -8,10 +8,14 @@ from cabledrive.identification.estimates import Identification
 from cabledrive.identification.identify import IdentifyOptions, identify
 from cabledrive.identification.logs.log import Log
 from cabledrive.parameters import Drive, InputRefused, NotComputed
-from cabledrive.studies.study.chain_regression import tell, whole_drive
+from cabledrive.rig.circumstances import control_delay, current_rate
+from cabledrive.studies.study.chain_regression import tell, whole_drive, with_torque_at
 from cabledrive.studies.study.correlations import Correlation, among, of_an_axis
-from cabledrive.studies.study.machine import GOAL, LOG, Quantity, by_datasheet, drive_with
+from cabledrive.studies.study.log_replay import Replay, replay
+from cabledrive.studies.study.machine import GOAL, LOAD_FRICTIONS, LOG, Quantity, by_datasheet, drive_with
 
+UNLISTED = (*LOAD_FRICTIONS, "backlash")
+"""What data sheets leave out: where the log bounds it less closely than assumed, nothing is said."""
 ESSENTIAL = ("near_inertia", "load_inertia", "viscous_friction", "coulomb_friction", "cable_stiffness")
 """What a log of the whole drive is recorded for; where it cannot tell one of them, the study says so."""
 
@@ -35,6 +39,8 @@ class Knowledge:
     method : str
     correlations : tuple of Correlation
         Of the numbers that the logs tell; of the others none is known.
+    replays : tuple of Replay
+        The identified model over each log; empty where no log shows the whole drive.
     """
 
     quantities: dict[str, Quantity]
@@ -44,6 +50,7 @@ class Knowledge:
     residual: float | None
     method: str
     correlations: tuple[Correlation, ...] = ()
+    replays: tuple[Replay, ...] = ()
 
     @property
     def values(self) -> dict[str, float]:
@@ -148,19 +155,39 @@ def _by_regression(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]
         return _told_nothing(known, str(refusal))
     fresh, words = dict(known), told.undetermined
     for name, (value, low, high) in told.intervals.items():
-        if high - low > known[name].high - known[name].low:
-            words += (f"{name.replace('_', ' ')} is told less well than by the datasheet, which is kept",)
+        sheet = known[name]
+        apart = low > sheet.high or high < sheet.low
+        if high - low > sheet.high - sheet.low and not apart:
+            if name not in UNLISTED:
+                words += (f"{name.replace('_', ' ')} is told less well than by the datasheet, which is kept",)
         else:
             fresh[name] = replace(known[name], value=value, low=low, high=high, source=LOG)
+    machine = drive_with(drive, {name: quantity.value for name, quantity in fresh.items()})
+    replays = tuple(replay(with_torque_at(log, told.lag), machine) for log in logs)
+    findings = _against_the_datasheet(fresh, known) + _late_words(told.lag, drive, logs)
     return Knowledge(
         quantities=fresh,
         undetermined=words,
         open_names=tuple(name for name in ESSENTIAL if fresh[name].source != LOG),
-        findings=_against_the_datasheet(fresh, known),
+        findings=findings + tuple(one.words for one in replays if one.contradicts),
+        replays=replays,
         residual=told.residual,
         method=f"sum of torques, load's own equation and twist of the joint; {100 * told.kept:.0f} % of the "
         "samples could be used",
         correlations=among(told.correlations, fresh),
+    )
+
+
+def _late_words(lag: float, drive: Drive, logs: Sequence[Log]) -> tuple[str, ...]:
+    """A lag between torque and angles that neither sampling nor the drive file's own lags explain."""
+    rate, interval = current_rate(drive), max(log.interval for log in logs)
+    known = control_delay(drive) + (1.0 / rate if rate > 0.0 else 0.0)
+    if -interval <= lag <= 1.5 * interval + known:
+        return ()
+    allowed = 1e3 * (1.5 * interval + known)
+    return (
+        f"the angles are {1e3 * lag:.3g} ms later than the torque; sampling and the lags of the drive file "
+        f"allow {-1e3 * interval:.3g} to {allowed:.3g} ms",
     )
 
 

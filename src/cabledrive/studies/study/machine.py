@@ -27,6 +27,7 @@ UNITS = {
     "load_viscous_friction": "N m s/rad",
     "load_coulomb_friction": "N m",
     "backlash": "rad",
+    "delay": "s",
     "carriage_mass": "kg",
     "rail_friction": "N s/m",
     "hanging_mass": "kg",
@@ -46,6 +47,7 @@ WORDS = {
     "load_viscous_friction": "viscous friction of the load pulley",
     "load_coulomb_friction": "Coulomb friction of the load pulley",
     "backlash": "backlash of the motor joint",
+    "delay": "delay from sampling to torque",
     "carriage_mass": "mass of the carriage",
     "rail_friction": "friction of the carriage on its guide",
     "hanging_mass": "hanging mass",
@@ -65,6 +67,7 @@ KINDS = {
     "load_viscous_friction": "friction",
     "load_coulomb_friction": "friction",
     "backlash": "backlash",
+    "delay": "delay",
     "carriage_mass": "inertia",
     "rail_friction": "friction",
     "hanging_mass": "inertia",
@@ -259,8 +262,8 @@ def by_datasheet(
 ) -> dict[str, Quantity]:
     """Every quantity with the uncertainty that datasheets are given.
 
-    What a data sheet leaves out counts as unknown and not as none: friction of the load pulley and backlash
-    of the motor joint have an upper limit also where the file says zero.
+    What a data sheet leaves out counts as unknown and not as none: a delay may be a sample longer than the
+    file says, and friction of the load pulley and backlash of the motor joint have an upper limit also where the file says zero.
 
     Parameters
     ----------
@@ -292,6 +295,11 @@ def by_datasheet(
         elif name == "motor_share":
             high = min(high, 0.999)
         found[name] = Quantity(name=name, value=value, low=low, high=high, unit=UNITS[name], source=DATASHEET)
+    if drive.sensors is not None and drive.sensors.sample_rate is not None:
+        late, interval = drive.sensors.delay, 1.0 / drive.sensors.sample_rate
+        found["delay"] = Quantity(
+            name="delay", value=late, low=late, high=late + interval, unit="s", source=DATASHEET
+        )
     return found
 
 

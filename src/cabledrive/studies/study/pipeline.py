@@ -128,7 +128,9 @@ class _Run:
         mechanics = mechanical(self.drive)
         spreads, load = dict(self.goals.spreads), self.goals.load_inertia
         about: dict[str, Any] = {"drive": mechanics, "logs": self.hashes, "carriage": self.carriage_numbers}
+        sensors = self.drive.sensors
         about["backlash"] = self.goals.backlash
+        about["timing"] = None if sensors is None else [sensors.delay, sensors.sample_rate]
         return about | {"spreads": spreads, "load": load, "columns": _plain(self.goals)["columns"]}
 
     @property

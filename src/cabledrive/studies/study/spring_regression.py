@@ -1,17 +1,19 @@
 """What logs tell of the springs: the cable by the load's own equation, the motor joint by its twist."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.identification.filters import difference, zero_phase
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.regression import Factors, factor, joined, solve, suited_segments
+from cabledrive.identification.regression import Factors, Fit, factor, joined, solve, suited_segments
 from cabledrive.parameters import Drive
-from cabledrive.studies.study.machine import has_flexible_joint, values_of
+from cabledrive.studies.study.machine import LOAD_FRICTIONS, has_flexible_joint, values_of
 
 Array = NDArray[np.float64]
+Interval = tuple[float, float, float]
 
 LEAST = {
     "near_inertia": 0.002,
@@ -20,9 +22,15 @@ LEAST = {
     "cable_damping": 0.02,
     "joint_stiffness": 0.03,
     "joint_damping": 0.2,
+    "backlash": 0.25,
 }
 """Narrowest relative half widths: what the equations leave out, such as the mass of the cable."""
 
+LOAD_NAMES = ("beta", "gamma", "viscous", "coulomb", "zero")
+SIGN_BANDS = 2.5
+SLOW = 0.5
+"""Speed below which friction's sign is not trusted [rad/s]."""
+FEWEST_ROWS = 200
 JOINT_BAND = 40.0
 LOAD_BANDS = (15.0, 10.0, 22.0)
 CERTAIN = 0.05
@@ -45,14 +53,59 @@ def around(name: str, value: float, half: float) -> tuple[float, float, float]:
     return value, value - half, value + half
 
 
-def tell_cable(
-    logs: Sequence[Log], drive: Drive, found: dict[str, tuple[float, float, float]]
-) -> dict[str, tuple[float, float, float]]:
-    """Stiffness and damping of a span, from the load's own equation and the load's inertia.
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LoadFits:
+    """The load's own equation, solved with filters of several bandwidths; the middle one first.
+
+    Attributes
+    ----------
+    fits : tuple of Fit
+        Of the load's acceleration: beta, gamma (twist of the cable and its rate), viscous, coulomb (friction
+        of the load), zero (of the encoders).
+    """
+
+    fits: tuple[Fit, ...]
+
+    def of(self, name: str) -> tuple[float, float]:
+        """A coefficient and its half width, with what the choice of the filter moves."""
+        place = LOAD_NAMES.index(name)
+        values = np.array([fit.values[place] for fit in self.fits])
+        moved = float(np.abs(values - values[0]).max())
+        return float(values[0]), float(self.fits[0].half_width()[place]) + moved
+
+
+def load_fits(logs: Sequence[Log], drive: Drive) -> LoadFits | None:
+    """Solve the load's own equation: no torque enters it.
 
     Parameters
     ----------
     logs : sequence of Log
+    drive : Drive
+
+    Returns
+    -------
+    LoadFits or None
+        None where the cable's twist is not measured, or the load hardly turns.
+    """
+    gear = drive.load_pulley.radius / drive.drive_pulley.radius
+    near = "drive_angle" if all("drive_angle" in log.channels for log in logs) else "angle"
+    if near == "angle" and has_flexible_joint(drive):
+        return None
+    fits = []
+    for band in LOAD_BANDS:
+        parts = [_load_rows(log, near, gear, band) for log in logs]
+        if any(part is None for part in parts):
+            return None
+        fits.append(solve(suited_segments(joined([part for part in parts if part is not None]))))
+    return LoadFits(fits=tuple(fits))
+
+
+def tell_cable(load: LoadFits | None, drive: Drive, found: dict[str, Interval]) -> dict[str, Interval]:
+    """Stiffness and damping of a span and friction of the load, from the load's equation and inertia.
+
+    Parameters
+    ----------
+    load : LoadFits or None
     drive : Drive
     found : dict of str to (float, float, float)
         What the sum of torques told.
@@ -62,33 +115,31 @@ def tell_cable(
     dict of str to (float, float, float)
         Value and bounds of what could be told.
     """
+    if load is None or "load_inertia" not in found:
+        return {}
     gear = drive.load_pulley.radius / drive.drive_pulley.radius
     radius, spans = drive.drive_pulley.radius, len(drive.spans)
-    near = "drive_angle" if all("drive_angle" in log.channels for log in logs) else "angle"
-    if "load_inertia" not in found or (near == "angle" and has_flexible_joint(drive)):
-        return {}
-    fits = [
-        solve(suited_segments(joined([_load_rows(log, near, gear, band) for log in logs])))
-        for band in LOAD_BANDS
-    ]
-    values = np.array([fit.values for fit in fits])
-    if values[0, 0] <= 0.0 or fits[0].half_width()[0] > CERTAIN * values[0, 0]:
-        return {}
-    moved = (fits[0].half_width() + np.abs(values - values[0]).max(axis=0)) / np.maximum(
-        np.abs(values[0]), 1e-300
-    )
     inertia, low, high = found["load_inertia"]
-    spread, beta, gamma = 0.5 * (high - low) / inertia, *values[0, :2]
-    stiffness = float(beta * inertia / gear**2 / (spans * radius**2))
-    told = {"cable_stiffness": around("cable_stiffness", stiffness, stiffness * float(spread + moved[0]))}
-    if gamma > 0.0 and moved[1] < 0.5:
-        damping = float(gamma * inertia / gear**2 / (spans * radius))
-        told["cable_damping"] = around("cable_damping", damping, damping * float(spread + moved[1]))
+    spread = 0.5 * (high - low) / inertia
+    told = {}
+    for name, unit in (("viscous", inertia), ("coulomb", inertia / gear)):
+        value, half = load.of(name)
+        whole = abs(value) * spread + half
+        told[f"load_{name}_friction"] = (unit * value, unit * (value - whole), unit * (value + whole))
+    beta, half = load.of("beta")
+    if beta <= 0.0 or half > CERTAIN * beta:
+        return told
+    stiffness = beta * inertia / gear**2 / (spans * radius**2)
+    told["cable_stiffness"] = around("cable_stiffness", stiffness, stiffness * (spread + half / beta))
+    gamma, half = load.of("gamma")
+    if gamma > 0.0 and half < 0.5 * gamma:
+        damping = gamma * inertia / gear**2 / (spans * radius)
+        told["cable_damping"] = around("cable_damping", damping, damping * (spread + half / gamma))
     return told
 
 
-def _load_rows(log: Log, near: str, gear: float, band: float) -> Factors:
-    """The load's acceleration by twist and its rate; the constant takes the encoders' zeros."""
+def _load_rows(log: Log, near: str, gear: float, band: float) -> Factors | None:
+    """The load's acceleration by twist, its rate and friction; the constant takes the encoders' zeros."""
     h = log.interval
     band = min(band, 0.1 / h)
     first, load = (
@@ -96,10 +147,52 @@ def _load_rows(log: Log, near: str, gear: float, band: float) -> Factors:
         gear * zero_phase(log.channel("load_angle"), h, band),
     )
     speed = difference(load, h)
-    columns = np.column_stack([first - load, difference(first, h) - speed, np.ones(len(log))])
+    quick = quick_speed(gear * log.channel("load_angle"), h, band)
+    sign = zero_phase(np.sign(quick), h, band)
+    columns = np.column_stack([first - load, difference(first, h) - speed, -speed, -sign, np.ones(len(log))])
     step, edge = max(1, int(0.02 / (band * h))), int(2.0 / (band * h))
-    part = slice(edge, len(log) - edge, step)
-    return factor(columns[part], difference(speed, h)[part], ("beta", "gamma", "zero"), 60)
+    keep = moving(quick, h, band) & (np.arange(len(log)) % step == 0)
+    keep[:edge] = keep[max(len(log) - edge, 0) :] = False
+    if keep.sum() < FEWEST_ROWS:
+        return None
+    segments = max(12, min(60, int(keep.sum()) // 20))
+    return factor(columns[keep], difference(speed, h)[keep], LOAD_NAMES, segments)
+
+
+def quick_speed(angle: Array, interval: float, band: float) -> Array:
+    """Speed that shows where a shaft turns round: filtered less than the equations are.
+
+    Parameters
+    ----------
+    angle : ndarray, shape (samples,)
+        [rad].
+    interval, band : float
+        [s], [Hz].
+
+    Returns
+    -------
+    ndarray, shape (samples,)
+        [rad/s].
+    """
+    return difference(zero_phase(angle, interval, min(SIGN_BANDS * band, 0.4 / interval)), interval)
+
+
+def moving(quick: Array, interval: float, band: float) -> NDArray[np.bool_]:
+    """Where a shaft turns so fast, for as long as the filter remembers, that the sign of friction is sure.
+
+    Parameters
+    ----------
+    quick : ndarray, shape (samples,)
+        [rad/s].
+    interval, band : float
+        [s], [Hz].
+
+    Returns
+    -------
+    ndarray of bool, shape (samples,)
+    """
+    reach = max(3, int(0.5 / (band * interval)))
+    return np.asarray(np.convolve(np.abs(quick) < SLOW, np.ones(reach), "same") <= 0.5)
 
 
 def tell_joint(
@@ -123,18 +216,23 @@ def tell_joint(
         return {}
     gear = drive.load_pulley.radius / drive.drive_pulley.radius
     behind = found["near_inertia"][0] * (1.0 - values_of(drive)["motor_share"])
+    rubbed = {name: found.get(name, (0.0,))[0] for name in LOAD_FRICTIONS}
     values = []
     for band in (JOINT_BAND, 0.6 * JOINT_BAND, 1.5 * JOINT_BAND):
-        parts = [_twist_rows(log, behind, found["load_inertia"][0] / gear, band) for log in logs]
+        parts = [_twist_rows(log, behind, found["load_inertia"][0], rubbed, gear, band) for log in logs]
         fit = solve(suited_segments(joined(parts)))
         values.append((fit.values, fit.half_width()))
     compliance = np.array([v[0] for v, _ in values])
     half = values[0][1][0] + np.max(np.abs(compliance - compliance[0]))
     if compliance[0] <= 0.0 or half > 0.3 * compliance[0]:
         return {}
+    free = np.array([2.0 * v[3] for v, _ in values])
+    half_free = 2.0 * float(values[0][1][3]) + float(np.max(np.abs(free - free[0])))
     stiffness = 1.0 / float(compliance[0])
     relative = float(half / compliance[0])
     told = {"joint_stiffness": around("joint_stiffness", stiffness, stiffness * relative)}
+    play = around("backlash", float(free[0]), half_free)
+    told["backlash"] = (0.0, 0.0, 0.0) if play[2] < _fine(drive) else play
     dampings = np.array([-v[1] for v, _ in values]) * stiffness**2
     rub = float(values[0][1][1] * stiffness**2 + np.max(np.abs(dampings - dampings[0])))
     if dampings[0] > 0.0 and rub < 0.5 * dampings[0]:
@@ -142,8 +240,17 @@ def tell_joint(
     return told
 
 
-def _twist_rows(log: Log, behind: float, load: float, band: float) -> Factors:
-    """Twist = torque / k - (b / k^2) torque's rate + what the encoders' zeros add."""
+def _fine(drive: Drive) -> float:
+    """Free play that is as good as none: a tenth of the coarser count beside the joint [rad]."""
+    sensors = drive.sensors
+    numbers = [] if sensors is None else [sensors.motor_encoder, sensors.drive_encoder]
+    return max((0.2 * np.pi / number for number in numbers if number), default=0.0)
+
+
+def _twist_rows(
+    log: Log, behind: float, load: float, rubbed: Mapping[str, float], gear: float, band: float
+) -> Factors:
+    """Twist = torque / k - (b / k^2) torque's rate + zeros of the encoders + half the play, by the side."""
     h = log.interval
     band = min(band, 0.1 / h)
 
@@ -154,8 +261,13 @@ def _twist_rows(log: Log, behind: float, load: float, band: float) -> Factors:
         return difference(difference(values, h), h)
 
     motor, pulley, end = smooth("angle"), smooth("drive_angle"), smooth("load_angle")
-    torque = behind * twice(pulley) + load * twice(end)
-    columns = np.column_stack([torque, difference(torque, h), np.ones(len(log))])
+    speed = difference(end, h)
+    friction = rubbed["load_viscous_friction"] * speed + rubbed["load_coulomb_friction"] * zero_phase(
+        np.sign(quick_speed(log.channel("load_angle"), h, band)), h, band
+    )
+    torque = behind * twice(pulley) + (load * twice(end) + friction) / gear
+    side = zero_phase(np.sign(torque), h, band)
+    columns = np.column_stack([torque, difference(torque, h), np.ones(len(log)), side])
     step, edge = max(1, int(0.02 / (band * h))), int(2.0 / (band * h))
     part = slice(edge, len(log) - edge, step)
-    return factor(columns[part], (motor - pulley)[part], ("compliance", "rate", "zero"), 60)
+    return factor(columns[part], (motor - pulley)[part], ("compliance", "rate", "zero", "side"), 60)

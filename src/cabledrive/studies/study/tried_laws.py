@@ -1,7 +1,7 @@
 """Stage 7: every law under one acceptance test, and the simplest that holds the goal."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from cabledrive.parameters import Drive
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult, accept, no_runs
@@ -113,6 +113,7 @@ def try_laws(trial: Trial, settings: Sequence[LawSetting]) -> TriedLaws:
             held = place
             break
     chosen = held
+    scores = [_left_off(one, goals) for one in scores]
     if chosen is None:
         near = [one for k, one in enumerate(scores) if k in found] or scores
         chosen = scores.index(closest(near))  # type: ignore[arg-type]
@@ -140,6 +141,15 @@ def _promising(scores: Sequence[LawScore], goals: Goals) -> list[int]:
     if least is None:
         return made
     return [k for k, e in errors.items() if e is not None and e <= NEAR * least and not scores[k].failed]
+
+
+def _left_off(one: LawScore, goals: Goals) -> LawScore:
+    """A law that might hold and was not run to the end says so, and claims nothing."""
+    missed = one.share is not None and lost(_missed(one), goals.draws, "lumped")
+    if missed or not 0 < one.runs < goals.draws:
+        return one
+    why = "a simpler law holds the goal" if goals.error is not None else "another law comes closer"
+    return replace(one, holds=None, reason=f"not run to the end: {why}")
 
 
 def _missed(one: LawScore) -> int:

@@ -1,0 +1,286 @@
+r"""The identified model replayed over its own log: does the log do what the model does, beyond chance?
+
+A Kalman filter of the identified drive runs over the log, torque in, angles of all encoders in; its
+innovations are what the past does not predict. The same filter runs over logs of the identified model itself,
+under the same torque, with the same encoders at random phases: what is left there is chance. Powers of the
+innovations are compared in octaves; a power is that of a chi-squared variable with two degrees of freedom
+for each independent frequency. Nothing is assumed of what is wrong: cogging, an eccentric encoder, an inertia
+or a spring that the model lacks.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal, stats
+
+from cabledrive.control.kalman import KalmanTuning, Sampling, kalman_filter
+from cabledrive.control.observer_kernels import correct, predict
+from cabledrive.control.observer_numbers import Integers, ObserverNumbers
+from cabledrive.identification.filters import zero_phase
+from cabledrive.identification.logs.log import Log
+from cabledrive.mechanics.compiled import njit_in_place
+from cabledrive.parameters import Drive, NotComputed
+from cabledrive.reduction.friction_march import march_chain
+from cabledrive.reduction.models import highest_model
+from cabledrive.rig.circumstances import free_play
+from cabledrive.rig.closed_loop.loop import plant_chain
+from cabledrive.rig.laws.fitting import load_gear, place
+
+Array = NDArray[np.float64]
+CHANNELS = {"angle": "motor", "drive_angle": "drive", "load_angle": "load"}
+REPEATS = 4
+"""Logs of the model itself."""
+CHANCE = 1e-4
+"""Probability that a log of the model itself exceeds its limit in some octave of some encoder."""
+TOLERANCE = 1.5
+"""Power over that of the model that numbers within their intervals may make."""
+LOWEST = 1.0
+"""Lower end of the first octave [Hz]."""
+DIVERGED = 1e9
+"""Stands for the ratio of a model that runs away under the log's torque."""
+TUNING = KalmanTuning(disturbance=1e-4, offsets=())
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Replay:
+    """Innovations of a log beside those of the identified model.
+
+    Attributes
+    ----------
+    ratio : float
+        Largest power over that of the model, among octaves and encoders.
+    limit : float
+        Of that octave, what chance and the numbers' intervals allow.
+    encoder : str
+    frequency : float
+        Middle of the octave [Hz].
+    """
+
+    ratio: float
+    limit: float
+    encoder: str
+    frequency: float
+
+    @property
+    def contradicts(self) -> bool:
+        """Whether the log does what the model does not."""
+        return self.ratio > self.limit
+
+    @property
+    def words(self) -> str:
+        """The replay in a sentence."""
+        name = self.encoder.replace("_", " ")
+        return (
+            f"replayed over the log, the identified model leaves {self.ratio:.3g} times the power in the "
+            f"{name} near {self.frequency:.3g} Hz that it leaves over its own logs; chance and the intervals "
+            f"allow {self.limit:.3g} times"
+        )
+
+
+def replay(log: Log, drive: Drive, seed: int = 0) -> Replay:
+    """Replay a log of a whole drive through the identified model.
+
+    Parameters
+    ----------
+    log : Log
+        With torque, motor and load angle.
+    drive : Drive
+        With the identified values.
+    seed : int, default 0
+        Of the encoder phases of the model's own logs.
+
+    Returns
+    -------
+    Replay
+        The octave and encoder with the largest ratio to their limit.
+    """
+    generator = np.random.default_rng(seed)
+    channels = [name for name in CHANNELS if name in log.channels]
+    counts = [count_of(log, drive, name) for name in channels]
+    chain, h = plant_chain(drive, highest_model(drive)), log.interval
+    torque = log.channel("torque")
+    probe = kalman_filter(
+        chain,
+        [place(chain, CHANNELS[name]) for name in channels],
+        counts,
+        Sampling(interval=h),
+        chosen=range(chain.size),
+        tuning=TUNING,
+        settled=True,
+    )
+    gears = np.array([load_gear(drive) if name == "load_angle" else 1.0 for name in channels])
+    measured = np.column_stack([log.channel(name) for name in channels]) * gears
+    seen = octaves(innovations(probe, torque, measured - measured[0]), h)
+    model = np.zeros((REPEATS, *seen.power.shape))
+    play = free_play(drive, chain)
+    try:
+        moved = march_chain(
+            chain, torque, h, gaps=(play, *(0.0,) * (chain.size - 2)), substeps=4, hold="line"
+        ).angles
+    except NotComputed:
+        return Replay(ratio=DIVERGED, limit=1.0, encoder=channels[0], frequency=0.0)
+    noise = torque_noise(torque, h)
+    for k in range(REPEATS):
+        phases = generator.uniform(size=len(channels))
+        angles = moved[:, [place(chain, CHANNELS[name]) for name in channels]]
+        read = np.array(counts) * np.floor(angles / counts + phases)
+        logged = torque + noise * generator.standard_normal(torque.size)
+        model[k] = octaves(innovations(probe, logged, read - read[0]), h).power
+    return _largest(seen, model.mean(axis=0), channels)
+
+
+def torque_noise(torque: Array, interval: float) -> float:
+    """Standard deviation of a torque's white noise, by the upper half of its spectrum.
+
+    How much of it acts on the shaft is not known; that none does is the assumption that forgives most.
+
+    Parameters
+    ----------
+    torque : ndarray, shape (samples,)
+        [N m].
+    interval : float
+        [s].
+
+    Returns
+    -------
+    float
+        [N m].
+    """
+    upper = torque - zero_phase(torque, interval, 0.25 / interval)
+    return float(np.sqrt(2.0) * np.std(upper))
+
+
+def count_of(log: Log, drive: Drive, name: str) -> float:
+    """One count of a channel at the first shaft [rad]: by the log where it shows one, else by the drive file.
+
+    Parameters
+    ----------
+    log : Log
+    drive : Drive
+    name : str
+
+    Returns
+    -------
+    float
+    """
+    gear = load_gear(drive) if name == "load_angle" else 1.0
+    quantum = log.report.quantum.get(name)
+    if quantum:
+        return float(quantum) * gear
+    number = getattr(drive.sensors, f"{CHANNELS[name]}_encoder") if drive.sensors else None
+    return 2.0 * np.pi / (number or 1e5) * gear
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Octaves:
+    """Power of several signals in octaves.
+
+    Attributes
+    ----------
+    middle : ndarray, shape (k,)
+        [Hz].
+    lines : ndarray, shape (k,)
+        Independent frequencies in each.
+    power : ndarray, shape (k, m)
+    """
+
+    middle: Array
+    lines: Array
+    power: Array
+
+
+def octaves(values: Array, interval: float) -> Octaves:
+    """Power in octaves from `LOWEST` to a quarter of the sample rate.
+
+    Parameters
+    ----------
+    values : ndarray, shape (samples, m)
+    interval : float
+        [s].
+
+    Returns
+    -------
+    Octaves
+    """
+    n = len(values)
+    spectrum = np.abs(np.fft.rfft(values * signal.windows.hann(n)[:, None], axis=0)) ** 2
+    frequency = np.fft.rfftfreq(n, interval)
+    edges = LOWEST * 2.0 ** np.arange(0, 40)
+    edges = edges[edges <= 0.25 / interval]
+    bands = [(frequency >= low) & (frequency < high) for low, high in pairwise(edges)]
+    return Octaves(
+        middle=np.sqrt(edges[1:] * edges[:-1]),
+        lines=np.array([band.sum() / 1.5 for band in bands]),  # Hann's window ties neighbours together
+        power=np.array([spectrum[band].sum(axis=0) for band in bands]),
+    )
+
+
+def innovations(probe: ObserverNumbers, torque: Array, readings: Array) -> Array:
+    """Readings less their predictions, settled part.
+
+    Parameters
+    ----------
+    probe : ObserverNumbers
+        A Kalman filter with its settled gain.
+    torque : ndarray, shape (samples,)
+        [N m].
+    readings : ndarray, shape (samples, m)
+        At the first shaft [rad].
+
+    Returns
+    -------
+    ndarray, shape (samples, m)
+    """
+    out, states = np.zeros(readings.shape), probe.model.shape[0]
+    mean = np.append(0.5 * (torque[1:] + torque[:-1]), torque[-1])
+    gains, width = np.ascontiguousarray(probe.gains), max(states, readings.shape[1])
+    predict_along(
+        probe.chosen, probe.output, gains, probe.scalars, probe.model, probe.places[0], mean,
+        np.ascontiguousarray(readings), np.zeros(states), np.zeros(width), np.zeros(2),
+        np.zeros(len(probe.chosen)), out,
+    )  # fmt: skip
+    return out[len(out) // 10 :]
+
+
+@njit_in_place
+def predict_along(
+    chosen: Integers,
+    output: Array,
+    gains: Array,
+    scalars: Array,
+    model: Array,
+    motor_speed: int,
+    torque: Array,
+    readings: Array,
+    estimate: Array,
+    fresh: Array,
+    held: Array,
+    taken: Array,
+    out: Array,
+) -> None:
+    """The filter along a log; ``estimate``, ``fresh``, ``held`` and ``taken`` are its memory."""
+    for k in range(readings.shape[0]):
+        for j in range(readings.shape[1]):
+            predicted = 0.0
+            for i in range(estimate.size):
+                predicted += output[j, i] * estimate[i]
+            out[k, j] = readings[k, j] - predicted
+        correct(2, chosen, output, gains, scalars, k, estimate, readings[k], taken, fresh)
+        predict(model, scalars, motor_speed, estimate, held, torque[k], torque[k], fresh)
+
+
+def _largest(seen: Octaves, model: Array, channels: Sequence[str]) -> Replay:
+    ratio = seen.power / model
+    share = CHANCE / ratio.size
+    chance = stats.f.isf(share, 2.0 * seen.lines, 2.0 * REPEATS * seen.lines)
+    limit = TOLERANCE * chance[:, None] * np.ones_like(ratio)
+    k, j = np.unravel_index(int(np.argmax(ratio / limit)), ratio.shape)
+    return Replay(
+        ratio=float(ratio[k, j]),
+        limit=float(limit[k, j]),
+        encoder=channels[int(j)],
+        frequency=float(seen.middle[k]),
+    )
