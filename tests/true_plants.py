@@ -16,6 +16,7 @@ from cabledrive.rig.closed_loop.loop import Loop, loop_at_rest
 from cabledrive.rig.closed_loop.sample_kernels import decide
 
 STEP = 20e-6
+"""Longest step [s]; a sample holds a whole number of steps."""
 NAMES = (
     "j1", "j2", "j3", "b1", "b3", "c1", "c3", "d1", "km", "bm", "kc", "bc", "gap", "stribeck",
     "stribeck_speed", "cogging", "cogging_lines", "ripple", "ripple_lines", "eccentric", "delay", "current",
@@ -125,10 +126,11 @@ def one_step(p, x, torque, h):
 
 
 @njit(cache=False)
-def shaken(p, torque, interval, h):
+def shaken(p, torque, interval, step):
     """Angles of the three inertias under a torque that is held from sample to sample."""
     x, out = np.zeros(7), np.zeros((torque.size, 3))
-    steps = round(interval / h)
+    steps = int(np.ceil(interval / step - 1e-9))
+    h = interval / steps
     for k in range(torque.size):
         out[k] = x[:3]
         for _ in range(steps):
@@ -137,10 +139,11 @@ def shaken(p, torque, interval, h):
 
 
 @njit(cache=False)
-def followed(p, observer, law, rig, reference, target, s, shown, h):
+def followed(p, observer, law, rig, reference, target, s, shown, step):
     """Largest error of the load under the law, at the first shaft; a runaway counts as 1e3."""
     x, seen = np.zeros(7), s.x
-    steps = round(rig.interval / h)
+    steps = int(np.ceil(rig.interval / step - 1e-9))
+    h = rig.interval / steps
     late = round(p[20] / h)
     before, worst = 0.0, 0.0
     for k in range(target.size):

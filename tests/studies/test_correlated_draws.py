@@ -116,7 +116,9 @@ def test_the_same_seed_draws_the_same_bits_and_data_sheets_are_drawn_as_ever():
     sheet = by_datasheet(drive_of("wrist"), SPREADS)
     generator = np.random.default_rng([3, 8])
     expected = {name: generator.uniform(sheet[name].low, sheet[name].high) for name in sorted(sheet)}
-    assert drawn_plant(sheet, 3, 3, 8)[0] == expected
+    found = drawn_plant(sheet, 3, 3, 8)[0]
+    assert {name: found[name] for name in sheet} == expected
+    assert set(found) - set(sheet) == {"ripple_order", "ripple_phase"}
 
 
 def test_a_log_tells_how_its_numbers_err_together():

@@ -52,7 +52,12 @@ def worst_plant_table(
     Table
     """
     rows: tuple[tuple[Cell, ...], ...] = tuple(
-        (named(name), number(value, 5), number(best[name], 5), unit_shown(UNITS[name]))
+        (
+            named(name),
+            number(value, 5),
+            number(best[name], 5) if name in best else "",
+            unit_shown(UNITS[name]),
+        )
         for name, value in values.items()
     )
     return Table(

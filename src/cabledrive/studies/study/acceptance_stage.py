@@ -30,7 +30,8 @@ class DrawBlock:
     Attributes
     ----------
     peaks, torques : tuple of float or None
-        Largest error [rad] and torque [N m] of each run; None where it ended before its time.
+        Largest error [rad] and torque [N m] of each run; None where it ended before its time. Eccentricity of
+        the load encoder is added to the error, since the law follows what it reads.
     saturated : tuple of float
         Share of the samples at the torque's limit.
     """
@@ -192,7 +193,8 @@ def _block(loop: Loop, drive: Drive, known: Knowledge, seed: int, draws: range) 
             share = score["saturated"] / len(moved.target)
             if done.failed:
                 return None, None, share
-            return score["peak"] / moved.gear, score["peak_torque"], share
+            peak = score["peak"] / moved.gear + values.get("eccentricity", 0.0)
+            return peak, score["peak_torque"], share
 
         with ThreadPoolExecutor(2) as pool:
             peaks, torques, saturated = zip(*pool.map(one, draws), strict=True)

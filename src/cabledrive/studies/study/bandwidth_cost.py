@@ -27,6 +27,7 @@ UNMATCHED = (
     "load_coulomb_friction",
     "backlash",
     "delay",
+    "ripple_torque",
 )
 
 

@@ -55,8 +55,8 @@ class Told:
     correlations : tuple of Correlation
     undetermined : tuple of str
         What could not, in words.
-    residual : float
-        Of the sum of torques, relative to the torque.
+    residual, residual_torque : float
+        Of the sum of torques, relative to the torque and as it is [N m], below the filter's bandwidth.
     lag : float
         By how much the angles are later than the torque as logged [s]; half a sample where a controller holds
         its torque from the sample at which it is logged. It is taken out before anything else is solved.
@@ -68,6 +68,7 @@ class Told:
     correlations: tuple[Correlation, ...]
     undetermined: tuple[str, ...]
     residual: float
+    residual_torque: float
     lag: float
     kept: float
 
@@ -140,6 +141,7 @@ def tell(logs: Sequence[Log], drive: Drive) -> Told:
         correlations=of_intervals(middle, found),
         undetermined=words,
         residual=float(residual),
+        residual_torque=float(middle.residual),
         lag=lag,
         kept=kept,
     )

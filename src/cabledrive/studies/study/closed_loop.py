@@ -22,6 +22,8 @@ from cabledrive.rig.setting import Motion, RigOptions
 from cabledrive.rig.trial import wish_for
 from cabledrive.studies.study.machine import Quantity, drive_with
 
+RIPPLE_ORDER = 12.0
+"""Periods per radian where none is drawn."""
 MOTOR_SIDE = ("viscous_friction", "coulomb_friction", "offset_torque")
 
 
@@ -171,6 +173,8 @@ def rig_options(drive: Drive, *, ideal: bool = False) -> RigOptions:
 def with_values(loop: Loop, drive: Drive, values: Mapping[str, float], phases: np.ndarray | None) -> Loop:
     """The same law on another plant, its encoders at other phases, its delay longer by whole samples.
 
+    Ripple of the motor's torque goes with the angle that is wanted, which the motor keeps nearly.
+
     Parameters
     ----------
     loop : Loop
@@ -195,4 +199,8 @@ def with_values(loop: Loop, drive: Drive, values: Mapping[str, float], phases: n
         known = rig.late_samples * rig.interval + rig.late_part
         more = round((values["delay"] - known) / rig.interval)
         rig = rig._replace(late_samples=max(rig.late_samples + more, 0))
+    if values.get("ripple_torque"):
+        order, phase = values.get("ripple_order", RIPPLE_ORDER), values.get("ripple_phase", 0.0)
+        ripple = values["ripple_torque"] * np.sin(order * loop.target[: len(rig.forces)] + phase)
+        rig = rig._replace(forces=rig.forces + np.column_stack((ripple, np.zeros_like(ripple))))
     return replace(fresh, rig=rig)

@@ -8,6 +8,8 @@ from cabledrive.studies.study.correlations import Correlation, root_of
 from cabledrive.studies.study.machine import LOG, Quantity
 
 TWO_SIDED_95 = 1.96
+RIPPLE_ORDERS = (1.0, 50.0)
+"""Periods of torque ripple per radian of the motor: from once a turn and more to slots behind a gear."""
 
 
 def drawn_values(
@@ -68,4 +70,9 @@ def drawn_plant(
     phases : ndarray, shape (encoders,)
     """
     generator = np.random.default_rng([seed, draw])
-    return drawn_values(quantities, generator, correlations), generator.uniform(-0.5, 0.5, encoders)
+    values = drawn_values(quantities, generator, correlations)
+    phases = generator.uniform(-0.5, 0.5, encoders)
+    if "ripple_torque" in values:
+        values["ripple_order"] = float(generator.uniform(*RIPPLE_ORDERS))
+        values["ripple_phase"] = float(generator.uniform(0.0, 2.0 * np.pi))
+    return values, phases

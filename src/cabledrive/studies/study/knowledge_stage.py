@@ -16,6 +16,10 @@ from cabledrive.studies.study.machine import GOAL, LOAD_FRICTIONS, LOG, Quantity
 
 UNLISTED = (*LOAD_FRICTIONS, "backlash")
 """What data sheets leave out: where the log bounds it less closely than assumed, nothing is said."""
+PEAK = 2.0**0.5
+"""Of a sine over its root mean square."""
+SEEN = 0.2
+"""Share of the largest eccentricity that the replay of a log may overlook."""
 ESSENTIAL = ("near_inertia", "load_inertia", "viscous_friction", "coulomb_friction", "cable_stiffness")
 """What a log of the whole drive is recorded for; where it cannot tell one of them, the study says so."""
 
@@ -162,6 +166,7 @@ def _by_regression(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]
                 words += (f"{name.replace('_', ' ')} is told less well than by the datasheet, which is kept",)
         else:
             fresh[name] = replace(known[name], value=value, low=low, high=high, source=LOG)
+    fresh |= _quiet(fresh, told.residual_torque)
     machine = drive_with(drive, {name: quantity.value for name, quantity in fresh.items()})
     replays = tuple(replay(with_torque_at(log, told.lag), machine) for log in logs)
     findings = _against_the_datasheet(fresh, known) + _late_words(told.lag, drive, logs)
@@ -176,6 +181,12 @@ def _by_regression(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]
         "samples could be used",
         correlations=among(told.correlations, fresh),
     )
+
+
+def _quiet(known: Mapping[str, Quantity], residual: float) -> dict[str, Quantity]:
+    """Ripple and eccentricity where a log shows the whole drive: what it leaves, what a replay would see."""
+    limits = {"ripple_torque": PEAK * residual, "eccentricity": SEEN * known["eccentricity"].high}
+    return {name: replace(known[name], high=min(most, known[name].high)) for name, most in limits.items()}
 
 
 def _late_words(lag: float, drive: Drive, logs: Sequence[Log]) -> tuple[str, ...]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import inf, radians
+from math import inf, pi, radians
 from typing import Any
 
 from cabledrive.parameters import Drive, Lumped, Motor, Pulley
@@ -28,6 +28,10 @@ UNITS = {
     "load_coulomb_friction": "N m",
     "backlash": "rad",
     "delay": "s",
+    "ripple_torque": "N m",
+    "ripple_order": "1/rad",
+    "ripple_phase": "rad",
+    "eccentricity": "rad",
     "carriage_mass": "kg",
     "rail_friction": "N s/m",
     "hanging_mass": "kg",
@@ -48,6 +52,10 @@ WORDS = {
     "load_coulomb_friction": "Coulomb friction of the load pulley",
     "backlash": "backlash of the motor joint",
     "delay": "delay from sampling to torque",
+    "ripple_torque": "torque ripple and cogging of the motor",
+    "ripple_order": "periods of the ripple per radian",
+    "ripple_phase": "phase of the ripple",
+    "eccentricity": "eccentricity of the load encoder",
     "carriage_mass": "mass of the carriage",
     "rail_friction": "friction of the carriage on its guide",
     "hanging_mass": "hanging mass",
@@ -68,6 +76,8 @@ KINDS = {
     "load_coulomb_friction": "friction",
     "backlash": "backlash",
     "delay": "delay",
+    "ripple_torque": "torque",
+    "eccentricity": "angle",
     "carriage_mass": "inertia",
     "rail_friction": "friction",
     "hanging_mass": "inertia",
@@ -78,6 +88,10 @@ KINDS = {
 FRICTIONS = ("viscous_friction", "coulomb_friction")
 LOAD_FRICTIONS = {"load_viscous_friction": "viscous_friction", "load_coulomb_friction": "coulomb_friction"}
 """Friction of the load pulley, at the load, and the friction of the whole drive of which it is a part."""
+RIPPLE_SHARE, RIPPLE_FRICTION = 0.01, 0.1
+"""Largest ripple and cogging, over the torque limit and over the friction, whichever is more."""
+ECCENTRIC_COUNTS = 1.0
+"""Largest eccentricity of the load encoder, in counts."""
 GEAR_BACKLASH, COUPLING_BACKLASH = radians(1.0), radians(0.1)
 """Largest free play that is drawn where the data sheet says none: small planetary gears have 0.5 to 1 deg at
 their output without load, a coupling or a bare shaft next to nothing [rad]."""
@@ -263,7 +277,8 @@ def by_datasheet(
     """Every quantity with the uncertainty that datasheets are given.
 
     What a data sheet leaves out counts as unknown and not as none: a delay may be a sample longer than the
-    file says, and friction of the load pulley and backlash of the motor joint have an upper limit also where the file says zero.
+    file says, and friction of the load pulley, backlash of the motor joint, torque ripple and eccentricity of
+    the load encoder have an upper limit also where the file says zero or nothing.
 
     Parameters
     ----------
@@ -300,7 +315,20 @@ def by_datasheet(
         found["delay"] = Quantity(
             name="delay", value=late, low=late, high=late + interval, unit="s", source=DATASHEET
         )
+    for name, most in _unlisted(drive, values).items():
+        found[name] = Quantity(name=name, value=0.0, low=0.0, high=most, unit=UNITS[name], source=DATASHEET)
     return found
+
+
+def _unlisted(drive: Drive, values: Mapping[str, float]) -> dict[str, float]:
+    """Largest torque ripple [N m] and eccentricity of the load encoder [rad], which no drive file has."""
+    motor, sensors = drive.motor, drive.sensors
+    limit = motor.torque_limit if motor is not None and motor.torque_limit else 0.0
+    count = 2.0 * pi / sensors.load_encoder if sensors is not None and sensors.load_encoder else 0.0
+    return {
+        "ripple_torque": max(RIPPLE_SHARE * limit, RIPPLE_FRICTION * values["coulomb_friction"]),
+        "eccentricity": ECCENTRIC_COUNTS * count,
+    }
 
 
 def mechanical(drive: Drive) -> Drive:

@@ -171,7 +171,8 @@ def _by_acceptance(found: Findings, chosen: LawScore) -> tuple[str, list[str], l
     if not short:
         return YES, held_words(chosen, cable, goals, unit), []
     median = found.median
-    if found.knowledge.residual is None and median is not None and median <= goal:
+    few = chosen.share == 1.0
+    if found.knowledge.residual is None and median is not None and median <= goal and not few:
         return UNKNOWN, [*short, SHEET], [RECORD, *_remedies(found, chosen)]
     return UNKNOWN, short, _remedies(found, chosen)
 
