@@ -45,7 +45,7 @@ CASES = (
     ),
     Case(
         name="wrist",
-        goals=goals(60, 0.3, error=1.0 * DEGREE, draws=300),
+        goals=goals(60, 0.3, error=1.0 * DEGREE, draws=300, backlash=0.0),
         log=None,
         verdict="yes",
         reason="within the goal of 1 deg",
