@@ -10,12 +10,14 @@ from html.parser import HTMLParser
 
 import pytest
 
+from cabledrive.rig.laws.registry import CONTROLLERS
 from command import answer, call, listening, object_of, refusal
 from study_drives import FOLDER
 
 WINCH = str(FOLDER / "winch.toml")
 GOALS = '[goals]\nerror = "0.5 deg"\n[motion]\nangle = "30 deg"\nduration = "0.3 s"\ndwell = "0.1 s"\n'
-FEW = "[acceptance]\ndraws = 5\ncable_draws = 1\n"
+FEW = "[acceptance]\ndraws = 300\ncable_draws = 0\n"
+HASTY = '[goals]\nerror = "0.5 deg"\n[motion]\nangle = "90 deg"\nduration = "0.3 s"\n'
 
 
 @pytest.fixture(scope="module")
@@ -31,13 +33,22 @@ def test_json_and_files_have_what_the_contract_promises(finished):
     _, out, found = finished
     assert found["verdict"] == "yes"
     assert found["reasons"]
-    stages = {"check", "identification", "modes", "resonance", "demand", "model", "controller", "acceptance"}
-    assert set(found["stages"]) == stages
+    stages = {"check", "identification", "modes", "resonance", "demand", "model", "controller", "laws"}
+    assert set(found["stages"]) == stages | {"acceptance"}
+    assert found["headline"] == found["reasons"][0]
+    assert found["confidence"] == 0.95
+    assert 0.0 < found["reached_error_deg"] <= 0.5
+    laws = [one["controller"] for one in found["candidates"]]
+    assert laws == ["pd", "shaper", "pid", "lqg", "darc-3-damped"]
+    assert set(laws) <= set(CONTROLLERS), "track knows every one of them"
+    for one in found["candidates"]:
+        assert one["worst_deg"] > 0.0
+        assert 0.0 <= one["share_low"] <= one["share"] <= 1.0
     written = json.loads((out / "results.json").read_text())
     assert {**written, "provenance": 0} == {**found, "provenance": 0}
     for key in ("cabledrive", "drive_hash", "method", "seed"):
         assert key in written["provenance"]
-    assert len(found["stages"]["acceptance"]["lumped"]["peaks"]) == 5
+    assert len(found["stages"]["acceptance"]["lumped"]["peaks"]) == 300
 
 
 def test_the_drive_as_identified_can_be_used(finished):
@@ -48,8 +59,9 @@ def test_the_drive_as_identified_can_be_used(finished):
 def test_the_controller_stands_in_numbers(finished):
     _, out, found = finished
     numbers = json.loads((out / "controller.json").read_text())
-    assert numbers["bandwidth_hz"] == found["stages"]["controller"]["bandwidth"]
-    assert len(numbers["law"]["learning"][0]) == 4
+    chosen = found["stages"]["laws"]["chosen"]
+    assert (numbers["name"], numbers["bandwidth_hz"]) == (chosen["controller"], chosen["value"])
+    assert len(numbers["law"]["rows"][0]) == 4, "angles and speeds of two inertias"
 
 
 @pytest.fixture
@@ -109,7 +121,9 @@ def test_another_study_does_not_replace_a_report_unasked(finished):
 
 
 def test_a_no_is_an_answer_and_not_a_failure(tmp_path, undrawn):
-    result = call("study", WINCH, "--quick", "--json", "-o", tmp_path / "out")
+    (tmp_path / "hasty.toml").write_text(HASTY)
+    asked = ["--goals", tmp_path / "hasty.toml", "--quick", "--json"]
+    result = call("study", WINCH, *asked, "-o", tmp_path / "out")
     found = object_of(result.stdout)
     assert (result.exit_code, found["verdict"]) == (0, "no")
     assert found["reasons"][0].startswith("torque")
@@ -151,7 +165,9 @@ def test_a_report_that_is_no_studys_is_left_alone(tmp_path):
 
 
 def test_ctrl_c_says_how_to_go_on_and_the_same_command_does(tmp_path, undrawn):
-    command = [sys.executable, "-m", "cabledrive", "study", WINCH, "-o", str(tmp_path / "out")]
+    (tmp_path / "hasty.toml").write_text(HASTY)
+    asked = ["study", WINCH, "--goals", str(tmp_path / "hasty.toml")]
+    command = [sys.executable, "-m", "cabledrive", *asked, "-o", str(tmp_path / "out")]
     started = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=listening
     )
@@ -164,4 +180,4 @@ def test_ctrl_c_says_how_to_go_on_and_the_same_command_does(tmp_path, undrawn):
     assert started.returncode == 130, errors
     assert "to go on, give the same command again" in errors.splitlines()[-1]
     assert not (tmp_path / "out" / "results.json").exists()
-    assert call("study", WINCH, "-o", tmp_path / "out", "--resume").exit_code == 0
+    assert call(*asked, "-o", tmp_path / "out", "--resume").exit_code == 0

@@ -12,41 +12,32 @@ from cabledrive.report.figures.study_runs import shares_below
 from cabledrive.report.study.acceptance import acceptance_chapter
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study.acceptance_stage import accept
-from cabledrive.studies.study.controller_stage import ControllerResult
+from cabledrive.studies.study.candidates import score
 from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.goals import SPREADS
 from cabledrive.studies.study.knowledge_stage import know
+from cabledrive.studies.study.law_settings import LawSetting, law_of
 from cabledrive.studies.study.plain_data import as_plain
 from cabledrive.studies.study.stage_cache import StageCache
+from cabledrive.studies.study.tried_laws import TriedLaws
 from cabledrive.studies.study.verdict_stage import judge
 from study_drives import drive_of, goals
 
 WRIST = drive_of("wrist")
 ASKED = goals(60, 0.3, error=0.5 * DEGREE)
-LAW = ControllerResult(
-    model=4,
-    name="darc-4-damped",
-    bandwidth=55.0,
-    sliding_rate=None,
-    bound=1.0 * DEGREE,
-    chosen=None,
-    candidates=(),
-    lower=(),
-    upper=(),
-    shares={},
-    broken=(),
-    reason="",
-)
+LAW = LawSetting(controller="darc-4-damped", model=4, value=55.0)
+BOUND = 1.0 * DEGREE
 
 
 def accepted(pretension, *, drive=WRIST, law=LAW, draws=12):
     """A law on plants with less pretension: a span that goes slack ends the run."""
     drive = replace(drive, cable=replace(drive.cable, pretension=pretension))
+    known = know(drive, [], SPREADS, backlash=0.0)
     return accept(
         drive,
         ASKED.motion,
-        know(drive, [], SPREADS),
-        law,
+        known,
+        law_of(law, drive, ASKED.motion, known),
         draws=draws,
         seed=0,
         torque=None,
@@ -54,6 +45,7 @@ def accepted(pretension, *, drive=WRIST, law=LAW, draws=12):
         cable=False,
         cache=StageCache(folder=None, note=lambda line: None),
         inputs={},
+        bound=BOUND,
     )
 
 
@@ -67,8 +59,16 @@ def none():
     return accepted(1.0)
 
 
+def tried(runs):
+    """The law of these runs, as a study holds it."""
+    one = score(LAW.controller, LAW.words, "lumped", runs.peaks, runs.draws, ASKED.error)
+    cable = replace(runs, plant="cable", draws=0, peaks=(), failed=0, reason="not asked for")
+    return TriedLaws(scores=(one,), cable_scores=(), chosen=LAW, lumped=runs, cable=cable)
+
+
 def judged(runs):
     """The verdict, were these the runs."""
+    laws = tried(runs)
     return judge(
         Findings(
             goals=ASKED,
@@ -76,19 +76,23 @@ def judged(runs):
             knowledge=know(WRIST, [], SPREADS),
             demand=SimpleNamespace(exceeded=(), demands=()),
             resonance=SimpleNamespace(refuses=False, alarm="", verdict="", slack=False),
-            controller=replace(LAW, chosen=SimpleNamespace(sensors=1.0, unmatched=0.0, theorem=0.0)),
+            controller=SimpleNamespace(chosen=None, bound=BOUND, broken=()),
+            laws=laws,
             lumped=runs,
-            cable=replace(runs, plant="cable", draws=0, reason="not asked for"),
+            cable=laws.cable,
         )
     )
 
 
 def pictures(runs):
+    laws = tried(runs)
     result = SimpleNamespace(
-        controller=LAW,
+        controller=SimpleNamespace(bound=BOUND),
+        laws=laws,
+        scores=laws.scores,
         goals=ASKED,
         lumped=runs,
-        cable=replace(runs, plant="cable", draws=0, reason="not asked for"),
+        cable=laws.cable,
         knowledge=know(WRIST, [], SPREADS),
     )
     return acceptance_chapter(result).blocks
@@ -116,13 +120,13 @@ def test_the_curve_of_shares_ends_where_the_lasting_runs_do(some):
     assert errors[-1] == pytest.approx(np.degrees(some.peaks[-1]))
 
 
-def test_where_no_run_lasts_there_is_no_number_and_no_picture_and_the_answer_is_no(none):
+def test_where_no_run_lasts_there_is_no_number_and_no_picture_and_the_answer_is_unknown(none):
     assert none.failed == none.draws == 12
     assert none.peaks == ()
     assert none.worst is none.largest_torque is none.quantile(0.5) is None
     verdict = judged(none)
-    assert verdict.answer == "no", verdict
-    assert verdict.reasons == ("12 of 12 runs on the lumped plant ended early: unstable or slack",)
+    assert verdict.answer == "unknown", verdict
+    assert verdict.reasons[-1] == "12 of 12 runs on lumped plants ended early: unstable or slack"
     assert "raise cable.pretension" in verdict.remedies[0], "no encoder mends a slack span"
     assert not any(margin.name.startswith("error") for margin in verdict.margins)
     blocks = pictures(none)
@@ -130,9 +134,9 @@ def test_where_no_run_lasts_there_is_no_number_and_no_picture_and_the_answer_is_
     assert any("All 12 runs on lumped plants ended early" in str(getattr(b, "note", "")) for b in blocks)
 
 
-def test_where_some_last_the_answer_is_no_and_the_page_counts_them(some):
+def test_where_some_last_the_answer_is_unknown_and_the_page_counts_them(some):
     verdict = judged(some)
-    assert verdict.answer == "no", verdict
+    assert verdict.answer == "unknown", verdict
     blocks = pictures(some)
     (curve,) = [block for block in blocks if isinstance(block, Figure) and block.name == "peaks"]
     assert f"the {len(some.peaks)} of 12 that lasted" in curve.alt
@@ -142,7 +146,7 @@ def test_where_some_last_the_answer_is_no_and_the_page_counts_them(some):
 def test_a_run_that_flies_apart_leaves_plain_numbers():
     """A law far too quick for its filter and a motor without limit: no infinity, nothing invented."""
     free = replace(WRIST, motor=replace(WRIST.motor, torque_limit=None))
-    runs = accepted(1e9, drive=free, law=replace(LAW, bandwidth=900.0), draws=4)
+    runs = accepted(1e9, drive=free, law=replace(LAW, value=900.0), draws=4)
     assert runs.failed == 4, runs
     assert runs.largest_torque is None, "what a diverging law asked for is no torque of the drive"
     text = json.dumps(as_plain(runs), allow_nan=False)

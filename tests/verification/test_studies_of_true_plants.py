@@ -1,8 +1,8 @@
 """Forty machines with one thing that the data sheet lacks: no study says yes to what the machine does not do.
 
 The plants of `true_plants` share no code with those of a study. Each study, on the sheet alone or on a log of
-the machine, is asked for the most that it may call reached: its own figure is the goal. Where it then says yes,
-the law it chose runs on the machine itself, encoders at random phases.
+the machine, is asked for the most that it may call reached: its own figure is the goal. Where it then says
+yes, the law it chose runs on the machine itself, encoders at random phases.
 """
 
 from dataclasses import replace
