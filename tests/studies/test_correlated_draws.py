@@ -9,10 +9,11 @@ from cabledrive.identification.identify import IdentifyOptions, identify
 from cabledrive.identification.regression import Fit
 from cabledrive.studies.study.chain_regression import NAMES, tell
 from cabledrive.studies.study.correlations import Correlation, among, of_an_axis, of_intervals, root_of
+from cabledrive.studies.study.datasheet_bounds import by_datasheet
 from cabledrive.studies.study.drawn_plants import TWO_SIDED_95, drawn_plant
 from cabledrive.studies.study.goals import SPREADS
 from cabledrive.studies.study.knowledge_stage import know, with_load
-from cabledrive.studies.study.machine import LOG, UNITS, Quantity, by_datasheet
+from cabledrive.studies.study.machine import LOG, UNITS, Quantity
 from study_drives import drive_of, log_with
 
 VALUES = np.array([4e-4, 0.02, 1e-3, 0.02, 1e-3])

@@ -11,12 +11,13 @@ from cabledrive.studies.study import Goals, load_goals, run_study
 from cabledrive.studies.study.candidates import score
 from cabledrive.studies.study.chain_regression import tell
 from cabledrive.studies.study.closed_loop import joined_loop, make_law, rig_options
+from cabledrive.studies.study.datasheet_bounds import by_datasheet
 from cabledrive.studies.study.demand_stage import demand_of
 from cabledrive.studies.study.drawn_plants import drawn_plant
 from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.goals import SPREADS, goals_of
 from cabledrive.studies.study.knowledge_stage import know
-from cabledrive.studies.study.machine import by_datasheet, drive_with, values_of
+from cabledrive.studies.study.machine import drive_with, values_of
 from cabledrive.studies.study.plain_data import as_plain, revived
 from cabledrive.studies.study.resonance_stage import resonance_of
 from cabledrive.studies.study.result import StudyResult

@@ -7,7 +7,8 @@ from cabledrive.report.study.quantity_tables import named, unit_shown
 from cabledrive.report.study.verdict import listed
 from cabledrive.studies.study import StudyResult
 from cabledrive.studies.study.carriage_machine import carriage_quantities
-from cabledrive.studies.study.machine import DATASHEET, GOAL, GUESS, LOG, WORDS, Quantity, by_datasheet
+from cabledrive.studies.study.datasheet_bounds import by_datasheet
+from cabledrive.studies.study.machine import DATASHEET, GOAL, GUESS, LOG, WORDS, Quantity
 
 SOURCES = {LOG: "log", DATASHEET: "data sheet", GOAL: "goal", GUESS: "guess"}
 

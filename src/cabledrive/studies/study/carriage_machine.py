@@ -8,6 +8,7 @@ from cabledrive.control.transporter_law import ENCODERS
 from cabledrive.parameters import Drive
 from cabledrive.reduction.transporter import Transporter, compliance, frozen_frequencies, transporter_of
 from cabledrive.rig.setting import DEGREE
+from cabledrive.studies.study.datasheet_bounds import by_datasheet
 from cabledrive.studies.study.goals import Goals
 from cabledrive.studies.study.machine import (
     DATASHEET,
@@ -16,7 +17,6 @@ from cabledrive.studies.study.machine import (
     KINDS,
     UNITS,
     Quantity,
-    by_datasheet,
     has_flexible_joint,
     values_of,
 )

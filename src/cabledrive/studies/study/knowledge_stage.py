@@ -11,8 +11,9 @@ from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.rig.circumstances import control_delay, current_rate
 from cabledrive.studies.study.chain_regression import tell, whole_drive, with_torque_at
 from cabledrive.studies.study.correlations import Correlation, among, of_an_axis
+from cabledrive.studies.study.datasheet_bounds import by_datasheet
 from cabledrive.studies.study.log_replay import Replay, replay
-from cabledrive.studies.study.machine import GOAL, LOAD_FRICTIONS, LOG, Quantity, by_datasheet, drive_with
+from cabledrive.studies.study.machine import GOAL, LOAD_FRICTIONS, LOG, Quantity, drive_with
 
 UNLISTED = (*LOAD_FRICTIONS, "backlash")
 """What data sheets leave out: where the log bounds it less closely than assumed, nothing is said."""

@@ -2,12 +2,11 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import inf, pi, radians
+from math import inf
 from typing import Any
 
 from cabledrive.parameters import Drive, Lumped, Motor, Pulley
 from cabledrive.reduction.models import rim_spring
-from cabledrive.studies.study.goals import SPREADS
 
 POSITIVE = 1e-3
 """Smallest share of its best value that a quantity can have."""
@@ -88,13 +87,6 @@ KINDS = {
 FRICTIONS = ("viscous_friction", "coulomb_friction")
 LOAD_FRICTIONS = {"load_viscous_friction": "viscous_friction", "load_coulomb_friction": "coulomb_friction"}
 """Friction of the load pulley, at the load, and the friction of the whole drive of which it is a part."""
-RIPPLE_SHARE, RIPPLE_FRICTION = 0.01, 0.1
-"""Largest ripple and cogging, over the torque limit and over the friction, whichever is more."""
-ECCENTRIC_COUNTS = 1.0
-"""Largest eccentricity of the load encoder, in counts."""
-GEAR_BACKLASH, COUPLING_BACKLASH = radians(1.0), radians(0.1)
-"""Largest free play that is drawn where the data sheet says none: small planetary gears have 0.5 to 1 deg at
-their output without load, a coupling or a bare shaft next to nothing [rad]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -194,22 +186,6 @@ def values_of(drive: Drive) -> dict[str, float]:
     return found
 
 
-def backlash_limit(drive: Drive) -> float:
-    """Largest free play of the motor joint that a data sheet without backlash may hide.
-
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    float
-        [rad].
-    """
-    geared = drive.motor is not None and drive.motor.gear_ratio not in (None, 1.0)
-    return GEAR_BACKLASH if geared else COUPLING_BACKLASH
-
-
 def drive_with(drive: Drive, values: Mapping[str, float]) -> Drive:
     """A drive with other quantities; its `values_of` are these.
 
@@ -269,66 +245,6 @@ def _shared(part: Motor | Pulley, name: str, before: float, total: float) -> tup
 
 def _scaled(pulley: Pulley, shared: Mapping[str, tuple[float, float]]) -> dict[str, Any]:
     return {name: factor * getattr(pulley, name) for name, (_, factor) in shared.items()}
-
-
-def by_datasheet(
-    drive: Drive, spreads: Mapping[str, float], backlash: float | None = None
-) -> dict[str, Quantity]:
-    """Every quantity with the uncertainty that datasheets are given.
-
-    What a data sheet leaves out counts as unknown and not as none: a delay may be a sample longer than the
-    file says, and friction of the load pulley, backlash of the motor joint, torque ripple and eccentricity of
-    the load encoder have an upper limit also where the file says zero or nothing.
-
-    Parameters
-    ----------
-    drive : Drive
-    spreads : mapping of str to float
-        Relative half widths by kind, see `cabledrive.studies.study.goals.SPREADS`.
-    backlash : float, optional
-        Largest free play where the file says none [rad]; default: by the gear, see `backlash_limit`.
-
-    Returns
-    -------
-    dict of str to Quantity
-    """
-    values, spreads = values_of(drive), SPREADS | dict(spreads)
-    gear = drive.load_pulley.radius / drive.drive_pulley.radius
-    hidden = {name: spreads["load_friction"] * abs(values[whole]) for name, whole in LOAD_FRICTIONS.items()}
-    hidden["load_viscous_friction"] *= gear**2
-    hidden["load_coulomb_friction"] *= gear
-    hidden["backlash"] = backlash_limit(drive) if backlash is None else backlash
-    found = {}
-    for name, value in values.items():
-        half = spreads["friction" if name == "backlash" else KINDS[name]] * abs(value)
-        low, high = value - half, value + half
-        if name == "offset_torque":
-            half = max(half, spreads["friction"] * values["coulomb_friction"])
-            low, high = value - half, value + half
-        elif name in LOAD_FRICTIONS or (name == "backlash" and value == 0.0):
-            high = max(high, value + hidden[name])
-        elif name == "motor_share":
-            high = min(high, 0.999)
-        found[name] = Quantity(name=name, value=value, low=low, high=high, unit=UNITS[name], source=DATASHEET)
-    if drive.sensors is not None and drive.sensors.sample_rate is not None:
-        late, interval = drive.sensors.delay, 1.0 / drive.sensors.sample_rate
-        found["delay"] = Quantity(
-            name="delay", value=late, low=late, high=late + interval, unit="s", source=DATASHEET
-        )
-    for name, most in _unlisted(drive, values).items():
-        found[name] = Quantity(name=name, value=0.0, low=0.0, high=most, unit=UNITS[name], source=DATASHEET)
-    return found
-
-
-def _unlisted(drive: Drive, values: Mapping[str, float]) -> dict[str, float]:
-    """Largest torque ripple [N m] and eccentricity of the load encoder [rad], which no drive file has."""
-    motor, sensors = drive.motor, drive.sensors
-    limit = motor.torque_limit if motor is not None and motor.torque_limit else 0.0
-    count = 2.0 * pi / sensors.load_encoder if sensors is not None and sensors.load_encoder else 0.0
-    return {
-        "ripple_torque": max(RIPPLE_SHARE * limit, RIPPLE_FRICTION * values["coulomb_friction"]),
-        "eccentricity": ECCENTRIC_COUNTS * count,
-    }
 
 
 def mechanical(drive: Drive) -> Drive:
