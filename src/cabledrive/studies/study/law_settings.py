@@ -13,8 +13,9 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.rig.closed_loop.loop import Loop, run
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
 from cabledrive.rig.laws.baselines import BASELINES, lqg
-from cabledrive.rig.laws.best_gains import SAMPLES_PER_PERIOD, read_encoders, tuning_by_uncertainty
+from cabledrive.rig.laws.best_gains import SAMPLES_PER_PERIOD
 from cabledrive.rig.laws.controllers import Controller, Wish
+from cabledrive.rig.laws.filter_tuning import read_encoders, tuning_by_uncertainty
 from cabledrive.rig.setting import Motion
 from cabledrive.rig.trial import wish_for
 from cabledrive.studies.study.closed_loop import joined_loop, make_law, near_encoder, with_values
