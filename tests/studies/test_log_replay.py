@@ -1,4 +1,4 @@
-"""The identified model replayed over its own log: quiet where it is right, a finding where something lacks."""
+"""The identified model replayed over its own log: quiet where it is right, a finding where one thing lacks."""
 
 import numpy as np
 import pytest
