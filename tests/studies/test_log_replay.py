@@ -1,4 +1,4 @@
-"""The identified model replayed over its own log: quiet where it is right, a finding where one thing lacks."""
+"""The identified model replayed over its own log: quiet where it is right, else a finding."""
 
 import numpy as np
 import pytest

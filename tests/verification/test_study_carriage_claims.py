@@ -30,7 +30,7 @@ CASES = {
 
 @pytest.mark.parametrize("name", CASES)
 def test_the_goal_that_a_study_proposes_is_kept_by_other_plants(name, measured):
-    """The 99 % error of 1,000 plants, rounded up: 97 % and more of 200 others stay within, none ends early."""
+    """The 99 % error of 1,000 plants, rounded up: 97 % and more of 200 others stay within."""
     drive, goals = CASES[name]
     found = run_study(drive, [], goals)
     assert found.verdict.answer == "unknown", found.verdict
