@@ -27,6 +27,10 @@ class Band:
         self._planes: tuple[str | None, ...] = PLANES if kind == TRANSVERSE else (None,)
         self.rigid_body_modes = sum(chain.chain.rigid_body_modes for chain in chains)
 
+    @property
+    def _travel_time(self) -> float:
+        return sum(float(chain.chain.travel_times.sum()) for chain in self._chains)
+
     def count(self, omega: float) -> int:
         """Number of modes below a frequency, without the rigid-body mode.
 
@@ -75,7 +79,7 @@ class Band:
         clear : float
             Frequency up to which the list is complete [rad/s].
         """
-        top = pi / sum(float(chain.chain.travel_times.sum()) for chain in self._chains) / 8
+        top = pi / self._travel_time / 8
         while self.count(top) < count:
             top *= 2
         listed = self._modes(top, first=count)[:count]

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import pi
+from typing import Protocol
 
 import numpy as np
 
@@ -12,6 +13,8 @@ from cabledrive.mechanics.labelled_chain import MOTOR_JOINT, LabelledChain
 from cabledrive.modes.solver import ChainMode
 
 LONGITUDINAL, TRANSVERSE = "longitudinal", "transverse"
+STRING, HEAVY_STRING, SHALLOW_SAG = "string under static tension", "heavy string", "shallow sag"
+BOTH = "both"
 _AT_REST = 1e-6
 
 
@@ -27,11 +30,14 @@ class Mode:
     multiplicity : int
         Number of independent shapes at this frequency.
     span : str or None
-        Transverse modes: the span that vibrates, "upper" or "lower".
+        Transverse modes: the span that vibrates, "upper", "lower", or "both" where sag couples them.
     plane : str or None
         Transverse modes: "v" (horizontal) or "w" (the plane of the loop).
     section : (float, float) or None
-        Transverse modes: unstretched ends of the section [m], from the pulley where its span starts.
+        Transverse modes: unstretched ends of the section [m], from the pulley where its span starts; None
+        where both spans vibrate together.
+    model : str or None
+        Transverse modes: what the cable is taken for, one of `STRING`, `HEAVY_STRING`, `SHALLOW_SAG`.
     proven : bool
         Whether counts just below and just above prove that it exists, with this multiplicity.
     """
@@ -42,26 +48,106 @@ class Mode:
     span: str | None = None
     plane: str | None = None
     section: tuple[float, float] | None = None
+    model: str | None = None
     proven: bool
-    _chain: LabelledChain = field(repr=False)
-    _solved: ChainMode = field(repr=False)
+    _motion: "Motion" = field(repr=False)
 
     @cached_property
     def family(self) -> str:
         """What mainly moves, as `family_of` tells it."""
-        return family_of(self._chain, self._solved, self.kind)
+        return self._motion.family(self.kind)
 
     @property
     def kinetic_shares(self) -> dict[str, float]:
         """Share of the kinetic energy in each joint that moves and in the "cable"; mean over the shapes."""
-        shares = _joint_shares(self._chain, self._solved)
-        named = {name: float(share) for name, share in zip(self._chain.joints, shares, strict=True) if share}
+        return self._motion.kinetic_shares
+
+    @property
+    def joints(self) -> dict[str, Array]:
+        """Displacement of each joint, shape (multiplicity,), of unit modal mass [kg^-1/2]; rims: r theta."""
+        return self._motion.joints
+
+    def shape(self, span: str, positions: Array) -> Array:
+        """Displacement along a span, from the exact solution between the joints.
+
+        Parameters
+        ----------
+        span : {"upper", "lower"}
+        positions : array_like, shape (p,)
+            Unstretched positions from the pulley where the span starts [m].
+
+        Returns
+        -------
+        ndarray, shape (multiplicity, p)
+            Displacements of unit modal mass [kg^-1/2]; zero where this mode does not reach.
+        """
+        return self._motion.shape(span, np.asarray(positions, dtype=float))
+
+    def slopes_at(self, joint: str) -> tuple[Array, Array]:
+        """Slope of the displacement just before and just after a joint, along the span's direction.
+
+        Parameters
+        ----------
+        joint : str
+            A name among `joints`, but the motor's: "carriage 0".
+
+        Returns
+        -------
+        before, after : ndarray, shape (multiplicity,)
+            Derivatives by the unstretched position [kg^-1/2 / m]; zero beyond the end of an open chain.
+        """
+        return self._motion.slopes_at(joint)
+
+
+class Motion(Protocol):
+    """The shapes of a mode."""
+
+    @property
+    def kinetic_shares(self) -> dict[str, float]:
+        """Share of the kinetic energy in each joint that moves and in the "cable"."""
+
+    @property
+    def joints(self) -> dict[str, Array]:
+        """Displacement of each joint, shape (multiplicity,)."""
+
+    def family(self, kind: str) -> str:
+        """What mainly moves."""
+
+    def shape(self, span: str, positions: Array) -> Array:
+        """Displacement along a span, shape (multiplicity, p)."""
+
+    def slopes_at(self, joint: str) -> tuple[Array, Array]:
+        """Slope just before and just after a joint."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ChainMotion:
+    """Shapes of a mode of a chain.
+
+    Attributes
+    ----------
+    chain : LabelledChain
+    solved : ChainMode
+    """
+
+    chain: LabelledChain
+    solved: ChainMode
+
+    def family(self, kind: str) -> str:
+        """What mainly moves."""
+        return family_of(self.chain, self.solved, kind)
+
+    @property
+    def kinetic_shares(self) -> dict[str, float]:
+        """Share of the kinetic energy in each joint that moves and in the "cable"; mean over the shapes."""
+        shares = _joint_shares(self.chain, self.solved)
+        named = {name: float(share) for name, share in zip(self.chain.joints, shares, strict=True) if share}
         return named | {"cable": float(1.0 - shares.sum())}
 
     @property
     def joints(self) -> dict[str, Array]:
         """Displacement of each joint, shape (multiplicity,), of unit modal mass [kg^-1/2]; rims: r theta."""
-        return dict(zip(self._chain.joints, _joint_shapes(self._chain, self._solved), strict=True))
+        return dict(zip(self.chain.joints, _joint_shapes(self.chain, self.solved), strict=True))
 
     def shape(self, span: str, positions: Array) -> Array:
         r"""Displacement along a span, from the exact solution between the joints.
@@ -81,10 +167,9 @@ class Mode:
         ndarray, shape (multiplicity, p)
             Displacements of unit modal mass [kg^-1/2]; zero where this mode does not reach.
         """
-        positions = np.asarray(positions, dtype=float)
-        split, shapes = self._solved.split, self._solved.shapes
-        out = np.zeros((self.multiplicity, positions.size))
-        wave_number = 2 * pi * self.frequency / split.wave_speed
+        split, shapes = self.solved.split, self.solved.shapes
+        out = np.zeros((self.solved.multiplicity, positions.size))
+        wave_number = self.solved.omega / split.wave_speed
         for piece, (start, end) in self._pieces(span):
             here = (positions >= start) & (positions <= end)
             s, length = positions[here] - start, end - start
@@ -106,13 +191,13 @@ class Mode:
         before, after : ndarray, shape (multiplicity,)
             Derivatives by the unstretched position [kg^-1/2 / m]; zero beyond the end of an open chain.
         """
-        split, shapes = self._solved.split, self._solved.shapes
-        here = int(self._solved.joints[self._chain.joints.index(joint)])
-        wave_number = 2 * pi * self.frequency / split.wave_speed
+        split, shapes = self.solved.split, self.solved.shapes
+        here = int(self.solved.joints[self.chain.joints.index(joint)])
+        wave_number = self.solved.omega / split.wave_speed
         slopes = []
         for piece, end in ((here - 1, 1), (here, 0)):
             if not split.closed and not 0 <= piece < split.lengths.size:
-                slopes.append(np.zeros(self.multiplicity))
+                slopes.append(np.zeros(self.solved.multiplicity))
                 continue
             phase = wave_number * float(split.lengths[piece])
             near, far = shapes[piece % split.masses.size], shapes[(piece + 1) % split.masses.size]
@@ -122,9 +207,9 @@ class Mode:
 
     def _pieces(self, span: str) -> list[tuple[int, tuple[float, float]]]:
         """Pieces of the split chain that lie on a span: number, unstretched start and end, without gaps."""
-        lengths, joints = self._solved.split.lengths, self._solved.joints
+        lengths, joints = self.solved.split.lengths, self.solved.joints
         pieces = []
-        for number, stretch in enumerate(self._chain.stretches):
+        for number, stretch in enumerate(self.chain.stretches):
             position = stretch.start
             last = joints[number + 1] if number + 1 < joints.size else lengths.size
             for piece in range(joints[number], last):
@@ -158,9 +243,9 @@ def make_mode(chain: LabelledChain, solved: ChainMode, kind: str, plane: str | N
         span=where[0].span if where else None,
         plane=plane,
         section=(where[0].start, where[-1].end) if where else None,
+        model=STRING if kind == TRANSVERSE else None,
         proven=solved.proven,
-        _chain=chain,
-        _solved=solved,
+        _motion=ChainMotion(chain, solved),
     )
 
 

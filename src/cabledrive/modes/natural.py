@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.holding import clamped, held_joints, motor_condition
-from cabledrive.mechanics.spans import longitudinal_chains, transverse_chains
+from cabledrive.mechanics.spans import longitudinal_chains
 from cabledrive.modes.band import Band, order_of
 from cabledrive.modes.mode import LONGITUDINAL, TRANSVERSE, Mode
+from cabledrive.modes.model_range import INCOMPLETE, mode_warnings, model_limit
+from cabledrive.modes.resting_modes import transverse_band
 from cabledrive.modes.solver import ENCLOSURE
 from cabledrive.parameters import Drive, InputRefused, content_hash
 
@@ -51,7 +53,14 @@ class Modes:
     modes : tuple of Mode
         Ascending in frequency, both kinds, without the rigid-body mode.
     certified : bool
-        Whether every mode is proven and the list below the certificate's bound is as long as the count.
+        Whether every mode is proven, the list below the certificate's bound is as long as the count, and no
+        model of a listed mode is used outside its range.
+    certified_reason : str or None
+        Why it is not certified.
+    warnings : tuple of str
+        Those of the drive's warnings that touch the list, and what sag does to the longitudinal modes.
+    at_torque : float
+        Steady torque on the drive pulley [N m].
     certificate : Certificate
     rigid_body_modes : int
         Motions that strain nothing.
@@ -65,6 +74,9 @@ class Modes:
 
     modes: tuple[Mode, ...]
     certified: bool
+    certified_reason: str | None
+    warnings: tuple[str, ...]
+    at_torque: float
     certificate: Certificate
     rigid_body_modes: int
     drive_hash: str
@@ -89,11 +101,13 @@ def modes(
     count: int | None = None,
     motor: str | None = None,
     hold: Sequence[str] = (),
+    at_torque: float = 0.0,
 ) -> Modes:
     """All natural modes of a drive below a frequency, or the first few of each kind.
 
-    Longitudinal motion by the exact dynamic stiffness of every span, transverse motion as strings under T0
-    with hanging carriages as point masses. Pulley friction, dampings and sag do not enter.
+    Longitudinal motion by the exact dynamic stiffness of every span, of the taut cable. Transverse motion
+    under the tension at rest (`cabledrive.mechanics.rest_state`), hanging carriages as point masses: strings
+    out of the plane of gravity, with shallow sag in it. Pulley friction and dampings do not enter.
 
     Parameters
     ----------
@@ -108,6 +122,9 @@ def modes(
         "holding" where the drive has that stiffness, else "free".
     hold : sequence of str, optional
         Parts that are held as well: "drive pulley", "load pulley", "carriage 0", or a carriage's own name.
+    at_torque : float, default 0.0
+        Steady torque on the drive pulley that loads the spans, taken up at the load pulley [N m]; positive
+        relieves the upper span.
 
     Returns
     -------
@@ -117,18 +134,16 @@ def modes(
     ------
     InputRefused
         If both limits are given, or a limit is not positive, or would list more than 20 000 modes, or
-        `motor` or `hold` do not fit the drive.
+        `motor` or `hold` do not fit the drive, or the torque is not finite.
     NotComputed
-        If a mode that the count promises could not be refined.
+        If a mode that the count promises could not be refined, or no state of rest is found.
 
     References
     ----------
     .. [1] Eqs. (3.10)-(3.13), (3.17)-(3.20), (3.24)-(3.26), (3.27), (3.37)-(3.38), generalised.
     """
-    along, across = (
-        Band(longitudinal_chains(drive, motor=motor, hold=hold), LONGITUDINAL),
-        Band(transverse_chains(clamped(drive, hold)), TRANSVERSE),
-    )
+    chains = longitudinal_chains(drive, motor=motor, hold=hold)
+    along, across = Band(chains, LONGITUDINAL), transverse_band(clamped(drive, hold), chains, at_torque)
     if below is not None:
         _check_below(below, count, along, across)
         found = [band.below(2 * pi * below) for band in (along, across)]
@@ -145,9 +160,14 @@ def modes(
         longitudinal=parts[0],
         transverse=parts[1],
     )
+    proven = complete and all(mode.proven for mode in listed)
+    limit = model_limit(drive, listed, across, bound)
     return Modes(
         modes=tuple(listed),
-        certified=complete and all(mode.proven for mode in listed),
+        certified=proven and limit is None,
+        certified_reason=limit if proven else INCOMPLETE,
+        warnings=mode_warnings(drive, listed, across, bound),
+        at_torque=at_torque,
         certificate=certificate,
         rigid_body_modes=along.rigid_body_modes,
         drive_hash=content_hash(drive),

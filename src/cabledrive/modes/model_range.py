@@ -1,0 +1,102 @@
+"""Where the models of the transverse modes hold, and which warnings touch a list of modes."""
+
+from collections.abc import Iterator, Sequence
+from math import pi
+
+from cabledrive.mechanics.rest_state import RestingSection
+from cabledrive.mechanics.warnings import practitioner_warnings
+from cabledrive.modes.band import Band
+from cabledrive.modes.mode import LONGITUDINAL, SHALLOW_SAG, TRANSVERSE, Mode
+from cabledrive.modes.plane_spectrum import MOST_SAGGING_JOINTS
+from cabledrive.modes.resting_modes import RestingBand
+from cabledrive.parameters import Drive
+
+INCOMPLETE = "the count gives more modes than could be found and proven"
+
+LARGEST_SAG = 0.05
+"""Sag of a section over its length up to which the shallow theory is used."""
+
+SHIFTED = 1e-4
+"""Relative shift of a longitudinal mode by sag above which it is said."""
+
+TOUCHING = ("a span sags", "a span hangs slack", "cable.strain_limit", "the pretension strains")
+
+
+def model_limit(drive: Drive, listed: Sequence[Mode], across: Band, bound: float) -> str | None:
+    """Why the list is not certified although the count agrees: a model outside its range.
+
+    Parameters
+    ----------
+    drive : Drive
+    listed : sequence of Mode
+    across : Band
+    bound : float
+        Frequency up to which the list is complete [rad/s].
+
+    Returns
+    -------
+    str or None
+    """
+    if not isinstance(across, RestingBand):
+        return None
+    if across.slack:
+        return _slack_line(across.slack[0])
+    if across.too_many:
+        return (
+            f"more than {MOST_SAGGING_JOINTS} carriages and pulleys: sag is left out of the modes in the plane "
+            "of gravity; take fewer carriages, or gravity = 0"
+        )
+    deepest = max(across.rest.sections, key=lambda section: section.sag_ratio)
+    if deepest.sag_ratio > LARGEST_SAG and any(mode.model == SHALLOW_SAG for mode in listed):
+        return (
+            f"the {deepest.span} span sags by {deepest.sag:.4g} m, {100 * deepest.sag_ratio:.3g}% of its length: "
+            f"the theory of shallow sag is used up to {LARGEST_SAG:.0%}; raise cable.pretension"
+        )
+    return None
+
+
+def mode_warnings(drive: Drive, listed: Sequence[Mode], across: Band, bound: float) -> tuple[str, ...]:
+    """Warnings that touch a list of modes.
+
+    Parameters
+    ----------
+    drive : Drive
+    listed : sequence of Mode
+    across : Band
+    bound : float
+        Frequency up to which the list is complete [rad/s].
+
+    Returns
+    -------
+    tuple of str
+        One line each.
+    """
+    lines = [line for line in practitioner_warnings(drive) if line.startswith(TOUCHING)]
+    return (*lines, *_sagging(listed, across, bound))
+
+
+def _sagging(listed: Sequence[Mode], across: Band, bound: float) -> Iterator[str]:
+    """What sag does to the longitudinal modes, which are listed for the taut cable."""
+    if not isinstance(across, RestingBand):
+        return
+    if across.slack:
+        yield _slack_line(across.slack[0]) + "; its transverse modes are not listed"
+    with_sag = across.along_with_sag(bound)
+    taut = [m.frequency for m in listed if m.kind == LONGITUDINAL and 2 * pi * m.frequency < bound]
+    for own in taut:
+        nearest = min(with_sag, key=lambda other: abs(other - own), default=None)
+        if nearest is not None and abs(nearest / own - 1.0) > SHIFTED:
+            yield (
+                f"the longitudinal mode at {own:.5g} Hz is listed for the taut cable: sag moves it to "
+                f"{nearest:.5g} Hz"
+            )
+
+
+def _slack_line(section: RestingSection) -> str:
+    return (
+        f"the {section.span} span hangs slack at rest between {section.start:.4g} m and {section.end:.4g} m, "
+        f"lowest tension {section.lowest_tension:.4g} N: raise cable.pretension"
+    )
+
+
+__all__ = ["INCOMPLETE", "TRANSVERSE", "mode_warnings", "model_limit"]

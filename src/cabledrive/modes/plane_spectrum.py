@@ -1,0 +1,155 @@
+"""All modes in the plane of gravity up to a frequency, window by window."""
+
+from dataclasses import dataclass
+from math import ceil, pi
+
+import numpy as np
+
+from cabledrive.mechanics.rest_state import RestingSection
+from cabledrive.mechanics.labelled_chain import LabelledChain
+from cabledrive.modes.sagging_plane import PlaneMode, SaggingPlane
+from cabledrive.modes.section_string import SectionString
+
+LEAST_SHIFT = 1e-9
+"""Relative shift of a frequency by sag below which a section counts as straight."""
+
+SHIFT_OF_SHIFT = 1e-6
+"""The same as a share of lambda^2, where the sag is larger."""
+
+MOST_SAGGING_JOINTS = 120
+"""Joints of a machine up to which the plane of gravity is solved."""
+
+
+def sag_parameter(section: RestingSection) -> float:
+    r"""Irvine's parameter of a section at rest, for any weights on it: 12 EA/T times the mean of sin^2.
+
+    .. math:: \lambda^2 = \frac{12\,EA}{\bar T}\,\overline{\sin^2\theta}
+
+    A level cable without weights has the usual :math:`(\rho_0 g l/T)^2\,EA/T`.
+
+    Parameters
+    ----------
+    section : RestingSection
+
+    Returns
+    -------
+    float
+    """
+    places = (np.arange(32) + 0.5) / 32.0
+    square = tension = 0.0
+    for stretch in section.stretches:
+        along, across = stretch.force_at(stretch.start + stretch.length * places)
+        share = stretch.length / (section.end - section.start)
+        square += share * float(np.mean(across**2 / (along**2 + across**2)))
+        tension += share * stretch.mean_tension
+    return 12.0 * section.stretches[0].axial_rigidity / tension * square
+
+
+def straight_above(string: SectionString) -> float:
+    r"""Frequency above which sag moves no mode of a section by more than `LEAST_SHIFT`.
+
+    The n-th mode moves by :math:`4\lambda^2/(n\pi)^4` of its frequency at most.
+
+    Parameters
+    ----------
+    string : SectionString
+
+    Returns
+    -------
+    float
+        Half way between two modes of the string [rad/s]; 0 where the section is straight.
+    """
+    irvine = sag_parameter(string.section)
+    number = (4.0 * irvine / max(LEAST_SHIFT, SHIFT_OF_SHIFT * irvine)) ** 0.25 / pi
+    if number < 1.0:
+        return 0.0
+    return string.frequency(ceil(number) + 2 * string.masses.size + 0.5)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class InPlane:
+    """A mode in the plane of gravity.
+
+    Attributes
+    ----------
+    sections : tuple of int
+        Sections that may take part.
+    mode : PlaneMode or None
+        With sag; None for a straight string of one section.
+    omega : float
+        [rad/s].
+    """
+
+    sections: tuple[int, ...]
+    mode: PlaneMode | None
+    omega: float
+
+    @property
+    def along(self) -> bool:
+        """Whether the motion is mainly along the cable."""
+        return self.mode is not None and self.mode.along > 0.5
+
+    @property
+    def proven(self) -> bool:
+        """Whether counts on both sides prove it."""
+        return self.mode is None or self.mode.proven
+
+
+class PlaneSpectrum:
+    """Modes in the plane of gravity, each section straight above a frequency of its own.
+
+    Parameters
+    ----------
+    chains : tuple of LabelledChain
+        What moves along the cable.
+    strings : dict of int to SectionString
+        The taut sections by number.
+    """
+
+    def __init__(self, chains: tuple[LabelledChain, ...], strings: dict[int, SectionString]) -> None:
+        self._chains, self._strings = chains, strings
+        self._straight = {number: straight_above(string) for number, string in strings.items()}
+        self._done = 0.0
+        self._found: list[InPlane] = []
+        self.complete = True
+
+    def below(self, omega: float) -> list[InPlane]:
+        """All modes below a frequency, ascending; those along the cable only while a section sags.
+
+        Parameters
+        ----------
+        omega : float
+            [rad/s].
+
+        Returns
+        -------
+        list of InPlane
+        """
+        while self._done < omega:
+            self._extend(omega)
+        return [mode for mode in self._found if mode.omega < omega]
+
+    def _extend(self, omega: float) -> None:
+        """One more window: up to the next section that becomes straight, or twice as far as before."""
+        low = self._done
+        slowest = min(pi / string.travel_time for string in self._strings.values())
+        edges = [edge for edge in self._straight.values() if edge > low]
+        high = min([max(2.0 * low, 3.3 * slowest), *edges])
+        if not edges:
+            high = max(omega, 2.0 * low)
+        sagging = tuple(number for number, edge in self._straight.items() if edge >= high)
+        window = [
+            InPlane((number,), None, string.frequency(n))
+            for number, string in self._strings.items()
+            if number not in sagging
+            for n in range(string.count(low) + 1, string.count(high) + 1)
+        ]
+        if sagging:
+            plane = SaggingPlane(self._chains, tuple(self._strings[n] for n in sagging), high)
+            first, last = plane.count(low), plane.count(high)
+            window += [
+                InPlane(sagging, mode, mode.omega)
+                for mode in (plane.mode(number, low, high) for number in range(first + 1, last + 1))
+            ]
+        self._found += sorted(window, key=lambda mode: mode.omega)
+        self._done = high

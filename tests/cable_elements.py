@@ -1,0 +1,199 @@
+"""Finite elements of the hanging cable, for comparison: nothing here knows a wave, a string or a catenary.
+
+The places r(s) of the cable in each span's own plane are polynomials on elements of high degree. Newton's
+method on the potential energy of a Hookean cable finds the rest; second differences of the same energy at
+rest, with the masses, give every small motion: in the plane of gravity (x along, y down) and out of it.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+from math import cos, pi, sin
+
+import numpy as np
+from scipy.linalg import eigh
+
+DEGREE = 5
+
+
+@dataclass
+class Rest:
+    drive: object
+    places: np.ndarray  # (unknowns,)
+    spans: list  # per span: (nodes' unknowns (n, 2), element nodes, jacobians)
+    masses: dict  # node unknown -> mass
+    basis: tuple
+
+
+def _basis(degree):
+    nodes = np.concatenate(
+        ([-1.0], np.polynomial.legendre.Legendre.basis(degree).deriv().roots().real, [1.0])
+    )
+    points, weights = np.polynomial.legendre.leggauss(degree + 2)
+    vandermonde = np.vander(nodes, increasing=True)
+    coefficients = np.linalg.inv(vandermonde)
+    value = np.vander(points, degree + 1, increasing=True) @ coefficients
+    powers = np.arange(1, degree + 1)
+    slope = (np.vander(points, degree, increasing=True) * powers) @ coefficients[1:]
+    return nodes, weights, value, slope
+
+
+class Model:
+    """A drive without flexible joint, in elements."""
+
+    def __init__(self, drive, per_stretch=6, degree=DEGREE):
+        self.drive, self.basis = drive, _basis(degree)
+        self.count = 0
+        self.spans = []
+        length = drive.span_length
+        self.distance = drive.pulley_distance
+        cable = drive.cable
+        stretch = self.distance / length
+        self.start = []
+        self.carriage = {}
+        self.held_y = []
+        for number, span in enumerate(drive.spans):
+            sign = -1.0 if number == 0 else 1.0
+            gravity = drive.layout.gravity * np.array(
+                [sign * sin(drive.layout.inclination), cos(drive.layout.inclination)]
+            )
+            stops = [0.0, *(c.position for c in drive.carriages_on(span)), length]
+            cuts = [0.0]
+            for a, b in pairwise(stops):
+                cuts += list(a + (b - a) * np.arange(1, per_stretch + 1) / per_stretch)
+            elements = []
+            first = self._node(0.0, 0.0, held=True)
+            ends = [first]
+            for a, b in pairwise(cuts):
+                inner = [a + (b - a) * (t + 1) / 2 for t in self.basis[0][1:-1]]
+                nodes = [ends[-1], *(self._node(s * stretch, 0.0) for s in inner)]
+                last = b == cuts[-1]
+                nodes.append(self._node(b * stretch, 0.0, held=last))
+                ends.append(nodes[-1])
+                elements.append((np.array(nodes), (b - a) / 2.0))
+            for c in drive.carriages_on(span):
+                node = ends[1 + int(np.argmin(np.abs(np.array(cuts[1:]) - c.position)))]
+                self.carriage[node] = (c.mass, gravity)
+                if c.guided:
+                    self.held_y.append(node)
+            self.spans.append((elements, gravity, first, ends[-1]))
+        self.rigidity, self.density = cable.axial_rigidity, cable.mass_per_length
+
+    def _node(self, x, y, held=False):
+        self.start.append((x, y))
+        if held:
+            self.held_y.append(self.count)
+        self.count += 1
+        return self.count - 1
+
+    def maps(self, hold_drive, hold_load):
+        """Matrix from unknowns to (x, y) of all nodes: rims of a loop move as one."""
+        drive = self.drive
+        rims = {}
+        if drive.kind == "loop":
+            rims = {
+                "drive": [self.spans[0][2], self.spans[1][3]],
+                "load": [self.spans[0][3], self.spans[1][2]],
+            }
+        else:
+            rims = {"drive": [self.spans[0][2]], "load": [self.spans[0][3]]}
+        at_rim = {node for nodes in rims.values() for node in nodes}
+        rows, columns, column = [], [], 0
+        for node in range(self.count):
+            if node not in at_rim:
+                rows.append(2 * node), columns.append(column)
+                column += 1
+            if node not in self.held_y:
+                rows.append(2 * node + 1), columns.append(column)
+                column += 1
+        place = {}
+        for name, held in (("drive", hold_drive), ("load", hold_load)):
+            if not held:
+                place[name] = column
+                for node in rims[name]:
+                    rows.append(2 * node), columns.append(column)
+                column += 1
+        matrix = np.zeros((2 * self.count, column))
+        matrix[rows, columns] = 1.0
+        return matrix, place
+
+    def assemble(self, r):
+        """Energy gradient, tangent, and the stiffness out of the plane."""
+        n = self.count
+        force, tangent, outward = np.zeros(2 * n), np.zeros((2 * n, 2 * n)), np.zeros((n, n))
+        mass = np.zeros((n, n))
+        _, weights, value, slope = self.basis
+        for elements, gravity, _, _ in self.spans:
+            for nodes, half in elements:
+                d = slope / half
+                gradient = d @ r[nodes]
+                size = np.hypot(gradient[:, 0], gradient[:, 1])
+                unit = gradient / size[:, None]
+                tension = self.rigidity * (size - 1.0)
+                w = weights * half
+                pull = (w * tension)[:, None] * unit
+                index = (2 * nodes[:, None] + np.arange(2)).ravel()
+                element = d.T @ pull - np.outer(value.T @ w, self.density * gravity)
+                force[index] += element.ravel()
+                across = tension / size
+                block = (self.rigidity - across)[:, None, None] * unit[:, :, None] * unit[:, None, :]
+                block += across[:, None, None] * np.eye(2)
+                k = np.einsum("q,qi,qab,qj->iajb", w, d, block, d).reshape(index.size, index.size)
+                tangent[np.ix_(index, index)] += k
+                outward[np.ix_(nodes, nodes)] += np.einsum("q,qi,qj->ij", w * across, d, d)
+                mass[np.ix_(nodes, nodes)] += self.density * np.einsum("q,qi,qj->ij", w, value, value)
+        for node, (m, gravity) in self.carriage.items():
+            force[2 * node : 2 * node + 2] -= m * gravity
+            mass[node, node] += m
+        return force, tangent, outward, mass
+
+    def solve(self):
+        drive = self.drive
+        matrix, place = self.maps(True, drive.load_pulley.fixed)
+        outer = np.zeros(matrix.shape[1])
+        if drive.kind == "line" and "load" in place:
+            outer[place["load"]] = drive.cable.pretension
+        rest = np.array(self.start)
+        if drive.layout.gravity_across:  # begin below the line, where the energy is convex
+            for elements, _, _, last in self.spans:
+                for nodes, _ in elements:
+                    x = rest[nodes, 0] / rest[last, 0]
+                    rest[nodes, 1] = 0.05 * rest[last, 0] * x * (1 - x)
+            rest[self.held_y, 1] = 0.0
+        scale = drive.cable.pretension
+        for _ in range(200):
+            force, tangent, _, _ = self.assemble(rest)
+            left = outer - matrix.T @ force
+            step = np.linalg.solve(matrix.T @ tangent @ matrix, left)
+            share = 1.0
+            while share > 1e-4:
+                trial = rest + share * (matrix @ step).reshape(-1, 2)
+                new = outer - matrix.T @ self.assemble(trial)[0]
+                if np.linalg.norm(new) <= (1 - 0.2 * share) * np.linalg.norm(left) or share < 2e-4:
+                    break
+                share /= 2
+            rest = trial
+            if np.abs(step).max() < 1e-13 * self.distance:
+                break
+        self.rest = rest
+        return self
+
+    def frequencies(self, count):
+        """Lowest frequencies [Hz] in the plane, their share of motion along, and out of the plane."""
+        drive = self.drive
+        _, tangent, outward, mass = self.assemble(self.rest)
+        matrix, place = self.maps(drive.drive_pulley.fixed, drive.load_pulley.fixed)
+        big = np.kron(mass, np.eye(2))
+        m, k = matrix.T @ big @ matrix, matrix.T @ tangent @ matrix
+        rotor = drive.motor.inertia / drive.drive_pulley.radius**2 if drive.motor else 0.0
+        for name, extra in (
+            ("drive", drive.drive_pulley.rim_mass + rotor),
+            ("load", drive.load_pulley.rim_mass),
+        ):
+            if name in place:
+                m[place[name], place[name]] += extra
+        values, shapes = eigh(k, m, subset_by_index=[0, min(count, len(m)) - 1])
+        moved = matrix @ shapes
+        across = np.einsum("ik,ij,jk->k", moved[1::2], mass, moved[1::2])
+        free = np.setdiff1d(np.arange(self.count), self.held_y)
+        out = eigh(outward[np.ix_(free, free)], mass[np.ix_(free, free)], eigvals_only=True)[:count]
+        return np.sqrt(np.maximum(values, 0)) / (2 * pi), 1.0 - across, np.sqrt(out) / (2 * pi)
