@@ -23,7 +23,7 @@ from cabledrive.mechanics.rest_state import RestingStretch
 Array = NDArray[np.float64]
 
 LONGEST_PHASE = 1.5
-"""Phase of the longest piece [rad]: below a half turn, so that none has a mode of its own between held ends."""
+"""Phase of the longest piece [rad]: below half a turn, so that none has a mode of its own when held."""
 
 LARGEST_RISE = 0.2
 """Rise of the tension along a piece over its lowest tension."""
@@ -98,6 +98,27 @@ class StringPieces:
             z[:, :, n + 1] = pull / (n + 1)
         return z, q
 
+    def shape_series(self, first: int) -> Array:
+        """Displacements of `series` for one block of pieces, kept.
+
+        Parameters
+        ----------
+        first : int
+            The first piece of the block.
+
+        Returns
+        -------
+        ndarray, shape (2, ORDERS, TERMS, n)
+        """
+        if first not in self._kept:
+            self._kept.clear()
+            self._kept[first] = self.series(first, first + _BLOCK)[0]
+        return self._kept[first]
+
+    @cached_property
+    def _kept(self) -> dict[int, Array]:
+        return {}
+
     @cached_property
     def at_end(self) -> Array:
         """What a piece adds from start to end, shape (ORDERS, 4, n): rows as in `Transfer`."""
@@ -147,8 +168,8 @@ def transfer(pieces: StringPieces, omega: float) -> Transfer:
     return Transfer(*total)
 
 
-def displacement(pieces: StringPieces, omega: float, motion: Array, shares: Array) -> Array:
-    """Displacement inside the pieces.
+def displacement_series(pieces: StringPieces, omega: float, motion: Array) -> Array:
+    """Displacement inside the pieces, as power series of the share of the piece.
 
     Parameters
     ----------
@@ -157,16 +178,18 @@ def displacement(pieces: StringPieces, omega: float, motion: Array, shares: Arra
         Angular frequency [rad/s].
     motion : ndarray, shape (2, n)
         Displacement and transverse force at the start of each piece.
-    shares : ndarray, shape (p,)
-        Places as shares of the piece.
 
     Returns
     -------
-    ndarray, shape (n, p)
+    ndarray, shape (TERMS, n)
+        Constant term first.
     """
     orders = (omega / pieces.top) ** (2 * np.arange(ORDERS))
-    series = np.einsum("bn,botn,o->tn", motion, pieces.series()[0], orders)
-    return np.einsum("tn,tp->np", series, np.asarray(shares) ** np.arange(TERMS)[:, None])
+    total = np.zeros((TERMS, pieces.length.size))
+    for first in range(0, pieces.length.size, _BLOCK):
+        here = slice(first, first + _BLOCK)
+        total[:, here] = np.einsum("bn,botn,o->tn", motion[:, here], pieces.shape_series(first), orders)
+    return total
 
 
 def string_pieces(

@@ -63,6 +63,11 @@ class Mode:
         return self._motion.kinetic_shares
 
     @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints that take part, in order."""
+        return self._motion.joint_names
+
+    @property
     def joints(self) -> dict[str, Array]:
         """Displacement of each joint, shape (multiplicity,), of unit modal mass [kg^-1/2]; rims: r theta."""
         return self._motion.joints
@@ -107,6 +112,10 @@ class Motion(Protocol):
         """Share of the kinetic energy in each joint that moves and in the "cable"."""
 
     @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints that take part, in order."""
+
+    @property
     def joints(self) -> dict[str, Array]:
         """Displacement of each joint, shape (multiplicity,)."""
 
@@ -132,6 +141,11 @@ class ChainMotion:
 
     chain: LabelledChain
     solved: ChainMode
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints, in order."""
+        return self.chain.joints
 
     def family(self, kind: str) -> str:
         """What mainly moves."""

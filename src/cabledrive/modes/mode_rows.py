@@ -4,13 +4,18 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY
-from cabledrive.modes.mode import LONGITUDINAL, Mode
+from cabledrive.modes.mode import BOTH, LONGITUDINAL, Mode
 from cabledrive.modes.natural import Modes
 
 SAME = 1e-9  # relative; multiple roots are known to this
 _WORTH_TELLING = 0.01
 _PLANES = {("v",): "horizontal plane", ("w",): "vertical plane", ("v", "w"): "both planes"}
-_SPANS = {("upper",): "upper span", ("lower",): "lower span", ("upper", "lower"): "both spans"}
+_SPANS = {
+    ("upper",): "upper span",
+    ("lower",): "lower span",
+    ("upper", "lower"): "both spans",
+    ("both",): "both spans",
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,7 +54,8 @@ class ModeRow:
         """Spans and planes of a string; of a longitudinal mode where its kinetic energy is."""
         if self.kind == LONGITUDINAL:
             return _energy(self.modes[0].kinetic_shares)
-        spans = _SPANS[tuple(sorted({mode.span or "" for mode in self.modes}, reverse=True))]
+        named = {mode.span or "" for mode in self.modes}
+        spans = _SPANS[(BOTH,) if BOTH in named else tuple(sorted(named, reverse=True))]
         planes = _PLANES[tuple(sorted({mode.plane or "" for mode in self.modes}))]
         return f"{spans}{_section(self.modes)}; {planes}"
 
@@ -94,7 +100,7 @@ def _energy(shares: dict[str, float]) -> str:
 
 def _section(modes: tuple[Mode, ...]) -> str:
     """Between which joints, if guided carriages cut the span into sections."""
-    ends = {(next(iter(mode.joints)), next(reversed(mode.joints))) for mode in modes}
+    ends = {(mode.joint_names[0], mode.joint_names[-1]) for mode in modes}
     first, last = ends.pop()
     whole = ends or {first, last} == {DRIVE_PULLEY, LOAD_PULLEY}
     return "" if whole else f", {first} to {last}"

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 
 from cabledrive.modes.mode_rows import ModeRow, mode_rows
+from cabledrive.modes.model_range import INCOMPLETE
 from cabledrive.modes.natural import Modes
 
 HEADER = ("frequency [Hz]", "modes", "kind", "family", "where")
@@ -42,6 +43,8 @@ def certificate_line(found: Modes) -> str:
     held += f"{proof.transverse} transverse)"
     if found.certified:
         return f"Certified: {held}, none is missing."
+    if found.certified_reason != INCOMPLETE:
+        return f"Not certified: {found.certified_reason}. The count of this model is {held}."
     return f"NOT certified: the count gives {held}; the list does not hold them all."
 
 
@@ -50,8 +53,22 @@ def _remarks(found: Modes) -> Iterator[str]:
     above = {mode.kind for mode in found.modes if mode.frequency > found.certificate.below}
     if above:
         yield f"Above that frequency the list holds {' and '.join(sorted(above))} modes only."
+    yield from (f"Transverse modes: {line}." for line in [_models(found)] if line)
+    yield from (f"Warning: {line}." for line in found.warnings)
     if found.rigid_body_modes:
         yield f"Not listed: motions of the whole drive that strain nothing ({found.rigid_body_modes})."
+
+
+def _models(found: Modes) -> str:
+    """What the cable is taken for in each plane."""
+    planes = (
+        (plane, sorted({m.model or "" for m in found.transverse if m.plane == plane})) for plane in "wv"
+    )
+    words = {"w": "in the plane of gravity", "v": "across it"}
+    parts = [(words[plane], " and ".join(models)) for plane, models in planes if models]
+    if len({models for _, models in parts}) == 1:
+        return parts[0][1]
+    return "; ".join(f"{models} {plane}" for plane, models in parts)
 
 
 def _cells(row: ModeRow) -> tuple[str, ...]:

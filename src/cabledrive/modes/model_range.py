@@ -43,14 +43,14 @@ def model_limit(drive: Drive, listed: Sequence[Mode], across: Band, bound: float
         return _slack_line(across.slack[0])
     if across.too_many:
         return (
-            f"more than {MOST_SAGGING_JOINTS} carriages and pulleys: sag is left out of the modes in the plane "
-            "of gravity; take fewer carriages, or gravity = 0"
+            f"more than {MOST_SAGGING_JOINTS} carriages and pulleys: the modes in the plane of gravity are "
+            "without sag; take fewer carriages"
         )
     deepest = max(across.rest.sections, key=lambda section: section.sag_ratio)
     if deepest.sag_ratio > LARGEST_SAG and any(mode.model == SHALLOW_SAG for mode in listed):
         return (
-            f"the {deepest.span} span sags by {deepest.sag:.4g} m, {100 * deepest.sag_ratio:.3g}% of its length: "
-            f"the theory of shallow sag is used up to {LARGEST_SAG:.0%}; raise cable.pretension"
+            f"the {deepest.span} span sags by {deepest.sag:.4g} m, {100 * deepest.sag_ratio:.3g}% of its "
+            f"length: the theory of shallow sag is used up to {LARGEST_SAG:.0%}; raise cable.pretension"
         )
     return None
 

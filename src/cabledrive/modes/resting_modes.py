@@ -224,17 +224,27 @@ class StringMotion:
         return self.given if self.given is not None else (self.strings[0].motion(self.omega),)
 
     @cached_property
+    def _taking_part(self) -> tuple[int, ...]:
+        """Sections that move."""
+        if len(self.strings) == 1:
+            return (0,)
+        sizes = [part.mass for part in self._parts]
+        return tuple(i for i, size in enumerate(sizes) if size >= (1.0 - ALONE) * max(sizes))
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints that take part, in order."""
+        return tuple(dict.fromkeys(name for i in self._taking_part for name in self.labelled[i].joints))
+
+    @cached_property
     def joints(self) -> dict[str, Array]:
         """Displacement of each joint that takes part, shape (1,)."""
-        moved = {}
-        sizes = [part.mass for part in self._parts]
-        for labelled, string, part, size in zip(self.labelled, self.strings, self._parts, sizes, strict=True):
-            if size < (1.0 - ALONE) * max(sizes):
-                continue
-            places = [string.section.start, *(stretch.end for stretch in string.section.stretches)]
-            for name, value in zip(labelled.joints, part.at(np.array(places)), strict=True):
-                moved[name] = np.array([0.0 if name == labelled.joints[0] else value])
-            moved[labelled.joints[-1]] = np.zeros(1)
+        moved = {name: np.zeros(1) for name in self.joint_names}
+        for i in self._taking_part:
+            inner = self.labelled[i].joints[1:-1]
+            places = np.array([stretch.end for stretch in self.strings[i].section.stretches[:-1]])
+            for name, value in zip(inner, self._parts[i].at(places), strict=True):
+                moved[name] = np.array([value])
         return moved
 
     @property
@@ -248,7 +258,7 @@ class StringMotion:
         return shares | {"cable": 1.0 - sum(shares.values())}
 
     def family(self, kind: str) -> str:
-        """ "carriage-dominated" if carriages hold half of the kinetic energy or more, else "string"."""
+        """Whether carriages hold half of the kinetic energy or more: "carriage-dominated", else "string"."""
         return "carriage-dominated" if self.kinetic_shares["cable"] <= 0.5 else "string"
 
     def shape(self, span: str, positions: Array) -> Array:

@@ -31,8 +31,8 @@ from numpy.typing import NDArray
 from cabledrive.mechanics.chain import Chain, split_at_antinodes
 from cabledrive.mechanics.dynamic_stiffness import dynamic_stiffness, free_joints
 from cabledrive.mechanics.heavy_string import StringPieces, string_pieces, transfer
-from cabledrive.mechanics.rest_state import RestingStretch
 from cabledrive.mechanics.labelled_chain import LabelledChain
+from cabledrive.mechanics.rest_state import RestingStretch
 from cabledrive.modes.section_string import SectionMotion, SectionString
 from cabledrive.modes.solver import ENCLOSURE
 

@@ -17,7 +17,7 @@ from math import atan2, ceil, floor, hypot, log2, pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.mechanics.heavy_string import StringPieces, displacement, string_pieces, transfer
+from cabledrive.mechanics.heavy_string import StringPieces, displacement_series, string_pieces, transfer
 from cabledrive.mechanics.rest_state import RestingSection
 
 Array = NDArray[np.float64]
@@ -57,7 +57,9 @@ class SectionMotion:
         -------
         ndarray, shape (n, p)
         """
-        return displacement(self.pieces, self.omega, self.waves, shares) + self.shift[:, None]
+        series = displacement_series(self.pieces, self.omega, self.waves)
+        powers = np.asarray(shares)[None, :] ** np.arange(series.shape[0])[:, None]
+        return np.asarray(series.T @ powers + self.shift[:, None])
 
     def at(self, positions: Array) -> Array:
         """Displacement at positions of the section.
@@ -74,7 +76,9 @@ class SectionMotion:
         pieces = self.pieces
         piece = np.clip(np.searchsorted(pieces.start, positions, "right") - 1, 0, pieces.start.size - 1)
         share = (positions - pieces.start[piece]) / pieces.length[piece]
-        return np.array([self.inside(np.array([s]))[i, 0] for i, s in zip(piece, share, strict=True)])
+        series = displacement_series(pieces, self.omega, self.waves)[:, piece]
+        powers = share[None, :] ** np.arange(series.shape[0])[:, None]
+        return np.asarray(np.sum(series * powers, axis=0) + self.shift[piece])
 
     def scaled(self, factor: float) -> "SectionMotion":
         """The same motion, larger.

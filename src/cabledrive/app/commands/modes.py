@@ -11,6 +11,7 @@ from cabledrive.mechanics.holding import CONDITIONS
 from cabledrive.modes import Mode, Modes, modes
 from cabledrive.modes.lowest import how_held, lowest_frequencies
 from cabledrive.modes.mode_table import certificate_line, mode_table
+from cabledrive.modes.model_range import INCOMPLETE
 from cabledrive.parameters import Drive
 
 METHOD = "exact dynamic stiffness, Wittrick-Williams count, inverse iteration"
@@ -38,6 +39,13 @@ METHOD = "exact dynamic stiffness, Wittrick-Williams count, inverse iteration"
     help='Hold a part as well: "drive pulley", "load pulley", "carriage 0", or a name of the file.',
 )
 @click.option(
+    "--at-torque",
+    type=Quantity("N m"),
+    default=0.0,
+    metavar="NM",
+    help="Steady torque on the drive pulley, taken up at the load pulley; loads the spans unequally.",
+)
+@click.option(
     "--plot",
     type=NewFileType(".png", ".svg", ".pdf"),
     metavar="FILE",
@@ -49,10 +57,11 @@ def command(
     count: int | None,
     motor: str | None,
     hold: tuple[str, ...],
+    at_torque: float,
     plot: NewFile | None,
 ) -> Answer:
     """List all natural modes of DRIVE, both kinds, with a certificate that none is missing."""
-    found = modes(drive, below=below, count=count, motor=motor, hold=hold)
+    found = modes(drive, below=below, count=count, motor=motor, hold=hold, at_torque=at_torque)
     if plot is not None:
         from cabledrive.report.mode_figure import mode_picture
 
@@ -63,7 +72,7 @@ def command(
         data=modes_data(found) | lowest.as_dict(),
         text=f"{head}\n\n{mode_table(found)}",
         provenance=provenance(drive, method=METHOD, tolerances={"enclosure": found.certificate.enclosure}),
-        incomplete=None if found.certified else certificate_line(found),
+        incomplete=certificate_line(found) if found.certified_reason == INCOMPLETE else None,
     )
 
 
@@ -83,6 +92,8 @@ def modes_data(found: Modes) -> dict[str, Any]:
     return {
         "modes": [mode_data(mode) for mode in found.modes],
         "certified": found.certified,
+        "certified_reason": found.certified_reason,
+        "warnings": list(found.warnings),
         "certificate": {
             "below_hz": proof.below,
             "count": proof.count,
@@ -93,6 +104,7 @@ def modes_data(found: Modes) -> dict[str, Any]:
         "rigid_body_modes": found.rigid_body_modes,
         "motor": found.motor,
         "hold": list(found.hold),
+        "at_torque": found.at_torque,
     }
 
 
@@ -106,7 +118,7 @@ def mode_data(mode: Mode) -> dict[str, Any]:
     Returns
     -------
     dict
-        Of a transverse mode with span, plane and the ends of the section that vibrates [m].
+        Of a transverse mode with span, plane, the ends of the section that vibrates [m] and its model.
     """
     data = {
         "frequency_hz": mode.frequency,
@@ -117,5 +129,5 @@ def mode_data(mode: Mode) -> dict[str, Any]:
         "proven": mode.proven,
     }
     if mode.span is not None:
-        data |= {"span": mode.span, "plane": mode.plane, "section": mode.section}
+        data |= {"span": mode.span, "plane": mode.plane, "section": mode.section, "model": mode.model}
     return data

@@ -10,6 +10,7 @@ from cabledrive.mechanics.chain import Array
 from cabledrive.mechanics.spans import longitudinal_chains
 from cabledrive.modes import Mode, Modes
 from cabledrive.modes.counting import ModeCounter
+from cabledrive.modes.mode import BOTH
 from cabledrive.parameters import Drive
 from cabledrive.report.numbers import number
 from cabledrive.report.picture import Picture, picture
@@ -154,7 +155,7 @@ def _draw_rungs(axes: "Axes", modes: Modes, spans: tuple[str, ...], prefix: str)
     below = modes.certificate.below
     lanes = {"along": [(m.frequency, family_colour(m.family)) for m in modes.longitudinal]}
     for span in spans:
-        across = [m.frequency for m in modes.transverse if m.span == span and m.plane == "w"]
+        across = [m.frequency for m in modes.transverse if m.span in (span, BOTH) and m.plane == "w"]
         lanes[f"{prefix}{span}"] = [(frequency, INK) for frequency in across]
     for row, rungs in enumerate(lanes.values()):
         axes.axhspan(-row - 0.36, -row + 0.36, color=FAINT, linewidth=0, zorder=0)
