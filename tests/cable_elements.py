@@ -159,7 +159,6 @@ class Model:
                     x = rest[nodes, 0] / rest[last, 0]
                     rest[nodes, 1] = 0.05 * rest[last, 0] * x * (1 - x)
             rest[self.held_y, 1] = 0.0
-        scale = drive.cable.pretension
         for _ in range(200):
             force, tangent, _, _ = self.assemble(rest)
             left = outer - matrix.T @ force

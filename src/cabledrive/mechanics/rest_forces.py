@@ -88,7 +88,7 @@ class Statics:
         known, constant = self._march(first, tied)
         unknowns = known.shape[2]
         excess = np.zeros(unknowns)  # by which the pretensioned spans are longer than their cable
-        longer = self.drive.pulley_distance - self.drive.span_length
+        longer = self.drive.span_length * self.drive.cable.prestrain
         along = unknowns - (1 + max(piece.section for piece in self.pieces) if self.level else 0)
         excess[:along] = longer * (2.0 if tied else 1.0)
         forces = self._guess(unknowns, along)

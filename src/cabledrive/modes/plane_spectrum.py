@@ -6,6 +6,7 @@ from math import ceil, pi
 import numpy as np
 
 from cabledrive.mechanics.labelled_chain import LabelledChain
+from cabledrive.mechanics.rest_forces import PANELS, WEIGHTS, quadrature_points
 from cabledrive.mechanics.rest_state import RestingSection
 from cabledrive.modes.sagging_plane import PlaneMode, SaggingPlane
 from cabledrive.modes.section_string import SectionString
@@ -35,12 +36,12 @@ def sag_parameter(section: RestingSection) -> float:
     -------
     float
     """
-    places = np.asarray((np.arange(32) + 0.5) / 32.0, dtype=np.float64)
+    places, weights = quadrature_points(), np.tile(WEIGHTS, PANELS) / (2.0 * PANELS)
     square = tension = 0.0
     for stretch in section.stretches:
-        along, across = stretch.force_at(np.asarray(stretch.start + stretch.length * places))
+        along, across = stretch.force_at(stretch.start + stretch.length * places)
         share = stretch.length / (section.end - section.start)
-        square += share * float(np.mean(across**2 / (along**2 + across**2)))
+        square += share * float(weights @ (across**2 / (along**2 + across**2)))
         tension += share * stretch.mean_tension
     return 12.0 * section.stretches[0].axial_rigidity / tension * square
 

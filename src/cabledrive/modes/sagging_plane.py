@@ -1,13 +1,14 @@
 r"""Motion in the plane of gravity of a drive that sags: strings and the cable's length, coupled.
 
-On a sagged section a transverse motion z lengthens the cable by :math:`\int\sin\theta\,z'\,ds`. The tension h
-that this makes is the same all along a stretch; it pulls the ends together and bends the string,
+On a sagged section a transverse motion z lengthens the cable by :math:`\int\sin\theta\,z'\,ds`. The mean
+tension h that this makes on a stretch pulls the ends together and bends the string,
 
 .. math:: \frac{h}{\kappa} = u_b - u_a + \int\sin\theta\,z'\,ds, \qquad
           (R z')' + \rho_0\omega^2 z + h\,(\sin\theta)' = 0,
 
-with the link :math:`\kappa` of Eq. (M.1) along the cable. Where :math:`(\sin\theta)' = -\rho_0 a` the second
-has the solution :math:`z = a h/\omega^2`, as if the piece fell freely; the rest are the waves of Eq. (M.11).
+with :math:`\kappa = EA/l`, which is taken out of the links of Eq. (M.1) along the cable. Where
+:math:`(\sin\theta)' = -\rho_0 a` the second has the solution :math:`z = a h/\omega^2`, as if the piece fell
+freely; the rest are the waves of Eq. (M.11).
 With h among the unknowns the matrix of the machine is
 
 .. math:: \begin{pmatrix} \hat K_u & 0 & A^T \\ 0 & \hat K_z & c^T \\ A & c & -1/\hat\kappa + e \end{pmatrix},
@@ -242,7 +243,7 @@ class SaggingPlane:
             self._add_across(part, node, omega, matrix, scale)
             node += part.nodes
         for pull, (number, segment) in enumerate(self._pulls):
-            link = float(links[number][segment])
+            link = float(links[number][segment])  # of the mean tension: without the cable's inertia along
             here = self._first_pull + pull
             matrix[here, here] -= 1.0 / link
             scale[here] = sqrt(abs(link))
@@ -251,12 +252,14 @@ class SaggingPlane:
         return matrix, scale
 
     def _add_along(self, number: int, omega: float, matrix: Array, scale: Array) -> Array:
-        """Joints of one chain; a segment under an h of its own becomes a row instead of a link."""
+        """Joints of one chain; the spring of a segment under an h of its own becomes a row."""
         chain, _ = self._chains[number]
         stiffness = dynamic_stiffness(chain, omega)
         link = stiffness.link.copy()
         mine = [(pull, segment) for pull, (other, segment) in enumerate(self._pulls) if other == number]
-        link[[segment for _, segment in mine]] = 0.0
+        springs = chain.rigidity / chain.lengths / omega
+        for _, segment in mine:
+            link[segment] -= springs[segment]
         size = stiffness.ground.size
         full = np.diag(stiffness.ground)
         for left, right, value in zip(stiffness.left, stiffness.right, link, strict=True):
@@ -275,7 +278,7 @@ class SaggingPlane:
         matrix[pulls, here] = rows[:, free]
         matrix[here, pulls] = rows[:, free].T
         scale[here] = 1.0 / np.sqrt(stiffness.ground_rate[free])
-        return stiffness.link
+        return np.asarray(springs)
 
     def _add_across(self, part: _Part, first: int, omega: float, matrix: Array, scale: Array) -> None:
         """Nodes of one section, and what its tensions do to them."""
