@@ -86,9 +86,11 @@ def test_table_counts_every_mode_once(name):
 def test_table_tells_where_a_mode_lives():
     text = call("modes", "dissertation-transporter", "--below", "120").stdout
     assert re.search(
-        r"67\.192012\d +2 +transverse +string +upper span, carriage 0 to load pulley; both planes", text
+        r"67\.192218\d +1 +transverse +string +upper span, carriage 0 to load pulley; horizontal plane",
+        text,
     )
-    assert re.search(r"50\.394009\d +2 +transverse +string +lower span; both planes", text)
+    assert re.search(r"50\.394164\d +1 +transverse +string +lower span; horizontal plane", text)
+    assert re.search(r"50\.394324\d +1 +transverse +string +lower span; vertical plane", text)
     assert re.search(
         r"111\.68464\d +1 +longitudinal +pulleys out of phase +load pulley 59%, drive pulley 30%", text
     )

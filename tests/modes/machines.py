@@ -84,7 +84,7 @@ def drive(kind, cable, length, pulleys, carriages, motor=None):
         name="drawn",
         kind=str(kind),
         cable=cable,
-        layout=Layout(span_length=float(length)),
+        layout=Layout(span_length=float(length), gravity=0.0),
         pulley=tuple(pulleys),
         carriage=tuple(carriages),
         motor=motor,

@@ -10,6 +10,7 @@ from cabledrive.mechanics.rest_forces import PANELS, WEIGHTS, quadrature_points
 from cabledrive.mechanics.rest_state import RestingSection
 from cabledrive.modes.sagging_plane import PlaneMode, SaggingPlane
 from cabledrive.modes.section_string import SectionString
+from cabledrive.modes.solver import MULTIPLE
 
 LEAST_SHIFT = 1e-9
 """Relative shift of a frequency by sag below which a section counts as straight."""
@@ -148,9 +149,21 @@ class PlaneSpectrum:
         if sagging:
             plane = SaggingPlane(self._chains, tuple(self._strings[n] for n in sagging), high)
             first, last = plane.count(low), plane.count(high)
-            window += [
-                InPlane(sagging, mode, mode.omega)
-                for mode in (plane.mode(number, low, high) for number in range(first + 1, last + 1))
-            ]
+            window += [InPlane(sagging, mode, mode.omega) for mode in _modes(plane, first, last, low, high)]
         self._found += sorted(window, key=lambda mode: mode.omega)
         self._done = high
+
+
+def _modes(plane: SaggingPlane, first: int, last: int, low: float, high: float) -> list[PlaneMode]:
+    """Modes of a window, those of one frequency together."""
+    found: list[PlaneMode] = []
+    roots = [plane.frequency(number, low, high) for number in range(first + 1, last + 1)]
+    start = 0
+    while start < len(roots):
+        stop = start + 1
+        while stop < len(roots) and roots[stop][0] - roots[start][0] <= MULTIPLE * roots[start][0]:
+            stop += 1
+        proven = all(root[1] for root in roots[start:stop])
+        found += plane.motions(first + 1 + start, stop - start, roots[start][0], proven)
+        start = stop
+    return found

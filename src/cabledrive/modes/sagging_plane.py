@@ -34,7 +34,7 @@ from cabledrive.mechanics.dynamic_stiffness import dynamic_stiffness, free_joint
 from cabledrive.mechanics.heavy_string import StringPieces, string_pieces, transfer
 from cabledrive.mechanics.labelled_chain import LabelledChain
 from cabledrive.mechanics.rest_state import RestingStretch
-from cabledrive.modes.section_string import SectionMotion, SectionString
+from cabledrive.modes.section_string import SectionMotion, SectionString, combined
 from cabledrive.modes.solver import ENCLOSURE
 
 Array = NDArray[np.float64]
@@ -63,6 +63,39 @@ class PlaneMode:
     along: float
     shares: Array
     parts: tuple[SectionMotion, ...]
+
+
+def localised(cluster: list[PlaneMode]) -> list[PlaneMode]:
+    """Modes of one frequency, combined anew so that each moves as few sections as can be.
+
+    Their shapes may be combined at will; the combinations that make the sum over the sections of section
+    number times share stationary are the same whatever the start, and are the sections themselves where these
+    ring alone.
+
+    Parameters
+    ----------
+    cluster : list of PlaneMode
+        Of unit modal mass.
+
+    Returns
+    -------
+    list of PlaneMode
+        As many.
+    """
+    if len(cluster) == 1:
+        return cluster
+    sections = range(len(cluster[0].parts))
+    products = [[[a.parts[i].product(b.parts[i]) for b in cluster] for a in cluster] for i in sections]
+    weighted = sum((number + 1.0) * np.array(product) for number, product in enumerate(products))
+    turns = np.linalg.eigh(weighted)[1]
+    found = []
+    for turn in turns.T:
+        parts = tuple(combined([mode.parts[i] for mode in cluster], turn) for i in sections)
+        shares = np.array([part.mass for part in parts])
+        along = float(turn**2 @ [mode.along for mode in cluster])
+        proven = all(mode.proven for mode in cluster)
+        found.append(PlaneMode(cluster[0].omega, proven, along, shares, parts))
+    return found
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -128,8 +161,8 @@ class SaggingPlane:
             self._counts[omega] = max(negative - len(self._pulls) - self.rigid_body_modes, 0)
         return self._counts[omega]
 
-    def mode(self, number: int, low: float, high: float) -> PlaneMode:
-        """One natural mode, by the eigenvalue that passes zero there and by counts where that is rough.
+    def frequency(self, number: int, low: float, high: float) -> tuple[float, bool]:
+        """One natural frequency, by the eigenvalue that passes zero there and by counts where that is rough.
 
         Parameters
         ----------
@@ -140,7 +173,10 @@ class SaggingPlane:
 
         Returns
         -------
-        PlaneMode
+        omega : float
+            [rad/s].
+        proven : bool
+            Whether counts on both sides of the enclosure prove it.
         """
         low = max((omega for omega, count in self._counts.items() if count < number), default=low)
         high = min((omega for omega, count in self._counts.items() if count >= number), default=high)
@@ -153,7 +189,7 @@ class SaggingPlane:
             if not low < middle < high:
                 break
             low, high = (low, middle) if self.count(middle) >= number else (middle, high)
-        return self._motion(number, (low + high) / 2.0, high - low <= 2.0 * ENCLOSURE * high)
+        return (low + high) / 2.0, high - low <= 2.0 * ENCLOSURE * high
 
     def _by_eigenvalue(self, number: int, low: float, high: float) -> tuple[float, float]:
         """A narrow interval around a root of one eigenvalue, where counts confirm it; else the given one."""
@@ -173,10 +209,31 @@ class SaggingPlane:
                 return inner, outer
         return low, high
 
-    def _motion(self, number: int, omega: float, proven: bool) -> PlaneMode:
-        """The motion at a natural frequency: the eigenvector that belongs to the number."""
+    def motions(self, number: int, count: int, omega: float, proven: bool) -> list[PlaneMode]:
+        """The modes of one natural frequency: the eigenvectors that belong to their numbers.
+
+        Parameters
+        ----------
+        number : int
+            Of the first, from 1.
+        count : int
+            How many share the frequency.
+        omega : float
+            [rad/s].
+        proven : bool
+            Passed on.
+
+        Returns
+        -------
+        list of PlaneMode
+        """
         matrix, scale = self._scaled(omega)
-        x = scale * np.linalg.eigh(matrix)[1][:, number - 1 + len(self._pulls) + self.rigid_body_modes]
+        first = number - 1 + len(self._pulls) + self.rigid_body_modes
+        vectors = np.linalg.eigh(matrix)[1][:, first : first + count]
+        return localised([self._motion(scale * vector, omega, proven) for vector in vectors.T])
+
+    def _motion(self, x: Array, omega: float, proven: bool) -> PlaneMode:
+        """The motion of unit modal mass that has these unknowns."""
         parts, node = [], self._first_across
         for part in self._parts:
             ends = np.concatenate(([0.0], x[node : node + part.nodes], [0.0]))

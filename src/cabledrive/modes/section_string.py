@@ -100,11 +100,44 @@ class SectionMotion:
 
     @property
     def mass(self) -> float:
-        """Modal mass [kg] per square of the displacement's unit, the cable's by quadrature."""
+        """Modal mass [kg] per square of the displacement's unit."""
+        return self.product(self)
+
+    def product(self, other: "SectionMotion") -> float:
+        """Integral of two motions over the mass, the cable's by quadrature of the exact shapes.
+
+        Parameters
+        ----------
+        other : SectionMotion
+            On the same pieces.
+
+        Returns
+        -------
+        float
+            [kg] times both units of displacement.
+        """
         places, weights = np.polynomial.legendre.leggauss(12)
-        inside = self.inside((places + 1.0) / 2.0)
-        cable = self.pieces.density * float(self.pieces.length @ (inside**2 @ weights)) / 2.0
-        return cable + float(self.pieces.mass[:-1] @ self.starts[1:] ** 2)
+        here, there = (motion.inside((places + 1.0) / 2.0) for motion in (self, other))
+        cable = self.pieces.density * float(self.pieces.length @ ((here * there) @ weights)) / 2.0
+        return cable + float(self.pieces.mass[:-1] @ (self.starts[1:] * other.starts[1:]))
+
+
+def combined(motions: list[SectionMotion], factors: Array) -> SectionMotion:
+    """Sum of motions of one section at one frequency.
+
+    Parameters
+    ----------
+    motions : list of SectionMotion
+    factors : ndarray
+        One for each.
+
+    Returns
+    -------
+    SectionMotion
+    """
+    waves = sum(factor * motion.waves for factor, motion in zip(factors, motions, strict=True))
+    shift = sum(factor * motion.shift for factor, motion in zip(factors, motions, strict=True))
+    return SectionMotion(motions[0].pieces, motions[0].omega, np.asarray(waves), np.asarray(shift))
 
 
 class SectionString:
