@@ -3,7 +3,7 @@ r"""A string whose tension changes along it: exact waves by power series, piece 
 With the transverse force :math:`q = R\,z'`, :math:`1/R = 1/T + 1/EA` per unstretched length, a wave of
 frequency :math:`\omega` obeys
 
-.. math:: T\,z' = q\,(1 + T/EA), \qquad q' = -\rho_0\,\omega^2 z. \qquad \text{Eq. (M.11)}
+.. math:: T\,z' = q\,(1 + T/EA), \qquad q' = -\rho_0\,\omega^2 z.
 
 For a tension that is a polynomial of the place, both are power series with coefficients by recursion. A
 vertical rope has :math:`T = T_a + \rho_0 g s`; as :math:`EA \to \infty` its waves are the Bessel functions

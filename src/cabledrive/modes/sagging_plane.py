@@ -12,7 +12,6 @@ freely; the rest are the waves of Eq. (M.11).
 With h among the unknowns the matrix of the machine is
 
 .. math:: \begin{pmatrix} \hat K_u & 0 & A^T \\ 0 & \hat K_z & c^T \\ A & c & -1/\hat\kappa + e \end{pmatrix},
-          \qquad \text{Eq. (M.13)}
 
 and each h adds one negative eigenvalue to the count of Wittrick and Williams (Haynsworth's inertia of a
 bordered matrix). One level span between held ends gives the equation of Irvine and Caughey,
@@ -110,7 +109,7 @@ class _Part:
 
 
 class SaggingPlane:
-    """The plane of gravity up to one frequency.
+    """The plane of gravity up to one frequency, Eq. (M.13).
 
     Parameters
     ----------

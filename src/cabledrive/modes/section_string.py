@@ -4,7 +4,7 @@ From the held start the wave turns by the angle :math:`\Phi(\omega)` of :math:`(
 and at every hanging mass. It grows with the frequency; the end is at rest where it is a whole number of half
 turns. Hence, by Sturm's oscillation theorem,
 
-.. math:: J(\omega) = \lfloor\Phi(\omega)/\pi\rfloor \qquad \text{Eq. (M.12)}
+.. math:: J(\omega) = \lfloor\Phi(\omega)/\pi\rfloor
 
 modes lie below :math:`\omega`: the count of Wittrick and Williams, with the phases of the pieces and the
 signs of the joints in one number.
