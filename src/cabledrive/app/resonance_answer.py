@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from cabledrive.app.results import Absent
-from cabledrive.mechanics.warnings import largest_pretension
+from cabledrive.mechanics.warnings import largest_pretension, warnings_of_rest
 from cabledrive.parameters import Drive
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.threshold import required_detuning
@@ -73,6 +73,7 @@ def resonance_data(
         }
         for pair in found.pairs
     ]
+    data["warnings"] = list(warnings_of_rest(drive))
     data["remedies"] = [
         {"change": change.change, "value": change.value, "text": change.text} for change in changes
     ]
@@ -259,6 +260,7 @@ def resonance_text(drive: Drive, found: ResonanceSummary, changes: tuple[Remedy,
         lines += ["", f"under the steady load each span is tuned at its own pretension: {tuned}"]
     if changes:
         lines += ["", "what would make it safe, each by itself:", *(f"  {change.text}" for change in changes)]
+    lines += [f"Warning: {line}." for line in warnings_of_rest(drive)]
     return "\n".join(lines)
 
 

@@ -43,6 +43,22 @@ def practitioner_warnings(drive: Drive) -> tuple[str, ...]:
     return tuple(line for check in checks for line in check(drive, sheet))
 
 
+def warnings_of_rest(drive: Drive) -> tuple[str, ...]:
+    """Those of the warnings that touch what is said of vibrations: slack at rest, strain and sag.
+
+    Parameters
+    ----------
+    drive : Drive
+
+    Returns
+    -------
+    tuple of str
+        One line each.
+    """
+    sheet = derived_quantities(drive)
+    return tuple(line for check in (_static, _elastic, _sag) for line in check(drive, sheet))
+
+
 def largest_pretension(drive: Drive) -> float:
     """Pretension that strains the cable to the end of its elastic range.
 

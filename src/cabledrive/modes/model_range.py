@@ -4,9 +4,9 @@ from collections.abc import Iterator, Sequence
 from math import pi
 
 from cabledrive.mechanics.rest_state import RestingSection
-from cabledrive.mechanics.warnings import practitioner_warnings
+from cabledrive.mechanics.warnings import warnings_of_rest
 from cabledrive.modes.band import Band
-from cabledrive.modes.mode import LONGITUDINAL, SHALLOW_SAG, TRANSVERSE, Mode
+from cabledrive.modes.mode import LONGITUDINAL, SHALLOW_SAG, Mode
 from cabledrive.modes.plane_spectrum import MOST_SAGGING_JOINTS
 from cabledrive.modes.resting_modes import RestingBand
 from cabledrive.parameters import Drive
@@ -18,8 +18,6 @@ LARGEST_SAG = 0.05
 
 SHIFTED = 1e-4
 """Relative shift of a longitudinal mode by sag above which it is said."""
-
-TOUCHING = ("a span sags", "a span hangs slack", "cable.strain_limit", "the pretension strains")
 
 
 def model_limit(drive: Drive, listed: Sequence[Mode], across: Band, bound: float) -> str | None:
@@ -71,8 +69,7 @@ def mode_warnings(drive: Drive, listed: Sequence[Mode], across: Band, bound: flo
     tuple of str
         One line each.
     """
-    lines = [line for line in practitioner_warnings(drive) if line.startswith(TOUCHING)]
-    return (*lines, *_sagging(listed, across, bound))
+    return (*warnings_of_rest(drive), *_sagging(listed, across, bound))
 
 
 def _sagging(listed: Sequence[Mode], across: Band, bound: float) -> Iterator[str]:
@@ -97,6 +94,3 @@ def _slack_line(section: RestingSection) -> str:
         f"the {section.span} span hangs slack at rest between {section.start:.4g} m and {section.end:.4g} m, "
         f"lowest tension {section.lowest_tension:.4g} N: raise cable.pretension"
     )
-
-
-__all__ = ["INCOMPLETE", "TRANSVERSE", "mode_warnings", "model_limit"]

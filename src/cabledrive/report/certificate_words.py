@@ -1,6 +1,7 @@
 """What the certificate of a list of modes says, in plain words."""
 
 from cabledrive.modes import Modes
+from cabledrive.modes.model_range import INCOMPLETE
 from cabledrive.report.numbers import number
 
 _SMALL = (
@@ -66,5 +67,7 @@ def certificate_words(modes: Modes) -> str:
             f"list, and two such counts, {number(proof.enclosure, 1)} of the frequency to either side, "
             f"enclose every mode. {rigid}"
         )
+    if modes.certified_reason != INCOMPLETE:
+        return f"{held}, by the model taken for it. It is not certified: {modes.certified_reason}. {rigid}"
     doubt = "The list could not be proven to hold all of them; do not rely on its being complete."
     return f"{held}. {doubt} {rigid}"

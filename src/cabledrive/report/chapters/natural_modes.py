@@ -4,8 +4,6 @@ from collections.abc import Sequence
 
 from markupsafe import Markup
 
-from cabledrive.mechanics import derived_quantities
-from cabledrive.mechanics.warnings import SMALL_IRVINE, SMALL_SAG
 from cabledrive.modes import Mode, Modes
 from cabledrive.modes.lowest import how_held, lowest_frequencies
 from cabledrive.modes.mode_rows import ModeRow, mode_rows
@@ -58,8 +56,9 @@ def chapter(context: ReportContext) -> Chapter:
         ),
         methods=(
             "Natural modes: exact dynamic stiffness of every span; roots isolated by Wittrick-Williams "
-            "counts and refined by inverse iteration, each enclosed between two counts. Friction, damping "
-            "and sag do not enter.",
+            "counts and refined by inverse iteration, each enclosed between two counts. Transverse modes "
+            "about the rest: power series on strings of changing tension, shallow sag in the plane of gravity. "
+            "Friction and damping do not enter; longitudinal modes are those of the taut cable.",
         ),
     )
 
@@ -70,8 +69,9 @@ def _introduction() -> tuple[Block, ...]:
         Paragraph(
             text="Along the cable, every span carries waves, every pulley enters with its inertia and every "
             "carriage with its mass; nothing is divided into elements. Across the cable, a span is a string "
-            "under its pretension, held at the pulleys and at guided carriages; each of its modes exists in "
-            "both planes."
+            "under the tension that weights and slope leave it, held at the pulleys and at guided carriages. "
+            "In the plane of gravity its sag counts too: a motion that stretches the sagging cable raises "
+            "its tension, and with it the frequency."
         ),
         Paragraph(
             text=Markup(
@@ -92,7 +92,8 @@ def _introduction() -> tuple[Block, ...]:
         Paragraph(
             text="It misses no mode and counts a double one twice. In the staircases below the line is this "
             "count and the dots are the list: a mode that the search had missed would leave a step without "
-            "its dot. On the ladder under each staircase a rung across the cable stands for both planes."
+            "its dot. The rungs across the cable, on the ladder under each staircase, are those of the plane "
+            "of gravity."
         ),
         Paragraph(
             text="Shapes are drawn with the cable unrolled. Dots are the rims of the pulleys, squares the "
@@ -114,24 +115,18 @@ def _about(drive: Drive, name: str, modes: Modes) -> tuple[Block, ...]:
         blocks.append(_ladder(drive, name, modes))
     if modes.longitudinal:
         blocks.append(_along(modes))
-    return (*blocks, _across(modes), *_sag(drive), _shapes(drive, name, modes), simple_models_table(drive))
-
-
-def _sag(drive: Drive) -> tuple[Block, ...]:
-    """A reservation where the string is not straight."""
-    sheet = derived_quantities(drive)
-    if sheet.sag_ratio <= SMALL_SAG and sheet.irvine_parameter <= SMALL_IRVINE:
-        return ()
     return (
-        Note(
-            text=Markup(
-                "<strong>For a straight cable.</strong> The modes across are those of a straight string. At "
-                "rest this cable sags by {} % of its span; its true modes across lie higher, most of all the "
-                "symmetric ones in the plane of gravity."
-            ).format(number(100.0 * sheet.sag_ratio, 2)),
-            tone="warning",
-        ),
+        *blocks,
+        _across(modes),
+        *_warnings(modes),
+        _shapes(drive, name, modes),
+        simple_models_table(drive),
     )
+
+
+def _warnings(modes: Modes) -> tuple[Block, ...]:
+    """What of the machine touches the list."""
+    return tuple(Note(text=f"{line[0].upper()}{line[1:]}.", tone="warning") for line in modes.warnings)
 
 
 def _ladder(drive: Drive, name: str, modes: Modes) -> Figure:
@@ -197,6 +192,7 @@ def _across(modes: Modes) -> Table:
             Column(title="Frequency", unit="Hz", numeric=True),
             Column(title="Modes", numeric=True),
             Column(title="Where"),
+            Column(title="Model"),
         ),
         groups=(RowGroup(rows=tuple(_across_cells(row, decimals) for row in rows[:SHOWN_ACROSS])),),
         note=more,
@@ -205,7 +201,8 @@ def _across(modes: Modes) -> Table:
 
 def _across_cells(row: ModeRow, decimals: int) -> tuple[Cell, ...]:
     carried = "the carriages swing; " if row.family == "carriage-dominated" else ""
-    return fixed(row.frequency, decimals), str(row.count), carried + row.where
+    models = sorted({mode.model or "" for mode in row.modes})
+    return fixed(row.frequency, decimals), str(row.count), carried + row.where, " and ".join(models)
 
 
 def _shapes(drive: Drive, name: str, modes: Modes) -> Figure:

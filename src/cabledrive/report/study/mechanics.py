@@ -28,7 +28,7 @@ def modes_chapter(result: StudyResult) -> Chapter:
     Chapter
     """
     found = result.modes
-    complete = "is proven complete" if found.certified else "is not proven complete"
+    complete = "is proven complete" if found.certified else "is not certified"
     blocks: list[Block] = [
         Paragraph(
             text=f"The first modes along the cable and across it; the list {complete} by counting. The "
@@ -37,6 +37,8 @@ def modes_chapter(result: StudyResult) -> Chapter:
         ),
         _rows(result),
     ]
+    remarks = [found.certified_reason or "", *found.warnings]
+    blocks += [Note(text=f"{line}.", tone="warning") for line in dict.fromkeys(remarks) if line]
     if found.models:
         blocks += [_models(result), _responses(result)]
         if result.model is not None:

@@ -51,6 +51,10 @@ class ModesResult:
     rows : tuple of ModeRow
         The first few of each kind.
     certified : bool
+    certified_reason : str or None
+        Why not.
+    warnings : tuple of str
+        What of the drive touches the list.
     longitudinal, transverse : int
         Counts of the certificate.
     models : tuple of ModelQuality
@@ -60,6 +64,8 @@ class ModesResult:
 
     rows: tuple[ModeRow, ...]
     certified: bool
+    certified_reason: str | None
+    warnings: tuple[str, ...]
     longitudinal: int
     transverse: int
     models: tuple[ModelQuality, ...]
@@ -88,6 +94,8 @@ def find_modes(drive: Drive, why_no_models: str) -> ModesResult:
     return ModesResult(
         rows=rows,
         certified=found.certified,
+        certified_reason=found.certified_reason,
+        warnings=found.warnings,
         longitudinal=found.certificate.longitudinal,
         transverse=found.certificate.transverse,
         models=model_quality(drive) if not why_no_models else (),
