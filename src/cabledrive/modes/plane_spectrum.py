@@ -8,7 +8,8 @@ import numpy as np
 from cabledrive.mechanics.labelled_chain import LabelledChain
 from cabledrive.mechanics.rest_forces import PANELS, WEIGHTS, quadrature_points
 from cabledrive.mechanics.rest_state import RestingSection
-from cabledrive.modes.sagging_plane import PlaneMode, SaggingPlane
+from cabledrive.modes.plane_mode import PlaneMode
+from cabledrive.modes.sagging_plane import SaggingPlane
 from cabledrive.modes.section_string import SectionString
 from cabledrive.modes.solver import MULTIPLE
 

@@ -57,8 +57,8 @@ def chapter(context: ReportContext) -> Chapter:
         methods=(
             "Natural modes: exact dynamic stiffness of every span; roots isolated by Wittrick-Williams "
             "counts and refined by inverse iteration, each enclosed between two counts. Transverse modes "
-            "about the rest: power series on strings of changing tension, shallow sag in the plane of gravity. "
-            "Friction and damping do not enter; longitudinal modes are those of the taut cable.",
+            "about the rest: power series on strings of changing tension, shallow sag in the plane of "
+            "gravity. Friction and damping do not enter; longitudinal modes are those of the taut cable.",
         ),
     )
 
