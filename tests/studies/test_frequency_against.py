@@ -129,7 +129,8 @@ def test_mode_that_comes_down_from_above_has_its_own_curve():
 def test_pretension_moves_the_transverse_modes_alone():
     """c_w/(2 Le) = sqrt(T0/(1 + eps0)/rho0)/(2 L); longitudinal modes of a loop of given length stay."""
     tensions = np.array([1.0, 5.0, 25.0])
-    data = frequency_against(LOOP, "cable.pretension", tensions)
+    drive = replace(LOOP, layout=replace(LOOP.layout, gravity=0.0))  # no sag that would raise the tension
+    data = frequency_against(drive, "cable.pretension", tensions)
     np.testing.assert_allclose(data.frequency, np.tile(data.frequency[:, :1], 3), rtol=1e-12)
     stretch = 1 + tensions / LOOP.cable.axial_rigidity
     expected = np.sqrt(tensions / stretch / LOOP.cable.mass_per_length) / 2
