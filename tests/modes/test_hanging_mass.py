@@ -28,7 +28,7 @@ def hung(mass, position=0.25, drive=LOOP, *, span="upper", **cable):
 
 @pytest.mark.parametrize("position", [0.5, 0.25, 0.03])
 def test_error_of_3_35_vanishes_with_the_mass_of_the_cable(position):
-    """A sixth of the mass ratio to first order; (M.8) leaves an error of second order. Tension T0: no weight."""
+    """A sixth of the mass ratio to first order; (M.8) leaves an error of second order. Nothing weighs."""
     drive = replace(LOOP, layout=replace(LOOP.layout, gravity=0.0))
     errors = [lateral_mode(hung(mass, position, drive)) for mass in (0.01, 0.1, 1.0)]
     ratio = np.array([mode.mass_ratio for mode in errors])

@@ -70,7 +70,8 @@ def how_held(found: Modes) -> str:
     """
     rotor = {FREE: "free", HELD: "held", HOLDING: "on its holding stiffness"}[found.motor]
     also = f"; also held: {', '.join(found.hold)}" if found.hold else ""
-    return f"Listed with the motor {rotor}{also}."
+    torque = f"; steady torque {found.at_torque:.6g} N m" if found.at_torque else ""
+    return f"Listed with the motor {rotor}{also}{torque}."
 
 
 def derived_with_lowest(drive: Drive) -> dict[str, Any]:
