@@ -26,7 +26,7 @@ def rung(drive, seed, *, duration=2.0, rate=2000.0, decay=2.0, span="upper", par
     rng = np.random.default_rng(seed)
     time = np.arange(round(duration * rate)) / rate
     frequencies = [
-        m.frequency for m in modes(drive, count=40).transverse if m.span == span and m.plane == "w"
+        m.frequency for m in modes(drive, count=40).transverse if m.span == span and m.plane == "v"
     ]
     clean = sum(
         np.exp(-0.5 * decay * time) * np.cos(2 * np.pi * f * time + rng.uniform(0, 6)) / (k + 1) ** 2
@@ -120,6 +120,7 @@ def test_a_hanging_carriage_makes_the_string_formula_wrong_and_the_modes_right(m
 
 def test_tension_is_the_inverse_of_the_certified_modes():
     drive = with_tension("dissertation-3", 9.0)
+    drive = replace(drive, layout=replace(drive.layout, gravity=0.0))
     first = next(m.frequency for m in modes(drive, count=8).transverse if m.span == "lower")
     assert tension_for(load_drive("dissertation-3"), "lower", 1, first) == pytest.approx(9.0, rel=1e-10)
 

@@ -42,7 +42,7 @@ def random_loop(rng):
         radius = 10 ** rng.uniform(-2.5, 0.5)
         mass = 2 * cable.mass_per_length * span * 10 ** rng.uniform(-3, 5)
         pulleys.append(cd.Pulley(radius=radius, inertia=mass * radius**2))
-    layout = cd.Layout(span_length=span)
+    layout = cd.Layout(span_length=span, gravity=0.0)
     return cd.Drive(name="random", kind="loop", cable=cable, layout=layout, pulley=tuple(pulleys))
 
 
