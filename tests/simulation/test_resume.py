@@ -24,6 +24,7 @@ from cabledrive.simulation import (
     netcdf,
     records,
     run,
+    run_folder,
     simulate,
 )
 
@@ -75,7 +76,7 @@ def interrupt(*arguments):
     raise KeyboardInterrupt
 
 
-def disk_full(*arguments):
+def disk_full(*arguments, **options):
     raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
@@ -206,7 +207,7 @@ def test_a_result_for_which_there_is_no_room_is_not_begun(tmp_path, monkeypatch,
     monkeypatch.setattr(netcdf, "_write", lambda *arguments: pytest.fail("begun"))
     monkeypatch.setattr(netcdf, "BESIDES", 1 << 60)
     with pytest.raises(OSError, match=r"No space left|File too large"):
-        netcdf.write_netcdf(result, tmp_path / "run.nc")
+        netcdf.write_netcdf(result, tmp_path / "run.nc", tmp_path / "run.nc.new")
     measured(f"{len(os.listdir(tmp_path))} files written")
     assert os.listdir(tmp_path) == []
 
@@ -239,7 +240,7 @@ def test_a_broken_checkpoint_is_refused(tmp_path, monkeypatch):
         )
         with pytest.raises(SimulationInterrupted):
             simulate(DRIVE, DURATION, output=path, **OPTIONS)
-    (tmp_path / "run.nc.part" / records.CHECKPOINT).write_bytes(b"PK not a checkpoint")
+    (tmp_path / "run.nc.part" / run_folder.CHECKPOINT).write_bytes(b"PK not a checkpoint")
     with pytest.raises(InputRefused, match=r"run\.nc\.part: cannot be resumed"):
         simulate(DRIVE, DURATION, output=path, resume=True, **OPTIONS)
 

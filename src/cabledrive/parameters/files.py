@@ -3,9 +3,11 @@
 import os
 import stat
 import tempfile
+from contextlib import suppress
+from errno import EMLINK, ENOTSUP, EPERM
 from pathlib import Path
 
-from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.errors import InputRefused, NotComputed
 
 
 def require_regular(path: str | Path, remedy: str) -> Path:
@@ -60,7 +62,17 @@ def check_writable(path: str | Path, *, force: bool = False) -> Path:
     InputRefused
         If it exists (without `force`), is no file, or its folder is missing or not writable.
     """
-    path = Path(path)
+    path = _check_place(Path(path), force)
+    try:
+        _try_to_write(path.parent)
+    except OSError as error:
+        why = f"cannot be written ({error.strerror or error}): choose another place"
+        raise InputRefused(why).at(str(path)) from None
+    return path
+
+
+def _check_place(path: Path, force: bool) -> Path:
+    """Refuse a path by what is there, without a try."""
     try:
         fault = _fault(path, path.parent, force)
     except OSError as error:  # a name too long, a ring of links
@@ -72,6 +84,8 @@ def check_writable(path: str | Path, *, force: bool = False) -> Path:
 
 def _fault(path: Path, folder: Path, force: bool) -> str:
     """What stands in the way, with its remedy; nothing if the path can be written."""
+    if "\0" in str(path):
+        return "has a NUL in its name: choose another name"
     if path.is_dir():
         return "is a folder: name a file in it"
     if path.exists() and not path.is_file():
@@ -85,6 +99,42 @@ def _fault(path: Path, folder: Path, force: bool) -> str:
     if not os.access(folder, os.W_OK):
         return f"its folder {folder} is not writable: choose another"
     return ""
+
+
+def check_folder_writable(folder: str | Path) -> Path:
+    """Refuse a folder for results before the work starts.
+
+    Parameters
+    ----------
+    folder : path-like
+        It may be missing, its own folder not.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InputRefused
+        If it is a file, its own folder is missing, or it cannot be written.
+    """
+    folder = Path(folder)
+    try:
+        if folder.exists() and not folder.is_dir():
+            raise InputRefused(f"{folder}: is a file, a folder is needed: choose another name")
+        if not folder.exists() and not folder.parent.is_dir():
+            raise InputRefused(f"{folder}: its folder {folder.parent} does not exist: create it first")
+        _try_to_write(folder if folder.is_dir() else folder.parent)
+    except OSError as error:
+        why = f"cannot be written ({error.strerror or error}): choose another place"
+        raise InputRefused(why).at(str(folder)) from None
+    return folder
+
+
+def _try_to_write(folder: Path) -> None:
+    """Make a file that is gone at once: the only test that knows of every reason not to."""
+    with tempfile.TemporaryFile(dir=folder, prefix=".cabledrive-") as file:
+        file.write(b"0")
 
 
 def write_whole(path: str | Path, content: str | bytes, *, force: bool = False) -> Path:
@@ -107,9 +157,11 @@ def write_whole(path: str | Path, content: str | bytes, *, force: bool = False) 
     Raises
     ------
     InputRefused
-        If the path cannot be written, see `check_writable`, or the disk refuses.
+        If the path cannot be written, see `check_writable`, or appeared while the work was done.
+    NotComputed
+        If the disk refuses: full, over a quota, failing.
     """
-    path = check_writable(path, force=force)
+    path = _check_place(Path(path), force)
     data = content.encode() if isinstance(content, str) else content
     temporary = ""
     try:
@@ -119,13 +171,87 @@ def write_whole(path: str | Path, content: str | bytes, *, force: bool = False) 
             file.flush()
             os.fsync(file.fileno())
         os.chmod(temporary, 0o666 & ~_umask())
-        os.replace(temporary, path)
-    except (OSError, ValueError) as error:  # ValueError: a path with a NUL in it
-        reason = getattr(error, "strerror", None) or error
-        raise InputRefused(f"cannot be written ({reason}): choose another place").at(str(path)) from error
+        put_in_place(Path(temporary), path, force=force)
+    except OSError as error:
+        raise not_written(path, error) from error
     finally:
-        Path(temporary).unlink(missing_ok=True) if temporary else None
+        if temporary:
+            with suppress(OSError):
+                Path(temporary).unlink(missing_ok=True)
     return path
+
+
+def not_written(path: Path, error: OSError) -> NotComputed:
+    """The failure of a command whose disk refuses what it has computed.
+
+    Parameters
+    ----------
+    path : Path
+    error : OSError
+
+    Returns
+    -------
+    NotComputed
+    """
+    why = error.strerror or error
+    return NotComputed(
+        f"{path}: cannot be written ({why}): free space or choose another place, and give the command again"
+    )
+
+
+def put_in_place(temporary: Path, path: Path, *, force: bool) -> None:
+    """Give a file that was written whole its name, so that no loss of power takes it back.
+
+    Parameters
+    ----------
+    temporary : Path
+        In the same folder, on disk.
+    path : Path
+    force : bool
+        Whether a file of that name may be replaced.
+
+    Raises
+    ------
+    InputRefused
+        If another process has written the file meanwhile (without `force`).
+    OSError
+        If the disk refuses.
+    """
+    if force or not hasattr(os, "link"):
+        os.replace(temporary, path)
+    else:
+        _put_where_nothing_is(temporary, path)
+    sync_folder(path.parent)
+
+
+def _put_where_nothing_is(temporary: Path, path: Path) -> None:
+    try:
+        os.link(temporary, path)  # unlike a rename, it fails where there is a file by now
+    except FileExistsError:
+        raise InputRefused("was written meanwhile by another process: choose another name").at(
+            str(path)
+        ) from None
+    except OSError as error:
+        if error.errno not in (EPERM, ENOTSUP, EMLINK):
+            raise
+        os.replace(temporary, path)  # a file system without links
+        return
+    temporary.unlink()
+
+
+def sync_folder(folder: Path) -> None:
+    """Bring the names in a folder to the disk, where the system has a call for it.
+
+    Parameters
+    ----------
+    folder : Path
+    """
+    with suppress(OSError):  # some file systems have none
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
 
 
 def _umask() -> int:

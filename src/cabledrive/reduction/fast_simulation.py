@@ -11,13 +11,15 @@ from numpy.typing import NDArray
 from cabledrive.mechanics.cable_laws import cable_law
 from cabledrive.mechanics.mesh import Mesh, mesh_of
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.parameters.files import check_writable
+from cabledrive.parameters.files import check_writable, not_written
+from cabledrive.parameters.one_process import one_process
 from cabledrive.reduction.fast_record import bounded_part, fast_result, fast_rows
 from cabledrive.reduction.uniform_tension import HIGHEST_SHARE, UniformTensionModel, uniform_tension_model
 from cabledrive.reduction.uniform_tension_march import coefficients, march
 from cabledrive.simulation import Recording, Signal, SimulationResult, SimulationStopped, Start
 from cabledrive.simulation.netcdf import write_netcdf
 from cabledrive.simulation.records import MOST_MEMORY
+from cabledrive.simulation.run_folder import RESULT, part_of
 from cabledrive.simulation.signals import Function, check_lasts, signal_of
 from cabledrive.simulation.start import displacement_at_start, velocity_at_start
 from cabledrive.simulation.step_size import check_resolved
@@ -118,11 +120,20 @@ def simulate_fast(
     )  # fmt: skip
     result = replace(result, wall_time=time.perf_counter() - began)
     if path is not None:
-        write_netcdf(result, path)
+        _keep(result, path, force=force)
         result = replace(result, path=path)
     if result.stopped is not None:
         raise SimulationStopped(result.stopped, result)
     return result
+
+
+def _keep(result: SimulationResult, path: Path, *, force: bool) -> None:
+    """Write the result, beside what another process may be writing under the same name."""
+    with one_process(part_of(path)):
+        try:
+            write_netcdf(result, path, part_of(path) / RESULT, force=force)
+        except OSError as error:
+            raise not_written(path, error) from None
 
 
 def grid_of(

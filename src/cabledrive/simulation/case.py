@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from hashlib import sha256
 from math import isfinite
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ import numpy as np
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import cable_law
 from cabledrive.mechanics.mesh import Mesh, mesh_of
+from cabledrive.mechanics.sources import digest_with_imports
 from cabledrive.parameters.content_hash import content_hash
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
@@ -140,6 +142,7 @@ class Case:
             "forces": [signal.fingerprint for signal in self.forces],
             "force_places": self.plan.force.tolist(),
             "start": start,
+            "sources": digest_with_imports(Path(__file__)),
         }
         plain: dict[str, Any] = json.loads(json.dumps(content))
         return plain

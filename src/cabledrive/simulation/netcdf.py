@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from cabledrive.parameters.files import put_in_place
 from cabledrive.simulation.labels import Variable, attributes, coordinates, variables, words
 from cabledrive.simulation.result import SimulationResult
 
@@ -16,25 +17,31 @@ RECORDS_PER_BLOCK = 50_000
 BESIDES = 1 << 20  # bytes a file may need beyond its numbers
 
 
-def write_netcdf(result: SimulationResult, path: Path) -> None:
+def write_netcdf(result: SimulationResult, path: Path, temporary: Path, *, force: bool = False) -> None:
     """Write a result; the file appears whole or not at all.
 
     Parameters
     ----------
     result : SimulationResult
     path : Path
-        A file there is replaced.
+    temporary : Path
+        Name of the file until it is whole, on the same disk.
+    force : bool, default False
+        Whether a file there is replaced.
 
     Raises
     ------
+    InputRefused
+        If another process has written the file meanwhile (without `force`).
     OSError
         If the disk refuses.
     """
-    temporary = path.with_name(f".{path.name}.new")
     try:
         _find_room(result, temporary)
         _write(result, temporary)
-        os.replace(temporary, path)
+        with temporary.open("rb+") as file:
+            os.fsync(file.fileno())
+        put_in_place(temporary, path, force=force)
     finally:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)

@@ -1,25 +1,38 @@
 """Where the records of a run go: into memory, or into files that survive whatever ends the process."""
 
-import io
 import json
 import os
 import shutil
+import zipfile
 from abc import ABC, abstractmethod
 from contextlib import suppress
+from hashlib import sha256
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.errors import InputRefused, NotComputed
 from cabledrive.simulation.case import Case
+from cabledrive.simulation.checkpoint import Damaged, checkpoint_bytes, read_checkpoint
+from cabledrive.simulation.records_hash import RecordsHash
+from cabledrive.simulation.run_folder import (
+    CHECKPOINT,
+    FIELDS,
+    MADE_HERE,
+    NEW,
+    ROWS,
+    SETTING,
+    clear,
+    left_behind,
+    open_at,
+    replace_whole,
+)
 from cabledrive.simulation.state import State
 
 Shapes = tuple[tuple[int, ...], tuple[int, ...]]
 
 MOST_MEMORY = 4_000_000_000  # bytes
-ROWS, FIELDS, CHECKPOINT, SETTING = "rows.f64", "fields.f64", "checkpoint.npz", "run.json"
 
 
 class Records(ABC):
@@ -99,39 +112,50 @@ class RecordsInMemory(Records):
 class RecordsInFolder(Records):
     """Records appended to plain files in a folder, with a checkpoint that always fits to what lies there.
 
-    The checkpoint is replaced as a whole after the records it stands for have reached the disk. What lies
-    behind it (a process was killed in between) is cut off on resuming.
+    The checkpoint is replaced as a whole after the records it stands for have reached the disk, and holds
+    their hashes. What lies behind it (a process was killed in between) is cut off on resuming; where less
+    lies there, or something else, the run is not resumed. The folder is held by this process alone
+    (`cabledrive.parameters.one_process`).
     """
 
     def __init__(self, folder: Path, case: Case, *, resume: bool) -> None:
         self.folder = folder
         self._row_size, self._field_size = 8 * case.width, 8 * 3 * case.mesh.nodes
         self._shapes: Shapes = (case.width,), (3, case.mesh.nodes)
+        self._every = case.recording.fields
+        self._hash = RecordsHash()
+        self._setting = sha256(_setting_of(case)).hexdigest()
         self.resumed: tuple[State, int] | None = None
-        if resume and folder.exists():
+        left = left_behind(folder)
+        if resume and set(left) - {SETTING + NEW}:  # else killed before it had begun
             self._check_setting(case)
             self.resumed = self._load(case)
         else:
             _check_room(folder.parent, case)
-            self._make(case)
-        done = self.resumed[1] if self.resumed else 0
-        kept = -(-done // case.recording.fields) if case.recording.fields else 0
-        self._rows = _open_at(folder / ROWS, done * self._row_size)
-        self._fields = _open_at(folder / FIELDS, kept * self._field_size)
+            self._make(case, left)
+        rows, fields = self._sizes(self.resumed[1] if self.resumed else 0)
+        self._rows = open_at(folder / ROWS, rows)
+        self._fields = open_at(folder / FIELDS, fields)
 
-    def _make(self, case: Case) -> None:
-        if self.folder.exists():
-            shutil.rmtree(self.folder)
-        self.folder.mkdir()
-        _replace(self.folder / SETTING, json.dumps(case.fingerprint, indent=1).encode())
+    def _sizes(self, records: int) -> tuple[int, int]:
+        """Bytes of rows and of fields that belong to a number of records."""
+        kept = -(-records // self._every) if self._every else 0
+        return records * self._row_size, kept * self._field_size
+
+    def _make(self, case: Case, left: list[str]) -> None:
+        foreign = sorted(set(left) - MADE_HERE)
+        if foreign:
+            raise InputRefused(f"{self.folder}: holds {foreign[0]}, which is no run's: move it elsewhere")
+        clear(self.folder, left)
+        replace_whole(self.folder / SETTING, _setting_of(case))
 
     def _check_setting(self, case: Case) -> None:
         try:
-            before = json.loads((self.folder / SETTING).read_text())
-        except (OSError, ValueError) as error:
-            raise InputRefused(
-                f"{self.folder}: cannot be resumed ({error}): start again without it"
-            ) from None
+            before = json.loads((self.folder / SETTING).read_text(encoding="utf-8"))
+        except (OSError, ValueError, RecursionError) as error:
+            raise self._not_resumed(error) from None
+        if not isinstance(before, dict):
+            raise self._not_resumed(f"{SETTING} holds no settings")
         differing = [key for key, value in case.fingerprint.items() if before.get(key) != value]
         if differing:
             raise InputRefused(
@@ -140,30 +164,38 @@ class RecordsInFolder(Records):
             )
 
     def _load(self, case: Case) -> tuple[State, int] | None:
+        """State and records of the checkpoint, once the records it stands for have been read and compared."""
         try:
-            with np.load(self.folder / CHECKPOINT) as saved:
-                content = {name: saved[name] for name in saved.files}
-        except FileNotFoundError:
-            return None  # killed before its first checkpoint: begin at the beginning
-        except (OSError, ValueError) as error:
-            raise InputRefused(
-                f"{self.folder}: cannot be resumed ({error}): start again without it"
-            ) from None
-        records = int(content.pop("records"))
-        return State(**content), records
+            state, records, hashes = read_checkpoint(
+                self.folder / CHECKPOINT, case.first_state(), case.grid.every, self._setting
+            )
+            sizes = self._sizes(records)
+            parts = zip((self.folder / ROWS, self.folder / FIELDS), sizes, strict=True)
+            if self._hash.read(records, *parts) != hashes:
+                raise Damaged("its records are not those that were written")
+        except FileNotFoundError as error:
+            if Path(error.filename or "").name == CHECKPOINT:
+                return None  # killed before its first checkpoint: begin at the beginning
+            raise self._not_resumed(error) from None
+        except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
+            raise self._not_resumed(error) from None
+        return state, records
+
+    def _not_resumed(self, why: object) -> InputRefused:
+        return InputRefused(f"{self.folder}: cannot be resumed ({why}): start anew with force")
 
     def _append(self, rows: Array, fields: Array) -> None:
-        self._rows.write(rows.tobytes())
-        self._fields.write(fields.tobytes())
+        content = rows.tobytes(), fields.tobytes()
+        self._rows.write(content[0])
+        self._fields.write(content[1])
+        self._hash.add(len(rows), *content)
 
     def _commit(self, state: State, records: int) -> None:
         for file in (self._rows, self._fields):
             file.flush()
             os.fsync(file.fileno())
-        buffer = io.BytesIO()
-        content: dict[str, Any] = {**state._asdict(), "records": np.int64(records)}
-        np.savez(buffer, **content)
-        _replace(self.folder / CHECKPOINT, buffer.getvalue())
+        content = checkpoint_bytes(state, records, self._setting, self._hash.at(records))
+        replace_whole(self.folder / CHECKPOINT, content)
 
     def _arrays(self) -> tuple[Array, Array]:
         for file in (self._rows, self._fields):
@@ -175,6 +207,39 @@ class RecordsInFolder(Records):
         )
         return rows, fields
 
+    def check(self, records: int) -> None:
+        """Compare what lies in the files with what was appended, before a result is made of it.
+
+        Parameters
+        ----------
+        records : int
+            How many records the run has made.
+
+        Raises
+        ------
+        NotComputed
+            If it is not the same (another program wrote to the files), or the disk is full.
+        """
+        try:
+            for file in (self._rows, self._fields):
+                file.flush()
+        except OSError as error:
+            raise NotComputed(
+                f"{self.folder}: cannot be written ({error.strerror}): free space and resume"
+            ) from None
+        try:
+            parts = zip((self.folder / ROWS, self.folder / FIELDS), self._sizes(records), strict=True)
+            same = RecordsHash().read(records, *parts) == self._hash.at(records)
+        except (OSError, KeyError) as error:
+            raise self._not_kept(error) from None
+        if not same:
+            raise self._not_kept(f"not the {records} that were made")
+
+    def _not_kept(self, why: object) -> NotComputed:
+        return NotComputed(
+            f"{self.folder}: its records were changed from outside ({why}): give the command again with force"
+        )
+
     def close(self) -> None:
         """Close the files; whatever cannot be written any more is left to the checkpoint."""
         for file in (self._rows, self._fields):
@@ -184,7 +249,11 @@ class RecordsInFolder(Records):
     def remove(self) -> None:
         """Delete the folder, once its content is in the result."""
         self.close()
-        shutil.rmtree(self.folder)
+        clear(self.folder, left_behind(self.folder))
+
+
+def _setting_of(case: Case) -> bytes:
+    return json.dumps(case.fingerprint, indent=1).encode()
 
 
 def _check_room(folder: Path, case: Case) -> None:
@@ -199,15 +268,6 @@ def _check_room(folder: Path, case: Case) -> None:
         )
 
 
-def _open_at(path: Path, size: int) -> io.BufferedRandom:
-    """Open a file for appending after its first bytes."""
-    path.touch()
-    file = path.open("r+b")
-    file.truncate(size)
-    file.seek(size)
-    return file
-
-
 def _mapped(path: Path, shape: tuple[int, ...]) -> Array:
     """Content of a file as an array of whole records, read as it is looked at."""
     size = int(np.prod(shape))
@@ -215,13 +275,3 @@ def _mapped(path: Path, shape: tuple[int, ...]) -> Array:
     if whole == 0:
         return np.zeros((0, *shape))
     return np.memmap(path, dtype=np.float64, mode="r", shape=(whole, *shape))
-
-
-def _replace(path: Path, content: bytes) -> None:
-    """Write a file so that it is either the old one or the new one, on disk."""
-    fresh = path.with_suffix(path.suffix + ".new")
-    with fresh.open("wb") as file:
-        file.write(content)
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(fresh, path)

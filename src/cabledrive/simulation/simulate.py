@@ -12,6 +12,7 @@ from cabledrive.mechanics.cable_law import Array
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.files import check_writable
+from cabledrive.parameters.one_process import one_process
 from cabledrive.simulation.audit import energy_handled, rest_energy, slack_events
 from cabledrive.simulation.case import CarriageForce, Case, Recording, case_of
 from cabledrive.simulation.error_estimate import error_estimate_of
@@ -20,6 +21,7 @@ from cabledrive.simulation.plan import RADIUS
 from cabledrive.simulation.records import Records, RecordsInFolder, RecordsInMemory
 from cabledrive.simulation.result import SimulationResult
 from cabledrive.simulation.run import Outcome, march_through
+from cabledrive.simulation.run_folder import RESULT, left_behind, part_of
 from cabledrive.simulation.scheme import Scheme
 from cabledrive.simulation.signals import Function, Signal
 from cabledrive.simulation.start import Start
@@ -101,7 +103,12 @@ def simulate(
     else:
         result, outcome = _run_to_file(case, Path(output), force=force, resume=resume, progress=progress)
     if error_estimate and result.stopped is None:
-        estimate = error_estimate_of(result.rows, lambda other: prepare(scheme=other), scheme)
+        try:
+            estimate = error_estimate_of(result.rows, lambda other: prepare(scheme=other), scheme)
+        except KeyboardInterrupt:
+            if output is None:
+                raise
+            raise KeyboardInterrupt(f"{output} is written, its error was not estimated") from None
         result = replace(result, error_estimate=estimate)
     if outcome.interrupted:
         raise SimulationInterrupted(_how_to_go_on(result, output), result)
@@ -114,19 +121,34 @@ def _run_to_file(
     case: Case, path: Path, *, force: bool, resume: bool, progress: bool | None
 ) -> tuple[SimulationResult, Outcome]:
     check_writable(path, force=force)
-    folder = path.with_name(path.name + ".part")
-    if folder.exists() and not (resume or force):
+    folder = part_of(path)
+    if left_behind(folder) and not (resume or force):
         raise InputRefused(
             f"{folder}: left by an interrupted run: go on with it (resume) or replace it (force)"
         )
+    with one_process(folder):
+        check_writable(path, force=force)  # by now another process may have ended with this file
+        try:
+            return _run_in(folder, case, path, force=force, resume=resume, progress=progress)
+        except KeyboardInterrupt:  # before the first step, or while the result is written
+            if left_behind(folder):
+                raise KeyboardInterrupt("go on with the same command and --resume") from None
+            raise
+
+
+def _run_in(
+    folder: Path, case: Case, path: Path, *, force: bool, resume: bool, progress: bool | None
+) -> tuple[SimulationResult, Outcome]:
     records = RecordsInFolder(folder, case, resume=resume)
     try:
         outcome = march_through(case, records, resumed=records.resumed, progress=progress)
+        if not (outcome.interrupted or outcome.unwritten):
+            records.check(outcome.records)
         result = replace(_result(case, records, outcome), path=path)
         if outcome.interrupted or outcome.unwritten:
             return result, outcome
         try:
-            write_netcdf(result, path)
+            write_netcdf(result, path, folder / RESULT, force=force)
         except OSError as error:
             stopped = f"{path}: cannot be written ({error.strerror or error}): free space and resume"
             return replace(result, stopped=stopped, path=None), outcome

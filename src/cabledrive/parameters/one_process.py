@@ -1,0 +1,60 @@
+"""A folder in which one process works at a time, for as long as it lives."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from cabledrive.parameters.errors import InputRefused
+
+LOCK = ".lock"
+TRIES = 10
+
+
+@contextmanager
+def one_process(folder: Path) -> Iterator[None]:
+    """Make a folder and keep it for this process alone; the system ends the lock with the process.
+
+    Parameters
+    ----------
+    folder : Path
+        Its parent may be missing as well; what was made here and is empty in the end is removed.
+
+    Yields
+    ------
+    None
+
+    Raises
+    ------
+    InputRefused
+        If another process works in the folder, or it cannot be made or written.
+    """
+    from filelock import FileLock, Timeout
+
+    made = [place for place in (folder, folder.parent) if not place.exists()]
+    lock = FileLock(folder / LOCK, timeout=0.0, is_singleton=False)
+    try:
+        for attempt in range(TRIES):
+            try:
+                folder.mkdir(parents=True, exist_ok=True)
+                lock.acquire()
+                break
+            except FileNotFoundError:  # a process that has just finished removed the folder
+                if attempt == TRIES - 1:
+                    raise
+    except Timeout:
+        raise InputRefused(
+            f"{folder}: another process works there: wait until it ends, or choose another name"
+        ) from None
+    except OSError as error:
+        raise InputRefused(
+            f"{folder}: cannot be written ({error.strerror or error}): choose another place"
+        ) from None
+    try:
+        yield
+    finally:
+        with suppress(OSError):  # while it is held: whoever waits for this file finds that it is gone
+            (folder / LOCK).unlink()
+        lock.release()
+        for place in made:
+            with suppress(OSError):  # not empty
+                place.rmdir()

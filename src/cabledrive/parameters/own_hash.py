@@ -1,0 +1,52 @@
+"""JSON objects that carry a hash of their own content, by which a changed or cut file is known."""
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+OWN_HASH = "sha256"
+
+
+def with_own_hash(data: dict[str, Any]) -> dict[str, Any]:
+    """An object with the hash of its content.
+
+    Parameters
+    ----------
+    data : dict
+        Plain data of JSON, numbers finite.
+
+    Returns
+    -------
+    dict
+        The same with the key `OWN_HASH` at the end.
+    """
+    content = {key: value for key, value in data.items() if key != OWN_HASH}
+    return content | {OWN_HASH: _hash_of(content)}
+
+
+def intact_object(path: Path) -> dict[str, Any] | None:
+    """The object in a file, if it is what was once written there.
+
+    Parameters
+    ----------
+    path : Path
+        JSON from `with_own_hash`.
+
+    Returns
+    -------
+    dict or None
+        With its hash; None where the file is absent, cannot be read, or does not agree with its hash.
+    """
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return None
+    if not isinstance(data, dict) or OWN_HASH not in data:
+        return None
+    return data if with_own_hash(data)[OWN_HASH] == data[OWN_HASH] else None
+
+
+def _hash_of(content: dict[str, Any]) -> str:
+    canonical = json.dumps(content, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(canonical.encode()).hexdigest()
