@@ -3,6 +3,7 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from cabledrive.at_once import LISTENS as _LISTENS  # noqa: F401 (before all others, see there)
 from cabledrive.mechanics import DerivedQuantities, derived_quantities, practitioner_warnings
 from cabledrive.modes import Certificate, Mode, Modes, modes, natural_frequencies
 from cabledrive.parameters import (

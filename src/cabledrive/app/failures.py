@@ -4,11 +4,26 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from errno import EDQUOT, EIO, ENOSPC, EPIPE
+from errno import (
+    EACCES,
+    EBADF,
+    EDQUOT,
+    EFBIG,
+    EIO,
+    EMFILE,
+    ENFILE,
+    ENOMEM,
+    ENOSPC,
+    EPERM,
+    EPIPE,
+    EROFS,
+    ESTALE,
+)
 from typing import Any
 
 import click
 
+from cabledrive.app.interrupts import Interrupted
 from cabledrive.app.messages import complain
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.fields import nearest
@@ -19,6 +34,9 @@ REFUSED = 2
 NOT_COMPUTED = 3
 INTERRUPTED = 130
 
+NO_DEFECTS = {EACCES, EDQUOT, EFBIG, EIO, EMFILE, ENFILE, ENOMEM, ENOSPC, EPERM, EROFS, ESTALE}
+"""What a system may refuse in the middle of the work, however carefully it was asked before."""
+
 GO_ON = "nothing was kept; run the same command again"
 
 
@@ -28,7 +46,7 @@ class ReaderGone(Exception):
 
 @contextmanager
 def watched_output() -> Iterator[None]:
-    """Tell a defect from a standard output that takes no more.
+    """Tell a defect from a standard output that takes no more; to be put round what writes there alone.
 
     Yields
     ------
@@ -43,9 +61,10 @@ def watched_output() -> Iterator[None]:
     """
     try:
         yield
-        sys.stdout.flush()
+        if sys.stdout is not None:  # else the shell has closed it: nobody wants to read
+            sys.stdout.flush()
     except OSError as error:
-        if error.errno not in (EPIPE, ENOSPC, EDQUOT, EIO):
+        if error.errno not in (EPIPE, ENOSPC, EDQUOT, EIO, EBADF):
             raise
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is buffered has to go somewhere
         if error.errno == EPIPE:
@@ -77,13 +96,54 @@ def status_of(run: Callable[[], Any]) -> int:
         return _told(str(failure), NOT_COMPUTED)
     except MemoryError:
         return _told("out of memory: ask for less, or for a smaller drive", NOT_COMPUTED)
-    except (click.Abort, KeyboardInterrupt) as end:
-        return _told(f"interrupted; {_advice(end)}", INTERRUPTED)
+    except (click.Abort, KeyboardInterrupt, Interrupted) as end:
+        return interrupted(end)
     except ReaderGone:
         return DONE
+    except OSError as error:
+        if error.errno not in NO_DEFECTS:
+            return _defect(error)
+        return _told(trouble_line(error), NOT_COMPUTED)
     except Exception as defect:
-        what = f"{type(defect).__name__}: {defect}"
-        return _told(f"a defect of cabledrive, {what}; please report it with the output of --verbose", DEFECT)
+        return _defect(defect)
+
+
+def interrupted(end: BaseException | None = None) -> int:
+    """Say that the command was interrupted, and how to go on.
+
+    Parameters
+    ----------
+    end : BaseException, optional
+        A command that kept something says so in its KeyboardInterrupt.
+
+    Returns
+    -------
+    int
+        Exit status.
+    """
+    cause = end.__cause__ if isinstance(end, click.Abort) else end
+    return _told(f"interrupted; {str(cause or '') or GO_ON}", INTERRUPTED)
+
+
+def trouble_line(error: OSError) -> str:
+    """What the system refused in the middle of the work, where, and how to go on.
+
+    Parameters
+    ----------
+    error : OSError
+
+    Returns
+    -------
+    str
+    """
+    place = error.filename if isinstance(error.filename, str) else "a file of this run"
+    remedy = "free space" if error.errno in (ENOSPC, EDQUOT) else "make it usable"
+    return f"{place}: {error.strerror}: {remedy}, and give the same command again; what is finished is kept"
+
+
+def _defect(defect: Exception) -> int:
+    what = f"{type(defect).__name__}: {defect}"
+    return _told(f"a defect of cabledrive, {what}; please report it with the output of --verbose", DEFECT)
 
 
 def usage_line(error: click.UsageError) -> str:
@@ -106,12 +166,6 @@ def usage_line(error: click.UsageError) -> str:
     else:
         what = error.format_message().rstrip(".")
     return f"{what[:1].lower()}{what[1:]}; see {error.ctx.command_path} --help"
-
-
-def _advice(end: BaseException) -> str:
-    """How to go on: a command that kept something says so in its KeyboardInterrupt."""
-    cause = end.__cause__ if isinstance(end, click.Abort) else end
-    return str(cause or "") or GO_ON
 
 
 def _told(message: str, status: int) -> int:

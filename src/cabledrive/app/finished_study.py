@@ -6,8 +6,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from cabledrive.mechanics.sources import digest_with_imports
 from cabledrive.parameters import Drive, InputRefused, content_hash
-from cabledrive.parameters.files import require_regular
+from cabledrive.parameters.files import check_folder_writable, require_regular
+from cabledrive.parameters.own_hash import intact_object
 from cabledrive.parameters.version import __version__
 
 RESULTS, REPORT, STAGES = "results.json", "report.html", "stages"
@@ -51,8 +53,18 @@ def _bytes_hash(file: str) -> str:
         raise InputRefused(f"{Path(file)}: cannot be read ({why}): check the path") from None
 
 
+def code_hash() -> str:
+    """Hash of all modules that make a study and its report.
+
+    Returns
+    -------
+    str
+    """
+    return digest_with_imports(Path(__file__).parent / "commands" / "study.py")
+
+
 def finished(folder: Path) -> dict[str, Any] | None:
-    """The results of a study that is there already.
+    """The results of a study that is there already, with all files it wrote.
 
     Parameters
     ----------
@@ -61,32 +73,44 @@ def finished(folder: Path) -> dict[str, Any] | None:
     Returns
     -------
     dict or None
-        None: there is none, or it was not finished.
+        None: there is none, it was not finished, or a file is not what the study wrote.
     """
-    try:
-        data = json.loads((folder / RESULTS).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+    data = intact_object(folder / RESULTS)
+    hashes = data.get("files") if data is not None else None
+    if not isinstance(hashes, dict) or REPORT not in hashes:
         return None
-    return data if isinstance(data, dict) and (folder / REPORT).is_file() else None
+    return data if all(_is(folder / name, sha) for name, sha in hashes.items()) else None
 
 
-def check_folder(folder: Path) -> None:
-    """Refuse a folder that could not be written, before the work starts.
+def _is(path: Path, sha: str) -> bool:
+    try:
+        return _bytes_hash(str(path)) == sha
+    except InputRefused:
+        return False
+
+
+def check_folder(folder: Path, *, force: bool = False) -> None:
+    """Refuse a folder that could not be written, or that holds what no finished study wrote.
 
     Parameters
     ----------
     folder : Path
+    force : bool, default False
+        Whether results that were changed, or that another version wrote, may be replaced.
 
     Raises
     ------
     InputRefused
-        If it is a file, or its own folder is missing.
+        If it is a file, its own folder is missing, it cannot be written, or it holds other results.
     """
-    if folder.exists() and not folder.is_dir():
-        raise InputRefused(f"{folder}: is a file, a study needs a folder: choose another name")
-    if not folder.exists() and not folder.parent.is_dir():
-        raise InputRefused(f"{folder}: its folder {folder.parent} does not exist: create it first")
-    if folder.is_dir() and not finished(folder):
-        taken = [name for name in (RESULTS, REPORT) if (folder / name).exists()]
-        if taken and not (folder / STAGES).is_dir():
-            raise InputRefused(f"{folder}: holds a {taken[0]} that is no study's: choose another folder")
+    check_folder_writable(folder)
+    if not folder.is_dir() or finished(folder):
+        return
+    taken = [name for name in (RESULTS, REPORT) if (folder / name).exists()]
+    if taken and not (folder / STAGES).is_dir():
+        raise InputRefused(f"{folder}: holds a {taken[0]} that is no study's: choose another folder")
+    if RESULTS in taken and not force:
+        raise InputRefused(
+            f"{folder}: {RESULTS} or a file beside it was changed since a study wrote it, or has no hash of "
+            "its own: choose another folder, or add --force to write it anew"
+        )

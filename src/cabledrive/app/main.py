@@ -8,7 +8,8 @@ from typing import Any
 import click
 
 from cabledrive.app import commands
-from cabledrive.app.failures import status_of, watched_output
+from cabledrive.app.failures import interrupted, status_of, watched_output
+from cabledrive.app.interrupts import Interrupted, run_to_its_end
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.version import __version__
@@ -137,8 +138,14 @@ class Door(click.Group):
         ----------
         ctx : click.Context
         """
-        with watched_output():
+        try:
             super().invoke(ctx)
+        except KeyboardInterrupt as end:
+            raise Interrupted(str(end)) from end  # click would print an empty line
+        except EOFError as error:  # which click takes for an interrupt, too
+            raise RuntimeError(f"unexpected end of a file: {error}") from error
+        with watched_output():
+            pass
 
     def main(  # type: ignore[override]
         self, args: Sequence[str] | None = None, prog_name: str | None = None, **extra: Any
@@ -159,7 +166,11 @@ class Door(click.Group):
             Always, with the exit status; see `cabledrive.app.failures`.
         """
         options = {**extra, "standalone_mode": False}
-        raise SystemExit(status_of(lambda: super(Door, self).main(args, prog_name, **options)))
+        raise SystemExit(
+            run_to_its_end(
+                lambda: status_of(lambda: super(Door, self).main(args, prog_name, **options)), interrupted
+            )
+        )
 
 
 @click.group(
@@ -174,4 +185,5 @@ class Door(click.Group):
 def main(ctx: click.Context) -> None:
     """Vibration, identification and control of machines driven by flexible cables, belts and tendons."""
     if ctx.invoked_subcommand is None:
-        click.echo(ctx.get_help())
+        with watched_output():
+            click.echo(ctx.get_help())

@@ -1,7 +1,9 @@
 """What a command tells people on standard error, one line at a time."""
 
 import os
+import sys
 import time
+from contextlib import suppress
 
 import click
 
@@ -45,4 +47,8 @@ def note(message: str) -> None:
 
 
 def _write(line: str) -> None:
-    click.echo(line, err=True, color=colours())
+    try:
+        click.echo(line, err=True, color=colours())
+    except OSError:  # full, closed, its reader gone: no reason to end the work
+        with suppress(OSError, ValueError):  # what is buffered has to go somewhere
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stderr.fileno())

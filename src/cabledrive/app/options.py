@@ -5,6 +5,7 @@ import os
 import time
 import traceback
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any
 
 import click
@@ -199,7 +200,11 @@ def saves_answer(function: Function) -> Function:
     def _saving(*, output: NewFile | None, **options: Any) -> Any:
         answer = function(**options)
         if output is not None:
-            output.write(json_text(answer) + "\n")
+            try:
+                output.write(json_text(answer) + "\n")
+            except NotComputed as failure:  # the disk refuses: it can still be shown
+                lacking = [words for words in (answer.incomplete, str(failure)) if words]
+                answer = replace(answer, incomplete="; ".join(lacking))
         return answer
 
     return _saving

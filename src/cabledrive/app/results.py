@@ -9,6 +9,7 @@ from typing import Any
 
 import click
 
+from cabledrive.app.failures import watched_output
 from cabledrive.app.messages import colours
 from cabledrive.parameters import Drive, content_hash
 from cabledrive.parameters.version import __version__
@@ -145,7 +146,9 @@ def show(answer: Answer, *, as_json: bool) -> None:
     as_json : bool
         Whether a program reads it.
     """
-    click.echo(json_text(answer) if as_json else _printable(answer.text), color=colours())
+    text = json_text(answer) if as_json else _printable(answer.text)
+    with watched_output():
+        click.echo(text, color=colours())
 
 
 def _plain_mapping(value: Mapping[str, Any]) -> dict[str, Any]:

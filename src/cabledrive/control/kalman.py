@@ -130,9 +130,9 @@ def kalman_filter(
         kind=KALMAN,
         chosen=np.array([*chosen, *(n + i for i in chosen)], dtype=np.int64),
         places=np.array([n, 2 * n], dtype=np.int64),
-        model=np.hstack((transition, inputs)),
+        model=np.ascontiguousarray(np.hstack((transition, inputs))),
         output=output,
-        gains=gains,
+        gains=np.ascontiguousarray(gains),
         scalars=np.array(
             [
                 sampling.interval,
@@ -221,6 +221,8 @@ def _start(chain: LumpedChain, variance: Array, offsets: int) -> Array:
 
 def _schedule(transition: Array, noise: Array, output: Array, reading: Array, start: Array) -> Array:
     gains = np.zeros((LONGEST_SCHEDULE, transition.shape[0], output.shape[0]))
+    # One layout, one compiled version: matrix exponentials come in either order of rows and columns.
+    transition, noise, output = map(np.ascontiguousarray, (transition, noise, output))
     used = gain_schedule(transition, noise, output, reading, start, gains, SETTLED)
     if not np.all(np.isfinite(gains[: used + 1])):
         raise InputRefused(

@@ -14,7 +14,7 @@ import tempfile
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from cabledrive.mechanics.sources import digest_with_imports
 from cabledrive.parameters.version import __version__
@@ -149,28 +149,31 @@ def _compile(function: F, fast_math: Any, **options: Any) -> F:
     options |= {"error_model": "numpy", "fastmath": fast_math, "nogil": True}
     inside = function.__name__.startswith("_") or "for_kernels" in function.__dict__
     options |= {"no_cpython_wrapper": inside, "forceinline": inside, "no_cfunc_wrapper": True}
-    chosen = config.CACHE_DIR  # NUMBA_CACHE_DIR of the environment
-    config.CACHE_DIR = _cache_folder(Path(function.__code__.co_filename), chosen)
-    try:
-        compiler: Any = numba.njit(cache=bool(config.CACHE_DIR), **options)
-        return compiler(function)
-    finally:
-        config.CACHE_DIR = chosen
+    compiled: Any = numba.njit(**options)(function)
+    folder = _cache_folder(Path(function.__code__.co_filename), config.CACHE_DIR)
+    if folder:
+        from cabledrive.mechanics.kernel_cache import KernelCache
+
+        compiled._cache = KernelCache(function, Path(folder))
+    return cast(F, compiled)
 
 
 @cache
 def _cache_folder(module: Path, chosen: str = "") -> str:
-    """A folder for compiled kernels that can be written and is nobody else's; empty if there is none."""
+    """A folder for compiled kernels that can be written and is nobody else's; empty if there is none.
+
+    `chosen` is NUMBA_CACHE_DIR of the environment.
+    """
     try:
         digest = digest_with_imports(module)
     except OSError:  # no sources: nothing tells a stale cache from a fresh one
         return ""
     name = f"kernels-{__version__}-py{sys.version_info[0]}{sys.version_info[1]}-{digest[:12]}"
     if chosen:
-        return str(Path(chosen) / name)
-    user = os.getuid() if hasattr(os, "getuid") else "user"
-    for base in (_user_cache(), Path(tempfile.gettempdir()) / f"cabledrive-{user}"):
-        if base.is_absolute() and _is_own(base) and _is_own(base / name):
+        return str(Path(chosen) / name) if _is_own(Path(chosen) / name) else ""
+    for place in (_user_cache, _temporary_cache):
+        base = place()
+        if base is not None and base.is_absolute() and _is_own(base) and _is_own(base / name):
             return str(base / name)
     return ""
 
@@ -180,6 +183,14 @@ def _user_cache() -> Path:
         return Path(os.environ.get("LOCALAPPDATA", "")) / "cabledrive"
     home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
     return Path(home) / "cabledrive"
+
+
+def _temporary_cache() -> Path | None:
+    user = os.getuid() if hasattr(os, "getuid") else "user"
+    try:
+        return Path(tempfile.gettempdir()) / f"cabledrive-{user}"
+    except OSError:  # nothing can be written anywhere
+        return None
 
 
 def _is_own(folder: Path) -> bool:

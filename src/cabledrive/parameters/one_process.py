@@ -17,7 +17,7 @@ def one_process(folder: Path) -> Iterator[None]:
     Parameters
     ----------
     folder : Path
-        Its parent may be missing as well; what was made here and is empty in the end is removed.
+        Removed if it is empty in the end; its parent may be missing as well, and is removed if it was made here.
 
     Yields
     ------
@@ -30,7 +30,7 @@ def one_process(folder: Path) -> Iterator[None]:
     """
     from filelock import FileLock, Timeout
 
-    made = [place for place in (folder, folder.parent) if not place.exists()]
+    removed = [folder] if folder.parent.exists() else [folder, folder.parent]
     lock = FileLock(folder / LOCK, timeout=0.0, is_singleton=False)
     try:
         for attempt in range(TRIES):
@@ -55,6 +55,6 @@ def one_process(folder: Path) -> Iterator[None]:
         with suppress(OSError):  # while it is held: whoever waits for this file finds that it is gone
             (folder / LOCK).unlink()
         lock.release()
-        for place in made:
+        for place in removed:
             with suppress(OSError):  # not empty
                 place.rmdir()

@@ -12,6 +12,8 @@ from cabledrive.parameters.fields import written
 from cabledrive.parameters.units import to_si
 
 LARGEST_FILE = 16_000_000
+LARGEST_WHOLE = 2**53
+"""Whole numbers up to here are floats as well."""
 _DEEP_KEY = re.compile(r"(?<![^\s.=])(?:[^\s.=,\[\]{}]+[ \t]*\.[ \t]*){20}")  # would take tomllib minutes
 
 
@@ -186,10 +188,12 @@ def whole_of(key: str, value: Any, least: int = 1) -> int:
     Raises
     ------
     InputRefused
-        If it is none, or too small.
+        If it is none, too small, or above `LARGEST_WHOLE`.
     """
     if isinstance(value, bool) or not isinstance(value, int) or value < least:
         raise InputRefused(f"{key} = {written(value)} must be a whole number of at least {least}: write one")
+    if value > LARGEST_WHOLE:
+        raise InputRefused(f"{key} = {written(value)} is above {LARGEST_WHOLE}: write a smaller number")
     return value
 
 

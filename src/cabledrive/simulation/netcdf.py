@@ -2,8 +2,10 @@
 
 import errno
 import os
+import re
 import shutil
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -38,13 +40,50 @@ def write_netcdf(result: SimulationResult, path: Path, temporary: Path, *, force
     """
     try:
         _find_room(result, temporary)
-        _write(result, temporary)
+        with _cause_named():
+            _write(result, temporary)
+            _compare(result, temporary)
         with temporary.open("rb+") as file:
             os.fsync(file.fileno())
         put_in_place(temporary, path, force=force)
     finally:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def _cause_named() -> Iterator[None]:
+    """Give errors of HDF5, which come without a number, that of the system's error in their text."""
+    try:
+        yield
+    except (OSError, RuntimeError) as error:
+        number = re.search(r"errno = (\d+)", str(error))
+        code = (
+            error.errno
+            if isinstance(error, OSError) and error.errno
+            else int(number[1])
+            if number
+            else errno.EIO
+        )
+        raise OSError(code, os.strerror(code)) from error
+
+
+def _compare(result: SimulationResult, path: Path) -> None:
+    """Read the file again: errors on closing it are not passed on by its library."""
+    import h5netcdf
+
+    with h5netcdf.File(path, "r") as file:
+        for variable in (*coordinates(result), *variables(result)):
+            stored = file.variables[variable.name] if variable.name in file.variables else None
+            if stored is None or stored.shape != variable.values.shape or not _same(stored, variable.values):
+                raise OSError(errno.EIO, f"{variable.name} was not written whole")
+        if set(file.attrs) < set(attributes(result)) or set(file.variables) < set(words(result)):
+            raise OSError(errno.EIO, "attributes were not written")
+
+
+def _same(stored: Any, values: Any) -> bool:
+    blocks = (slice(first, first + RECORDS_PER_BLOCK) for first in range(0, len(values), RECORDS_PER_BLOCK))
+    return all(np.array_equal(stored[block], values[block], equal_nan=True) for block in blocks)
 
 
 def _find_room(result: SimulationResult, path: Path) -> None:

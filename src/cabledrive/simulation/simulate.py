@@ -10,7 +10,7 @@ import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.parameters.drive import Drive
-from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.errors import InputRefused, NotComputed
 from cabledrive.parameters.files import check_writable
 from cabledrive.parameters.one_process import one_process
 from cabledrive.simulation.audit import energy_handled, rest_energy, slack_events
@@ -130,10 +130,13 @@ def _run_to_file(
         check_writable(path, force=force)  # by now another process may have ended with this file
         try:
             return _run_in(folder, case, path, force=force, resume=resume, progress=progress)
-        except KeyboardInterrupt:  # before the first step, or while the result is written
-            if left_behind(folder):
-                raise KeyboardInterrupt("go on with the same command and --resume") from None
-            raise
+        except KeyboardInterrupt:  # before the first step, or at the end
+            if not left_behind(folder):
+                raise
+            raise KeyboardInterrupt("go on with the same command and --resume") from None
+        except OSError as error:
+            why = f"cannot be written ({error.strerror or error})"
+            raise NotComputed(f"{folder}: {why}: free space and go on with --resume") from error
 
 
 def _run_in(
@@ -142,18 +145,21 @@ def _run_in(
     records = RecordsInFolder(folder, case, resume=resume)
     try:
         outcome = march_through(case, records, resumed=records.resumed, progress=progress)
-        if not (outcome.interrupted or outcome.unwritten):
-            records.check(outcome.records)
-        result = replace(_result(case, records, outcome), path=path)
         if outcome.interrupted or outcome.unwritten:
-            return result, outcome
+            return _result(case, records, outcome), outcome
+        records.check(outcome.records)
+        result = _result(case, records, outcome)
         try:
             write_netcdf(result, path, folder / RESULT, force=force)
         except OSError as error:
             stopped = f"{path}: cannot be written ({error.strerror or error}): free space and resume"
-            return replace(result, stopped=stopped, path=None), outcome
-        records.remove()
-        return result, outcome
+            return replace(result, stopped=stopped), outcome
+        try:
+            records.remove()
+        except KeyboardInterrupt:
+            records.remove()
+            raise KeyboardInterrupt(f"{path} was written before") from None
+        return replace(result, path=path), outcome
     finally:
         records.close()
 

@@ -1,6 +1,7 @@
 """`cabledrive reproduce`: the dissertation computed anew, item by item."""
 
 import json
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,9 @@ from cabledrive.app.messages import note
 from cabledrive.app.options import Subcommand, answering
 from cabledrive.app.results import Answer, plain
 from cabledrive.parameters import InputRefused
-from cabledrive.parameters.files import write_whole
+from cabledrive.parameters.files import check_folder_writable, write_whole
+from cabledrive.parameters.one_process import one_process
+from cabledrive.parameters.own_hash import intact_object, with_own_hash
 
 RESULTS, REPORT, FINISHED = "results.json", "report.html", "entries"
 
@@ -37,29 +40,35 @@ def command(quick: bool, only: str | None, resume: bool, force: bool, output: st
     if not output:
         raise InputRefused("--output names no folder: give one, or . for this one")
     folder = Path(output)
-    before = _finished(folder)
-    if before is not None and not force and _still_holds(before, quick, only):
-        note("nothing has changed: served from the finished run")
+    before = None if force else _finished(folder, quick, only)
+    if before is not None:
         return _answer(before, folder)
     _check(folder, force=force or resume)
-    from cabledrive.report.reproduction_page import reproduction_html
-    from cabledrive.studies.reproduction import reproduce
     from cabledrive.studies.reproduction.run import chosen_entries
 
     chosen_entries(only)
     try:
-        found = reproduce(quick=quick, only=only, folder=folder / FINISHED, note=note)
-        note("report")
-        page = reproduction_html(found)
+        with one_process(folder / FINISHED):
+            before = None if force else _finished(folder, quick, only)  # by another process meanwhile
+            return _answer(before or _reproduced(quick, only, folder), folder)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(
             f"what is finished is kept in {folder / FINISHED}; to go on, give the same command again"
         ) from None
-    data = found.plain()
-    folder.mkdir(parents=True, exist_ok=True)
+
+
+def _reproduced(quick: bool, only: str | None, folder: Path) -> dict[str, Any]:
+    from cabledrive.report.reproduction_page import reproduction_html
+    from cabledrive.studies.reproduction import reproduce
+
+    found = reproduce(quick=quick, only=only, folder=folder / FINISHED, note=note)
+    note("report")
+    page = reproduction_html(found)
     write_whole(folder / REPORT, page, force=True)
-    write_whole(folder / RESULTS, json.dumps(plain(data), indent=1, allow_nan=False) + "\n", force=True)
-    return _answer(data, folder)
+    files = {REPORT: sha256(page.encode()).hexdigest()}
+    data = with_own_hash(json.loads(json.dumps(plain(found.plain() | {"files": files}), allow_nan=False)))
+    write_whole(folder / RESULTS, json.dumps(data, indent=1, allow_nan=False) + "\n", force=True)
+    return data
 
 
 def _answer(data: dict[str, Any], folder: Path) -> Answer:
@@ -68,13 +77,19 @@ def _answer(data: dict[str, Any], folder: Path) -> Answer:
     return Answer(data=shown, text=_text(data, folder), provenance=data["provenance"])
 
 
-def _finished(folder: Path) -> dict[str, Any] | None:
-    try:
-        data = json.loads((folder / RESULTS).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+def _finished(folder: Path, quick: bool, only: str | None) -> dict[str, Any] | None:
+    """Results that are there, whole and by the same sources."""
+    data = intact_object(folder / RESULTS)
+    if data is None or not {"items", "counts", "quick", "provenance", "files"} <= set(data):
         return None
-    whole = isinstance(data, dict) and {"items", "counts", "quick", "provenance"} <= set(data)
-    return data if whole and (folder / REPORT).is_file() else None
+    try:
+        same = sha256((folder / REPORT).read_bytes()).hexdigest() == data["files"][REPORT]
+    except OSError:
+        return None
+    if not same or not _still_holds(data, quick, only):
+        return None
+    note("nothing has changed: served from the finished run")
+    return data
 
 
 def _still_holds(before: dict[str, Any], quick: bool, only: str | None) -> bool:
@@ -85,12 +100,9 @@ def _still_holds(before: dict[str, Any], quick: bool, only: str | None) -> bool:
 
 
 def _check(folder: Path, *, force: bool) -> None:
-    if folder.exists() and not folder.is_dir():
-        raise InputRefused(f"{folder}: is a file, a folder is needed: choose another name")
-    if not folder.exists() and not folder.parent.is_dir():
-        raise InputRefused(f"{folder}: its folder {folder.parent} does not exist: create it first")
+    check_folder_writable(folder)
     taken = [name for name in (RESULTS, REPORT) if (folder / name).exists()]
-    if taken and not force:
+    if taken and not force and not (taken == [REPORT] and (folder / FINISHED).is_dir()):
         raise InputRefused(f"{folder / taken[0]}: exists: choose another folder, or add --force")
 
 

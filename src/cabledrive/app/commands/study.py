@@ -7,11 +7,12 @@ from typing import Any
 
 import click
 
-from cabledrive.app.finished_study import STAGES, asked_hash, check_folder, finished
+from cabledrive.app.finished_study import STAGES, asked_hash, check_folder, code_hash, finished
 from cabledrive.app.messages import note
 from cabledrive.app.options import Subcommand, answering, drive_argument
 from cabledrive.app.results import Answer
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.one_process import one_process
 
 QUICK = {"draws": 400, "cable_draws": 0, "carriage_draws": 400}
 SERVED = "nothing has changed: served from the finished study"
@@ -62,23 +63,38 @@ def command(
     if not output:
         raise InputRefused("--output names no folder: give one, or . for this one")
     folder = Path(output)
-    check_folder(folder)
     asked = asked_hash(drive, [goals, *logs], quick)
-    before = finished(folder)
-    if before is not None and not force:
-        if before.get("asked") != asked:
-            raise InputRefused(
-                f"{folder}: holds the report of another study: choose another folder, or add --force, which "
-                "keeps the stages that still hold"
-            )
-        note(SERVED)
+    before = None if force else _finished_before(folder, asked)
+    if before is not None:
         return _answer(before, folder)
+    check_folder(folder, force=force)
     try:
-        return _answer(_studied(drive, logs, goals, quick, folder, asked), folder)
+        with one_process(folder / STAGES):
+            before = None if force else _finished_before(folder, asked)  # by another process meanwhile
+            data = before or _studied(drive, logs, goals, quick, folder, asked)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(
             f"what is finished is kept in {folder / STAGES}; to go on, give the same command again"
         ) from None
+    return _answer(data, folder)
+
+
+def _finished_before(folder: Path, asked: str) -> dict[str, Any] | None:
+    before = finished(folder)
+    if before is None:
+        return None
+    if before.get("asked") != asked:
+        raise InputRefused(
+            f"{folder}: holds the report of another study: choose another folder, or add --force, which "
+            "keeps the stages that still hold"
+        )
+    if before.get("code") != code_hash():
+        raise InputRefused(
+            f"{folder}: holds this study as another state of the package made it: choose another folder, or "
+            "add --force to do it anew"
+        )
+    note(SERVED)
+    return before
 
 
 def _studied(
@@ -100,7 +116,7 @@ def _studied(
     sweep(folder / STAGES)
     result = run_study(drive, [Path(log) for log in logs], wanted, folder=folder / STAGES, note=note)
     note("report")
-    return write_files(result, folder, study_html(result), asked)
+    return write_files(result, folder, study_html(result), asked=asked, code=code_hash())
 
 
 def _answer(data: dict[str, Any], folder: Path) -> Answer:

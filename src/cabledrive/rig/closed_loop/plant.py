@@ -123,7 +123,7 @@ def _tables(rates: Array, step: float) -> Array:
     block[:, :m, : m + 3] = rates
     block[0, m // 2] = 0.0
     block[:, m + 1, m + 3] = 1.0 / step  # the motor's torque, rising
-    return exponentials(block * step)[:, :m]
+    return np.ascontiguousarray(exponentials(block * step)[:, :m])  # kernels are compiled for one layout
 
 
 def _rates(chain: LumpedChain, current_rate: float) -> Array:

@@ -14,6 +14,7 @@ from typing import Any
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.files import write_whole
+from cabledrive.parameters.own_hash import intact_object, with_own_hash
 from cabledrive.parameters.version import __version__
 from cabledrive.studies.reproduction.item import AGREES, VERDICTS, Entry, Item, Outcome
 from cabledrive.studies.reproduction.judge import INPUT
@@ -211,8 +212,9 @@ def reproduce(
     source, all_entries = source_hash(), chosen_entries(only)
     outcomes, seconds = [], []
     for number, entry in enumerate(all_entries, start=1):
-        place = None if folder is None else folder / f"{entry.name}-{_key(entry, quick, source)[:24]}.json"
-        kept = _kept(place)
+        key = _key(entry, quick, source)
+        place = None if folder is None else folder / f"{entry.name}-{key[:24]}.json"
+        kept = _kept(place, key)
         if kept is None:
             note(f"{number}/{len(all_entries)} {', '.join(entry.covers)}")
             began = time.perf_counter()
@@ -221,7 +223,8 @@ def reproduce(
                 place.parent.mkdir(parents=True, exist_ok=True)
                 for stale in place.parent.glob(f"{entry.name}-{'[0-9a-f]' * 24}.json"):
                     stale.unlink()
-                write_whole(place, json.dumps(kept, allow_nan=False), force=True)
+                whole = with_own_hash(kept | {"key": key})
+                write_whole(place, json.dumps(whole, allow_nan=False), force=True)
         outcomes.append((entry, _narrowed(entry, _revived(kept), only)))
         seconds.append(float(kept["seconds"]))
     return Reproduction(
@@ -251,14 +254,9 @@ def _key(entry: Entry, quick: bool, source: str) -> str:
     return hashlib.sha256(f"{entry.name} {quick} {source}".encode()).hexdigest()
 
 
-def _kept(place: Path | None) -> dict[str, Any] | None:
-    if place is None:
-        return None
-    try:
-        data = json.loads(place.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return None
-    return data if isinstance(data, dict) else None
+def _kept(place: Path | None, key: str) -> dict[str, Any] | None:
+    data = None if place is None else intact_object(place)
+    return data if data is not None and data.get("key") == key else None
 
 
 def _plain(outcome: Outcome, seconds: float) -> dict[str, Any]:

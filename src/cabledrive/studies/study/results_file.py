@@ -1,5 +1,6 @@
 """What a study leaves besides its report: results, the identified drive, the controller in numbers."""
 
+import hashlib
 import json
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,6 +11,7 @@ import numpy as np
 from cabledrive.parameters import content_hash
 from cabledrive.parameters.drive_file import drive_text
 from cabledrive.parameters.files import write_whole
+from cabledrive.parameters.own_hash import with_own_hash
 from cabledrive.parameters.version import __version__
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult
 from cabledrive.studies.study.candidates import LawScore
@@ -20,6 +22,7 @@ from cabledrive.studies.study.goals import Goals
 from cabledrive.studies.study.law_settings import law_of
 from cabledrive.studies.study.plain_data import as_plain
 from cabledrive.studies.study.result import StudyResult
+from cabledrive.studies.study.stage_cache import sources_hash
 
 RESULTS, REPORT, DRIVE, CONTROLLER = "results.json", "report.html", "drive.toml", "controller.json"
 METHOD = "study in stages, each kept by the hash of its inputs"
@@ -69,6 +72,7 @@ def results_of(result: StudyResult) -> dict[str, Any]:
             "drive": result.drive.name,
             "drive_hash": content_hash(result.drive),
             "logs": {log.name: log.sha256 for log in result.check.logs},
+            "source_hash": sources_hash(),
             "method": METHOD,
             "seed": result.goals.seed,
         },
@@ -188,7 +192,7 @@ def _numbers(fields: Mapping[str, Any]) -> dict[str, Any]:
     return {name: plain(value) for name, value in fields.items()}
 
 
-def write_files(result: StudyResult, folder: Path, report: str, asked: str) -> dict[str, Any]:
+def write_files(result: StudyResult, folder: Path, report: str, *, asked: str, code: str) -> dict[str, Any]:
     """Write everything a study leaves; the results last, so that they stand for a finished study.
 
     Parameters
@@ -197,22 +201,26 @@ def write_files(result: StudyResult, folder: Path, report: str, asked: str) -> d
     folder : Path
     report : str
         HTML.
-    asked : str
-        Hash of what the command was given, by which a finished study is known again.
+    asked, code : str
+        Hashes of what the command was given and of what made the files, by which a finished study is known
+        again.
 
     Returns
     -------
     dict
         The content of ``results.json``.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    write_whole(folder / REPORT, report, force=True)
-    write_whole(folder / DRIVE, drive_text(result.known), force=True)
     controller = controller_numbers(result)
+    written = {REPORT: report, DRIVE: drive_text(result.known)}
     if controller is not None:
-        write_whole(folder / CONTROLLER, json.dumps(controller, indent=1, allow_nan=False) + "\n", force=True)
-    else:
+        written[CONTROLLER] = json.dumps(controller, indent=1, allow_nan=False) + "\n"
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in written.items():
+        write_whole(folder / name, text, force=True)
+    if controller is None:
         (folder / CONTROLLER).unlink(missing_ok=True)
-    data = results_of(result) | {"asked": asked}
+    hashes = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in written.items()}
+    data = results_of(result) | {"asked": asked, "code": code, "files": hashes}
+    data = with_own_hash(json.loads(json.dumps(data, allow_nan=False)))
     write_whole(folder / RESULTS, json.dumps(data, indent=1, allow_nan=False) + "\n", force=True)
     return data

@@ -9,8 +9,10 @@ from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
+from cabledrive.mechanics.sources import PACKAGE, digest_with_imports
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.files import write_whole
+from cabledrive.parameters.own_hash import intact_object, with_own_hash
 from cabledrive.parameters.version import __version__
 from cabledrive.studies.study.plain_data import as_plain, revived
 
@@ -40,15 +42,15 @@ def key_of(name: str, inputs: Mapping[str, Any]) -> str:
 
 @cache
 def sources_hash() -> str:
-    """Hash of the stages' own code, so that a stage changed between two versions is done again.
+    """Hash of all modules that a stage imports, in whatever room, and of the packaged drives.
 
     Returns
     -------
     str
     """
-    digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(path.read_bytes())
+    digest = hashlib.sha256(digest_with_imports(Path(__file__).with_name("pipeline.py")).encode())
+    for path in sorted(PACKAGE.rglob("*.toml")):
+        digest.update(path.name.encode() + path.read_bytes())
     return digest.hexdigest()
 
 
@@ -77,7 +79,7 @@ def file_hash(path: Path) -> str:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StageCache:
-    """A folder with one file per finished stage or part of a stage.
+    """A folder with one file per finished stage or part of a stage; a changed or cut file is not believed.
 
     Attributes
     ----------
@@ -120,11 +122,8 @@ class StageCache:
     def _found(self, name: str, key: str) -> Any:
         if self.folder is None:
             return None
-        try:
-            content = json.loads(self._place(name, key).read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            return None
-        return content["result"] if content.get("key") == key else None
+        content = intact_object(self._place(name, key))
+        return content["result"] if content is not None and content.get("key") == key else None
 
     def _kept(self, name: str, key: str, compute: Callable[[], Any]) -> Any:
         begun = time.perf_counter()
@@ -132,7 +131,7 @@ class StageCache:
         if self.folder is not None:
             content = {"key": key, "seconds": round(time.perf_counter() - begun, 3), "result": data}
             self.folder.mkdir(parents=True, exist_ok=True)
-            write_whole(self._place(name, key), json.dumps(content), force=True)
+            write_whole(self._place(name, key), json.dumps(with_own_hash(content)), force=True)
         return data
 
     def _place(self, name: str, key: str) -> Path:

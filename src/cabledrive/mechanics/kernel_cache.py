@@ -1,0 +1,151 @@
+"""Compiled kernels on disk: one file per kernel and signature, believed only if it is whole and one's own.
+
+numba's own cache keeps an index beside numbered data files. Two processes that compile two signatures of a
+function at once may give both the same number, after which one loads the machine code of the other; and an
+index cut by a loss of power stops every later process. Here a file is named after a hash of its key, holds
+the key and its own hash, and appears whole or not at all. What cannot be read is deleted and made again;
+where nothing can be written, kernels are compiled in each process.
+"""
+
+import hashlib
+import os
+import pickle
+import re
+import stat
+import tempfile
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import numba
+from numba.core.caching import FunctionCache
+from numba.core.compiler import CompileResult
+from numba.core.serialize import dumps
+
+UNFINISHED = ".kernel-"
+STALE = 3600.0
+"""Age of a half-written file that a killed process left behind [s]."""
+_DIGEST = hashlib.sha256().digest_size
+_ADDRESS = re.compile(r"0x[0-9a-f]+")
+
+
+class KernelCache(FunctionCache):
+    """What numba asks for a compiled kernel, and gives to be kept.
+
+    Parameters
+    ----------
+    function : callable
+        The kernel before it is compiled.
+    folder : Path
+        Of the user's own; its name stands for the version of all sources.
+    """
+
+    def __init__(self, function: Callable[..., Any], folder: Path) -> None:
+        code = function.__code__
+        self._py_func, self._name, self._enabled = function, repr(function), True
+        self._folder = folder
+        plain = re.sub(r"[^\w.]", "", function.__qualname__)
+        self._stem = f"{Path(code.co_filename).stem}.{plain}-{code.co_firstlineno}"
+
+    @property
+    def cache_path(self) -> str:
+        """Where the kernels lie."""
+        return str(self._folder)
+
+    def flush(self) -> None:
+        """Delete what is kept of this kernel."""
+        for path in self._folder.glob(f"{self._stem}.*"):
+            with suppress(OSError):
+                path.unlink()
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """The compiled kernel of a signature.
+
+        Parameters
+        ----------
+        sig, target_context
+            numba's.
+
+        Returns
+        -------
+        CompileResult or None
+            None: it has to be compiled.
+        """
+        target_context.refresh()
+        if not self._enabled:
+            return None
+        key = self._whole_key(sig, target_context.codegen())
+        place = self._place(key)
+        try:
+            payload = _own_content(place)
+            kept, reduced = pickle.loads(payload) if payload else (None, ())
+            if kept == key:
+                return CompileResult._rebuild(target_context, *reduced)
+        except FileNotFoundError:
+            return None
+        except Exception:  # whatever a file can be that another build of numba wrote
+            pass
+        with suppress(OSError):
+            place.unlink()
+        return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep a compiled kernel, if it can be kept and the disk takes it.
+
+        Parameters
+        ----------
+        sig
+            numba's.
+        data : CompileResult
+        """
+        if not self._enabled or data.library.has_dynamic_globals or any(not x.can_cache for x in data.lifted):
+            return
+        key = self._whole_key(sig, data.codegen)
+        payload = dumps((key, data._reduce()))
+        with suppress(OSError):
+            _sweep(self._folder)
+            _write(self._place(key), hashlib.sha256(payload).digest() + payload)
+
+    def _whole_key(self, sig: Any, codegen: Any) -> Any:
+        return numba.__version__, self._folder.name, self._stem, self._index_key(sig, codegen)
+
+    def _place(self, key: Any) -> Path:
+        """Named by the key's words; two keys that differ in an address alone take turns in one file."""
+        words = _ADDRESS.sub("", repr(key))
+        return self._folder / f"{self._stem}.{hashlib.sha256(words.encode()).hexdigest()[:24]}"
+
+
+def _own_content(path: Path) -> bytes | None:
+    """What a file holds, if nobody else can have written it and it is whole."""
+    with path.open("rb") as file:
+        status = os.fstat(file.fileno())
+        if hasattr(os, "getuid") and (
+            status.st_uid != os.getuid() or status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+        ):
+            return None
+        content = file.read()
+    payload = content[_DIGEST:]
+    return payload if hashlib.sha256(payload).digest() == content[:_DIGEST] else None
+
+
+def _write(path: Path, content: bytes) -> None:
+    temporary = ""
+    try:
+        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=UNFINISHED, delete=False) as file:
+            temporary = file.name
+            file.write(content)
+        os.replace(temporary, path)
+        temporary = ""
+    finally:
+        if temporary:
+            with suppress(OSError):
+                os.unlink(temporary)
+
+
+def _sweep(folder: Path) -> None:
+    for path in folder.glob(f"{UNFINISHED}*"):
+        with suppress(OSError):
+            if time.time() - path.stat().st_mtime > STALE:
+                path.unlink()
