@@ -1,7 +1,7 @@
 """A process that has loaded the package and starts each command it is asked for as a process of its own.
 
-A command of its own takes more than a second to load its libraries; a fork of this process takes milliseconds,
-and ends by the same signals, limits and faults. Run as a script by `Nursery`.
+A command of its own takes more than a second to load its libraries; a fork of this process takes
+milliseconds, and ends by the same signals, limits and faults. Run as a script by `Nursery`.
 """
 
 import contextlib
@@ -61,7 +61,7 @@ class Nursery:
         self._process.wait(timeout=60)
 
     def run(self, *arguments: object, folder: Path, **options: Any) -> Ended:
-        """One command, to its end; options: mode, at, error, journal, seconds, memory, after (signal by time)."""
+        """One command, to its end; the options are those of a request, see `_become` and `_wait`."""
         return self.run_all([[*map(str, arguments)]], folder=folder, **options)[0]
 
     def run_all(self, commands: list[list[str]], *, folder: Path, **options: Any) -> list[Ended]:
@@ -126,9 +126,13 @@ def _load_everything(np: Any) -> None:
     from cabledrive.app.main import main
 
     for arguments in json.loads(os.environ.get("NURSERY_WARM", "[]")):
-        with open(os.devnull, "w") as nowhere, contextlib.redirect_stdout(nowhere):
-            with contextlib.redirect_stderr(nowhere), contextlib.suppress(SystemExit):
-                main([*arguments], prog_name="cabledrive")
+        with (
+            open(os.devnull, "w") as nowhere,
+            contextlib.redirect_stdout(nowhere),
+            contextlib.redirect_stderr(nowhere),
+            contextlib.suppress(SystemExit),
+        ):
+            main([*arguments], prog_name="cabledrive")
 
 
 def _start(number: int, request: dict[str, Any]) -> tuple[int, int, int, float]:

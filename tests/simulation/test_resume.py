@@ -1,6 +1,7 @@
 """Long runs: on disk as they go, resumed bit for bit whatever ended them, nothing lost on a full disk."""
 
 import errno
+import json
 import os
 import signal
 import subprocess
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 
 from cabledrive.parameters.drive_file import load_drive
-from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.errors import InputRefused, NotComputed
 from cabledrive.simulation import (
     Pluck,
     Recording,
@@ -24,7 +25,6 @@ from cabledrive.simulation import (
     netcdf,
     records,
     run,
-    run_folder,
     simulate,
 )
 
@@ -232,17 +232,138 @@ def test_another_run_is_not_resumed_with_this_one_s_records(tmp_path, monkeypatc
     assert path.read_bytes() == uninterrupted(tmp_path)
 
 
-def test_a_broken_checkpoint_is_refused(tmp_path, monkeypatch):
+@pytest.fixture
+def stopped(tmp_path, monkeypatch):
+    """A run that was interrupted at its fourth chunk; returns its output."""
     path = tmp_path / "run.nc"
     with monkeypatch.context() as patched:
         patched.setattr(
-            records.RecordsInFolder, "append", at_call(records.RecordsInFolder.append, 3, interrupt)
+            records.RecordsInFolder, "append", at_call(records.RecordsInFolder.append, 4, interrupt)
         )
         with pytest.raises(SimulationInterrupted):
             simulate(DRIVE, DURATION, output=path, **OPTIONS)
-    (tmp_path / "run.nc.part" / run_folder.CHECKPOINT).write_bytes(b"PK not a checkpoint")
-    with pytest.raises(InputRefused, match=r"run\.nc\.part: cannot be resumed"):
-        simulate(DRIVE, DURATION, output=path, resume=True, **OPTIONS)
+    return path
+
+
+def shorter(content):
+    return content[:-9]
+
+
+def zeroed(content):
+    return bytes(400) + content[400:]
+
+
+def flipped(content):
+    return content[:-100] + bytes([content[-100] ^ 4]) + content[-99:]
+
+
+BROKEN = [
+    *(
+        (name, damage)
+        for name in ("rows.f64", "fields.f64", "checkpoint")
+        for damage in (shorter, zeroed, flipped)
+    ),
+    ("checkpoint", lambda content: b"PK not a checkpoint"),
+    ("checkpoint", lambda content: b""),
+    ("run.json", lambda content: b"[1, 2]"),
+    ("run.json", lambda content: b"\xff{"),
+    ("run.json", lambda content: b"[" * 100_000),
+    ("run.json", lambda content: b""),
+]
+
+
+@pytest.mark.parametrize(("name", "damage"), BROKEN)
+def test_a_damaged_part_of_an_interrupted_run_is_refused(stopped, name, damage):
+    """Nothing is filled with zeros, no number is believed that was not written whole."""
+    part = stopped.with_name("run.nc.part") / name
+    part.write_bytes(damage(part.read_bytes()))
+    before = {path.name: path.read_bytes() for path in part.parent.iterdir()}
+    with pytest.raises(InputRefused, match=r"run\.nc\.part: cannot be resumed .*start anew with force"):
+        simulate(DRIVE, DURATION, output=stopped, resume=True, **OPTIONS)
+    assert {path.name: path.read_bytes() for path in part.parent.iterdir() if path.name != ".lock"} == before
+    assert not stopped.exists()
+    simulate(DRIVE, DURATION, output=stopped, force=True, **OPTIONS)
+    assert stopped.read_bytes() == uninterrupted(stopped.parent)
+
+
+def test_what_was_written_since_the_last_commit_may_be_lost(stopped):
+    """A loss of power takes it back, or leaves zeros: it is cut off and done again."""
+    part = stopped.with_name("run.nc.part")
+    for name in ("rows.f64", "fields.f64"):
+        (part / name).write_bytes((part / name).read_bytes() + bytes(5000))
+    simulate(DRIVE, DURATION, output=stopped, resume=True, **OPTIONS)
+    assert stopped.read_bytes() == uninterrupted(stopped.parent)
+
+
+def test_settings_edited_by_hand_do_not_take_the_records_of_another_run(stopped):
+    setting = stopped.with_name("run.nc.part") / "run.json"
+    other = {**OPTIONS, "torque": Sine(amplitude=0.03, frequency=81.7)}
+    case = sys.modules["cabledrive.simulation.simulate"].case_of(
+        DRIVE, DURATION, **{k: other[k] for k in ("torque", "start", "scheme", "recording")}
+    )
+    setting.write_text(json.dumps(case.fingerprint))
+    with pytest.raises(InputRefused, match="belongs to a run with other settings"):
+        simulate(DRIVE, DURATION, output=stopped, resume=True, **other)
+
+
+def test_files_that_no_run_wrote_are_not_deleted(stopped):
+    (stopped.with_name("run.nc.part") / "thesis.txt").write_text("precious")
+    with pytest.raises(InputRefused, match=r"holds thesis\.txt, which is no run's"):
+        simulate(DRIVE, DURATION, output=stopped, force=True, **OPTIONS)
+    assert (stopped.with_name("run.nc.part") / "thesis.txt").read_text() == "precious"
+
+
+@pytest.mark.parametrize("option", ["resume", "force"])
+def test_a_second_process_on_a_run_is_refused(tmp_path, monkeypatch, option):
+    """Neither resume nor force takes a run from the process that works on it."""
+    path, refusals = tmp_path / "run.nc", []
+
+    def second(*arguments):
+        with pytest.raises(InputRefused, match="another process works there") as caught:
+            simulate(DRIVE, DURATION, output=path, **{option: True}, **OPTIONS)
+        refusals.append(str(caught.value))
+        return records.RecordsInFolder._append(*arguments)
+
+    with monkeypatch.context() as patched:
+        append = records.RecordsInFolder.append
+        patched.setattr(records.RecordsInFolder, "append", at_call(append, 3, second))
+        simulate(DRIVE, DURATION, output=path, **OPTIONS)
+    assert len(refusals) == 1
+    assert path.read_bytes() == uninterrupted(tmp_path)
+    assert sorted(os.listdir(tmp_path)) == ["run.nc", "whole.nc"]
+
+
+def test_records_changed_from_outside_make_no_result(tmp_path, monkeypatch):
+    path = tmp_path / "run.nc"
+
+    def overwrite(self, rows, fields):
+        records.RecordsInFolder._append(self, rows, fields)
+        self._rows.flush()
+        with (tmp_path / "run.nc.part" / "rows.f64").open("r+b") as file:
+            file.write(bytes(400))
+
+    with monkeypatch.context() as patched:
+        append = records.RecordsInFolder.append
+        patched.setattr(records.RecordsInFolder, "append", at_call(append, 4, overwrite))
+        with pytest.raises(NotComputed, match="its records were changed from outside"):
+            simulate(DRIVE, DURATION, output=path, **OPTIONS)
+    assert not path.exists()
+
+
+def test_a_file_that_another_process_finished_meanwhile_is_kept(tmp_path, monkeypatch):
+    """Without force the name is taken only if it is still free at the end."""
+    path = tmp_path / "run.nc"
+
+    def finish(*arguments):
+        path.write_text("of another")
+        return records.RecordsInFolder._append(*arguments)
+
+    with monkeypatch.context() as patched:
+        append = records.RecordsInFolder.append
+        patched.setattr(records.RecordsInFolder, "append", at_call(append, 4, finish))
+        with pytest.raises(InputRefused, match="was written meanwhile by another process"):
+            simulate(DRIVE, DURATION, output=path, **OPTIONS)
+    assert path.read_text() == "of another"
 
 
 def test_resume_with_nothing_left_behind_is_a_fresh_run(tmp_path):

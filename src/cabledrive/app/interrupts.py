@@ -63,7 +63,7 @@ def _main_thread() -> bool:
 
 
 def _unraisable(unraisable: Any) -> None:
-    """What came in a callback from which nothing can be raised: an interrupt is raised again a little later."""
+    """What came in a callback that can raise nothing: an interrupt is raised again a little later."""
     if isinstance(unraisable.exc_value, KeyboardInterrupt):
         again = threading.Timer(AGAIN, _thread.interrupt_main)
         again.daemon = True

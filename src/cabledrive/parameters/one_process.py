@@ -17,7 +17,8 @@ def one_process(folder: Path) -> Iterator[None]:
     Parameters
     ----------
     folder : Path
-        Removed if it is empty in the end; its parent may be missing as well, and is removed if it was made here.
+        Removed if it is empty in the end. Its parent may be missing as well; if it was made here, the same
+        holds for it.
 
     Yields
     ------

@@ -2,16 +2,15 @@
 
 import errno
 import os
-import re
 import shutil
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from cabledrive.parameters.files import put_in_place
+from cabledrive.simulation.careful_file import CarefulFile, interrupts_deferred
 from cabledrive.simulation.labels import Variable, attributes, coordinates, variables, words
 from cabledrive.simulation.result import SimulationResult
 
@@ -40,9 +39,8 @@ def write_netcdf(result: SimulationResult, path: Path, temporary: Path, *, force
     """
     try:
         _find_room(result, temporary)
-        with _cause_named():
-            _write(result, temporary)
-            _compare(result, temporary)
+        _write_carefully(result, temporary)
+        _compare(result, temporary)
         with temporary.open("rb+") as file:
             os.fsync(file.fileno())
         put_in_place(temporary, path, force=force)
@@ -51,21 +49,17 @@ def write_netcdf(result: SimulationResult, path: Path, temporary: Path, *, force
             temporary.unlink(missing_ok=True)
 
 
-@contextmanager
-def _cause_named() -> Iterator[None]:
-    """Give errors of HDF5, which come without a number, that of the system's error in their text."""
-    try:
-        yield
-    except (OSError, RuntimeError) as error:
-        number = re.search(r"errno = (\d+)", str(error))
-        code = (
-            error.errno
-            if isinstance(error, OSError) and error.errno
-            else int(number[1])
-            if number
-            else errno.EIO
-        )
-        raise OSError(code, os.strerror(code)) from error
+def _write_carefully(result: SimulationResult, path: Path) -> None:
+    with interrupts_deferred() as waiting:
+        file = CarefulFile(path)
+        try:
+            _write(result, file, waiting)
+        except Exception as error:  # HDF5 read what could not be written
+            raise file.error or error from None
+        finally:
+            file.close()
+        if file.error is not None:
+            raise file.error
 
 
 def _compare(result: SimulationResult, path: Path) -> None:
@@ -74,11 +68,14 @@ def _compare(result: SimulationResult, path: Path) -> None:
 
     with h5netcdf.File(path, "r") as file:
         for variable in (*coordinates(result), *variables(result)):
-            stored = file.variables[variable.name] if variable.name in file.variables else None
-            if stored is None or stored.shape != variable.values.shape or not _same(stored, variable.values):
+            stored, values = file.variables.get(variable.name), variable.values
+            if stored is None or stored.shape != values.shape or not _same(stored, values):
                 raise OSError(errno.EIO, f"{variable.name} was not written whole")
-        if set(file.attrs) < set(attributes(result)) or set(file.variables) < set(words(result)):
-            raise OSError(errno.EIO, "attributes were not written")
+        for name, (_, texts) in words(result).items():
+            if [bytes(text) for text in file.variables[name][:]] != [text.encode() for text in texts]:
+                raise OSError(errno.EIO, f"{name} was not written whole")
+        if not set(attributes(result)) <= set(file.attrs):
+            raise OSError(errno.EIO, "attributes were not written whole")
 
 
 def _same(stored: Any, values: Any) -> bool:
@@ -98,10 +95,11 @@ def _find_room(result: SimulationResult, path: Path) -> None:
         os.posix_fallocate(file.fileno(), 0, needed)  # knows of quotas, too
 
 
-def _write(result: SimulationResult, path: Path) -> None:
+def _write(result: SimulationResult, target: CarefulFile, waiting: list[int]) -> None:
+    """Write all, or a part where an interrupt is waiting."""
     import h5netcdf
 
-    with h5netcdf.File(path, "w") as file:
+    with h5netcdf.File(target, "w") as file:
         described = [*coordinates(result), *variables(result)]
         for variable in described:
             for name, size in zip(variable.dimensions, variable.values.shape, strict=True):
@@ -112,7 +110,7 @@ def _write(result: SimulationResult, path: Path) -> None:
             text = file.create_variable(name, (dimension,), dtype=_text())
             text[:] = np.array(values, dtype=object)
         for variable in described:
-            _fill(file, variable)
+            _fill(file, variable, waiting)
         beside = {v.name for v in coordinates(result)} | set(words(result))
         file.attrs["coordinates"] = " ".join(sorted(beside - set(file.dimensions)))  # CF: not data
         for key, value in attributes(result).items():
@@ -125,9 +123,11 @@ def _text() -> Any:
     return h5py.string_dtype(encoding="utf-8")
 
 
-def _fill(file: Any, variable: Variable) -> None:
+def _fill(file: Any, variable: Variable, waiting: list[int]) -> None:
     stored = file.create_variable(variable.name, variable.dimensions, dtype=np.float64)
     for first in range(0, len(variable.values), RECORDS_PER_BLOCK):
+        if waiting:
+            return
         block = slice(first, first + RECORDS_PER_BLOCK)
         stored[block] = variable.values[block]
     stored.attrs["units"] = variable.unit
