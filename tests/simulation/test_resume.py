@@ -250,7 +250,7 @@ def shorter(content):
 
 
 def zeroed(content):
-    return bytes(400) + content[400:]
+    return bytes(len(content) // 2) + content[len(content) // 2 :]
 
 
 def flipped(content):

@@ -65,7 +65,7 @@ class KernelCache(FunctionCache):
 
         Parameters
         ----------
-        sig, target_context
+        sig, target_context : object
             numba's.
 
         Returns
@@ -96,7 +96,7 @@ class KernelCache(FunctionCache):
 
         Parameters
         ----------
-        sig
+        sig : object
             numba's.
         data : CompileResult
         """

@@ -85,7 +85,7 @@ def _check_place(path: Path, force: bool) -> Path:
 def _fault(path: Path, folder: Path, force: bool) -> str:
     """What stands in the way, with its remedy; nothing if the path can be written."""
     if "\0" in str(path):
-        return "has a NUL in its name: choose another name"
+        return "cannot be written (a NUL in its name): choose another name"
     if path.is_dir():
         return "is a folder: name a file in it"
     if path.exists() and not path.is_file():
