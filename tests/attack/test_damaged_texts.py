@@ -1,0 +1,37 @@
+"""Whatever has happened to a drive file, goals, an excitation or a motion: taken, or refused in one line."""
+
+import pytest
+
+from attack import ledger, texts
+
+WHOLE = pytest.mark.verify
+
+
+@pytest.mark.parametrize(
+    ("kind", "seed", "count"),
+    [
+        ("drive", 0, 400),
+        ("goals", 0, 200),
+        ("excitation", 0, 200),
+        ("motion", 0, 200),
+        *(pytest.param(kind, 1, 20_000, marks=WHOLE) for kind in texts.KINDS),
+    ],
+)
+def test_a_damaged_text_ends_with_status_0_2_or_3_and_one_line(kind, seed, count, measured):
+    outcomes, bad = texts.attack(kind, seed, count)
+    ledger.note(kind, seed, outcomes)
+    measured(f"{count} damaged files of kind {kind} by status: {dict(sorted(outcomes.items()))}")
+    assert not bad, "\n".join(bad[:20])
+    assert outcomes["0"] > 0.02 * count, outcomes
+    assert outcomes["2"] > 0.2 * count, outcomes
+
+
+@pytest.mark.parametrize(("seed", "count"), [(0, 60), pytest.param(1, 10_000, marks=WHOLE)])
+def test_a_process_given_a_damaged_drive_file_ends_so_within_its_memory(seed, count, measured):
+    outcomes, bad, largest = texts.attack_in_processes(seed, count)
+    ledger.note("processes", seed, outcomes)
+    measured(
+        f"{count} processes by status: {dict(sorted(outcomes.items()))}, at most {largest / 2**20:.0f} MiB"
+    )
+    assert not bad, "\n".join(bad[:20])
+    assert largest < texts.BYTES
