@@ -1,10 +1,8 @@
 """Ctrl-C while the libraries of the command load: imported before all of them, and of no effect elsewhere."""
 
+import _signal as signal  # type: ignore[import-not-found]  # the module signal would load others first
 import os
-import signal
 import sys
-import threading
-from contextlib import suppress
 
 
 def leave_at_once(number: int, frame: object) -> None:
@@ -16,9 +14,10 @@ def leave_at_once(number: int, frame: object) -> None:
         Of the signal.
     frame : object
     """
-    with suppress(OSError):
+    try:
         os.write(2, b"cabledrive: interrupted; nothing was kept; run the same command again\n")
-    os._exit(130)
+    finally:
+        os._exit(130)
 
 
 def _is_the_command() -> bool:
@@ -29,10 +28,12 @@ def _is_the_command() -> bool:
 
 def _listen() -> bool:
     """End at once on an interrupt from here on, where that is this process's to decide."""
-    usual = signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    if not (usual and _is_the_command() and threading.current_thread() is threading.main_thread()):
+    if not _is_the_command() or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
         return False
-    signal.signal(signal.SIGINT, leave_at_once)
+    try:
+        signal.signal(signal.SIGINT, leave_at_once)
+    except ValueError:  # not in the main thread
+        return False
     return True
 
 

@@ -57,7 +57,9 @@ class Nursery:
 
     def __exit__(self, *error: object) -> None:
         assert self._process.stdin is not None
+        assert self._process.stdout is not None
         self._process.stdin.close()
+        self._process.stdout.close()
         self._process.wait(timeout=60)
 
     def run(self, *arguments: object, folder: Path, **options: Any) -> Ended:
@@ -124,7 +126,11 @@ def _load_everything(np: Any) -> None:
     import cabledrive.report
     import cabledrive.studies.study  # noqa: F401
     from cabledrive.app.main import main
+    from cabledrive.studies.reproduction import run
 
+    wanted, entries = os.environ.get("NURSERY_ENTRIES", "").split(), run.entries()
+    if wanted:
+        run.entries = lambda: tuple(entry for entry in entries if entry.name in wanted)
     for arguments in json.loads(os.environ.get("NURSERY_WARM", "[]")):
         with (
             open(os.devnull, "w") as nowhere,

@@ -1,0 +1,240 @@
+"""Every command that writes, stopped at each of its own writes: killed, interrupted, out of power, refused.
+
+``python tests/attack/moments.py --seed 1 --count 500`` adds a batch to the ledger. A moment is the n-th call
+by which a command opens, writes, syncs, renames, deletes or makes something in its folder (`faults.c`).
+"""
+
+import argparse
+import errno
+import json
+import random
+import shutil
+import sys
+import tempfile
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+if __package__ in (None, ""):
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from attack import ledger
+from attack.nursery import COUNT, FAIL, FAIL_FROM_HERE, INTERRUPT, KILL, Ended, Nursery, compiled_faults
+
+BLOCK = 512
+CAUSES = {
+    errno.ENOSPC: "No space left on device",
+    errno.EDQUOT: "Disk quota exceeded",
+    errno.EROFS: "Read-only file system",
+    errno.EACCES: "Permission denied",
+    errno.EIO: "Input/output error",
+}
+QUIET = ["--quiet"]
+PATIENT = {"cabledrive.simulation.run:NODE_STEPS_PER_CHUNK": 3000}
+CHUNKS = PATIENT | {"cabledrive.simulation.run:SECONDS_PER_COMMIT": 0.0}
+GOALS = '[motion]\nduration = "0.3 s"\ndwell = "0.1 s"\n[acceptance]\ndraws = 2\ncable_draws = 0\n'
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Command:
+    """A command that writes.
+
+    Attributes
+    ----------
+    arguments : list of str
+        With what it writes to in the current folder.
+    written : tuple of str
+        Files that are the same to the byte however often the run was stopped.
+    go_on : list of str
+        What is added to go on.
+    """
+
+    arguments: list[str]
+    written: tuple[str, ...]
+    go_on: list[str] = field(default_factory=list)
+
+
+RUN = ["simulate", "dissertation-2", "--duration", "0.02", "--segments", "12", "--rate", "5000"]
+RUN += ["--fields", "7", "--pluck-upper", "1 mm", "--torque-amplitude", "0.02", "--torque-frequency", "81.7"]
+TRACKED = ["track", "dissertation-3", "--controller", "pd", "--rise", "0.1", "--dwell", "0.05"]
+COMMANDS = {
+    "simulate": Command(arguments=[*RUN, "-o", "r.nc"], written=("r.nc",), go_on=["--resume"]),
+    "fast": Command(
+        arguments=["simulate", "dissertation-2", "--model", "fast", "--duration", "0.02", "-o", "r.nc"],
+        written=("r.nc",),
+    ),
+    "modes": Command(arguments=["modes", "dissertation-2", "-o", "m.json"], written=("m.json",)),
+    "track": Command(arguments=[*TRACKED, "-o", "t.json", "--log", "t.csv"], written=("t.csv",)),
+    "study": Command(
+        arguments=["study", "dissertation-3", "--goals", "../goals.toml", "-o", "s"],
+        written=("s/results.json", "s/drive.toml", "s/controller.json"),
+    ),
+    "reproduce": Command(
+        arguments=["reproduce", "--quick", "-o", "d"], written=("d/results.json", "d/report.html")
+    ),
+}
+KINDS = ("kill", "interrupt", "power", "full", "fault")
+
+
+class Attack:
+    """A nursery, and the bytes and the number of moments of every command when nothing stops it."""
+
+    def __init__(self, nursery: Nursery, folder: Path) -> None:
+        self.nursery, self.folder = nursery, folder
+        (folder / "goals.toml").write_text(GOALS)
+        self._known: dict[str, tuple[dict[str, bytes], int]] = {}
+
+    def whole(self, name: str) -> tuple[dict[str, bytes], int]:
+        """What a command writes when nothing stops it, and at how many moments."""
+        if name not in self._known:
+            self._known[name] = self._undisturbed(name)
+        return self._known[name]
+
+    def _undisturbed(self, name: str) -> tuple[dict[str, bytes], int]:
+        place = self._fresh("whole")
+        done = self._run(name, place, mode=COUNT)
+        assert done.status == 0, done
+        return self._files(name, place), done.calls
+
+    def _files(self, name: str, place: Path) -> dict[str, bytes]:
+        return {
+            file: (place / file).read_bytes() for file in COMMANDS[name].written if (place / file).exists()
+        }
+
+    def _fresh(self, name: str) -> Path:
+        place = self.folder / name
+        shutil.rmtree(place, ignore_errors=True)
+        place.mkdir()
+        return place
+
+    def _run(self, name: str, place: Path, *more: str, **options: Any) -> Ended:
+        armed = {"root": str(place), "journal": str(self.folder / "journal")} if "mode" in options else {}
+        (self.folder / "journal").unlink(missing_ok=True)
+        return self.nursery.run(
+            *COMMANDS[name].arguments,
+            *QUIET,
+            *more,
+            folder=place,
+            set=CHUNKS,
+            seconds=900.0,
+            **armed,
+            **options,
+        )
+
+    def at(self, name: str, kind: str, moment: int, rng: random.Random) -> str:
+        """What is wrong with a command that was stopped at a moment; nothing if all is as promised."""
+        place = self._fresh("stopped")
+        number = rng.choice([*CAUSES])
+        if kind in ("kill", "power"):
+            first = self._run(name, place, mode=KILL, at=moment)
+            if kind == "power":
+                _lose_power(place, self.folder / "journal", rng)
+        elif kind == "interrupt":
+            first = self._run(name, place, mode=INTERRUPT, at=moment)
+        else:
+            mode = FAIL_FROM_HERE if kind == "full" else FAIL
+            first = self._run(name, place, mode=mode, at=moment, error=number)
+        fault = _ending_fault(first, kind, CAUSES[number])
+        return fault or self._going_on_fault(name, place, first)
+
+    def _going_on_fault(self, name: str, place: Path, first: Ended) -> str:
+        """The same command ends with the same bytes, or is refused and does so with force."""
+        if first.status == 0 and self._files(name, place) != self.whole(name)[0]:
+            return "status 0 and other bytes"
+        again = self._run(name, place, *COMMANDS[name].go_on)
+        if again.status == 2 and again.errors.count("\n") == 1 and self._untouched(name, place, first):
+            again = self._run(name, place, "--force")
+        if again.status != 0:
+            return f"going on ended with {again.status}: {again.errors[-300:]}"
+        return "" if self._files(name, place) == self.whole(name)[0] else "other bytes after going on"
+
+    def _untouched(self, name: str, place: Path, first: Ended) -> bool:
+        """What is there under a result's name is a whole result."""
+        found, whole = self._files(name, place), self.whole(name)[0]
+        return name in ("study", "reproduce") or all(found[file] == whole[file] for file in found)
+
+
+def _ending_fault(first: Ended, kind: str, cause: str) -> str:
+    """What is wrong with the status and the lines of a command that was stopped."""
+    lines = [line for line in first.errors.splitlines() if line]
+    told = f"status {first.status}, {first.errors[-300:]!r}"
+    if kind in ("kill", "power"):
+        return "" if first.status in (-9, 0) else told
+    if kind == "interrupt":
+        right = (first.status == 130 and len(lines) == 1) or (first.status == 0 and not lines)
+        return "" if right else told
+    if first.status == 0:
+        return "" if not lines else told
+    return "" if first.status in (2, 3) and len(lines) == 1 and cause in lines[0] else told
+
+
+def _lose_power(place: Path, journal: Path, rng: random.Random) -> None:
+    """Take back, from each file, blocks that were written since it was last synced."""
+    dirty: dict[str, int] = {}
+    for line in journal.read_text().splitlines() if journal.exists() else ():
+        kind, size, path = line.split(" ", 2)
+        if kind == "S":
+            dirty.pop(path, None)
+        elif kind == "W":
+            dirty[path] = min(dirty.get(path, int(size)), int(size))
+        else:
+            source, _, target = path.partition("\t")
+            if source in dirty:
+                dirty[target] = dirty.pop(source)
+    for path, safe in dirty.items():
+        file = Path(path)
+        if place in file.parents and file.exists():
+            content = bytearray(file.read_bytes())
+            if rng.random() < 0.5:
+                content = content[: rng.randrange(safe, len(content) + 1) if len(content) > safe else safe]
+            for start in range(safe, len(content), BLOCK):
+                if rng.random() < 0.5:
+                    stop = min(start + BLOCK, len(content))
+                    content[start:stop] = bytes(stop - start)
+            file.write_bytes(content)
+
+
+@contextmanager
+def attacker(folder: Path, warmed: tuple[str, ...] = ("simulate", "track")) -> Iterator[Attack | None]:
+    """An attack that is ready; None where no faults can be made here."""
+    library = compiled_faults(folder)
+    if library is None:
+        yield None
+        return
+    warm = [[*command.arguments, "-o", str(folder / f"warm-{name}")] for name, command in COMMANDS.items()]
+    warm = [one for one in warm if one[0] in warmed]
+    (folder / "attacked").mkdir()
+    environment = {"NURSERY_WARM": json.dumps(warm), "NURSERY_ENTRIES": "table-6-1"}
+    with Nursery(library=library, environment=environment) as nursery:
+        yield Attack(nursery, folder / "attacked")
+
+
+def batch(attack: Attack, seed: int, count: int, names: list[str]) -> tuple[Counter[str], list[str]]:
+    """Outcomes of moments drawn at random, each command and kind in turn, and every bad one."""
+    outcomes, bad = Counter[str](), []
+    for number in range(count):
+        rng = random.Random(f"moments {seed} {number}")
+        name, kind = names[number % len(names)], KINDS[(number // len(names)) % len(KINDS)]
+        moment = rng.randrange(1, attack.whole(name)[1] + 1)
+        fault = attack.at(name, kind, moment, rng)
+        outcomes[f"{kind}: {'wrong' if fault else 'as promised'}"] += 1
+        if fault:
+            place = f"{moment} of {attack.whole(name)[1]} (seed {seed}, number {number})"
+            bad.append(f"{name}, {kind} at {place}: {fault}")
+    return outcomes, bad
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--count", type=int, default=500)
+    parser.add_argument("--command", choices=COMMANDS, action="append")
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory() as place, attacker(Path(place)) as ready:
+        assert ready is not None, "no compiler, or no LD_PRELOAD"
+        outcomes, bad = batch(ready, given.seed, given.count, given.command or [*COMMANDS])
+    ledger.note("moments", given.seed, outcomes)
+    print(*bad, dict(sorted(outcomes.items())), dict(ledger.totals()["moments"]), sep="\n")

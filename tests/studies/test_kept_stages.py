@@ -1,0 +1,124 @@
+"""What is kept of a study or a reproduction is believed only as it was written, by the code that wrote it."""
+
+import json
+import shutil
+from dataclasses import dataclass
+
+import pytest
+
+from cabledrive.app import finished_study
+from cabledrive.mechanics.sources import PACKAGE
+from cabledrive.parameters.own_hash import OWN_HASH, intact_object, with_own_hash
+from cabledrive.studies.study import stage_cache
+from cabledrive.studies.study.stage_cache import StageCache
+
+
+@dataclass(frozen=True)
+class Found:
+    """A result."""
+
+    value: float
+
+
+def staged(folder, calls):
+    def compute():
+        calls.append(1)
+        return Found(1.5)
+
+    return StageCache(folder=folder, note=print).staged("stage", Found, {"input": 2.0}, compute)
+
+
+def edited(content):
+    return json.dumps(json.loads(content) | {"result": {"value": 99.0}})
+
+
+def without_a_hash(content):
+    return json.dumps({key: value for key, value in json.loads(content).items() if key != OWN_HASH})
+
+
+def under_another_key(content):
+    return json.dumps(with_own_hash(json.loads(content) | {"key": "0" * 64}))
+
+
+def cut(content):
+    return content[:-3]
+
+
+def zeroed(content):
+    return content[:20] + "\0" * 10 + content[30:]
+
+
+def a_list(content):
+    return "[1, 2]"
+
+
+@pytest.mark.parametrize("damage", [edited, without_a_hash, under_another_key, cut, zeroed, a_list])
+def test_a_stage_is_served_as_it_was_written_and_else_made_again(tmp_path, damage):
+    calls = []
+    assert staged(tmp_path, calls) == staged(tmp_path, calls) == Found(1.5)
+    assert len(calls) == 1
+    (file,) = tmp_path.iterdir()
+    file.write_text(damage(file.read_text()))
+    assert staged(tmp_path, calls) == staged(tmp_path, calls) == Found(1.5)
+    assert len(calls) == 2
+
+
+IN_EVERY_ROOM = [
+    "parameters/drive.py", "mechanics/chain.py", "trajectories/waypoints.py", "modes/natural.py",
+    "reduction/lumped_chain.py", "identification/identify.py", "control/kalman.py", "control/darc.py",
+    "rig/tracking.py", "studies/study/drawn_plants.py",
+]  # fmt: skip
+
+
+def test_a_change_in_any_room_that_a_stage_imports_makes_it_anew(tmp_path, measured):
+    copy = tmp_path / "cabledrive"
+    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    before, kept = digest_of(copy), []
+    for name in IN_EVERY_ROOM:
+        text = (copy / name).read_text()
+        (copy / name).write_text(text + "\n# edited\n")
+        kept += [name] if digest_of(copy) == before else []
+        (copy / name).write_text(text)
+    measured(f"{len(IN_EVERY_ROOM)} modules edited, {len(kept)} without effect on the keys")
+    assert kept == []
+    (copy / "app" / "main.py").write_text("# edited\n")  # which no stage imports
+    assert digest_of(copy) == before
+
+
+def digest_of(copy):
+    from cabledrive.mechanics import sources
+
+    sources._source.cache_clear()
+    sources._file_of.cache_clear()
+    return sources.digest_with_imports(copy / "studies" / "study" / "pipeline.py", copy)
+
+
+def test_the_key_of_a_stage_holds_the_digest(monkeypatch, tmp_path):
+    calls = []
+    staged(tmp_path, calls)
+    monkeypatch.setattr(stage_cache, "sources_hash", lambda: "of other sources")
+    staged(tmp_path, calls)
+    assert len(calls) == 2
+
+
+def test_results_are_a_finished_study_only_with_the_files_they_were_written_with(tmp_path):
+    import hashlib
+
+    (tmp_path / "report.html").write_text("a page")
+    files = {"report.html": hashlib.sha256(b"a page").hexdigest()}
+    data = with_own_hash({"verdict": "yes", "files": files})
+    (tmp_path / "results.json").write_text(json.dumps(data))
+    assert finished_study.finished(tmp_path) == data
+    (tmp_path / "report.html").write_text("another page")
+    assert finished_study.finished(tmp_path) is None
+    (tmp_path / "report.html").write_text("a page")
+    (tmp_path / "results.json").write_text(json.dumps(data | {"verdict": "no"}))
+    assert finished_study.finished(tmp_path) is None
+    (tmp_path / "results.json").write_text(json.dumps({"verdict": "yes"}))
+    assert finished_study.finished(tmp_path) is None
+
+
+def test_numbers_survive_their_own_hash(tmp_path):
+    data = with_own_hash({"small": 5e-324, "third": 1 / 3, "words": "µ", "none": None, "whole": 2**60})
+    (tmp_path / "file").write_text(json.dumps(data, indent=1))
+    assert intact_object(tmp_path / "file") == data
