@@ -9,7 +9,7 @@ angles up to the second harmonic, since every link's distance from the first axi
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import combinations_with_replacement
 
 import numpy as np
@@ -21,7 +21,7 @@ from cabledrive.identification.estimates import Identification
 from cabledrive.identification.filters import difference
 from cabledrive.identification.inverse_dynamics import Rows, factors_of, rows_of
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.regression import suited_segments
+from cabledrive.identification.regression import solve, suited_segments
 from cabledrive.identification.rigid_axis import (
     SHORT_SEGMENTS,
     AxisOptions,
@@ -31,6 +31,9 @@ from cabledrive.identification.rigid_axis import (
 )
 
 Array = NDArray[np.float64]
+
+OPEN = 0.05
+"""Share of the torque that a direction which the first log left open may make in a prediction."""
 
 
 def pose_functions(angles: Sequence[Array]) -> list[Array]:
@@ -72,13 +75,121 @@ def identify_posed_axis(
     Identification
         "inertia" is the constant part, "inertia 1", ... the others; singly they may not be identifiable.
     """
+    return posed_axis(log, others, options).identification
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PosedPrediction:
+    """Torque that a model of an axis expects in a log, below the bandwidth of its filter.
+
+    Attributes
+    ----------
+    time : ndarray, shape (rows,)
+        [s]; without the ends, where the filter has not settled.
+    torque : ndarray, shape (rows,)
+        NaN where the log moves what the model was never shown.
+    measured : ndarray, shape (rows,)
+        The measured torque through the same filter.
+    """
+
+    time: Array
+    torque: Array
+    measured: Array
+
+    @property
+    def told(self) -> float:
+        """Share of the rows with a prediction."""
+        return float(np.isfinite(self.torque).mean())
+
+    @property
+    def error(self) -> float:
+        """Root mean square of the difference over that of the measured torque, where it is predicted."""
+        known = np.isfinite(self.torque)
+        if not known.any():
+            return float("nan")
+        off = self.torque[known] - self.measured[known]
+        return float(np.sqrt(np.mean(off**2) / np.mean(self.measured[known] ** 2)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PosedAxis:
+    """An axis whose inertia depends on the pose, identified from one log.
+
+    Attributes
+    ----------
+    identification : Identification
+        Each parameter that the log tells by itself, friction among them.
+    others : tuple of str
+    options : AxisOptions
+    equation : AxisEquation
+    values : ndarray, shape (p,)
+        All parameters; along the directions that the log leaves open, the smallest.
+    blind : ndarray, shape (directions, p)
+        These directions, of length 1.
+    """
+
+    identification: Identification
+    others: tuple[str, ...]
+    options: AxisOptions
+    equation: AxisEquation
+    values: Array
+    blind: Array
+
+    def predict(self, log: Log) -> PosedPrediction:
+        """Torque that the axis needs for the motion of another log.
+
+        Parameters
+        ----------
+        log : Log
+            With the same channels.
+
+        Returns
+        -------
+        PosedPrediction
+            NaN where the motion excites a direction that the first log left open.
+        """
+        torque, position = channels_of(log, self.options)
+        rows = posed_rows(log, torque, position, self.others, self.equation)
+        expected = rows.regressors @ self.values
+        open_ = np.linalg.norm(rows.regressors @ self.blind.T, axis=1) * np.linalg.norm(self.values)
+        unknown = open_ > OPEN * float(np.sqrt(np.mean(expected**2)))
+        return PosedPrediction(
+            time=log.time[rows.keep], torque=np.where(unknown, np.nan, expected), measured=rows.left
+        )
+
+
+def posed_axis(log: Log, others: Sequence[str], options: AxisOptions | None = None) -> PosedAxis:
+    """Identify an axis whose inertia depends on the pose of other axes, for `PosedAxis.predict`.
+
+    Parameters
+    ----------
+    log : Log
+        Torque and angle of the axis, and the angles of the others.
+    others : sequence of str
+        Channels of the others' angles, from the first axis outwards.
+    options : AxisOptions, optional
+
+    Returns
+    -------
+    PosedAxis
+    """
     options = options or AxisOptions()
     torque, position = channels_of(log, options)
     equation = equation_for([log], torque, position, options)
     rows = posed_rows(log, torque, position, others, equation)
     factors = suited_segments(factors_of(rows, min(SHORT_SEGMENTS, rows.left.size // 40)))
     sizes = np.sqrt(np.mean(rows.regressors**2, axis=0))
-    return concluded(factors, equation, sizes, axis_method(equation, options, factors), (), (log.report,))
+    found = concluded(factors, equation, sizes, axis_method(equation, options, factors), (), (log.report,))
+    fit = solve(factors)
+    lengths = np.linalg.norm(fit.blind, axis=1, keepdims=True)
+    return PosedAxis(
+        identification=found,
+        others=tuple(others),
+        options=options,
+        equation=equation,
+        values=fit.values,
+        blind=fit.blind / np.where(lengths > 0.0, lengths, 1.0),
+    )
 
 
 def posed_rows(log: Log, torque: str, position: str, others: Sequence[str], equation: AxisEquation) -> Rows:
