@@ -1,10 +1,13 @@
 """Least squares as its authors published it for the EMPS benchmark, with MATLAB's edges."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
+
+from cabledrive.parameters import InputRefused
 
 Array = NDArray[np.float64]
 
@@ -74,16 +77,9 @@ def published_recipe(
     .. [1] A. Janot, M. Gautier, M. Brunot, "Data Set and Reference Models of EMPS", Nonlinear System
        Identification Benchmarks, 2019.
     """
-    smooth = signal.filtfilt(*signal.butter(4, 2 * cutoff * interval), position, padlen=12)
-    v = np.gradient(smooth, interval)
-    a = np.gradient(v, interval)
-    if asymmetric:
-        forth, back = (v > 0).astype(float), (v < 0).astype(float)
-        columns = np.column_stack([a, v * forth, forth, v * back, -back])
-    else:
-        columns = np.column_stack([a, v, np.sign(v), np.ones_like(v)])
-    w = _decimated(columns[dropped:], factor)
-    y = _decimated(force[dropped:], factor)
+    w, y = recipe_rows(
+        position, force, interval, asymmetric=asymmetric, cutoff=cutoff, dropped=dropped, factor=factor
+    )
     q, r = np.linalg.qr(w)
     values = np.linalg.solve(r, q.T @ y)
     rest = y - w @ values
@@ -98,6 +94,103 @@ def published_recipe(
         residual_deviation=deviation,
         rows=y.size,
     )
+
+
+def recipe_regressor(
+    position: Array, interval: float, *, asymmetric: bool = False, cutoff: float = 100.0
+) -> Array:
+    """Columns of the regression at every sample, of any axis.
+
+    Parameters
+    ----------
+    position : ndarray, shape (samples,)
+        [m or rad].
+    interval : float
+        [s].
+    asymmetric : bool, default False
+        Columns [a, v+, 1+, v-, -1-] instead of [a, v, sign v, 1].
+    cutoff : float, default 100.0
+        [Hz].
+
+    Returns
+    -------
+    ndarray, shape (samples, 4 or 5)
+
+    Raises
+    ------
+    InputRefused
+        If the cutoff is not below half of the sample rate.
+    """
+    if not 0.0 < 2.0 * cutoff * interval < 1.0:
+        raise InputRefused(
+            f"cutoff = {cutoff:.4g} Hz must lie between 0 and half of the sample rate, "
+            f"{0.5 / interval:.4g} Hz: lower it"
+        )
+    smooth = signal.filtfilt(*signal.butter(4, 2 * cutoff * interval), position, padlen=12)
+    v = np.gradient(smooth, interval)
+    a = np.gradient(v, interval)
+    if not asymmetric:
+        return np.column_stack([a, v, np.sign(v), np.ones_like(v)])
+    forth, back = (v > 0).astype(float), (v < 0).astype(float)
+    return np.column_stack([a, v * forth, forth, v * back, -back])
+
+
+def recipe_rows(
+    position: Array,
+    force: Array,
+    interval: float,
+    *,
+    asymmetric: bool = False,
+    cutoff: float = 100.0,
+    dropped: int = 49,
+    factor: int = 10,
+) -> tuple[Array, Array]:
+    """Decimated regressor and force, as `published_recipe` takes them.
+
+    Parameters
+    ----------
+    position, force : ndarray, shape (samples,)
+    interval : float
+        [s].
+    asymmetric : bool, default False
+    cutoff : float, default 100.0
+        [Hz].
+    dropped : int, default 49
+    factor : int, default 10
+
+    Returns
+    -------
+    regressor : ndarray, shape (rows, p)
+    force : ndarray, shape (rows,)
+    """
+    columns = recipe_regressor(position, interval, asymmetric=asymmetric, cutoff=cutoff)
+    return _decimated(columns[dropped:], factor), _decimated(force[dropped:], factor)
+
+
+def cross_test(
+    values: Array, position: Array, force: Array, interval: float, **recipe: Any
+) -> tuple[float, float]:
+    """How well parameters of one log explain the force of another.
+
+    Parameters
+    ----------
+    values : ndarray, shape (p,)
+        Of `published_recipe`.
+    position, force : ndarray, shape (samples,)
+        Of the other log.
+    interval : float
+        [s].
+    **recipe
+        Options of `recipe_rows`, as they were for ``values``.
+
+    Returns
+    -------
+    relative, deviation : float
+        Norm of the residual over that of the force, and its standard deviation.
+    """
+    regressor, measured = recipe_rows(position, force, interval, **recipe)
+    rest = measured - regressor @ values
+    return float(np.linalg.norm(rest) / np.linalg.norm(measured)), float(np.std(rest, ddof=1))
 
 
 def _decimated(rows: Array, factor: int) -> Array:

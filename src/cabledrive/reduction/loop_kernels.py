@@ -6,11 +6,19 @@ from cabledrive.mechanics.compiled import njit
 
 @njit
 def march_position_loop(
-    p: Array, loop: Array, reference: Array, start: Array, interval: float, substeps: int, out: Array
+    p: Array,
+    loop: Array,
+    reference: Array,
+    disturbance: Array,
+    start: Array,
+    interval: float,
+    substeps: int,
+    out: Array,
 ) -> None:
     """Position, speed and command at every sample.
 
-    ``loop`` holds kp, kv, gain and largest command; ``start`` position and speed. The controller works once
+    ``loop`` holds kp, kv, gain and largest command; ``start`` position and speed; ``disturbance`` is a force
+    that stands from sample to sample. The controller works once
     per sample, on the position and its backward difference, and its command stands until the next. Friction
     is set-valued: the speed after a step solves its equation with the friction in it, so that the axis sticks
     and slips by itself.
@@ -29,7 +37,7 @@ def march_position_loop(
         out[1, sample] = speed
         out[2, sample] = command
         for _ in range(substeps):
-            free = (1.0 - half) * speed + h / p[0] * (gain * command + p[3])
+            free = (1.0 - half) * speed + h / p[0] * (gain * command + disturbance[sample] + p[3])
             if free > shrink:
                 new = (free - shrink) / (1.0 + half)
             elif free < -shrink:

@@ -39,6 +39,7 @@ def march_position_loop_of(
     interval: float,
     substeps: int = 10,
     start: tuple[float, float] | None = None,
+    disturbance: Array | None = None,
 ) -> tuple[Array, Array, Array]:
     """Move an axis along a reference.
 
@@ -55,6 +56,8 @@ def march_position_loop_of(
         Steps per sample.
     start : (float, float), optional
         Position and speed at the first sample; default: at rest on the reference.
+    disturbance : ndarray, shape (samples,), optional
+        Torque or force from outside, standing from sample to sample; default: none.
 
     Returns
     -------
@@ -66,10 +69,48 @@ def march_position_loop_of(
     march_position_loop(
         np.array(values, dtype=float),
         numbers,
-        np.ascontiguousarray(reference),
+        np.ascontiguousarray(reference, dtype=float),
+        np.zeros(reference.size) if disturbance is None else np.ascontiguousarray(disturbance, dtype=float),
         begin,
         interval,
         substeps,
         out,
     )
     return out[0], out[1], out[2]
+
+
+def march_open_loop(
+    values: Array,
+    force: Array,
+    interval: float,
+    substeps: int = 10,
+    start: tuple[float, float] = (0.0, 0.0),
+    disturbance: Array | None = None,
+) -> tuple[Array, Array]:
+    """Move an axis under a force alone: the harder test, since nothing brings it back.
+
+    Parameters
+    ----------
+    values : ndarray, shape (4,)
+        Inertia, viscous friction, Coulomb friction, offset with the sign of (4.16).
+    force : ndarray, shape (samples,)
+        [N m or N], standing from sample to sample.
+    interval : float
+        [s].
+    substeps : int, default 10
+        Steps per sample.
+    start : (float, float), default (0.0, 0.0)
+        Position and speed at the first sample.
+    disturbance : ndarray, shape (samples,), optional
+        Torque or force from outside; default: none.
+
+    Returns
+    -------
+    position, speed : ndarray, shape (samples,)
+    """
+    given = force if disturbance is None else force + disturbance
+    still = PositionLoop(position_gain=0.0, speed_gain=0.0, force_per_volt=0.0)
+    position, speed, _ = march_position_loop_of(
+        values, still, np.zeros(force.size), interval, substeps, start, given
+    )
+    return position, speed
