@@ -119,8 +119,8 @@ def test_a_late_torque_channel_is_named():
     log = servo_log("trapezoids", "rigid", 3, 30.0)
     late = replace(log, channels={**log.channels, "torque": np.roll(log.channel("torque"), 5)})
     found = identify(late.part(start=0.1))
-    assert "torque channel is delayed" in found.findings[-1], found.findings
-    assert found.method["suspicions"]["delay"]["value"] == pytest.approx(5e-3, rel=0.2)
+    assert found.codes == ("torque-timing",), found.findings
+    assert found.method["torque_delay"] == pytest.approx(5e-3, rel=0.02)
 
 
 def test_peaks_of_a_servo_torque_are_not_all_that_moves_the_axis():
@@ -169,7 +169,7 @@ def test_forty_faulty_logs_of_each_motion(motion, rig, measured):
 
 @pytest.mark.shared_data
 def test_emps_has_friction_that_falls_behind_a_straight_line(shared_data, measured):
-    """Beyond chance: a smooth law of friction, and, as published, viscous friction of two sizes."""
+    """Beyond chance: a smooth law of friction. Two viscous frictions, as published, are not: moves repeat."""
     columns = with_choices(ColumnMap(), ["time=t", "position=qm", "force=vir:N*gtau"])
     found = identify(read_log(shared_data("emps/DATA_EMPS.mat"), columns))
     told = (
@@ -179,7 +179,7 @@ def test_emps_has_friction_that_falls_behind_a_straight_line(shared_data, measur
     measured(f"significance {', '.join(told)}; viscous friction {size:.0f} N s/m to either side of its mean")
     assert "smooth law" in found.findings[-1], found.findings
     beyond = {n for n, s in found.method["suspicions"].items() if s["significance"] > s["critical"]}
-    assert {"slope", "asymmetry"} <= beyond, found.method["suspicions"]
+    assert "slope" in beyond, found.method["suspicions"]
     assert not beyond & {"backlash", "flexibility", "stribeck"}
 
 

@@ -41,7 +41,7 @@ def spread(test, noise, repeats):
     for seed in range(repeats):
         rig = bench_rig(test, Imperfections(torque_noise=noise))
         log = run_rig(rig, command, np.random.default_rng(seed))
-        one = identify_rigid_axis([log], AxisOptions(bandwidth=20.0))
+        one = identify_rigid_axis([log], AxisOptions(bandwidth=20.0, lag=False))
         found.append([one[name] for name in one.parameters])
     guess = AxisGuess(inertia=test.inertia, viscous=test.viscous, coulomb=test.coulomb, offset=test.offset)
     plan = plan_test(TORQUE_PER_VOLT * command, 1e-3, guess, Instruments(torque_noise=noise, bandwidth=20.0))

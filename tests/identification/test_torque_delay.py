@@ -23,28 +23,30 @@ def late(log, samples):
     return replace(log, channels={**log.channels, "torque": torque})
 
 
-@pytest.mark.parametrize("samples", [-5, 1, 2])
+@pytest.mark.parametrize("samples", [-5, 2])
 def test_a_delay_of_a_torque_of_lines_is_told_to_a_hundredth_of_a_sample(log, samples, measured):
+    """A finding that no habit of logging explains, and no fault of the axis beside it."""
     found = identify(late(log, samples))
     delay = found.method["torque_delay"]
-    measured(f"{samples} ms: {1e3 * delay:.4f} ms; first order {1e3 * first_order(found):.3f} ms")
-    assert "the torque channel is delayed" in found.findings[-1]
+    measured(f"{samples} ms: {1e3 * delay:.4f} ms")
+    assert found.codes == ("torque-timing",), found.findings
     assert abs(delay - samples * log.interval) < 0.01 * log.interval, delay
-    assert abs(first_order(found)) < abs(delay), "the first figure alone is too small"
 
 
-def first_order(found):
-    return found.method["suspicions"]["delay"]["value"]
+def test_a_torque_of_one_sample_before_is_a_note(log):
+    found = identify(late(log, 1))
+    assert found.findings == ()
+    assert "the torque acts 1 ms earlier than its time stamp" in found.notes[0]
 
 
 @pytest.mark.parametrize("samples", [-2, 5])
-def test_a_delay_of_any_other_torque_is_told_to_a_sample(log, samples, measured):
+def test_a_delay_of_any_other_torque_is_told_to_a_tenth_of_a_sample(log, samples, measured):
     """Cut off in the middle of a period the torque has no lines."""
     found = identify(late(log, samples).part(start=0.1, end=float(log.time[-1]) - 0.1))
     delay = found.method["torque_delay"]
-    measured(f"{samples} ms: {1e3 * delay:.1f} ms")
-    assert "the torque channel is delayed" in found.findings[-1]
-    assert abs(delay - samples * log.interval) < 1.01 * log.interval, delay
+    measured(f"{samples} ms: {1e3 * delay:.3f} ms")
+    assert "torque-timing" in found.codes, found.findings
+    assert abs(delay - samples * log.interval) < 0.1 * log.interval, delay
 
 
 def test_a_log_that_is_moved_back_keeps_its_time_and_loses_its_ends(log):

@@ -20,6 +20,8 @@ BANDWIDTH = 50.0
 """Of the compared speeds [Hz]."""
 FORGOTTEN = 1e-3
 """Rest of a change of the speed at the start, as the comparison begins, that tells nothing about it."""
+LATER = 0.05
+"""Step of the torque's instant by which its sensitivity is taken [intervals]."""
 CORNER, CORNER_DOUBT = 6 / 48, 2 / 48
 """Means over the interval of a smooth torque; 4/48 for its point samples, 8/48 where the command stands from
 sample to sample. The doubt is the distance to both."""
@@ -48,6 +50,8 @@ class Case:
         Step of the encoder [rad or m]; 0: none.
     weights : ndarray or None
         Filter that makes the residual white.
+    lag : bool
+        Whether the instant at which the torque acts is free.
     """
 
     torque: Array
@@ -60,6 +64,7 @@ class Case:
     slope: float
     quantum: float = 0.0
     weights: Array | None = None
+    lag: bool = False
 
     def filtered(self, values: Array) -> Array:
         """Signals below the bandwidth.
@@ -139,6 +144,7 @@ def case_of(log: Log, torque: str, position: str, equation: AxisEquation) -> Cas
         bandwidth=bandwidth,
         slope=slope,
         quantum=equation.quantum,
+        lag=equation.lag,
     )
 
 
@@ -185,17 +191,45 @@ def simulated(case: Case, values: Array, start: float) -> tuple[Array, Array]:
     Returns
     -------
     residual : ndarray, shape (rows,)
-    sensitivities : ndarray, shape (rows, 5)
-        By the speed at the start: zero where the axis stops before the comparison begins, since what is left
-        of it then is the filter's tail alone.
+    sensitivities : ndarray, shape (rows, 5 or 6)
+        By the four parameters, the speed at the start and, where it is free, the instant of the torque.
+        By the speed at the start: zero where the axis stops before the comparison begins, since what is
+        left of it then is the filter's tail alone.
     """
     moved, _ = march_rigid_axis(values, case.torque, case.interval, start=start, slope=case.slope)
-    _, along = march_rigid_axis(values, case.lines, case.interval, start=start, slope=case.slope)
+    before, along = march_rigid_axis(values, case.lines, case.interval, start=start, slope=case.slope)
     if np.abs(along[case.inner, 4]).max() < FORGOTTEN:
         along[:, 4] = 0.0
-    filtered = case.filtered(np.column_stack([moved, along]))
+    columns = [moved, along]
+    if case.lag:
+        later = case.lines - LATER * np.gradient(case.lines)
+        after, _ = march_rigid_axis(values, later, case.interval, start=start, slope=case.slope)
+        columns.append((after - before) / (LATER * case.interval))
+    filtered = case.filtered(np.column_stack(columns))
     rows = case.compared(np.column_stack([case.speed - filtered[:, 0], filtered[:, 1:]]))
     return rows[:, 0], rows[:, 1:]
+
+
+def columns_of(sensitivities: Array, number: int, count: int) -> Array:
+    """Sensitivities of one of several logs: each has its own speed at the start.
+
+    Parameters
+    ----------
+    sensitivities : ndarray, shape (rows, 5 or 6)
+        Of `simulated`.
+    number, count : int
+        Of the log, and how many there are.
+
+    Returns
+    -------
+    ndarray, shape (rows, 4 + count or 5 + count)
+    """
+    rows, shared = sensitivities.shape
+    columns = np.zeros((rows, shared - 1 + count))
+    columns[:, :4] = sensitivities[:, :4]
+    columns[:, 4 + number] = sensitivities[:, 4]
+    columns[:, 4 + count :] = sensitivities[:, 5:]
+    return columns
 
 
 def weighed(cases: Sequence[Case], values: Array, speeds: Array) -> list[Case]:

@@ -32,6 +32,8 @@ class AxisEquation:
     kink : float
         Friction over inertia [rad/s^2 or m/s^2]: the jump of the acceleration at a turn is twice that. Known
         roughly from a first pass; the speed whose sign is taken then keeps its kinks when it is smoothed.
+    lag : bool
+        Whether the rate of the torque is the last column, see `cabledrive.identification.torque_timing`.
     """
 
     linear: bool
@@ -40,6 +42,7 @@ class AxisEquation:
     friction: FrictionModel = field(default_factory=FrictionModel)
     quantum: float = 0.0
     kink: float = 0.0
+    lag: bool = False
 
     def __post_init__(self) -> None:
         if self.filter not in FILTERS:

@@ -14,8 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.identification.axis_case import Case, case_of, simulated, weighed
+from cabledrive.identification.axis_case import Case, case_of, columns_of, simulated, weighed
 from cabledrive.identification.estimates import Identification
+from cabledrive.identification.finding import Finding
+from cabledrive.identification.inverse_dynamics import LAG
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.method_error import error_of_refinement, widened
 from cabledrive.identification.regression import Factors, Fit, factor, joined, solve, suited_segments
@@ -35,6 +37,7 @@ NOT_FOLLOWING = (
     "the model does not follow the log by itself (residual {share:.0f} % of the speed): a feedback loop "
     "holds the axis, or the model is wrong"
 )
+NOT_FOLLOWED = "not-followed"
 QUANTITIES = ("inertia", "viscous", "coulomb", "offset")
 
 
@@ -89,7 +92,7 @@ def _solved(cases: list[Case], values: Array, speeds: Array, passes: int) -> tup
         step, errors = fit.values, np.sqrt(np.diag(fit.covariance))[:4]
         near = bool(np.all(np.abs(step[:4]) <= errors))
         for _ in range(HALVINGS):
-            tried = _within(values, step[:4]), speeds + step[4:]
+            tried = _within(values, step[:4]), speeds + step[4 : 4 + len(cases)]
             new_factors, new_residual = _linearised(cases, *tried)
             if near or new_residual <= (1.0 + SLACK) * residual:
                 break
@@ -106,10 +109,8 @@ def _linearised(cases: list[Case], values: Array, speeds: Array) -> tuple[Factor
     count = max(12, SHORT_SEGMENTS // len(cases))
     for number, case in enumerate(cases):
         residual, sensitivities = simulated(case, values, speeds[number])
-        regressors = np.zeros((residual.size, 4 + len(cases)))
-        regressors[:, :4] = sensitivities[:, :4]
-        regressors[:, 4 + number] = sensitivities[:, 4]
-        names = (*QUANTITIES, *(f"start {k}" for k in range(len(cases))))
+        regressors = columns_of(sensitivities, number, len(cases))
+        names = (*QUANTITIES, *(f"start {k}" for k in range(len(cases))), *((LAG,) if case.lag else ()))
         parts.append(factor(regressors, residual, names, min(count, residual.size // 20)))
         squares += float(residual @ residual)
         rows += residual.size
@@ -139,7 +140,7 @@ def _concluded(
     }
     findings = found.findings
     if residual > LARGEST_RESIDUAL * size:
-        findings += (NOT_FOLLOWING.format(share=100 * residual / size),)
+        findings += (Finding(NOT_FOLLOWED, NOT_FOLLOWING.format(share=100 * residual / size)),)
     refined = replace(
         found,
         findings=findings,

@@ -1,5 +1,6 @@
 """From a solved regression to an answer: numbers where there are any, words where there are none."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -8,9 +9,14 @@ from numpy.typing import NDArray
 from cabledrive.identification import identifiability as told
 from cabledrive.identification.axis_equation import AxisEquation
 from cabledrive.identification.estimates import Estimate, Identification, unit_of
-from cabledrive.identification.regression import Factors, Fit, solve
+from cabledrive.identification.finding import Finding
+from cabledrive.identification.inverse_dynamics import LAG
+from cabledrive.identification.regression import Factors, Fit, only, solve, triangle
 
 Array = NDArray[np.float64]
+
+LEAST_TOLD = 2.0
+"""Standard error of the torque's instant, over its doubt, from which the log is said not to tell it."""
 
 
 def concluded(
@@ -20,6 +26,7 @@ def concluded(
     method: dict[str, Any],
     findings: tuple[str, ...],
     reports: tuple[Any, ...],
+    doubt: float = 0.0,
 ) -> Identification:
     """The identification from a solved regression: numbers where there are any, words where there are none.
 
@@ -32,12 +39,16 @@ def concluded(
     method : dict
     findings : tuple of str
     reports : tuple of DataReport
+    doubt : float, default 0.0
+        About the instant at which the torque acts, where the regression leaves that free and cannot find it
+        beside the parameters [s].
 
     Returns
     -------
     Identification
     """
-    fit = solve(factors)
+    fit = _without_lag(factors, doubt)
+    sizes = sizes[: len(fit.names)]
     blind = told.blind_parameters(fit)
     weak = set(told.weak_parameters(fit, sizes)) - blind
     words = told.blind_words(fit) + tuple(told.weak_words(name) for name in fit.names if name in weak)
@@ -62,6 +73,25 @@ def concluded(
     )
 
 
+def _without_lag(factors: Factors, doubt: float) -> Fit:
+    """The fit of the parameters, the instant of the torque taken out: estimated beside them, or doubted."""
+    if LAG not in factors.names:
+        return solve(factors)
+    count = len(factors.names) - 1
+    kept = factors.names[:count]
+    fit = solve(factors)
+    error = float(np.sqrt(fit.covariance[-1, -1]))
+    plain = solve(only(factors, kept))
+    if not (fit.blind.size or error > LEAST_TOLD * doubt):
+        covariance = fit.covariance[:count, :count]
+        return replace(
+            fit, names=kept, values=fit.values[:count], covariance=covariance, condition=plain.condition
+        )
+    stacked = triangle(factors.triangles.reshape(-1, count + 2))
+    moved = doubt * np.linalg.lstsq(stacked[:count, :count], stacked[:count, count], rcond=None)[0]
+    return replace(plain, covariance=plain.covariance + np.outer(moved, moved))
+
+
 def implausible(parameters: dict[str, Estimate]) -> tuple[str, ...]:
     """Numbers that no machine has: findings about the log, not results.
 
@@ -80,9 +110,8 @@ def implausible(parameters: dict[str, Estimate]) -> tuple[str, ...]:
             hint = "are torque and angle swapped, or is one sign reversed?"
             if name not in ("inertia", "mass") and not against:
                 hint = "the friction model does not fit this axis"
-            found.append(
-                f"{told.readable(name)} comes out negative ({estimate.value:.4g} {estimate.unit}): {hint}"
-            )
+            size = f"{estimate.value:.4g} {estimate.unit}"
+            found.append(Finding("negative", f"{told.readable(name)} comes out negative ({size}): {hint}"))
     return tuple(found)
 
 

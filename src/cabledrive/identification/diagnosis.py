@@ -17,6 +17,7 @@ from scipy import signal, stats
 from cabledrive.identification.axis_case import Case, case_of, simulated, simulated_speed, weighed
 from cabledrive.identification.estimates import Identification
 from cabledrive.identification.filters import difference, zero_phase
+from cabledrive.identification.inverse_dynamics import LAG
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.regression import Factors, factor, joined, only, solve, suited_segments
 from cabledrive.identification.rigid_axis import AxisOptions, channels_of, equation_for
@@ -128,12 +129,15 @@ def suspicions(
     for case in weighed(cases, values, np.array([case.start for case in cases])):
         residual, sensitivities = simulated(case, values, case.start)
         answers = _answers(case, values)
-        regressors = np.column_stack([sensitivities, *answers.values()])
+        if case.lag:
+            answers[LAG] = sensitivities[:, 5]
+            del answers["delay"]
+        regressors = np.column_stack([sensitivities[:, :5], *answers.values()])
         names = (*BASE, "start", *answers)
         count = max(12, SEGMENTS // len(logs))
         parts.append(factor(regressors, residual, names, min(count, residual.size // 40)))
     factors = suited_segments(joined(parts))
-    tried = factors.names[len(BASE) + 1 :]
+    tried = tuple(name for name in factors.names[len(BASE) + 1 :] if name != LAG)
     found = [_suspicion(factors, name, len(tried)) for name in tried]
     best: dict[str, Suspicion] = {}
     for suspicion in found:
@@ -142,7 +146,7 @@ def suspicions(
     return tuple(sorted(best.values(), key=lambda s: -s.gain))
 
 
-def verdict(found: Sequence[Suspicion]) -> str | None:
+def verdict(found: Sequence[Suspicion], late: bool = False) -> str | None:
     """The fault that the evidence speaks for: of the family that explains most, the plainest that suffices.
 
     A law of friction that alone explains half of it is the reason; other friction shows by its sign: more
@@ -152,6 +156,8 @@ def verdict(found: Sequence[Suspicion]) -> str | None:
     Parameters
     ----------
     found : sequence of Suspicion
+    late : bool, default False
+        Whether the torque had to be moved by a time that no convention of logging explains.
 
     Returns
     -------
@@ -165,7 +171,7 @@ def verdict(found: Sequence[Suspicion]) -> str | None:
     members = sorted((s for s in found if s.family == family), key=lambda s: -s.gain)
     top = members[0]
     if family == "link":
-        lags = any(s.fault == "delay" and s.value > 0.0 for s in beyond)
+        lags = late or any(s.fault == "delay" and s.value > 0.0 for s in beyond)
         springs = top.fault == "flexibility" and not lags
         return top.fault if springs or top.gain > ALONE * top.family_gain else "backlash"
     if family == "friction":
@@ -245,7 +251,8 @@ def loose(speed: Array, acceleration: Array, gap: float, interval: float) -> Arr
 
 
 def _suspicion(factors: Factors, name: str, tried: int) -> Suspicion:
-    rigid, fault = (*BASE, "start"), name.partition(":")[0]
+    free = (LAG,) if LAG in factors.names else ()
+    rigid, fault = (*BASE, "start", *free), name.partition(":")[0]
     family = next(faults for faults in FAMILIES.values() if fault in faults)
     kin = tuple(n for n in factors.names if n.partition(":")[0] in family)
     without, beside, whole = (solve(only(factors, (*rigid, *n))) for n in ((), (name,), kin))

@@ -1,12 +1,13 @@
 """What an identification answers: parameters with intervals, what it cannot tell, what it noticed."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cabledrive.identification.finding import code_of
 from cabledrive.identification.logs.log import DataReport
 
 Array = NDArray[np.float64]
@@ -67,7 +68,13 @@ class Identification:
     method : mapping
         How it was done, with every choice that was made from the data.
     findings : tuple of str
-        What contradicts the model, in words.
+        Faults and doubts that a reader must act on, each a `Finding` with its code.
+    notes : tuple of str
+        Conventions that were found in the log, as that of the torque's instant.
+    checked : bool
+        Whether the model was tested against the log.
+    check_reason : str
+        How, or why not.
     reports : tuple of DataReport
         Of each log.
     covariance : ndarray, shape (p, p)
@@ -87,6 +94,19 @@ class Identification:
     freedom: int
     findings: tuple[str, ...] = ()
     reports: tuple[DataReport, ...] = field(default_factory=tuple)
+    notes: tuple[str, ...] = ()
+    checked: bool = False
+    check_reason: str = "not asked for"
+
+    @property
+    def refused(self) -> bool:
+        """Whether a value has no interval: the model does not fit, or the log does not determine it."""
+        return any(not np.isfinite(one.low) for one in self.parameters.values())
+
+    @property
+    def codes(self) -> tuple[str, ...]:
+        """Codes of the findings."""
+        return tuple(code_of(finding) for finding in self.findings)
 
     def __getitem__(self, name: str) -> float:
         return self.parameters[name].value
@@ -106,7 +126,10 @@ class Identification:
             "unidentifiable": list(self.unidentifiable),
             "residual": dict(self.residual),
             "condition_number": _finite(self.condition_number),
-            "findings": list(self.findings),
+            "findings": [{"code": code_of(one), "message": str(one)} for one in self.findings],
+            "notes": list(self.notes),
+            "checked": self.checked,
+            "check_reason": self.check_reason,
             "method": dict(self.method),
             "data": [report_dict(report) for report in self.reports],
         }
@@ -148,6 +171,26 @@ def report_dict(report: DataReport) -> dict[str, Any]:
         "repaired": list(report.repaired),
         "findings": list(report.findings),
     }
+
+
+def without_intervals(found: Identification, reason: str) -> Identification:
+    """An identification whose model is refused: its values stay, its intervals do not.
+
+    Parameters
+    ----------
+    found : Identification
+    reason : str
+        Why there is no interval.
+
+    Returns
+    -------
+    Identification
+    """
+    parameters = {
+        name: replace(one, standard_error=np.inf, low=-np.inf, high=np.inf, reason=one.reason or reason)
+        for name, one in found.parameters.items()
+    }
+    return replace(found, parameters=parameters)
 
 
 def unit_of(name: str, linear: bool) -> str:

@@ -7,6 +7,10 @@ from cabledrive.identification.diagnosis import FAULTS as LINE_FAULTS
 
 ONE_SIDED = ("stribeck", "slope", "quadratic", "load", "flexibility", "backlash")
 """Faults that only a positive factor shows."""
+MATERIAL = 0.7
+"""Share of half an interval by which a fault must change a parameter to be stated as a fault."""
+NOTABLE = 0.02
+"""Share of the innovations' power from which it is stated whatever it changes."""
 CLOSE = 0.8
 """Share of the best explanation from which on another fault cannot be told from it."""
 
@@ -43,6 +47,8 @@ class Evidence:
         Significance that a sound log exceeds at any disturbance with the chance `FALSE_ALARMS`.
     gain : float
         Share of the innovations' power that it explains.
+    shift : tuple of float
+        What it would change in the four parameters.
     """
 
     name: str
@@ -50,6 +56,7 @@ class Evidence:
     error: float
     critical: float
     gain: float
+    shift: tuple[float, ...] = ()
 
     @property
     def fault(self) -> str:
@@ -75,6 +82,27 @@ class Evidence:
         dict of str to float
         """
         return {"significance": self.significance, "critical": self.critical, "value": self.value}
+
+
+def material(found: Sequence[Evidence], half_widths: Sequence[float]) -> tuple[Evidence, ...]:
+    """Faults beyond chance that matter: they change a parameter by a share of its interval, or explain much.
+
+    Parameters
+    ----------
+    found : sequence of Evidence
+    half_widths : sequence of float
+        Of the intervals of the four parameters.
+
+    Returns
+    -------
+    tuple of Evidence
+    """
+    kept = []
+    for one in found:
+        moves = any(abs(shift) > MATERIAL * half for shift, half in zip(one.shift, half_widths, strict=False))
+        if one.alarms and (moves or one.gain > NOTABLE):
+            kept.append(one)
+    return tuple(kept)
 
 
 def named(found: Sequence[Evidence]) -> tuple[Evidence, ...]:

@@ -7,28 +7,26 @@ from typing import Any
 
 from threadpoolctl import threadpool_limits
 
+from cabledrive.identification.axis_answer import Request, answer
 from cabledrive.identification.axis_equation import FILTERS
-from cabledrive.identification.axis_refinement import refine_rigid_axis
 from cabledrive.identification.estimates import Identification
 from cabledrive.identification.friction_regressors import FRICTIONS, PRINTED_SLOPE, FrictionModel
 from cabledrive.identification.logs.column_map import ColumnMap, column_map
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.logs.reading import Recording, open_log, read_log
 from cabledrive.identification.long_logs import identify_long_log, is_long
-from cabledrive.identification.method_error import with_own_error
-from cabledrive.identification.model_check import NOT_MADE, checked_by_innovations, checked_by_lines
-from cabledrive.identification.rigid_axis import AxisOptions, identify_rigid_axis
-from cabledrive.identification.torque_lines import driven_by_lines, noise_between_lines
+from cabledrive.identification.model_check import NOT_MADE
+from cabledrive.identification.rigid_axis import AxisOptions
+from cabledrive.identification.torque_timing import TIMINGS
 from cabledrive.identification.two_inertia import NAME as TWO_INERTIA
 from cabledrive.identification.two_inertia import identify_two_inertia
-from cabledrive.parameters import InputRefused, NotComputed
+from cabledrive.parameters import InputRefused
 from cabledrive.parameters.fields import LARGEST, SMALLEST, nearest
 from cabledrive.parameters.toml_values import flag_of, quantity_of, read_toml, table_of, text_of
 
 MODELS = tuple(f"rigid-axis-{kind}" for kind in FRICTIONS)
-METHODS = ("auto", "inverse-dynamics", "output-error")
-KEYS = ("model", "method", "bandwidth", "filter", "slope", "fading", "check")
-CHECKED = ("coulomb", "tanh")
+METHODS = ("auto", "inverse-dynamics", "output-error", "prediction-error")
+KEYS = ("model", "method", "bandwidth", "filter", "slope", "fading", "check", "torque")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,6 +41,8 @@ class IdentifyOptions:
         One of `METHODS`.
     axis : AxisOptions
     columns : ColumnMap
+    torque : str
+        When a logged torque acts: one of `TIMINGS`, see `cabledrive.identification.torque_timing`.
     check : bool
         Whether the model is tested against faults: by `cabledrive.identification.diagnosis` where the torque
         is a sum of lines, else by `cabledrive.identification.loop_check`.
@@ -53,6 +53,7 @@ class IdentifyOptions:
     axis: AxisOptions = field(default_factory=AxisOptions)
     columns: ColumnMap = field(default_factory=ColumnMap)
     check: bool = True
+    torque: str = "found"
 
 
 def load_options(path: str | Path) -> IdentifyOptions:
@@ -168,49 +169,21 @@ def identify(
     with threadpool_limits(limits=1, user_api="blas"):
         if options.model == TWO_INERTIA:
             return identify_two_inertia(read)
-        return _of_logs(read, options, method)
-
-
-def _of_logs(read: list[Log], options: IdentifyOptions, method: str) -> Identification:
-    found = identify_rigid_axis(read, options.axis)
-    lines = driven_by_lines(read, options.axis)
-    alone = lines and noise_between_lines(read, options.axis)
-    plausible = found.identifiable and not any("negative" in finding for finding in found.findings)
-    if not plausible or options.axis.friction.kind not in CHECKED:
-        if method == "output-error":
-            raise NotComputed("output error needs an identifiable rigid axis with one Coulomb friction")
-        known = options.axis.friction.kind == "coulomb" and not alone
-        return checked_by_innovations(read, found, options.axis) if options.check and known else found
-    refining, checking = method == "output-error" or (method == "auto" and lines), options.check and alone
-    refined = None
-    if refining or checking:
-        try:
-            refined = refine_rigid_axis(read, found, options.axis)
-        except NotComputed as failure:
-            if method == "output-error":
-                raise
-            found = replace(found, method=dict(found.method) | {"model_check": f"not possible: {failure}"})
-    follows = refined is not None and refined.findings == found.findings
-    if method == "output-error" and refined is not None and not follows:
-        raise NotComputed(refined.findings[-1])
-    answer = refined if refining and follows and refined else with_own_error(found, read, options.axis)
-    if options.check and not alone:
-        return checked_by_innovations(read, answer, options.axis)
-    if refined is not None and checking:
-        return checked_by_lines(read, answer, refined, options.axis)
-    return answer
+        request = Request(axis=options.axis, method=method, check=options.check, torque=options.torque)
+        return answer(read, request)
 
 
 def _of_long_log(
     recording: Recording, options: IdentifyOptions, method: str, progress: Callable[[str], None] | None
 ) -> Identification:
-    if method == "output-error":
+    if method in ("output-error", "prediction-error"):
         raise InputRefused(
-            f"{recording.table.source}: method output-error needs the log in memory, which is too long for "
+            f"{recording.table.source}: method {method} needs the log in memory, which is too long for "
             "that: leave the method out, or cut the log"
         )
     found = identify_long_log(recording, options.axis, progress=progress)
-    return replace(found, method=dict(found.method) | {"model_check": NOT_MADE["long"]})
+    how = dict(found.method) | {"model_check": NOT_MADE["long"]}
+    return replace(found, method=how, check_reason=NOT_MADE["long"])
 
 
 def _options(table: Mapping[str, Any], columns: ColumnMap) -> IdentifyOptions:
@@ -232,6 +205,7 @@ def _options(table: Mapping[str, Any], columns: ColumnMap) -> IdentifyOptions:
         axis=axis,
         columns=columns,
         check=flag_of("identify.check", table.get("check", True)),
+        torque=_word(table, "torque", "found", TIMINGS),
     )
 
 

@@ -13,6 +13,8 @@ from cabledrive.identification.regression import Factors, factor
 
 Array = NDArray[np.float64]
 
+LAG = "lag"
+"""Name of the column of the time by which the torque acts later than it is logged."""
 SIGN_BANDWIDTHS = 2.5
 """Bandwidth of the speed whose sign is taken, in bandwidths of the regression."""
 
@@ -160,6 +162,9 @@ def rows_of(
             if smooth
             else filtered(column, equation, interval)
         )
+    left = filtered(torque, equation, interval)
+    if equation.lag:
+        columns[LAG] = difference(left, interval)
     keep = np.ones(position.size, dtype=bool)
     edge = settling(equation.bandwidth, interval)
     keep[:edge] = keep[keep.size - edge :] = False
@@ -169,7 +174,7 @@ def rows_of(
     return Rows(
         names=tuple(columns),
         regressors=np.column_stack([column[keep] for column in columns.values()]),
-        left=filtered(torque, equation, interval)[keep],
+        left=left[keep],
         speed=speed[keep],
         keep=keep,
     )

@@ -87,7 +87,9 @@ def _squares(logs: Sequence[Log], rivals: Sequence[tuple[Identification, AxisOpt
         if number == 0:
             weights = [c.weights for c in weighed(cases, values, np.array([c.start for c in cases]))]
         for case, weight in zip(cases, weights, strict=True):
-            residual, _ = simulated(replace(case, weights=weight), values, case.start)
+            residual, slopes = simulated(replace(case, weights=weight), values, case.start)
+            if case.lag:  # the instant of the torque is free under either law
+                residual = residual - slopes[:, 5] * (slopes[:, 5] @ residual) / (slopes[:, 5] @ slopes[:, 5])
             count = max(6, MOST_SEGMENTS // len(logs))
             sums[number] += [float(part @ part) for part in np.array_split(residual, count)]
     return np.array(sums)

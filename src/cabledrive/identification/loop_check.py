@@ -23,6 +23,7 @@ from cabledrive.identification.diagnosis import FALSE_ALARMS
 from cabledrive.identification.estimates import Identification
 from cabledrive.identification.fault_evidence import Evidence
 from cabledrive.identification.innovations import (
+    HELD,
     HELD_DOUBT,
     SLOWER,
     Track,
@@ -48,6 +49,7 @@ from cabledrive.identification.regression import (
     solve,
     triangle,
 )
+from cabledrive.identification.repetition import design_effect
 from cabledrive.identification.rigid_axis import AxisOptions, channels_of, equation_for
 from cabledrive.identification.sound_logs import sound_tracks
 from cabledrive.parameters import NotComputed
@@ -105,19 +107,24 @@ def evidence(
     if any(e.alarms for e in found_first):
         sound = [joint_factors(made, values, slow, gaps) for made in sound_tracks(tracks, values, slow, rng)]
         found_first = tuple(_doubted(e, factors, sound) for e in found_first)
+    runs = [foreseen(*one) for one in zip(tracks, [values] * len(tracks), slow, strict=True)]
+    repeated = float(np.sqrt(design_effect(tracks, runs)))
+    found_first = tuple(replace(e, error=repeated * e.error) for e in found_first)
     best: dict[str, Evidence] = {}
     for one in sorted(found_first, key=lambda e: (e.alarms, e.gain)):
         best[one.fault] = one
     return tuple(sorted(best.values(), key=lambda e: -e.gain))
 
 
-def tracks_of(logs: Sequence[Log], options: AxisOptions) -> list[Track]:
+def tracks_of(logs: Sequence[Log], options: AxisOptions, share: float = HELD) -> list[Track]:
     """Logs as the observer takes them.
 
     Parameters
     ----------
     logs : sequence of Log
     options : AxisOptions
+    share : float, optional
+        Of the second difference that is taken off the torque.
 
     Returns
     -------
@@ -127,7 +134,7 @@ def tracks_of(logs: Sequence[Log], options: AxisOptions) -> list[Track]:
     equation = equation_for(logs, torque, position, options)
     return [
         Track(
-            torque=held(log.channel(torque)),
+            torque=held(log.channel(torque), share),
             position=log.channel(position),
             start=case_of(log, torque, position, equation).start,
             interval=log.interval,
@@ -188,6 +195,7 @@ def joint_factors(
     values: Array,
     bandwidths: Sequence[float],
     gaps: tuple[float, ...] | None = None,
+    hold: float = 0.0,
 ) -> Factors:
     """Innovations of all logs against what disturbances add to them.
 
@@ -199,6 +207,8 @@ def joint_factors(
         Of the observers [rad/s].
     gaps : tuple of float, optional
         Free plays; default: no faults at all.
+    hold : float, default 0.0
+        Doubt about what the torque does between samples, as a column `HOLD` where there are no faults.
 
     Returns
     -------
@@ -211,7 +221,9 @@ def joint_factors(
         torques = base_torques(run, track)
         if gaps is not None:
             torques |= fault_torques(run, track, gaps)
-            torques[HOLD] = HELD_DOUBT * np.diff(track.torque, 2, prepend=0.0, append=0.0)
+            hold = HELD_DOUBT
+        if hold > 0.0:
+            torques[HOLD] = hold * np.diff(track.torque, 2, prepend=0.0, append=0.0)
         parts.append(regression(track, run, torques, max(FEWEST_SEGMENTS, MOST_SEGMENTS // len(tracks))))
     return joined(parts)
 
@@ -254,8 +266,17 @@ def _evidence(factors: Factors, name: str, tried: int) -> Evidence:
         value=value,
         error=error,
         critical=float(stats.t.isf(0.5 * FALSE_ALARMS / tried, freedom)),
+        shift=_shift(factors, name),
         gain=1.0 - residual**2 / solve(only(factors, rigid)).residual ** 2,
     )
+
+
+def _shift(factors: Factors, name: str) -> tuple[float, ...]:
+    """What a disturbance beside the parameters changes in them."""
+    beside = only(factors, (*BASE, "lag")) if name == DELAY else only(factors, (*NUISANCE, name))
+    without = only(factors, NUISANCE)
+    moved = solve(beside).values[: len(BASE)] - solve(without).values[: len(BASE)]
+    return tuple(moved.tolist())
 
 
 def _doubted(one: Evidence, factors: Factors, sound: Sequence[Factors]) -> Evidence:

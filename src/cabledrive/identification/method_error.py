@@ -24,6 +24,7 @@ from cabledrive.identification.axis_case import (
     Case,
     between_samples,
     case_of,
+    columns_of,
     observed,
     simulated,
 )
@@ -94,11 +95,9 @@ def error_of_refinement(cases: Sequence[Case], values: Array, speeds: Array) -> 
             [_between(case, values, speeds[number], moved), _noisier(case, values, speeds[number], moved)]
         )
         doubts.append(case.compared(case.filtered(changes)))
-        left = np.zeros((off.shape[0], 4 + len(cases)))
-        left[:, :4], left[:, 4 + number] = sensitivities[:, :4], sensitivities[:, 4]
-        lefts.append(left)
+        lefts.append(columns_of(sensitivities, number, len(cases)))
         rights.append(off)
-    names = tuple(str(k) for k in range(4 + len(cases)))
+    names = tuple(str(k) for k in range(lefts[0].shape[1]))
     count = max(12, SHORT_SEGMENTS // len(cases))
     fits = []
     for k in range(PHASES):

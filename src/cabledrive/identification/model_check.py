@@ -8,12 +8,15 @@ import numpy as np
 from cabledrive.identification.axis_refinement import refine_rigid_axis
 from cabledrive.identification.diagnosis import FAULTS, suspicions, verdict
 from cabledrive.identification.estimates import Identification
-from cabledrive.identification.fault_evidence import named, told
+from cabledrive.identification.fault_evidence import SHORT as FAULT_NAMES
+from cabledrive.identification.fault_evidence import material, named, told
+from cabledrive.identification.finding import Finding
 from cabledrive.identification.law_comparison import other_law
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.loop_check import evidence
 from cabledrive.identification.rigid_axis import AxisOptions, channels_of, identify_rigid_axis
 from cabledrive.identification.torque_delay import torque_delay
+from cabledrive.identification.torque_timing import TorqueTiming
 from cabledrive.parameters import NotComputed
 
 NOT_MADE = {
@@ -22,6 +25,8 @@ NOT_MADE = {
     "long": "not made: the log is read in blocks",
     "parameters": "not made: the log does not tell inertia and friction",
 }
+MISFIT = "model-misfit"
+LINES = "disturbances of known faults beside the refined model"
 INNOVATIONS = "innovations of an observer"
 NOISE_SEED = 4016
 """Of the noise in the sound logs that a log is held against: the same log gives the same answer."""
@@ -45,16 +50,15 @@ def checked_by_lines(
     Identification
     """
     method = dict(answer.method)
-    if refined.findings[len(answer.findings) :] and refined["coulomb_friction"] > 0.0:
-        method["model_check"] = "not possible: " + refined.findings[-1]
     found = suspicions(read, refined, options)
-    if "model_check" not in method and verdict(found) is not None:
+    if verdict(found) is not None:
         rival = other_law(read, refined, options, found)
         found = found if rival is None else (*found, rival)
     method["suspicions"] = {
         s.fault: {"significance": s.significance, "critical": s.critical, "value": s.value} for s in found
     }
-    fault = verdict(found) if "model_check" not in method else None
+    answer = replace(answer, checked=True, check_reason=LINES)
+    fault = verdict(found, _unexplained_shift(answer, read[0].interval))
     if fault is None:
         return replace(answer, method=method)
     value = next((s.value for s in found if s.fault == fault), 0.0)
@@ -62,7 +66,15 @@ def checked_by_lines(
     if fault == "delay":
         words, measured = _delay_told(read, options, value, lambda moved: _left_by_lines(moved, options))
         method |= measured
-    return replace(answer, method=method, findings=(*answer.findings, f"the model does not fit: {words}"))
+    finding = Finding(MISFIT, f"the model does not fit: {words}")
+    return replace(answer, method=method, findings=(*answer.findings, finding))
+
+
+def _unexplained_shift(answer: Identification, interval: float) -> bool:
+    """Whether the torque was moved by a time that is no convention of logging."""
+    shift = float(answer.method.get("torque_shift", 0.0))
+    error = float(answer.method.get("torque_shift_error", 0.0))
+    return TorqueTiming(shift=shift, error=error).convention(interval) is None
 
 
 def checked_by_innovations(
@@ -83,13 +95,22 @@ def checked_by_innovations(
     method = dict(answer.method)
     reason = _not_made(read, answer, options)
     if reason is not None:
-        return replace(answer, method=method | {"model_check": NOT_MADE[reason]})
+        return replace(
+            answer, method=method | {"model_check": NOT_MADE[reason]}, check_reason=NOT_MADE[reason]
+        )
     try:
         found = evidence(read, answer, options, np.random.default_rng(NOISE_SEED))
     except NotComputed as failure:
-        return replace(answer, method=method | {"model_check": f"not possible: {failure}"})
+        words = f"not possible: {failure}"
+        return replace(answer, method=method | {"model_check": words}, check_reason=words)
+    answer = replace(answer, checked=True, check_reason=INNOVATIONS)
     method |= {"model_check": INNOVATIONS, "suspicions": {e.fault: e.as_dict() for e in found}}
-    faults = named(found)
+    half_widths = [0.5 * (one.high - one.low) for one in answer.parameters.values()]
+    faults = named(material(found, half_widths))
+    small = [FAULT_NAMES[one.fault] for one in found if one.alarms] if not faults else []
+    if small:
+        words = f"beyond chance, but no parameter changes by as much as its interval: {', '.join(small)}"
+        answer = replace(answer, notes=(*answer.notes, words))
     if not faults:
         return replace(answer, method=method)
     first = None
@@ -97,7 +118,8 @@ def checked_by_innovations(
         value = faults[0].value
         first, measured = _delay_told(read, options, value, lambda moved: _left_beside(moved, options))
         method |= measured
-    return replace(answer, method=method, findings=(*answer.findings, told(faults, first)))
+    finding = Finding(MISFIT, told(faults, first))
+    return replace(answer, method=method, findings=(*answer.findings, finding))
 
 
 def _delay_told(

@@ -11,6 +11,7 @@ from cabledrive.identification.axis_equation import AxisEquation
 from cabledrive.identification.conclusion import concluded
 from cabledrive.identification.estimates import Identification
 from cabledrive.identification.filters import chosen_bandwidth
+from cabledrive.identification.finding import Finding
 from cabledrive.identification.friction_regressors import FrictionModel
 from cabledrive.identification.inverse_dynamics import Rows, factors_of, rows_of
 from cabledrive.identification.logs.log import Log
@@ -37,6 +38,8 @@ class AxisOptions:
     filter : {"zero-phase", "causal", "ideal"}
     torque, position : str or None
         Channels; None: "torque" and "angle", or "force" and "position".
+    lag : bool
+        Whether the instant at which the torque acts is free, to first order.
     """
 
     friction: FrictionModel = field(default_factory=FrictionModel)
@@ -44,6 +47,7 @@ class AxisOptions:
     filter: str = "zero-phase"
     torque: str | None = None
     position: str | None = None
+    lag: bool = True
 
 
 def identify_rigid_axis(logs: Sequence[Log], options: AxisOptions | None = None) -> Identification:
@@ -71,18 +75,41 @@ def identify_rigid_axis(logs: Sequence[Log], options: AxisOptions | None = None)
         raise InputRefused("no log given: name at least one")
     torque, position = channels_of(logs[0], options)
     equation = equation_for(logs, torque, position, options)
+    equation, parts = rows_of_logs(logs, torque, position, equation)
+    count = max(12, SHORT_SEGMENTS // len(parts))
+    factors = suited_segments(joined([factors_of(rows, _segments(rows, count)) for rows in parts]))
+    sizes = np.sqrt(np.mean(np.vstack([rows.regressors for rows in parts]) ** 2, axis=0))
+    reports = tuple(log.report for log in logs)
+    doubt = 0.5 * max(log.interval for log in logs)
+    method = axis_method(equation, options, factors)
+    return concluded(factors, equation, sizes, method, _findings(parts), reports, doubt)
+
+
+def rows_of_logs(
+    logs: Sequence[Log], torque: str, position: str, equation: AxisEquation
+) -> tuple[AxisEquation, list[Rows]]:
+    """Rows of all logs, with the kinks that friction makes in the speed.
+
+    Parameters
+    ----------
+    logs : sequence of Log
+    torque, position : str
+        Channels.
+    equation : AxisEquation
+
+    Returns
+    -------
+    equation : AxisEquation
+        With the kink that a first pass found.
+    parts : list of Rows
+    """
     parts = [rows_for(log, torque, position, equation) for log in logs]
     count = max(12, SHORT_SEGMENTS // len(parts))
     kink = kink_of(joined([factors_of(rows, _segments(rows, count)) for rows in parts]), equation)
     if kink > 0.0:
         equation = replace(equation, kink=kink)
         parts = [rows_for(log, torque, position, equation) for log in logs]
-    factors = suited_segments(joined([factors_of(rows, _segments(rows, count)) for rows in parts]))
-    sizes = np.sqrt(np.mean(np.vstack([rows.regressors for rows in parts]) ** 2, axis=0))
-    reports = tuple(log.report for log in logs)
-    return concluded(
-        factors, equation, sizes, axis_method(equation, options, factors), _findings(parts), reports
-    )
+    return equation, parts
 
 
 def channels_of(log: Log, options: AxisOptions) -> tuple[str, str]:
@@ -160,6 +187,7 @@ def equation_for(logs: Sequence[Log], torque: str, position: str, options: AxisO
         filter=options.filter,
         friction=options.friction,
         quantum=max(log.report.quantum.get(position, 0.0) for log in logs),
+        lag=options.lag,
     )
 
 
@@ -247,5 +275,6 @@ def _findings(parts: list[Rows]) -> tuple[str, ...]:
     speeds = np.concatenate([rows.speed for rows in parts])
     size = np.sqrt(np.mean(speeds**2))
     if min((speeds > 0.05 * size).mean(), (speeds < -0.05 * size).mean()) < 0.01:
-        return ("the axis moves in one direction only: Coulomb friction and offset act alike",)
+        words = "the axis moves in one direction only: Coulomb friction and offset act alike"
+        return (Finding("one-direction", words),)
     return ()

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from cabledrive.identification.estimates import Estimate, Identification
 from cabledrive.identification.filters import difference
+from cabledrive.identification.finding import Finding
 from cabledrive.identification.fit_doubts import at_bounds, doubts_of, interval_of, undetermined
 from cabledrive.identification.identifiability import readable
 from cabledrive.identification.logs.log import Log
@@ -250,7 +251,9 @@ def _answer(
         },
         covariance=fit.covariance,
         freedom=fit.freedom,
-        findings=tuple(message for _, message in doubts),
+        findings=tuple(Finding(code, message) for code, message in doubts),
+        checked=True,
+        check_reason="share explained, whiteness of the residual, bounds, several starts",
         reports=tuple(log.report for log in logs),
     )
 

@@ -93,9 +93,8 @@ def _numbers(found: Identification) -> list[Block]:
     rows = []
     for name, one in found.parameters.items():
         known = np.isfinite(one.value)
-        told = (
-            (number(one.value), f"{number(one.low, 4)} to {number(one.high, 4)}") if known else ("none", "")
-        )
+        interval = f"{number(one.low, 4)} to {number(one.high, 4)}" if np.isfinite(one.low) else "none"
+        told = (number(one.value), interval) if known else ("none", "")
         rows.append((name.replace("_", " "), *told, unit_name(one.unit)))
     table = Table(
         caption="What the log tells.",

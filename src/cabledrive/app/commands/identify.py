@@ -23,7 +23,12 @@ from cabledrive.parameters import InputRefused, load_drive
 @click.argument("logs", nargs=-1, required=True, metavar="LOG...")
 @click.option("--config", type=click.Path(), metavar="FILE", help="TOML file with [identify] and [log].")
 @click.option("--model", metavar="NAME", help="rigid-axis, rigid-axis-tanh, ..., two-inertia.")
-@click.option("--method", metavar="NAME", help="inverse-dynamics or output-error.")
+@click.option("--method", metavar="NAME", help="inverse-dynamics, output-error or prediction-error.")
+@click.option(
+    "--torque",
+    type=click.Choice(["found", "held", "interpolated", "before"]),
+    help="When a logged torque acts; default: found from the log.",
+)
 @reading_options
 @click.option(
     "--ping",
@@ -56,6 +61,7 @@ def command(
     config: str | None,
     model: str | None,
     method: str | None,
+    torque: str | None,
     choose: Chooser,
     drive: str | None,
     span: str | None,
@@ -76,10 +82,16 @@ def command(
         refuse_given("span", "plucked", "section", why="belongs to --ping DRIVE: add that, or leave it out")
     else:
         refuse_given(
-            "model", "method", "no_check", "page", why="is for the parameters of an axis, not for --ping"
+            "model",
+            "method",
+            "torque",
+            "no_check",
+            "page",
+            why="is for the parameters of an axis, not for --ping",
         )
     options = IdentifyOptions() if config is None else load_options(config)
     options = replace(options, columns=choose(options.columns), check=options.check and not no_check)
+    options = replace(options, torque=torque or options.torque)
     if drive is not None:
         if plucked is not None and span != "both":
             raise InputRefused(
@@ -180,25 +192,30 @@ def _swapped(found: Any) -> str:
 def _text(data: dict[str, Any]) -> str:
     measured = data["method"].get("residual_of", "torque")
     residual = f"residual {100 * data['residual']['relative']:.3g} % of the measured {measured}"
-    return "\n".join([*_rows(data), residual, *_words(data)])
+    shown = [f"method: {data['method']['name']}", *[f"note: {note}" for note in data["notes"]]]
+    check = f"model checked: {'yes' if data['checked'] else 'no'} ({data['check_reason']})"
+    return "\n".join([*_rows(data), residual, *shown, check, *_words(data)])
 
 
 def _rows(data: dict[str, Any]) -> list[str]:
     """The parameters, aligned."""
-    rows = [("parameter", "value", "low (95 %)", "high (95 %)", "unit")]
+    entries = data["parameters"].values()
+    level = "" if any(one["value"] is not None and one["low"] is None for one in entries) else " (95 %)"
+    rows = [("parameter", "value", f"low{level}", f"high{level}", "unit")]
     for name, entry in data["parameters"].items():
         if entry["value"] is None:
             rows.append((name, "not determined", "", "", entry["unit"]))
         else:
-            low, high = (entry[key] for key in ("low", "high"))
-            rows.append((name, f"{entry['value']:.6g}", f"{low:.6g}", f"{high:.6g}", entry["unit"]))
+            low, high = ("none" if entry[k] is None else f"{entry[k]:.6g}" for k in ("low", "high"))
+            rows.append((name, f"{entry['value']:.6g}", low, high, entry["unit"]))
     widths = [max(len(row[k]) for row in rows) for k in range(4)]
     return ["  ".join(f"{c:<{w}}" for c, w in zip(row, [*widths, 0], strict=True)) for row in rows]
 
 
 def _words(data: dict[str, Any]) -> list[str]:
     """What was found, about the model and about the data."""
-    found = [f"finding: {finding}" for finding in (*data["findings"], *data.get("unidentifiable", ()))]
+    messages = [one["message"] if isinstance(one, dict) else one for one in data["findings"]]
+    found = [f"finding: {message}" for message in (*messages, *data.get("unidentifiable", ()))]
     for report in data["data"]:
         found += [f"data: {line}" for line in (*report["repaired"], *report["findings"])]
     return found

@@ -209,7 +209,7 @@ def _as_one_axis(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]) 
         found = identify(list(logs), IdentifyOptions(), method="inverse-dynamics")
     except (InputRefused, NotComputed) as failure:
         return _told_nothing(known, str(failure))
-    wrong = [words for words in found.findings if "negative" in words or "does not fit" in words]
+    wrong = list(found.findings) if found.refused else []
     fresh, told = dict(known), found.identifiable and not wrong
     together: tuple[Correlation, ...] = ()
     if told and "inertia" in found.parameters:

@@ -1,0 +1,67 @@
+"""Does a feedback loop make the torque? What was not foreseen in the angle then shows in the torque."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.identification.innovations import Foreseen, Track, autoregression
+from cabledrive.identification.torque_lines import spectral_lines
+
+Array = NDArray[np.float64]
+
+REACH = 20
+"""Samples after an innovation in which the torque is looked at."""
+BEYOND = 6.0
+"""Standard errors of a correlation that are beyond chance."""
+
+
+def feedback_significance(torque: Array, run: Foreseen, late: int) -> float:
+    """Largest correlation of the torque with innovations before it, in standard errors.
+
+    Parameters
+    ----------
+    torque : ndarray, shape (samples,)
+        As logged.
+    run : Foreseen
+        Of an observer along the same samples.
+    late : int
+        Samples by which the torque channel is logged late: their correlations are no feedback.
+
+    Returns
+    -------
+    float
+    """
+    lines = spectral_lines(torque)
+    noise = torque if lines is torque else torque - lines
+    cause = np.convolve(run.innovation, autoregression(run.innovation), "valid")
+    effect = np.convolve(noise, autoregression(noise), "valid")
+    size = effect.size
+    norm = float(np.linalg.norm(cause) * np.linalg.norm(effect))
+    if norm == 0.0:
+        return 0.0
+    lags = range(1 + late, REACH + late)
+    return float(np.sqrt(size) / norm * max(abs(float(cause[: size - k] @ effect[k:])) for k in lags))
+
+
+def inside_a_loop(
+    torques: Sequence[Array], tracks: Sequence[Track], runs: Sequence[Foreseen], shift: float
+) -> bool:
+    """Whether the torque of any log answers to the angle.
+
+    Parameters
+    ----------
+    torques : sequence of ndarray
+        As logged.
+    tracks : sequence of Track
+    runs : sequence of Foreseen
+    shift : float
+        Time by which the torque acts later than it is logged [s].
+
+    Returns
+    -------
+    bool
+    """
+    late = [max(0, int(np.ceil(-shift / track.interval + 0.5))) for track in tracks]
+    cases = zip(torques, runs, late, strict=True)
+    return any(feedback_significance(*one) > BEYOND for one in cases)

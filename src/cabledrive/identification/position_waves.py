@@ -1,0 +1,122 @@
+"""Which torque of the position, or which error of the encoder, is in what a rigid axis leaves unexplained."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.identification.filters import difference, zero_phase
+from cabledrive.identification.innovations import Track, best_bandwidth, foreseen
+
+Array = NDArray[np.float64]
+
+MOST_WAVES = 60
+"""Per revolution, that are tried."""
+EXPLAINED = 0.06
+"""Share of the unexplained torque's power from which a wave is named."""
+OVERTONE = 0.03
+"""The same for its overtones."""
+ABOVE = 40.0
+"""Of the middle one of all waves, at least."""
+EVERY = 4
+"""Samples between those that are used."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PositionWave:
+    """Waves of a revolution in the unexplained torque.
+
+    Attributes
+    ----------
+    kind : {"torque", "eccentricity"}
+    counts : tuple of int
+        Per revolution, the strongest first.
+    amplitude : float
+        Of the strongest: torque [N m or N], or angle of the encoder's error [rad].
+    share : float
+        Of the unexplained torque's power.
+    """
+
+    kind: str
+    counts: tuple[int, ...]
+    amplitude: float
+    share: float
+
+    @property
+    def words(self) -> str:
+        """The waves in a sentence."""
+        if self.kind == "eccentricity":
+            return (
+                f"the encoder's angle is wrong by {self.amplitude:.2g} rad once per revolution: "
+                "eccentricity of its disc or a shaft that runs out"
+            )
+        listed = ", ".join(str(count) for count in self.counts)
+        return (
+            f"a torque of the position with {listed} periods per revolution "
+            f"(amplitude {self.amplitude:.2g} N m): cogging, a tooth, or a weight out of balance"
+        )
+
+
+def position_wave(tracks: Sequence[Track], values: Array) -> PositionWave | None:
+    """The wave of a revolution that explains most of what the axis leaves, of the log that shows most.
+
+    Parameters
+    ----------
+    tracks : sequence of Track
+        Of an axis that turns.
+    values : ndarray, shape (4,)
+        Inertia, viscous friction, Coulomb friction, offset.
+
+    Returns
+    -------
+    PositionWave or None
+        None where no wave explains enough.
+    """
+    found = [one for one in (_wave_of(track, values) for track in tracks) if one is not None]
+    return max(found, key=lambda one: one.share) if found else None
+
+
+def _wave_of(track: Track, values: Array) -> PositionWave | None:
+    width = best_bandwidth(track, values)
+    run = foreseen(track, values, width)
+    hertz = width / (2.0 * np.pi)
+    angle = zero_phase(track.position, track.interval, min(2.0 * hertz, 0.2 / track.interval))
+    # The observer's correction lags behind what it corrects by about one radian of its bandwidth.
+    added = values[0] * run.gains[1] / track.interval * run.innovation
+    added = zero_phase(added, track.interval, min(hertz, 0.2 / track.interval))
+    edge, late = track.position.size // 20, round(np.sqrt(2.0) / (width * track.interval))
+    left, place = added[edge + late :: EVERY], angle[edge : added.size - late : EVERY]
+    slipping = run.direction[edge : added.size - late : EVERY] != 0.0
+    left, place = left[slipping], place[slipping]
+    if left.size < 100 * MOST_WAVES // EVERY or np.ptp(place) < 2.0 * np.pi / 3.0:
+        return None
+    power = float(left @ left)
+    shares, sizes = np.zeros(MOST_WAVES), np.zeros(MOST_WAVES)
+    for count in range(1, MOST_WAVES + 1):
+        shares[count - 1], sizes[count - 1] = _explained(left, np.exp(1j * count * place), power)
+    best = int(np.argmax(shares))
+    # An error e of the angle asks for the torque J e'' + b e'.
+    wave = np.exp(1j * angle)
+    speed = difference(wave.real, track.interval) + 1j * difference(wave.imag, track.interval)
+    rate = difference(speed.real, track.interval) + 1j * difference(speed.imag, track.interval)
+    asked = values[0] * rate + values[1] * speed
+    share, size = _explained(left, asked[edge : added.size - late : EVERY][slipping], power)
+    if share > max(EXPLAINED, shares[best]):
+        return PositionWave(kind="eccentricity", counts=(1,), amplitude=size, share=share)
+    if shares[best] < EXPLAINED or shares[best] < ABOVE * float(np.median(shares)):
+        return None
+    whole = best + 1
+    over = [n for n in range(2 * whole, MOST_WAVES + 1, whole) if shares[n - 1] > OVERTONE]
+    return PositionWave(
+        kind="torque", counts=(whole, *over), amplitude=float(sizes[best]), share=float(shares[best])
+    )
+
+
+def _explained(left: Array, wave: NDArray[np.complex128], power: float) -> tuple[float, float]:
+    """Share of a power that a complex wave explains, both its parts free, and its amplitude."""
+    columns = np.column_stack([wave.real, wave.imag])
+    columns = columns - columns.mean(axis=0)
+    weights, *_ = np.linalg.lstsq(columns, left, rcond=None)
+    rest = left - columns @ weights
+    return 1.0 - float(rest @ rest) / power, float(np.hypot(*weights))

@@ -1,0 +1,85 @@
+"""The torque that a rigid axis leaves unexplained: what an observer has to add to follow the angle."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal
+
+from cabledrive.identification.innovations import Track, best_bandwidth, foreseen
+
+Array = NDArray[np.float64]
+
+LARGE, SMALL, COLOURED = 0.04, 0.002, 3.0
+"""Shares of the torque, and the rise, from which it is more than noise."""
+LOWEST = 0.3
+"""[Hz]."""
+LONGEST_SEGMENT = 8.0
+"""Of the records whose spectra are averaged [s]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Unexplained:
+    """Unexplained torque.
+
+    Attributes
+    ----------
+    share : float
+        Its size over that of the torque.
+    rise : float
+        Its power density in the lower quarter of the observer's band over that in the upper half: near 1
+        where it is white noise of the torque channel, below where it is noise of the encoder.
+    bandwidth : float
+        Of the observer [Hz].
+    """
+
+    share: float
+    rise: float
+    bandwidth: float
+
+    @property
+    def beyond(self) -> bool:
+        """Whether it is more than noise of the torque and of the encoder make."""
+        return self.share > LARGE or (self.share > SMALL and self.rise > COLOURED)
+
+    @property
+    def words(self) -> str:
+        """The unexplained torque in a sentence."""
+        return (
+            f"{100 * self.share:.2g} % of the torque is not explained by a rigid axis with constant friction "
+            f"(below {self.bandwidth:.2g} Hz): an unmeasured disturbance, or a fault that is not in the list"
+        )
+
+
+def unexplained_torque(tracks: Sequence[Track], values: Array) -> Unexplained:
+    """What the observer that follows best has to add to the torque.
+
+    Parameters
+    ----------
+    tracks : sequence of Track
+    values : ndarray, shape (4,)
+
+    Returns
+    -------
+    Unexplained
+        Of the log with the largest share.
+    """
+    found = []
+    for track in tracks:
+        width = best_bandwidth(track, values)
+        run = foreseen(track, values, width)
+        added = values[0] * run.gains[1] / track.interval * run.innovation[track.position.size // 20 :]
+        hertz = width / (2.0 * np.pi)
+        length = min(round(LONGEST_SEGMENT / track.interval), added.size)
+        frequency, power = signal.welch(added, 1.0 / track.interval, nperseg=length)
+        low = (frequency >= LOWEST) & (frequency < 0.25 * hertz)
+        high = (frequency >= 0.5 * hertz) & (frequency < hertz)
+        below = (frequency >= LOWEST) & (frequency < hertz)
+        size = float(np.sqrt(power[below].sum() * (frequency[1] - frequency[0])))
+        whole = float(np.sqrt(np.mean(track.torque**2)))
+        rise = 0.0
+        if low.any() and high.any():
+            rise = float(power[low].mean() / max(power[high].mean(), 1e-300))
+        found.append(Unexplained(share=size / whole, rise=rise, bandwidth=hertz))
+    return max(found, key=lambda one: one.share)

@@ -1,0 +1,258 @@
+"""One axis under a torque, integrated from event to event: no code is shared with the package.
+
+The motion between two events is smooth (the sign of every speed, every contact and the torque's piece are
+fixed) and is integrated by the classical Runge-Kutta scheme of order 4; a sign change of a speed, the end of
+a rest and a contact inside a step are located by bisection, the step ends there, and the next begins with
+the new signs. States: angle and speed of the motor, angle and speed of the load, bristle deflection.
+"""
+
+import numpy as np
+from numba import njit
+
+NAMES = (
+    "inertia",
+    "viscous",
+    "coulomb",
+    "offset",
+    "stribeck_excess",
+    "stribeck_speed",
+    "quadratic",
+    "asymmetry",
+    "smooth_slope",
+    "bristle",
+    "cogging",
+    "cogging_count",
+    "cogging_phase",
+    "gravity",
+    "load_inertia",
+    "stiffness",
+    "damping",
+    "gap",
+    "load_coulomb",
+    "load_viscous",
+    "coulomb_drift",
+    "load_dependence",
+)
+(
+    J,
+    B,
+    C,
+    D,
+    CS,
+    WS,
+    B2,
+    BA,
+    SLOPE,
+    BRISTLE,
+    COG,
+    COGN,
+    COGP,
+    GRAV,
+    JL,
+    K,
+    KD,
+    GAP,
+    CL,
+    BL,
+    DRIFT,
+    MU,
+) = range(len(NAMES))
+STATES = 5
+
+
+@njit(cache=True)
+def _acting(p, x, torque):
+    """Torque on the motor except friction and link."""
+    return torque + p[D] + p[COG] * np.sin(p[COGN] * x[0] + p[COGP]) + p[GRAV] * np.sin(x[0])
+
+
+@njit(cache=True)
+def _link(p, x, contact):
+    if p[JL] == 0.0 or (contact == 0.0 and p[GAP] > 0.0):
+        return 0.0
+    return p[K] * (x[0] - x[2] - contact * 0.5 * p[GAP]) + p[KD] * (x[1] - x[3])
+
+
+@njit(cache=True)
+def _sliding(p, w, net, share):
+    """Friction while the speed w is not zero, in the direction of w, without the viscous part."""
+    if p[SLOPE] > 0.0:
+        return share * p[C]
+    return share * (p[C] + p[CS] * np.exp(-((w / p[WS]) ** 2))) + p[MU] * abs(net)
+
+
+@njit(cache=True)
+def _rates(p, x, torque, sides, contact, share, out):
+    link = _link(p, x, contact)
+    net = _acting(p, x, torque) - link
+    w = x[1]
+    out[0] = w
+    smooth = p[B] * w + p[B2] * w * abs(w) + p[BA] * abs(w)
+    out[4] = 0.0
+    if p[BRISTLE] > 0.0:
+        stiff = share * p[C] / p[BRISTLE]
+        level = share * (p[C] + p[CS] * np.exp(-((w / p[WS]) ** 2)))
+        out[4] = w - stiff * abs(w) * x[4] / level
+        out[1] = (net - smooth - stiff * x[4] - 0.5 * np.sqrt(stiff * p[J]) * out[4]) / p[J]
+    elif p[SLOPE] > 0.0:
+        out[1] = (net - smooth - share * p[C] * np.tanh(p[SLOPE] * w)) / p[J]
+    elif sides[0] == 0.0:
+        out[1] = 0.0
+    else:
+        out[1] = (net - smooth - sides[0] * _sliding(p, w, net, share)) / p[J]
+    out[2] = x[3]
+    out[3] = 0.0
+    if p[JL] > 0.0 and sides[1] != 0.0:
+        out[3] = (link - p[BL] * x[3] - sides[1] * p[CL]) / p[JL]
+
+
+@njit(cache=True)
+def _step(p, x, begin, slope, h, sides, contact, share, work, out):
+    """Runge-Kutta over h; the torque runs on the line begin + slope t."""
+    k1, k2, k3, k4, y = work[0], work[1], work[2], work[3], work[4]
+    _rates(p, x, begin, sides, contact, share, k1)
+    for i in range(STATES):
+        y[i] = x[i] + 0.5 * h * k1[i]
+    _rates(p, y, begin + 0.5 * h * slope, sides, contact, share, k2)
+    for i in range(STATES):
+        y[i] = x[i] + 0.5 * h * k2[i]
+    _rates(p, y, begin + 0.5 * h * slope, sides, contact, share, k3)
+    for i in range(STATES):
+        y[i] = x[i] + h * k3[i]
+    _rates(p, y, begin + h * slope, sides, contact, share, k4)
+    for i in range(STATES):
+        out[i] = x[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i])
+
+
+@njit(cache=True)
+def _contact_of(p, x):
+    apart = x[0] - x[2]
+    if apart >= 0.5 * p[GAP]:
+        return 1.0
+    return -1.0 if apart <= -0.5 * p[GAP] else 0.0
+
+
+@njit(cache=True)
+def _crossed(p, x, torque, sides, contact, share):
+    """Whether the signs with which a step was made no longer hold at its end."""
+    stiff = p[SLOPE] == 0.0 and p[BRISTLE] == 0.0
+    if stiff and sides[0] != 0.0 and sides[0] * x[1] < 0.0:
+        return 1
+    if stiff and sides[0] == 0.0:
+        net = _acting(p, x, torque) - _link(p, x, contact)
+        if abs(net) > share * (p[C] + p[CS]) + p[MU] * abs(net):
+            return 2
+    if p[JL] > 0.0:
+        if p[CL] > 0.0 and sides[1] != 0.0 and sides[1] * x[3] < 0.0:
+            return 3
+        if p[CL] > 0.0 and sides[1] == 0.0 and abs(_link(p, x, contact)) > p[CL]:
+            return 4
+        if p[GAP] > 0.0 and _contact_of(p, x) != contact:
+            return 5
+    return 0
+
+
+@njit(cache=True)
+def _settle(p, x, torque, event, sides, contact, share):
+    """New signs after an event."""
+    if event in (1, 2):
+        x[1] = 0.0
+        net = _acting(p, x, torque) - _link(p, x, contact)
+        free = abs(net) > share * (p[C] + p[CS]) + p[MU] * abs(net)
+        sides[0] = np.sign(net) if free else 0.0
+    if event in (3, 4):
+        x[3] = 0.0
+        link = _link(p, x, contact)
+        sides[1] = np.sign(link) if abs(link) > p[CL] else 0.0
+    return _contact_of(p, x) if event == 5 else contact
+
+
+@njit(cache=True)
+def _advance(p, x, begin, slope, h, sides, contact, share, work):
+    """Over h, from event to event."""
+    left, last, trial = h, begin, work[5]
+    for _ in range(200):
+        _step(p, x, last, slope, left, sides, contact, share, work, trial)
+        event = _crossed(p, trial, last + slope * left, sides, contact, share)
+        if event == 0:
+            x[:] = trial
+            return contact
+        low, high = 0.0, left
+        for _ in range(40):
+            middle = 0.5 * (low + high)
+            _step(p, x, last, slope, middle, sides, contact, share, work, trial)
+            now = _crossed(p, trial, last + slope * middle, sides, contact, share)
+            if now == 0:
+                low = middle
+            else:
+                high, event = middle, now
+            if high - low < 1e-12:
+                break
+        _step(p, x, last, slope, high, sides, contact, share, work, trial)
+        x[:] = trial
+        last, left = last + slope * high, left - high
+        contact = _settle(p, x, last, event, sides, contact, share)
+        if left <= 1e-12:
+            return contact
+    return contact
+
+
+@njit(cache=True)
+def move(p, command, extra, reference, servo, sensor, interval, fine, line, angle, torque):
+    """Angle of the motor and torque of the drive at every tick.
+
+    ``command`` is the torque where ``servo[0]`` is 0, on lines between ticks where ``line`` is 1, else held;
+    ``extra`` is a torque that nobody measures, held. ``servo``: on, gain of angle, of speed, of the integral,
+    of the reference's acceleration, pole of the speed's filter. ``sensor``: quantum, phase, eccentricity,
+    its phase, noise is added elsewhere.
+    """
+    x, sides, work = np.zeros(STATES), np.zeros(2), np.zeros((6, STATES))
+    if p[CL] == 0.0:
+        sides[1] = 1.0
+    contact, filtered, whole = _contact_of(p, x), 0.0, 0.0
+    seen_before = 0.0
+    count = command.size
+    for k in range(count):
+        angle[k] = x[0]
+        seen = x[0] + sensor[2] * np.sin(x[0] + sensor[3])
+        if sensor[0] > 0.0:
+            seen = sensor[0] * np.floor(seen / sensor[0] + sensor[1])
+        if k == 0:
+            seen_before = seen
+        filtered += servo[5] * ((seen - seen_before) / interval - filtered)
+        seen_before = seen
+        if servo[0] > 0.0:
+            off = reference[0, k] - seen
+            whole += interval * off
+            torque[k] = servo[1] * off + servo[2] * (reference[1, k] - filtered) + servo[3] * whole
+            torque[k] += servo[4] * reference[2, k] + command[k]
+        else:
+            torque[k] = command[k]
+        share = 1.0 + p[DRIFT] * k / count
+        begin, slope = torque[k] + extra[k], 0.0
+        if line == 1 and k + 1 < count:
+            slope = (command[k + 1] - command[k]) / interval
+        if sides[0] == 0.0 and p[SLOPE] == 0.0 and p[BRISTLE] == 0.0:
+            contact = _settle(p, x, begin, 2, sides, contact, share)
+        for j in range(fine):
+            h = interval / fine
+            contact = _advance(p, x, begin + slope * j * h, slope, h, sides, contact, share, work)
+
+
+def parameters(**values):
+    """Numbers of the plant, all others zero.
+
+    Parameters
+    ----------
+    **values : float
+        By `NAMES`.
+
+    Returns
+    -------
+    ndarray
+    """
+    p = np.zeros(len(NAMES))
+    p[WS] = 1.0
+    for name, value in values.items():
+        p[NAMES.index(name)] = value
+    return p
