@@ -97,7 +97,7 @@ def test_a_slack_spring_is_a_finding_and_has_no_interval():
 def test_cogging_is_named_by_its_periods_per_revolution(excitation):
     truth = next(t for t in TRUTHS if t.name.startswith(f"cogging/{excitation}/held/"))
     found = identify(log_from(made(truth, 902)))
-    assert "12 periods per revolution" in found.findings[-1], found.findings
+    assert "12 period(s) per revolution" in found.findings[-1], found.findings
 
 
 def test_every_third_truth_once_without_a_silent_miss(measured):

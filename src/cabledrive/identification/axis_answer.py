@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cabledrive.identification.axis_refinement import NOT_FOLLOWED, refine_rigid_axis
+from cabledrive.identification.contradictions import compared, contradicted
 from cabledrive.identification.estimates import Identification, without_intervals
 from cabledrive.identification.feedback import inside_a_loop
 from cabledrive.identification.finding import Finding, code_of
@@ -24,12 +25,8 @@ from cabledrive.identification.unexplained import unexplained_torque
 from cabledrive.parameters import NotComputed
 
 CHECKED = ("coulomb", "tanh")
-CONTRADICTION = 5.0
-"""Joint standard errors between two methods, or two logs, from which they contradict each other."""
 AGREED = 0.5
 """Share of the difference of two methods that counts as a standard error of the one that answers."""
-ALIKE = 0.005
-"""Share of the value within which no contradiction is stated."""
 REFUSING = (MISFIT, NOT_FOLLOWED, "unexplained-torque", "methods-contradict", "logs-contradict", "negative")
 """Codes of findings beside which no interval stands."""
 
@@ -85,12 +82,19 @@ def answer(logs: Sequence[Log], request: Request) -> Identification:
     found = replace(found, findings=(*outliers, *doubtful_interval(logs), *found.findings))
     found = _by_methods(logs, found, replace(request, axis=axis), timing)
     if len(logs) > 1 and request.check:
-        found = _compared(logs, found, replace(request, check=False))
+        found = compared(found, _each_alone(logs, replace(request, check=False)))
     if set(REFUSING) & set(found.codes):
         found = without_intervals(
             _averaged(found, moved, axis, request.method), "the model does not fit the log"
         )
     return replace(found, reports=tuple(log.report for log in logs))
+
+
+def _each_alone(logs: Sequence[Log], request: Request) -> list[Identification]:
+    """Each log by itself, where a method with intervals of its own is possible."""
+    if request.axis.friction.kind != "coulomb" or request.method != "auto":
+        return []
+    return [found for found in (answer([log], request) for log in logs) if not found.refused]
 
 
 def _averaged(found: Identification, moved: Sequence[Log], axis: AxisOptions, method: str) -> Identification:
@@ -158,7 +162,7 @@ def _by_methods(
     elif alone and why:
         chosen = replace(chosen, findings=(*chosen.findings, Finding(NOT_FOLLOWED, why)))
     if follows and refined is not None and predicted is not None and method == "auto":
-        chosen = _contradicted(chosen, refined, _as_found(predicted, found))
+        chosen = contradicted(chosen, refined, _as_found(predicted, found))
         if chosen.method["name"] == refined.method["name"]:
             apart = [refined[name] - predicted.identification[name] for name in refined.parameters]
             chosen = widened(chosen, AGREED**2 * np.outer(apart, apart))
@@ -240,51 +244,6 @@ def _chosen(
     if predicted is not None:
         return _as_found(predicted, found)
     return refined if refined is not None else with_own_error(found, moved, request.axis)
-
-
-def _contradicted(chosen: Identification, one: Identification, other: Identification) -> Identification:
-    """A finding where two methods exclude each other."""
-    names = _excluding(one, other)
-    if not names:
-        return chosen
-    words = "; ".join(
-        f"{name.replace('_', ' ')} {one[name]:.4g} by output error, {other[name]:.4g} by prediction error"
-        for name in names
-    )
-    finding = Finding("methods-contradict", f"two methods contradict each other on this log: {words}")
-    return replace(chosen, findings=(*chosen.findings, finding))
-
-
-def _excluding(one: Identification, other: Identification) -> list[str]:
-    names = []
-    for name, first in one.parameters.items():
-        second = other.parameters[name]
-        apart = abs(first.value - second.value)
-        joint = float(np.hypot(first.standard_error, second.standard_error))
-        if apart > CONTRADICTION * joint and apart > ALIKE * abs(first.value):
-            names.append(name)
-    return names
-
-
-def _compared(logs: Sequence[Log], found: Identification, request: Request) -> Identification:
-    """A finding where logs of one axis exclude each other."""
-    if request.axis.friction.kind != "coulomb" or request.method != "auto":
-        return found
-    each: list[Identification] = []
-    for log in logs:
-        alone = answer([log], request)
-        if alone.identifiable and np.isfinite([e.low for e in alone.parameters.values()]).all():
-            each.append(alone)
-    for k, one in enumerate(each):
-        for other in each[k + 1 :]:
-            names = _excluding(one, other)
-            if names:
-                words = ", ".join(
-                    f"{name.replace('_', ' ')} {one[name]:.4g} and {other[name]:.4g}" for name in names
-                )
-                finding = Finding("logs-contradict", f"the logs contradict each other: {words}")
-                return replace(found, findings=(*found.findings, finding))
-    return found
 
 
 def _checked(

@@ -53,7 +53,7 @@ class PositionWave:
             )
         listed = ", ".join(str(count) for count in self.counts)
         return (
-            f"a torque of the position with {listed} periods per revolution "
+            f"a torque of the position with {listed} period(s) per revolution "
             f"(amplitude {self.amplitude:.2g} N m): cogging, a tooth, or a weight out of balance"
         )
 
