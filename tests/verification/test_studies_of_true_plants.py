@@ -91,8 +91,17 @@ def within(name):
     return found
 
 
-LOGGED = [(name, what) for name in DRIVES for what in lacking(name)]
-SHEET = [(name, what) for name in DRIVES for what in within(name)]
+QUICK = (("rigid", "a little load Coulomb friction"), ("rigid", "load Coulomb friction"))
+"""Cases that every run of the tests makes: one of the yeses by a log, and one by the sheet."""
+
+
+def cases(of_a_drive, quick):
+    """All machines of both drives; but for one the long tests only."""
+    every = [(name, what) for name in DRIVES for what in of_a_drive(name)]
+    return [pytest.param(*one, marks=() if one == quick else pytest.mark.verify) for one in every]
+
+
+LOGGED, SHEET = cases(lacking, QUICK[0]), cases(within, QUICK[1])
 
 
 def asked_for_what_it_reached(found):
@@ -142,13 +151,11 @@ def kept(found, truth, measured, runs=RUNS):
     return missed <= binom.isf(1e-3, runs, 0.01)
 
 
-@pytest.mark.verify
 @pytest.mark.parametrize(("name", "what"), LOGGED)
 def test_a_yes_by_a_log_holds_on_the_machine_that_was_logged(name, what, tmp_path, measured):
     assert kept(by_a_log(name, what, tmp_path), lacking(name)[what], measured)
 
 
-@pytest.mark.verify
 @pytest.mark.parametrize(("name", "what"), SHEET)
 def test_a_yes_by_the_sheet_holds_on_a_machine_within_the_limits_it_states(name, what, measured):
     assert kept(by_the_sheet(name), within(name)[what], measured)
