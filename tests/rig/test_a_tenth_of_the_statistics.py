@@ -16,7 +16,7 @@ from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
 from cabledrive.rig.draws import drawn_loops, run_draws
 from cabledrive.rig.expected_bound import expected_bound
 from cabledrive.rig.laws.registry import design
-from cabledrive.rig.learning_draws import LearningDraws, run_learning_draws
+from cabledrive.rig.learning_draws import RUBBING_LOAD, LearningDraws, run_learning_draws
 from cabledrive.rig.trial import wish_for
 from dissertation_runs import track
 
@@ -30,9 +30,10 @@ def loop_of(name: str, motion: Motion, *, best: bool) -> Loop:
 
 
 @cache
-def learning(best: bool, draws: int, seed: int) -> LearningDraws:
+def learning(best: bool, draws: int, seed: int, *, rubbing: bool = False) -> LearningDraws:
     loop, wish = loop_of("darc-indirect", TWO, best=best), wish_for(DRIVE, TWO, best=best)
-    return run_learning_draws(loop, wish, RigOptions(), draws, seed)
+    spreads = RUBBING_LOAD if rubbing else None
+    return run_learning_draws(loop, wish, RigOptions(), draws, seed, spreads=spreads)
 
 
 def beyond(angles: np.ndarray, limit: float) -> int:
@@ -115,9 +116,12 @@ def test_law_that_learns_keeps_within_its_encoders_count(best, draws, seed, own,
     assert first <= 0.10
 
 
-def test_beta_after_one_pulse_and_the_coverage_of_its_interval(measured):
+@pytest.mark.parametrize(
+    "rubbing", [False, True], ids=["load without friction", "up to 0.02 N m at the load"]
+)
+def test_beta_after_one_pulse_and_the_coverage_of_its_interval(rubbing, measured):
     """93 to 97 % of all intervals of beta hold it, at least 85 % of the others."""
-    found = learning(True, 100, 2027)
+    found = learning(True, 100, 2027, rubbing=rubbing)
     held, worst = found.covered.sum(axis=0), np.abs(found.beta).max()
     measured(f"beta {100 * worst:.3f} % at most; held of 100: {', '.join(str(count) for count in held)}")
     assert worst <= 2e-3
