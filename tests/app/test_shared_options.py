@@ -266,6 +266,15 @@ def test_every_command_answers_in_json_quietly_or_at_length(name):
     assert "--output" not in options or "--force" in options, f"{name} writes and has no --force"
 
 
+def test_output_names_a_path_wherever_there_is_o(tmp_path):
+    """One meaning in every command; `response` reads ``--output`` as a path once ``--response`` is given."""
+    for name in main.list_commands(Context(main)):
+        options = [option.opts for option in main.get_command(Context(main), name).params]
+        for opts in options:
+            assert ("-o" in opts) == ("--output" in opts) or name == "response", (name, opts)
+    assert "-o, --output" in call("response", "--help").stdout
+
+
 def test_verbose_notes_carry_the_time(tmp_path):
     done = call("check", "elevator", "--verbose", "-o", tmp_path / "check.json")
     assert re.fullmatch(r" +\d+\.\d\d s  written to .*check.json\n", done.stderr), done.stderr
