@@ -15,6 +15,8 @@ from cabledrive.identification.logs.table import Array, Blocks, Reading, Table, 
 from cabledrive.parameters import InputRefused
 
 DELIMITERS = (",", "\t", ";", " ")
+_SIGNS = (b"#", b"EOF", b"\n\n", b"\n ", b"\n\t", b"\n\f", b"\n\v")
+"""What a block of text holds where one of its lines is no row, and seldom elsewhere."""
 _NO_ROW = re.compile(rb"^[ \t\f\v]*(?:#.*|EOF[ \t,;]*)?$", re.MULTILINE)
 
 
@@ -174,7 +176,7 @@ def _rows(block: bytes, dialect: Dialect, names: tuple[str, ...]) -> dict[str, A
     from pyarrow import csv as arrow
 
     lines = block.removesuffix(b"\n")
-    if not lines or _NO_ROW.search(lines):
+    if lines[:1].isspace() or any(sign in lines for sign in _SIGNS):
         lines = b"\n".join(line for line in lines.split(b"\n") if not _NO_ROW.fullmatch(line))
     count = lines.count(b"\n") + 1 if lines else 0
     if not count:

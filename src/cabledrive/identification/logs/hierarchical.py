@@ -17,6 +17,8 @@ from cabledrive.identification.logs.trial import require_readable
 from cabledrive.identification.logs.unpacking import LARGEST_CHUNK, require_fitting
 from cabledrive.parameters import InputRefused
 
+TRIED = 64
+"""Columns of which the first block is read on trial."""
 HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 
@@ -56,7 +58,7 @@ def open_hdf5(path: Path) -> Table:
         library crashes over it.
     """
     require_readable(
-        path, lambda: [next(table.read((n,))) for table in (_opened(path),) for n in table.names]
+        path, lambda: [next(table.read((n,))) for table in (_opened(path),) for n in table.names[:TRIED]]
     )
     return _opened(path)
 
