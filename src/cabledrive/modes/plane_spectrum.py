@@ -137,7 +137,7 @@ class PlaneSpectrum:
         low = self._done
         slowest = min(pi / string.travel_time for string in self._strings.values())
         edges = [edge for edge in self._straight.values() if edge > low]
-        high = min([max(2.0 * low, 3.3 * slowest), *edges])
+        high = min([max(2.0 * low, 1.63 * slowest), *edges])
         if not edges:
             high = max(omega, 2.0 * low)
         sagging = tuple(number for number, edge in self._straight.items() if edge >= high)
