@@ -12,6 +12,7 @@ from cabledrive.identification.inverse_dynamics import quick_speed, settling
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.torque_lines import spectral_lines
 from cabledrive.identification.whitening import whitened, whitener
+from cabledrive.parameters import NotComputed
 from cabledrive.reduction.friction_march import march_rigid_axis
 
 Array = NDArray[np.float64]
@@ -195,6 +196,11 @@ def simulated(case: Case, values: Array, start: float) -> tuple[Array, Array]:
         By the four parameters, the speed at the start and, where it is free, the instant of the torque.
         By the speed at the start: zero where the axis stops before the comparison begins, since what is
         left of it then is the filter's tail alone.
+
+    Raises
+    ------
+    NotComputed
+        If the motion or a sensitivity leaves the finite numbers.
     """
     moved, _ = march_rigid_axis(values, case.torque, case.interval, start=start, slope=case.slope)
     before, along = march_rigid_axis(values, case.lines, case.interval, start=start, slope=case.slope)
@@ -207,6 +213,8 @@ def simulated(case: Case, values: Array, start: float) -> tuple[Array, Array]:
         columns.append((after - before) / (LATER * case.interval))
     filtered = case.filtered(np.column_stack(columns))
     rows = case.compared(np.column_stack([case.speed - filtered[:, 0], filtered[:, 1:]]))
+    if not np.all(np.isfinite(rows)):
+        raise NotComputed("the model does not follow the log by itself: its motion leaves the finite numbers")
     return rows[:, 0], rows[:, 1:]
 
 

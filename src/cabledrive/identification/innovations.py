@@ -239,9 +239,11 @@ def regression(track: Track, run: Foreseen, torques: Mapping[str, Array], segmen
     Raises
     ------
     NotComputed
-        If the log is too short.
+        If the log is too short, or the observer leaves the finite numbers.
     """
     rows = np.vstack([answered(track, run, torques), run.innovation])
+    if not np.all(np.isfinite(rows)):
+        raise NotComputed("an observer with the axis's inertia and friction does not follow the log")
     edge = min(track.position.size // 10, settled(run, track.interval))
     white = signal.oaconvolve(rows, autoregression(run.innovation[edge:])[None, :], axes=1)
     white = white[:, edge + ORDER : track.position.size]

@@ -229,6 +229,8 @@ def settled(
 
 def _fitted(tracks: Sequence[Track], values: Array, bandwidths: Sequence[float], lag: bool) -> Fit:
     factors: Factors = joint_factors(tracks, values, bandwidths)
+    if not np.all(np.isfinite(factors.triangles)):
+        raise NotComputed("an observer with the axis's inertia and friction does not follow the log")
     return solve(suited_segments(factors if lag else only(factors, BASE), each=True))
 
 
