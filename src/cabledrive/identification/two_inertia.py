@@ -5,61 +5,37 @@ never changes its sign under an input that does is that of a sensor which shows 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.identification.estimates import Estimate, Identification
-from cabledrive.identification.filters import difference
 from cabledrive.identification.finding import Finding
 from cabledrive.identification.fit_doubts import at_bounds, doubts_of, interval_of, undetermined
 from cabledrive.identification.identifiability import readable
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.multi_start import StartedFit, fit_from_many_starts
-from cabledrive.identification.output_error import fit_of
+from cabledrive.identification.output_error import RowFit, fit_of
 from cabledrive.identification.record import Record
 from cabledrive.identification.row_model import RowModel, Sought
 from cabledrive.identification.sensor import Sensor
+from cabledrive.identification.two_inertia_channels import (
+    INPUTS,
+    TwoInertiaChannels,
+    channels_of,
+    record_of,
+)
 from cabledrive.identification.two_inertia_starts import starts_for
-from cabledrive.parameters import InputRefused
 
 Array = NDArray[np.float64]
 
 NAME = "two-inertia"
-INPUTS = {"torque": "N m", "force": "N", "current": "A", "voltage": "V"}
-MOTIONS = ("velocity", "angle", "position")
-LOAD = ("load", "pulley", "output", "second")
 NEEDED = ("inertia_motor", "inertia_load", "stiffness")
 DIFFERENCED = 10
 """Lags over which the difference of an angle correlates the noise of its encoder."""
 FOLLOWS = 70.0
 """Share of every measured speed [%] that the model explains where its intervals are given."""
 SUBSTEPS = 4
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TwoInertiaChannels:
-    """Which channels of a log are used.
-
-    Attributes
-    ----------
-    input : str
-    motor, load : str or None
-        Speed, angle or position of each side; one of them at least.
-    rectified : bool
-    """
-
-    input: str
-    motor: str | None
-    load: str | None
-    rectified: bool
-
-    @property
-    def outputs(self) -> tuple[str, ...]:
-        """Those that are measured, the motor's first."""
-        return tuple(name for name in (self.motor, self.load) if name is not None)
 
 
 def identify_two_inertia(logs: Sequence[Log], seed: int = 0) -> Identification:
@@ -93,63 +69,6 @@ def identify_two_inertia(logs: Sequence[Log], seed: int = 0) -> Identification:
     models = [_model(channels, begins.scale, hold, delay) for hold, delay in _conventions(channels.input)]
     found = fit_from_many_starts(records, models, begins.starts)
     return _answer(logs, channels, records, found, seed)
-
-
-def channels_of(logs: Sequence[Log]) -> TwoInertiaChannels:
-    """Choose the channels, the same in every log.
-
-    Parameters
-    ----------
-    logs : sequence of Log
-
-    Returns
-    -------
-    TwoInertiaChannels
-
-    Raises
-    ------
-    InputRefused
-        If input or motion is missing or constant.
-    """
-    names = [name for name in logs[0].channels if all(name in log.channels for log in logs)]
-    input_ = next((n for kind in INPUTS for n in names if n.rpartition("_")[2] == kind), None)
-    if input_ is None:
-        raise InputRefused(f"{logs[0].source}: no torque, force, voltage or current: map one with --column")
-    moving = [n for kind in MOTIONS for n in names if n.rpartition("_")[2] == kind]
-    load = next((n for n in moving if set(n.split("_")) & set(LOAD)), None)
-    motor = next((n for n in moving if not set(n.split("_")) & set(LOAD)), None)
-    if load is None and motor is None:
-        raise InputRefused(
-            f"{logs[0].source}: no velocity, angle or position: map one, as --column "
-            '"load_velocity=COLUMN:rad/s"'
-        )
-    for log in logs:
-        for name in filter(None, (input_, motor, load)):
-            if np.ptp(log.channel(name)) == 0.0:
-                raise InputRefused(f"{log.source}: {name} is constant: a log must move the machine")
-    speeds = [n for n in (motor, load) if n is not None and n.rpartition("_")[2] == "velocity"]
-    both = any(log.channel(input_).min() < 0.0 < log.channel(input_).max() for log in logs)
-    rectified = bool(speeds) and both and all(log.channel(n).min() >= 0.0 for log in logs for n in speeds)
-    return TwoInertiaChannels(input=input_, motor=motor, load=load, rectified=rectified)
-
-
-def record_of(log: Log, channels: TwoInertiaChannels) -> Record:
-    """Input and measured speeds of a log; angles and positions are differentiated.
-
-    Parameters
-    ----------
-    log : Log
-    channels : TwoInertiaChannels
-
-    Returns
-    -------
-    Record
-    """
-    speeds = [
-        log.channel(name) if name.endswith("velocity") else difference(log.channel(name), log.interval)
-        for name in channels.outputs
-    ]
-    return Record(input=log.channel(channels.input), output=np.column_stack(speeds), interval=log.interval)
 
 
 def _conventions(input_: str) -> tuple[tuple[str, int], ...]:
@@ -252,6 +171,7 @@ def _answer(
         covariance=fit.covariance,
         freedom=fit.freedom,
         findings=tuple(Finding(code, message) for code, message in doubts),
+        notes=_notes(channels, fit),
         checked=True,
         check_reason="share explained, whiteness of the residual, bounds, several starts",
         reports=tuple(log.report for log in logs),
@@ -259,7 +179,7 @@ def _answer(
 
 
 def _estimate(
-    fit: Any, name: str, follows: bool, channels: TwoInertiaChannels, log: Log, open_: Sequence[str]
+    fit: RowFit, name: str, follows: bool, channels: TwoInertiaChannels, log: Log, open_: Sequence[str]
 ) -> Estimate:
     unit, infinite = _unit(name, channels, log), float("inf")
     if name in open_:
@@ -283,6 +203,24 @@ def _unit(name: str, channels: TwoInertiaChannels, log: Log) -> str:
     if name.startswith(("viscous", "damping")):
         return f"{force} s/{way}"
     return f"{force}/{way}" if name == "stiffness" else force
+
+
+def _notes(channels: TwoInertiaChannels, fit: RowFit) -> tuple[str, ...]:
+    """Conventions that were found in the log."""
+    how = (
+        "is held from sample to sample"
+        if fit.model.hold == "step"
+        else "acts on straight lines between samples"
+    )
+    late = ", one sample late" if fit.model.delay else ""
+    found = [f"the {readable(channels.input)} {how}{late}"]
+    if channels.rectified:
+        found.append("the speed is never negative: taken for that of a sensor that shows its absolute value")
+    if channels.input.rpartition("_")[2] in ("voltage", "current"):
+        found.append(f"parameters are in the unit of the {readable(channels.input)}: the gain is not known")
+    if channels.motor is None:
+        found.append("only the load is measured: motor and load may be exchanged")
+    return tuple(found)
 
 
 def _condition(covariance: Array) -> float:

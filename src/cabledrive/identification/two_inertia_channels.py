@@ -1,0 +1,95 @@
+"""Which channels of a log show two inertias, and their speeds."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from cabledrive.identification.filters import difference
+from cabledrive.identification.logs.log import Log
+from cabledrive.identification.record import Record
+from cabledrive.parameters import InputRefused
+
+INPUTS = {"torque": "N m", "force": "N", "current": "A", "voltage": "V"}
+MOTIONS = ("velocity", "angle", "position")
+LOAD = ("load", "pulley", "output", "second")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TwoInertiaChannels:
+    """Which channels of a log are used.
+
+    Attributes
+    ----------
+    input : str
+    motor, load : str or None
+        Speed, angle or position of each side; one of them at least.
+    rectified : bool
+    """
+
+    input: str
+    motor: str | None
+    load: str | None
+    rectified: bool
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Those that are measured, the motor's first."""
+        return tuple(name for name in (self.motor, self.load) if name is not None)
+
+
+def channels_of(logs: Sequence[Log]) -> TwoInertiaChannels:
+    """Choose the channels, the same in every log.
+
+    Parameters
+    ----------
+    logs : sequence of Log
+
+    Returns
+    -------
+    TwoInertiaChannels
+
+    Raises
+    ------
+    InputRefused
+        If input or motion is missing or constant.
+    """
+    names = [name for name in logs[0].channels if all(name in log.channels for log in logs)]
+    input_ = next((n for kind in INPUTS for n in names if n.rpartition("_")[2] == kind), None)
+    if input_ is None:
+        raise InputRefused(f"{logs[0].source}: no torque, force, voltage or current: map one with --column")
+    moving = [n for kind in MOTIONS for n in names if n.rpartition("_")[2] == kind]
+    load = next((n for n in moving if set(n.split("_")) & set(LOAD)), None)
+    motor = next((n for n in moving if not set(n.split("_")) & set(LOAD)), None)
+    if load is None and motor is None:
+        raise InputRefused(
+            f"{logs[0].source}: no velocity, angle or position: map one, as --column "
+            '"load_velocity=COLUMN:rad/s"'
+        )
+    for log in logs:
+        for name in filter(None, (input_, motor, load)):
+            if np.ptp(log.channel(name)) == 0.0:
+                raise InputRefused(f"{log.source}: {name} is constant: a log must move the machine")
+    speeds = [n for n in (motor, load) if n is not None and n.rpartition("_")[2] == "velocity"]
+    both = any(log.channel(input_).min() < 0.0 < log.channel(input_).max() for log in logs)
+    rectified = bool(speeds) and both and all(log.channel(n).min() >= 0.0 for log in logs for n in speeds)
+    return TwoInertiaChannels(input=input_, motor=motor, load=load, rectified=rectified)
+
+
+def record_of(log: Log, channels: TwoInertiaChannels) -> Record:
+    """Input and measured speeds of a log; angles and positions are differentiated.
+
+    Parameters
+    ----------
+    log : Log
+    channels : TwoInertiaChannels
+
+    Returns
+    -------
+    Record
+    """
+    speeds = [
+        log.channel(name) if name.endswith("velocity") else difference(log.channel(name), log.interval)
+        for name in channels.outputs
+    ]
+    return Record(input=log.channel(channels.input), output=np.column_stack(speeds), interval=log.interval)
