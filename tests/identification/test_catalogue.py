@@ -117,3 +117,11 @@ def test_a_tenth_of_the_catalogue(tenth, measured):
     measured(words(total))
     assert total[1] <= binom.isf(1e-3, total[0], 0.01), words(total)
     assert total[3] <= binom.isf(1e-3, total[2], 0.02), words(total)
+
+
+def test_a_fit_that_runs_away_under_its_own_torque_is_a_finding_and_no_crash():
+    """Resonance 15 Hz amid the lines, seed 41: the rigid axis that is fitted leaves the finite numbers."""
+    truth = next(t for t in TRUTHS if t.name == "flexible-15/multisine/held/fine")
+    found = identify(log_from(made(truth, 41)))
+    assert found.findings
+    assert found.refused

@@ -43,6 +43,8 @@ from cabledrive.reduction.friction_march import march_rigid_axis
 
 Array = NDArray[np.float64]
 
+FARTHEST = 1e6
+"""Strokes of the log beyond which a motion of the fitted axis runs away."""
 PHASES = 4
 """Positions of the encoder that are tried."""
 
@@ -181,7 +183,10 @@ def with_own_error(
             start = case_of(log, torque, position, equation).start
             driven = between_samples(log.channel(torque))
             speed, _ = march_rigid_axis(values, driven, log.interval, start=start, slope=slope)
-            angles.append(rounded_angles(speed, log.interval, log.report.quantum.get(position, 0.0)))
+            angle = rounded_angles(speed, log.interval, log.report.quantum.get(position, 0.0))
+            if not np.abs(angle).max() < FARTHEST * np.ptp(log.channel(position)):
+                raise NotComputed("the fitted axis runs away under the measured torque")
+            angles.append(angle)
     except NotComputed as failure:
         return replace(found, method=dict(found.method) | {"own_error": f"not known: {failure}"})
     misses, claimed = [], []
