@@ -19,7 +19,7 @@ from typing import Any
 
 HERE = Path(__file__).resolve().parent
 COUNT, FAIL, FAIL_FROM_HERE, KILL, INTERRUPT = range(5)
-SECONDS, BYTES = 60.0, 8 << 30
+SECONDS, BYTES = 600.0, 8 << 30
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
