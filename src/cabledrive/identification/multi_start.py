@@ -44,6 +44,7 @@ class StartedFit:
     agreeing: int
 
 
+@np.errstate(over="ignore", invalid="ignore")  # of starts from which the motion grows beyond all bounds
 def fit_from_many_starts(
     records: Sequence[Record],
     models: Sequence[RowModel],
