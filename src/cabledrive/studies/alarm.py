@@ -1,56 +1,71 @@
-r"""The alarm: does a planned motion pump the cable, when, how far, and what would help?
+r"""The alarm: does a planned motion make transverse vibrations grow beyond a limit, how far, where?
 
-First the linear response of the pulley mode to the planned torque; then Hill's equation of every transverse
-mode along the motion, Eq. (A.32), without averaging and without assuming that anything is slow; then, where
-that says danger, the nonlinear oscillators.
+Every longitudinal mode that the torque reaches and every transverse mode that these can excite, in both planes of
+every free stretch, is integrated along the motion by Eq. (A.36): from rest, which shows the direct excitation
+through sag, and with a floor below which no mode falls, which shows parametric excitation of one mode (1:2) and
+of two (sum type). Small changes of the transverse frequencies and of the torque say how sure the verdict is.
 """
 
 from dataclasses import dataclass
+from math import pi
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.parameters import Drive, InputRefused
-from cabledrive.studies.parametric_growth import hill_gain, nonlinear_largest, tongue_dwell
-from cabledrive.studies.planned_motion import Course, PlannedMotion, course_of
+from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.studies.motion_response import MOST_MODES, PreparedMotion, prepare
+from cabledrive.studies.planned_motion import PlannedMotion
 
 Array = NDArray[np.float64]
 
-MARGIN = 0.5
-"""Margin in the logarithm of the gain: what Hill's equation may be wrong by."""
+SAFE, DANGEROUS, UNKNOWN = "safe", "dangerous", "unknown"
 
-NUMBERS = (1, 2, 3)
-SAFE, SATURATES, ALARM = "safe", "saturates", "alarm"
+DETUNING = 0.002
+"""Relative change of the transverse frequencies against which a verdict must hold."""
+
+MORE_TORQUE = 1.05
+"""Factor on the torque against which a verdict must hold."""
+
+MARGIN = 1.1
+"""Factor on the displacement: what the model may be wrong by."""
+
+STEEPEST = 0.12
+"""Largest slope of the sag for which the model's expansion about the straight span holds."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ModeAlarm:
     """What a motion does to one transverse mode.
 
     Attributes
     ----------
-    span : str
+    span : {"upper", "lower"}
     section : (float, float)
-        At the start [m].
+        Ends of the free stretch at the start, unstretched [m].
+    plane : {"w", "v"}
+        In the plane of the loop, or across it.
     number : int
-    gain : float
-        Logarithm of the largest growth from a standing floor by Hill's equation.
-    start, end : float
-        When that growth begins and is reached [s].
-    dwell : float
-        Time inside the tongue [s].
+    frequency_hz : float
+        At the start, of the string under its static tension [Hz].
+    driven : float
+        Largest amplitude by the motion alone, from rest: direct excitation through sag [m].
     largest : float
-        Amplitude from the floor: nonlinear where Hill says danger, else the floor times the gain [m].
+        Largest amplitude from the floor [m].
+    time : float
+        When that is reached [s].
+    excitation : {"none", "direct", "parametric"}
+        What makes it larger than the floor.
     """
 
     span: str
     section: tuple[float, float]
+    plane: str
     number: int
-    gain: float
-    start: float
-    end: float
-    dwell: float
+    frequency_hz: float
+    driven: float
     largest: float
+    time: float
+    excitation: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -59,25 +74,36 @@ class AlarmResult:
 
     Attributes
     ----------
-    verdict : {"safe", "saturates", "alarm"}
-        "saturates": the linear growth would pass the limit, the exchange of energy ends before.
+    verdict : {"safe", "dangerous", "unknown"}
     floor, limit : float
-        Amplitude that is always there, and the largest that is allowed [m].
+        Amplitude of every transverse mode that is always there, and the largest displacement allowed [m].
+    largest_transverse : float
+        Largest transverse displacement from rest along the motion [m].
+    bound : float
+        The same against a change of the frequencies and the torque, with a margin [m].
     modes : tuple of ModeAlarm
-        The most endangered first.
-    largest_pulley : float
-        Largest q of the linear response [m].
+        The largest first.
+    lowest_tension : float or None
+        Along the motion [N]; None: beyond all numbers.
     slack : bool
-        Whether the linear response alone takes a span's tension away.
+        Whether a span loses its tension.
+    reasons : tuple of str
+        Of the verdict.
+    assumptions : tuple of str
+        What the verdict rests on.
     remedy : str
     """
 
     verdict: str
     floor: float
     limit: float
+    largest_transverse: float
+    bound: float
     modes: tuple[ModeAlarm, ...]
-    largest_pulley: float
+    lowest_tension: float | None
     slack: bool
+    reasons: tuple[str, ...]
+    assumptions: tuple[str, ...]
     remedy: str
 
 
@@ -89,9 +115,9 @@ def alarm(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5, limit: fl
     drive : Drive
     motion : PlannedMotion
     floor : float, default 1e-5
-        Transverse amplitude that is always there [m].
+        Amplitude of every transverse mode that is always there [m].
     limit : float, default 5e-4
-        Largest allowed amplitude [m].
+        Largest transverse displacement from rest that is allowed [m].
 
     Returns
     -------
@@ -100,60 +126,115 @@ def alarm(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5, limit: fl
     Raises
     ------
     InputRefused
-        If the drive has no pulley mode, the motion does not fit it, or floor and limit are not 0 < floor <
-        limit.
+        If the motion does not fit the drive, or floor and limit are not 0 < floor < limit.
+    NotComputed
+        If no state of rest is found.
     """
     if not 0.0 < floor < limit:
         raise InputRefused(f"floor = {floor:.4g} m must be above 0 and below limit = {limit:.4g} m")
-    found: list[ModeAlarm] = []
-    largest, slack, danger = 0.0, False, False
-    for number in NUMBERS:
-        course = course_of(drive, motion, number)
-        largest = max(largest, float(np.max(np.abs(course.q))))
-        slack = slack or bool(np.any(np.abs(course.q) > course.slack))
-        modes = [_mode_alarm(course, j, floor, limit) for j in range(course.across.shape[0])]
-        danger = danger or any(floor * np.exp(mode.gain + MARGIN) > limit for mode in modes)
-        found += modes
-    found.sort(key=lambda mode: (-mode.largest, -mode.gain))
-    verdict = SAFE if not danger else ALARM if found[0].largest > limit else SATURATES
+    prepared = prepare(drive, motion)
+    driven = prepared.response()
+    grown = [prepared.response(floor=floor, phase=phase) for phase in (0.0, 0.5 * pi)]
+    varied = [
+        prepared.response(floor=floor, phase=0.25 * pi, detuned=detuned, torque=MORE_TORQUE)
+        for detuned in (-DETUNING, 0.0, DETUNING)
+    ]
+    others = floor * (prepared.models[0].count - 1)  # what the other modes' floors add at one point
+
+    def _size(run):  # type: ignore[no-untyped-def]
+        return float(np.max(run.displacement - others))
+
+    largest = max(float(driven.displacement.max()), *(_size(run) for run in grown))
+    bound = MARGIN * max(largest, *(_size(run) for run in varied))
+    if not np.isfinite(largest) and not np.abs(driven.amplitude).max() < np.inf:
+        raise NotComputed("the planned motion leaves the finite numbers: plan a smaller or a slower one")
+    tension = min(run.tension for run in (driven, *grown))
+    slack = tension < 0.0
+    doubts = _doubts(prepared, slack)
+    verdict = DANGEROUS if largest > limit else UNKNOWN if bound > limit or doubts else SAFE
+    modes = _modes(prepared, driven, grown, floor)
     return AlarmResult(
         verdict=verdict,
         floor=floor,
         limit=limit,
-        modes=tuple(found),
-        largest_pulley=largest,
+        largest_transverse=largest,
+        bound=bound,
+        modes=modes,
+        lowest_tension=tension if np.isfinite(tension) else None,
         slack=slack,
-        remedy=_remedy(verdict, found[0], floor, limit),
+        reasons=_reasons(verdict, largest, bound, limit, doubts),
+        assumptions=_assumptions(drive, motion),
+        remedy=_remedy(verdict, modes[0]),
     )
 
 
-def _mode_alarm(course: Course, mode: int, floor: float, limit: float) -> ModeAlarm:
-    gain, start, end = hill_gain(course, mode)
-    label = course.models[0].modes[mode]
-    if floor * np.exp(gain + MARGIN) > limit:
-        largest = float(nonlinear_largest(course, mode, start, floor)[mode])
-    else:
-        largest = floor * float(np.exp(gain))
-    return ModeAlarm(
-        span=label.span,
-        section=label.section,
-        number=label.number,
-        gain=gain,
-        start=float(start * course.h),
-        end=float(end * course.h),
-        dwell=tongue_dwell(course, mode),
-        largest=largest,
-    )
+def _modes(prepared: PreparedMotion, driven, grown, floor: float) -> tuple[ModeAlarm, ...]:  # type: ignore[no-untyped-def]
+    model, found = prepared.models[0], []
+    for r, (part, plane) in enumerate(zip(model.stretches, model.planes, strict=True)):
+        for j, omega in enumerate(part.omega):
+            run = max(grown, key=lambda run: run.amplitude[r, j])
+            largest, alone = float(run.amplitude[r, j]), float(driven.amplitude[r, j])
+            parametric = largest > 3.0 * max(floor, alone)
+            found.append(
+                ModeAlarm(
+                    span=part.span,
+                    section=part.ends,
+                    plane=plane,
+                    number=j + 1,
+                    frequency_hz=float(omega) / (2 * pi),
+                    driven=alone,
+                    largest=largest,
+                    time=float(run.time[r, j]),
+                    excitation="parametric" if parametric else "direct" if alone > floor else "none",
+                )
+            )
+    return tuple(sorted(found, key=lambda mode: -mode.largest))
 
 
-def _remedy(verdict: str, worst: ModeAlarm, floor: float, limit: float) -> str:
+def _doubts(prepared: PreparedMotion, slack: bool) -> list[str]:
+    """Where the model's own range ends."""
+    found = []
+    if slack:
+        found.append("a span loses its tension on the way; the model ends there")
+    steepest = max(state.steepest for state in prepared.states)
+    if steepest > STEEPEST:
+        found.append(f"the sag is as steep as {steepest:.3g} at rest; the model holds up to {STEEPEST:g}")
+    if not prepared.complete:
+        found.append(
+            f"the motion excites more than {MOST_MODES} transverse modes of a stretch; those above are left out"
+        )
+    return found
+
+
+def _reasons(verdict: str, largest: float, bound: float, limit: float, doubts: list[str]) -> tuple[str, ...]:
+    words = f"largest transverse displacement {1e3 * largest:.4g} mm, limit {1e3 * limit:.4g} mm"
+    if verdict == UNKNOWN and bound > limit:
+        words += (
+            f"; a change of the transverse frequencies by {DETUNING:.1%} and of the torque by "
+            f"{MORE_TORQUE - 1.0:.0%} takes it to {1e3 * bound:.4g} mm"
+        )
+    return (words, *doubts)
+
+
+def _assumptions(drive: Drive, motion: PlannedMotion) -> tuple[str, ...]:
+    found = ["Coulomb friction of the shafts is that of the drive file"] if _rubs(drive) else []
+    if motion.changes:
+        found.append("pretension, carriages and load torque change slowly against the transverse modes")
+    return tuple(found)
+
+
+def _rubs(drive: Drive) -> bool:
+    own = drive.motor.coulomb_friction if drive.motor is not None else 0.0
+    return max(own, *(pulley.coulomb_friction for pulley in drive.pulley)) > 0.0
+
+
+def _remedy(verdict: str, worst: ModeAlarm) -> str:
     if verdict == SAFE:
         return "none needed"
-    less = worst.gain + MARGIN - np.log(limit / floor)
-    duration = max(worst.end - worst.start, 1e-9)
+    where = f"mode {worst.number} of the {worst.span} span ({worst.frequency_hz:.4g} Hz)"
+    if worst.excitation == "direct":
+        return f"keep the torque away from {where}: it is excited directly through the sag; or tighten the cable"
     return (
-        f"between {worst.start:.3g} s and {worst.end:.3g} s mode {worst.number} of the {worst.span} span "
-        f"grows: damp the cable by {2 * less / duration:.3g} 1/s more, take "
-        f"{100 * less / (worst.gain + MARGIN):.3g} % off the torque's ripple there, or move the pretension "
-        "away from this pair's tuning"
+        f"reduce the torque's oscillation before {worst.time:.3g} s, damp the cable, or move the pretension: "
+        f"{where} is excited parametrically"
     )

@@ -50,6 +50,12 @@ class PlannedMotion:
             if values is not None and (np.shape(values) != (n,) or not np.all(np.isfinite(values))):
                 raise InputRefused(f"motion: {name} must be {n} finite numbers, one for each time")
 
+    @property
+    def changes(self) -> bool:
+        """Whether pretension, carriages or load torque change along it."""
+        columns = (self.pretension, self.carriage, self.load_torque)
+        return any(values is not None and np.ptp(values) > 0.0 for values in columns)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Course:
@@ -145,7 +151,25 @@ def _rim_speed(model: AutoparametricModel, torque: Array, h: float) -> Array:
     return np.asarray(lfilter([0.0, h * model.rigid_arm / model.rigid_mass], [1.0, -kept], torque))
 
 
-def _model_at(drive: Drive, motion: PlannedMotion, t: float, number: int) -> AutoparametricModel:
+def drive_along(drive: Drive, motion: PlannedMotion, t: float) -> Drive:
+    """The drive with the pretension and the carriage places that a motion has at an instant.
+
+    Parameters
+    ----------
+    drive : Drive
+    motion : PlannedMotion
+    t : float
+        [s].
+
+    Returns
+    -------
+    Drive
+
+    Raises
+    ------
+    InputRefused
+        If the motion moves a carriage that the drive has not.
+    """
     if motion.pretension is not None:
         tension = float(np.interp(t, motion.time, motion.pretension))
         drive = replace(drive, cable=replace(drive.cable, pretension=tension))
@@ -154,6 +178,11 @@ def _model_at(drive: Drive, motion: PlannedMotion, t: float, number: int) -> Aut
             raise InputRefused("motion: carriage positions are given, but the drive has none: leave them out")
         place = float(np.interp(t, motion.time, motion.carriage))
         drive = replace(drive, carriage=(replace(drive.carriage[0], position=place), *drive.carriage[1:]))
+    return drive
+
+
+def _model_at(drive: Drive, motion: PlannedMotion, t: float, number: int) -> AutoparametricModel:
+    drive = drive_along(drive, motion, t)
     load = 0.0 if motion.load_torque is None else float(np.interp(t, motion.time, motion.load_torque))
     return autoparametric_model(drive, number=number, load_torque=load)
 

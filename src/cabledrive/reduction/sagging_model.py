@@ -1,0 +1,264 @@
+r"""All longitudinal and transverse modes that a motion can excite, coupled to third and fourth order.
+
+About the state of rest, with its tension T(x) and the slope W'(x) of the sag, q are the amplitudes of the
+longitudinal modes (unit modal mass), a those of the transverse modes of every free stretch (unit largest
+displacement) in the plane of the loop, w, and across it, v. With :math:`s = 2W'w' + w'^2 + v'^2` the energy of
+chapter 2 gives
+
+.. math::
+    \ddot q_k + \sum_l C_{kl}\dot q_l + W_k^2 q_k &= \phi_k\tau/r_1 - Q_k, \qquad
+    Q_k = \tfrac12 EA\int U_k' s\,\mathrm{d}x = L_k^T a + \tfrac12 a^T G_k a \\
+    m_j(\ddot a_j + \Gamma_j\dot a_j + w_j^2 a_j) &= -\sum_k\Big(q_k + \frac{Q_k}{W_k^2}\Big)
+    \frac{\partial Q_k}{\partial a_j} - \frac{EA^2}{4K\Lambda}\,P\,\frac{\partial P}{\partial a_j}
+    \qquad \text{Eq. (A.36)}
+
+with :math:`P = \int s\,\mathrm{d}x` over the whole cable. The last two terms let the longitudinal modes above
+the kept ones follow without inertia. :math:`L_k` is the direct excitation through the sag, the diagonal of
+:math:`G_k` the parametric excitation of one mode, the rest of :math:`G_k` that of two (sum type).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import inf, pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.mechanics.spans import DRIVE_PULLEY, LOAD_PULLEY, MOTOR, LabelledChain, longitudinal_chains
+from cabledrive.modes.solver import chain_modes
+from cabledrive.modes.waves import waves
+from cabledrive.parameters import Drive
+from cabledrive.reduction.static_state import StaticState
+from cabledrive.reduction.transverse_shapes import TransverseShapes, transverse_shapes
+
+Array = NDArray[np.float64]
+
+SHAFTS = (DRIVE_PULLEY, LOAD_PULLEY, MOTOR)
+FEWEST_MODES, MOST_MODES = 4, 16
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LongitudinalModes:
+    """Longitudinal modes of unit modal mass, the rigid motion first where there is one.
+
+    Attributes
+    ----------
+    natural : ndarray, shape (k,)
+        [rad/s]; 0: the rigid motion.
+    rims : ndarray, shape (k, 3)
+        Displacement at drive pulley, load pulley and motor [kg^-1/2].
+    strain : ndarray, shape (k, segments of all spans)
+        U' per pretensioned metre [kg^-1/2 / m].
+    """
+
+    natural: Array
+    rims: Array
+    strain: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SaggingModel:
+    """Coefficients of Eq. (A.36); k longitudinal modes, b stretches and planes with up to m modes each.
+
+    Attributes
+    ----------
+    natural : ndarray, shape (k,)
+        W [rad/s].
+    damping : ndarray, shape (k, k)
+        C [1/s].
+    torque_shape : ndarray, shape (k,)
+        Modal force per torque of the motor [kg^-1/2 / m].
+    friction_shape : ndarray, shape (3, k)
+        Rim displacement of the shafts [kg^-1/2].
+    friction : ndarray, shape (3,)
+        Coulomb friction at the rims [N].
+    strain : ndarray, shape (k, segments)
+        U' [kg^-1/2 / m].
+    stretches : tuple of TransverseShapes
+        One for each row of the following arrays: all of the plane w, then all of the plane v.
+    planes : tuple of str
+    count : ndarray of int, shape (b,)
+        Number of modes of each.
+    transverse, mass, loss : ndarray, shape (b, m)
+        w [rad/s], modal mass [kg], damping [1/s].
+    direct : ndarray, shape (k, b, m)
+        L [N/m kg^-1/2].
+    coupling : ndarray, shape (k, b, m, m)
+        G [N/m^2 kg^-1/2].
+    bend : ndarray, shape (b, m)
+        P per amplitude, the sag's part [-].
+    square : ndarray, shape (b, m, m)
+        P per product of amplitudes [1/m].
+    carried : float
+        EA^2 / (4 K Lambda) [N/m].
+    rigidity : float
+        K = EA + T0, tension per strain of the pretensioned cable [N].
+    """
+
+    natural: Array
+    damping: Array
+    torque_shape: Array
+    friction_shape: Array
+    friction: Array
+    strain: Array
+    stretches: tuple[TransverseShapes, ...]
+    planes: tuple[str, ...]
+    count: NDArray[np.int64]
+    transverse: Array
+    mass: Array
+    loss: Array
+    direct: Array
+    coupling: Array
+    bend: Array
+    square: Array
+    carried: float
+    rigidity: float
+
+
+def longitudinal_modes(drive: Drive, state: StaticState, top: float, least: int = 0) -> LongitudinalModes:
+    """Longitudinal modes below a frequency with their strain on the segments.
+
+    Parameters
+    ----------
+    drive : Drive
+    state : StaticState
+    top : float
+        [rad/s].
+    least : int, default 0
+        Number of modes that are kept at least; at most `MOST_MODES` are, the lowest.
+
+    Returns
+    -------
+    LongitudinalModes
+    """
+    rows = [row for chain in longitudinal_chains(drive) for row in _of_chain(drive, state, chain, top, least)]
+    rows.sort(key=lambda row: row[0])
+    rows = rows[: MOST_MODES + 1]
+    natural, rims, strain = zip(*rows, strict=True)
+    return LongitudinalModes(natural=np.array(natural), rims=np.array(rims), strain=np.array(strain))
+
+
+def _of_chain(
+    drive: Drive, state: StaticState, chain: LabelledChain, top: float, least: int
+) -> list[tuple[float, Array, Array]]:
+    """Frequency, rims and strain of each mode of one chain."""
+    rows, parts = [], chain.chain
+    if parts.rigid_body_modes:
+        mass = float(parts.masses.sum() + parts.density * parts.lengths.sum())
+        mass += parts.pendant[1] if parts.pendant else 0.0
+        rows.append((0.0, np.full(3, mass**-0.5), np.zeros(state.mesh.spacing.size)))
+    wanted = max(least, FEWEST_MODES, parts.masses.size)
+    reach = max(top, 1.5 * wanted * pi / float(parts.travel_times.sum()))
+    solved = chain_modes(parts, reach)
+    kept = max(wanted, sum(mode.omega < top for mode in solved))
+    for mode in solved[: min(kept, MOST_MODES)]:
+        for shape in range(mode.multiplicity):
+            places = [*mode.joints, mode.split.masses.size][: len(chain.joints)]
+            at = {
+                name: float(mode.shapes[row, shape]) for name, row in zip(chain.joints, places, strict=True)
+            }
+            rim = at.get(DRIVE_PULLEY, 0.0)
+            rims = np.array([rim, at.get(LOAD_PULLEY, 0.0), at.get(MOTOR, rim)])
+            rows.append((mode.omega, rims, _strain(drive, state, waves(chain, mode, shape))))
+    return rows
+
+
+def _strain(drive: Drive, state: StaticState, pieces: Sequence) -> Array:  # type: ignore[type-arg]
+    """Slope of a shape at the middle of each segment, per pretensioned metre."""
+    mesh, stretch = state.mesh, 1.0 + drive.cable.prestrain
+    found = np.zeros(mesh.spacing.size)
+    for piece in pieces:
+        span = mesh.spans.index(piece.span)
+        middle = 0.5 * (mesh.position[span, 1:] + mesh.position[span, :-1]) / stretch
+        inside = (middle >= piece.start) & (middle < piece.start + piece.length)
+        turned = piece.slope * np.exp(1j * piece.wave_number * (middle[inside] - piece.start))
+        found[span * mesh.segments + np.flatnonzero(inside)] = turned.real / stretch
+    return found
+
+
+def _damping(drive: Drive, modes: LongitudinalModes, spacing: Array) -> Array:
+    """Viscous friction at the shafts, the joint's damping and the cable's own, shape (k, k) [1/s]."""
+    motor, radius = drive.motor, drive.drive_pulley.radius
+    viscous = [(pulley.viscous_friction / pulley.radius**2, modes.rims[:, n]) for n, pulley in enumerate(drive.pulley)]
+    if motor is not None:
+        viscous.append((motor.viscous_friction / radius**2, modes.rims[:, 2]))
+        viscous.append((motor.joint_damping / radius**2, modes.rims[:, 2] - modes.rims[:, 0]))
+    stretch = 1.0 + drive.cable.prestrain
+    own = drive.cable.axial_damping * stretch * (modes.strain * spacing) @ modes.strain.T
+    return np.asarray(own + sum(b * np.outer(shape, shape) for b, shape in viscous))
+
+
+def _friction(drive: Drive) -> Array:
+    """Coulomb friction of the shafts at their rims [N]."""
+    first, second, motor = drive.drive_pulley, drive.load_pulley, drive.motor
+    own = motor.coulomb_friction / first.radius if motor is not None else 0.0
+    if motor is not None and motor.joint_stiffness is None:
+        return np.array([first.coulomb_friction / first.radius + own, second.coulomb_friction / second.radius, 0.0])
+    return np.array([first.coulomb_friction / first.radius, second.coulomb_friction / second.radius, own])
+
+
+def _fixed_length(drive: Drive) -> float:
+    """Length that the longitudinal motion cannot change, the whole loop; infinite where an end is free."""
+    chains = [chain.chain for chain in longitudinal_chains(drive)]
+    if len(chains) == 1 and not chains[0].closed and not all(chains[0].fixed):
+        return inf
+    return (1.0 + drive.cable.prestrain) * sum(float(chain.lengths.sum()) for chain in chains)
+
+
+def sagging_model(
+    drive: Drive, state: StaticState, modes: LongitudinalModes, counts: Sequence[int]
+) -> SaggingModel:
+    """Coefficients of Eq. (A.36) for one state of rest.
+
+    Parameters
+    ----------
+    drive : Drive
+    state : StaticState
+    modes : LongitudinalModes
+    counts : sequence of int
+        Number of transverse modes of each free stretch.
+
+    Returns
+    -------
+    SaggingModel
+    """
+    flat = transverse_shapes(drive, state, counts)
+    cable, most = drive.cable, max(counts)
+    rigidity, spacing = cable.axial_rigidity, state.mesh.spacing
+    stretches, planes = (*flat, *flat), ("w",) * len(flat) + ("v",) * len(flat)
+    size = (len(stretches), most)
+    transverse, mass, loss, bend = np.ones(size), np.ones(size), np.zeros(size), np.zeros(size)
+    square = np.zeros((*size, most))
+    direct = np.zeros((modes.natural.size, *size))
+    coupling = np.zeros((modes.natural.size, *size, most))
+    for b, (part, plane) in enumerate(zip(stretches, planes, strict=True)):
+        m, here = part.omega.size, part.segments
+        slopes = part.slopes * np.sqrt(spacing[here])
+        transverse[b, :m], mass[b, :m], loss[b, :m] = part.omega, part.mass, part.loss
+        strain = modes.strain[:, here]
+        coupling[:, b, :m, :m] = rigidity * np.einsum("ki,ai,bi->kab", strain, slopes, slopes)
+        square[b, :m, :m] = slopes @ slopes.T
+        if plane == "w":
+            sag = state.slope[here] * np.sqrt(spacing[here])
+            direct[:, b, :m] = rigidity * np.einsum("ki,i,ai->ka", strain, sag, slopes)
+            bend[b, :m] = 2.0 * slopes @ sag
+    return SaggingModel(
+        natural=modes.natural,
+        damping=_damping(drive, modes, spacing),
+        torque_shape=modes.rims[:, 2] / drive.drive_pulley.radius,
+        friction_shape=np.ascontiguousarray(modes.rims.T),
+        friction=_friction(drive),
+        strain=modes.strain,
+        stretches=stretches,
+        planes=planes,
+        count=np.array([part.omega.size for part in stretches], dtype=np.int64),
+        transverse=transverse,
+        mass=mass,
+        loss=loss,
+        direct=direct,
+        coupling=coupling,
+        bend=bend,
+        square=square,
+        carried=rigidity**2 / (4.0 * (rigidity + cable.pretension) * _fixed_length(drive)),
+        rigidity=rigidity + cable.pretension,
+    )

@@ -1,0 +1,190 @@
+"""Numbers that the integration of Eq. (A.36) takes, for one step length; the integration itself."""
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.reduction.sagging_kernels import integrate_sagging
+from cabledrive.reduction.sagging_model import SaggingModel
+from cabledrive.reduction.static_state import StaticState
+
+Array = NDArray[np.float64]
+
+PROBES = 12
+"""Points of each stretch at which the displacement is watched."""
+
+
+class SaggingNumbers(NamedTuple):
+    """What a step needs, arrays only; see `cabledrive.reduction.sagging_model.SaggingModel`."""
+
+    stiff: Array
+    compliance: Array
+    kept: Array
+    solve: Array
+    torque_shape: Array
+    friction: Array
+    friction_shape: Array
+    impulse_rate: Array
+    solved: Array
+    count: NDArray[np.int64]
+    natural: Array
+    spring: Array
+    mass: Array
+    loss: Array
+    direct: Array
+    coupling: Array
+    bend: Array
+    square: Array
+    carried: float
+    raised: float
+    probes: Array
+    rest: Array
+    watched: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Extremes:
+    """Largest and least values along a motion.
+
+    Attributes
+    ----------
+    displacement : ndarray, shape (b,)
+        Largest displacement from rest at the watched points of each stretch and plane [m].
+    amplitude, time : ndarray, shape (b, m)
+        Largest amplitude of each transverse mode [m], and when it is reached [s].
+    tension : float
+        Lowest tension [N].
+    """
+
+    displacement: Array
+    amplitude: Array
+    time: Array
+    tension: float
+
+
+def exact_spring(omega: Array, h: float) -> Array:
+    """Stiffness per mass with which a leapfrog of step h turns at exactly omega."""
+    return (2.0 * np.sin(0.5 * h * omega) / h) ** 2
+
+
+def numbers_of(model: SaggingModel, state: StaticState, h: float, detuned: float = 0.0) -> SaggingNumbers:
+    """Prepare an integration with one step length.
+
+    Parameters
+    ----------
+    model : SaggingModel
+    state : StaticState
+    h : float
+        Step [s].
+    detuned : float, default 0.0
+        Relative change of all transverse frequencies.
+
+    Returns
+    -------
+    SaggingNumbers
+    """
+    modes = model.natural.size
+    solve = np.linalg.inv(np.eye(modes) + 0.5 * h * model.damping)
+    solved = model.friction_shape @ solve.T
+    natural = model.transverse * (1.0 + detuned)
+    watched = _watched(model, state)
+    rigidity = 4.0 * model.carried
+    compliance = np.divide(1.0, model.natural**2, out=np.zeros(modes), where=model.natural > 0.0)
+    return SaggingNumbers(
+        stiff=exact_spring(model.natural, h),
+        compliance=compliance,
+        kept=solve @ (np.eye(modes) - 0.5 * h * model.damping),
+        solve=solve,
+        torque_shape=model.torque_shape,
+        friction=model.friction,
+        friction_shape=model.friction_shape,
+        impulse_rate=np.maximum(np.einsum("sk,sk->s", model.friction_shape, solved), 1e-300),
+        solved=np.ascontiguousarray(solved),
+        count=model.count,
+        natural=natural,
+        spring=exact_spring(natural, h),
+        mass=model.mass,
+        loss=model.loss,
+        direct=model.direct,
+        coupling=model.coupling,
+        bend=model.bend,
+        square=model.square,
+        carried=model.carried,
+        raised=0.5 * rigidity,
+        probes=_probes(model),
+        rest=np.ascontiguousarray(state.tension[watched]),
+        watched=np.ascontiguousarray(model.rigidity * model.strain[:, watched]),
+    )
+
+
+def _probes(model: SaggingModel) -> Array:
+    """Shapes at the watched points, shape (b, points, m)."""
+    rows, most = model.transverse.shape
+    found = np.zeros((rows, PROBES, most))
+    for r, part in enumerate(model.stretches):
+        nodes = part.shapes.shape[1]
+        at = np.unique(np.linspace(0, nodes - 1, PROBES + 2).round().astype(int)[1:-1])
+        found[r, : at.size, : part.omega.size] = part.shapes[:, at].T
+    return found
+
+
+def _watched(model: SaggingModel, state: StaticState) -> NDArray[np.intp]:
+    """Segments at which the tension is watched: ends and middle of each piece between two joints."""
+    mesh = state.mesh
+    cuts = {0, mesh.spacing.size, mesh.segments, *(int(node) for node in mesh.carriage_node)}
+    ends = sorted(cut for cut in cuts if cut <= mesh.spacing.size)
+    found = set()
+    for first, last in zip(ends[:-1], ends[1:], strict=True):
+        found |= {first, (first + last) // 2, last - 1}
+    return np.array(sorted(found), dtype=np.intp)
+
+
+def integrate(
+    stages: list[tuple[SaggingNumbers, Array]],
+    h: float,
+    *,
+    floor: float = 0.0,
+    phase: float = 0.0,
+    history: bool = False,
+) -> tuple[Extremes, Array]:
+    """Move the model from rest through stages, each with its own coefficients.
+
+    Parameters
+    ----------
+    stages : list of (SaggingNumbers, ndarray)
+        Coefficients, and the torque above the holding torque at each of their steps [N m].
+    h : float
+        Step [s].
+    floor : float, default 0.0
+        Amplitude below which no transverse mode falls [m].
+    phase : float, default 0.0
+        Phase at which that amplitude begins [rad].
+    history : bool, default False
+        Whether to keep the longitudinal amplitudes.
+
+    Returns
+    -------
+    extremes : Extremes
+    history : ndarray, shape (steps, k) or (0, k)
+    """
+    first = stages[0][0]
+    modes, rows, most = first.direct.shape
+    q, p = np.zeros(modes), np.zeros(modes)
+    inside = np.arange(most) < first.count[:, None]
+    a = np.where(inside, floor * np.cos(phase), 0.0)
+    b = np.where(inside, floor * np.sin(phase) * first.natural, 0.0)
+    top, modal = np.zeros(first.probes.shape[:2]), np.zeros((rows, most))
+    when, done = np.zeros((rows, most)), 0
+    least, kept = np.array([np.inf]), []
+    for numbers, torque in stages:
+        told = np.zeros((torque.size if history else 0, modes))
+        arguments: Any = (numbers, np.ascontiguousarray(torque), done, h, floor, q, p, a, b)
+        integrate_sagging(*arguments, top, modal, when, least, told)
+        kept.append(told)
+        done += torque.size
+    extremes = Extremes(
+        displacement=top.max(axis=1), amplitude=modal, time=h * when, tension=float(least[0])
+    )
+    return extremes, np.concatenate(kept)

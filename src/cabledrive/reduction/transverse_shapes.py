@@ -1,0 +1,163 @@
+"""Transverse modes of every free stretch under the tension that is there, on the segments of the statics."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.parameters import Drive
+from cabledrive.reduction.static_state import StaticState
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FreeStretch:
+    """A part of a span between two neighbouring points that are held across.
+
+    Attributes
+    ----------
+    span : {"upper", "lower"}
+    ends : (float, float)
+        Unstretched positions from the pulley where the span starts [m].
+    segments : slice
+        Its segments among those of all spans.
+    travel_time : float
+        Time a transverse wave takes along it [s].
+    """
+
+    span: str
+    ends: tuple[float, float]
+    segments: slice
+    travel_time: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TransverseShapes(FreeStretch):
+    """The lowest modes of a free stretch, of unit largest displacement.
+
+    Attributes
+    ----------
+    omega : ndarray, shape (m,)
+        [rad/s].
+    mass : ndarray, shape (m,)
+        Modal mass [kg].
+    loss : ndarray, shape (m,)
+        Modal damping [1/s]; carriages on the stretch are not damped.
+    shapes : ndarray, shape (m, nodes of the stretch)
+    slopes : ndarray, shape (m, segments of the stretch)
+        [1/m].
+    """
+
+    omega: Array
+    mass: Array
+    loss: Array
+    shapes: Array
+    slopes: Array
+
+
+def free_stretches(drive: Drive, state: StaticState) -> tuple[FreeStretch, ...]:
+    """Stretches between pulleys and guided carriages, upper span first.
+
+    Parameters
+    ----------
+    drive : Drive
+    state : StaticState
+
+    Returns
+    -------
+    tuple of FreeStretch
+    """
+    mesh, stretch = state.mesh, 1.0 + drive.cable.prestrain
+    times = mesh.spacing * np.sqrt(mesh.density * state.stretch / np.maximum(state.tension, 1e-300))
+    found = []
+    for number, span in enumerate(mesh.spans):
+        held = np.flatnonzero(~mesh.sways[mesh.span_nodes(span)])
+        first = number * mesh.segments
+        for start, end in zip(held[:-1], held[1:], strict=True):
+            here = slice(first + int(start), first + int(end))
+            places = mesh.position[number, [start, end]] / stretch
+            found.append(
+                FreeStretch(
+                    span=span,
+                    ends=(float(places[0]), float(places[1])),
+                    segments=here,
+                    travel_time=float(times[here].sum()),
+                )
+            )
+    return tuple(found)
+
+
+def modes_below(stretch: FreeStretch, top: float) -> int:
+    """Number of modes of a stretch up to a frequency, one more for good measure.
+
+    Parameters
+    ----------
+    stretch : FreeStretch
+    top : float
+        [rad/s].
+
+    Returns
+    -------
+    int
+    """
+    return int(top * stretch.travel_time / pi) + 1
+
+
+def transverse_shapes(
+    drive: Drive, state: StaticState, counts: Sequence[int]
+) -> tuple[TransverseShapes, ...]:
+    """Lowest transverse modes of every free stretch.
+
+    Parameters
+    ----------
+    drive : Drive
+    state : StaticState
+    counts : sequence of int
+        How many of each stretch.
+
+    Returns
+    -------
+    tuple of TransverseShapes
+    """
+    parts = free_stretches(drive, state)
+    return tuple(_shapes(drive, state, part, count) for part, count in zip(parts, counts, strict=True))
+
+
+def _shapes(drive: Drive, state: StaticState, part: FreeStretch, count: int) -> TransverseShapes:
+    from scipy.linalg import eigh
+
+    here, mesh = part.segments, state.mesh
+    h = mesh.spacing[here]
+    inner = slice(here.start + 1, here.stop)
+    spring = state.tension[here] / (h * state.stretch[here])
+    stiffness = _tridiagonal(spring[:-1] + spring[1:], -spring[1:-1])
+    # the mean of lumped and consistent mass: frequencies are right to fourth order in the segment
+    cell = mesh.density * h
+    cable = _tridiagonal(5.0 / 12.0 * (cell[:-1] + cell[1:]), cell[1:-1] / 12.0)
+    total = cable + np.diag(mesh.carriage_mass[inner])
+    count = min(count, h.size - 1)
+    squared, vectors = eigh(stiffness, total, subset_by_index=[0, count - 1])
+    shapes = np.zeros((count, h.size + 1))
+    shapes[:, 1:-1] = vectors.T
+    largest = np.abs(shapes).max(axis=1)
+    shapes *= (np.where(shapes[:, 1] < 0.0, -1.0, 1.0) / largest)[:, None]
+    mass = 1.0 / largest**2
+    moved = np.einsum("mi,ij,mj->m", shapes[:, 1:-1], cable, shapes[:, 1:-1])
+    return TransverseShapes(
+        span=part.span,
+        ends=part.ends,
+        segments=here,
+        travel_time=part.travel_time,
+        omega=np.sqrt(squared),
+        mass=mass,
+        loss=drive.cable.transverse_damping * moved / mass,
+        shapes=shapes,
+        slopes=np.diff(shapes, axis=1) / h,
+    )
+
+
+def _tridiagonal(diagonal: Array, beside: Array) -> Array:
+    return np.diag(diagonal) + np.diag(beside, 1) + np.diag(beside, -1)
