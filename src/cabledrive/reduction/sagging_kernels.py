@@ -10,6 +10,9 @@ from cabledrive.reduction.motion_kernels import exact_stiffness
 SWEEPS = 12
 """Passes over the shafts' friction impulses."""
 
+REFRESH = 8
+"""Steps between two looks at the floor."""
+
 
 @njit
 def rub(shape, impulse_rate, solved, friction, h, p):
@@ -31,42 +34,43 @@ def rub(shape, impulse_rate, solved, friction, h, p):
 
 @njit
 def integrate_sagging(c, force, first, h, floor, q, p, a, b, top, modal, when, least, history):
-    """Step the model along sampled modal torques, state in place.
+    """Step the model along sampled torques above the holding torque, state in place.
 
-    `top` keeps the largest displacement at the probes, `modal` the largest amplitude of each mode and `when`
-    its step, counted from `first`, `least` the lowest tension at the watched segments; `history` the
-    longitudinal amplitudes of every step.
+    `top` keeps the largest displacement at the probes, what the floor adds taken off mode by mode; `modal` the
+    largest amplitude of each mode and `when` its step, counted from `first`; `least` the lowest tension at the
+    watched segments; `history` the longitudinal amplitudes of every step.
     """
     modes, rows, most = c.direct.shape
-    slope = np.zeros((modes, rows, most))
-    pulled, pushed = np.zeros(modes), np.zeros(modes)
-    refresh = 8
+    band = c.square.shape[2] // 2
+    slope, turned = np.zeros((modes, rows, most)), np.zeros((rows, most))
+    pulled, pushed, above = np.zeros(modes), np.zeros(modes), np.zeros(most)
     for n in range(force.size):
+        # forces at the time of the displacements; speeds live half a step earlier
         stretch = 0.0
         pulled[:] = 0.0
         for r in range(rows):
             for j in range(c.count[r]):
-                turned = 0.0
-                for i in range(c.count[r]):
-                    turned += c.square[r, j, i] * a[r, i]
-                stretch += (c.bend[r, j] + turned) * a[r, j]
+                low, high = max(0, j - band), min(c.count[r], j + band + 1)
+                total = 0.0
+                for i in range(low, high):
+                    total += c.square[r, j, i - j + band] * a[r, i]
+                turned[r, j] = total
+                stretch += (c.bend[r, j] + total) * a[r, j]
                 for k in range(modes):
                     if c.stiff[k] > 0.0:
-                        sum_ = 0.0
-                        for i in range(c.count[r]):
-                            sum_ += c.coupling[k, r, j, i] * a[r, i]
-                        slope[k, r, j] = c.direct[k, r, j] + sum_
-                        pulled[k] += (c.direct[k, r, j] + 0.5 * sum_) * a[r, j]
+                        total = 0.0
+                        for i in range(low, high):
+                            total += c.coupling[k, r, j, i - j + band] * a[r, i]
+                        slope[k, r, j] = c.direct[k, r, j] + total
+                        pulled[k] += (c.direct[k, r, j] + 0.5 * total) * a[r, j]
         for k in range(modes):
             pushed[k] = c.torque_shape[k] * force[n] - c.stiff[k] * q[k] - pulled[k]
         for r in range(rows):
             for j in range(c.count[r]):
-                turned = 0.0
-                for i in range(c.count[r]):
-                    turned += c.square[r, j, i] * a[r, i]
-                pull = c.carried * stretch * (c.bend[r, j] + 2.0 * turned)
+                pull = c.carried * stretch * (c.bend[r, j] + 2.0 * turned[r, j])
                 for k in range(modes):
                     if c.stiff[k] > 0.0:
+                        # the kept modes' static share is in `carried` already: their inertia is what differs
                         pull += (q[k] + pulled[k] * c.compliance[k]) * slope[k, r, j]
                 loss = 0.5 * h * c.loss[r, j]
                 rate = c.spring[r, j] * a[r, j] + pull / c.mass[r, j]
@@ -77,7 +81,7 @@ def integrate_sagging(c, force, first, h, floor, q, p, a, b, top, modal, when, l
         a += h * b
         if history.shape[0] > 0:
             history[n] = q
-        if floor > 0.0 and n % refresh == 0:
+        if floor > 0.0 and n % REFRESH == 0:
             for r in range(rows):
                 for j in range(c.count[r]):
                     size = np.sqrt(a[r, j] ** 2 + (b[r, j] / c.natural[r, j]) ** 2)
@@ -87,14 +91,16 @@ def integrate_sagging(c, force, first, h, floor, q, p, a, b, top, modal, when, l
         if n % 2 == 0:
             for r in range(rows):
                 for j in range(c.count[r]):
-                    if abs(a[r, j]) > modal[r, j]:
-                        modal[r, j] = abs(a[r, j])
+                    size = abs(a[r, j])
+                    above[j] = np.copysign(max(size - floor, 0.0), a[r, j])
+                    if size > modal[r, j]:
+                        modal[r, j] = size
                         when[r, j] = first + n
                 for x in range(c.probes.shape[1]):
                     place = 0.0
                     for j in range(c.count[r]):
-                        place += c.probes[r, x, j] * a[r, j]
-                    top[r, x] = max(top[r, x], abs(place))
+                        place += c.probes[r, x, j] * above[j]
+                    top[r, x] = max(top[r, x], abs(place) + floor)
         for x in range(c.rest.size):
             tension = c.rest[x] + c.raised * stretch
             for k in range(modes):

@@ -34,7 +34,11 @@ from cabledrive.reduction.transverse_shapes import TransverseShapes, transverse_
 Array = NDArray[np.float64]
 
 SHAFTS = (DRIVE_PULLEY, LOAD_PULLEY, MOTOR)
-FEWEST_MODES, MOST_MODES = 4, 16
+FEWEST_MODES, MOST_MODES = 4, 12
+
+BAND = 8
+"""Transverse modes of a stretch couple up to this difference of their numbers; beyond, the strain of a
+longitudinal mode is too even along the stretch."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -83,12 +87,12 @@ class SaggingModel:
         w [rad/s], modal mass [kg], damping [1/s].
     direct : ndarray, shape (k, b, m)
         L [N/m kg^-1/2].
-    coupling : ndarray, shape (k, b, m, m)
-        G [N/m^2 kg^-1/2].
+    coupling : ndarray, shape (k, b, m, 2 BAND + 1)
+        G of neighbouring modes, row j from mode j - BAND on [N/m^2 kg^-1/2].
     bend : ndarray, shape (b, m)
         P per amplitude, the sag's part [-].
-    square : ndarray, shape (b, m, m)
-        P per product of amplitudes [1/m].
+    square : ndarray, shape (b, m, 2 BAND + 1)
+        P per product of amplitudes, in the same form [1/m].
     carried : float
         EA^2 / (4 K Lambda) [N/m].
     rigidity : float
@@ -205,6 +209,14 @@ def _fixed_length(drive: Drive) -> float:
     return (1.0 + drive.cable.prestrain) * sum(float(chain.lengths.sum()) for chain in chains)
 
 
+def _banded(dense: Array) -> Array:
+    """Neighbours of each row of square matrices, shape (..., m, 2 BAND + 1)."""
+    m = dense.shape[-1]
+    wide = np.zeros((*dense.shape[:-1], m + 2 * BAND))
+    wide[..., BAND : BAND + m] = dense
+    return np.stack([wide[..., j, j : j + 2 * BAND + 1] for j in range(m)], axis=-2)
+
+
 def sagging_model(
     drive: Drive, state: StaticState, modes: LongitudinalModes, counts: Sequence[int]
 ) -> SaggingModel:
@@ -228,16 +240,16 @@ def sagging_model(
     stretches, planes = (*flat, *flat), ("w",) * len(flat) + ("v",) * len(flat)
     size = (len(stretches), most)
     transverse, mass, loss, bend = np.ones(size), np.ones(size), np.zeros(size), np.zeros(size)
-    square = np.zeros((*size, most))
+    square = np.zeros((*size, 2 * BAND + 1))
     direct = np.zeros((modes.natural.size, *size))
-    coupling = np.zeros((modes.natural.size, *size, most))
+    coupling = np.zeros((modes.natural.size, *size, 2 * BAND + 1))
     for b, (part, plane) in enumerate(zip(stretches, planes, strict=True)):
         m, here = part.omega.size, part.segments
         slopes = part.slopes * np.sqrt(spacing[here])
         transverse[b, :m], mass[b, :m], loss[b, :m] = part.omega, part.mass, part.loss
         strain = modes.strain[:, here]
-        coupling[:, b, :m, :m] = rigidity * np.einsum("ki,ai,bi->kab", strain, slopes, slopes)
-        square[b, :m, :m] = slopes @ slopes.T
+        coupling[:, b, :m] = rigidity * _banded(np.einsum("ki,ai,bi->kab", strain, slopes, slopes))
+        square[b, :m] = _banded(slopes @ slopes.T)
         if plane == "w":
             sag = state.slope[here] * np.sqrt(spacing[here])
             direct[:, b, :m] = rigidity * np.einsum("ki,i,ai->ka", strain, sag, slopes)

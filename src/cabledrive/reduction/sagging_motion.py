@@ -12,8 +12,8 @@ from cabledrive.reduction.static_state import StaticState
 
 Array = NDArray[np.float64]
 
-PROBES = 12
-"""Points of each stretch at which the displacement is watched."""
+PROBES = 40
+"""Most points of each stretch at which the displacement is watched, two and a bit for each mode."""
 
 
 class SaggingNumbers(NamedTuple):
@@ -122,10 +122,11 @@ def numbers_of(model: SaggingModel, state: StaticState, h: float, detuned: float
 def _probes(model: SaggingModel) -> Array:
     """Shapes at the watched points, shape (b, points, m)."""
     rows, most = model.transverse.shape
-    found = np.zeros((rows, PROBES, most))
+    points = min(PROBES, 2 * most + 5)
+    found = np.zeros((rows, points, most))
     for r, part in enumerate(model.stretches):
         nodes = part.shapes.shape[1]
-        at = np.unique(np.linspace(0, nodes - 1, PROBES + 2).round().astype(int)[1:-1])
+        at = np.unique(np.linspace(0, nodes - 1, points + 2).round().astype(int)[1:-1])
         found[r, : at.size, : part.omega.size] = part.shapes[:, at].T
     return found
 

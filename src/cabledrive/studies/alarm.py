@@ -132,20 +132,15 @@ def alarm(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5, limit: fl
     """
     if not 0.0 < floor < limit:
         raise InputRefused(f"floor = {floor:.4g} m must be above 0 and below limit = {limit:.4g} m")
-    prepared = prepare(drive, motion)
+    prepared = prepare(drive, motion, floor=floor)
     driven = prepared.response()
     grown = [prepared.response(floor=floor, phase=phase) for phase in (0.0, 0.5 * pi)]
     varied = [
         prepared.response(floor=floor, phase=0.25 * pi, detuned=detuned, torque=MORE_TORQUE)
         for detuned in (-DETUNING, 0.0, DETUNING)
     ]
-    others = floor * (prepared.models[0].count - 1)  # what the other modes' floors add at one point
-
-    def _size(run):  # type: ignore[no-untyped-def]
-        return float(np.max(run.displacement - others))
-
-    largest = max(float(driven.displacement.max()), *(_size(run) for run in grown))
-    bound = MARGIN * max(largest, *(_size(run) for run in varied))
+    largest = max(float(run.displacement.max()) for run in (driven, *grown))
+    bound = MARGIN * max(largest, *(float(run.displacement.max()) for run in varied))
     if not np.isfinite(largest) and not np.abs(driven.amplitude).max() < np.inf:
         raise NotComputed("the planned motion leaves the finite numbers: plan a smaller or a slower one")
     tension = min(run.tension for run in (driven, *grown))

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.simulation import Recording, Scheme, Start
 from cabledrive.simulation.case import Case, case_of
-from cabledrive.simulation.channels import probe_columns
 from cabledrive.simulation.method import DONE
 from cabledrive.simulation.state import State, copy_state
 from cabledrive.simulation.workspace import new_workspace
@@ -18,9 +17,6 @@ from cabledrive.studies.planned_motion import PlannedMotion
 Array = NDArray[np.float64]
 
 V, W = 1, 2
-POINTS = 9
-"""Watched points of each stretch; none is a node of all modes that matter."""
-
 RECORDS_PER_PERIOD = 14
 
 
@@ -56,13 +52,13 @@ def true_motion(
     modes: int,
     highest: float,
     rng: np.random.Generator,
-    starts: Sequence[float] = (0.0, 0.4),
-    segments: int = 100,
+    starts: Sequence[float] = (0.0, 0.35),
+    segments: int = 120,
 ) -> TrueMotion:
     """Largest transverse displacement of the full nonlinear model along a motion.
 
     The run starts at equilibrium with the drive pulley held. At some instants every stretch gets the floor in
-    each of its lowest sines and both planes, with random phases, and again a quarter of a turn later.
+    each of its lowest sines and both planes, with random phases.
 
     Parameters
     ----------
@@ -74,12 +70,12 @@ def true_motion(
     modes : int
         Number of sines of each stretch that get the floor.
     highest : float
-        Highest frequency of interest, for the records and the floor's speeds [Hz].
+        Highest frequency of interest, for the records [Hz].
     rng : Generator
         Of the phases.
-    starts : sequence of float, default (0.0, 0.4)
+    starts : sequence of float, default (0.0, 0.35)
         Instants as shares of the motion.
-    segments : int, default 100
+    segments : int, default 120
         Per span.
 
     Returns
@@ -94,32 +90,32 @@ def true_motion(
     if motion.changes:
         raise InputRefused("motion: pretension, carriage and load_torque must stand still on the full model")
     stretches = _stretches(drive)
-    probes = tuple(
-        (span, start + (end - start) * place)
-        for span, start, end in stretches
-        for place in (np.arange(POINTS) + 0.87) / (POINTS + 0.8)
-    )
     case = case_of(
         drive,
         float(motion.time[-1]),
         torque=lambda t: np.interp(t, motion.time, motion.torque),
         start=Start(from_equilibrium=True, hold="drive"),
         scheme=Scheme(segments=segments),
-        recording=Recording(rate=RECORDS_PER_PERIOD * highest, probes=probes),
+        recording=Recording(rate=RECORDS_PER_PERIOD * highest, fields=1),
     )
-    rest = case.first_state().x.copy()
-    end = case.grid.records
-    states, driven, slack = _through(case, rest, sorted(int(share * end) for share in starts))
+    rest, end = case.first_state().x.copy(), case.grid.records
+    state, done, driven, slack = case.first_state(), 0, 0.0, False
+    begun = []
+    for record in (*sorted(int(share * end) for share in starts), end):
+        moved, slack = _advance(case, state, done, record, rest)
+        driven = max(driven, float(np.abs(moved).max(initial=0.0)))
+        if slack:
+            break
+        done = record
+        begun.append((record, copy_state(state)))
     grown = 0.0
-    for record, state in states:
-        for turn in (0.0, 0.5 * np.pi):
-            placed, speed, size = _floor(case, stretches, floor, modes, highest, np.random.default_rng(int(rng.integers(2**32))), turn)
-            fresh = copy_state(state)
-            fresh.x[V:] += placed
-            fresh.x_t[V:] += speed
-            largest, ended = _advance(case, fresh, record, end, rest)
-            grown = max(grown, largest - size + floor)
-            slack = slack or ended
+    for record, state in begun[: len(starts)]:
+        placed, speed = _floor(case, stretches, floor, modes, rng)
+        state.x[V:] += placed
+        state.x_t[V:] += speed
+        moved, ended = _advance(case, state, record, end, rest)
+        grown = max(grown, _above_floor(case, stretches, moved, modes, floor) + floor)
+        slack = slack or ended
     return TrueMotion(driven=driven, grown=grown, slack=slack)
 
 
@@ -138,11 +134,9 @@ def _floor(
     stretches: list[tuple[str, float, float]],
     floor: float,
     modes: int,
-    highest: float,
     rng: np.random.Generator,
-    turn: float,
-) -> tuple[Array, Array, float]:
-    """Displacement and speed of the floor, planes v and w, and its largest possible size at a point."""
+) -> tuple[Array, Array]:
+    """Displacement and speed of the floor in the planes v and w, half a step apart as they may be."""
     mesh = case.mesh
     place, speed = np.zeros((2, mesh.nodes)), np.zeros((2, mesh.nodes))
     law_speed = np.sqrt(case.law.pretension / mesh.density)
@@ -154,42 +148,38 @@ def _floor(
             kappa = m * np.pi / (end - start)
             shape = np.sin(kappa * (x[inside] - start))
             for plane in range(2):
-                phase = rng.uniform(0, 2 * np.pi) + turn
+                phase = rng.uniform(0, 2 * np.pi)
                 place[plane, nodes[inside]] += floor * np.cos(phase) * shape
                 speed[plane, nodes[inside]] -= floor * np.sin(phase) * kappa * law_speed * shape
-    return place, speed, modes * floor
+    return place, speed
 
 
-def _through(case: Case, rest: Array, records: list[int]) -> tuple[list[tuple[int, State]], float, bool]:
-    """The motion without a floor: states at some records, its largest displacement, whether it went slack."""
-    state, done, largest, found = case.first_state(), 0, 0.0, []
-    for record in records:
-        size, ended = _advance(case, state, done, record, rest)
-        largest = max(largest, size)
-        if ended:
-            return found, largest, True
-        done = record
-        found.append((record, copy_state(state)))
-    size, ended = _advance(case, state, done, case.grid.records, rest)
-    return found, max(largest, size), ended
-
-
-def _advance(case: Case, state: State, first: int, last: int, rest: Array) -> tuple[float, bool]:
-    """Move the state in place from record to record; largest displacement at the probes, whether it went slack."""
+def _advance(case: Case, state: State, first: int, last: int, rest: Array) -> tuple[Array, bool]:
+    """Move the state in place from record to record; v and w from rest at each, and whether it went slack."""
+    every, width = case.grid.every, case.mesh.nodes
     if last <= first:
-        return 0.0, False
-    every = case.grid.every
-    rows = np.zeros((last - first, case.width))
+        return np.zeros((0, 2, width)), False
+    rows, fields = np.zeros((last - first, case.width)), np.full((last - first, 3, width), np.nan)
     torque, forces = case.inputs(first * every, (last - first) * every)
-    work, none = new_workspace(case.plan), np.zeros((0, 3, case.mesh.nodes))
-    code = case.method.march(case.plan, state, work, torque, forces, every, rows, none)
-    midpoints, probes = len(case.mesh.spans), case.plan.probe.shape[0]
-    largest = 0.0
-    for k in range(midpoints, probes):
-        node, share = int(case.plan.probe[k, 0]), case.plan.probe[k, 1]
-        for axis in (V, W):
-            level = (1.0 - share) * rest[axis, node] + share * rest[axis, node + 1]
-            column = rows[:, probe_columns(k).start + axis]
-            moved = np.abs(column[column != 0.0] - level) if axis == W else np.abs(column)
-            largest = max(largest, float(moved.max(initial=0.0)))
-    return largest, code != DONE
+    code = case.method.march(case.plan, state, new_workspace(case.plan), torque, forces, every, rows, fields)
+    moved = fields[:, V:] - rest[V:]
+    return moved[np.isfinite(moved).all(axis=(1, 2))], code != DONE
+
+
+def _above_floor(
+    case: Case, stretches: list[tuple[str, float, float]], moved: Array, modes: int, floor: float
+) -> float:
+    """Largest displacement with the floor's size taken off every sine of every stretch."""
+    mesh, largest = case.mesh, 0.0
+    for span, start, end in stretches:
+        nodes = np.arange(mesh.nodes)[mesh.span_nodes(span)]
+        x = mesh.position[mesh.spans.index(span)]
+        inside = (x > start + 1e-9) & (x < end - 1e-9)
+        number = np.arange(1, max(modes, 2) + 1)[:, None]
+        sines = np.sin(number * np.pi * (x[inside] - start) / (end - start))
+        part = moved[:, :, nodes[inside]]
+        amplitude = part @ np.linalg.pinv(sines)
+        left = part - amplitude @ sines
+        shrunk = np.sign(amplitude) * np.maximum(np.abs(amplitude) - floor, 0.0)
+        largest = max(largest, float(np.abs(shrunk @ sines + left).max(initial=0.0)))
+    return largest

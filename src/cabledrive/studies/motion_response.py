@@ -21,12 +21,19 @@ PARTS = 8
 
 STEPS_PER_PERIOD = 16
 FEWEST_STEPS, MOST_STEPS = 4, 20_000_000
-SHARE = 0.999
-"""Share of the power of the tension's oscillation that lies below the highest transverse mode kept."""
+
+LEAST_GROWTH = 1.0
+"""Logarithm of the growth over the whole motion below which parametric excitation does not count."""
+
+STRONG = 0.2
+"""Relative oscillation of a tension from which the second instability region, at a mode's own frequency, counts."""
+
+LEAST_SHARE = 0.3
+"""Share of the floor below which direct excitation does not count."""
 
 REACH = 1.1
-MOST_MODES = 24
-COARSE, SEGMENTS_PER_MODE, MOST_SEGMENTS = 60, 12, 240
+MOST_MODES = 40
+COARSE, SEGMENTS_PER_MODE, MOST_SEGMENTS = 60, 10, 400
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -80,13 +87,15 @@ class PreparedMotion:
         return integrate(stages, self.h, floor=floor, phase=phase)[0]
 
 
-def prepare(drive: Drive, motion: PlannedMotion) -> PreparedMotion:
+def prepare(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5) -> PreparedMotion:
     """Compute the state of rest and the modes that a motion can excite, along the motion where they change.
 
     Parameters
     ----------
     drive : Drive
     motion : PlannedMotion
+    floor : float, default 1e-5
+        Amplitude below which nothing counts [m].
 
     Returns
     -------
@@ -102,11 +111,11 @@ def prepare(drive: Drive, motion: PlannedMotion) -> PreparedMotion:
     knots = np.linspace(0.0, motion.time[-1], KNOTS) if motion.changes else np.zeros(1)
     drives = [drive_along(drive, motion, t) for t in knots]
     first = _state(drives[0], motion, 0.0, COARSE)
-    content = _content(motion.torque, motion.time)
+    content = _content(motion)
     modes = longitudinal_modes(drives[0], first, 1.5 * content)
     h, time = _grid(motion, max(float(modes.natural[-1]), content))
     torque = _above_holding(drives[0], motion, time, [first.holding_torque])
-    top = REACH * _response_content(drives[0], first, modes, torque, h)
+    top = _highest_excited(drives[0], first, modes, torque, h, floor)
     counts = [max(2, modes_below(part, top)) for part in free_stretches(drives[0], first)]
     complete = max(counts) <= MOST_MODES
     counts = [min(count, MOST_MODES) for count in counts]
@@ -163,35 +172,52 @@ def _above_holding(drive: Drive, motion: PlannedMotion, time: Array, holding: li
     return np.interp(time, motion.time, motion.torque) + offset - held
 
 
-def _content(signal: Array, time: Array) -> float:
-    """Frequency below which nearly all of a signal's power lies [rad/s]."""
-    even = np.linspace(0.0, time[-1], max(time.size, 256))
-    values = np.interp(even, time, signal)
-    return _below(values[:, None], even[1])
-
-
-def _below(values: Array, step: float) -> float:
-    """Frequency below which `SHARE` of the power of some signals, mean removed, lies [rad/s]."""
-    n = values.shape[0]
-    window = np.hanning(n)[:, None]
-    power = np.sum(np.abs(np.fft.rfft(window * (values - values.mean(axis=0)), axis=0)) ** 2, axis=1)
-    total = np.cumsum(power)
+def _content(motion: PlannedMotion) -> float:
+    """Frequency below which 99.9 % of the torque's power lies [rad/s]."""
+    even = np.linspace(0.0, motion.time[-1], max(motion.time.size, 256))
+    size = _amplitudes(np.interp(even, motion.time, motion.torque)[:, None])[:, 0]
+    total = np.cumsum(size**2)
     if total[-1] <= 0.0:
-        return 2 * pi / (n * step)
-    place = min(int(np.searchsorted(total, SHARE * total[-1])) + 2, total.size - 1)
-    return 2 * pi * place / (n * step)
+        return 2 * pi / float(motion.time[-1])
+    place = min(int(np.searchsorted(total, 0.999 * total[-1])) + 2, total.size - 1)
+    return 2 * pi * place / float(motion.time[-1])
 
 
-def _response_content(
-    drive: Drive, state: StaticState, modes: LongitudinalModes, torque: Array, h: float
+def _amplitudes(values: Array) -> Array:
+    """Amplitude of the sines in some signals, shape (frequencies, signals), mean removed."""
+    window = np.hanning(values.shape[0])[:, None]
+    spectrum = np.fft.rfft(window * (values - values.mean(axis=0)), axis=0)
+    return np.asarray(2.0 * np.abs(spectrum) / window.sum())
+
+
+def _highest_excited(
+    drive: Drive, state: StaticState, modes: LongitudinalModes, torque: Array, h: float, floor: float
 ) -> float:
-    """Frequency below which the tension oscillates, transverse modes left out [rad/s]."""
-    still = sagging_model(drive, state, modes, [1] * len(free_stretches(drive, state)))
+    r"""Frequency up to which transverse modes can be excited, transverse back-action left out [rad/s].
+
+    A tension that oscillates by :math:`\eta T` at :math:`\Omega` makes a mode at :math:`w = \Omega/2` grow by
+    :math:`\tfrac14 w\eta - \tfrac12\Gamma` per time, and shakes a mode at :math:`w = \Omega`, through a sag of
+    slope :math:`\sigma`, to no more than :math:`\eta\sigma/\kappa` times :math:`\min(w/\Gamma, \tfrac12 wT)`.
+    """
+    parts = free_stretches(drive, state)
+    still = sagging_model(drive, state, modes, [1] * len(parts))
     still = replace(still, direct=0.0 * still.direct, coupling=0.0 * still.coupling, carried=0.0)
     numbers = numbers_of(still, state, h)
     _, told = integrate([(numbers, torque)], h, history=True)
-    every = max(1, told.shape[0] // 2**17)
-    return _below((told @ numbers.watched)[::every], h * every)
+    every = max(1, told.shape[0] // 2**16)
+    relative = (told @ (numbers.watched / np.maximum(numbers.rest, 1e-300)))[::every]
+    size = _amplitudes(relative).max(axis=1)
+    omega = 2 * pi * np.arange(size.size) / (h * torque.size)
+    duration, loss = h * torque.size, drive.cable.transverse_damping
+    lowest = pi / max(part.travel_time for part in parts)
+    growth = (0.125 * omega * size - 0.5 * loss) * duration
+    speed = np.sqrt(float(np.max(state.tension)) / state.mesh.density)
+    lasting = np.minimum(omega / max(loss, 1e-300), 0.5 * omega * duration)
+    shaken = size * state.steepest * speed / np.maximum(omega, 1e-300) * lasting
+    second = np.max(omega, where=size > STRONG, initial=lowest)
+    half = 0.5 * np.max(omega, where=growth > LEAST_GROWTH, initial=lowest) + 2.0 * lowest
+    direct = np.max(omega, where=shaken > LEAST_SHARE * floor, initial=lowest)
+    return REACH * float(max(second, half, direct))
 
 
 def _continued(
