@@ -16,7 +16,7 @@ from cabledrive.studies.planned_motion import PlannedMotion
 KINDS = ("1:2", "direct", "sum", "anywhere")
 SIGNALS = ("tone", "chirp", "move with ripple", "jerks", "noise")
 RADIUS = 0.03
-MOST_NODE_STEPS = 4e7
+MOST_NODE_STEPS = 3e7
 """Of one run of the full model: bounds the length of a motion."""
 
 
@@ -28,6 +28,7 @@ class Sample:
     signal: str
     drive: Drive
     motion: PlannedMotion
+    omega: float
     floor: float
     limit: float
 
@@ -146,8 +147,8 @@ def unit_torque(rng, signal, time, omega):
     return sum(np.sin(omega * w * time + p) for w, p in zip(widths, phases, strict=True)) / 4.0
 
 
-def random_sample(rng):
-    """A drive and a motion of a random kind."""
+def random_sample(rng, node_steps=MOST_NODE_STEPS):
+    """A drive and a motion of a random kind; one run of the full model takes no more than some node steps."""
     while True:
         kind, signal = str(rng.choice(KINDS)), str(rng.choice(SIGNALS))
         found = tuned(rng, kind, random_drive(rng))
@@ -156,18 +157,18 @@ def random_sample(rng):
         drive, omega = found
         state = static_state(drive, segments=60)
         lowest = pi / max(part.travel_time for part in free_stretches(drive, state))
-        duration = 2 * pi / lowest * rng.uniform(20, 50)
+        duration = 2 * pi / lowest * rng.uniform(12, 25)
         speed = drive.cable.axial_wave_speed
         cost = duration * speed / (drive.span_length / 100) * 100 * len(drive.spans)
-        duration *= min(1.0, MOST_NODE_STEPS / cost)
-        if duration < 10 * 2 * pi / lowest or duration * omega > 4000:
+        duration *= min(1.0, node_steps / cost)
+        if duration < 9 * 2 * pi / lowest or duration * omega > 2500:
             continue
         time = np.linspace(0.0, duration, int(duration * omega / (2 * pi) * 40) + 200)
         unit = unit_torque(rng, signal, time, omega)
-        size = log_uniform(rng, 0.02, 0.8)
-        limit = drive.span_length * log_uniform(rng, 1e-4, 2e-3)
+        size = log_uniform(rng, 0.1, 0.9)
+        limit = drive.span_length * log_uniform(rng, 5e-5, 1e-3)
         floor = limit / rng.uniform(20, 60)
-        return scaled(Sample(kind, signal, drive, PlannedMotion(time=time, torque=unit), floor, limit), size, rng)
+        return scaled(Sample(kind, signal, drive, PlannedMotion(time=time, torque=unit), omega, floor, limit), size, rng)
 
 
 def scaled(sample, size, rng):
@@ -186,3 +187,30 @@ def scaled(sample, size, rng):
         drive = replace(drive, pulley=tuple(pulley))
     motion = PlannedMotion(time=sample.motion.time, torque=holding + amplitude * unit)
     return replace(sample, drive=drive, motion=motion)
+
+
+def scaled_torque(sample, factor):
+    """The same motion with its torque above the holding torque multiplied."""
+    holding = static_state(sample.drive, segments=60).holding_torque
+    torque = holding + factor * (sample.motion.torque - holding)
+    return replace(sample, motion=PlannedMotion(time=sample.motion.time, torque=torque))
+
+
+def varied(sample, rng):
+    """A neighbour: other frequency, pretension, dampings, perhaps another waveform; None where it cannot rest."""
+    change = 1.0 + 0.015 * rng.standard_normal(2)
+    drive = with_pretension(sample.drive, sample.drive.cable.pretension * change[0])
+    loss = float(rng.uniform(0.5, 1.1)) * drive.cable.transverse_damping
+    drive = replace(drive, cable=replace(drive.cable, transverse_damping=loss))
+    if taut(drive) is None:
+        return None
+    old = static_state(sample.drive, segments=60).holding_torque
+    new = static_state(drive, segments=60).holding_torque
+    time, above = sample.motion.time, sample.motion.torque - old
+    if rng.uniform() < 0.4:
+        signal = str(rng.choice(SIGNALS))
+        unit = unit_torque(rng, signal, time, sample.omega * change[1])
+        above, sample = unit * np.abs(above).max() / np.abs(unit).max(), replace(sample, signal=signal)
+    else:
+        above = np.interp(time * change[1], time, above)
+    return replace(sample, drive=drive, motion=PlannedMotion(time=time, torque=new + above))

@@ -6,14 +6,19 @@ import numpy as np
 
 from cabledrive.app.results import Absent
 from cabledrive.mechanics.warnings import largest_pretension, warnings_of_rest
+from cabledrive.modes.tuning import Pair
 from cabledrive.parameters import Drive
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.threshold import required_detuning
 from cabledrive.studies.alarm import AlarmResult
+from cabledrive.studies.pair_thresholds import SUM, CoupledPair
 from cabledrive.studies.resonance import ResonanceSummary
 from cabledrive.studies.resonance_remedies import Remedy, sensitivity
 from cabledrive.studies.steady_motion import SteadyBranch
 
+LISTED = 6
+PLANE_WORDS = {"w": "in plane", "v": "out of plane"}
+EXCITATION_WORDS = {"direct": "excited directly through sag", "parametric": "excited parametrically"}
 NUMBERS = ("frequency_ratio", "tuned_pretension", "threshold_torque", "detuning")
 
 
@@ -60,24 +65,48 @@ def resonance_data(
             span: Absent(reason="no pretension in reach tunes it") if value is None else value
             for span, value in found.split.items()
         }
-    data["pairs"] = [
-        {
-            "span": pair.span,
-            "section": pair.section,
-            "number": pair.number,
-            "transverse_frequency_hz": pair.transverse_frequency,
-            "frequency_ratio": pair.ratio,
-            "tuned_pretension": Absent(reason=pair.reason)
-            if pair.tuned_pretension is None
-            else pair.tuned_pretension,
-        }
-        for pair in found.pairs
-    ]
+    data["pairs"] = _pairs_data(found)
     data["warnings"] = list(warnings_of_rest(drive))
     data["remedies"] = [
         {"change": change.change, "value": change.value, "text": change.text} for change in changes
     ]
     return data
+
+
+def _pairs_data(found: ResonanceSummary) -> list[dict[str, Any]]:
+    """Every pair with its threshold; of the pulley mode's 1:2 pairs also ratio and tuned pretension."""
+    rows = []
+    for pair in found.coupled:
+        first, second = pair.transverse_hz
+        row: dict[str, Any] = {
+            "kind": pair.kind,
+            "longitudinal_hz": pair.longitudinal_hz,
+            "span": pair.span,
+            "section": pair.section,
+            "number": pair.numbers[0],
+            "transverse_hz": first,
+            "detuning_hz": pair.detuning_hz,
+            "threshold_torque": Absent(reason=pair.reason)
+            if pair.threshold_torque is None
+            else pair.threshold_torque,
+        }
+        if pair.kind == SUM:
+            row |= {"second_number": pair.numbers[1], "second_transverse_hz": second}
+        known = next((own for own in found.pairs if _same(own, pair)), None)
+        if pair.kind != SUM and known is not None and found.pulley_frequency is not None:
+            if abs(pair.longitudinal_hz / found.pulley_frequency - 1.0) < 1e-9:
+                row |= {"transverse_frequency_hz": known.transverse_frequency, "frequency_ratio": known.ratio}
+                row["tuned_pretension"] = (
+                    Absent(reason=known.reason) if known.tuned_pretension is None else known.tuned_pretension
+                )
+        rows.append(row)
+    return rows
+
+
+def _same(own: Pair, pair: CoupledPair) -> bool:
+    """Whether two records are of one mode of one section."""
+    near = all(abs(a - b) <= 1e-9 * pair.section[1] for a, b in zip(own.section, pair.section, strict=True))
+    return near and own.span == pair.span and own.number == pair.numbers[0]
 
 
 def _sensitivity_data(drive: Drive, torque: float, load_torque: float) -> dict[str, float]:
@@ -91,7 +120,7 @@ def _sensitivity_data(drive: Drive, torque: float, load_torque: float) -> dict[s
 
 
 def _required(drive: Drive, found: ResonanceSummary, load_torque: float) -> Any:
-    model = autoparametric_model(drive, load_torque=load_torque)
+    model = autoparametric_model(drive, load_torque=load_torque, at_rest=True)
     value = required_detuning(model, found.torque) / (2 * np.pi)
     return (
         value if np.isfinite(value) else Absent(reason="the pulley mode is undamped: no detuning is enough")
@@ -173,17 +202,27 @@ def alarm_data(judged: AlarmResult) -> dict[str, Any]:
     """
     return {
         "verdict": judged.verdict,
-        "remedy": judged.remedy,
-        "floor": judged.floor,
         "limit": judged.limit,
-        "largest_pulley": judged.largest_pulley,
+        "floor": judged.floor,
+        "largest_transverse": _or_beyond(judged.largest_transverse),
+        "upper_bound": _or_beyond(judged.bound),
+        "reasons": judged.reasons,
+        "assumptions": judged.assumptions,
+        "remedy": judged.remedy,
         "slack": judged.slack,
+        "lowest_tension": _or_beyond(judged.lowest_tension),
         "modes": judged.modes,
     }
 
 
+def _or_beyond(value: float | None) -> Any:
+    if value is None or not np.isfinite(value):
+        return Absent(reason="the motion leaves the finite numbers")
+    return value
+
+
 def alarm_text(judged: AlarmResult) -> str:
-    """The verdict on a motion for people: the three modes that grow most.
+    """The verdict on a motion for people, with the three largest modes.
 
     Parameters
     ----------
@@ -195,15 +234,19 @@ def alarm_text(judged: AlarmResult) -> str:
     """
     from cabledrive.report.numbers import quantity
 
-    lines = [f"the motion: {judged.verdict}", f"  {judged.remedy}"]
-    if judged.slack:
-        lines.append("  the torque alone takes a span's tension away on the way")
+    lines = [f"motion: {judged.verdict}", *(f"  {reason}" for reason in judged.reasons)]
+    if judged.remedy != "none needed":
+        lines.append(f"  {judged.remedy}")
     for mode in judged.modes[:3]:
-        where = f"{mode.span}, {mode.section[0]:.4g} to {mode.section[1]:.4g} m, m = {mode.number}"
-        lines.append(
-            f"  {where:<32} grows {np.exp(min(mode.gain, 700.0)):.3g} times from {mode.start:.3g} s to "
-            f"{mode.end:.3g} s, reaches {quantity(mode.largest, 'm')}"
+        where = (
+            f"{mode.span}, {mode.section[0]:.4g} to {mode.section[1]:.4g} m, {PLANE_WORDS[mode.plane]}, "
+            f"m = {mode.number} ({mode.frequency_hz:.4g} Hz)"
         )
+        lines.append(
+            f"  {where}: {quantity(mode.largest, 'm')} at {mode.time:.3g} s"
+            + ("" if mode.excitation == "none" else f", {EXCITATION_WORDS[mode.excitation]}")
+        )
+    lines += [f"  assumes: {words}" for words in judged.assumptions]
     return "\n".join(lines)
 
 
@@ -250,11 +293,14 @@ def resonance_text(drive: Drive, found: ResonanceSummary, changes: tuple[Remedy,
     if found.pairs:
         lines += ["", "pairs with the pulley mode:"]
         for pair in found.pairs:
+            if not _told(pair, found.pairs):
+                continue
             tuned = _shown(pair.tuned_pretension, "N", quantity)
             if (pair.tuned_pretension or 0.0) > largest_pretension(drive):
                 tuned += ", beyond the cable's elastic range"
             where = f"{pair.span}, {pair.section[0]:.4g} to {pair.section[1]:.4g} m, m = {pair.number}"
             lines.append(f"  {where:<32} ratio {pair.ratio:.4f}   tuned at {tuned}")
+        lines += ["", "thresholds, lowest first:", *_threshold_lines(found, quantity)]
     if found.split:
         tuned = ", ".join(f"{span} {_shown(value, 'N', quantity)}" for span, value in found.split.items())
         lines += ["", f"under the steady load each span is tuned at its own pretension: {tuned}"]
@@ -262,6 +308,26 @@ def resonance_text(drive: Drive, found: ResonanceSummary, changes: tuple[Remedy,
         lines += ["", "what would make it safe, each by itself:", *(f"  {change.text}" for change in changes)]
     lines += [f"Warning: {line}." for line in warnings_of_rest(drive)]
     return "\n".join(lines)
+
+
+def _told(pair: Pair, pairs: tuple[Pair, ...]) -> bool:
+    """Whether the text lists a pair: the lowest of each section, and the nearest to 1:2."""
+    own = [other for other in pairs if (other.span, other.section) == (pair.span, pair.section)]
+    return pair.number <= 3 or pair is min(own, key=lambda other: abs(other.detuning))
+
+
+def _threshold_lines(found: ResonanceSummary, quantity: Any) -> list[str]:
+    """The pairs that the least torque excites."""
+    lines = []
+    for pair in found.coupled[:LISTED]:
+        numbers = " + ".join(str(number) for number in dict.fromkeys(pair.numbers))
+        torque = "no torque" if pair.threshold_torque is None else quantity(pair.threshold_torque, "N m")
+        lines.append(
+            f"  {pair.kind}, {pair.longitudinal_hz:.4g} Hz with {pair.span}, {pair.section[0]:.4g} to "
+            f"{pair.section[1]:.4g} m, m = {numbers}: {torque}, detuned by {pair.detuning_hz:.3g} Hz"
+        )
+    left = len(found.coupled) - len(lines)
+    return [*lines, f"  and {left} more (--json)"] if left > 0 else lines
 
 
 def _shown(value: float | None, unit: str, quantity: Any) -> str:

@@ -8,7 +8,9 @@ carried masses included. The tuned pretension is therefore explicit,
           \qquad \text{Eq. (A.4)}
 
 and does not exist where :math:`R^* \ge EA`. A drive given by its pulley distance is cut to another length at
-every pretension; there the formula is repeated until it stands.
+every pretension; there the formula is repeated until it stands. Weights on a slope and carriages add to the
+tension of each section what no pretension changes; there the same formula gives the tension that the section
+needs, and the pretension follows by as much, again until it stands.
 """
 
 from dataclasses import dataclass, replace
@@ -18,14 +20,18 @@ import numpy as np
 
 from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY
 from cabledrive.mechanics.labelled_chain import LabelledChain
-from cabledrive.mechanics.spans import longitudinal_chains, transverse_chains
+from cabledrive.mechanics.spans import longitudinal_chains, strings_at_rest
 from cabledrive.modes.solver import ChainMode, chain_modes
-from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters import Drive, InputRefused, NotComputed
 
 TURNING = 1e-6
 """Rim displacement, relative to a rigid motion of all masses, above which a pulley turns in a mode."""
 
 HIGHEST_SEARCHED = 200
+FEWEST_NUMBERS, MOST_NUMBERS = 3, 12
+SETTLED = 1e-11
+"""Relative change of the pretension at which the search for a tuned section at rest ends."""
+
 _PASSES = 60
 
 
@@ -168,14 +174,15 @@ def tuned_pretension(drive: Drive) -> float:
     return _tuned(drive, span_frequency)
 
 
-def resonant_pairs(drive: Drive, numbers: int = 3) -> tuple[Pair, ...]:
-    """Each transverse mode beside the pulley mode: ratio, and the pretension that tunes it to 1:2.
+def resonant_pairs(drive: Drive, numbers: int | None = None) -> tuple[Pair, ...]:
+    """Each transverse mode at rest beside the pulley mode: ratio, and the pretension that tunes it to 1:2.
 
     Parameters
     ----------
     drive : Drive
-    numbers : int, default 3
-        How many transverse modes of each section.
+    numbers : int, optional
+        How many transverse modes of each section; by default three, or as many as reach half the pulley mode's
+        frequency, up to `MOST_NUMBERS`.
 
     Returns
     -------
@@ -186,12 +193,15 @@ def resonant_pairs(drive: Drive, numbers: int = 3) -> tuple[Pair, ...]:
     ------
     InputRefused
         If no pulley can turn.
+    NotComputed
+        If a section hangs slack at rest.
     """
     pulley = pulley_mode(drive).omega / (2 * pi)
     pairs = []
-    for place, chain in enumerate(transverse_chains(drive)):
+    for place, chain in enumerate(strings_at_rest(drive)):
         section = (chain.stretches[0].start, chain.stretches[-1].end)
-        for number, omega in enumerate(section_frequencies(chain, numbers), start=1):
+        kept = numbers or _up_to_tuning(chain, 2 * pi * pulley)
+        for number, omega in enumerate(section_frequencies(chain, kept), start=1):
             tuned, reason = _or_reason(drive, place, number)
             pairs.append(
                 Pair(
@@ -247,15 +257,45 @@ def section_modes(chain: LabelledChain, numbers: int) -> list[ChainMode]:
         top *= 2.0
 
 
-def _or_reason(drive: Drive, place: int, number: int) -> tuple[float | None, str]:
-    def frequency(changed: Drive) -> float:
-        chain = transverse_chains(changed)[place]
-        return section_frequencies(chain, number)[number - 1] / (2 * pi)
+def _up_to_tuning(chain: LabelledChain, pulley: float) -> int:
+    """Number of modes of a section up to a little above half the pulley mode's frequency."""
+    turns = 0.5 * pulley * float(chain.chain.travel_times.sum()) / pi
+    return max(FEWEST_NUMBERS, min(MOST_NUMBERS, int(turns + 1.0)))
 
+
+def _or_reason(drive: Drive, place: int, number: int) -> tuple[float | None, str]:
     try:
-        return _tuned(drive, frequency), ""
-    except InputRefused as refusal:
+        return _tuned_at_rest(drive, place, number), ""
+    except (InputRefused, NotComputed) as refusal:
         return None, str(refusal)
+
+
+def _tuned_at_rest(drive: Drive, place: int, number: int) -> float:
+    """Pretension that tunes one mode of a section at rest: what its own tension lacks is added to it."""
+    rigidity, current = drive.cable.axial_rigidity, drive
+    for _ in range(_PASSES):
+        string = strings_at_rest(current)[place]
+        own, force = section_frequencies(string, number)[number - 1], string.chain.rigidity
+        wanted = force * (pulley_mode(current).omega / (2 * own)) ** 2
+        if wanted >= rigidity:
+            raise InputRefused(_no_tuning(wanted, rigidity))
+        lacking = wanted / (1.0 - wanted / rigidity) - force / (1.0 - force / rigidity)
+        tension = current.cable.pretension + lacking
+        if abs(lacking) <= SETTLED * tension:
+            return current.cable.pretension
+        if tension <= 0.0:
+            raise InputRefused(
+                "no pretension tunes this pair: the weights alone hold the section tighter than that"
+            )
+        current = replace(current, cable=replace(current.cable, pretension=tension))
+    raise InputRefused("no pretension tunes this pair: the search for it does not settle")
+
+
+def _no_tuning(wanted: float, rigidity: float) -> str:
+    return (
+        f"no pretension tunes this pair: T0/(1 + eps0) = {wanted:.4g} N would have to reach "
+        f"EA = {rigidity:.4g} N; make a pulley heavier"
+    )
 
 
 def _tuned(drive: Drive, frequency) -> float:  # type: ignore[no-untyped-def]
@@ -266,10 +306,7 @@ def _tuned(drive: Drive, frequency) -> float:  # type: ignore[no-untyped-def]
         force = cable.pretension / (1.0 + cable.prestrain)
         wanted = force * (pulley_mode(current).omega / (4 * pi * frequency(current))) ** 2
         if wanted >= rigidity:
-            raise InputRefused(
-                f"no pretension tunes this pair: T0/(1 + eps0) = {wanted:.4g} N would have to reach "
-                f"EA = {rigidity:.4g} N; make a pulley heavier"
-            )
+            raise InputRefused(_no_tuning(wanted, rigidity))
         tension = wanted / (1.0 - wanted / rigidity)
         done = abs(tension - cable.pretension) <= 1e-14 * tension
         if done or drive.layout.span_length is not None:

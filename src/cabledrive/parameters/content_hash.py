@@ -23,5 +23,8 @@ def content_hash(drive: Drive) -> str:
         64 hexadecimal digits (SHA-256 of the canonical JSON of the drive without its words).
     """
     content = tables_from_drive(drive, words=False)
+    for number, carriage in enumerate(drive.carriage):
+        if carriage.coupled:  # by the number of the other one, which a new name does not change
+            content["carriage"][number]["coupled"] = drive.carriage_number(carriage.coupled)
     canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(canonical.encode()).hexdigest()

@@ -7,7 +7,7 @@ from functools import cached_property
 from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.carriage import Carriage
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.fields import check_fields, check_text, choice
+from cabledrive.parameters.fields import check_fields, check_text, choice, nearest
 from cabledrive.parameters.instruments import Goal, Lumped, Sensors
 from cabledrive.parameters.layout import Layout
 from cabledrive.parameters.motor import Motor
@@ -67,6 +67,7 @@ class Drive:
         _check_pulleys(self)
         _check_carriages(self)
         _check_names(self)
+        _check_couplings(self)
 
     @cached_property
     def span_length(self) -> float:
@@ -97,6 +98,50 @@ class Drive:
     def spans(self) -> tuple[str, ...]:
         """Names of the spans: upper and lower of a loop, upper of a line."""
         return ("upper", "lower") if self.kind == "loop" else ("upper",)
+
+    def carriage_number(self, name: str) -> int | None:
+        """Number of a carriage in the file by its name.
+
+        Parameters
+        ----------
+        name : str
+            Its ``name``, or "carriage 0".
+
+        Returns
+        -------
+        int or None
+            None if there is none of that name.
+        """
+        known = {f"carriage {number}": number for number in range(len(self.carriage))}
+        known |= {carriage.name: number for number, carriage in enumerate(self.carriage) if carriage.name}
+        return known.get(name)
+
+    def moving_with(self, number: int) -> dict[int, int]:
+        """Carriages that move together with one, itself included.
+
+        Parameters
+        ----------
+        number : int
+            Of the carriage in the file.
+
+        Returns
+        -------
+        dict of int to int
+            1 where the position of the carriage of that number grows with the first one's, -1 where it falls.
+        """
+        links = [
+            (own, self.carriage_number(carriage.coupled), carriage.direction)
+            for own, carriage in enumerate(self.carriage)
+            if carriage.coupled
+        ]
+        found, grown = {number: 1}, True
+        while grown:
+            grown = False
+            for own, other, direction in links:
+                for here, there in ((own, other), (other, own)):
+                    if here in found and there is not None and there not in found:
+                        found[there], grown = direction * found[here], True
+        return found
 
     def carriages_on(self, span: str) -> tuple[Carriage, ...]:
         """Carriages of one span, in order from the pulley where it starts.
@@ -181,3 +226,24 @@ def _check_names(drive: Drive) -> None:
         other = seen.setdefault(name, number)
         if other != number:
             raise InputRefused(f"{place} is taken by carriage.{other}: choose another")
+
+
+def _check_couplings(drive: Drive) -> None:
+    """A carriage is coupled to one that is there, and round a ring of couplings the directions agree."""
+    for number, carriage in enumerate(drive.carriage):
+        if not carriage.coupled:
+            if carriage.direction != 1:
+                raise InputRefused(
+                    f"carriage.{number}.direction = {carriage.direction} needs carriage.{number}.coupled, the "
+                    "carriage that it moves with: add it, or leave direction out"
+                )
+            continue
+        place = f'carriage.{number}.coupled = "{carriage.coupled[:60]}"'
+        other = drive.carriage_number(carriage.coupled)
+        if other is None:
+            names = [own.name or f"carriage {n}" for n, own in enumerate(drive.carriage) if n != number]
+            raise InputRefused(f"{place} is no carriage of this drive{nearest(carriage.coupled[:60], names)}")
+        if other == number:
+            raise InputRefused(f"{place} is the carriage itself: name the one that it moves with")
+        if drive.moving_with(number)[other] != carriage.direction:
+            raise InputRefused(f"{place} contradicts another coupling: check the directions")

@@ -18,9 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.holding import DRIVE_PULLEY, FREE, LOAD_PULLEY, MOTOR, motor_condition
+from cabledrive.mechanics.labelled_chain import LabelledChain
+from cabledrive.mechanics.rest_state import rest_state
 from cabledrive.mechanics.spans import transverse_chains
 from cabledrive.modes.tuning import pulley_mode
-from cabledrive.modes.waves import waves
+from cabledrive.modes.waves import Wave, waves
 from cabledrive.parameters import Drive
 from cabledrive.reduction.coupling_integrals import largest_slope
 from cabledrive.reduction.pulley_motion import modal_damping, rigid_mass, scaled_rims, shafts_of
@@ -133,7 +135,12 @@ class AutoparametricModel:
 
 
 def autoparametric_model(
-    drive: Drive, *, number: int | None = None, planes: int = 1, load_torque: float = 0.0
+    drive: Drive,
+    *,
+    number: int | None = None,
+    planes: int = 1,
+    load_torque: float = 0.0,
+    at_rest: bool = False,
 ) -> AutoparametricModel:
     """Coefficients of the internal resonance of a drive, Eq. (A.9).
 
@@ -146,6 +153,9 @@ def autoparametric_model(
         The plane of the loop alone, or with the horizontal one.
     load_torque : float, default 0.0
         Steady torque on the load pulley [N m]; it pulls the upper span and relaxes the lower one.
+    at_rest : bool, default False
+        Whether each section has the tension that weights, carriages and slope leave it, instead of the
+        pretension of the straight drive.
 
     Returns
     -------
@@ -155,21 +165,28 @@ def autoparametric_model(
     ------
     InputRefused
         If no pulley can turn, or the steady torque takes a span's tension away.
+    NotComputed
+        If a section hangs slack at rest.
     """
+    tensions = span_tensions(drive, load_torque)
     pulley = pulley_mode(drive)
     rim, factor = scaled_rims(pulley)
     along = [
         replace(wave, slope=factor * wave.slope) for wave in waves(pulley.chain, pulley.solved, pulley.shape)
     ]
     mass = factor**2
-    sections = [nearest_section(chain, pulley.omega, number) for chain in transverse_chains(drive)]
+    strings, slack = _strings(drive, load_torque, along) if at_rest else (transverse_chains(drive), None)
+    sections = [nearest_section(chain, pulley.omega, number) for chain in strings]
     coupling = coupling_of(drive, along, sections)
     uneven, shared = stiffening_of(drive, coupling, sections, mass * pulley.omega**2)
     shafts = shafts_of(drive, rim)
     free = not any(p.fixed for p in drive.pulley) and motor_condition(drive) == FREE
-    tensions = span_tensions(drive, load_torque)
     rest, rigidity = drive.cable.pretension, drive.cable.axial_rigidity
-    shift = {span: frequency_shift(tensions[span], rest, rigidity) for span in drive.spans}
+    own = np.array([tensions[part.label.span] for part in sections])
+    shift = frequency_shift(own, rest, rigidity)
+    if slack is not None:
+        force = np.array([string.chain.rigidity for string in strings])
+        own, shift = force / (1.0 - force / rigidity), np.ones(len(sections))
     return AutoparametricModel(
         natural=pulley.omega,
         modal_mass=mass,
@@ -182,22 +199,32 @@ def autoparametric_model(
         cross_damping=sum(shaft.viscous * shaft.shape for shaft in shafts if shaft.turns) if free else 0.0,
         coulomb_force=sum(shaft.coulomb * abs(shaft.shape) for shaft in shafts),
         modes=tuple(replace(part.label, plane=plane) for plane in PLANES[:planes] for part in sections),
-        transverse=np.tile([part.omega * shift[part.label.span] for part in sections], planes),
+        transverse=np.tile([part.omega for part in sections] * shift, planes),
         transverse_mass=np.tile([part.mass for part in sections], planes),
         transverse_damping=drive.cable.transverse_damping,
         coupling=np.tile(coupling, planes),
         stiffening=np.tile(np.diag(uneven) + shared, (planes, planes)),
-        slack_amplitude=min(
-            tensions[span] / (drive.cable.axial_rigidity * largest_slope(along, span)) for span in drive.spans
-        ),
+        slack_amplitude=slack
+        or min(tensions[span] / (rigidity * largest_slope(along, span)) for span in drive.spans),
         uneven=np.tile(uneven, planes),
         load_radius=drive.load_pulley.radius,
         pretension=drive.cable.pretension,
         axial_rigidity=drive.cable.axial_rigidity,
-        tension_offset=np.tile(
-            [tensions[part.label.span] - drive.cable.pretension for part in sections], planes
-        ),
+        tension_offset=np.tile(own - rest, planes),
     )
+
+
+def _strings(
+    drive: Drive, load_torque: float, along: list[Wave]
+) -> tuple[tuple[LabelledChain, ...], float]:
+    """Sections under their tension at rest, and the q at which one of them loses it."""
+    rest = rest_state(drive, at_torque=-load_torque * drive.drive_pulley.radius / drive.load_pulley.radius)
+    strings = transverse_chains(drive, rest=rest)
+    slack = min(
+        section.lowest_tension / (drive.cable.axial_rigidity * largest_slope(along, section.span))
+        for section in rest.sections
+    )
+    return strings, slack
 
 
 def at_pretension(model: AutoparametricModel, pretension: Array | float) -> AutoparametricModel:

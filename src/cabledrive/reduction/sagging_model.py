@@ -34,10 +34,10 @@ from cabledrive.reduction.transverse_shapes import TransverseShapes, transverse_
 Array = NDArray[np.float64]
 
 SHAFTS = (DRIVE_PULLEY, LOAD_PULLEY, MOTOR)
-FEWEST_MODES, MOST_MODES = 4, 12
+FEWEST_MODES, MOST_MODES = 4, 10
 
-BAND = 8
-"""Transverse modes of a stretch couple up to this difference of their numbers; beyond, the strain of a
+BAND = 10
+"""Transverse modes of a stretch couple up to this difference of their places in the list; beyond, the strain of a
 longitudinal mode is too even along the stretch."""
 
 
@@ -218,7 +218,7 @@ def _banded(dense: Array) -> Array:
 
 
 def sagging_model(
-    drive: Drive, state: StaticState, modes: LongitudinalModes, counts: Sequence[int]
+    drive: Drive, state: StaticState, modes: LongitudinalModes, numbers: Sequence[Sequence[int]]
 ) -> SaggingModel:
     """Coefficients of Eq. (A.36) for one state of rest.
 
@@ -227,15 +227,15 @@ def sagging_model(
     drive : Drive
     state : StaticState
     modes : LongitudinalModes
-    counts : sequence of int
-        Number of transverse modes of each free stretch.
+    numbers : sequence of sequences of int
+        Which transverse modes of each free stretch, ascending from 1.
 
     Returns
     -------
     SaggingModel
     """
-    flat = transverse_shapes(drive, state, counts)
-    cable, most = drive.cable, max(counts)
+    flat = transverse_shapes(drive, state, numbers)
+    cable, most = drive.cable, max(len(part.numbers) for part in flat)
     rigidity, spacing = cable.axial_rigidity, state.mesh.spacing
     stretches, planes = (*flat, *flat), ("w",) * len(flat) + ("v",) * len(flat)
     size = (len(stretches), most)

@@ -122,7 +122,8 @@ def numbers_of(model: SaggingModel, state: StaticState, h: float, detuned: float
 def _probes(model: SaggingModel) -> Array:
     """Shapes at the watched points, shape (b, points, m)."""
     rows, most = model.transverse.shape
-    points = min(PROBES, 2 * most + 5)
+    highest = max(number for part in model.stretches for number in part.numbers)
+    points = min(PROBES, 2 * highest + 5)
     found = np.zeros((rows, points, most))
     for r, part in enumerate(model.stretches):
         nodes = part.shapes.shape[1]

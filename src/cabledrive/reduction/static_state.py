@@ -1,15 +1,13 @@
 """The cable at rest as a motion finds it: tension and slope of every segment, what holds the drive pulley."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.mechanics.cable_laws import cable_law
 from cabledrive.mechanics.mesh import Mesh, mesh_of
-from cabledrive.mechanics.mesh_forces import gradients
-from cabledrive.mechanics.statics import equilibrium
-from cabledrive.parameters import Drive
+from cabledrive.mechanics.rest_state import rest_state
+from cabledrive.parameters import Drive, NotComputed
 
 Array = NDArray[np.float64]
 
@@ -61,17 +59,26 @@ def static_state(drive: Drive, *, load_torque: float = 0.0, segments: int = 120)
     NotComputed
         If no equilibrium is found, or a piece of the cable hangs slack.
     """
-    mesh, law = mesh_of(drive, segments), cable_law(drive.cable, "exact")
-    if load_torque:
-        weight = mesh.weight_u.copy()
-        weight[mesh.segments] += load_torque / drive.load_pulley.radius
-        mesh = replace(mesh, weight_u=weight)
-    found = equilibrium(mesh, law, hold="drive")
-    u_x, v_x, w_x = gradients(mesh, found.displacement)
+    at_torque = -load_torque * drive.drive_pulley.radius / drive.load_pulley.radius
+    rest, mesh = rest_state(drive, at_torque=at_torque), mesh_of(drive, segments)
+    if rest.lowest_tension <= 0.0:
+        raise NotComputed(
+            f"a span hangs slack at rest (lowest tension {rest.lowest_tension:.4g} N): raise cable.pretension"
+        )
+    tension, slope = np.empty(mesh.spacing.size), np.empty(mesh.spacing.size)
+    unstretched = 1.0 + drive.cable.prestrain
+    for number, span in enumerate(mesh.spans):
+        middle = 0.5 * (mesh.position[number, 1:] + mesh.position[number, :-1]) / unstretched
+        for piece in rest.stretches:
+            inside = np.flatnonzero((middle > piece.start) & (middle < piece.end))
+            if piece.span == span:
+                along, across = piece.force_at(middle[inside])
+                tension[number * mesh.segments + inside] = piece.tension_at(middle[inside])
+                slope[number * mesh.segments + inside] = across / along
     return StaticState(
         mesh=mesh,
-        tension=law.tension(u_x, v_x, w_x),
-        stretch=np.hypot(1.0 + u_x, w_x),
-        slope=w_x / (1.0 + u_x),
-        holding_torque=found.holding_torque[0],
+        tension=tension,
+        stretch=(1.0 + tension / drive.cable.axial_rigidity) / unstretched,
+        slope=slope,
+        holding_torque=rest.holding_torque,
     )

@@ -67,13 +67,36 @@ def threshold_torque(
     Returns
     -------
     ndarray, shape (...)
-        [N m]; zero at the frequency of an undamped pulley mode.
+        [N m]; zero at the frequency of an undamped pulley mode, infinite where no torque makes a mode grow.
+    """
+    return np.asarray(np.min(mode_thresholds(model, forcing, second=second), axis=0))
+
+
+def mode_thresholds(
+    model: AutoparametricModel, forcing: ArrayLike | None = None, *, second: bool = True
+) -> Array:
+    """Threshold torque of each transverse mode by itself, Eq. (A.23).
+
+    Parameters
+    ----------
+    model : AutoparametricModel
+    forcing : array_like, shape (...), optional
+        Omega [rad/s]; the pulley mode's own by default.
+    second : bool, default True
+        To second order.
+
+    Returns
+    -------
+    ndarray, shape (J, ...)
+        [N m]; infinite where no torque makes the mode grow: the torque does not move the pulley mode, the pulley
+        mode does not stretch the section, or the pair is too far from 1:2.
     """
     c = averaged_coefficients(model, torque=1.0, forcing=forcing, drift=False)
     per_torque = np.abs(c.force) * np.abs(c.pump)
     resistance = np.abs(-0.5 * c.damping + 1j * c.detuning)
     pumping = np.where(resistance == 0.0, 0.0, critical_pumping(c, second=second))
-    return np.asarray(np.min(pumping * resistance / per_torque, axis=0))
+    moved = per_torque > 0.0
+    return np.asarray(np.where(moved, pumping * resistance / np.where(moved, per_torque, 1.0), np.inf))
 
 
 def pulley_amplitude(c: AveragedCoefficients, build_up: float = np.inf) -> Array:

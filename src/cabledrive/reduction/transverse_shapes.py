@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,10 +35,12 @@ class FreeStretch:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TransverseShapes(FreeStretch):
-    """The lowest modes of a free stretch, of unit largest displacement.
+    """Some modes of a free stretch, of unit largest displacement.
 
     Attributes
     ----------
+    numbers : tuple of int
+        Which modes, from 1.
     omega : ndarray, shape (m,)
         [rad/s].
     mass : ndarray, shape (m,)
@@ -51,6 +52,7 @@ class TransverseShapes(FreeStretch):
         [1/m].
     """
 
+    numbers: tuple[int, ...]
     omega: Array
     mass: Array
     loss: Array
@@ -90,43 +92,29 @@ def free_stretches(drive: Drive, state: StaticState) -> tuple[FreeStretch, ...]:
     return tuple(found)
 
 
-def modes_below(stretch: FreeStretch, top: float) -> int:
-    """Number of modes of a stretch up to a frequency, one more for good measure.
-
-    Parameters
-    ----------
-    stretch : FreeStretch
-    top : float
-        [rad/s].
-
-    Returns
-    -------
-    int
-    """
-    return int(top * stretch.travel_time / pi) + 1
-
-
 def transverse_shapes(
-    drive: Drive, state: StaticState, counts: Sequence[int]
+    drive: Drive, state: StaticState, numbers: Sequence[Sequence[int]]
 ) -> tuple[TransverseShapes, ...]:
-    """Lowest transverse modes of every free stretch.
+    """Some transverse modes of every free stretch.
 
     Parameters
     ----------
     drive : Drive
     state : StaticState
-    counts : sequence of int
-        How many of each stretch.
+    numbers : sequence of sequences of int
+        Which of each stretch, ascending from 1.
 
     Returns
     -------
     tuple of TransverseShapes
     """
     parts = free_stretches(drive, state)
-    return tuple(_shapes(drive, state, part, count) for part, count in zip(parts, counts, strict=True))
+    return tuple(_shapes(drive, state, part, own) for part, own in zip(parts, numbers, strict=True))
 
 
-def _shapes(drive: Drive, state: StaticState, part: FreeStretch, count: int) -> TransverseShapes:
+def _shapes(
+    drive: Drive, state: StaticState, part: FreeStretch, numbers: Sequence[int]
+) -> TransverseShapes:
     from scipy.linalg import eigh
 
     here, mesh = part.segments, state.mesh
@@ -138,10 +126,10 @@ def _shapes(drive: Drive, state: StaticState, part: FreeStretch, count: int) -> 
     cell = mesh.density * h
     cable = _tridiagonal(5.0 / 12.0 * (cell[:-1] + cell[1:]), cell[1:-1] / 12.0)
     total = cable + np.diag(mesh.carriage_mass[inner])
-    count = min(count, h.size - 1)
-    squared, vectors = eigh(stiffness, total, subset_by_index=[0, count - 1])
-    shapes = np.zeros((count, h.size + 1))
-    shapes[:, 1:-1] = vectors.T
+    chosen = np.array([number - 1 for number in numbers if number < h.size])
+    squared, vectors = eigh(stiffness, total, subset_by_index=[0, int(chosen[-1])])
+    shapes = np.zeros((chosen.size, h.size + 1))
+    shapes[:, 1:-1] = vectors[:, chosen].T
     largest = np.abs(shapes).max(axis=1)
     shapes *= (np.where(shapes[:, 1] < 0.0, -1.0, 1.0) / largest)[:, None]
     mass = 1.0 / largest**2
@@ -151,7 +139,8 @@ def _shapes(drive: Drive, state: StaticState, part: FreeStretch, count: int) -> 
         ends=part.ends,
         segments=here,
         travel_time=part.travel_time,
-        omega=np.sqrt(squared),
+        numbers=tuple(int(number) + 1 for number in chosen),
+        omega=np.sqrt(squared[chosen]),
         mass=mass,
         loss=drive.cable.transverse_damping * moved / mass,
         shapes=shapes,

@@ -13,12 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.reduction.sagging_motion import Extremes
 from cabledrive.studies.motion_response import MOST_MODES, PreparedMotion, prepare
 from cabledrive.studies.planned_motion import PlannedMotion
 
 Array = NDArray[np.float64]
 
 SAFE, DANGEROUS, UNKNOWN = "safe", "dangerous", "unknown"
+NONE, DIRECT, PARAMETRIC = "none", "direct", "parametric"
 
 DETUNING = 0.002
 """Relative change of the transverse frequencies against which a verdict must hold."""
@@ -48,13 +50,14 @@ class ModeAlarm:
     frequency_hz : float
         At the start, of the string under its static tension [Hz].
     driven : float
-        Largest amplitude by the motion alone, from rest: direct excitation through sag [m].
+        Largest amplitude by the motion alone, from rest [m].
     largest : float
-        Largest amplitude from the floor [m].
+        Largest amplitude from rest or from the floor [m].
     time : float
         When that is reached [s].
     excitation : {"none", "direct", "parametric"}
-        What makes it larger than the floor.
+        What makes it larger than the floor: the tension's change through the slope of the sag, or through the
+        transverse motion itself, at 1:2 or by sum type.
     """
 
     span: str
@@ -134,20 +137,22 @@ def alarm(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5, limit: fl
         raise InputRefused(f"floor = {floor:.4g} m must be above 0 and below limit = {limit:.4g} m")
     prepared = prepare(drive, motion, floor=floor)
     driven = prepared.response()
-    grown = [prepared.response(floor=floor, phase=phase) for phase in (0.0, 0.5 * pi)]
+    grown = [prepared.response(floor=floor)]
     varied = [
-        prepared.response(floor=floor, phase=0.25 * pi, detuned=detuned, torque=MORE_TORQUE)
-        for detuned in (-DETUNING, 0.0, DETUNING)
+        prepared.response(floor=floor, phase=phase, detuned=detuned, torque=MORE_TORQUE)
+        for phase, detuned in ((0.25 * pi, -DETUNING), (0.5 * pi, DETUNING))
     ]
     largest = max(float(run.displacement.max()) for run in (driven, *grown))
     bound = MARGIN * max(largest, *(float(run.displacement.max()) for run in varied))
-    if not np.isfinite(largest) and not np.abs(driven.amplitude).max() < np.inf:
-        raise NotComputed("the planned motion leaves the finite numbers: plan a smaller or a slower one")
+    if not np.isfinite(largest):
+        raise NotComputed(
+            "the planned motion excites a span beyond any number: plan a smaller or a slower one"
+        )
     tension = min(run.tension for run in (driven, *grown))
     slack = tension < 0.0
     doubts = _doubts(prepared, slack)
     verdict = DANGEROUS if largest > limit else UNKNOWN if bound > limit or doubts else SAFE
-    modes = _modes(prepared, driven, grown, floor)
+    modes = _modes(prepared, prepared.response(parametric=False), driven, grown, floor)
     return AlarmResult(
         verdict=verdict,
         floor=floor,
@@ -163,24 +168,30 @@ def alarm(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5, limit: fl
     )
 
 
-def _modes(prepared: PreparedMotion, driven, grown, floor: float) -> tuple[ModeAlarm, ...]:  # type: ignore[no-untyped-def]
+def _modes(
+    prepared: PreparedMotion, direct: Extremes, driven: Extremes, grown: list[Extremes], floor: float
+) -> tuple[ModeAlarm, ...]:
+    """What happens to each mode, the largest first."""
     model, found = prepared.models[0], []
     for r, (part, plane) in enumerate(zip(model.stretches, model.planes, strict=True)):
-        for j, omega in enumerate(part.omega):
-            run = max(grown, key=lambda run: run.amplitude[r, j])
-            largest, alone = float(run.amplitude[r, j]), float(driven.amplitude[r, j])
-            parametric = largest > 3.0 * max(floor, alone)
+        for j, (number, omega) in enumerate(zip(part.numbers, part.omega, strict=True)):
+            runs = [driven, *grown]
+            run = max(runs, key=lambda run: float(run.amplitude[r, j]))  # noqa: B023
+            largest, shaken = float(run.amplitude[r, j]), float(direct.amplitude[r, j])
+            excitation = PARAMETRIC if largest > 2.0 * floor else NONE
+            if shaken > floor and shaken > 0.5 * largest:
+                excitation = DIRECT
             found.append(
                 ModeAlarm(
                     span=part.span,
                     section=part.ends,
                     plane=plane,
-                    number=j + 1,
+                    number=number,
                     frequency_hz=float(omega) / (2 * pi),
-                    driven=alone,
+                    driven=float(driven.amplitude[r, j]),
                     largest=largest,
                     time=float(run.time[r, j]),
-                    excitation="parametric" if parametric else "direct" if alone > floor else "none",
+                    excitation=excitation,
                 )
             )
     return tuple(sorted(found, key=lambda mode: -mode.largest))
@@ -196,7 +207,7 @@ def _doubts(prepared: PreparedMotion, slack: bool) -> list[str]:
         found.append(f"the sag is as steep as {steepest:.3g} at rest; the model holds up to {STEEPEST:g}")
     if not prepared.complete:
         found.append(
-            f"the motion excites more than {MOST_MODES} transverse modes of a stretch; those above are left out"
+            f"the motion can excite more than {MOST_MODES} transverse modes of a stretch; the others are left out"
         )
     return found
 
@@ -227,7 +238,7 @@ def _remedy(verdict: str, worst: ModeAlarm) -> str:
     if verdict == SAFE:
         return "none needed"
     where = f"mode {worst.number} of the {worst.span} span ({worst.frequency_hz:.4g} Hz)"
-    if worst.excitation == "direct":
+    if worst.excitation == DIRECT:
         return f"keep the torque away from {where}: it is excited directly through the sag; or tighten the cable"
     return (
         f"reduce the torque's oscillation before {worst.time:.3g} s, damp the cable, or move the pretension: "

@@ -17,7 +17,7 @@ from cabledrive.studies.planned_motion import PlannedMotion
 Array = NDArray[np.float64]
 
 V, W = 1, 2
-RECORDS_PER_PERIOD = 14
+RECORDS_PER_PERIOD = 10
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,7 +53,7 @@ def true_motion(
     highest: float,
     rng: np.random.Generator,
     starts: Sequence[float] = (0.0, 0.35),
-    segments: int = 120,
+    segments: int = 100,
 ) -> TrueMotion:
     """Largest transverse displacement of the full nonlinear model along a motion.
 
@@ -75,7 +75,7 @@ def true_motion(
         Of the phases.
     starts : sequence of float, default (0.0, 0.35)
         Instants as shares of the motion.
-    segments : int, default 120
+    segments : int, default 100
         Per span.
 
     Returns

@@ -10,7 +10,8 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.sagging_model import LongitudinalModes, SaggingModel, longitudinal_modes, sagging_model
 from cabledrive.reduction.sagging_motion import Extremes, SaggingNumbers, integrate, numbers_of
 from cabledrive.reduction.static_state import StaticState, static_state
-from cabledrive.reduction.transverse_shapes import free_stretches, modes_below
+from cabledrive.reduction.transverse_shapes import free_stretches
+from cabledrive.studies.excited_modes import TensionLines, amplitudes, excited_modes
 from cabledrive.studies.planned_motion import PlannedMotion, drive_along
 
 Array = NDArray[np.float64]
@@ -22,18 +23,10 @@ PARTS = 8
 STEPS_PER_PERIOD = 16
 FEWEST_STEPS, MOST_STEPS = 4, 20_000_000
 
-LEAST_GROWTH = 1.0
-"""Logarithm of the growth over the whole motion below which parametric excitation does not count."""
+MOST_MODES = 16
+"""Transverse modes of a stretch that are kept."""
 
-STRONG = 0.2
-"""Relative oscillation of a tension from which the second instability region, at a mode's own frequency, counts."""
-
-LEAST_SHARE = 0.3
-"""Share of the floor below which direct excitation does not count."""
-
-REACH = 1.1
-MOST_MODES = 40
-COARSE, SEGMENTS_PER_MODE, MOST_SEGMENTS = 60, 10, 400
+COARSE, SEGMENTS_PER_MODE, MOST_SEGMENTS = 60, 10, 300
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -51,8 +44,6 @@ class PreparedMotion:
         One of each, or one at each of `KNOTS` instants.
     complete : bool
         Whether all transverse modes that the motion can excite are kept.
-    top : float
-        Frequency up to which they were asked for [rad/s].
     """
 
     h: float
@@ -61,10 +52,15 @@ class PreparedMotion:
     states: tuple[StaticState, ...]
     models: tuple[SaggingModel, ...]
     complete: bool
-    top: float
 
     def response(
-        self, *, floor: float = 0.0, phase: float = 0.0, detuned: float = 0.0, torque: float = 1.0
+        self,
+        *,
+        floor: float = 0.0,
+        phase: float = 0.0,
+        detuned: float = 0.0,
+        torque: float = 1.0,
+        parametric: bool = True,
     ) -> Extremes:
         """Largest displacements along the motion.
 
@@ -78,12 +74,19 @@ class PreparedMotion:
             Relative change of all transverse frequencies.
         torque : float, default 1.0
             Factor on the torque above the holding torque.
+        parametric : bool, default True
+            Whether the tension acts on the transverse motion itself; without, there is direct excitation alone.
 
         Returns
         -------
         Extremes
         """
         stages = [(numbers, torque * part) for numbers, part in _stages(self, detuned)]
+        if not parametric:
+            stages = [
+                (numbers._replace(coupling=0.0 * numbers.coupling, square=0.0 * numbers.square), part)
+                for numbers, part in stages
+            ]
         return integrate(stages, self.h, floor=floor, phase=phase)[0]
 
 
@@ -115,17 +118,17 @@ def prepare(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5) -> Prep
     modes = longitudinal_modes(drives[0], first, 1.5 * content)
     h, time = _grid(motion, max(float(modes.natural[-1]), content))
     torque = _above_holding(drives[0], motion, time, [first.holding_torque])
-    top = _highest_excited(drives[0], first, modes, torque, h, floor)
-    counts = [max(2, modes_below(part, top)) for part in free_stretches(drives[0], first)]
-    complete = max(counts) <= MOST_MODES
-    counts = [min(count, MOST_MODES) for count in counts]
-    segments = int(np.clip(SEGMENTS_PER_MODE * _needed(drives[0], first, counts), COARSE, MOST_SEGMENTS))
+    chosen = excited_modes(drives[0], first, _tensions(drives[0], first, modes, torque, h), floor)
+    numbers = [own[:MOST_MODES] for own in chosen]
+    complete = all(len(own) <= MOST_MODES for own in chosen)
+    numbers = [sorted(own) for own in numbers]
+    segments = int(np.clip(SEGMENTS_PER_MODE * _needed(drives[0], first, numbers), COARSE, MOST_SEGMENTS))
     states = [_state(d, motion, t, segments) for d, t in zip(drives, knots, strict=True)]
     kept, models = modes.natural.size, []
     previous = None
     for d, state in zip(drives, states, strict=True):
         own = _continued(longitudinal_modes(d, state, 0.0, kept), kept, previous)
-        models.append(sagging_model(d, state, own, counts))
+        models.append(sagging_model(d, state, own, numbers))
         previous = own
     fastest = max(float(np.max(modes.natural)), *(float(m.transverse.max()) for m in models), content)
     h, time = _grid(motion, fastest)
@@ -136,7 +139,6 @@ def prepare(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5) -> Prep
         states=tuple(states),
         models=tuple(models),
         complete=complete,
-        top=top,
     )
 
 
@@ -145,12 +147,12 @@ def _state(drive: Drive, motion: PlannedMotion, t: float, segments: int) -> Stat
     return static_state(drive, load_torque=load, segments=segments)
 
 
-def _needed(drive: Drive, state: StaticState, counts: list[int]) -> float:
+def _needed(drive: Drive, state: StaticState, numbers: list[list[int]]) -> float:
     """Modes that a whole span would have at the wave length of the shortest one."""
     parts = free_stretches(drive, state)
     return max(
-        count * drive.span_length / (part.ends[1] - part.ends[0])
-        for part, count in zip(parts, counts, strict=True)
+        own[-1] * drive.span_length / (part.ends[1] - part.ends[0])
+        for part, own in zip(parts, numbers, strict=True)
     )
 
 
@@ -175,7 +177,7 @@ def _above_holding(drive: Drive, motion: PlannedMotion, time: Array, holding: li
 def _content(motion: PlannedMotion) -> float:
     """Frequency below which 99.9 % of the torque's power lies [rad/s]."""
     even = np.linspace(0.0, motion.time[-1], max(motion.time.size, 256))
-    size = _amplitudes(np.interp(even, motion.time, motion.torque)[:, None])[:, 0]
+    size = amplitudes(np.interp(even, motion.time, motion.torque)[:, None])[:, 0]
     total = np.cumsum(size**2)
     if total[-1] <= 0.0:
         return 2 * pi / float(motion.time[-1])
@@ -183,41 +185,19 @@ def _content(motion: PlannedMotion) -> float:
     return 2 * pi * place / float(motion.time[-1])
 
 
-def _amplitudes(values: Array) -> Array:
-    """Amplitude of the sines in some signals, shape (frequencies, signals), mean removed."""
-    window = np.hanning(values.shape[0])[:, None]
-    spectrum = np.fft.rfft(window * (values - values.mean(axis=0)), axis=0)
-    return np.asarray(2.0 * np.abs(spectrum) / window.sum())
-
-
-def _highest_excited(
-    drive: Drive, state: StaticState, modes: LongitudinalModes, torque: Array, h: float, floor: float
-) -> float:
-    r"""Frequency up to which transverse modes can be excited, transverse back-action left out [rad/s].
-
-    A tension that oscillates by :math:`\eta T` at :math:`\Omega` makes a mode at :math:`w = \Omega/2` grow by
-    :math:`\tfrac14 w\eta - \tfrac12\Gamma` per time, and shakes a mode at :math:`w = \Omega`, through a sag of
-    slope :math:`\sigma`, to no more than :math:`\eta\sigma/\kappa` times :math:`\min(w/\Gamma, \tfrac12 wT)`.
-    """
-    parts = free_stretches(drive, state)
-    still = sagging_model(drive, state, modes, [1] * len(parts))
+def _tensions(
+    drive: Drive, state: StaticState, modes: LongitudinalModes, torque: Array, h: float
+) -> TensionLines:
+    """Oscillation of the tension along the motion, the transverse modes left out."""
+    still = sagging_model(drive, state, modes, [[1]] * len(free_stretches(drive, state)))
     still = replace(still, direct=0.0 * still.direct, coupling=0.0 * still.coupling, carried=0.0)
     numbers = numbers_of(still, state, h)
     _, told = integrate([(numbers, torque)], h, history=True)
     every = max(1, told.shape[0] // 2**16)
     relative = (told @ (numbers.watched / np.maximum(numbers.rest, 1e-300)))[::every]
-    size = _amplitudes(relative).max(axis=1)
-    omega = 2 * pi * np.arange(size.size) / (h * torque.size)
-    duration, loss = h * torque.size, drive.cable.transverse_damping
-    lowest = pi / max(part.travel_time for part in parts)
-    growth = (0.125 * omega * size - 0.5 * loss) * duration
-    speed = np.sqrt(float(np.max(state.tension)) / state.mesh.density)
-    lasting = np.minimum(omega / max(loss, 1e-300), 0.5 * omega * duration)
-    shaken = size * state.steepest * speed / np.maximum(omega, 1e-300) * lasting
-    second = np.max(omega, where=size > STRONG, initial=lowest)
-    half = 0.5 * np.max(omega, where=growth > LEAST_GROWTH, initial=lowest) + 2.0 * lowest
-    direct = np.max(omega, where=shaken > LEAST_SHARE * floor, initial=lowest)
-    return REACH * float(max(second, half, direct))
+    duration = h * torque.size
+    size = amplitudes(relative).max(axis=1)
+    return TensionLines(size=size, omega=2 * pi * np.arange(size.size) / duration, duration=duration)
 
 
 def _continued(

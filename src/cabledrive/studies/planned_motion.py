@@ -177,8 +177,30 @@ def drive_along(drive: Drive, motion: PlannedMotion, t: float) -> Drive:
         if not drive.carriage:
             raise InputRefused("motion: carriage positions are given, but the drive has none: leave them out")
         place = float(np.interp(t, motion.time, motion.carriage))
-        drive = replace(drive, carriage=(replace(drive.carriage[0], position=place), *drive.carriage[1:]))
+        drive = with_carriage_at(drive, place)
     return drive
+
+
+def with_carriage_at(drive: Drive, place: float) -> Drive:
+    """The drive with its first carriage at a place, and those that move together with it moved as far.
+
+    Parameters
+    ----------
+    drive : Drive
+    place : float
+        Position of the first carriage [m].
+
+    Returns
+    -------
+    Drive
+    """
+    moved = place - drive.carriage[0].position
+    carriages = list(drive.carriage)
+    for number, direction in drive.moving_with(0).items():
+        own = carriages[number]
+        position = place if number == 0 else own.position + direction * moved
+        carriages[number] = replace(own, position=position)
+    return replace(drive, carriage=tuple(carriages))
 
 
 def _model_at(drive: Drive, motion: PlannedMotion, t: float, number: int) -> AutoparametricModel:

@@ -16,6 +16,7 @@ from cabledrive.reduction.threshold import (
     growth_torque,
     threshold_torque,
 )
+from cabledrive.studies.pair_thresholds import CoupledPair, coupled_pairs
 from cabledrive.studies.resonance_standing import (
     BUILD_UP,
     NEAR,
@@ -68,6 +69,9 @@ class ResonanceSummary:
         Torque below which Coulomb friction keeps the pulley mode from growing [N m].
     standing : Standing or None
     pairs : tuple of Pair
+        Of the pulley mode, with their tuned pretensions.
+    coupled : tuple of CoupledPair
+        Of the pulley mode and of others near resonance, 1:2 and sum type, with their thresholds.
     reasons : tuple of str
         Of the verdict, and of whatever is missing.
     missing : dict of str to str
@@ -88,6 +92,7 @@ class ResonanceSummary:
     coulomb_onset: float | None
     standing: Standing | None
     pairs: tuple[Pair, ...]
+    coupled: tuple[CoupledPair, ...]
     reasons: tuple[str, ...]
     missing: dict[str, str]
     split: dict[str, float | None] = field(default_factory=dict)
@@ -133,6 +138,8 @@ def resonance_summary(
     ------
     InputRefused
         If the torque is negative, or the steady one takes a span's tension away.
+    NotComputed
+        If a span hangs slack at rest.
     """
     tau = default_torque(drive) if torque is None else torque
     if not tau >= 0.0:
@@ -143,9 +150,10 @@ def resonance_summary(
         pulley = pulley_mode(drive).omega / (2 * pi)
     except InputRefused as refusal:
         return _without_pulley_mode(tau, str(refusal))
-    model = autoparametric_model(drive, load_torque=load_torque)
+    model = autoparametric_model(drive, load_torque=load_torque, at_rest=True)
     standing = standing_of(model, tau)
     tuned, missing = _tuned(drive)
+    missing = _unreached(drive) | missing
     at_tuning = (
         autoparametric_model(replace(drive, cable=replace(drive.cable, pretension=tuned))) if tuned else None
     )
@@ -154,7 +162,7 @@ def resonance_summary(
         frequency_ratio=ratio,
         detuning=ratio - 0.5,
         tuned_pretension=tuned,
-        threshold_torque=_tuned_threshold(at_tuning),
+        threshold_torque=_finite(_tuned_threshold(at_tuning)),
         verdict=standing.verdict,
         pulley_frequency=pulley,
         torque=tau,
@@ -163,6 +171,7 @@ def resonance_summary(
         coulomb_onset=coulomb_onset_torque(model),
         standing=standing,
         pairs=resonant_pairs(drive),
+        coupled=coupled_pairs(drive, model.natural),
         reasons=_reasons(drive, model, at_tuning, standing, tau, tuned),
         missing=missing,
         split=split_tunings(model) if load_torque else {},
@@ -175,6 +184,15 @@ def _tuned(drive: Drive) -> tuple[float | None, dict[str, str]]:
     except InputRefused as refusal:
         why = str(refusal)
         return None, dict.fromkeys(("tuned_pretension", "threshold_torque", "growth_torque"), why)
+
+
+def _unreached(drive: Drive) -> dict[str, str]:
+    """Why a threshold is infinite, said where it is."""
+    divided = ", where carriages divide the spans and no section is near 1:2," if drive.carriage else ""
+    return {
+        "threshold_torque": f"at the tuned pretension of an empty span{divided} no torque makes a mode grow",
+        "threshold_here": "no section is near enough to 1:2 for any torque at the pulley mode's frequency",
+    }
 
 
 def _tuned_threshold(model: AutoparametricModel | None) -> float | None:
@@ -197,8 +215,8 @@ def _guessed_threshold(model: AutoparametricModel) -> float:
     return float(threshold_torque(guessed))
 
 
-def _finite(value: float) -> float | None:
-    return value if np.isfinite(value) else None
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and np.isfinite(value) else None
 
 
 def _without_pulley_mode(torque: float, why: str) -> ResonanceSummary:
@@ -216,6 +234,7 @@ def _without_pulley_mode(torque: float, why: str) -> ResonanceSummary:
         coulomb_onset=None,
         standing=None,
         pairs=(),
+        coupled=(),
         reasons=(f"no 1:2 pair in range: {why}",),
         missing=dict.fromkeys((*names, "threshold_here", "growth_torque", "coulomb_onset"), why),
     )
@@ -231,21 +250,23 @@ def _reasons(
 ) -> tuple[str, ...]:
     """The verdict in words, and every rule that bears on it."""
     mode = model.modes[standing.mode]
-    where = f"transverse mode {mode.number} of the {mode.span} span"
+    ends = f"{mode.section[0]:.4g} m to {mode.section[1]:.4g} m"
     found = [
-        f"{where} lies {standing.distance / (2 * pi):.4g} Hz from the middle of the tongue, whose half-width "
-        f"under {torque:.4g} N m is {standing.half_width / (2 * pi):.4g} Hz"
+        f"at {torque:.4g} N m and {model.natural / (2 * pi):.4g} Hz (pulley mode): transverse mode {mode.number} of "
+        f"the {mode.span} span, {ends}, is detuned from 1:2 by {standing.distance / (2 * pi):.4g} Hz; its "
+        f"instability region extends +-{standing.half_width / (2 * pi):.4g} Hz"
     ]
     if model.modal_damping == 0.0:
         found.append(
-            "the pulley mode is undamped: the threshold at its own frequency is zero, and the tongue is that "
-            f"of {BUILD_UP:.3g} s of growth"
+            "the pulley mode is undamped: the threshold at its own frequency is zero, and the instability region "
+            f"is that after {BUILD_UP:.3g} s of growth"
         )
     if model.transverse_damping == 0.0:
         found.append(
             "the cable is undamped across: at exact tuning any motion of the pulley mode makes it grow"
         )
-    if at_tuning is not None and 0.0 in (at_tuning.modal_damping, at_tuning.transverse_damping):
+    undamped = at_tuning is not None and 0.0 in (at_tuning.modal_damping, at_tuning.transverse_damping)
+    if at_tuning is not None and undamped and np.isfinite(_guessed_threshold(at_tuning)):
         found.append(
             "dampings missing in the drive file are not known: with a guess of one per cent of critical for "
             f"them the threshold at tuning would be {_guessed_threshold(at_tuning):.4g} N m"

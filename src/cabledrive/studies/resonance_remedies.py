@@ -81,11 +81,11 @@ def remedies(drive: Drive, torque: float, load_torque: float = 0.0) -> tuple[Rem
     -------
     tuple of Remedy
     """
-    model = autoparametric_model(drive, load_torque=load_torque)
+    model = autoparametric_model(drive, load_torque=load_torque, at_rest=True)
 
     def _safe(trial: Drive) -> bool:
         try:
-            return standing_of(autoparametric_model(trial, load_torque=load_torque), torque).verdict == SAFE
+            return standing_of(autoparametric_model(trial, load_torque=load_torque, at_rest=True), torque).verdict == SAFE
         except InputRefused:  # the steady load takes a span's tension away
             return False
 
@@ -113,7 +113,7 @@ def sensitivity(drive: Drive, torque: float, load_torque: float = 0.0) -> Sensit
     -------
     Sensitivity
     """
-    model = autoparametric_model(drive, load_torque=load_torque)
+    model = autoparametric_model(drive, load_torque=load_torque, at_rest=True)
     mode = standing_of(model, torque).mode
     step = 1e-4 * model.pretension
     above, below = (at_pretension(model, model.pretension + sign * step) for sign in (1, -1))

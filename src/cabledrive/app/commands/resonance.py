@@ -10,7 +10,7 @@ from cabledrive.mechanics.holding import FREE, HOLDING, left_out_under_torque, m
 from cabledrive.parameters import Drive, NotComputed
 
 FLOOR, LIMIT = 1e-5, 5e-4
-METHOD = "certified modes, coupling by exact integrals, averaged equations to second order"
+METHOD = "modes at rest, coupling by exact integrals, averaged equations to second order"
 SEED = 0
 
 
@@ -41,21 +41,21 @@ SEED = 0
     type=click.Path(),
     metavar="FILE",
     help="Judge a planned motion: a CSV file with time [s], torque [N m] and, where they change, pretension "
-    "[N], carriage [m], load torque [N m].",
+    "[N], carriage [m] (of the first; coupled ones follow), load torque [N m].",
 )
 @click.option(
     "--floor",
     type=Quantity("m"),
     default=FLOOR,
     metavar="M",
-    help="Transverse amplitude that is always there, for --motion; 10 um unless told.",
+    help="Amplitude of every transverse mode that is always there, for --motion; default 10 um.",
 )
 @click.option(
     "--limit",
     type=Quantity("m"),
     default=LIMIT,
     metavar="M",
-    help="Largest transverse amplitude allowed, for --motion; 0.5 mm unless told.",
+    help="Largest transverse displacement from rest allowed, for --motion; default 0.5 mm.",
 )
 @click.option(
     "--branches",
@@ -82,8 +82,9 @@ def command(
 ) -> Answer:
     """Frequency ratio, tuned pretension, threshold torque and verdict for the internal resonance of DRIVE.
 
-    The resonance is between the pulleys' own mode and transverse modes near half its frequency. With --motion
-    a planned motion is judged as well: where along it the cable is pumped, how far it grows, what would help.
+    The resonance is between the pulleys' own mode and transverse modes near half its frequency; pairs of other
+    longitudinal modes and of sum type are listed with their threshold torques. With --motion a planned motion
+    is checked as well: how far the cable moves across, by direct excitation through sag and parametrically.
     """
     import numpy as np
 

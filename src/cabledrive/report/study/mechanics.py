@@ -10,9 +10,9 @@ from cabledrive.studies.study.modes_stage import MODEL_WORDS
 
 VERDICTS = {"safe": "good", "close": "warning", "resonant": "warning"}
 ALARMS = {
-    "safe": "The planned motion does not wake the spans.",
-    "saturates": "The planned motion pumps a span, but the exchange of energy ends before the limit.",
-    "alarm": "The planned motion pumps a span beyond the limit.",
+    "safe": "The planned motion does not excite the transverse modes beyond the limit.",
+    "unknown": "Whether the planned motion excites the transverse modes beyond the limit is not decided.",
+    "dangerous": "The planned motion excites the transverse modes beyond the limit.",
 }
 
 
@@ -122,7 +122,7 @@ def _responses(result: StudyResult) -> Figure:
 
 
 def resonance_chapter(result: StudyResult) -> Chapter:
-    """Where the drive stands against the 1:2 resonance, and whether the motion wakes it.
+    """Where the drive stands against the 1:2 resonance, and whether the motion excites it.
 
     Parameters
     ----------
@@ -133,8 +133,8 @@ def resonance_chapter(result: StudyResult) -> Chapter:
     Chapter
     """
     found = result.resonance
-    head = ALARMS.get(found.alarm or "", "There is no pulley mode, so nothing can pump the spans.")
-    tone = "warning" if found.refuses or found.alarm == "saturates" else VERDICTS[found.verdict]
+    head = ALARMS.get(found.alarm or "", "The motion along the spans could not be computed.")
+    tone = "warning" if found.refuses or found.alarm == "unknown" else VERDICTS[found.verdict]
     rows: list[tuple[Cell, ...]] = [
         ("Span's lowest frequency over the pulley mode's", _maybe(found.frequency_ratio, "1")),
         ("Away from one half by", _maybe(found.detuning, "1")),
@@ -146,7 +146,7 @@ def resonance_chapter(result: StudyResult) -> Chapter:
         ("Verdict for that ripple", found.verdict),
     ]
     if found.alarm is not None:
-        rows.append(("Largest swing of a span along the motion", _maybe(found.largest, "m")))
+        rows.append(("Largest transverse displacement along the motion", _maybe(found.largest, "m")))
         rows.append(("Allowed", quantity(found.limit, "m", 3)))
     lines = tuple(found.reasons)
     return Chapter(

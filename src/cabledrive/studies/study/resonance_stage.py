@@ -1,13 +1,13 @@
-"""Stage 4: internal resonance: how far, from which torque on, and whether the planned motion wakes it."""
+"""Stage 4: internal resonance: how far, from which torque on, and whether the planned motion excites it."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.reduction.quality import with_measured_stiffness
 from cabledrive.rig.setting import Motion
-from cabledrive.studies.alarm import ALARM, SAFE, alarm
+from cabledrive.studies.alarm import DANGEROUS, SAFE, alarm
 from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.resonance import RESONANT, resonance_summary
 from cabledrive.studies.study.machine import values_of
@@ -33,8 +33,8 @@ class ResonanceResult:
         [N], [N m].
     torque, ripple : float
         Largest torque of the motion, and what is taken to ripple at the pulley mode's frequency [N m].
-    alarm : {"safe", "saturates", "alarm"}, or None
-        Of the planned motion; None: there is no pulley mode.
+    alarm : {"safe", "dangerous", "unknown"}, or None
+        Of the planned motion; None: it could not be computed.
     largest : float or None
         Largest transverse amplitude along the motion [m]; None: beyond all numbers.
     limit : float
@@ -63,7 +63,7 @@ class ResonanceResult:
     @property
     def refuses(self) -> bool:
         """Whether the motion is not to be run on this drive."""
-        return self.alarm == ALARM or self.verdict == RESONANT
+        return self.alarm == DANGEROUS or self.verdict == RESONANT
 
 
 def motion_torque(drive: Drive, motion: Motion, samples: int = 4001) -> tuple[np.ndarray, np.ndarray]:
@@ -108,16 +108,10 @@ def resonance_of(drive: Drive, motion: Motion) -> ResonanceResult:
     largest = float(np.abs(torque).max())
     summary = resonance_summary(machine, torque=RIPPLE_SHARE * largest)
     try:
-        with np.errstate(over="ignore"):  # a gain beyond all numbers is an alarm
-            told = alarm(machine, PlannedMotion(time=time, torque=torque))
-        word, swing, limit, slack, remedy = (
-            told.verdict,
-            told.modes[0].largest,
-            told.limit,
-            told.slack,
-            told.remedy,
-        )
-    except InputRefused:
+        told = alarm(machine, PlannedMotion(time=time, torque=torque))
+        word, swing, limit = told.verdict, told.largest_transverse, told.limit
+        slack, remedy = told.slack, told.remedy
+    except (InputRefused, NotComputed):
         word, swing, limit, slack, remedy = None, 0.0, 0.0, False, ""
     if summary.verdict == RESONANT and word == SAFE:
         remedy = "move the pretension away from the tuned one, or damp the cable"

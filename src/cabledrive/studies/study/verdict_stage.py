@@ -236,8 +236,8 @@ def _cautions(found: Findings, reasons: Sequence[str]) -> tuple[str, ...]:
     if found.knowledge.residual is None:
         given = "could be used" if found.check.logs else "was given"
         words.append(f"no log {given}: every value is the data sheet's, with the uncertainty stated")
-    if found.resonance.alarm == "saturates":
-        words.append("the motion excites a span, and the exchange of energy ends before the limit")
+    if found.resonance.alarm == "unknown":
+        words.append("whether the motion excites the transverse modes beyond the limit is not decided")
     if found.resonance.verdict == "close":
         words.append(
             "a twentieth of the torque as ripple at the pulley mode would bring a span close to resonance"

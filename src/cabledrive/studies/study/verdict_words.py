@@ -44,9 +44,9 @@ def resonance_words(resonance: ResonanceResult) -> str:
     where = f"a span swings at {ratio:.4g} of the pulley mode's {pulley:.4g} Hz"
     if ratio is not None and abs(ratio - 0.5) > FAR:
         where = f"a higher mode of a span lies at half the pulley mode's {pulley:.4g} Hz"
-    if resonance.alarm == "alarm":
+    if resonance.alarm == "dangerous":
         largest, limit = _millimetres(resonance.largest), _millimetres(resonance.limit)
-        return f"resonance: {where}, and the motion pumps it to {largest}; {limit} are allowed"
+        return f"resonance: {where}, and the motion excites it to {largest}; {limit} are allowed"
     return (
         f"resonance: {where}, so near 1/2 that {resonance.ripple:.4g} N m of ripple, a twentieth of the "
         "motion's torque, feed its swing"
