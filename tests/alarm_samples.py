@@ -50,13 +50,21 @@ def random_drive(rng):
     lowest = pi * np.sqrt(pretension / density) / length
     elastic = np.sqrt(2 * pretension / strain / length / min(masses))
     pulleys = [
-        Pulley(radius=RADIUS, inertia=m * RADIUS**2, viscous_friction=2 * log_uniform(rng, 5e-4, 2e-2) * elastic * m * RADIUS**2)
+        Pulley(
+            radius=RADIUS,
+            inertia=m * RADIUS**2,
+            viscous_friction=2 * log_uniform(rng, 5e-4, 2e-2) * elastic * m * RADIUS**2,
+        )
         for m in masses
     ]
     motor = None
     if rng.uniform() < 0.5:
         own = log_uniform(rng, 0.3, 3.0) * pulleys[0].inertia
-        joint = (elastic * rng.uniform(0.8, 4.0)) ** 2 * min(own, pulleys[0].inertia) if rng.uniform() < 0.4 else None
+        joint = (
+            (elastic * rng.uniform(0.8, 4.0)) ** 2 * min(own, pulleys[0].inertia)
+            if rng.uniform() < 0.4
+            else None
+        )
         motor = Motor(inertia=own, joint_stiffness=joint)
     carriages, taken = [], set()
     for _ in range(int(rng.choice([0, 0, 1, 1, 2]))):
@@ -102,7 +110,7 @@ def taut(drive):
 
 
 def tuned(rng, kind, drive):
-    """The drive, its pretension moved for a 1:2 pair, and the frequency of the torque; None where it fails."""
+    """The drive, its pretension moved for a 1:2 pair, and the torque's frequency; None where that fails."""
     state = taut(drive)
     if state is None:
         return None
@@ -168,7 +176,9 @@ def random_sample(rng, node_steps=MOST_NODE_STEPS):
         size = log_uniform(rng, 0.1, 0.9)
         limit = drive.span_length * log_uniform(rng, 5e-5, 1e-3)
         floor = limit / rng.uniform(20, 60)
-        return scaled(Sample(kind, signal, drive, PlannedMotion(time=time, torque=unit), omega, floor, limit), size, rng)
+        return scaled(
+            Sample(kind, signal, drive, PlannedMotion(time=time, torque=unit), omega, floor, limit), size, rng
+        )
 
 
 def scaled(sample, size, rng):
@@ -197,7 +207,7 @@ def scaled_torque(sample, factor):
 
 
 def varied(sample, rng):
-    """A neighbour: other frequency, pretension, dampings, perhaps another waveform; None where it cannot rest."""
+    """A neighbour: other frequency, pretension, damping, perhaps waveform; None where it cannot rest."""
     change = 1.0 + 0.015 * rng.standard_normal(2)
     drive = with_pretension(sample.drive, sample.drive.cable.pretension * change[0])
     loss = float(rng.uniform(0.5, 1.1)) * drive.cable.transverse_damping

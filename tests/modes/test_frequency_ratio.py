@@ -135,7 +135,7 @@ def test_every_pair_is_tuned_by_its_pretension(name):
     drive = cd.load_drive(name)
     for place, pair in enumerate(resonant_pairs(drive, 2)):
         if pair.tuned_pretension is None:
-            assert "EA" in pair.reason
+            assert "EA" in pair.reason or "weights" in pair.reason
             continue
         tuned = replace(drive, cable=replace(drive.cable, pretension=pair.tuned_pretension))
         ratio = resonant_pairs(tuned, 2)[place].ratio

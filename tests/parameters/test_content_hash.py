@@ -54,6 +54,8 @@ def variants(table):
             "pulley_distance",
             "fixed",
             "given_rigidity",
+            "coupled",
+            "direction",
         ):
             copies = []
         else:
@@ -94,6 +96,22 @@ def test_packaged_drives_have_different_hashes():
     hashes = {content_hash(load_drive(name)) for name in packaged_drives()}
     assert len(hashes) == len(packaged_drives())
     assert all(len(name) == 64 and set(name) <= set("0123456789abcdef") for name in hashes)
+
+
+def lift(**second):
+    drive = load_drive("elevator")
+    car, weight = (replace(carriage, coupled="", direction=1) for carriage in drive.carriage)
+    return replace(drive, carriage=(car, replace(weight, **second)))
+
+
+def test_hash_sees_which_carriages_move_together_and_not_what_they_are_called():
+    alone, together = lift(), lift(coupled="car")
+    assert content_hash(together) != content_hash(alone)
+    assert content_hash(lift(coupled="car", direction=-1)) != content_hash(together)
+    assert content_hash(lift(coupled="carriage 0")) == content_hash(together)
+    cabin = replace(together.carriage[0], name="cabin")
+    weight = replace(together.carriage[1], coupled="cabin")
+    assert content_hash(replace(together, carriage=(cabin, weight))) == content_hash(together)
 
 
 @given(drive=drives())

@@ -8,6 +8,7 @@ import pytest
 import cabledrive as cd
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.decay import damping_from_decay, guessed_damping
+from cabledrive.reduction.motion_kernels import exact_stiffness, transitions
 from cabledrive.reduction.threshold import threshold_torque
 from cabledrive.report.resonance_map_page import resonance_map_page
 from cabledrive.studies.map_spot_checks import spot_check_line, spot_checks
@@ -215,3 +216,45 @@ def test_where_dampings_are_missing_a_guess_is_told_and_named_as_one():
 
 def test_guess_is_one_per_cent_of_critical():
     assert guessed_damping(50.0) == pytest.approx(2 * 0.01 * 2 * np.pi * 50)
+
+
+def test_transition_turns_by_exactly_the_frequency():
+    n, h, w = 1000, 1e-3, 700.0
+    out = np.empty((1, 2, 2))
+    transitions(np.full(n, w), np.zeros(n), np.zeros(n), 0.0, h, np.array([0, n]), out)
+    assert np.trace(out[0]) / 2 == pytest.approx(np.cos(w * n * h), abs=1e-9)
+
+
+@pytest.mark.kernel
+def test_compiled_transitions_equal_their_python():
+    """cabledrive.reduction.motion_kernels, compiled and as Python."""
+    rng, n, h = np.random.default_rng(0), 200, 1e-3
+    across, lift, q = 250 + rng.uniform(-1, 1, n), 1e7 * rng.standard_normal(n), 1e-4 * rng.standard_normal(n)
+
+    def run(kernel):
+        out = np.empty((2, 2, 2))
+        kernel(transitions)(across, lift, q, 2.0, h, np.array([0, 90, n]), out)
+        return out, kernel(exact_stiffness)(1e4, h)
+
+    for one, other in zip(run(lambda k: k), run(lambda k: getattr(k, "py_func", k)), strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-9)
+
+
+@pytest.mark.parametrize("share", [0.05, 0.25, 0.5, 0.8])
+@pytest.mark.parametrize("length", [60.0, 90.0])
+def test_every_place_of_the_lift_has_a_summary_with_finite_numbers_or_reasons(share, length):
+    """Car and counterweight at mirrored places as well, where the torque reaches fewer modes."""
+    drive = cd.load_drive("elevator", overrides=[f"layout.span_length={length}"])
+    mirrored = replace(drive.carriage[1], position=share * length, coupled="")
+    drive = replace(drive, carriage=(replace(drive.carriage[0], position=share * length), mirrored))
+    found = resonance_summary(drive)
+    for name in (
+        "frequency_ratio",
+        "threshold_torque",
+        "threshold_here",
+        "growth_torque",
+        "tuned_pretension",
+    ):
+        value = getattr(found, name)
+        assert np.isfinite(value) if value is not None else True, (name, value)
+    assert all(pair.reason for pair in found.coupled if pair.threshold_torque is None)

@@ -1,6 +1,5 @@
 """A motion that ends before the pulley mode has turned once is judged like any other."""
 
-import numpy as np
 import pytest
 
 from cabledrive import load_drive
@@ -10,23 +9,21 @@ from cabledrive.studies.motion_file import read_motion
 
 
 def test_a_motion_of_a_millisecond_is_judged(tmp_path):
-    """A ninth of a period cannot pump: what is there at the end is the floor and hardly more."""
+    """A ninth of a period cannot excite: what is there at the end is the floor and hardly more."""
     path = tmp_path / "move.csv"
     path.write_text("time [ms],torque [mN m],pretension [N],carriage [mm]\n0,0,3.30,250\n1,4.2,3.30,250\n")
     found = alarm(load_drive("dissertation-transporter"), read_motion(path), floor=1e-5, limit=5e-4)
     largest = max(mode.largest for mode in found.modes)
     assert found.verdict == "safe"
     assert 1e-5 < largest < 1.2e-5, largest
-    assert all(np.isfinite(mode.dwell) and mode.dwell <= 1e-3 for mode in found.modes)
+    assert all(0.0 <= mode.time <= 1e-3 for mode in found.modes)
 
 
-def test_a_motion_that_pumps_beyond_any_number_is_told_from_a_defect(tmp_path):
+def test_a_motion_beyond_any_number_is_told_from_a_defect(tmp_path):
     """Growth between two edges that no double holds; the torque of such a motion is no machine's."""
     path = tmp_path / "move.csv"
     path.write_text("time [s],torque [N m]\n" + "".join(f"{k / 100},{1e9 * (-1) ** k}\n" for k in range(100)))
-    with pytest.raises(
-        NotComputed, match=r"pumps a span beyond any number .* plan a smaller or a slower one"
-    ):
+    with pytest.raises(NotComputed, match="excites a span beyond any number: plan a smaller or a slower one"):
         alarm(load_drive("dissertation-2"), read_motion(path), floor=1e-5, limit=5e-4)
 
 

@@ -1,10 +1,11 @@
-"""The alarm against the full nonlinear model from equilibrium: random motions, and motions sought to break it.
+"""The alarm against the full nonlinear model from equilibrium: random motions, and some sought to break it.
 
-Drives and motions are drawn by a seeded generator that does not look at the alarm (`alarm_samples`): loops and
-lines with gravity, slope, sag, guided and hanging carriages, motors and friction, near 1:2 of modes 1 to 8, near
-direct excitation through sag, near the sum of two modes, and anywhere. An adversary starts from such a motion and
-changes frequency, pretension, dampings and waveform; of each it takes the largest torque that the alarm calls
-safe, and keeps what moves the full model most. Figures that were tuned, if any, were tuned on seeds from 1000 on.
+Drives and motions are drawn by a seeded generator that does not look at the alarm (`alarm_samples`): loops
+and lines with gravity, slope, sag, guided and hanging carriages, motors and friction, near 1:2 of modes 1 to
+8, near direct excitation through sag, near the sum of two modes, and anywhere. An adversary starts from such
+a motion and changes frequency, pretension, damping and waveform; of each it takes about the largest torque
+that the alarm calls safe, and keeps what moves the full model most. What was tuned was tuned on seeds 0
+and from 1000 on.
 """
 
 from dataclasses import dataclass, replace
@@ -24,7 +25,7 @@ from cabledrive.studies.alarm import DANGEROUS, SAFE, UNKNOWN, AlarmResult, alar
 from cabledrive.studies.alarm_validation import TrueMotion, true_motion
 from cabledrive.studies.planned_motion import PlannedMotion
 
-SEED, RANDOM, ADVERSARIAL = 0, 150, 50
+SEED, RANDOM, ADVERSARIAL = 1, 150, 50
 QUICK_STEPS, ALL_STEPS = 1.2e7, 3e7
 GENERATIONS, TRIALS = 2, 6
 MOST_FALSE = 0.1
@@ -54,8 +55,8 @@ class Row:
     def __str__(self) -> str:
         sample, result = self.sample, self.result
         return (
-            f"{sample.kind}, {sample.signal}, {sample.drive.kind} with {len(sample.drive.carriage)} carriages: "
-            f"{result.verdict}, {result.largest_transverse / sample.limit:.3g} of the limit, bound "
+            f"{sample.kind}, {sample.signal}, {sample.drive.kind} with {len(sample.drive.carriage)} carriages"
+            f": {result.verdict}, {result.largest_transverse / sample.limit:.3g} of the limit, bound "
             f"{result.bound / sample.limit:.3g}; full model {self.true.driven / sample.limit:.3g} driven, "
             f"{self.true.grown / sample.limit:.3g} from the floor{', slack' if self.true.slack else ''}"
         )
@@ -93,7 +94,7 @@ def adversarial_row(seed, number, node_steps, generations):
 
 
 def _largest_safe(sample):
-    """The sample under about the largest torque that the alarm calls safe, and what it says; None without one."""
+    """The sample under about the largest torque that the alarm calls safe, and its answer; None without."""
     low, high, found, factor = 0.0, np.inf, None, 1.0
     for _ in range(TRIALS):
         trial = scaled_torque(sample, factor)
@@ -119,9 +120,9 @@ def judge(rows, measured, label):
     dangerous = sum(row.result.verdict == DANGEROUS for row in rows)
     shown = 1.0 - 0.05 ** (1.0 / len(rows))
     measured(
-        f"{label}: {len(rows)} motions, {beyond} beyond the limit on the full model: {len(missed)} missed (fewer "
-        f"than {100 * shown:.2g} % at 95 %), {len(false)} false alarms of {dangerous} alarms; {len(unknown)} "
-        f"unknown, {needless} of them within the limit"
+        f"{label}: {len(rows)} motions, {beyond} beyond the limit on the full model: {len(missed)} missed "
+        f"(fewer than {100 * shown:.2g} % at 95 %), {len(false)} false alarms of {dangerous} alarms; "
+        f"{len(unknown)} unknown, {needless} of them within the limit"
     )
     table = "\n".join(str(row) for row in rows)
     assert not missed, table

@@ -93,20 +93,20 @@ def _pairs_data(found: ResonanceSummary) -> list[dict[str, Any]]:
         if pair.kind == SUM:
             row |= {"second_number": pair.numbers[1], "second_transverse_hz": second}
         known = next((own for own in found.pairs if _same(own, pair)), None)
-        if pair.kind != SUM and known is not None and found.pulley_frequency is not None:
-            if abs(pair.longitudinal_hz / found.pulley_frequency - 1.0) < 1e-9:
-                row |= {"transverse_frequency_hz": known.transverse_frequency, "frequency_ratio": known.ratio}
-                row["tuned_pretension"] = (
-                    Absent(reason=known.reason) if known.tuned_pretension is None else known.tuned_pretension
-                )
+        if known is not None:
+            row |= {"transverse_frequency_hz": known.transverse_frequency, "frequency_ratio": known.ratio}
+            row["tuned_pretension"] = (
+                Absent(reason=known.reason) if known.tuned_pretension is None else known.tuned_pretension
+            )
         rows.append(row)
     return rows
 
 
 def _same(own: Pair, pair: CoupledPair) -> bool:
-    """Whether two records are of one mode of one section."""
-    near = all(abs(a - b) <= 1e-9 * pair.section[1] for a, b in zip(own.section, pair.section, strict=True))
-    return near and own.span == pair.span and own.number == pair.numbers[0]
+    """Whether two records are of one mode of one section beside the pulley mode."""
+    ends = all(abs(a - b) <= 1e-9 * pair.section[1] for a, b in zip(own.section, pair.section, strict=True))
+    pulley = abs(pair.longitudinal_hz / own.pulley_frequency - 1.0) < 1e-9
+    return pair.kind != SUM and pulley and ends and own.span == pair.span and own.number == pair.numbers[0]
 
 
 def _sensitivity_data(drive: Drive, torque: float, load_torque: float) -> dict[str, float]:

@@ -181,8 +181,8 @@ def resonant_pairs(drive: Drive, numbers: int | None = None) -> tuple[Pair, ...]
     ----------
     drive : Drive
     numbers : int, optional
-        How many transverse modes of each section; by default three, or as many as reach half the pulley mode's
-        frequency, up to `MOST_NUMBERS`.
+        How many transverse modes of each section; by default three, or as many as reach half the frequency of
+        the pulley mode, up to `MOST_NUMBERS`.
 
     Returns
     -------

@@ -36,7 +36,9 @@ class Carriage:
     )
     name: str = words("name by which it can be called", "")
     coupled: str = words("name of the carriage that moves together with this one", "")
-    direction: int = choice((1, -1), "whether their positions grow together (1) or against each other (-1)", 1)
+    direction: int = choice(
+        (1, -1), "whether their positions grow together (1) or against each other (-1)", 1
+    )
 
     def __post_init__(self) -> None:
         check_fields(self)

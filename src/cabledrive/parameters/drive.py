@@ -234,8 +234,8 @@ def _check_couplings(drive: Drive) -> None:
         if not carriage.coupled:
             if carriage.direction != 1:
                 raise InputRefused(
-                    f"carriage.{number}.direction = {carriage.direction} needs carriage.{number}.coupled, the "
-                    "carriage that it moves with: add it, or leave direction out"
+                    f"carriage.{number}.direction = {carriage.direction} needs carriage.{number}.coupled, "
+                    "the carriage that it moves with: add it, or leave direction out"
                 )
             continue
         place = f'carriage.{number}.coupled = "{carriage.coupled[:60]}"'

@@ -214,9 +214,7 @@ def autoparametric_model(
     )
 
 
-def _strings(
-    drive: Drive, load_torque: float, along: list[Wave]
-) -> tuple[tuple[LabelledChain, ...], float]:
+def _strings(drive: Drive, load_torque: float, along: list[Wave]) -> tuple[tuple[LabelledChain, ...], float]:
     """Sections under their tension at rest, and the q at which one of them loses it."""
     rest = rest_state(drive, at_torque=-load_torque * drive.drive_pulley.radius / drive.load_pulley.radius)
     strings = transverse_chains(drive, rest=rest)

@@ -20,18 +20,6 @@ def exact_stiffness(squared, h):
 
 
 @njit
-def linear_response(natural, damping, force, h, place, rate):
-    """Pulley mode without the spans' back-action: places, and rates half a step before, shape (n,)."""
-    q, p = 0.0, 0.0
-    for n in range(force.size):
-        place[n] = q
-        rate[n] = p
-        loss = 0.5 * h * damping[n]
-        p = ((1.0 - loss) * p + h * (force[n] - exact_stiffness(natural[n] ** 2, h) * q)) / (1.0 + loss)
-        q += h * p
-
-
-@njit
 def transitions(across, lift, q, gamma, h, edges, out):
     """Transition matrices of Eq. (A.32) from edge to edge, of (a, rate / w), shape (edges - 1, 2, 2)."""
     loss = 0.5 * h * gamma
@@ -46,25 +34,3 @@ def transitions(across, lift, q, gamma, h, edges, out):
                 a += h * b
             out[block, 0, column] = a
             out[block, 1, column] = b / w1
-
-
-@njit
-def march_from(first, natural, damping, force, push, across, lift, cubic, gamma, h, q, p, a, b, top):
-    """The oscillators with back-action from step `first` on; largest amplitude of each mode in `top`."""
-    modes = a.size
-    loss_a = 0.5 * h * gamma
-    for n in range(first, force.size):
-        pulled = force[n] - exact_stiffness(natural[n] ** 2, h) * q
-        for j in range(modes):
-            pulled -= push[j, n] * a[j] ** 2
-        for j in range(modes):
-            stiff = across[j, n] ** 2 + lift[j, n] * q
-            for k in range(modes):
-                stiff += cubic[j, k] * a[k] ** 2
-            b[j] = ((1.0 - loss_a) * b[j] - h * exact_stiffness(stiff, h) * a[j]) / (1.0 + loss_a)
-        loss = 0.5 * h * damping[n]
-        p = ((1.0 - loss) * p + h * pulled) / (1.0 + loss)
-        q += h * p
-        for j in range(modes):
-            a[j] += h * b[j]
-            top[j] = max(top[j], abs(a[j]))

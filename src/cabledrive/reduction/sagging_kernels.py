@@ -5,7 +5,6 @@
 import numpy as np
 
 from cabledrive.mechanics.compiled import njit
-from cabledrive.reduction.motion_kernels import exact_stiffness
 
 SWEEPS = 12
 """Passes over the shafts' friction impulses."""
@@ -16,7 +15,7 @@ REFRESH = 8
 
 @njit
 def rub(shape, impulse_rate, solved, friction, h, p):
-    """Coulomb friction of the shafts: impulses up to h c that take each rim's speed towards zero, in place."""
+    """Coulomb friction of the shafts: impulses up to h c, in place, towards a rim speed of zero."""
     shafts = friction.size
     given = np.zeros(shafts)
     for _ in range(SWEEPS):
@@ -36,9 +35,9 @@ def rub(shape, impulse_rate, solved, friction, h, p):
 def integrate_sagging(c, force, first, h, floor, q, p, a, b, top, modal, when, least, history):
     """Step the model along sampled torques above the holding torque, state in place.
 
-    `top` keeps the largest displacement at the probes, what the floor adds taken off mode by mode; `modal` the
-    largest amplitude of each mode and `when` its step, counted from `first`; `least` the lowest tension at the
-    watched segments; `history` the longitudinal amplitudes of every step.
+    `top` keeps the largest displacement at the probes, what the floor adds taken off mode by mode; `modal`
+    the largest amplitude of each mode and `when` its step, counted from `first`; `least` the lowest tension
+    at the watched segments; `history` the longitudinal amplitudes of every step.
     """
     modes, rows, most = c.direct.shape
     band = c.square.shape[2] // 2
@@ -49,8 +48,8 @@ def integrate_sagging(c, force, first, h, floor, q, p, a, b, top, modal, when, l
         stretch = 0.0
         pulled[:] = 0.0
         for r in range(rows):
-            for j in range(c.count[r]):
-                low, high = max(0, j - band), min(c.count[r], j + band + 1)
+            for j in range(c.counts[r]):
+                low, high = max(0, j - band), min(c.counts[r], j + band + 1)
                 total = 0.0
                 for i in range(low, high):
                     total += c.square[r, j, i - j + band] * a[r, i]
@@ -66,7 +65,7 @@ def integrate_sagging(c, force, first, h, floor, q, p, a, b, top, modal, when, l
         for k in range(modes):
             pushed[k] = c.torque_shape[k] * force[n] - c.stiff[k] * q[k] - pulled[k]
         for r in range(rows):
-            for j in range(c.count[r]):
+            for j in range(c.counts[r]):
                 pull = c.carried * stretch * (c.bend[r, j] + 2.0 * turned[r, j])
                 for k in range(modes):
                     if c.stiff[k] > 0.0:
@@ -83,14 +82,14 @@ def integrate_sagging(c, force, first, h, floor, q, p, a, b, top, modal, when, l
             history[n] = q
         if floor > 0.0 and n % REFRESH == 0:
             for r in range(rows):
-                for j in range(c.count[r]):
+                for j in range(c.counts[r]):
                     size = np.sqrt(a[r, j] ** 2 + (b[r, j] / c.natural[r, j]) ** 2)
                     if 0.0 < size < floor:
                         a[r, j] *= floor / size
                         b[r, j] *= floor / size
         if n % 2 == 0:
             for r in range(rows):
-                for j in range(c.count[r]):
+                for j in range(c.counts[r]):
                     size = abs(a[r, j])
                     above[j] = np.copysign(max(size - floor, 0.0), a[r, j])
                     if size > modal[r, j]:
@@ -98,7 +97,7 @@ def integrate_sagging(c, force, first, h, floor, q, p, a, b, top, modal, when, l
                         when[r, j] = first + n
                 for x in range(c.probes.shape[1]):
                     place = 0.0
-                    for j in range(c.count[r]):
+                    for j in range(c.counts[r]):
                         place += c.probes[r, x, j] * above[j]
                     top[r, x] = max(top[r, x], abs(place) + floor)
         for x in range(c.rest.size):

@@ -2,8 +2,8 @@ r"""All longitudinal and transverse modes that a motion can excite, coupled to t
 
 About the state of rest, with its tension T(x) and the slope W'(x) of the sag, q are the amplitudes of the
 longitudinal modes (unit modal mass), a those of the transverse modes of every free stretch (unit largest
-displacement) in the plane of the loop, w, and across it, v. With :math:`s = 2W'w' + w'^2 + v'^2` the energy of
-chapter 2 gives
+displacement) in the plane of the loop, w, and across it, v. With :math:`s = 2W'w' + w'^2 + v'^2` the energy
+of chapter 2 gives
 
 .. math::
     \ddot q_k + \sum_l C_{kl}\dot q_l + W_k^2 q_k &= \phi_k\tau/r_1 - Q_k, \qquad
@@ -24,7 +24,9 @@ from math import inf, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.mechanics.spans import DRIVE_PULLEY, LOAD_PULLEY, MOTOR, LabelledChain, longitudinal_chains
+from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY, MOTOR
+from cabledrive.mechanics.labelled_chain import LabelledChain
+from cabledrive.mechanics.spans import longitudinal_chains
 from cabledrive.modes.solver import chain_modes
 from cabledrive.modes.waves import waves
 from cabledrive.parameters import Drive
@@ -37,8 +39,8 @@ SHAFTS = (DRIVE_PULLEY, LOAD_PULLEY, MOTOR)
 FEWEST_MODES, MOST_MODES = 4, 10
 
 BAND = 10
-"""Transverse modes of a stretch couple up to this difference of their places in the list; beyond, the strain of a
-longitudinal mode is too even along the stretch."""
+"""Transverse modes of a stretch couple up to this difference of their places in the list; beyond, the strain
+of a longitudinal mode is too even along the stretch."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -183,7 +185,10 @@ def _strain(drive: Drive, state: StaticState, pieces: Sequence) -> Array:  # typ
 def _damping(drive: Drive, modes: LongitudinalModes, spacing: Array) -> Array:
     """Viscous friction at the shafts, the joint's damping and the cable's own, shape (k, k) [1/s]."""
     motor, radius = drive.motor, drive.drive_pulley.radius
-    viscous = [(pulley.viscous_friction / pulley.radius**2, modes.rims[:, n]) for n, pulley in enumerate(drive.pulley)]
+    viscous = [
+        (pulley.viscous_friction / pulley.radius**2, modes.rims[:, n])
+        for n, pulley in enumerate(drive.pulley)
+    ]
     if motor is not None:
         viscous.append((motor.viscous_friction / radius**2, modes.rims[:, 2]))
         viscous.append((motor.joint_damping / radius**2, modes.rims[:, 2] - modes.rims[:, 0]))
@@ -197,7 +202,9 @@ def _friction(drive: Drive) -> Array:
     first, second, motor = drive.drive_pulley, drive.load_pulley, drive.motor
     own = motor.coulomb_friction / first.radius if motor is not None else 0.0
     if motor is not None and motor.joint_stiffness is None:
-        return np.array([first.coulomb_friction / first.radius + own, second.coulomb_friction / second.radius, 0.0])
+        return np.array(
+            [first.coulomb_friction / first.radius + own, second.coulomb_friction / second.radius, 0.0]
+        )
     return np.array([first.coulomb_friction / first.radius, second.coulomb_friction / second.radius, own])
 
 

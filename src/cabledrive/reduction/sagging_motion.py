@@ -1,7 +1,8 @@
 """Numbers that the integration of Eq. (A.36) takes, for one step length; the integration itself."""
 
+import itertools
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +29,7 @@ class SaggingNumbers(NamedTuple):
     friction_shape: Array
     impulse_rate: Array
     solved: Array
-    count: NDArray[np.int64]
+    counts: NDArray[np.int64]
     natural: Array
     spring: Array
     mass: Array
@@ -86,7 +87,7 @@ def numbers_of(model: SaggingModel, state: StaticState, h: float, detuned: float
     SaggingNumbers
     """
     modes = model.natural.size
-    solve = np.linalg.inv(np.eye(modes) + 0.5 * h * model.damping)
+    solve = np.asarray(np.linalg.inv(np.eye(modes) + 0.5 * h * model.damping), dtype=np.float64)
     solved = model.friction_shape @ solve.T
     natural = model.transverse * (1.0 + detuned)
     watched = _watched(model, state)
@@ -102,7 +103,7 @@ def numbers_of(model: SaggingModel, state: StaticState, h: float, detuned: float
         friction_shape=model.friction_shape,
         impulse_rate=np.maximum(np.einsum("sk,sk->s", model.friction_shape, solved), 1e-300),
         solved=np.ascontiguousarray(solved),
-        count=model.count,
+        counts=model.count,
         natural=natural,
         spring=exact_spring(natural, h),
         mass=model.mass,
@@ -138,7 +139,7 @@ def _watched(model: SaggingModel, state: StaticState) -> NDArray[np.intp]:
     cuts = {0, mesh.spacing.size, mesh.segments, *(int(node) for node in mesh.carriage_node)}
     ends = sorted(cut for cut in cuts if cut <= mesh.spacing.size)
     found = set()
-    for first, last in zip(ends[:-1], ends[1:], strict=True):
+    for first, last in itertools.pairwise(ends):
         found |= {first, (first + last) // 2, last - 1}
     return np.array(sorted(found), dtype=np.intp)
 
@@ -174,7 +175,7 @@ def integrate(
     first = stages[0][0]
     modes, rows, most = first.direct.shape
     q, p = np.zeros(modes), np.zeros(modes)
-    inside = np.arange(most) < first.count[:, None]
+    inside = np.arange(most) < first.counts[:, None]
     a = np.where(inside, floor * np.cos(phase), 0.0)
     b = np.where(inside, floor * np.sin(phase) * first.natural, 0.0)
     top, modal = np.zeros(first.probes.shape[:2]), np.zeros((rows, most))
@@ -182,11 +183,9 @@ def integrate(
     least, kept = np.array([np.inf]), []
     for numbers, torque in stages:
         told = np.zeros((torque.size if history else 0, modes))
-        arguments: Any = (numbers, np.ascontiguousarray(torque), done, h, floor, q, p, a, b)
-        integrate_sagging(*arguments, top, modal, when, least, told)
+        state = (q, p, a, b, top, modal, when, least, told)
+        integrate_sagging(numbers, np.ascontiguousarray(torque), done, h, floor, *state)
         kept.append(told)
         done += torque.size
-    extremes = Extremes(
-        displacement=top.max(axis=1), amplitude=modal, time=h * when, tension=float(least[0])
-    )
+    extremes = Extremes(displacement=top.max(axis=1), amplitude=modal, time=h * when, tension=float(least[0]))
     return extremes, np.concatenate(kept)

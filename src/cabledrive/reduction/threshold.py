@@ -88,8 +88,8 @@ def mode_thresholds(
     Returns
     -------
     ndarray, shape (J, ...)
-        [N m]; infinite where no torque makes the mode grow: the torque does not move the pulley mode, the pulley
-        mode does not stretch the section, or the pair is too far from 1:2.
+        [N m]; infinite where no torque makes the mode grow: the torque does not move the pulley mode, the
+        pulley mode does not stretch the section, or the pair is too far from 1:2.
     """
     c = averaged_coefficients(model, torque=1.0, forcing=forcing, drift=False)
     per_torque = np.abs(c.force) * np.abs(c.pump)

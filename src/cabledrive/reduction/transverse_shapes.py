@@ -1,5 +1,6 @@
 """Transverse modes of every free stretch under the tension that is there, on the segments of the statics."""
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -78,7 +79,7 @@ def free_stretches(drive: Drive, state: StaticState) -> tuple[FreeStretch, ...]:
     for number, span in enumerate(mesh.spans):
         held = np.flatnonzero(~mesh.sways[mesh.span_nodes(span)])
         first = number * mesh.segments
-        for start, end in zip(held[:-1], held[1:], strict=True):
+        for start, end in itertools.pairwise(held):
             here = slice(first + int(start), first + int(end))
             places = mesh.position[number, [start, end]] / stretch
             found.append(
@@ -112,9 +113,7 @@ def transverse_shapes(
     return tuple(_shapes(drive, state, part, own) for part, own in zip(parts, numbers, strict=True))
 
 
-def _shapes(
-    drive: Drive, state: StaticState, part: FreeStretch, numbers: Sequence[int]
-) -> TransverseShapes:
+def _shapes(drive: Drive, state: StaticState, part: FreeStretch, numbers: Sequence[int]) -> TransverseShapes:
     from scipy.linalg import eigh
 
     here, mesh = part.segments, state.mesh

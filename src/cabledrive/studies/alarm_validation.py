@@ -1,5 +1,6 @@
-"""How far the cable of the full nonlinear model moves along a planned motion, from equilibrium and from a floor."""
+"""Transverse motion of the full nonlinear model along a planned motion, from rest and from a floor."""
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -125,7 +126,7 @@ def _stretches(drive: Drive) -> list[tuple[str, float, float]]:
     for span in drive.spans:
         held = [c.position * stretch for c in drive.carriages_on(span) if c.guided]
         ends = [0.0, *held, drive.pulley_distance]
-        found += [(span, a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+        found += [(span, a, b) for a, b in itertools.pairwise(ends)]
     return found
 
 

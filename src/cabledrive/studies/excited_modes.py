@@ -1,4 +1,4 @@
-"""Which transverse modes a planned motion can excite: those at a line of the tension's spectrum, or at half of it."""
+"""Transverse modes that a motion can excite: at lines of the tension's spectrum, or at half of them."""
 
 from dataclasses import dataclass
 from math import pi
@@ -21,11 +21,18 @@ LEAST_GROWTH = 0.7
 LEAST_SHARE = 0.3
 """Share of the floor below which direct excitation does not count."""
 
-STRONG = 0.15
-"""Relative oscillation of a tension from which the second instability region, at a mode's frequency, counts."""
+STRONG = 0.12
+"""Relative oscillation of a tension from which the second instability region, at a mode's own frequency,
+counts."""
 
 UNSURE = 0.006
-"""Relative error of a mode's frequency that the selection allows for: the sag's, and of a string taken as even."""
+"""Relative error of a mode's frequency that the selection allows for: by sag, and by uneven tension."""
+
+WIDE = 0.1
+"""Share of a frequency around it whose lines act together."""
+
+HANN = 1.5
+"""Sum of the squares of the lines into which the window spreads one."""
 
 HIGHEST = 80
 
@@ -69,8 +76,8 @@ def excited_modes(drive: Drive, state: StaticState, lines: TensionLines, floor: 
     r"""Numbers of the transverse modes of each free stretch, the most endangered first behind the lowest.
 
     A tension that oscillates by :math:`\eta T` at :math:`\Omega` makes a mode at :math:`w = \Omega/2`, or two
-    whose frequencies add to it, grow by up to :math:`\tfrac18\Omega\eta` per time, within as much in frequency;
-    through a sag of slope :math:`\sigma` it shakes a mode at :math:`w = \Omega` to no more than
+    whose frequencies add to it, grow by up to :math:`\tfrac18\Omega\eta` per time, within as much in
+    frequency; through a sag of slope :math:`\sigma` it shakes a mode at :math:`w = \Omega` to no more than
     :math:`\eta\sigma/\kappa` times :math:`\min(w/\Gamma, \tfrac12 wT)`.
 
     Parameters
@@ -88,15 +95,25 @@ def excited_modes(drive: Drive, state: StaticState, lines: TensionLines, floor: 
     return [_of_stretch(drive, state, part, lines, floor) for part in free_stretches(drive, state)]
 
 
+def _around(lines: TensionLines) -> Array:
+    """Amplitude of all lines near each one together: what a chirp or a band of noise has at one time."""
+    total = np.concatenate(([0.0], np.cumsum(lines.size**2)))
+    place = np.arange(lines.size.size)
+    reach = np.maximum((WIDE * place).astype(int), 2)
+    high, low = np.minimum(place + reach + 1, place.size), np.maximum(place - reach, 0)
+    return np.asarray(np.sqrt((total[high] - total[low]) / HANN))
+
+
 def _of_stretch(
     drive: Drive, state: StaticState, part: FreeStretch, lines: TensionLines, floor: float
 ) -> list[int]:
     w = np.arange(1, HIGHEST + 1) * pi / part.travel_time
     omega, size, duration = lines.omega, lines.size, lines.duration
     blurred = 4 * pi / duration
-    rate = 0.125 * omega * size
-    growth = rate * duration
-    width = 2.0 * rate + blurred
+    around = _around(lines)
+    growth = 0.125 * omega * size * duration
+    width = 0.25 * omega * around + blurred
+    growth = np.where(around > STRONG, np.maximum(growth, 0.125 * omega * around * duration), growth)
     score = np.zeros(HIGHEST)
     for first in range(3):  # with itself, with the next, with the one after that
         sums = w[: HIGHEST - first] + w[first:]
@@ -111,8 +128,12 @@ def _of_stretch(
     for a, own in enumerate(w):
         near = np.abs(omega - own) < 2.0 * blurred + 2.0 * UNSURE * own
         line = float(np.max(size, where=near, initial=0.0))
+        wide = np.abs(omega - own) < 2.0 * blurred + WIDE * own
+        strong = float(np.max(around, where=wide, initial=0.0))
         shaken = line * steep * speed / own * min(own / loss, 0.5 * own * duration)
-        if shaken > LEAST_SHARE * floor or line > STRONG:
+        if shaken > LEAST_SHARE * floor:
             score[a] = max(score[a], 1.0 + np.log1p(shaken / floor))
+        if strong > STRONG:
+            score[a] = max(score[a], 0.125 * own * strong**2 * duration)
     found = [int(a) + 1 for a in np.argsort(-score) if score[a] > 0.0 and int(a) + 1 not in ALWAYS]
     return [*ALWAYS, *found]

@@ -1,13 +1,20 @@
-"""The response of cable and pulleys to a planned motion: every mode that it can excite, from rest or a floor."""
+"""Response of cable and pulleys to a planned motion: every mode that it can excite, from rest or a floor."""
 
+import itertools
 from dataclasses import dataclass, replace
 from math import ceil, pi
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.reduction.sagging_model import LongitudinalModes, SaggingModel, longitudinal_modes, sagging_model
+from cabledrive.reduction.sagging_model import (
+    LongitudinalModes,
+    SaggingModel,
+    longitudinal_modes,
+    sagging_model,
+)
 from cabledrive.reduction.sagging_motion import Extremes, SaggingNumbers, integrate, numbers_of
 from cabledrive.reduction.static_state import StaticState, static_state
 from cabledrive.reduction.transverse_shapes import free_stretches
@@ -23,7 +30,7 @@ PARTS = 8
 STEPS_PER_PERIOD = 16
 FEWEST_STEPS, MOST_STEPS = 4, 20_000_000
 
-MOST_MODES = 16
+MOST_MODES = 20
 """Transverse modes of a stretch that are kept."""
 
 COARSE, SEGMENTS_PER_MODE, MOST_SEGMENTS = 60, 10, 300
@@ -75,7 +82,7 @@ class PreparedMotion:
         torque : float, default 1.0
             Factor on the torque above the holding torque.
         parametric : bool, default True
-            Whether the tension acts on the transverse motion itself; without, there is direct excitation alone.
+            Whether the tension acts on the transverse motion itself; without, direct excitation alone.
 
         Returns
         -------
@@ -165,12 +172,16 @@ def _grid(motion: PlannedMotion, fastest: float) -> tuple[float, Array]:
             f"{FEWEST_STEPS / per_second:.3g} s to {MOST_STEPS / per_second:.4g} s: plan one of that length"
         )
     h = float(motion.time[-1]) / int(wanted)
-    return h, h * np.arange(int(wanted))
+    return h, h * np.arange(int(wanted), dtype=np.float64)
 
 
 def _above_holding(drive: Drive, motion: PlannedMotion, time: Array, holding: list[float]) -> Array:
     offset = drive.motor.offset_torque if drive.motor is not None else 0.0
-    held = np.interp(time, np.linspace(0.0, motion.time[-1], max(len(holding), 2)), np.broadcast_to(holding, max(len(holding), 2)))
+    held = np.interp(
+        time,
+        np.linspace(0.0, motion.time[-1], max(len(holding), 2)),
+        np.broadcast_to(holding, max(len(holding), 2)),
+    )
     return np.interp(time, motion.time, motion.torque) + offset - held
 
 
@@ -200,9 +211,7 @@ def _tensions(
     return TensionLines(size=size, omega=2 * pi * np.arange(size.size) / duration, duration=duration)
 
 
-def _continued(
-    modes: LongitudinalModes, kept: int, previous: LongitudinalModes | None
-) -> LongitudinalModes:
+def _continued(modes: LongitudinalModes, kept: int, previous: LongitudinalModes | None) -> LongitudinalModes:
     """As many modes as before, with the signs that they had."""
     natural, rims, strain = modes.natural[:kept], modes.rims[:kept], modes.strain[:kept]
     if previous is None:
@@ -221,15 +230,16 @@ def _stages(motion: PreparedMotion, detuned: float) -> list[tuple[SaggingNumbers
     pieces = (len(numbers) - 1) * PARTS
     edges = np.linspace(0, motion.torque.size, pieces + 1).round().astype(int)
     stages = []
-    for piece, (start, end) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+    for piece, (start, end) in enumerate(itertools.pairwise(edges)):
         knot, share = piece // PARTS, (piece % PARTS + 0.5) / PARTS
         stages.append((_between(numbers[knot], numbers[knot + 1], share), motion.torque[start:end]))
     return stages
 
 
 def _between(one: SaggingNumbers, other: SaggingNumbers, share: float) -> SaggingNumbers:
-    pairs = zip(one, other, strict=True)
-    return SaggingNumbers(
-        *(a if a is one.count else np.ascontiguousarray((1.0 - share) * a + share * b) if np.ndim(a) else
-          float((1.0 - share) * a + share * b) for a, b in pairs)
-    )
+    """Coefficients between two places of the motion."""
+    mixed: dict[str, Any] = {}
+    for name, value in one._asdict().items():
+        between = (1.0 - share) * value + share * getattr(other, name)
+        mixed[name] = value if name == "counts" else between
+    return SaggingNumbers(**mixed)

@@ -1,9 +1,10 @@
-r"""Longitudinal modes beside the transverse ones that they excite: 1:2 and sum type, each with its threshold torque.
+r"""Longitudinal modes and the transverse ones that they excite, 1:2 and sum type, with threshold torques.
 
 With q of frequency W and amplitude Q, transverse modes a and b of one stretch grow where
 
 .. math:: \mu^2 > \tfrac14\Gamma_a\Gamma_b\Big[1 + \frac{4\delta^2}{(\Gamma_a + \Gamma_b)^2}\Big], \qquad
-          \mu = \frac{|G_{ab}| Q}{4\sqrt{m_a m_b w_a w_b}}, \quad \delta = W - w_a - w_b, \qquad \text{Eq. (A.37)}
+          \mu = \frac{|G_{ab}| Q}{4\sqrt{m_a m_b w_a w_b}}, \quad \delta = W - w_a - w_b,
+          \qquad \text{Eq. (A.33)}
 
 and a = b is the 1:2 resonance. There the third harmonic's share is added, as in (A.22).
 """
@@ -24,7 +25,8 @@ HIGHEST = 3.0
 """Longitudinal modes are looked at up to so many times the pulley mode's frequency."""
 
 NEAR, NEAR_SUM = 0.1, 0.05
-"""Largest detuning, over the longitudinal frequency, at which pairs other than the pulley mode's 1:2 are listed."""
+"""Largest detuning, over the longitudinal frequency, at which other pairs than the pulley mode's 1:2 are
+listed."""
 
 WEAKEST = 1e-2
 """Least coupling of two modes, over that of each with itself, at which a sum pair is listed."""
@@ -69,7 +71,7 @@ class CoupledPair:
 
 
 def coupled_pairs(drive: Drive, pulley_mode: float) -> tuple[CoupledPair, ...]:
-    """Pairs of a drive at rest: all 1:2 pairs of the pulley mode, and what else is near resonance.
+    """Pairs of a drive at rest, Eq. (A.33): all 1:2 ones of the pulley mode, others near resonance.
 
     Parameters
     ----------
@@ -147,7 +149,7 @@ def _still(model: SaggingModel, k: int) -> bool:
 
 
 def _threshold(model: SaggingModel, k: int, r: int, a: int, b: int, detuning: float) -> float:
-    """Threshold torque of Eq. (A.37) [N m]; infinite where there is none."""
+    """Threshold torque of one pair [N m]; infinite where there is none."""
     loss_a, loss_b = float(model.loss[r, a]), float(model.loss[r, b])
     natural, resistance = float(model.natural[k]), float(model.natural[k] * model.damping[k, k])
     per_amplitude = abs(float(model.coupling[k, r, a, b - a + BAND])) / 4.0

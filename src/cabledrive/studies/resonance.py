@@ -251,15 +251,16 @@ def _reasons(
     """The verdict in words, and every rule that bears on it."""
     mode = model.modes[standing.mode]
     ends = f"{mode.section[0]:.4g} m to {mode.section[1]:.4g} m"
+    detuned, width = standing.distance / (2 * pi), standing.half_width / (2 * pi)
     found = [
-        f"at {torque:.4g} N m and {model.natural / (2 * pi):.4g} Hz (pulley mode): transverse mode {mode.number} of "
-        f"the {mode.span} span, {ends}, is detuned from 1:2 by {standing.distance / (2 * pi):.4g} Hz; its "
-        f"instability region extends +-{standing.half_width / (2 * pi):.4g} Hz"
+        f"at {torque:.4g} N m and {model.natural / (2 * pi):.4g} Hz (pulley mode): transverse mode "
+        f"{mode.number} of the {mode.span} span, {ends}, is detuned from 1:2 by {detuned:.4g} Hz; its "
+        f"instability region extends +-{width:.4g} Hz"
     ]
     if model.modal_damping == 0.0:
         found.append(
-            "the pulley mode is undamped: the threshold at its own frequency is zero, and the instability region "
-            f"is that after {BUILD_UP:.3g} s of growth"
+            "the pulley mode is undamped: the threshold at its own frequency is zero, and the instability "
+            f"region is that after {BUILD_UP:.3g} s of growth"
         )
     if model.transverse_damping == 0.0:
         found.append(

@@ -85,7 +85,12 @@ def remedies(drive: Drive, torque: float, load_torque: float = 0.0) -> tuple[Rem
 
     def _safe(trial: Drive) -> bool:
         try:
-            return standing_of(autoparametric_model(trial, load_torque=load_torque, at_rest=True), torque).verdict == SAFE
+            return (
+                standing_of(
+                    autoparametric_model(trial, load_torque=load_torque, at_rest=True), torque
+                ).verdict
+                == SAFE
+            )
         except InputRefused:  # the steady load takes a span's tension away
             return False
 

@@ -82,9 +82,9 @@ def command(
 ) -> Answer:
     """Frequency ratio, tuned pretension, threshold torque and verdict for the internal resonance of DRIVE.
 
-    The resonance is between the pulleys' own mode and transverse modes near half its frequency; pairs of other
-    longitudinal modes and of sum type are listed with their threshold torques. With --motion a planned motion
-    is checked as well: how far the cable moves across, by direct excitation through sag and parametrically.
+    The resonance is between the pulleys' own mode and transverse modes near half its frequency; pairs of
+    other longitudinal modes and of sum type are listed with their threshold torques. With --motion a planned
+    motion is checked as well: how far the cable moves across, excited directly through sag or parametrically.
     """
     import numpy as np
 

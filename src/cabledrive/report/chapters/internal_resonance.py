@@ -242,22 +242,29 @@ def _motions(rig: Drive) -> Section:
     for words, motion in example_motions(drive).items():
         found = alarm(drive, motion)
         worst = found.modes[0]
-        when = f"{number(worst.start, 2)} to {number(worst.end, 2)}"
         rows.append(
-            (words, found.verdict, when, number(np.exp(worst.gain), 3), number(1e3 * worst.largest, 3))
+            (
+                words,
+                found.verdict,
+                f"{worst.number}, {worst.span}",
+                worst.excitation,
+                number(worst.time, 2),
+                number(1e3 * found.largest_transverse, 3),
+            )
         )
     table = Table(
         caption="The alarm on four motions of configuration 2 at its tuned pretension.",
         columns=(
             Column(title="Motion"),
             Column(title="Verdict"),
-            Column(title="Grows from, to", unit="s", numeric=True),
-            Column(title="Hill's growth", numeric=True),
-            Column(title="Reaches", unit="mm", numeric=True),
+            Column(title="Largest mode"),
+            Column(title="Excitation"),
+            Column(title="Largest at", unit="s", numeric=True),
+            Column(title="Largest transverse displacement", unit="mm", numeric=True),
         ),
         groups=(RowGroup(rows=tuple(rows)),),
-        note="From a standing floor of 0.01 mm, limit 0.5 mm. Hill's equation takes the pulley mode's linear "
-        "response; where it says danger the nonlinear oscillators say how far it goes. "
-        '"saturates": the exchange of energy ends below the limit.',
+        note="Every transverse mode has a floor of 0.01 mm, the limit is 0.5 mm. Direct excitation goes "
+        'through the sag; parametric excitation is of one mode (1:2) or of two. "unknown": a small change of '
+        "the frequencies and the torque would pass the limit, or the model ends.",
     )
     return Section(title="Along a motion", anchor="resonance-motions", blocks=(table,))
