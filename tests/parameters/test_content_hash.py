@@ -132,7 +132,6 @@ OF_VERSION_0_1 = {
     "dissertation-2": "9c83d1159bc7b43f5b9d049af07342728ade120b09d532b1db4cfd0fdf117538",
     "dissertation-3": "5414972146e04cf0a4489e8f425f508517e5780db1f4393d80447a44dac3c7ef",
     "dissertation-transporter": "ca704315dbea3d7239ac90ddc03e16b74888e60b80c58d352b6c96fdae5abd33",
-    "elevator": "35cedbe3524f4a64156807f9b31d9bd5c94760f97818ee191e24b9d5c47a7048",
     "finger-tendon": "48b09e2a6c94f67c4b931cb01535cd960dd36fa144086482ea5cba0a9c120920",
     "linear-axis": "6af8a8e5591fe8d3624aa39ef13b21982d32caed6c8108b727205678f296f39b",
     "ropeway": "4ac4454fdd9c47012c29d5d1f4551894d8fde4cb578e7d451391c36cd81eb5aa",

@@ -219,36 +219,12 @@ def resonant_pairs(drive: Drive, numbers: int | None = None) -> tuple[Pair, ...]
 
 
 def section_frequencies(chain: LabelledChain, numbers: int) -> list[float]:
-    """Lowest transverse frequencies of one section.
-
-    Parameters
-    ----------
-    chain : LabelledChain
-    numbers : int
-        How many.
-
-    Returns
-    -------
-    list of float
-        Ascending [rad/s].
-    """
+    """Lowest transverse frequencies of one section."""
     return [solved.omega for solved in section_modes(chain, numbers)]
 
 
 def section_modes(chain: LabelledChain, numbers: int) -> list[ChainMode]:
-    """Lowest transverse modes of one section.
-
-    Parameters
-    ----------
-    chain : LabelledChain
-    numbers : int
-        How many.
-
-    Returns
-    -------
-    list of ChainMode
-        Ascending.
-    """
+    """Lowest transverse modes of one section."""
     top = 1.5 * numbers * pi / float(chain.chain.travel_times.sum())
     while True:
         found = chain_modes(chain.chain, top, first=numbers)

@@ -64,7 +64,7 @@ class LongitudinalModes:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SaggingModel:
-    """Coefficients of Eq. (A.36); k longitudinal modes, b stretches and planes with up to m modes each.
+    """Coefficients of the model; k longitudinal modes, b stretches and planes with up to m modes each.
 
     Attributes
     ----------

@@ -75,7 +75,7 @@ def threshold_torque(
 def mode_thresholds(
     model: AutoparametricModel, forcing: ArrayLike | None = None, *, second: bool = True
 ) -> Array:
-    """Threshold torque of each transverse mode by itself, Eq. (A.23).
+    """Threshold torque of each transverse mode by itself.
 
     Parameters
     ----------

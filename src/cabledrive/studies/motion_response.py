@@ -38,7 +38,7 @@ COARSE, SEGMENTS_PER_MODE, MOST_SEGMENTS = 60, 10, 300
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PreparedMotion:
-    """A motion, and the coefficients of Eq. (A.36) along it.
+    """A motion, and the coefficients of the model along it.
 
     Attributes
     ----------

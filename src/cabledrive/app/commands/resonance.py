@@ -88,9 +88,8 @@ def command(
     """
     import numpy as np
 
+    from cabledrive.app.motion_answer import alarm_data, alarm_text
     from cabledrive.app.resonance_answer import (
-        alarm_data,
-        alarm_text,
         branch_data,
         branches_text,
         resonance_data,
