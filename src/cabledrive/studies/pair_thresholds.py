@@ -159,6 +159,8 @@ def _threshold(model: SaggingModel, k: int, r: int, a: int, b: int, detuning: fl
         return inf
     if resistance == 0.0:
         return 0.0
+    if a == b:  # as the averaged equations count it, (nu^2 - w^2) / nu
+        detuning = 0.5 * natural - 2.0 * float(model.transverse[r, a]) ** 2 / natural
     least = _least_pumping(loss_a, loss_b, detuning, natural, same=a == b)
     return least / per_amplitude * resistance / abs(float(model.torque_shape[k]))
 
