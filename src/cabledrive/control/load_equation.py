@@ -37,9 +37,11 @@ SIGN_WIDTH, SETTLED = 0.01, 0.995
 """Share of the largest speed over which the sign turns, and of itself that its filtered value must reach."""
 CERTAIN, DAMPING_CERTAIN, SIGNIFICANT = 0.02, 0.3, 3.0
 WIDER = 1.1
-"""On top of the replicates' spread: the sign's error near a turn, and half a deviation of bias. Over 400 draws
-set apart for this, with and without friction, estimates of beta lie on average 0.3 and 0.6 deviations off, and
-spread 1.04 to 1.09 times."""
+"""On top of the replicates' spread: the sign's error near a turn, and half a deviation of bias.
+
+Over 400 draws set apart for this, with and without friction of the load, estimates of beta lie on average 0.3
+and 0.6 deviations off, and spread 1.04 to 1.09 times.
+"""
 MOST_MISFIT = 2.0
 """Residual over that of rounding alone above which the equation is not believed."""
 
