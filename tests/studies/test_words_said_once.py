@@ -26,7 +26,7 @@ def test_missing_data_are_told_once():
     assert found.verdict.answer == "unknown"
     for reason in found.check.missing:
         assert text_of(found.verdict).count(reason) == 1, found.verdict
-    assert "acceptance was not run: no controller can be designed, see above" in found.verdict.cautions
+    assert any(words.startswith("acceptance was not run: ") for words in found.verdict.cautions)
     page = " ".join(str(getattr(block, "text", "")) for block in modes_chapter(found).blocks)
     assert "the verdict says why" in page
     assert not any(reason in page for reason in found.check.missing)
