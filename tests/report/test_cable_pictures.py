@@ -56,7 +56,10 @@ def test_the_spectrum_marks_the_certified_modes():
     longitudinal = [frequency for frequency, kind in marks if kind == "longitudinal"]
     assert longitudinal == [pytest.approx(natural_frequencies(DRIVE, count=1)[0])]
     transverse = [frequency for frequency, kind in marks if kind == "transverse"]
-    np.testing.assert_allclose(transverse, transverse[0] * np.arange(1, 5), rtol=1e-9)
+    # the sag parts the planes and couples the spans, by less than 2e-5
+    orders = np.rint(np.array(transverse) / transverse[0])
+    assert set(orders) == {1, 2, 3, 4}
+    np.testing.assert_allclose(transverse, transverse[0] * orders, rtol=2e-5)
     axes = Figure().add_subplot()
     run_histories.draw_spectrum(axes, run(), marks)
     assert sorted(line.get_xdata()[0] for line in axes.lines[1:]) == [frequency for frequency, _ in marks]

@@ -210,7 +210,8 @@ def simulated(case: Case, values: Array, start: float) -> tuple[Array, Array]:
     if case.lag:
         later = case.lines - LATER * np.gradient(case.lines)
         after, _ = march_rigid_axis(values, later, case.interval, start=start, slope=case.slope)
-        columns.append((after - before) / (LATER * case.interval))
+        with np.errstate(invalid="ignore", over="ignore"):  # a motion that runs away: refused below
+            columns.append((after - before) / (LATER * case.interval))
     filtered = case.filtered(np.column_stack(columns))
     rows = case.compared(np.column_stack([case.speed - filtered[:, 0], filtered[:, 1:]]))
     if not np.all(np.isfinite(rows)):

@@ -159,8 +159,8 @@ def _carriages(drive: Drive, row: ModeRow) -> Iterator[tuple[float, float]]:
 
 
 def _on(row: ModeRow, span: str) -> Any:
-    """The mode of a row that lives on a span: a longitudinal one on every span."""
-    return next((mode for mode in row.modes if mode.span in (None, span)), None)
+    """The mode of a row that lives on a span: a longitudinal one, or one that sag couples, on every span."""
+    return next((mode for mode in row.modes if mode.span in (None, BOTH, span)), None)
 
 
 def _across(drive: Drive, s: Any) -> Any:
