@@ -129,8 +129,8 @@ def test_beta_after_one_pulse_and_the_coverage_of_its_interval(rubbing, measured
 
 
 MISSED = (
-    "friction of the load is always estimated, since friction too small to stand out would move beta by up to "
-    "0.7 %; where there is none the two more numbers cost accuracy: 0.26 % at most"
+    "friction of the load is always estimated, since friction too small to stand out would move beta by up "
+    "to 0.7 %; where there is none the two more numbers cost accuracy: 0.26 % at most"
 )
 
 

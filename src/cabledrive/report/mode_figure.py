@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.modes import Modes
-from cabledrive.modes.mode import LONGITUDINAL, TRANSVERSE
+from cabledrive.modes.mode import BOTH, LONGITUDINAL, TRANSVERSE
 from cabledrive.modes.mode_rows import ModeRow, mode_rows
 from cabledrive.parameters import Drive
 from cabledrive.report.style import LINE, PAPER, QUIET, SMALL, TEXT, family_colour, house_style
