@@ -212,12 +212,13 @@ def chirp(drive, seconds, rate=2000.0):
 
 @pytest.mark.parametrize("seconds", [5.0, 20.0, 60.0])
 @pytest.mark.parametrize("noise", [0.0, 0.05])
-def test_a_sweep_is_no_ping(seconds, noise):
+def test_a_sweep_is_no_ping(seconds, noise, measured):
     drive = load_drive("dissertation-3")
     time, values = chirp(drive, seconds)
     values = values + noise * np.random.default_rng(1).normal(size=values.size)
-    with pytest.raises(NotComputed):
+    with pytest.raises(NotComputed) as refused:
         tension_from_ping(log_of(time, {"position": values}, {"position": "m"}), drive)
+    measured(f"sweep of {seconds} s: {str(refused.value)[:60]}")
 
 
 def test_a_sweep_past_the_tone_of_the_span_is_no_ping():

@@ -105,13 +105,14 @@ def test_steady_torque_splits_the_spans_of_a_loop():
         assert_allclose([upper.mean_tension, lower.mean_tension], [5 - shift, 5 + shift], rtol=1e-12)
 
 
-def test_rope_of_a_lift_carries_what_hangs_below():
+def test_rope_of_a_lift_carries_what_hangs_below(measured):
     """The elevator's ropes above and below the car differ by its weight; the motor holds none of it."""
     drive = cd.load_drive("elevator")
     rest = rest_state(drive)
     car = drive.carriage[0]
     above, below = rest.sections[0].stretches[0], rest.sections[1].stretches[0]
     step = above.tensions[1] - below.tensions[0]
+    measured(f"step of the tension at the car {abs(step):.2f} N")
     assert abs(step) == pytest.approx(car.mass * 9.81, rel=1e-12)
     assert above.gradient == pytest.approx(-drive.cable.mass_per_length * 9.81, rel=1e-9)
     assert abs(rest.holding_torque) < 1e-6

@@ -30,7 +30,7 @@ def held_line(sag_parameter_scale):
 
 
 @pytest.mark.parametrize("scale", [3.0, 6.0])
-def test_sag_raises_the_first_symmetric_mode_in_the_plane_as_irvine_says(scale):
+def test_sag_raises_the_first_symmetric_mode_in_the_plane_as_irvine_says(scale, measured):
     """tan x = x - 4 x^3 / lambda^2 with x half the wave number times the span; uniform tension along it."""
     drive = held_line(scale)
     state = static_state(drive, segments=200)
@@ -40,6 +40,7 @@ def test_sag_raises_the_first_symmetric_mode_in_the_plane_as_irvine_says(scale):
     found = np.sqrt(eigh(stiffness, np.diag(model.mass[0]), eigvals_only=True))
     tension, rigidity = float(state.tension.mean()), drive.cable.axial_rigidity
     ratio = 0.08 * 9.81 * 50.0 / tension
+    measured(f"first mode in the plane {found[0] / (2.0 * np.pi):.4f} Hz under {tension:.1f} N")
     parameter = ratio**2 * rigidity / tension
     x = brentq(lambda x: np.sin(x) - (x - 4 * x**3 / parameter) * np.cos(x), 0.5 * np.pi + 1e-9, np.pi - 1e-9)
     string = float(model.transverse[0, 0]) / np.pi

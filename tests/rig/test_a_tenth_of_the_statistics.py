@@ -141,8 +141,9 @@ MISSED = (
         pytest.param(True, id="up to 0.02 N m at the load"),
     ],
 )
-def test_beta_after_one_pulse_is_right_to_two_thousandths(rubbing):
+def test_beta_after_one_pulse_is_right_to_two_thousandths(rubbing, measured):
     worst = np.abs(learning(True, 100, 2027, rubbing=rubbing).beta).max()
+    measured(f"beta {100 * worst:.3f} % at most, of 100 draws")
     assert worst <= 2e-3, f"observed {100 * worst:.3f} %"
 
 

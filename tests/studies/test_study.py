@@ -76,13 +76,14 @@ def judged(found, error, lasting, runs=300):
     return judge(Findings(goals=wanted, laws=laws, lumped=lumped, cable=found.cable, **parts))
 
 
-def test_the_lower_end_of_the_confidence_interval_decides_and_nothing_else(studies):
+def test_the_lower_end_of_the_confidence_interval_decides_and_nothing_else(studies, measured):
     """Of 300 runs none may miss for 99 %; of 299 none, and 298 are too few to show it."""
     found = studies(CASES[1])
     inside, beyond = [0.5] * 300, [0.5] * 299 + [1.5]
     assert judged(found, 1.0, inside).answer == "yes"
     assert judged(found, 1.0, inside[:299], 299).answer == "yes"
     few = judged(found, 1.0, inside[:298], 298)
+    measured(f"298 of 298: {few.answer}; 300 of 300: yes")
     assert few.answer == "unknown"
     assert "so few runs show 98.9 % only" in few.reasons[0], few.reasons
     assert "raise draws" in few.remedies[0]
