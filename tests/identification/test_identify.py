@@ -65,6 +65,12 @@ CASES = {
 }
 
 
+def missing(case):
+    """All cases, the one marked that fails: its logs are flagged, but called a torque of the position."""
+    mark = pytest.mark.xfail(reason="called a torque of the position, not by its own name")
+    return [pytest.param(one, marks=mark) if one == case else one for one in CASES]
+
+
 def faulty_log(case, seed):
     chain, flaws, _ = CASES[case]
     rng = np.random.default_rng(seed)
@@ -147,11 +153,7 @@ def test_each_friction_is_right_for_its_own_regressor_and_the_other_is_noticed(s
     assert words in other.findings[-1]
 
 
-@pytest.mark.xfail(
-    strict=False,
-    reason="naming: some logs are called a torque of the position; they are flagged all the same",
-)
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", missing("stribeck"))
 @pytest.mark.parametrize("seed", [1])
 def test_a_wrong_model_is_noticed_and_named(case, seed):
     found = identify(faulty_log(case, seed))
@@ -159,22 +161,18 @@ def test_a_wrong_model_is_noticed_and_named(case, seed):
     if words is None:
         assert found.findings == ()
     else:
-        assert any(words in finding for finding in found.findings), found.findings
+        assert words in found.findings[-1], found.findings
 
 
 def alarms_and_named(case, logs):
     """How many of the logs raise an alarm, and how many of these give the case's own reason."""
     found = [identify(faulty_log(case, 30_000 + seed)).findings for seed in range(logs)]
     words = CASES[case][2]
-    named = [findings for findings in found if words and any(words in finding for finding in findings)]
+    named = [findings for findings in found if words and findings and words in findings[-1]]
     return sum(map(bool, found)), len(named)
 
 
-@pytest.mark.xfail(
-    strict=False,
-    reason="naming: some logs are called a torque of the position; they are flagged all the same",
-)
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", missing("backlash"))
 def test_a_tenth_of_the_logs_of_each_fault(case, measured):
     """No fewer named, and no more false alarms, than chance in a thousand allows for 180 and 16 of 200."""
     alarms, named = alarms_and_named(case, 20)
