@@ -8,11 +8,7 @@ import sys
 def leave_at_once(number: int, frame: object) -> None:
     """End the command on Ctrl-C while its libraries load: there is nothing yet to be put away.
 
-    Parameters
-    ----------
-    number : int
-        Of the signal.
-    frame : object
+    ``number``: of the signal.
     """
     try:
         os.write(2, b"cabledrive: interrupted; nothing was kept; run the same command again\n")

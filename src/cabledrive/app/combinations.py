@@ -12,17 +12,9 @@ from cabledrive.parameters import InputRefused
 def refuse_given(*names: str, why: str) -> None:
     """Refuse options that were given although they have no effect here.
 
-    Parameters
-    ----------
-    *names : str
-        Of the command's parameters.
-    why : str
-        What they lack, and the remedy: written behind the option.
-
-    Raises
-    ------
-    InputRefused
-        For the first of them that stands on the command line.
+    ``*names``: of the command's parameters; ``why``: what they lack, and the remedy: written behind the
+    option.
+    Raises `InputRefused` for the first of them that stands on the command line.
     """
     for option in _given(names):
         raise InputRefused(f"{option} {why}")
@@ -31,12 +23,7 @@ def refuse_given(*names: str, why: str) -> None:
 def tell_given(*names: str, why: str) -> None:
     """Say of options that were given that they have no effect here.
 
-    Parameters
-    ----------
-    *names : str
-        Of the command's parameters.
-    why : str
-        Written behind the option.
+    ``*names``: of the command's parameters; ``why``: written behind the option.
     """
     for option in _given(names):
         note(f"{option} {why}")

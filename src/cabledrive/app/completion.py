@@ -9,16 +9,7 @@ from cabledrive.parameters import packaged_drives
 def complete_drive(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
     """Names of packaged drives, then files, for the shell.
 
-    Parameters
-    ----------
-    ctx : click.Context
-    param : click.Parameter
-    incomplete : str
-        What has been typed.
-
-    Returns
-    -------
-    list of CompletionItem
+    ``incomplete``: what has been typed.
     """
     names = [CompletionItem(name) for name in packaged_drives() if name.startswith(incomplete)]
     return [*names, CompletionItem(incomplete, type="file")]
@@ -27,16 +18,7 @@ def complete_drive(ctx: click.Context, param: click.Parameter, incomplete: str) 
 def complete_controller(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
     """Names of control laws, for the shell.
 
-    Parameters
-    ----------
-    ctx : click.Context
-    param : click.Parameter
-    incomplete : str
-        What has been typed.
-
-    Returns
-    -------
-    list of CompletionItem
+    ``incomplete``: what has been typed.
     """
     from cabledrive.rig.laws.registry import CONTROLLERS
 

@@ -48,16 +48,7 @@ class ReaderGone(Exception):
 def watched_output() -> Iterator[None]:
     """Tell a defect from a standard output that takes no more; to be put round what writes there alone.
 
-    Yields
-    ------
-    None
-
-    Raises
-    ------
-    ReaderGone
-        If the reader has gone away.
-    InputRefused
-        If the disk is full.
+    Raises `ReaderGone` if the reader has gone away; `InputRefused` if the disk is full.
     """
     try:
         yield
@@ -75,16 +66,9 @@ def watched_output() -> Iterator[None]:
 def status_of(run: Callable[[], Any]) -> int:
     """Run a command and say in one line why it failed, if it did.
 
-    Parameters
-    ----------
-    run : callable
-        Takes no argument; returns nothing, or the status with which click left early.
-
-    Returns
-    -------
-    int
-        0: done, also if the reader of standard output went away. 2: the input was refused, nothing was
-        written. 3: the calculation could not be completed. 130: interrupted. 1: a defect of this package.
+    ``run``: takes no argument; returns nothing, or the status with which click left early.
+    Returns 0: done, also if the reader of standard output went away. 2: the input was refused, nothing was
+    written. 3: the calculation could not be completed. 130: interrupted. 1: a defect of this package.
     """
     try:
         return run() or DONE
@@ -111,31 +95,15 @@ def status_of(run: Callable[[], Any]) -> int:
 def interrupted(end: BaseException | None = None) -> int:
     """Say that the command was interrupted, and how to go on.
 
-    Parameters
-    ----------
-    end : BaseException, optional
-        A command that kept something says so in its KeyboardInterrupt.
-
-    Returns
-    -------
-    int
-        Exit status.
+    ``end``: a command that kept something says so in its KeyboardInterrupt.
+    Returns exit status.
     """
     cause = end.__cause__ if isinstance(end, click.Abort) else end
     return _told(f"interrupted; {str(cause or '') or GO_ON}", INTERRUPTED)
 
 
 def trouble_line(error: OSError) -> str:
-    """What the system refused in the middle of the work, where, and how to go on.
-
-    Parameters
-    ----------
-    error : OSError
-
-    Returns
-    -------
-    str
-    """
+    """What the system refused in the middle of the work, where, and how to go on."""
     place = error.filename if isinstance(error.filename, str) else "a file of this run"
     remedy = "free space" if error.errno in (ENOSPC, EDQUOT) else "make it usable"
     return f"{place}: {error.strerror}: {remedy}, and give the same command again; what is finished is kept"
@@ -147,16 +115,7 @@ def _defect(defect: Exception) -> int:
 
 
 def usage_line(error: click.UsageError) -> str:
-    """What is wrong with the arguments, in one line, with the nearest option where one was mistyped.
-
-    Parameters
-    ----------
-    error : click.UsageError
-
-    Returns
-    -------
-    str
-    """
+    """What is wrong with the arguments, in one line, with the nearest option where one was mistyped."""
     if error.ctx is None:
         return error.format_message()
     if isinstance(error, click.NoSuchOption):

@@ -18,21 +18,8 @@ RESULTS, REPORT, STAGES = "results.json", "report.html", "stages"
 def asked_hash(drive: Drive, files: Sequence[str | None], quick: bool) -> str:
     """Hash of what the command was given: this version, the drive with its words, the bytes of every file.
 
-    Parameters
-    ----------
-    drive : Drive
-    files : sequence of str or None
-        Goals, then logs; None: not given.
-    quick : bool
-
-    Returns
-    -------
-    str
-
-    Raises
-    ------
-    InputRefused
-        If a file cannot be read.
+    ``files``: goals, then logs; None: not given.
+    Raises `InputRefused` if a file cannot be read.
     """
     words = [__version__, content_hash(drive), drive.name, drive.title, str(quick)]
     words += ["" if file is None else _bytes_hash(file) for file in files]
@@ -54,26 +41,14 @@ def _bytes_hash(file: str) -> str:
 
 
 def code_hash() -> str:
-    """Hash of all modules that make a study and its report.
-
-    Returns
-    -------
-    str
-    """
+    """Hash of all modules that make a study and its report."""
     return digest_with_imports(Path(__file__).parent / "commands" / "study.py")
 
 
 def finished(folder: Path) -> dict[str, Any] | None:
     """The results of a study that is there already, with all files it wrote.
 
-    Parameters
-    ----------
-    folder : Path
-
-    Returns
-    -------
-    dict or None
-        None: there is none, it was not finished, or a file is not what the study wrote.
+    Returns none: there is none, it was not finished, or a file is not what the study wrote.
     """
     data = intact_object(folder / RESULTS)
     hashes = data.get("files") if data is not None else None
@@ -92,16 +67,9 @@ def _is(path: Path, sha: str) -> bool:
 def check_folder(folder: Path, *, force: bool = False) -> None:
     """Refuse a folder that could not be written, or that holds what no finished study wrote.
 
-    Parameters
-    ----------
-    folder : Path
-    force : bool, default False
-        Whether results that were changed, or that another version wrote, may be replaced.
-
-    Raises
-    ------
-    InputRefused
-        If it is a file, its own folder is missing, it cannot be written, or it holds other results.
+    ``force``: whether results that were changed, or that another version wrote, may be replaced.
+    Raises `InputRefused` if it is a file, its own folder is missing, it cannot be written, or it holds other
+    results.
     """
     check_folder_writable(folder)
     if not folder.is_dir() or finished(folder):

@@ -25,17 +25,9 @@ def run_to_its_end(run: Callable[[], int], interrupted: Callable[[], int]) -> in
 
     Where the process is not the command `cabledrive` itself, signals are left as they are.
 
-    Parameters
-    ----------
-    run : callable
-        Returns the exit status.
-    interrupted : callable
-        Says that the run was interrupted, and returns the status for it.
-
-    Returns
-    -------
-    int
-        Exit status.
+    ``run``: returns the exit status; ``interrupted``: says that the run was interrupted, and returns the
+    status for it.
+    Returns exit status.
     """
     ours = _main_thread() and signal.getsignal(signal.SIGINT) is leave_at_once
     if ours:

@@ -13,14 +13,7 @@ Chooser = Callable[[Any], Any]
 def reading_options(function: Callable[..., Any]) -> Callable[..., Any]:
     """Give a command the options ``--column``, ``--skip-rows`` and ``--resample``.
 
-    Parameters
-    ----------
-    function : callable
-        Takes ``choose``, see `Chooser`.
-
-    Returns
-    -------
-    callable
+    ``function``: takes ``choose``, see `Chooser`.
     """
 
     @click.option(

@@ -40,25 +40,12 @@ class Door(click.Group):
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Names of the subcommands: those of the modules in `cabledrive.app.commands`.
 
-        Parameters
-        ----------
-        ctx : click.Context
-
-        Returns
-        -------
-        list of str
-            In alphabetical order.
+        Returns in alphabetical order.
         """
         return sorted(module.name for module in pkgutil.iter_modules(commands.__path__))
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the commands by what they are for, each with its whole first sentence.
-
-        Parameters
-        ----------
-        ctx : click.Context
-        formatter : click.HelpFormatter
-        """
+        """Write the commands by what they are for, each with its whole first sentence."""
         names = self.list_commands(ctx)
         sorted_in = {name for group in SECTIONS.values() for name in group}
         more = tuple(name for name in names if name not in sorted_in)
@@ -75,15 +62,7 @@ class Door(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import a subcommand.
 
-        Parameters
-        ----------
-        ctx : click.Context
-        cmd_name : str
-
-        Returns
-        -------
-        click.Command or None
-            None if there is no such subcommand.
+        Returns none if there is no such subcommand.
         """
         if cmd_name not in self.list_commands(ctx):
             return None
@@ -95,21 +74,9 @@ class Door(click.Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Find the subcommand that the arguments name.
 
-        Parameters
-        ----------
-        ctx : click.Context
-        args : list of str
-            The subcommand's name and its arguments.
-
-        Returns
-        -------
-        (str, click.Command, list of str)
-            Name, subcommand, its arguments.
-
-        Raises
-        ------
-        InputRefused
-            If there is no such subcommand.
+        ``args``: the subcommand's name and its arguments.
+        Returns name, subcommand, its arguments.
+        Raises `InputRefused` if there is no such subcommand.
         """
         known = self.list_commands(ctx)
         if args[0] not in known and not ctx.resilient_parsing:
@@ -119,25 +86,13 @@ class Door(click.Group):
     def make_context(self, *args: Any, **extra: Any) -> click.Context:
         """Read the arguments; ``--help`` and ``--version`` answer here.
 
-        Parameters
-        ----------
-        *args, **extra
-            For click.
-
-        Returns
-        -------
-        click.Context
+        ``*args``, ``**extra``: for click.
         """
         with watched_output():
             return super().make_context(*args, **extra)
 
     def invoke(self, ctx: click.Context) -> None:
-        """Run the subcommand.
-
-        Parameters
-        ----------
-        ctx : click.Context
-        """
+        """Run the subcommand."""
         try:
             super().invoke(ctx)
         except KeyboardInterrupt as end:
@@ -152,18 +107,8 @@ class Door(click.Group):
     ) -> None:
         """Run the command and exit with its status.
 
-        Parameters
-        ----------
-        args : sequence of str, optional
-            Arguments; those of the process by default.
-        prog_name : str, optional
-        **extra
-            For click.
-
-        Raises
-        ------
-        SystemExit
-            Always, with the exit status; see `cabledrive.app.failures`.
+        ``args``: arguments; those of the process by default; ``**extra``: for click.
+        Raises `SystemExit` always, with the exit status; see `cabledrive.app.failures`.
         """
         options = {**extra, "standalone_mode": False}
         raise SystemExit(

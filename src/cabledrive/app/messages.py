@@ -14,31 +14,18 @@ QUIET, BEGUN = "cabledrive.quiet", "cabledrive.begun"
 def colours() -> bool | None:
     """Whether to colour: never under NO_COLOR, else where a terminal reads.
 
-    Returns
-    -------
-    bool or None
-        False, or None: click looks whether it is a terminal.
+    Returns false, or None: click looks whether it is a terminal.
     """
     return False if os.environ.get("NO_COLOR") else None
 
 
 def complain(message: str) -> None:
-    """Write the one line that says why there is no result.
-
-    Parameters
-    ----------
-    message : str
-    """
+    """Write the one line that says why there is no result."""
     _write(f"{click.style(f'{PROGRAM}:', fg='red', bold=True)} {message}")
 
 
 def note(message: str) -> None:
-    """Write a note or the progress of long work; nothing under ``--quiet``, with times under ``--verbose``.
-
-    Parameters
-    ----------
-    message : str
-    """
+    """Write a note or the progress of long work; none under ``--quiet``, with times under ``--verbose``."""
     context = click.get_current_context(silent=True)
     told = {} if context is None else context.meta
     if not told.get(QUIET):

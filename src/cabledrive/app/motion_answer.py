@@ -14,14 +14,7 @@ EXCITATION_WORDS = {"direct": "excited directly through sag", "parametric": "exc
 def alarm_data(judged: AlarmResult) -> dict[str, Any]:
     """The verdict on a motion as JSON gives it.
 
-    Parameters
-    ----------
-    judged : AlarmResult
-
-    Returns
-    -------
-    dict
-        SI.
+    Returns SI.
     """
     return {
         "verdict": judged.verdict,
@@ -45,16 +38,7 @@ def _or_beyond(value: float | None) -> Any:
 
 
 def alarm_text(judged: AlarmResult) -> str:
-    """The verdict on a motion for people, with the three largest modes.
-
-    Parameters
-    ----------
-    judged : AlarmResult
-
-    Returns
-    -------
-    str
-    """
+    """The verdict on a motion for people, with the three largest modes."""
     from cabledrive.report.numbers import quantity
 
     lines = [f"motion: {judged.verdict}", *(f"  {reason}" for reason in judged.reasons)]

@@ -30,12 +30,7 @@ class NewFile:
     force: bool
 
     def write(self, content: str | bytes) -> None:
-        """Write it whole or not at all, and say so.
-
-        Parameters
-        ----------
-        content : str or bytes
-        """
+        """Write it whole or not at all, and say so."""
         write_whole(self.path, content, force=self.force)
         note(f"written to {self.path}")
 
@@ -51,20 +46,8 @@ class NewFileType(click.ParamType):  # type: ignore[type-arg]
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> NewFile:
         """Check a path that is going to be written.
 
-        Parameters
-        ----------
-        value : str
-        param : click.Parameter
-        ctx : click.Context
-
-        Returns
-        -------
-        NewFile
-
-        Raises
-        ------
-        InputRefused
-            If it exists (without ``--force``), cannot be written, has a wrong ending, or is asked for twice.
+        Raises `InputRefused` if it exists (without ``--force``), cannot be written, has a wrong ending, or is
+        asked for twice.
         """
         assert ctx is not None
         force = bool(ctx.meta.get(FORCE))

@@ -42,19 +42,7 @@ class Subcommand(click.Command):
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Read the arguments; no file that is read is written over, not even with ``--force``.
 
-        Parameters
-        ----------
-        ctx : click.Context
-        args : list of str
-
-        Returns
-        -------
-        list of str
-
-        Raises
-        ------
-        InputRefused
-            If one file is named to be read and to be written.
+        Raises `InputRefused` if one file is named to be read and to be written.
         """
         rest = super().parse_args(ctx, args)
         given = [name for value in ctx.params.values() for name in _texts(value)]
@@ -67,13 +55,7 @@ class Subcommand(click.Command):
         return rest
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the options in two lists.
-
-        Parameters
-        ----------
-        ctx : click.Context
-        formatter : click.HelpFormatter
-        """
+        """Write the options in two lists."""
         options = [option for option in self.get_params(ctx) if option.param_type_name == "option"]
         shared = [option for option in options if SHARED & set(option.opts)]
         own = [option for option in options if not SHARED & set(option.opts)]
@@ -105,20 +87,7 @@ class Quantity(click.ParamType):  # type: ignore[type-arg]
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """Turn the text of an option into a number in SI.
 
-        Parameters
-        ----------
-        value : str
-        param : click.Parameter
-        ctx : click.Context
-
-        Returns
-        -------
-        float
-
-        Raises
-        ------
-        InputRefused
-            If it is no number, or one of another dimension.
+        Raises `InputRefused` if it is no number, or one of another dimension.
         """
         try:
             return to_si(value, self.unit) if isinstance(value, str) else float(value)
@@ -129,14 +98,7 @@ class Quantity(click.ParamType):  # type: ignore[type-arg]
 def drive_argument(function: Function) -> Function:
     """Give a command the argument DRIVE and the option ``--set``; it is called with the drive itself.
 
-    Parameters
-    ----------
-    function : callable
-        Takes ``drive``.
-
-    Returns
-    -------
-    callable
+    ``function``: takes ``drive``.
     """
 
     @click.argument("drive", metavar="DRIVE", shell_complete=complete_drive)
@@ -157,16 +119,7 @@ def drive_argument(function: Function) -> Function:
 
 
 def force_option(function: Function) -> Function:
-    """Give a command the option ``--force``, which its `NewFileType` options obey.
-
-    Parameters
-    ----------
-    function : callable
-
-    Returns
-    -------
-    callable
-    """
+    """Give a command the option ``--force``, which its `NewFileType` options obey."""
 
     def _remember(ctx: click.Context, param: click.Parameter, value: bool) -> None:
         ctx.meta[FORCE] = value
@@ -178,14 +131,7 @@ def force_option(function: Function) -> Function:
 def saves_answer(function: Function) -> Function:
     """Give a command the options ``--output`` and ``--force``: its JSON object goes into a file as well.
 
-    Parameters
-    ----------
-    function : callable
-        Returns an `Answer`.
-
-    Returns
-    -------
-    callable
+    ``function``: returns an `Answer`.
     """
 
     @force_option
@@ -213,19 +159,8 @@ def saves_answer(function: Function) -> Function:
 def answering(function: Function) -> Function:
     """Give a command the options ``--json``, ``--quiet`` and ``--verbose``, and show what it returns.
 
-    Parameters
-    ----------
-    function : callable
-        Returns an `Answer`.
-
-    Returns
-    -------
-    callable
-
-    Raises
-    ------
-    NotComputed
-        By the command, once it has shown an incomplete answer.
+    ``function``: returns an `Answer`.
+    Raises `NotComputed` by the command, once it has shown an incomplete answer.
     """
 
     @click.option("--json", "as_json", is_flag=True, help="Print one JSON object, in SI.")

@@ -24,18 +24,8 @@ def resonance_data(
 ) -> dict[str, Any]:
     """The summary as JSON gives it.
 
-    Parameters
-    ----------
-    drive : Drive
-    found : ResonanceSummary
-    changes : tuple of Remedy
-    load_torque : float, default 0.0
-        Steady torque on the load pulley [N m].
-
-    Returns
-    -------
-    dict
-        SI; frequencies in Hz where the key says so.
+    ``load_torque``: steady torque on the load pulley [N m].
+    Returns SI; frequencies in Hz where the key says so.
     """
     standing = found.standing
     data: dict[str, Any] = {name: _number(found, name) for name in NUMBERS}
@@ -127,14 +117,7 @@ def _required(drive: Drive, found: ResonanceSummary, load_torque: float) -> Any:
 def branch_data(branch: SteadyBranch) -> dict[str, Any]:
     """A branch of steady motion as JSON gives it.
 
-    Parameters
-    ----------
-    branch : SteadyBranch
-
-    Returns
-    -------
-    dict
-        SI.
+    Returns SI.
     """
     return {
         "spans": branch.spans,
@@ -155,15 +138,7 @@ def branch_data(branch: SteadyBranch) -> dict[str, Any]:
 def branches_text(branches: tuple[SteadyBranch, ...], torque: float) -> str:
     """Branches of steady motion for people.
 
-    Parameters
-    ----------
-    branches : tuple of SteadyBranch
-    torque : float
-        Where amplitudes are told [N m].
-
-    Returns
-    -------
-    str
+    ``torque``: where amplitudes are told [N m].
     """
     from cabledrive.report.numbers import quantity
 
@@ -193,18 +168,7 @@ def _number(found: ResonanceSummary, name: str) -> Any:
 
 
 def resonance_text(drive: Drive, found: ResonanceSummary, changes: tuple[Remedy, ...]) -> str:
-    """The summary for people.
-
-    Parameters
-    ----------
-    drive : Drive
-    found : ResonanceSummary
-    changes : tuple of Remedy
-
-    Returns
-    -------
-    str
-    """
+    """The summary for people."""
     from cabledrive.report.numbers import quantity
 
     lines = [

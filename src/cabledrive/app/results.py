@@ -61,23 +61,9 @@ def provenance(
 ) -> dict[str, Any]:
     """Where a result comes from.
 
-    Parameters
-    ----------
-    drive : Drive, optional
-        The drive that was computed.
-    method : str, optional
-        How it was computed.
-    step : float, optional
-        Time step or mesh size, in SI.
-    tolerances : mapping, optional
-        Tolerances of the method by name.
-    seed : int, optional
-        Seed of the random numbers.
-
-    Returns
-    -------
-    dict
-        The version of cabledrive and what was given.
+    ``drive``: the drive that was computed; ``method``: how it was computed; ``step``: time step or mesh size,
+    in SI; ``tolerances``: tolerances of the method by name; ``seed``: seed of the random numbers.
+    Returns the version of cabledrive and what was given.
     """
     given = {
         "drive": drive and drive.name,
@@ -93,14 +79,7 @@ def provenance(
 def json_text(answer: Answer) -> str:
     """The JSON object of an answer.
 
-    Parameters
-    ----------
-    answer : Answer
-
-    Returns
-    -------
-    str
-        ASCII, so that it passes through every terminal and pipe.
+    Returns ASCII, so that it passes through every terminal and pipe.
     """
     data = dict(answer.data)
     if answer.incomplete is not None:
@@ -113,16 +92,9 @@ def json_text(answer: Answer) -> str:
 def plain(value: Any) -> Any:
     """What JSON can hold of a value.
 
-    Parameters
-    ----------
-    value : object
-        Mappings, sequences, arrays, dataclasses, numbers, words; `Absent` and numbers that are not finite
-        only inside a mapping, which takes the reason.
-
-    Returns
-    -------
-    object
-        Dictionaries, lists, finite numbers, words, None.
+    ``value``: mappings, sequences, arrays, dataclasses, numbers, words; `Absent` and numbers that are not
+    finite only inside a mapping, which takes the reason.
+    Returns dictionaries, lists, finite numbers, words, None.
     """
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         value = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
@@ -140,11 +112,7 @@ def plain(value: Any) -> Any:
 def show(answer: Answer, *, as_json: bool) -> None:
     """Print an answer on standard output, and nothing else there.
 
-    Parameters
-    ----------
-    answer : Answer
-    as_json : bool
-        Whether a program reads it.
+    ``as_json``: whether a program reads it.
     """
     text = json_text(answer) if as_json else _printable(answer.text)
     with watched_output():

@@ -29,21 +29,9 @@ def check_run(
 ) -> None:
     """Refuse a run of the rig that would not end, or not fit into memory.
 
-    Parameters
-    ----------
-    drive : Drive
-        The plant.
-    motion : Motion
-    options : RigOptions
-    draws : int, default 0
-        Plants that are run besides.
-    cable : bool, default False
-        Whether the distributed cable is the plant.
-
-    Raises
-    ------
-    InputRefused
-        If a bound is passed, or a disturbance comes after the end of the motion.
+    ``drive``: the plant; ``draws``: plants that are run besides; ``cable``: whether the distributed cable is
+    the plant.
+    Raises `InputRefused` if a bound is passed, or a disturbance comes after the end of the motion.
     """
     if not isfinite(motion.angle):
         raise InputRefused(f"angle = {motion.angle:.4g} deg must be finite: give one in deg")
@@ -60,16 +48,8 @@ def check_run(
 def check_record(duration: float, samples: float) -> None:
     """Refuse a record that would not fit into memory.
 
-    Parameters
-    ----------
-    duration : float
-        Of the motion [s].
-    samples : float
-
-    Raises
-    ------
-    InputRefused
-        If it takes more than `MOST_MEMORY`.
+    ``duration``: of the motion [s].
+    Raises `InputRefused` if it takes more than `MOST_MEMORY`.
     """
     size = BYTES_PER_SAMPLE * samples
     if size > MOST_MEMORY:
@@ -126,15 +106,8 @@ def _check_segments(drive: Drive, segments: int, duration: float) -> None:
 def check_excitation(drive: Drive, excitation: Excitation) -> None:
     """Refuse an experiment whose log does not fit into memory, or whose command the samples cannot carry.
 
-    Parameters
-    ----------
-    drive : Drive
-    excitation : Excitation
-
-    Raises
-    ------
-    InputRefused
-        If the log is too long, a frequency is not between 0 and half the sample rate, or a period is not one.
+    Raises `InputRefused` if the log is too long, a frequency is not between 0 and half the sample rate, or a
+    period is not one.
     """
     e, rate = excitation, 1.0 / sample_interval(drive)
     size = BYTES_PER_ROW * e.duration * rate

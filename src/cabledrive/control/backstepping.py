@@ -69,21 +69,8 @@ class BacksteppingGains:
 def backstepping_gains(bandwidth: float | None = None, *, adaptation: float = 1e-6) -> BacksteppingGains:
     """Equal bandwidth in every step.
 
-    Parameters
-    ----------
-    bandwidth : float, optional
-        [Hz]; 10.5 as printed unless told.
-    adaptation : float, default 1e-6
-        gamma.
-
-    Returns
-    -------
-    BacksteppingGains
-
-    Raises
-    ------
-    InputRefused
-        If the bandwidth is not positive or the adaptation negative.
+    ``bandwidth`` [Hz]; 10.5 as printed unless told; ``adaptation``: gamma.
+    Raises `InputRefused` if the bandwidth is not positive or the adaptation negative.
     """
     hertz = PRINTED_HZ if bandwidth is None else bandwidth
     if not isfinite(hertz) or hertz <= 0.0:
@@ -101,24 +88,10 @@ def backstepping_gains(bandwidth: float | None = None, *, adaptation: float = 1e
 def unmatched_parameters(chain: LumpedChain) -> tuple[Array, Array, float]:
     """The seven parameters of (6.69), their half widths, and beta_n.
 
-    Parameters
-    ----------
-    chain : LumpedChain
-        Two inertias between equal angles, Model 3.
-
-    Returns
-    -------
-    parameters : ndarray, shape (7,)
-        p1 to p7.
-    half_widths : ndarray, shape (7,)
-        Table 6.3 in proportion; 2 rad/s^2 for p2 and 0.01 N m for p6, which it lacks.
-    beta : float
-        [1/s^2].
-
-    Raises
-    ------
-    InputRefused
-        If the row has not two inertias.
+    ``chain``: two inertias between equal angles, Model 3.
+    Returns ``parameters``, shape (7,): p1 to p7; ``half_widths``, shape (7,): Table 6.3 in proportion; 2
+    rad/s^2 for p2 and 0.01 N m for p6, which it lacks; ``beta`` [1/s^2].
+    Raises `InputRefused` if the row has not two inertias.
     """
     if chain.size != 2:
         raise InputRefused(f"{chain.size} inertias given, backstepping of (6.69) takes 2: use Model 3")
@@ -144,16 +117,7 @@ def unmatched_parameters(chain: LumpedChain) -> tuple[Array, Array, float]:
 def backstepping_numbers(chain: LumpedChain, gains: BacksteppingGains, interval: float) -> LawNumbers:
     """Freeze the backstepping law of Model 3.
 
-    Parameters
-    ----------
-    chain : LumpedChain
-    gains : BacksteppingGains
-    interval : float
-        Sample time [s].
-
-    Returns
-    -------
-    LawNumbers
+    ``interval``: sample time [s].
     """
     parameters, widths, beta = unmatched_parameters(chain)
     learning = learning_table(
@@ -168,15 +132,8 @@ def backstepping_numbers(chain: LumpedChain, gains: BacksteppingGains, interval:
 def error_matrix(gains: BacksteppingGains, p1: float) -> Array:
     """A_z of the errors' dynamics, Eq. (6.103) with its (3, 4) entry mended.
 
-    Parameters
-    ----------
-    gains : BacksteppingGains
-    p1 : float
-        beta / beta_n.
-
-    Returns
-    -------
-    ndarray, shape (4, 4)
+    ``p1``: beta / beta_n.
+    Returns shape (4, 4).
     """
     matrix = np.diag([1.0, p1, 1.0], 1)
     return matrix - gains.matrix
@@ -187,15 +144,7 @@ def scaled_stability(gains: BacksteppingGains, p1: float) -> float:
 
     The printed sum adds rad to rad/s^3; :math:`z_i k_1^{1-i}` have one unit.
 
-    Parameters
-    ----------
-    gains : BacksteppingGains
-    p1 : float
-
-    Returns
-    -------
-    float
-        Above 0: the sufficient condition of the theorem holds.
+    Returns above 0: the sufficient condition of the theorem holds.
     """
     scale = np.diag(gains.k1 ** -np.arange(4.0))
     matrix = scale @ error_matrix(gains, p1) @ np.linalg.inv(scale)

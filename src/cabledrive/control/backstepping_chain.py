@@ -33,20 +33,9 @@ _CABLE, _LOAD, _JOINT, _PULLEY = 0.05, 0.05, 0.10, 0.05
 def chain_scales(chain: LumpedChain) -> tuple[float, float]:
     """S_1 and S_2, which give the virtual controls gain one.
 
-    Parameters
-    ----------
-    chain : LumpedChain
-        Three inertias between equal angles, Model 4.
-
-    Returns
-    -------
-    s1, s2 : float
-        [1/s^2], [1/s^4].
-
-    Raises
-    ------
-    InputRefused
-        If the row has not three inertias.
+    ``chain``: three inertias between equal angles, Model 4.
+    Returns ``s1, s2`` [1/s^2], [1/s^4].
+    Raises `InputRefused` if the row has not three inertias.
     """
     if chain.size != 3:
         raise InputRefused(f"{chain.size} inertias given, backstepping of six states takes 3: use Model 4")
@@ -57,18 +46,9 @@ def chain_scales(chain: LumpedChain) -> tuple[float, float]:
 def chain_parameters(chain: LumpedChain) -> tuple[Array, Array]:
     """The ten parameters and their half widths.
 
-    Parameters
-    ----------
-    chain : LumpedChain
-        Three inertias between equal angles, Model 4.
-
-    Returns
-    -------
-    parameters : ndarray, shape (10,)
-        p1 to p10.
-    half_widths : ndarray, shape (10,)
-        From 5 % of cable and load, 10 % of the joint, 5 % of the drive pulley, 2 rad/s^2 of load and the
-        printed bounds of the motor.
+    ``chain``: three inertias between equal angles, Model 4.
+    Returns ``parameters``, shape (10,): p1 to p10; ``half_widths``, shape (10,): from 5 % of cable and load,
+    10 % of the joint, 5 % of the drive pulley, 2 rad/s^2 of load and the printed bounds of the motor.
     """
     s2 = chain_scales(chain)[1]
     motor, pulley, load = chain.inertias
@@ -114,18 +94,10 @@ def chain_reference(chain: LumpedChain, wanted: Array, interval: float) -> Array
     Along the reference :math:`x_3 = \ddot y_d/D_2` and :math:`x_5 = S_1(1 + J_2/J_{12})\ddot y_d/D_1 +
     y_d^{(4)}/(D_1D_2)`; what the undamped chain lacks of their rates is :math:`w_j`.
 
-    Parameters
-    ----------
-    chain : LumpedChain
-    wanted : ndarray, shape (7, samples)
-        Wanted load angle at the first shaft, to its sixth derivative.
-    interval : float
-        Sample time [s].
-
-    Returns
-    -------
-    ndarray, shape (samples, 17)
-        y_d to its sixth derivative, w1 to its fourth, w2 to its second, w3, speed of the motor.
+    ``wanted``, shape (7, samples): wanted load angle at the first shaft, to its sixth derivative;
+    ``interval``: sample time [s].
+    Returns shape (samples, 17): y_d to its sixth derivative, w1 to its fourth, w2 to its second, w3, speed of
+    the motor.
     """
     s1, s2 = chain_scales(chain)
     motor, pulley, load = chain.inertias
@@ -146,24 +118,9 @@ def chain_reference(chain: LumpedChain, wanted: Array, interval: float) -> Array
 def chain_numbers(chain: LumpedChain, bandwidth: float, adaptation: float, interval: float) -> LawNumbers:
     """Freeze the law of six states.
 
-    Parameters
-    ----------
-    chain : LumpedChain
-    bandwidth : float
-        [Hz].
-    adaptation : float
-        gamma of Gamma = gamma W_p^2, (6.36); 0: estimates stay.
-    interval : float
-        Sample time [s].
-
-    Returns
-    -------
-    LawNumbers
-
-    Raises
-    ------
-    InputRefused
-        If the bandwidth is not positive or the adaptation negative.
+    ``bandwidth`` [Hz]; ``adaptation``: gamma of Gamma = gamma W_p^2, (6.36); 0: estimates stay; ``interval``:
+    sample time [s].
+    Raises `InputRefused` if the bandwidth is not positive or the adaptation negative.
     """
     if not isfinite(bandwidth) or bandwidth <= 0.0:
         raise InputRefused(

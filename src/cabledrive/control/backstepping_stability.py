@@ -26,16 +26,8 @@ STEP = 1e-30
 def errors_matrix(law: LawNumbers, estimate: Array, size: int) -> Array:
     """A of the errors' dynamics with fixed estimates, as (6.103) for any length.
 
-    Parameters
-    ----------
-    law : LawNumbers
-    estimate : ndarray, shape (p,)
-    size : {4, 6}
-        Number of states.
-
-    Returns
-    -------
-    ndarray, shape (size, size)
+    ``estimate``, shape (p,); ``size``, {4, 6}: number of states.
+    Returns shape (size, size).
     """
     matrix = np.diag(np.ones(size - 1), 1) - law.matrix
     for place in range(1, size - 1, 2):
@@ -46,15 +38,8 @@ def errors_matrix(law: LawNumbers, estimate: Array, size: int) -> Array:
 def scaled_states(law: LawNumbers, states: Array) -> Array:
     """States x of the law from angles and speeds.
 
-    Parameters
-    ----------
-    law : LawNumbers
-    states : ndarray, shape (2n,)
-        Angles, then speeds, from the motor to the load.
-
-    Returns
-    -------
-    ndarray, shape (2n,)
+    ``states``, shape (2n,): angles, then speeds, from the motor to the load.
+    Returns shape (2n,).
     """
     n = len(states) // 2
     x = np.empty(2 * n)
@@ -69,15 +54,7 @@ def scaled_states(law: LawNumbers, states: Array) -> Array:
 def backstepping_row(law: LawNumbers, size: int) -> list[float]:
     """Command per angle and speed, estimates fixed, without Coulomb friction and offset.
 
-    Parameters
-    ----------
-    law : LawNumbers
-    size : {4, 6}
-        Number of states.
-
-    Returns
-    -------
-    list of float, length size
+    ``size``, {4, 6}: number of states.
     """
     estimate = law.learning[NOMINAL].copy()
     estimate[-3:-1] = 0.0  # Coulomb friction and offset, before the gain of the input
@@ -101,19 +78,9 @@ def law_step(
 def stability_margin(law: LawNumbers, estimate: Array, states: Array, reference: Array) -> float:
     r"""Smallest eigenvalue of D_z over all signs at one state, the condition of Eq. (6.100).
 
-    Parameters
-    ----------
-    law : LawNumbers
-        From `backstepping_numbers` or `chain_numbers`.
-    estimate : ndarray, shape (p,)
-    states : ndarray, shape (2n,)
-    reference : ndarray, shape (columns,)
-        The law's reference at that sample.
-
-    Returns
-    -------
-    float
-        [rad/s]; above 0: the condition holds there.
+    ``law``: from `backstepping_numbers` or `chain_numbers`; ``estimate``, shape (p,); ``states``, shape
+    (2n,); ``reference``, shape (columns,): the law's reference at that sample.
+    Returns [rad/s]; above 0: the condition holds there.
     """
     size = len(states)
     x, speed = scaled_states(law, states), states[size // 2]

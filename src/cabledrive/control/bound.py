@@ -37,18 +37,9 @@ class ErrorBound:
 def uncertainty(regressor: Array, spread: Array, delta: Array | float) -> Array:
     r"""Largest torque of all uncertainty, each parameter weighted by its own regressor.
 
-    Parameters
-    ----------
-    regressor : ndarray, shape (samples, 4)
-    spread : ndarray, shape (4,)
-        Widths of the bounds of p2 to p5.
-    delta : ndarray, shape (samples,), or float
-        Bound of the disturbance [N m]; with friction that sticks at least its Coulomb torque.
-
-    Returns
-    -------
-    ndarray, shape (samples,)
-        h [N m].
+    ``regressor``, shape (samples, 4); ``spread``, shape (4,): widths of the bounds of p2 to p5; ``delta``,
+    shape (samples,): bound of the disturbance [N m]; with friction that sticks at least its Coulomb torque.
+    Returns shape (samples,): h [N m].
     """
     return np.abs(regressor) @ spread + delta
 
@@ -56,15 +47,8 @@ def uncertainty(regressor: Array, spread: Array, delta: Array | float) -> Array:
 def printed_uncertainty(regressor: Array, spread: Array, delta: Array | float) -> Array:
     r"""The same by :math:`\|p_{max} - p_{min}\|\,\|\varphi\| + \delta`, as (6.22) takes it.
 
-    Parameters
-    ----------
-    regressor : ndarray, shape (samples, 4)
-    spread : ndarray, shape (4,)
-    delta : ndarray, shape (samples,), or float
-
-    Returns
-    -------
-    ndarray, shape (samples,)
+    ``regressor``, shape (samples, 4); ``spread``, shape (4,); ``delta``, shape (samples,).
+    Returns shape (samples,).
     """
     return np.linalg.norm(regressor, axis=1) * np.linalg.norm(spread) + delta
 
@@ -85,27 +69,11 @@ def error_bound(
     :math:`\mu` may lie anywhere between the bounds of the motor's inertia: the tube grows with the smallest
     one and shrinks with the largest.
 
-    Parameters
-    ----------
-    law : LawNumbers
-        A law of the chain.
-    bandwidth : float
-        lambda [rad/s].
-    regressor : ndarray, shape (samples, 4)
-        phi along the motion.
-    delta : ndarray, shape (samples,), or float
-        Bound of the disturbance [N m].
-    interval : float
-        Sample time [s].
-    times : ndarray, shape (n - 1,)
-        b_i / k_i of the links [s].
-    deviation : ndarray, shape (samples, 4), optional
-        By how much the regressor of the true states differs from ``regressor``, where the law compensates
-        with the nominal parameters for it (desired compensation).
-
-    Returns
-    -------
-    ErrorBound
+    ``law``: a law of the chain; ``bandwidth``: lambda [rad/s]; ``regressor``, shape (samples, 4): phi along
+    the motion; ``delta``, shape (samples,): bound of the disturbance [N m]; ``interval``: sample time [s];
+    ``times``, shape (n - 1,): b_i / k_i of the links [s]; ``deviation``, shape (samples, 4): by how much the
+    regressor of the true states differs from ``regressor``, where the law compensates with the nominal
+    parameters for it (desired compensation).
     """
     nominal, low, high = law.learning[NOMINAL], law.learning[LOW], law.learning[HIGH]
     spread, order = high - low, law.matrix.shape[0] - 1
@@ -126,19 +94,9 @@ def error_bound(
 def sliding_tube(h: Array, k_sigma: float, mu: Array, interval: float) -> Array:
     r"""Largest :math:`|\sigma|` under :math:`\mu|\sigma|' \le h - K_\sigma|\sigma|`, from zero.
 
-    Parameters
-    ----------
-    h : ndarray, shape (samples - 1,)
-        From each sample to the next, not negative [N m].
-    k_sigma : float
-    mu : ndarray, shape (k,)
-        Values between which mu may lie.
-    interval : float
-        Sample time [s].
-
-    Returns
-    -------
-    ndarray, shape (samples,)
+    ``h``, shape (samples - 1,): from each sample to the next, not negative [N m]; ``mu``, shape (k,): values
+    between which mu may lie; ``interval``: sample time [s].
+    Returns shape (samples,).
     """
     fast, slow = (float(np.exp(-k_sigma * interval / one)) for one in (np.min(mu), np.max(mu)))
     found, bound = [0.0], 0.0
@@ -152,21 +110,9 @@ def sliding_tube(h: Array, k_sigma: float, mu: Array, interval: float) -> Array:
 def output_tube(sliding: Array, bandwidth: float, order: int, interval: float, times: Array) -> Array:
     """Bound of the load's angle from one of the sliding variable, through 1/(s + lambda) order times.
 
-    Parameters
-    ----------
-    sliding : ndarray, shape (samples,)
-    bandwidth : float
-        lambda [rad/s].
-    order : int
-    interval : float
-        Sample time [s].
-    times : ndarray, shape (n - 1,)
-        b_i / k_i of the links [s].
-
-    Returns
-    -------
-    ndarray, shape (samples,)
-        [rad].
+    ``sliding``, shape (samples,); ``bandwidth``: lambda [rad/s]; ``interval``: sample time [s]; ``times``,
+    shape (n - 1,): b_i / k_i of the links [s].
+    Returns shape (samples,) [rad].
     """
     bound = sliding
     for i in range(order):
@@ -212,19 +158,8 @@ def robust_conditions(
     The corrected example of (6.22) is :math:`u_{s2} = -\sigma h^2/(4\epsilon)`; with a constant gain
     :math:`k_{\sigma s}` the condition holds for every :math:`\epsilon \ge h^2/(4k_{\sigma s})`.
 
-    Parameters
-    ----------
-    law : LawNumbers
-    sigma : ndarray, shape (samples,)
-    regressor : ndarray, shape (samples, 4)
-    delta : ndarray, shape (samples,), or float
-        [N m].
-    share : float, default 0.5
-        k_sigma_s over K_sigma; one half gives the best bound.
-
-    Returns
-    -------
-    RobustConditions
+    ``sigma``, shape (samples,); ``regressor``, shape (samples, 4); ``delta``, shape (samples,) [N m];
+    ``share``: k_sigma_s over K_sigma; one half gives the best bound.
     """
     gain = share * law.k_sigma
     h = uncertainty(regressor, law.learning[HIGH] - law.learning[LOW], delta)

@@ -67,16 +67,8 @@ class DarcStep:
 def surface(order: int, bandwidth: float) -> Array:
     r"""Coefficients of :math:`(s + \lambda)^{n}`, of rising powers, Eqs. (6.18), (6.41), (6.50) and (6.60).
 
-    Parameters
-    ----------
-    order : int
-        Power n.
-    bandwidth : float
-        Lambda [rad/s].
-
-    Returns
-    -------
-    ndarray, shape (n + 1,)
+    ``order``: power n; ``bandwidth``: lambda [rad/s].
+    Returns shape (n + 1,).
     """
     return np.array([comb(order, i) * bandwidth ** (order - i) for i in range(order + 1)])
 
@@ -94,26 +86,11 @@ def darc_numbers(
 ) -> LawNumbers:
     """Freeze a law of the chain.
 
-    Parameters
-    ----------
-    flat : FlatOutput
-        Of the row it is made for; without dampers for the printed laws.
-    gains : DarcGains
-    bounds : Bounds
-    reference : ndarray, shape (samples, 2n + 3)
-        From `cabledrive.control.reference.flat_reference`; sets the adaptation gain.
-    interval : float
-        Sample time [s].
-    friction_by_reference : bool, default False
-        S = tanh(50 w_d) of the reference instead of tanh(0.5 w) of the motor.
-    desired : bool, default False
-        Adaptation by the regressor of the reference (desired compensation).
-    rate_limit : ndarray, shape (4,), optional
-        Largest rates of the estimates; none unless told.
-
-    Returns
-    -------
-    LawNumbers
+    ``flat``: of the row it is made for; without dampers for the printed laws; ``reference``, shape (samples,
+    2n + 3): from `cabledrive.control.reference.flat_reference`; sets the adaptation gain; ``interval``:
+    sample time [s]; ``friction_by_reference``: S = tanh(50 w_d) of the reference instead of tanh(0.5 w) of
+    the motor; ``desired``: adaptation by the regressor of the reference (desired compensation);
+    ``rate_limit``, shape (4,): largest rates of the estimates; none unless told.
     """
     n2 = 2 * flat.size
     mu = mu_of(flat, bounds.nominal[0])
@@ -135,15 +112,8 @@ def darc_numbers(
 def reference_regressor(reference: Array, slope: float) -> Array:
     """Phi along the reference.
 
-    Parameters
-    ----------
-    reference : ndarray, shape (samples, 2n + 3)
-    slope : float
-        K of tanh(K w) [s/rad].
-
-    Returns
-    -------
-    ndarray, shape (samples, 4)
+    ``reference``, shape (samples, 2n + 3); ``slope``: K of tanh(K w) [s/rad].
+    Returns shape (samples, 4).
     """
     speed, acceleration = reference[:, -2], reference[:, -1]
     return np.column_stack((-acceleration, -speed, -np.tanh(slope * speed), np.ones(len(speed))))
@@ -152,20 +122,8 @@ def reference_regressor(reference: Array, slope: float) -> Array:
 def darc_step(law: LawNumbers, estimate: Array, states: Array, reference: Array) -> DarcStep:
     r"""One sample of the law of the chain, Eqs. (6.20), (6.43), (6.53) and (6.63).
 
-    Parameters
-    ----------
-    law : LawNumbers
-        From `darc_numbers`.
-    estimate : ndarray, shape (4,)
-        p2 to p5.
-    states : ndarray, shape (2n,)
-        Angles, then speeds, from the motor to the load.
-    reference : ndarray, shape (2n + 3,)
-        One row of the reference.
-
-    Returns
-    -------
-    DarcStep
+    ``law``: from `darc_numbers`; ``estimate``, shape (4,): p2 to p5; ``states``, shape (2n,): angles, then
+    speeds, from the motor to the load; ``reference``, shape (2n + 3,): one row of the reference.
     """
     n2, rows, learning = len(states), law.rows, law.learning
     z = law.matrix @ states

@@ -59,16 +59,8 @@ class Bounds:
 def printed_bounds(chain: LumpedChain, *, flexible_joint: bool) -> Bounds:
     """Bounds in the proportions of sections 6.5.1 and 6.6.1 (there 0.0009 for the misprinted 0.009).
 
-    Parameters
-    ----------
-    chain : LumpedChain
-        The row the law is made for; its first inertia gives the nominal values.
-    flexible_joint : bool
-        Whether that inertia is the motor's alone, Models 2 and 4.
-
-    Returns
-    -------
-    Bounds
+    ``chain``: the row the law is made for; its first inertia gives the nominal values; ``flexible_joint``:
+    whether that inertia is the motor's alone, Models 2 and 4.
     """
     nominal = np.array([chain.inertias[0], chain.viscous[0], chain.coulomb[0], chain.offsets[0]])
     pairs = (_INERTIA[flexible_joint], _VISCOUS, _COULOMB)
@@ -117,23 +109,9 @@ def darc_gains(
 ) -> DarcGains:
     """Printed gains of a model, or the same proportions at another bandwidth.
 
-    Parameters
-    ----------
-    model : {1, 2, 3, 4}
-    bandwidth : float, optional
-        lambda/(2 pi) [Hz].
-    adaptation_share : float, default 1.0
-    least : float, optional
-        Lowest bandwidth that is let pass [Hz]; Model 2 has 12 Hz unless told.
-
-    Returns
-    -------
-    DarcGains
-
-    Raises
-    ------
-    InputRefused
-        If the bandwidth is not positive, or below the least that the law tolerates.
+    ``model``, {1, 2, 3, 4}; ``bandwidth``: lambda/(2 pi) [Hz]; ``least``: lowest bandwidth that is let pass
+    [Hz]; Model 2 has 12 Hz unless told.
+    Raises `InputRefused` if the bandwidth is not positive, or below the least that the law tolerates.
     """
     lam, rate = PRINTED_HZ[model] if bandwidth is None else (bandwidth, RATIO[model] * bandwidth)
     least = LEAST_HZ.get(model, 0.0) if least is None else least
@@ -156,18 +134,8 @@ def adaptation_gain(gains: DarcGains, bounds: Bounds, regressor: Array, mu: floa
         \Gamma = \gamma W_p^2, \quad W_p = \mathrm{diag}(p_{max} - p_{min}), \quad
         \gamma = \frac{k_m^2}{4\zeta_d^2\,\sup(\varphi_d^T W_p^2\varphi_d/\mu)}, \quad k_m = K_\sigma/\mu
 
-    Parameters
-    ----------
-    gains : DarcGains
-    bounds : Bounds
-    regressor : ndarray, shape (samples, 4)
-        phi along the reference.
-    mu : float
-        Of the sliding variable's dynamics.
-
-    Returns
-    -------
-    ndarray, shape (4,)
+    ``regressor``, shape (samples, 4): phi along the reference; ``mu``: of the sliding variable's dynamics.
+    Returns shape (4,).
     """
     squares = bounds.spread**2
     largest = float(np.max(regressor**2 @ squares)) / mu
@@ -180,14 +148,6 @@ def adaptation_gain(gains: DarcGains, bounds: Bounds, regressor: Array, mu: floa
 def mu_of(flat: FlatOutput, inertia: float) -> float:
     r"""Inertia :math:`\mu` of the sliding variable, as in (6.23), (6.45), (6.56), (6.65).
 
-    Parameters
-    ----------
-    flat : FlatOutput
-    inertia : float
-        Of the first inertia [kg m^2].
-
-    Returns
-    -------
-    float
+    ``inertia``: of the first inertia [kg m^2].
     """
     return inertia * flat.leading

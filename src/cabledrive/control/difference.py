@@ -19,25 +19,9 @@ def filtered_difference(
 
     The second-order filter of (4.1) lags more and was worse in closed loop at every cut-off tried.
 
-    Parameters
-    ----------
-    encoders : sequence of int, length m
-        Inertia that each encoder reads.
-    interval : float
-        Sample time h [s].
-    chosen : sequence of int
-        Inertias whose angles and speeds the law takes.
-    cut_off : float, default 200.0
-        f [Hz].
-
-    Returns
-    -------
-    ObserverNumbers
-
-    Raises
-    ------
-    InputRefused
-        If an inertia that the law takes has no encoder.
+    ``encoders``: inertia that each encoder reads; ``interval``: sample time h [s]; ``chosen``: inertias whose
+    angles and speeds the law takes; ``cut_off``: f [Hz].
+    Raises `InputRefused` if an inertia that the law takes has no encoder.
     """
     places = list(encoders)
     missing = [inertia for inertia in chosen if inertia not in places]
@@ -52,17 +36,7 @@ def filtered_difference(
 def ideal_states(n: int, interval: float, *, chosen: Sequence[int]) -> ObserverNumbers:
     """No observer: the law sees the true angles and speeds of a plant of n inertias.
 
-    Parameters
-    ----------
-    n : int
-    interval : float
-        Sample time [s].
-    chosen : sequence of int
-        Inertias whose angles and speeds the law takes.
-
-    Returns
-    -------
-    ObserverNumbers
+    ``interval``: sample time [s]; ``chosen``: inertias whose angles and speeds the law takes.
     """
     return _plain(IDEAL, interval, [*chosen, *(n + i for i in chosen)])
 

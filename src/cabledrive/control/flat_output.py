@@ -66,22 +66,10 @@ class FlatOutput:
 def flat_output(chain: LumpedChain, *, damped: bool = True) -> FlatOutput:
     """Polynomials of a row of inertias.
 
-    Parameters
-    ----------
-    chain : LumpedChain
-        All links between equal angles, see `cabledrive.reduction.reflected`. Its viscous friction beyond the
-        first inertia is counted, that of the first is the control law's business.
-    damped : bool, default True
-        Whether the dampers of the links are counted; the laws of the dissertation leave them out.
-
-    Returns
-    -------
-    FlatOutput
-
-    Raises
-    ------
-    InputRefused
-        If a link joins unequal angles.
+    ``chain``: all links between equal angles, see `cabledrive.reduction.reflected`. Its viscous friction
+    beyond the first inertia is counted, that of the first is the control law's business; ``damped``: whether
+    the dampers of the links are counted; the laws of the dissertation leave them out.
+    Raises `InputRefused` if a link joins unequal angles.
     """
     if any(ratio != (1.0, 1.0) for ratio in chain.ratios):
         raise InputRefused("a link joins unequal angles: reflect the row of inertias to its first shaft")

@@ -84,29 +84,11 @@ def kalman_filter(
 ) -> ObserverNumbers:
     """Design the filter.
 
-    Parameters
-    ----------
-    chain : LumpedChain
-        Links between equal angles.
-    encoders : sequence of int, length m
-        Inertia that each encoder reads; the last one is the datum of all angles.
-    counts : sequence of float, length m
-        One count of each, at the first shaft [rad].
-    sampling : Sampling
-    chosen : sequence of int
-        Inertias whose angles and speeds the law takes.
-    tuning : KalmanTuning, optional
-    settled : bool, default False
-        Only the gain on which the recursion settles, for a filter that goes on from another's states.
-
-    Returns
-    -------
-    ObserverNumbers
-
-    Raises
-    ------
-    InputRefused
-        If there is no encoder, or the drive cannot be observed through those there are.
+    ``chain``: links between equal angles; ``encoders``: inertia that each encoder reads; the last one is the
+    datum of all angles; ``counts``: one count of each, at the first shaft [rad]; ``chosen``: inertias whose
+    angles and speeds the law takes; ``settled``: only the gain on which the recursion settles, for a filter
+    that goes on from another's states.
+    Raises `InputRefused` if there is no encoder, or the drive cannot be observed through those there are.
     """
     if not encoders:
         raise InputRefused("encoders: 0 given, the filter needs at least 1: fit the load encoder")
@@ -234,16 +216,9 @@ def _schedule(transition: Array, noise: Array, output: Array, reading: Array, st
 def settled_gain(transition: Array, noise: Array, output: Array, reading: Array) -> Array:
     """Gain of the stationary filter, shape (1, states, m), by the algebraic Riccati equation.
 
-    Parameters
-    ----------
-    transition, noise : ndarray, shape (states, states)
-    output : ndarray, shape (m, states)
-    reading : ndarray, shape (m, m)
-        Covariance of the readings.
-
-    Returns
-    -------
-    ndarray, shape (1, states, m)
+    ``transition``, ``noise``, shape (states, states); ``output``, shape (m, states); ``reading``, shape (m,
+    m): covariance of the readings.
+    Returns shape (1, states, m).
     """
     covariance = solve_discrete_are(transition.T, output.T, noise, reading)
     spread = output @ covariance @ output.T + reading

@@ -19,18 +19,9 @@ FRICTION_SLOPE = 50.0
 def feedforward(chain: LumpedChain, flat: FlatOutput, reference: Array) -> Array:
     """Motion of every inertia along the reference, and the motor torque that it takes, friction included.
 
-    Parameters
-    ----------
-    chain : LumpedChain
-    flat : FlatOutput
-        With dampers: the damped inverse; without: the undamped one; of one inertia: the rigid one.
-    reference : ndarray, shape (samples, 2n + 3)
-        From `cabledrive.control.reference.flat_reference`.
-
-    Returns
-    -------
-    ndarray, shape (samples, 2n + 1)
-        Angles, speeds, torque [N m].
+    ``flat``: with dampers: the damped inverse; without: the undamped one; of one inertia: the rigid one;
+    ``reference``, shape (samples, 2n + 3): from `cabledrive.control.reference.flat_reference`.
+    Returns shape (samples, 2n + 1): angles, speeds, torque [N m].
     """
     states, elastic = joint_motion(flat, reference)
     speed, acceleration = reference[:, -2], reference[:, -1]
@@ -40,33 +31,14 @@ def feedforward(chain: LumpedChain, flat: FlatOutput, reference: Array) -> Array
 
 
 def rigid_inertia(chain: LumpedChain) -> float:
-    """Whole inertia of a row between equal angles [kg m^2].
-
-    Parameters
-    ----------
-    chain : LumpedChain
-
-    Returns
-    -------
-    float
-    """
+    """Whole inertia of a row between equal angles [kg m^2]."""
     return float(sum(chain.inertias))
 
 
 def pd_law(chain: LumpedChain, bandwidth: float, interval: float) -> LawNumbers:
     r"""PD on the motor's angle, both poles of the rigid machine at one place: :math:`J(s + \omega)^2`.
 
-    Parameters
-    ----------
-    chain : LumpedChain
-    bandwidth : float
-        [Hz].
-    interval : float
-        Sample time [s].
-
-    Returns
-    -------
-    LawNumbers
+    ``bandwidth`` [Hz]; ``interval``: sample time [s].
     """
     j, w, n = rigid_inertia(chain), 2.0 * pi * bandwidth, chain.size
     row = np.zeros((1, 2 * n))
@@ -77,19 +49,7 @@ def pd_law(chain: LumpedChain, bandwidth: float, interval: float) -> LawNumbers:
 def pid_law(chain: LumpedChain, bandwidth: float, notch: float, interval: float) -> LawNumbers:
     r"""PID on the load's angle, :math:`J(s + \omega)^3` for the rigid machine, with a notch.
 
-    Parameters
-    ----------
-    chain : LumpedChain
-    bandwidth : float
-        [Hz].
-    notch : float
-        [Hz]; zeros of damping ratio 0.1, poles of 1.
-    interval : float
-        Sample time [s].
-
-    Returns
-    -------
-    LawNumbers
+    ``bandwidth`` [Hz]; ``notch`` [Hz]; zeros of damping ratio 0.1, poles of 1; ``interval``: sample time [s].
     """
     j, w, n, v = rigid_inertia(chain), 2.0 * pi * bandwidth, chain.size, 2.0 * pi * notch
     notched = (
@@ -112,19 +72,8 @@ def pid_law(chain: LumpedChain, bandwidth: float, notch: float, interval: float)
 def lq_law(chain: LumpedChain, error: float, torque: float, interval: float) -> LawNumbers:
     """Linear-quadratic feedback of angles and speeds by Bryson's rule.
 
-    Parameters
-    ----------
-    chain : LumpedChain
-    error : float
-        Error of the load that weighs as much as `torque` [rad].
-    torque : float
-        [N m].
-    interval : float
-        Sample time [s].
-
-    Returns
-    -------
-    LawNumbers
+    ``error``: error of the load that weighs as much as `torque` [rad]; ``torque`` [N m]; ``interval``: sample
+    time [s].
     """
     n = chain.size
     a, b = state_space(chain)

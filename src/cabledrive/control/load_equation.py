@@ -132,20 +132,9 @@ def estimate_load(
 ) -> LoadEstimate:
     """Least squares on the filtered load equation.
 
-    Parameters
-    ----------
-    readings : ndarray, shape (samples, 2)
-        Encoder angles of the inertia before the load and of the load, both at the first shaft [rad].
-    counts : ndarray, shape (2,)
-        One count of each [rad].
-    interval : float
-        Sample time [s].
-    generator : numpy.random.Generator
-        For the errors.
-
-    Returns
-    -------
-    LoadEstimate
+    ``readings``, shape (samples, 2): encoder angles of the inertia before the load and of the load, both at
+    the first shaft [rad]; ``counts``, shape (2,): one count of each [rad]; ``interval``: sample time [s];
+    ``generator``: for the errors.
     """
     sign = turning_sign(readings[:, 1], interval)
     values = load_coefficients(readings, interval, sign)
@@ -173,17 +162,8 @@ def estimate_load(
 def turning_sign(load: Array, interval: float) -> Array:
     """Sign of the load's smoothed speed, turning over a hundredth of the largest one.
 
-    Parameters
-    ----------
-    load : ndarray, shape (samples,)
-        Encoder angle of the load [rad].
-    interval : float
-        Sample time [s].
-
-    Returns
-    -------
-    ndarray, shape (samples,)
-        From -1 to 1; all zero where the load does not move.
+    ``load``, shape (samples,): encoder angle of the load [rad]; ``interval``: sample time [s].
+    Returns shape (samples,): from -1 to 1; all zero where the load does not move.
     """
     speed = np.gradient(smoothed(load[:, None], interval)[:, 0], interval)
     largest = np.abs(speed).max()
@@ -193,18 +173,9 @@ def turning_sign(load: Array, interval: float) -> Array:
 def load_coefficients(readings: Array, interval: float, sign: Array | None = None) -> Array:
     """Beta, gamma, the constant, Coulomb and viscous friction by least squares.
 
-    Parameters
-    ----------
-    readings : ndarray, shape (samples, 2)
-        [rad].
-    interval : float
-        Sample time [s].
-    sign : ndarray, shape (samples,), optional
-        From `turning_sign`; of these readings unless told.
-
-    Returns
-    -------
-    ndarray, shape (5,)
+    ``readings``, shape (samples, 2) [rad]; ``interval``: sample time [s]; ``sign``, shape (samples,): from
+    `turning_sign`; of these readings unless told.
+    Returns shape (5,).
     """
     sign = turning_sign(readings[:, 1], interval) if sign is None else sign
     regressors, target, used = _regression(readings, interval, sign)

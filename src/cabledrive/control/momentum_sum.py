@@ -63,26 +63,11 @@ def estimate_motor(
 ) -> MotorEstimate:
     """Least squares on the filtered sum of momenta.
 
-    Parameters
-    ----------
-    readings : ndarray, shape (samples, n)
-        Encoder angle of every inertia, at the first shaft [rad].
-    torque : ndarray, shape (samples,)
-        Of the motor from each sample to the next, see `acting_torque` [N m].
-    counts : ndarray, shape (n,)
-        One count of each [rad].
-    inertias : ndarray, shape (n,)
-        As believed; they divide the whole among the shafts [kg m^2].
-    interval : float
-        Sample time [s].
-    generator : numpy.random.Generator
-        For the errors.
-    spread : ndarray, shape (n,), optional
-        Relative half widths within which the inertias are believed; none unless told.
-
-    Returns
-    -------
-    MotorEstimate
+    ``readings``, shape (samples, n): encoder angle of every inertia, at the first shaft [rad]; ``torque``,
+    shape (samples,): of the motor from each sample to the next, see `acting_torque` [N m]; ``counts``, shape
+    (n,): one count of each [rad]; ``inertias``, shape (n,): as believed; they divide the whole among the
+    shafts [kg m^2]; ``interval``: sample time [s]; ``generator``: for the errors; ``spread``, shape (n,):
+    relative half widths within which the inertias are believed; none unless told.
     """
     widths = np.zeros(len(inertias)) if spread is None else spread
 
@@ -103,21 +88,9 @@ def estimate_motor(
 def motor_coefficients(readings: Array, torque: Array, inertias: Array, interval: float) -> Array:
     """Whole inertia, viscous and Coulomb friction, offset torque by least squares.
 
-    Parameters
-    ----------
-    readings : ndarray, shape (samples, n)
-        [rad].
-    torque : ndarray, shape (samples,)
-        [N m].
-    inertias : ndarray, shape (n,)
-        [kg m^2].
-    interval : float
-        Sample time [s].
-
-    Returns
-    -------
-    ndarray, shape (4,)
-        Signs as in the module's formula.
+    ``readings``, shape (samples, n) [rad]; ``torque``, shape (samples,) [N m]; ``inertias``, shape (n,) [kg
+    m^2]; ``interval``: sample time [s].
+    Returns shape (4,): signs as in the module's formula.
     """
     mean = filtered(readings @ (inertias / inertias.sum()), interval, FILTER_HZ)
     speed = filtered(np.ascontiguousarray(readings[:, 0]), interval, FILTER_HZ)[1]
@@ -135,21 +108,9 @@ def motor_coefficients(readings: Array, torque: Array, inertias: Array, interval
 def acting_torque(command: Array, interval: float, *, delay: float = 0.0, current_rate: float = 0.0) -> Array:
     """What the torque loop makes of the commands: the mean torque from each sample to the next.
 
-    Parameters
-    ----------
-    command : ndarray, shape (samples,)
-        Limited [N m].
-    interval : float
-        Sample time [s].
-    delay : float, default 0.0
-        From sampling to torque [s].
-    current_rate : float, default 0.0
-        Bandwidth of the torque loop [rad/s]; 0: none.
-
-    Returns
-    -------
-    ndarray, shape (samples,)
-        [N m].
+    ``command``, shape (samples,): limited [N m]; ``interval``: sample time [s]; ``delay``: from sampling to
+    torque [s]; ``current_rate``: bandwidth of the torque loop [rad/s]; 0: none.
+    Returns shape (samples,) [N m].
     """
     whole, part = int(delay // interval), delay % interval / interval
     padded = np.concatenate((np.zeros(whole + 1), command))
@@ -167,14 +128,8 @@ def acting_torque(command: Array, interval: float, *, delay: float = 0.0, curren
 def torque_at_samples(torque: Array) -> Array:
     """Torque at the samples as the mean of what acts before and after each [N m].
 
-    Parameters
-    ----------
-    torque : ndarray, shape (samples,)
-        From each sample to the next.
-
-    Returns
-    -------
-    ndarray, shape (samples,)
+    ``torque``, shape (samples,): from each sample to the next.
+    Returns shape (samples,).
     """
     before = np.concatenate((torque[:1], torque[:-1]))
     return 0.5 * (before + torque)

@@ -57,14 +57,8 @@ class LawNumbers(NamedTuple):
 def learning_table(nominal: Array, low: Array, high: Array, gain: Array, limit: Array | None = None) -> Array:
     """What the adaptation needs of each estimate.
 
-    Parameters
-    ----------
-    nominal, low, high, gain : ndarray, shape (p,)
-    limit : ndarray, shape (p,), optional
-        Largest rates; none unless told.
-
-    Returns
-    -------
-    ndarray, shape (5, p)
+    ``nominal``, ``low``, ``high``, ``gain``, shape (p,); ``limit``, shape (p,): largest rates; none unless
+    told.
+    Returns shape (5, p).
     """
     return np.array([nominal, low, high, gain, np.full(len(nominal), np.inf) if limit is None else limit])

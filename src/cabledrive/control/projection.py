@@ -12,17 +12,9 @@ def projected_rate(rate: Array, estimate: Array, low: Array, high: Array) -> Arr
     It has property P1, estimates within bounds, and for diagonal :math:`\Gamma` property P2,
     :math:`\tilde p^T(\Gamma^{-1}\mathrm{Proj}(\Gamma\tau) - \tau) \le 0`.
 
-    Parameters
-    ----------
-    rate : ndarray, shape (m,)
-        Gamma tau, as the adaptation wants it [unit of p / s].
-    estimate : ndarray, shape (m,)
-    low, high : ndarray, shape (m,)
-        Bounds.
-
-    Returns
-    -------
-    ndarray, shape (m,)
+    ``rate``, shape (m,): Gamma tau, as the adaptation wants it [unit of p / s]; ``estimate``, shape (m,);
+    ``low``, ``high``, shape (m,): bounds.
+    Returns shape (m,).
     """
     outwards = ((estimate >= high) & (rate > 0.0)) | ((estimate <= low) & (rate < 0.0))
     return np.where(outwards, 0.0, rate)
@@ -34,15 +26,8 @@ def limited_rate(rate: Array, limit: Array) -> Array:
     The theorems speak of a rate limited law and define none; this is the definition used here. P1 stays; P2
     holds while no limit acts, and part (B) of the theorems with it.
 
-    Parameters
-    ----------
-    rate : ndarray, shape (m,)
-    limit : ndarray, shape (m,)
-        Not negative; infinite for none.
-
-    Returns
-    -------
-    ndarray, shape (m,)
+    ``rate``, shape (m,); ``limit``, shape (m,): not negative; infinite for none.
+    Returns shape (m,).
     """
     return np.clip(rate, -limit, limit)
 
@@ -52,21 +37,9 @@ def adapted(
 ) -> Array:
     """Estimates after one sample; a step that would cross a bound ends on it.
 
-    Parameters
-    ----------
-    estimate : ndarray, shape (m,)
-        Within the bounds.
-    rate : ndarray, shape (m,)
-        Gamma tau.
-    low, high : ndarray, shape (m,)
-    interval : float
-        Sample time [s].
-    limit : ndarray, shape (m,), optional
-        Largest rates; none unless told.
-
-    Returns
-    -------
-    ndarray, shape (m,)
+    ``estimate``, shape (m,): within the bounds; ``rate``, shape (m,): Gamma tau; ``low``, ``high``, shape
+    (m,); ``interval``: sample time [s]; ``limit``, shape (m,): largest rates; none unless told.
+    Returns shape (m,).
     """
     allowed = projected_rate(rate, estimate, low, high)
     if limit is not None:

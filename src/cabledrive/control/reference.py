@@ -16,17 +16,9 @@ def lagged(signal: Array, time: float, interval: float) -> Array:
     It starts at rest on its first value. A derivative of the signal gives the derivative of the result:
     nothing is differenced.
 
-    Parameters
-    ----------
-    signal : ndarray, shape (..., samples)
-    time : float
-        Time constant T [s]; 0 returns the signal.
-    interval : float
-        Sample time [s].
-
-    Returns
-    -------
-    ndarray, shape (..., samples)
+    ``signal``, shape (..., samples); ``time``: time constant T [s]; 0 returns the signal; ``interval``:
+    sample time [s].
+    Returns shape (..., samples).
     """
     if time == 0.0:
         return signal
@@ -47,18 +39,10 @@ def flat_reference(flat: FlatOutput, reference: Array, interval: float) -> Array
     causal, stable and of unit gain; each derivative is filtered by itself. Two more rows follow: speed and
     acceleration of the first inertia that go with it.
 
-    Parameters
-    ----------
-    flat : FlatOutput
-    reference : ndarray, shape (2n + 1, samples)
-        Wanted load angle at the first shaft and its derivatives [rad/s^k].
-    interval : float
-        Sample time [s].
-
-    Returns
-    -------
-    ndarray, shape (samples, 2n + 3)
-        z_d to its 2n-th derivative, motor speed [rad/s], motor acceleration [rad/s^2].
+    ``reference``, shape (2n + 1, samples): wanted load angle at the first shaft and its derivatives
+    [rad/s^k]; ``interval``: sample time [s].
+    Returns shape (samples, 2n + 3): z_d to its 2n-th derivative, motor speed [rad/s], motor acceleration
+    [rad/s^2].
     """
     z = reference
     for time in flat.time_constants:
@@ -70,18 +54,9 @@ def flat_reference(flat: FlatOutput, reference: Array, interval: float) -> Array
 def joint_motion(flat: FlatOutput, flat_rows: Array) -> tuple[Array, Array]:
     """Angles and speeds of every inertia along the reference, and the torque it needs without friction.
 
-    Parameters
-    ----------
-    flat : FlatOutput
-    flat_rows : ndarray, shape (samples, >= 2n + 1)
-        From `flat_reference`.
-
-    Returns
-    -------
-    states : ndarray, shape (samples, 2n)
-        Angles, then speeds.
-    elastic : ndarray, shape (samples,)
-        Torque of the first link [N m].
+    ``flat_rows``, shape (samples, >= 2n + 1): from `flat_reference`.
+    Returns ``states``, shape (samples, 2n): angles, then speeds; ``elastic``, shape (samples,): torque of the
+    first link [N m].
     """
     n2 = 2 * flat.size
     return flat_rows[:, :n2] @ flat.states.T, flat_rows[:, : n2 + 1] @ flat.elastic

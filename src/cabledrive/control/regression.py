@@ -21,17 +21,8 @@ def filtered(signal: Array, interval: float, hertz: float) -> Array:
     With :math:`a, b, c` the signal after one, two and three lags of time constant T, the derivatives are
     :math:`(b - c)/T` and :math:`(a - 2b + c)/T^2`: nothing is differenced in time.
 
-    Parameters
-    ----------
-    signal : ndarray, shape (..., samples)
-    interval : float
-        Sample time [s].
-    hertz : float
-        omega/(2 pi).
-
-    Returns
-    -------
-    ndarray, shape (3, ..., samples)
+    ``signal``, shape (..., samples); ``interval``: sample time [s]; ``hertz``: omega/(2 pi).
+    Returns shape (3, ..., samples).
     """
     time = 1.0 / (2.0 * pi * hertz)
     one = lagged(signal, time, interval)
@@ -43,15 +34,8 @@ def filtered(signal: Array, interval: float, hertz: float) -> Array:
 def least_squares(regressors: Array, target: Array, used: NDArray[np.bool_]) -> Array:
     """Coefficients of the regressors, shape (p,); none is known (all NaN) where they do not span p.
 
-    Parameters
-    ----------
-    regressors : ndarray, shape (samples, p)
-    target : ndarray, shape (samples,)
-    used : ndarray of bool, shape (samples,)
-
-    Returns
-    -------
-    ndarray, shape (p,)
+    ``regressors``, shape (samples, p); ``target``, shape (samples,); ``used``, shape (samples,).
+    Returns shape (p,).
     """
     x, y = regressors[used], target[used]
     scale = np.abs(x).max(axis=0) if len(x) else np.zeros(regressors.shape[1])
@@ -64,15 +48,8 @@ def least_squares(regressors: Array, target: Array, used: NDArray[np.bool_]) -> 
 def smoothed(readings: Array, interval: float) -> Array:
     """Readings through a second-order Butterworth filter forwards and backwards: no lag.
 
-    Parameters
-    ----------
-    readings : ndarray, shape (samples, m)
-    interval : float
-        Sample time [s].
-
-    Returns
-    -------
-    ndarray, shape (samples, m)
+    ``readings``, shape (samples, m); ``interval``: sample time [s].
+    Returns shape (samples, m).
     """
     from scipy.signal import butter, filtfilt
 
@@ -90,21 +67,10 @@ def rounding_errors(
 ) -> Array:
     """Standard errors that the encoders' counts leave in an estimate, by counting the motion anew.
 
-    Parameters
-    ----------
-    estimate : callable
-        From readings, shape (samples, m), to coefficients, shape (p,).
-    readings : ndarray, shape (samples, m)
-        [rad].
-    counts : ndarray, shape (m,)
-        One count of each encoder [rad].
-    interval : float
-        Sample time [s].
-    generator : numpy.random.Generator
-
-    Returns
-    -------
-    ndarray, shape (p,)
+    ``estimate``: from readings, shape (samples, m), to coefficients, shape (p,); ``readings``, shape
+    (samples, m) [rad]; ``counts``, shape (m,): one count of each encoder [rad]; ``interval``: sample time
+    [s].
+    Returns shape (p,).
     """
     replicates = rounding_replicates(readings, counts, interval, generator)
     return rounding_spread(np.array([estimate(one) for one in replicates]))
@@ -118,19 +84,9 @@ def rounding_replicates(
     Least squares' own formula does not serve here: rounding errors are correlated in a way of their own, for
     as long as a count lasts, and the residual at hand shows one instance of them only.
 
-    Parameters
-    ----------
-    readings : ndarray, shape (samples, m)
-        [rad].
-    counts : ndarray, shape (m,)
-        One count of each encoder [rad].
-    interval : float
-        Sample time [s].
-    generator : numpy.random.Generator
-
-    Returns
-    -------
-    list of ndarray, shape (samples, m)
+    ``readings``, shape (samples, m) [rad]; ``counts``, shape (m,): one count of each encoder [rad];
+    ``interval``: sample time [s].
+    Returns shape (samples, m).
     """
     motion = smoothed(readings, interval)
     phases = [generator.uniform(-0.5, 0.5, len(counts)) for _ in range(REPLICATES)]
@@ -140,28 +96,14 @@ def rounding_replicates(
 def rounding_spread(found: Array) -> Array:
     """Standard errors of an estimate from those of the replicates.
 
-    Parameters
-    ----------
-    found : ndarray, shape (replicates, p)
-
-    Returns
-    -------
-    ndarray, shape (p,)
+    ``found``, shape (replicates, p).
+    Returns shape (p,).
     """
     return np.asarray(IN_THE_LOOP * np.std(found, axis=0, ddof=1))
 
 
 def interval_factor(level: float = 0.95) -> float:
-    """Half width of an interval in standard errors, as few replicates ask for: 2.09 at 95 %.
-
-    Parameters
-    ----------
-    level : float, default 0.95
-
-    Returns
-    -------
-    float
-    """
+    """Half width of an interval in standard errors, as few replicates ask for: 2.09 at 95 %."""
     from scipy.stats import t
 
     return float(t.ppf(0.5 + 0.5 * level, REPLICATES - 1))

@@ -60,27 +60,10 @@ def sliding_residual(
 ) -> SlidingResidual:
     """What drove the sliding variable along a run.
 
-    Parameters
-    ----------
-    law : LawNumbers
-        A law of the chain.
-    flat : FlatOutput
-        Of the row it is made for.
-    bandwidth : float
-        lambda [rad/s].
-    mu : float
-        Of the plant.
-    states : ndarray, shape (samples, 2n)
-        True angles, then speeds, of the inertias that the law takes.
-    reference : ndarray, shape (samples, 2n + 3)
-    error : ndarray, shape (samples,)
-        Of the load, at the first shaft [rad].
-    interval : float
-        Sample time [s].
-
-    Returns
-    -------
-    SlidingResidual
+    ``law``: a law of the chain; ``flat``: of the row it is made for; ``bandwidth``: lambda [rad/s]; ``mu``:
+    of the plant; ``states``, shape (samples, 2n): true angles, then speeds, of the inertias that the law
+    takes; ``reference``, shape (samples, 2n + 3); ``error``, shape (samples,): of the load, at the first
+    shaft [rad]; ``interval``: sample time [s].
     """
     count = states.shape[1]
     scale = bandwidth ** np.arange(count)
@@ -102,16 +85,8 @@ def sliding_residual(
 def regressor_deviation(law: LawNumbers, states: Array, reference: Array) -> Array:
     """Regressor of the true states less that of the reference.
 
-    Parameters
-    ----------
-    law : LawNumbers
-        A law of the chain.
-    states : ndarray, shape (samples, 2n)
-    reference : ndarray, shape (samples, 2n + 3)
-
-    Returns
-    -------
-    ndarray, shape (samples, 4)
+    ``law``: a law of the chain; ``states``, shape (samples, 2n); ``reference``, shape (samples, 2n + 3).
+    Returns shape (samples, 4).
     """
     count = states.shape[1]
     z = states @ law.matrix.T

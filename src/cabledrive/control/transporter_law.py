@@ -86,22 +86,9 @@ def sampled_model(
 ) -> tuple[Array, Array, Array]:
     """Observer's model at one position.
 
-    Parameters
-    ----------
-    transporter : Transporter
-    position : float
-        Of the carriage [m].
-    interval : float
-        Sample time [s].
-    wind_time : float
-        [s].
-
-    Returns
-    -------
-    transition : ndarray, shape (10, 10)
-    drive : ndarray, shape (10,)
-    system : ndarray, shape (10, 10)
-        Of the continuous model.
+    ``position``: of the carriage [m]; ``interval``: sample time [s]; ``wind_time`` [s].
+    Returns ``transition``, shape (10, 10); ``drive``, shape (10,); ``system``, shape (10, 10): of the
+    continuous model.
     """
     a, b = frozen_state_space(transporter, position)
     system = np.zeros((OBSERVED + 1, OBSERVED + 1))
@@ -116,15 +103,8 @@ def sampled_model(
 def feedback_at(transition: Array, drive: Array, tuning: TransporterTuning) -> Array:
     """Linear-quadratic feedback of one frozen position, Eq. (T.6).
 
-    Parameters
-    ----------
-    transition : ndarray, shape (8, 8)
-    drive : ndarray, shape (8,)
-    tuning : TransporterTuning
-
-    Returns
-    -------
-    ndarray, shape (8,)
+    ``transition``, shape (8, 8); ``drive``, shape (8,).
+    Returns shape (8,).
     """
     weight = np.zeros((STATES, STATES))
     weight[1, 1], weight[3, 3] = tuning.carriage**-2, tuning.payload**-2
@@ -146,21 +126,10 @@ def correction_at(
 ) -> Array:
     """Steady Kalman gain of one frozen position, Eq. (T.7).
 
-    Parameters
-    ----------
-    transition, system : ndarray, shape (10, 10)
-    count : float
-        One count of the encoders at the rim [m].
-    interval : float
-        Sample time [s].
-    tuning : TransporterTuning
-    reads : tuple of int, default (0, 2)
-        Displacements that are measured: drive pulley 0, load pulley 2; what is not is not corrected by.
-
-    Returns
-    -------
-    ndarray, shape (10, 2)
-        By the readings of drive and load pulley.
+    ``transition``, ``system``, shape (10, 10); ``count``: one count of the encoders at the rim [m];
+    ``interval``: sample time [s]; ``reads``: displacements that are measured: drive pulley 0, load pulley 2;
+    what is not is not corrected by.
+    Returns shape (10, 2): by the readings of drive and load pulley.
     """
     density = np.zeros(OBSERVED)
     density[BODIES:STATES] = tuning.acceleration
@@ -195,31 +164,11 @@ def scheduled_law(
 ) -> ScheduledLaw:
     """Design law and observer at every position of a grid.
 
-    Parameters
-    ----------
-    transporter : Transporter
-    interval : float
-        Sample time [s].
-    count : float
-        One count of the encoders at the rim [m].
-    limit : float
-        Largest force [N].
-    positions : ndarray, shape (positions,)
-        Equally spaced [m].
-    tuning : TransporterTuning, optional
-    frozen : float, optional
-        The one position [m] for which all is made; every position has its own unless told.
-    reads : tuple of int, default (0, 2)
-        Pulleys with an encoder, see `correction_at`.
-
-    Returns
-    -------
-    ScheduledLaw
-
-    Raises
-    ------
-    InputRefused
-        If there are fewer than two positions.
+    ``interval``: sample time [s]; ``count``: one count of the encoders at the rim [m]; ``limit``: largest
+    force [N]; ``positions``, shape (positions,): equally spaced [m]; ``frozen``: the one position [m] for
+    which all is made; every position has its own unless told; ``reads``: pulleys with an encoder, see
+    `correction_at`.
+    Raises `InputRefused` if there are fewer than two positions.
     """
     if len(positions) < 2:
         raise InputRefused(f"{len(positions)} position given, a schedule needs 2 and more: give a grid")
@@ -248,21 +197,9 @@ def frozen_poles(
 ) -> Array:
     """Poles of law and observer on the plant with its carriage frozen at a place, per sample.
 
-    Parameters
-    ----------
-    law : ScheduledLaw
-    transporter : Transporter
-        The plant, which the design need not be.
-    position : float
-        Of the carriage [m].
-    interval : float
-        Sample time [s].
-    wind_time : float, default 2.0
-
-    Returns
-    -------
-    ndarray of complex, shape (18,)
-        Stable inside the unit circle.
+    ``transporter``: the plant, which the design need not be; ``position``: of the carriage [m]; ``interval``:
+    sample time [s].
+    Returns shape (18,): stable inside the unit circle.
     """
     share = (position - law.grid[0]) / law.grid[1]
     low = int(np.clip(share, 0, len(law.feedback) - 2))

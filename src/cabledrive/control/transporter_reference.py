@@ -31,19 +31,10 @@ def flat_motion(transporter: Transporter, payload: Array, interval: float) -> Ar
 
     with p the derivative; those of :math:`c(x_0 + s)F` follow by the product rule from those of y.
 
-    Parameters
-    ----------
-    transporter : Transporter
-    payload : ndarray, shape (7, samples)
-        Wanted displacement of the payload and its derivatives [m/s^k].
-    interval : float
-        Sample time [s].
-
-    Returns
-    -------
-    ndarray, shape (samples, 10)
-        Displacements and speeds of drive pulley, carriage, load pulley, payload; force of the motor with its
-        friction; that friction [N].
+    ``payload``, shape (7, samples): wanted displacement of the payload and its derivatives [m/s^k];
+    ``interval``: sample time [s].
+    Returns shape (samples, 10): displacements and speeds of drive pulley, carriage, load pulley, payload;
+    force of the motor with its friction; that friction [N].
     """
     t, y = transporter, payload
     s = y[:5] + t.line_length / t.gravity * lagged(y[2:], t.swing_damping, interval)
@@ -68,16 +59,8 @@ def flat_motion(transporter: Transporter, payload: Array, interval: float) -> Ar
 def rigid_motion(transporter: Transporter, wanted: Array) -> Array:
     """States and force of a transporter without flexibility and swing, Eq. (T.8).
 
-    Parameters
-    ----------
-    transporter : Transporter
-    wanted : ndarray, shape (>= 3, samples)
-        Displacement and derivatives [m/s^k].
-
-    Returns
-    -------
-    ndarray, shape (samples, 10)
-        As `flat_motion`.
+    ``wanted``, shape (>= 3, samples): displacement and derivatives [m/s^k].
+    Returns shape (samples, 10): as `flat_motion`.
     """
     t = transporter
     force = t.masses.sum() * wanted[2] + t.rail_friction * wanted[1]
@@ -95,20 +78,9 @@ def _rows(transporter: Transporter, motions: tuple[Array, ...], force: Array) ->
 def shaped(transporter: Transporter, wanted: Array, interval: float, position: float) -> tuple[Array, float]:
     """A motion through zero-vibration shapers for the swing and for the carriage on the cable, Eq. (T.9).
 
-    Parameters
-    ----------
-    transporter : Transporter
-    wanted : ndarray, shape (k, samples)
-    interval : float
-        Sample time [s].
-    position : float
-        Of the carriage for which the shaper is made, the motor held [m].
-
-    Returns
-    -------
-    shaped : ndarray, shape (k, samples)
-    late : float
-        How much longer it takes [s].
+    ``wanted``, shape (k, samples); ``interval``: sample time [s]; ``position``: of the carriage for which the
+    shaper is made, the motor held [m].
+    Returns ``shaped``, shape (k, samples); ``late``: how much longer it takes [s].
     """
     t, late = transporter, 0.0
     swing, cable = (float(f) for f in held_frequencies(t, position)[:2])

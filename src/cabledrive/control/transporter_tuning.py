@@ -22,21 +22,9 @@ def tuning_for(
 ) -> TransporterTuning:
     """Weights of law and observer by the bandwidth of the loop round the rigid whole.
 
-    Parameters
-    ----------
-    transporter : Transporter
-    bandwidth : float
-        [rad/s].
-    interval : float
-        Sample time [s].
-    count : float
-        One count of the encoders at the rim [m].
-    hanging : bool, default True
-        Whether the hanging mass is to keep its place as well; False: only the carriage's error counts.
-
-    Returns
-    -------
-    TransporterTuning
+    ``bandwidth`` [rad/s]; ``interval``: sample time [s]; ``count``: one count of the encoders at the rim [m];
+    ``hanging``: whether the hanging mass is to keep its place as well; False: only the carriage's error
+    counts.
     """
     mass, error = float(transporter.masses.sum()), ERROR / sqrt(2.0) if hanging else ERROR
     density = READING * count**2 / 12.0 * interval  # of a reading's noise [m^2 s]

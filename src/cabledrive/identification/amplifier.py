@@ -86,24 +86,10 @@ def amplifier_response(
 ) -> ComplexArray:
     """Response from command to logged torque.
 
-    Parameters
-    ----------
-    frequency : ndarray, shape (m,)
-        [Hz].
-    gain : float
-        [N m/V].
-    bandwidth : float
-        [Hz]; may be infinite.
-    delay : float
-        [s].
-    held : float, default 0.0
-        Time for which each command stands, the sample interval [s]; 0: the command is continuous.
-    averaged : float, default 0.0
-        Interval, centred on the time stamp, over which a torque is the mean [s]; 0: an instant.
-
-    Returns
-    -------
-    ndarray, shape (m,)
+    ``frequency``, shape (m,) [Hz]; ``gain`` [N m/V]; ``bandwidth`` [Hz]; may be infinite; ``delay`` [s];
+    ``held``: time for which each command stands, the sample interval [s]; 0: the command is continuous;
+    ``averaged``: interval, centred on the time stamp, over which a torque is the mean [s]; 0: an instant.
+    Returns shape (m,).
     """
     shifts = np.arange(-ALIASES, ALIASES + 1, dtype=np.float64) / held if held > 0.0 else np.zeros(1)
     f = frequency[:, None] + shifts
@@ -115,21 +101,8 @@ def amplifier_response(
 def fit_amplifier(measured: FrequencyResponse, *, held: float = 0.0, averaged: float = 0.0) -> AmplifierFit:
     """Gain, bandwidth and dead time by weighted complex least squares.
 
-    Parameters
-    ----------
-    measured : FrequencyResponse
-        From command to torque [N m/V].
-    held, averaged : float
-        As in `amplifier_response` [s].
-
-    Returns
-    -------
-    AmplifierFit
-
-    Raises
-    ------
-    InputRefused
-        If it holds fewer than `FEWEST_LINES` lines.
+    ``measured``: from command to torque [N m/V]; ``held``, ``averaged``: as in `amplifier_response` [s].
+    Raises `InputRefused` if it holds fewer than `FEWEST_LINES` lines.
     """
     count = measured.frequency.size
     if count < FEWEST_LINES:

@@ -55,21 +55,8 @@ class Request:
 def answer(logs: Sequence[Log], request: Request) -> Identification:
     """Identify one axis from logs in memory.
 
-    Parameters
-    ----------
-    logs : sequence of Log
-    request : Request
-
-    Returns
-    -------
-    Identification
-
-    Raises
-    ------
-    InputRefused
-        If a log is refused.
-    NotComputed
-        If a method is asked for that does not follow the logs.
+    Raises `InputRefused` if a log is refused; `NotComputed` if a method is asked for that does not follow the
+    logs.
     """
     torque, _ = channels_of(logs[0], request.axis)
     logs, outliers = without_outliers(logs, torque)

@@ -70,26 +70,15 @@ class Case:
     def filtered(self, values: Array) -> Array:
         """Signals below the bandwidth.
 
-        Parameters
-        ----------
-        values : ndarray, shape (samples, ...)
-
-        Returns
-        -------
-        ndarray, as ``values``
+        ``values``, shape (samples, ...).
         """
         return zero_phase(values, self.interval, self.bandwidth)
 
     def compared(self, rows: Array) -> Array:
         """Filtered signals as they are compared: without the filter's ends, weighted.
 
-        Parameters
-        ----------
-        rows : ndarray, shape (samples, columns)
-
-        Returns
-        -------
-        ndarray, shape (rows, columns)
+        ``rows``, shape (samples, columns).
+        Returns shape (rows, columns).
         """
         inner = rows[self.inner]
         return inner if self.weights is None else whitened(inner, self.weights)
@@ -102,15 +91,9 @@ def between_samples(values: Array, share: float = CORNER) -> Array:
     :math:`(\omega T)^2/24` more, and where a command stands from sample to sample the mean that much again:
     its corners are moved out by that. What a channel holds is seldom known.
 
-    Parameters
-    ----------
-    values : ndarray, shape (samples,)
-    share : float
-        Of the second difference that is taken off; default: that of means of a smooth torque.
-
-    Returns
-    -------
-    ndarray, shape (samples,)
+    ``values``, shape (samples,); ``share``: of the second difference that is taken off; default: that of
+    means of a smooth torque.
+    Returns shape (samples,).
     """
     moved = values.copy()
     moved[1:-1] -= share * np.diff(values, 2)
@@ -120,16 +103,7 @@ def between_samples(values: Array, share: float = CORNER) -> Array:
 def case_of(log: Log, torque: str, position: str, equation: AxisEquation) -> Case:
     """Prepare one log.
 
-    Parameters
-    ----------
-    log : Log
-    torque, position : str
-        Channels.
-    equation : AxisEquation
-
-    Returns
-    -------
-    Case
+    ``torque``, ``position``: channels.
     """
     bandwidth = min(BANDWIDTH, 0.2 * log.sample_rate)
     angle = log.channel(position)
@@ -152,14 +126,8 @@ def case_of(log: Log, torque: str, position: str, equation: AxisEquation) -> Cas
 def observed(case: Case, angle: Array) -> Array:
     """Filtered speed from a measured angle.
 
-    Parameters
-    ----------
-    case : Case
-    angle : ndarray, shape (samples,)
-
-    Returns
-    -------
-    ndarray, shape (samples,)
+    ``angle``, shape (samples,).
+    Returns shape (samples,).
     """
     return case.filtered(difference(angle, case.interval))
 
@@ -167,14 +135,8 @@ def observed(case: Case, angle: Array) -> Array:
 def simulated_speed(case: Case, values: Array) -> Array:
     """Speed of the model under the torque's spectral lines.
 
-    Parameters
-    ----------
-    case : Case
-    values : ndarray, shape (4,)
-
-    Returns
-    -------
-    ndarray, shape (samples,)
+    ``values``, shape (4,).
+    Returns shape (samples,).
     """
     return march_rigid_axis(values, case.lines, case.interval, start=case.start, slope=case.slope)[0]
 
@@ -182,25 +144,11 @@ def simulated_speed(case: Case, values: Array) -> Array:
 def simulated(case: Case, values: Array, start: float) -> tuple[Array, Array]:
     """Filtered, weighted difference of speeds, and sensitivities alike.
 
-    Parameters
-    ----------
-    case : Case
-    values : ndarray, shape (4,)
-    start : float
-        Speed at the first sample.
-
-    Returns
-    -------
-    residual : ndarray, shape (rows,)
-    sensitivities : ndarray, shape (rows, 5 or 6)
-        By the four parameters, the speed at the start and, where it is free, the instant of the torque.
-        By the speed at the start: zero where the axis stops before the comparison begins, since what is
-        left of it then is the filter's tail alone.
-
-    Raises
-    ------
-    NotComputed
-        If the motion or a sensitivity leaves the finite numbers.
+    ``values``, shape (4,); ``start``: speed at the first sample.
+    Returns ``residual``, shape (rows,); ``sensitivities``, shape (rows, 5 or 6): by the four parameters, the
+    speed at the start and, where it is free, the instant of the torque. By the speed at the start: zero where
+    the axis stops before the comparison begins, since what is left of it then is the filter's tail alone.
+    Raises `NotComputed` if the motion or a sensitivity leaves the finite numbers.
     """
     moved, _ = march_rigid_axis(values, case.torque, case.interval, start=start, slope=case.slope)
     before, along = march_rigid_axis(values, case.lines, case.interval, start=start, slope=case.slope)
@@ -222,16 +170,9 @@ def simulated(case: Case, values: Array, start: float) -> tuple[Array, Array]:
 def columns_of(sensitivities: Array, number: int, count: int) -> Array:
     """Sensitivities of one of several logs: each has its own speed at the start.
 
-    Parameters
-    ----------
-    sensitivities : ndarray, shape (rows, 5 or 6)
-        Of `simulated`.
-    number, count : int
-        Of the log, and how many there are.
-
-    Returns
-    -------
-    ndarray, shape (rows, 4 + count or 5 + count)
+    ``sensitivities``, shape (rows, 5 or 6): of `simulated`; ``number``, ``count``: of the log, and how many
+    there are.
+    Returns shape (rows, 4 + count or 5 + count).
     """
     rows, shared = sensitivities.shape
     columns = np.zeros((rows, shared - 1 + count))
@@ -244,17 +185,8 @@ def columns_of(sensitivities: Array, number: int, count: int) -> Array:
 def weighed(cases: Sequence[Case], values: Array, speeds: Array) -> list[Case]:
     """Cases whose residuals are weighted by their spectrum at given parameters.
 
-    Parameters
-    ----------
-    cases : sequence of Case
-        Of one sample rate; others stay as they are.
-    values : ndarray, shape (4,)
-    speeds : ndarray, shape (cases,)
-        At the start.
-
-    Returns
-    -------
-    list of Case
+    ``cases``: of one sample rate; others stay as they are; ``values``, shape (4,); ``speeds``, shape
+    (cases,): at the start.
     """
     if len({case.interval for case in cases}) > 1:
         return list(cases)

@@ -62,16 +62,8 @@ class AxisEquation:
 def filtered(values: Array, equation: AxisEquation, interval: float) -> Array:
     """One signal through the filter of the regression, Eqs. (4.4), (4.5).
 
-    Parameters
-    ----------
-    values : ndarray, shape (samples,)
-    equation : AxisEquation
-    interval : float
-        [s].
-
-    Returns
-    -------
-    ndarray, shape (samples,)
+    ``values``, shape (samples,); ``interval`` [s].
+    Returns shape (samples,).
     """
     if equation.filter == "causal":
         return causal_filter(values, interval, equation.bandwidth)[0]

@@ -46,23 +46,10 @@ def refine_rigid_axis(
 ) -> Identification:
     """Refine inverse dynamics by output error; several logs share the parameters.
 
-    Parameters
-    ----------
-    logs : sequence of Log
-    found : Identification
-        From inverse dynamics, with constant or smooth Coulomb friction.
-    options : AxisOptions, optional
-        Those it was found with.
-
-    Returns
-    -------
-    Identification
-        With a finding where the model does not follow the log by itself.
-
-    Raises
-    ------
-    NotComputed
-        If what was found before is not identifiable, or has another friction.
+    ``found``: from inverse dynamics, with constant or smooth Coulomb friction; ``options``: those it was
+    found with.
+    Returns with a finding where the model does not follow the log by itself.
+    Raises `NotComputed` if what was found before is not identifiable, or has another friction.
     """
     options = options or AxisOptions()
     if options.friction.kind not in ("coulomb", "tanh") or not found.identifiable:

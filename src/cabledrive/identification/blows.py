@@ -51,19 +51,10 @@ def explained_records(
 ) -> tuple[NDArray[np.bool_], Array]:
     """Records whose innovations are like those of the others.
 
-    Parameters
-    ----------
-    input_, output : ndarray, shape (samples,)
-    starts : ndarray of int, shape (records,)
-        First sample of each.
-    length : int
-        Samples of each.
-
-    Returns
-    -------
-    keep : ndarray of bool, shape (records,)
-    excess : ndarray, shape (records,)
-        Power of the innovations in medians over the records.
+    ``input_``, ``output``, shape (samples,); ``starts``, shape (records,): first sample of each; ``length``:
+    samples of each.
+    Returns ``keep``, shape (records,); ``excess``, shape (records,): power of the innovations in medians over
+    the records.
     """
     step = min(_step(output), max(1, length // (2 * ORDER)))
     u, y = (_thinned(values, step) for values in (input_, output))
@@ -90,15 +81,9 @@ def explained_records(
 def ordinary_records(spectra: ComplexArray) -> NDArray[np.bool_]:
     """Repetitions whose power is not an outlier among the others.
 
-    Parameters
-    ----------
-    spectra : ndarray, shape (records, frequencies)
-
-    Returns
-    -------
-    ndarray of bool, shape (records,)
-        False where the logarithm of the mean power is farther than 5 scaled median deviations from the
-        median.
+    ``spectra``, shape (records, frequencies).
+    Returns shape (records,): false where the logarithm of the mean power is farther than 5 scaled median
+    deviations from the median.
     """
     power = np.log(np.maximum((np.abs(spectra) ** 2).mean(axis=1), 1e-300))
     off = np.abs(power - np.median(power))

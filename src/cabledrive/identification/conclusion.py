@@ -30,22 +30,8 @@ def concluded(
 ) -> Identification:
     """The identification from a solved regression: numbers where there are any, words where there are none.
 
-    Parameters
-    ----------
-    factors : Factors
-    equation : AxisEquation
-    sizes : ndarray, shape (p,)
-        Root mean square of each regressor.
-    method : dict
-    findings : tuple of str
-    reports : tuple of DataReport
-    doubt : float, default 0.0
-        About the instant at which the torque acts, where the regression leaves that free and cannot find it
-        beside the parameters [s].
-
-    Returns
-    -------
-    Identification
+    ``sizes``, shape (p,): root mean square of each regressor; ``doubt``: about the instant at which the
+    torque acts, where the regression leaves that free and cannot find it beside the parameters [s].
     """
     fit = _without_lag(factors, doubt)
     sizes = sizes[: len(fit.names)]
@@ -93,16 +79,7 @@ def _without_lag(factors: Factors, doubt: float) -> Fit:
 
 
 def implausible(parameters: dict[str, Estimate]) -> tuple[str, ...]:
-    """Numbers that no machine has: findings about the log, not results.
-
-    Parameters
-    ----------
-    parameters : dict of str to Estimate
-
-    Returns
-    -------
-    tuple of str
-    """
+    """Numbers that no machine has: findings about the log, not results."""
     found = []
     against = any(parameters[name].value < 0.0 for name in ("inertia", "mass") if name in parameters)
     for name, estimate in parameters.items():

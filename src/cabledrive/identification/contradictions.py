@@ -17,15 +17,7 @@ ALIKE = 0.005
 def contradicted(chosen: Identification, one: Identification, other: Identification) -> Identification:
     """The answer, with a finding where two methods exclude each other.
 
-    Parameters
-    ----------
-    chosen : Identification
-    one, other : Identification
-        By output error and by prediction error.
-
-    Returns
-    -------
-    Identification
+    ``one``, ``other``: by output error and by prediction error.
     """
     names = _excluding(one, other)
     if not names:
@@ -41,16 +33,7 @@ def contradicted(chosen: Identification, one: Identification, other: Identificat
 def compared(found: Identification, each: Sequence[Identification]) -> Identification:
     """The answer, with a finding where logs of one axis exclude each other.
 
-    Parameters
-    ----------
-    found : Identification
-        From all logs.
-    each : sequence of Identification
-        From each log by itself.
-
-    Returns
-    -------
-    Identification
+    ``found``: from all logs; ``each``: from each log by itself.
     """
     for k, one in enumerate(each):
         for other in each[k + 1 :]:

@@ -108,17 +108,7 @@ def suspicions(
 ) -> tuple[Suspicion, ...]:
     """Evidence for each fault, that which explains most first.
 
-    Parameters
-    ----------
-    logs : sequence of Log
-    refined : Identification
-        By output error.
-    options : AxisOptions, optional
-        Those of the identification.
-
-    Returns
-    -------
-    tuple of Suspicion
+    ``refined``: by output error; ``options``: those of the identification.
     """
     options = options or AxisOptions()
     torque, position = channels_of(logs[0], options)
@@ -153,16 +143,8 @@ def verdict(found: Sequence[Suspicion], late: bool = False) -> str | None:
     near standstill, or less. A spring makes the apparent inertia rise with frequency, a delayed channel makes
     a lag, free play does both and more.
 
-    Parameters
-    ----------
-    found : sequence of Suspicion
-    late : bool, default False
-        Whether the torque had to be moved by a time that no convention of logging explains.
-
-    Returns
-    -------
-    str or None
-        Key of `FAULTS`; None where nothing is beyond chance.
+    ``late``: whether the torque had to be moved by a time that no convention of logging explains.
+    Returns key of `FAULTS`; None where nothing is beyond chance.
     """
     beyond = [s for s in found if s.alarms]
     if not beyond:
@@ -196,15 +178,7 @@ def _answers(case: Case, values: Array) -> dict[str, Array]:
 def disturbances(case: Case, values: Array) -> dict[str, Array]:
     """Torques that the faults would add, up to a factor, from the model's own motion.
 
-    Parameters
-    ----------
-    case : Case
-    values : ndarray, shape (4,)
-        Inertia, viscous friction, Coulomb friction, offset.
-
-    Returns
-    -------
-    dict of str to ndarray
+    ``values``, shape (4,): inertia, viscous friction, Coulomb friction, offset.
     """
     speed = simulated_speed(case, values)
     size = float(np.sqrt(np.mean(speed**2)))
@@ -228,18 +202,8 @@ def disturbances(case: Case, values: Array) -> dict[str, Array]:
 def loose(speed: Array, acceleration: Array, gap: float, interval: float) -> Array:
     """Where a load with free play would be loose: from each change of its drive until the gap is crossed.
 
-    Parameters
-    ----------
-    speed, acceleration : ndarray, shape (samples,)
-    gap : float
-        [rad].
-    interval : float
-        [s].
-
-    Returns
-    -------
-    ndarray, shape (samples,)
-        1 where it is loose, else 0.
+    ``speed``, ``acceleration``, shape (samples,); ``gap`` [rad]; ``interval`` [s].
+    Returns shape (samples,): 1 where it is loose, else 0.
     """
     free = np.zeros(speed.size)
     turns = np.flatnonzero(np.diff(np.sign(acceleration)) != 0)
@@ -272,14 +236,6 @@ def _suspicion(factors: Factors, name: str, tried: int) -> Suspicion:
 def critical(tried: int, freedom: int) -> float:
     """Significance beyond chance among several trials.
 
-    Parameters
-    ----------
-    tried : int
-    freedom : int
-
-    Returns
-    -------
-    float
-        Student's t of the two-sided level `FALSE_ALARMS` / ``tried``.
+    Returns Student's t of the two-sided level `FALSE_ALARMS` / ``tried``.
     """
     return float(stats.t.isf(0.5 * FALSE_ALARMS / tried, freedom))

@@ -114,10 +114,7 @@ class Identification:
     def as_dict(self) -> dict[str, Any]:
         """The identification as JSON has it.
 
-        Returns
-        -------
-        dict
-            Numbers in SI; None with a reason beside it where there is none.
+        Returns numbers in SI; None with a reason beside it where there is none.
         """
         return {
             "model": self.model,
@@ -136,32 +133,14 @@ class Identification:
 
 
 def estimate_dict(estimate: Estimate) -> dict[str, Any]:
-    """One parameter as JSON has it.
-
-    Parameters
-    ----------
-    estimate : Estimate
-
-    Returns
-    -------
-    dict
-    """
+    """One parameter as JSON has it."""
     numbers = {name: _finite(getattr(estimate, name)) for name in ("value", "low", "high", "standard_error")}
     reason = {"reason": estimate.reason} if estimate.reason else {}
     return {"value": numbers.pop("value"), "unit": estimate.unit} | numbers | reason
 
 
 def report_dict(report: DataReport) -> dict[str, Any]:
-    """A data report as JSON has it.
-
-    Parameters
-    ----------
-    report : DataReport
-
-    Returns
-    -------
-    dict
-    """
+    """A data report as JSON has it."""
     return {
         "rows": report.rows,
         "duration": report.duration,
@@ -176,15 +155,7 @@ def report_dict(report: DataReport) -> dict[str, Any]:
 def without_intervals(found: Identification, reason: str) -> Identification:
     """An identification whose model is refused: its values stay, its intervals do not.
 
-    Parameters
-    ----------
-    found : Identification
-    reason : str
-        Why there is no interval.
-
-    Returns
-    -------
-    Identification
+    ``reason``: why there is no interval.
     """
     parameters = {
         name: replace(one, standard_error=np.inf, low=-np.inf, high=np.inf, reason=one.reason or reason)
@@ -196,15 +167,7 @@ def without_intervals(found: Identification, reason: str) -> Identification:
 def unit_of(name: str, linear: bool) -> str:
     """Unit of a parameter of one axis.
 
-    Parameters
-    ----------
-    name : str
-    linear : bool
-        Whether the axis slides.
-
-    Returns
-    -------
-    str
+    ``linear``: whether the axis slides.
     """
     stem = name.removesuffix("_positive").removesuffix("_negative").rstrip(" 0123456789")
     return LINEAR_UNITS.get(stem, UNITS[stem]) if linear else UNITS[stem]

@@ -38,16 +38,7 @@ class Multisine:
 
 
 def crest_factor(values: Array) -> float:
-    """Largest absolute value over root mean square.
-
-    Parameters
-    ----------
-    values : ndarray
-
-    Returns
-    -------
-    float
-    """
+    """Largest absolute value over root mean square."""
     return float(np.abs(values).max() / np.sqrt(np.mean(values**2)))
 
 
@@ -56,27 +47,10 @@ def multisine_lines(
 ) -> NDArray[np.int64]:
     """Lines of a multisine in a band.
 
-    Parameters
-    ----------
-    samples : int
-        Of one period.
-    sample_rate : float
-        [Hz].
-    low, high : float
-        Band [Hz].
-    count : int, optional
-        How many lines, spread evenly; default: all in the band.
-    odd : bool, default False
-        Only odd lines: what appears at even ones is then an even nonlinearity.
-
-    Returns
-    -------
-    ndarray of int
-
-    Raises
-    ------
-    InputRefused
-        If the band holds no line, or fewer than asked for, or reaches half the sample rate.
+    ``samples``: of one period; ``sample_rate`` [Hz]; ``low``, ``high``: band [Hz]; ``count``: how many lines,
+    spread evenly; default: all in the band; ``odd``: only odd lines: what appears at even ones is then an
+    even nonlinearity.
+    Raises `InputRefused` if the band holds no line, or fewer than asked for, or reaches half the sample rate.
     """
     if not 0.0 < low < high < 0.5 * sample_rate:
         raise InputRefused(
@@ -100,14 +74,7 @@ def schroeder_phases(count: int) -> Array:
 
     .. math:: \varphi_k = -\pi k(k-1)/N
 
-    Parameters
-    ----------
-    count : int
-
-    Returns
-    -------
-    ndarray, shape (count,)
-        [rad].
+    Returns shape (count,) [rad].
 
     References
     ----------
@@ -123,20 +90,8 @@ def random_multisine(
 ) -> Multisine:
     """The lowest crest of several draws of random phases: `idinput` 'sine', Eqs. (4.13), (4.14).
 
-    Parameters
-    ----------
-    samples : int
-    sample_rate : float
-        [Hz].
-    lines : ndarray of int
-    trials : int
-        How many draws.
-    rng : numpy.random.Generator
-
-    Returns
-    -------
-    Multisine
-        Of largest value 1.
+    ``sample_rate`` [Hz]; ``trials``: how many draws.
+    Returns of largest value 1.
     """
     best: Array | None = None
     for _ in range(trials):
@@ -156,20 +111,8 @@ def low_crest_multisine(
 ) -> Multisine:
     """Schroeder phases, then clipping in turn with restoring of the amplitudes.
 
-    Parameters
-    ----------
-    samples : int
-    sample_rate : float
-        [Hz].
-    lines : ndarray of int
-    passes : int, default 200
-    amplitudes : ndarray, optional
-        Of the lines; default: all alike.
-
-    Returns
-    -------
-    Multisine
-        Of largest value 1.
+    ``sample_rate`` [Hz]; ``amplitudes``: of the lines; default: all alike.
+    Returns of largest value 1.
 
     References
     ----------
@@ -197,21 +140,8 @@ def sum_of_sines(
 ) -> Array:
     """Few sines together, as in section 4.2.
 
-    Parameters
-    ----------
-    duration : float
-        [s].
-    sample_rate : float
-        [Hz].
-    frequencies : array-like
-        [Hz].
-    amplitudes : array-like
-    phases : array-like, optional
-        [rad]; default: 0.
-
-    Returns
-    -------
-    ndarray, shape (samples,)
+    ``duration`` [s]; ``sample_rate`` [Hz]; ``frequencies`` [Hz]; ``phases`` [rad]; default: 0.
+    Returns shape (samples,).
     """
     t = np.arange(round(duration * sample_rate)) / sample_rate
     angles = np.zeros(len(frequencies)) if phases is None else phases
@@ -222,19 +152,8 @@ def sum_of_sines(
 def chirp(duration: float, sample_rate: float, low: float, high: float) -> Array:
     """A sine whose frequency rises so that every octave takes the same time.
 
-    Parameters
-    ----------
-    duration : float
-        [s].
-    sample_rate : float
-        [Hz].
-    low, high : float
-        Frequency at both ends [Hz].
-
-    Returns
-    -------
-    ndarray, shape (samples,)
-        Of amplitude 1.
+    ``duration`` [s]; ``sample_rate`` [Hz]; ``low``, ``high``: frequency at both ends [Hz].
+    Returns shape (samples,): of amplitude 1.
     """
     t = np.arange(round(duration * sample_rate)) / sample_rate
     rate = np.log(high / low) / duration
@@ -244,19 +163,8 @@ def chirp(duration: float, sample_rate: float, low: float, high: float) -> Array
 def steps(duration: float, sample_rate: float, period: float) -> Array:
     """A square wave.
 
-    Parameters
-    ----------
-    duration : float
-        [s].
-    sample_rate : float
-        [Hz].
-    period : float
-        [s].
-
-    Returns
-    -------
-    ndarray, shape (samples,)
-        1 and -1.
+    ``duration`` [s]; ``sample_rate`` [Hz]; ``period`` [s].
+    Returns shape (samples,): 1 and -1.
     """
     t = np.arange(round(duration * sample_rate)) / sample_rate
     return np.where(np.mod(t, period) < 0.5 * period, 1.0, -1.0)

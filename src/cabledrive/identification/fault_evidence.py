@@ -75,27 +75,14 @@ class Evidence:
         return self.significance > self.critical
 
     def as_dict(self) -> dict[str, float]:
-        """Numbers as the answer has them.
-
-        Returns
-        -------
-        dict of str to float
-        """
+        """Numbers as the answer has them."""
         return {"significance": self.significance, "critical": self.critical, "value": self.value}
 
 
 def material(found: Sequence[Evidence], half_widths: Sequence[float]) -> tuple[Evidence, ...]:
     """Faults beyond chance that matter: they change a parameter by a share of its interval, or explain much.
 
-    Parameters
-    ----------
-    found : sequence of Evidence
-    half_widths : sequence of float
-        Of the intervals of the four parameters.
-
-    Returns
-    -------
-    tuple of Evidence
+    ``half_widths``: of the intervals of the four parameters.
     """
     kept = []
     for one in found:
@@ -108,14 +95,7 @@ def material(found: Sequence[Evidence], half_widths: Sequence[float]) -> tuple[E
 def named(found: Sequence[Evidence]) -> tuple[Evidence, ...]:
     """The faults that the evidence speaks for: the one that explains most, and those that explain nearly it.
 
-    Parameters
-    ----------
-    found : sequence of Evidence
-
-    Returns
-    -------
-    tuple of Evidence
-        Empty where nothing is beyond chance.
+    Returns empty where nothing is beyond chance.
     """
     beyond = sorted((e for e in found if e.alarms), key=lambda e: -e.gain)
     return tuple(e for e in beyond if e.gain >= CLOSE * beyond[0].gain)
@@ -124,16 +104,8 @@ def named(found: Sequence[Evidence]) -> tuple[Evidence, ...]:
 def told(faults: Sequence[Evidence], first: str | None = None) -> str:
     """A verdict in a sentence.
 
-    Parameters
-    ----------
-    faults : sequence of Evidence
-        At least one.
-    first : str, optional
-        Words on the first of them, where more is known of it than its factor.
-
-    Returns
-    -------
-    str
+    ``faults``: at least one; ``first``: words on the first of them, where more is known of it than its
+    factor.
     """
     first = FAULTS[faults[0].fault].format(value=faults[0].value) if first is None else first
     words = f"the model does not fit: {first}"

@@ -19,18 +19,8 @@ BEYOND = 6.0
 def feedback_significance(torque: Array, run: Foreseen, late: int) -> float:
     """Largest correlation of the torque with innovations before it, in standard errors.
 
-    Parameters
-    ----------
-    torque : ndarray, shape (samples,)
-        As logged.
-    run : Foreseen
-        Of an observer along the same samples.
-    late : int
-        Samples by which the torque channel is logged late: their correlations are no feedback.
-
-    Returns
-    -------
-    float
+    ``torque``, shape (samples,): as logged; ``run``: of an observer along the same samples; ``late``: samples
+    by which the torque channel is logged late: their correlations are no feedback.
     """
     lines = spectral_lines(torque)
     noise = torque if lines is torque else torque - lines
@@ -49,18 +39,7 @@ def inside_a_loop(
 ) -> bool:
     """Whether the torque of any log answers to the angle.
 
-    Parameters
-    ----------
-    torques : sequence of ndarray
-        As logged.
-    tracks : sequence of Track
-    runs : sequence of Foreseen
-    shift : float
-        Time by which the torque acts later than it is logged [s].
-
-    Returns
-    -------
-    bool
+    ``torques``: as logged; ``shift``: time by which the torque acts later than it is logged [s].
     """
     late = [max(0, int(np.ceil(-shift / track.interval + 0.5))) for track in tracks]
     cases = zip(torques, runs, late, strict=True)

@@ -23,21 +23,10 @@ def causal_filter(values: Array, interval: float, natural_frequency: float, damp
 
     .. math:: \dot x_1 = x_2, \qquad \dot x_2 = -2\zeta_f\omega_f x_2 - \omega_f^2 (x_1 - \theta)
 
-    Parameters
-    ----------
-    values : ndarray, shape (samples,)
-        On straight lines between samples, for which the discrete filter is exact.
-    interval : float
-        [s].
-    natural_frequency : float
-        :math:`\omega_f / 2\pi` [Hz].
-    damping : float, default 1.0
-        :math:`\zeta_f`.
-
-    Returns
-    -------
-    ndarray, shape (3, samples)
-        :math:`H_f\theta`, :math:`sH_f\theta`, :math:`s^2H_f\theta`; at rest on the first value before.
+    ``values``, shape (samples,): on straight lines between samples, for which the discrete filter is exact;
+    ``interval`` [s]; ``natural_frequency``: :math:`\omega_f / 2\pi` [Hz]; ``damping``: :math:`\zeta_f`.
+    Returns shape (3, samples): :math:`H_f\theta`, :math:`sH_f\theta`, :math:`s^2H_f\theta`; at rest on the
+    first value before.
     """
     omega = 2 * pi * natural_frequency
     a = np.array([[0.0, 1.0], [-(omega**2), -2 * damping * omega]])
@@ -57,17 +46,8 @@ def ideal_low_pass(values: Array, interval: float, cutoff: float) -> Array:
 
     The straight line through both ends is set aside and the rest continued oddly, so that nothing jumps.
 
-    Parameters
-    ----------
-    values : ndarray, shape (samples,)
-    interval : float
-        [s].
-    cutoff : float
-        [Hz].
-
-    Returns
-    -------
-    ndarray, shape (samples,)
+    ``values``, shape (samples,); ``interval`` [s]; ``cutoff`` [Hz].
+    Returns shape (samples,).
     """
     line = np.linspace(values[0], values[-1], values.size)
     rest = values - line
@@ -80,22 +60,9 @@ def ideal_low_pass(values: Array, interval: float, cutoff: float) -> Array:
 def butterworth(interval: float, cutoff: float, order: int = 4) -> Any:
     """Sections of a Butterworth low-pass.
 
-    Parameters
-    ----------
-    interval : float
-        [s].
-    cutoff : float
-        [Hz].
-    order : int, default 4
-
-    Returns
-    -------
-    ndarray, shape (sections, 6)
-
-    Raises
-    ------
-    InputRefused
-        If the cutoff is not below half the sample rate.
+    ``interval`` [s]; ``cutoff`` [Hz].
+    Returns shape (sections, 6).
+    Raises `InputRefused` if the cutoff is not below half the sample rate.
     """
     nyquist = 0.5 / interval
     if not 0.0 < cutoff < nyquist:
@@ -108,23 +75,8 @@ def butterworth(interval: float, cutoff: float, order: int = 4) -> Any:
 def zero_phase(values: Array, interval: float, cutoff: float, order: int = 4) -> Array:
     """Butterworth low-pass forwards and backwards: no phase.
 
-    Parameters
-    ----------
-    values : ndarray, shape (samples, ...)
-    interval : float
-        [s].
-    cutoff : float
-        Of the single pass, 3 dB [Hz].
-    order : int, default 4
-
-    Returns
-    -------
-    ndarray, as ``values``
-
-    Raises
-    ------
-    InputRefused
-        If the log is shorter than the filter needs.
+    ``values``, shape (samples, ...); ``interval`` [s]; ``cutoff``: of the single pass, 3 dB [Hz].
+    Raises `InputRefused` if the log is shorter than the filter needs.
     """
     pad = min(values.shape[0] - 2, int(2.0 / (cutoff * interval)) + 12)
     if pad < 12:
@@ -137,15 +89,8 @@ def zero_phase(values: Array, interval: float, cutoff: float, order: int = 4) ->
 def difference(values: Array, interval: float) -> Array:
     """Derivative by central differences of order 8; one-sided of order 1 at both ends.
 
-    Parameters
-    ----------
-    values : ndarray, shape (samples,)
-    interval : float
-        [s].
-
-    Returns
-    -------
-    ndarray, shape (samples,)
+    ``values``, shape (samples,); ``interval`` [s].
+    Returns shape (samples,).
     """
     found = np.gradient(values, interval)
     reach = len(DIFFERENCES)
@@ -164,21 +109,9 @@ def chosen_bandwidth(position: Array, interval: float) -> float:
     half of the spectrum. The bandwidth is the highest frequency, in bands of a sixth of an octave, whose mean
     power is ten times that, and not more than a tenth of the sample rate.
 
-    Parameters
-    ----------
-    position : ndarray, shape (samples,)
-    interval : float
-        [s].
-
-    Returns
-    -------
-    float
-        [Hz].
-
-    Raises
-    ------
-    InputRefused
-        If there are too few samples to tell motion from noise.
+    ``position``, shape (samples,); ``interval`` [s].
+    Returns [Hz].
+    Raises `InputRefused` if there are too few samples to tell motion from noise.
     """
     if position.size < FEWEST_SAMPLES:
         raise InputRefused(

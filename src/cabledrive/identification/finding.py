@@ -14,17 +14,7 @@ class Finding(str):
     code: str
 
     def __new__(cls, code: str, message: str) -> "Finding":
-        """Make one.
-
-        Parameters
-        ----------
-        code : str
-        message : str
-
-        Returns
-        -------
-        Finding
-        """
+        """Make one."""
         made = super().__new__(cls, message)
         made.code = code
         return made
@@ -35,24 +25,10 @@ class Finding(str):
         return str(self)
 
     def as_dict(self) -> dict[str, str]:
-        """The finding as JSON has it.
-
-        Returns
-        -------
-        dict of str to str
-        """
+        """The finding as JSON has it."""
         return {"code": self.code, "message": str(self)}
 
 
 def code_of(finding: str) -> str:
-    """Code of a finding; "finding" where it is a plain sentence.
-
-    Parameters
-    ----------
-    finding : str
-
-    Returns
-    -------
-    str
-    """
+    """Code of a finding; "finding" where it is a plain sentence."""
     return finding.code if isinstance(finding, Finding) else "finding"

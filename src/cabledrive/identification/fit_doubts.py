@@ -28,18 +28,7 @@ LAGS = 20
 
 
 def interval_of(fit: RowFit, name: str, level: float = 0.95) -> tuple[float, float]:
-    """Interval of one parameter.
-
-    Parameters
-    ----------
-    fit : RowFit
-    name : str
-    level : float, default 0.95
-
-    Returns
-    -------
-    low, high : float
-    """
+    """Interval of one parameter."""
     t = float(stats.t.ppf(0.5 + level / 2, max(1, fit.freedom)))
     value, error = fit.values[name], fit.errors[name]
     positive = next(s.positive for s in fit.model.sought if s.name == name)
@@ -52,14 +41,7 @@ def interval_of(fit: RowFit, name: str, level: float = 0.95) -> tuple[float, flo
 def at_bounds(fit: RowFit) -> dict[str, float]:
     """Parameters that the search left at a bound.
 
-    Parameters
-    ----------
-    fit : RowFit
-
-    Returns
-    -------
-    dict of str to float
-        The bound of each.
+    Returns the bound of each.
     """
     found: dict[str, float] = {}
     for s in fit.model.sought:
@@ -74,14 +56,7 @@ def at_bounds(fit: RowFit) -> dict[str, float]:
 def undetermined(fit: RowFit) -> tuple[str, ...]:
     """Parameters whose standard error is above their value.
 
-    Parameters
-    ----------
-    fit : RowFit
-
-    Returns
-    -------
-    tuple of str
-        Offsets and initial values are not among them: they may be zero.
+    Returns offsets and initial values are not among them: they may be zero.
     """
     return tuple(
         s.name for s in fit.model.sought if s.positive and not fit.errors[s.name] <= abs(fit.values[s.name])
@@ -91,19 +66,9 @@ def undetermined(fit: RowFit) -> tuple[str, ...]:
 def correlation_of(fit: RowFit, records: Sequence[Record], first_lag: int = 1) -> tuple[float, float]:
     """Largest correlation of the residual with its past, over records and channels.
 
-    Parameters
-    ----------
-    fit : RowFit
-    records : sequence of Record
-    first_lag : int, default 1
-        From which lag on; what a sensor or a difference correlates lies below it.
-
-    Returns
-    -------
-    largest : float
-        Between 0 and 1.
-    chance : float
-        Of one as large in white noise, by the portmanteau statistic of Ljung and Box.
+    ``first_lag``: from which lag on; what a sensor or a difference correlates lies below it.
+    Returns ``largest``: between 0 and 1; ``chance``: of one as large in white noise, by the portmanteau
+    statistic of Ljung and Box.
     """
     largest, chance = 0.0, 1.0
     for record in records:
@@ -125,17 +90,8 @@ def correlation_of(fit: RowFit, records: Sequence[Record], first_lag: int = 1) -
 def doubts_of(fit: RowFit, records: Sequence[Record], first_lag: int = 1) -> tuple[tuple[str, str], ...]:
     """What a reader of a fit has to know.
 
-    Parameters
-    ----------
-    fit : RowFit
-    records : sequence of Record
-    first_lag : int, default 1
-        See `correlation_of`.
-
-    Returns
-    -------
-    tuple of (str, str)
-        Code and sentence: "at-bound", "undetermined", "residual-not-white".
+    ``first_lag``: see `correlation_of`.
+    Returns code and sentence: "at-bound", "undetermined", "residual-not-white".
     """
     found = [
         ("at-bound", f"{name} ends at the bound {bound:.4g} of its search: no interval")

@@ -72,14 +72,7 @@ class FrequencyResponse:
     def between(self, low: float, high: float) -> "FrequencyResponse":
         """The part in a band.
 
-        Parameters
-        ----------
-        low, high : float
-            [Hz].
-
-        Returns
-        -------
-        FrequencyResponse
+        ``low``, ``high`` [Hz].
         """
         keep = (self.frequency >= low) & (self.frequency <= high)
         return replace(
@@ -105,27 +98,11 @@ def response_by_segments(
 ) -> FrequencyResponse:
     """Response by windowed segments, what `tfestimate` does, Eq. (4.15).
 
-    Parameters
-    ----------
-    input_, output : ndarray, shape (samples,)
-    interval : float
-        [s].
-    segment : float, default 1.0
-        Length of the Hann windows [s].
-    overlap : float, default 0.2
-        Of neighbouring windows [s].
-    estimator : {"H1", "H2", "Hv"}
-    robust : bool, default True
-        Leave out records in which the output does what neither its past nor the input explains.
-
-    Returns
-    -------
-    FrequencyResponse
-
-    Raises
-    ------
-    InputRefused
-        If windows do not advance, the log is shorter than two of them, or the input stands still.
+    ``input_``, ``output``, shape (samples,); ``interval`` [s]; ``segment``: length of the Hann windows [s];
+    ``overlap``: of neighbouring windows [s]; ``estimator``, {"H1", "H2", "Hv"}; ``robust``: leave out records
+    in which the output does what neither its past nor the input explains.
+    Raises `InputRefused` if windows do not advance, the log is shorter than two of them, or the input stands
+    still.
     """
     if estimator not in ESTIMATORS:
         raise InputRefused(f'estimator "{estimator}" is unknown: take one of {", ".join(ESTIMATORS)}')
@@ -171,27 +148,10 @@ def response_by_periods(
 ) -> FrequencyResponse:
     """Response to a periodic multisine: means over periods, no leakage, noise and distortion told apart.
 
-    Parameters
-    ----------
-    input_, output : ndarray, shape (samples,)
-    interval : float
-        [s].
-    period : int
-        Samples of one period.
-    lines : ndarray of int
-        Excited lines.
-    skipped : int, default 1
-        Periods left out at the start, in which the motion settles.
-
-    Returns
-    -------
-    FrequencyResponse
-        Distortion from lines in the excited band that are not excited; none where all are.
-
-    Raises
-    ------
-    InputRefused
-        If fewer than two periods are left.
+    ``input_``, ``output``, shape (samples,); ``interval`` [s]; ``period``: samples of one period; ``lines``:
+    excited lines; ``skipped``: periods left out at the start, in which the motion settles.
+    Returns distortion from lines in the excited band that are not excited; none where all are.
+    Raises `InputRefused` if fewer than two periods are left.
     """
     count = input_.size // period - skipped
     if count < 2:

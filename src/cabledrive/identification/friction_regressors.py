@@ -44,19 +44,8 @@ class FrictionModel:
 def dead_zone(quantum: float, interval: float, cutoff: float) -> float:
     """Speed below which its sign is not known: the deviation that the encoder's rounding makes, times 2.
 
-    Parameters
-    ----------
-    quantum : float
-        Step of the encoder [rad].
-    interval : float
-        [s].
-    cutoff : float
-        Bandwidth of the speed [Hz].
-
-    Returns
-    -------
-    float
-        [rad/s].
+    ``quantum``: step of the encoder [rad]; ``interval`` [s]; ``cutoff``: bandwidth of the speed [Hz].
+    Returns [rad/s].
     """
     frequency, response = signal.freqz_sos(butterworth(interval, cutoff), worN=2048, fs=1 / interval)
     gain = np.abs(response) ** 2 * 2 * pi * frequency
@@ -66,18 +55,8 @@ def dead_zone(quantum: float, interval: float, cutoff: float) -> float:
 def direction_of(speed: Array, zone: float, shortest: int = 1) -> Array:
     """Sign of the speed, zero while it rests inside the dead zone.
 
-    Parameters
-    ----------
-    speed : ndarray
-        [rad/s].
-    zone : float
-        [rad/s].
-    shortest : int, default 1
-        Samples that a rest lasts at least; a turn that passes through the zone sooner is no rest.
-
-    Returns
-    -------
-    ndarray
+    ``speed`` [rad/s]; ``zone`` [rad/s]; ``shortest``: samples that a rest lasts at least; a turn that passes
+    through the zone sooner is no rest.
     """
     inside = np.abs(speed) <= zone
     edges = np.flatnonzero(np.diff(np.concatenate(([0], inside.astype(np.int8), [0]))))
@@ -92,20 +71,9 @@ def friction_columns(model: FrictionModel, speed: Array, sign: Array, offset: st
 
     .. math:: \tau = J\ddot\theta + b\dot\theta + c\,S(\dot\theta) - d
 
-    Parameters
-    ----------
-    model : FrictionModel
-    speed : ndarray, shape (samples,)
-        [rad/s].
-    sign : ndarray, shape (samples,)
-        Its direction, see `direction_of`.
-    offset : str
-        Name of the offset: "offset_torque" or "offset_force".
-
-    Returns
-    -------
-    dict of str to ndarray
-        The regressor of the offset is -1, as in (4.9).
+    ``speed``, shape (samples,) [rad/s]; ``sign``, shape (samples,): its direction, see `direction_of`;
+    ``offset``: name of the offset: "offset_torque" or "offset_force".
+    Returns the regressor of the offset is -1, as in (4.9).
     """
     plain = {"viscous_friction": speed, "coulomb_friction": sign, offset: np.full_like(speed, -1.0)}
     if model.kind == "coulomb":

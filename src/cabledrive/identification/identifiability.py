@@ -13,47 +13,20 @@ WEAK_SHARE = 0.1
 
 
 def blind_words(fit: Fit) -> tuple[str, ...]:
-    """Name each direction about which the log says nothing.
-
-    Parameters
-    ----------
-    fit : Fit
-
-    Returns
-    -------
-    tuple of str
-    """
+    """Name each direction about which the log says nothing."""
     return tuple(_direction_words(fit.names, direction) for direction in fit.blind)
 
 
 def blind_parameters(fit: Fit) -> set[str]:
-    """Parameters that no number is given for, because a blind direction moves them.
-
-    Parameters
-    ----------
-    fit : Fit
-
-    Returns
-    -------
-    set of str
-    """
+    """Parameters that no number is given for, because a blind direction moves them."""
     return {fit.names[k] for direction in fit.blind for k in _members(direction)}
 
 
 def weak_parameters(fit: Fit, sizes: Array, level: float = 0.95) -> tuple[str, ...]:
     """Parameters whose interval is wider than their value, and whose uncertainty matters for the torque.
 
-    Parameters
-    ----------
-    fit : Fit
-    sizes : ndarray, shape (p,)
-        Root mean square of each regressor.
-    level : float, default 0.95
-
-    Returns
-    -------
-    tuple of str
-        A small parameter that the log bounds well (friction that is not there) is not among them.
+    ``sizes``, shape (p,): root mean square of each regressor.
+    Returns a small parameter that the log bounds well (friction that is not there) is not among them.
     """
     half = fit.half_width(level)
     weak = (half > np.abs(fit.values)) & (half * sizes > WEAK_SHARE * fit.scale)
@@ -61,30 +34,12 @@ def weak_parameters(fit: Fit, sizes: Array, level: float = 0.95) -> tuple[str, .
 
 
 def weak_words(name: str) -> str:
-    """Say that a parameter is not determined.
-
-    Parameters
-    ----------
-    name : str
-
-    Returns
-    -------
-    str
-    """
+    """Say that a parameter is not determined."""
     return f"{readable(name)} is not determined: its interval is wider than its value"
 
 
 def readable(name: str) -> str:
-    """A parameter's name as running text.
-
-    Parameters
-    ----------
-    name : str
-
-    Returns
-    -------
-    str
-    """
+    """A parameter's name as running text."""
     for side in ("positive", "negative"):
         if name.endswith(f"_{side}"):
             return f"{name.removesuffix(f'_{side}').replace('_', ' ')} ({side} speed)"

@@ -59,19 +59,8 @@ class IdentifyOptions:
 def load_options(path: str | Path) -> IdentifyOptions:
     """Read a configuration: a table ``[identify]`` and a table ``[log]``.
 
-    Parameters
-    ----------
-    path : path-like
-        TOML file.
-
-    Returns
-    -------
-    IdentifyOptions
-
-    Raises
-    ------
-    InputRefused
-        If it is not understood.
+    ``path``: TOML file.
+    Raises `InputRefused` if it is not understood.
     """
     path = Path(path)
     content = read_toml(path, "write TOML with tables [identify] and [log]")
@@ -88,20 +77,8 @@ def load_options(path: str | Path) -> IdentifyOptions:
 def with_model(options: IdentifyOptions, model: str | None) -> IdentifyOptions:
     """Options with another model.
 
-    Parameters
-    ----------
-    options : IdentifyOptions
-    model : str or None
-        None: as it is.
-
-    Returns
-    -------
-    IdentifyOptions
-
-    Raises
-    ------
-    InputRefused
-        If there is no such model.
+    ``model``: none: as it is.
+    Raises `InputRefused` if there is no such model.
     """
     name = options.model if model is None else model
     name = "rigid-axis-coulomb" if name == "rigid-axis" else name

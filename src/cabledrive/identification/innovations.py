@@ -94,16 +94,8 @@ class Foreseen:
 def held(torque: Array, share: float = HELD) -> Array:
     """Mean torque from each sample to the next.
 
-    Parameters
-    ----------
-    torque : ndarray, shape (samples,)
-        As logged.
-    share : float
-        Of the second difference that is taken off.
-
-    Returns
-    -------
-    ndarray, shape (samples,)
+    ``torque``, shape (samples,): as logged; ``share``: of the second difference that is taken off.
+    Returns shape (samples,).
     """
     corners = between_samples(torque, share)
     mean = corners.copy()
@@ -114,16 +106,7 @@ def held(torque: Array, share: float = HELD) -> Array:
 def foreseen(track: Track, values: Array, bandwidth: float) -> Foreseen:
     """Run the observer.
 
-    Parameters
-    ----------
-    track : Track
-    values : ndarray, shape (4,)
-    bandwidth : float
-        [rad/s].
-
-    Returns
-    -------
-    Foreseen
+    ``values``, shape (4,); ``bandwidth`` [rad/s].
     """
     gains = observer_gains(bandwidth, track.interval)
     out = np.empty((5, track.position.size))
@@ -143,16 +126,8 @@ def foreseen(track: Track, values: Array, bandwidth: float) -> Foreseen:
 def observer_gains(bandwidth: float, interval: float) -> Array:
     """Gains of angle and speed, for two poles with the damping 0.7.
 
-    Parameters
-    ----------
-    bandwidth : float
-        [rad/s].
-    interval : float
-        [s].
-
-    Returns
-    -------
-    ndarray, shape (2,)
+    ``bandwidth`` [rad/s]; ``interval`` [s].
+    Returns shape (2,).
     """
     return np.array([np.sqrt(2.0) * bandwidth * interval, bandwidth**2 * interval])
 
@@ -160,20 +135,9 @@ def observer_gains(bandwidth: float, interval: float) -> Array:
 def best_bandwidth(track: Track, values: Array) -> float:
     """Bandwidth of the observer whose innovations are smallest.
 
-    Parameters
-    ----------
-    track : Track
-    values : ndarray, shape (4,)
-
-    Returns
-    -------
-    float
-        [rad/s].
-
-    Raises
-    ------
-    NotComputed
-        If none follows the log.
+    ``values``, shape (4,).
+    Returns [rad/s].
+    Raises `NotComputed` if none follows the log.
     """
     top = min(FASTEST, 0.05 / track.interval)
     tried = 2 * np.pi * np.geomspace(SLOWEST, top, TRIED)
@@ -185,18 +149,7 @@ def best_bandwidth(track: Track, values: Array) -> float:
 
 
 def answered(track: Track, run: Foreseen, torques: Mapping[str, Array]) -> Array:
-    """What disturbing torques add to the innovation, shape (disturbances, samples).
-
-    Parameters
-    ----------
-    track : Track
-    run : Foreseen
-    torques : mapping of str to ndarray
-
-    Returns
-    -------
-    ndarray
-    """
+    """What disturbing torques add to the innovation, shape (disturbances, samples)."""
     out = np.empty((len(torques), track.position.size))
     columns = np.array(list(torques.values()))
     answers(run.values, run.gains, columns, run.direction, run.jump, track.interval, out)
@@ -206,14 +159,8 @@ def answered(track: Track, run: Foreseen, torques: Mapping[str, Array]) -> Array
 def autoregression(values: Array, order: int = ORDER) -> Array:
     """Filter that makes a stationary signal white and of deviation 1, by Yule and Walker.
 
-    Parameters
-    ----------
-    values : ndarray, shape (samples,)
-    order : int
-
-    Returns
-    -------
-    ndarray, shape (order + 1,)
+    ``values``, shape (samples,).
+    Returns shape (order + 1,).
     """
     products = np.array([values[k:] @ values[: values.size - k] for k in range(order + 1)]) / values.size
     products[0] *= 1.0 + 1e-9
@@ -225,21 +172,7 @@ def autoregression(values: Array, order: int = ORDER) -> Array:
 def regression(track: Track, run: Foreseen, torques: Mapping[str, Array], segments: int) -> Factors:
     """Whitened innovations against what each disturbance would add, by segments of time.
 
-    Parameters
-    ----------
-    track : Track
-    run : Foreseen
-    torques : mapping of str to ndarray
-    segments : int
-
-    Returns
-    -------
-    Factors
-
-    Raises
-    ------
-    NotComputed
-        If the log is too short, or the observer leaves the finite numbers.
+    Raises `NotComputed` if the log is too short, or the observer leaves the finite numbers.
     """
     rows = np.vstack([answered(track, run, torques), run.innovation])
     if not np.all(np.isfinite(rows)):
@@ -255,14 +188,6 @@ def regression(track: Track, run: Foreseen, torques: Mapping[str, Array], segmen
 def settled(run: Foreseen, interval: float) -> int:
     """Samples after which the observer has forgotten its start.
 
-    Parameters
-    ----------
-    run : Foreseen
-    interval : float
-        [s].
-
-    Returns
-    -------
-    int
+    ``interval`` [s].
     """
     return int(np.ceil(8.0 * run.gains[0] / (run.gains[1] * interval)))

@@ -44,16 +44,7 @@ class Rows:
 def settling(bandwidth: float, interval: float) -> int:
     """Samples at each end that the filter has not settled for.
 
-    Parameters
-    ----------
-    bandwidth : float
-        [Hz].
-    interval : float
-        [s].
-
-    Returns
-    -------
-    int
+    ``bandwidth`` [Hz]; ``interval`` [s].
     """
     return int(np.ceil(2.0 / (bandwidth * interval)))
 
@@ -61,16 +52,8 @@ def settling(bandwidth: float, interval: float) -> int:
 def motion(position: Array, equation: AxisEquation, interval: float) -> tuple[Array, Array]:
     """Filtered speed and acceleration.
 
-    Parameters
-    ----------
-    position : ndarray, shape (samples,)
-    equation : AxisEquation
-    interval : float
-        [s].
-
-    Returns
-    -------
-    speed, acceleration : ndarray, shape (samples,)
+    ``position``, shape (samples,); ``interval`` [s].
+    Returns ``speed, acceleration``, shape (samples,).
     """
     if equation.filter == "causal":
         _, speed, acceleration = causal_filter(position, interval, equation.bandwidth)
@@ -82,16 +65,8 @@ def motion(position: Array, equation: AxisEquation, interval: float) -> tuple[Ar
 def quick_band(equation: AxisEquation, interval: float) -> float:
     """Bandwidth of the speed whose sign makes the friction.
 
-    Parameters
-    ----------
-    equation : AxisEquation
-    interval : float
-        [s].
-
-    Returns
-    -------
-    float
-        [Hz].
+    ``interval`` [s].
+    Returns [Hz].
     """
     return min(SIGN_BANDWIDTHS * equation.bandwidth, 0.4 / interval)
 
@@ -102,16 +77,8 @@ def quick_speed(position: Array, equation: AxisEquation, interval: float) -> Arr
     At a turn Coulomb friction makes the acceleration jump. Smoothing the kink of the speed would see every
     turn too late. So the motion that friction alone makes is taken away first, and put back afterwards.
 
-    Parameters
-    ----------
-    position : ndarray, shape (samples,)
-    equation : AxisEquation
-    interval : float
-        [s].
-
-    Returns
-    -------
-    ndarray, shape (samples,)
+    ``position``, shape (samples,); ``interval`` [s].
+    Returns shape (samples,).
     """
     band = quick_band(equation, interval)
     speed = difference(zero_phase(position, interval, band), interval)
@@ -132,21 +99,10 @@ def rows_of(
 ) -> Rows:
     """Rows of the regression of one axis, Eqs. (4.9), (4.10).
 
-    Parameters
-    ----------
-    position, torque : ndarray, shape (samples,)
-        Angle [rad] and torque [N m], or position [m] and force [N].
-    equation : AxisEquation
-    interval : float
-        [s].
-    masked : ndarray of bool, optional
-        Samples that must not be used, with the filter's reach around them (a saturated torque).
-    every : int, default 1
-        Take every so many-th row; filtered rows need not be closer than a tenth of the bandwidth's period.
-
-    Returns
-    -------
-    Rows
+    ``position``, ``torque``, shape (samples,): angle [rad] and torque [N m], or position [m] and force [N];
+    ``interval`` [s]; ``masked``: samples that must not be used, with the filter's reach around them (a
+    saturated torque); ``every``: take every so many-th row; filtered rows need not be closer than a tenth of
+    the bandwidth's period.
     """
     speed, acceleration = motion(position, equation, interval)
     quick = quick_speed(position, equation, interval)
@@ -181,15 +137,5 @@ def rows_of(
 
 
 def factors_of(rows: Rows, segments: int) -> Factors:
-    """Rows reduced to triangles.
-
-    Parameters
-    ----------
-    rows : Rows
-    segments : int
-
-    Returns
-    -------
-    Factors
-    """
+    """Rows reduced to triangles."""
     return factor(rows.regressors, rows.left, rows.names, segments)

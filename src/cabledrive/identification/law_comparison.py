@@ -32,20 +32,9 @@ def other_law(
 ) -> Suspicion | None:
     """Evidence for the smooth law where Coulomb's was fitted, and the other way round.
 
-    Parameters
-    ----------
-    logs : sequence of Log
-    refined : Identification
-        By output error, with Coulomb or smooth friction.
-    options : AxisOptions
-        Those it was found with.
-    suspected : sequence of Suspicion
-        What was found without it; they share the chance of a false alarm with this one.
-
-    Returns
-    -------
-    Suspicion or None
-        Of "slope" or "jump"; None where the other law gives no machine, or follows no better.
+    ``refined``: by output error, with Coulomb or smooth friction; ``options``: those it was found with;
+    ``suspected``: what was found without it; they share the chance of a false alarm with this one.
+    Returns of "slope" or "jump"; None where the other law gives no machine, or follows no better.
     """
     smooth = options.friction.kind == "coulomb"
     other = replace(options, friction=replace(options.friction, kind="tanh" if smooth else "coulomb"))

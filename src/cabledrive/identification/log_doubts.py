@@ -17,18 +17,7 @@ SLOWEST = 0.1
 
 
 def without_outliers(logs: Sequence[Log], channel: str) -> tuple[list[Log], tuple[Finding, ...]]:
-    """Logs with single samples far out of range replaced by straight lines, and what was found.
-
-    Parameters
-    ----------
-    logs : sequence of Log
-    channel : str
-
-    Returns
-    -------
-    logs : list of Log
-    findings : tuple of Finding
-    """
+    """Logs with single samples far out of range replaced by straight lines, and what was found."""
     cleaned, found = [], []
     for log in logs:
         values = log.channel(channel)
@@ -54,16 +43,7 @@ def without_outliers(logs: Sequence[Log], channel: str) -> tuple[list[Log], tupl
 
 
 def doubtful_interval(logs: Sequence[Log]) -> tuple[Finding, ...]:
-    """Whether the time of a log is likely to have another unit.
-
-    Parameters
-    ----------
-    logs : sequence of Log
-
-    Returns
-    -------
-    tuple of Finding
-    """
+    """Whether the time of a log is likely to have another unit."""
     return tuple(
         Finding(
             "interval",

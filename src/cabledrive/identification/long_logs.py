@@ -30,16 +30,7 @@ MOST_FACTORS = 960
 
 
 def is_long(recording: Recording) -> bool:
-    """Whether a log has to be read in blocks.
-
-    Parameters
-    ----------
-    recording : Recording
-
-    Returns
-    -------
-    bool
-    """
+    """Whether a log has to be read in blocks."""
     rows = recording.table.rows
     return rows is not None and rows * len(recording.columns) > MOST_VALUES
 
@@ -54,22 +45,9 @@ def identify_long_log(
 
     Bandwidth and encoder step come from the first block; every block is checked like a log of its own.
 
-    Parameters
-    ----------
-    recording : Recording
-        With torque and angle, or force and position; nothing else is read.
-    options : AxisOptions, optional
-    progress : callable, optional
-        Called with a line after every block.
-
-    Returns
-    -------
-    Identification
-
-    Raises
-    ------
-    InputRefused
-        If a block is refused, nothing moves in any, or time jumps between two blocks.
+    ``recording``: with torque and angle, or force and position; nothing else is read; ``progress``: called
+    with a line after every block.
+    Raises `InputRefused` if a block is refused, nothing moves in any, or time jumps between two blocks.
     """
     options = options or AxisOptions()
     still: list[int] = []

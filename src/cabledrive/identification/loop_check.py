@@ -71,25 +71,10 @@ def evidence(
 ) -> tuple[Evidence, ...]:
     """Evidence for each fault in logs of any torque, that which explains most first.
 
-    Parameters
-    ----------
-    logs : sequence of Log
-    found : Identification
-        By inverse dynamics, with Coulomb friction; only the viscous friction may be missing.
-    options : AxisOptions
-        Those it was found with.
-    rng : numpy.random.Generator
-        For the noise of the sound logs.
-
-    Returns
-    -------
-    tuple of Evidence
-        Of each fault the one that explains most.
-
-    Raises
-    ------
-    NotComputed
-        If the observer cannot follow the log.
+    ``found``: by inverse dynamics, with Coulomb friction; only the viscous friction may be missing;
+    ``options``: those it was found with; ``rng``: for the noise of the sound logs.
+    Returns of each fault the one that explains most.
+    Raises `NotComputed` if the observer cannot follow the log.
     """
     tracks = tracks_of(logs, options)
     values = np.array([estimate.value for estimate in found.parameters.values()])
@@ -119,16 +104,7 @@ def evidence(
 def tracks_of(logs: Sequence[Log], options: AxisOptions, share: float = HELD) -> list[Track]:
     """Logs as the observer takes them.
 
-    Parameters
-    ----------
-    logs : sequence of Log
-    options : AxisOptions
-    share : float, optional
-        Of the second difference that is taken off the torque.
-
-    Returns
-    -------
-    list of Track
+    ``share``: of the second difference that is taken off the torque.
     """
     torque, position = channels_of(logs[0], options)
     equation = equation_for(logs, torque, position, options)
@@ -147,15 +123,7 @@ def tracks_of(logs: Sequence[Log], options: AxisOptions, share: float = HELD) ->
 def free_plays(log: Log, options: AxisOptions) -> tuple[float, ...]:
     """Free plays that are tried.
 
-    Parameters
-    ----------
-    log : Log
-    options : AxisOptions
-
-    Returns
-    -------
-    tuple of float
-        [rad or m].
+    Returns [rad or m].
     """
     torque, position = channels_of(log, options)
     if log.units[torque] == "N":
@@ -166,22 +134,9 @@ def free_plays(log: Log, options: AxisOptions) -> tuple[float, ...]:
 def refitted(tracks: Sequence[Track], values: Array, bandwidths: Sequence[float]) -> Array:
     """The four parameters that leave the smallest innovations.
 
-    Parameters
-    ----------
-    tracks : sequence of Track
-    values : ndarray, shape (4,)
-        To begin with.
-    bandwidths : sequence of float
-        Of the observers [rad/s].
-
-    Returns
-    -------
-    ndarray, shape (4,)
-
-    Raises
-    ------
-    NotComputed
-        If they are no machine's.
+    ``values``, shape (4,): to begin with; ``bandwidths``: of the observers [rad/s].
+    Returns shape (4,).
+    Raises `NotComputed` if they are no machine's.
     """
     for _ in range(ROUNDS):
         values = values + solve(joint_factors(tracks, values, bandwidths)).values[: len(BASE)]
@@ -199,21 +154,10 @@ def joint_factors(
 ) -> Factors:
     """Innovations of all logs against what disturbances add to them.
 
-    Parameters
-    ----------
-    tracks : sequence of Track
-    values : ndarray, shape (4,)
-    bandwidths : sequence of float
-        Of the observers [rad/s].
-    gaps : tuple of float, optional
-        Free plays; default: no faults at all.
-    hold : float, default 0.0
-        Doubt about what the torque does between samples, as a column `HOLD` where there are no faults.
-
-    Returns
-    -------
-    Factors
-        Of `NUISANCE` alone, or with all faults and `HOLD`.
+    ``values``, shape (4,); ``bandwidths``: of the observers [rad/s]; ``gaps``: free plays; default: no faults
+    at all; ``hold``: doubt about what the torque does between samples, as a column `HOLD` where there are no
+    faults.
+    Returns of `NUISANCE` alone, or with all faults and `HOLD`.
     """
     parts = []
     for track, bandwidth in zip(tracks, bandwidths, strict=True):
@@ -231,17 +175,7 @@ def joint_factors(
 def factor_of(factors: Factors, name: str, left: str | None = None) -> tuple[float, float, float]:
     """Factor of one disturbance, its standard error by differences of neighbours, and the residual.
 
-    Parameters
-    ----------
-    factors : Factors
-    name : str
-        Of a disturbance, or `DELAY`.
-    left : str, optional
-        Column on the left side; default: the innovations.
-
-    Returns
-    -------
-    value, error, residual : float
+    ``name``: of a disturbance, or `DELAY`; ``left``: column on the left side; default: the innovations.
     """
     names = (*BASE, "lag") if name == DELAY else (*NUISANCE, name)
     last = len(factors.names) if left is None else factors.names.index(left)

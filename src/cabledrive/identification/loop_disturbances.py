@@ -35,15 +35,7 @@ CONTACT = 0.005
 def base_torques(run: Foreseen, track: Track) -> dict[str, Array]:
     """What an error of the parameters would add, and of the instant at which the torque was measured.
 
-    Parameters
-    ----------
-    run : Foreseen
-    track : Track
-
-    Returns
-    -------
-    dict of str to ndarray
-        Those of `BASE`, and "lag".
+    Returns those of `BASE`, and "lag".
     """
     return {
         "inertia": -run.acceleration,
@@ -57,17 +49,8 @@ def base_torques(run: Foreseen, track: Track) -> dict[str, Array]:
 def fault_torques(run: Foreseen, track: Track, gaps: tuple[float, ...]) -> dict[str, Array]:
     """What each fault would add.
 
-    Parameters
-    ----------
-    run : Foreseen
-    track : Track
-    gaps : tuple of float
-        Free plays [rad or m].
-
-    Returns
-    -------
-    dict of str to ndarray
-        By fault, and what was tried of it after a colon.
+    ``gaps``: free plays [rad or m].
+    Returns by fault, and what was tried of it after a colon.
     """
     net = run.values[0] * run.acceleration
     found = friction_torques(run.speed, run.direction) | {"load": -run.direction * np.abs(net)}
@@ -86,15 +69,7 @@ def fault_torques(run: Foreseen, track: Track, gaps: tuple[float, ...]) -> dict[
 def friction_torques(speed: Array, direction: Array) -> dict[str, Array]:
     """What other laws of friction would add.
 
-    Parameters
-    ----------
-    speed : ndarray, shape (samples,)
-    direction : ndarray, shape (samples,)
-        0 where the axis sticks.
-
-    Returns
-    -------
-    dict of str to ndarray
+    ``speed``, shape (samples,); ``direction``, shape (samples,): 0 where the axis sticks.
     """
     size = float(np.sqrt(np.mean(speed**2)))
     found = {"asymmetry": -np.abs(speed), "quadratic": -speed * np.abs(speed) / size}
@@ -112,17 +87,8 @@ def springy(net: Array, resonance: float, interval: float) -> Array:
 
     of the torque that accelerates the axis.
 
-    Parameters
-    ----------
-    net : ndarray, shape (samples,)
-    resonance : float
-        Motor and load against each other [rad/s].
-    interval : float
-        [s].
-
-    Returns
-    -------
-    ndarray, shape (samples,)
+    ``net``, shape (samples,); ``resonance``: motor and load against each other [rad/s]; ``interval`` [s].
+    Returns shape (samples,).
     """
     damping = 2 * RESONANCE_DAMPING * resonance
     numerator, denominator = signal.bilinear([1.0, 0.0, 0.0], [1.0, damping, resonance**2], 1.0 / interval)
@@ -132,18 +98,9 @@ def springy(net: Array, resonance: float, interval: float) -> Array:
 def loosened(net: Array, speed: Array, gap: float, interval: float) -> Array:
     """What free play adds: the torque accelerates the motor alone, and contact takes the surplus back.
 
-    Parameters
-    ----------
-    net, speed : ndarray, shape (samples,)
-        Torque that accelerates the axis, and its speed.
-    gap : float
-        [rad or m].
-    interval : float
-        [s].
-
-    Returns
-    -------
-    ndarray, shape (samples,)
+    ``net``, ``speed``, shape (samples,): torque that accelerates the axis, and its speed; ``gap`` [rad or m];
+    ``interval`` [s].
+    Returns shape (samples,).
     """
     added = np.empty_like(net)
     loosen(net, speed, gap, interval, max(1, round(CONTACT / interval)), added)

@@ -52,18 +52,8 @@ PHASES = 4
 def rounded_angles(speed: Array, interval: float, quantum: float) -> Array:
     """Angle of a motion as an encoder at several phases shows it.
 
-    Parameters
-    ----------
-    speed : ndarray, shape (samples,)
-        [rad/s].
-    interval : float
-        [s].
-    quantum : float
-        [rad]; 0: not rounded.
-
-    Returns
-    -------
-    ndarray, shape (samples, `PHASES`)
+    ``speed``, shape (samples,) [rad/s]; ``interval`` [s]; ``quantum`` [rad]; 0: not rounded.
+    Returns shape (samples, `PHASES`).
     """
     angle = cumulative_trapezoid(speed, dx=interval, initial=0.0)[:, None]
     phases = np.arange(PHASES) / PHASES
@@ -73,16 +63,8 @@ def rounded_angles(speed: Array, interval: float, quantum: float) -> Array:
 def error_of_refinement(cases: Sequence[Case], values: Array, speeds: Array) -> Array:
     """What scores do not show of the errors of output error, from motions of its own making.
 
-    Parameters
-    ----------
-    cases : sequence of Case
-    values : ndarray, shape (4,)
-    speeds : ndarray, shape (cases,)
-        At the start.
-
-    Returns
-    -------
-    ndarray, shape (4, 4)
+    ``values``, shape (4,); ``speeds``, shape (cases,): at the start.
+    Returns shape (4, 4).
     """
     lefts, rights, doubts = [], [], []
     for number, case in enumerate(cases):
@@ -136,15 +118,8 @@ def _noisier(case: Case, values: Array, start: float, moved: Array) -> Array:
 def unseen(misses: Array, claimed: Array) -> Array:
     """Mean products of misses beyond the covariance that was claimed for them.
 
-    Parameters
-    ----------
-    misses : ndarray, shape (repeats, p)
-    claimed : ndarray, shape (repeats, p, p)
-
-    Returns
-    -------
-    ndarray, shape (p, p)
-        Without its negative directions.
+    ``misses``, shape (repeats, p); ``claimed``, shape (repeats, p, p).
+    Returns shape (p, p): without its negative directions.
     """
     excess = misses.T @ misses / len(misses) - claimed.mean(axis=0)
     size = np.sqrt(np.maximum(np.mean(misses**2, axis=0), 1e-300))
@@ -158,18 +133,9 @@ def with_own_error(
 ) -> Identification:
     """Inverse dynamics with the errors that it makes on logs of its own making in its intervals.
 
-    Parameters
-    ----------
-    found : Identification
-        By inverse dynamics, with constant or smooth Coulomb friction.
-    logs : sequence of Log
-    options : AxisOptions, optional
-        Those it was found with.
-
-    Returns
-    -------
-    Identification
-        As it was, and said, where the fitted axis cannot be moved or its own log is not identifiable.
+    ``found``: by inverse dynamics, with constant or smooth Coulomb friction; ``options``: those it was found
+    with.
+    Returns as it was, and said, where the fitted axis cannot be moved or its own log is not identifiable.
     """
     options = options or AxisOptions()
     torque, position = channels_of(logs[0], options)
@@ -207,14 +173,7 @@ def with_own_error(
 def widened(found: Identification, extra: Array) -> Identification:
     """An identification with more covariance.
 
-    Parameters
-    ----------
-    found : Identification
-    extra : ndarray, shape (p, p)
-
-    Returns
-    -------
-    Identification
+    ``extra``, shape (p, p).
     """
     covariance = found.covariance + extra
     errors = np.sqrt(np.diag(covariance))

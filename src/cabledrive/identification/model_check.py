@@ -37,17 +37,7 @@ def checked_by_lines(
 ) -> Identification:
     """The answer with what the check of a torque of spectral lines found.
 
-    Parameters
-    ----------
-    read : sequence of Log
-    answer : Identification
-    refined : Identification
-        By output error.
-    options : AxisOptions
-
-    Returns
-    -------
-    Identification
+    ``refined``: by output error.
     """
     method = dict(answer.method)
     found = suspicions(read, refined, options)
@@ -80,18 +70,7 @@ def _unexplained_shift(answer: Identification, interval: float) -> bool:
 def checked_by_innovations(
     read: Sequence[Log], answer: Identification, options: AxisOptions
 ) -> Identification:
-    """The answer with what the check of any torque found, or why it was not made.
-
-    Parameters
-    ----------
-    read : sequence of Log
-    answer : Identification
-    options : AxisOptions
-
-    Returns
-    -------
-    Identification
-    """
+    """The answer with what the check of any torque found, or why it was not made."""
     method = dict(answer.method)
     reason = _not_made(read, answer, options)
     if reason is not None:

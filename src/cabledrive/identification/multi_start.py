@@ -54,23 +54,9 @@ def fit_from_many_starts(
 ) -> StartedFit:
     """Fit from every start and in every model what the first samples show, then the best of them whole.
 
-    Parameters
-    ----------
-    records : sequence of Record
-    models : sequence of RowModel
-        With the same parameters, as with another hold of the input; the best start is tried in each.
-    starts : sequence of mapping
-    full : int, default 2
-        How many are fitted to the whole records.
-
-    Returns
-    -------
-    StartedFit
-
-    Raises
-    ------
-    NotComputed
-        If no start leads anywhere.
+    ``models``: with the same parameters, as with another hold of the input; the best start is tried in each;
+    ``full``: how many are fitted to the whole records.
+    Raises `NotComputed` if no start leads anywhere.
     """
     short = [
         replace(r, last=min(r.first + SCOUTED, r.input.size if r.last is None else r.last)) for r in records

@@ -60,13 +60,7 @@ class RowFit:
     def simulated(self, record: Record) -> Array:
         """Outputs of the model under the input of a record.
 
-        Parameters
-        ----------
-        record : Record
-
-        Returns
-        -------
-        ndarray, shape (samples, channels)
+        Returns shape (samples, channels).
         """
         return self.model.outputs(self.values, record)
 
@@ -80,25 +74,11 @@ def fit_output_error(
 ) -> RowFit:
     """Fit a row of inertias to several records at once.
 
-    Parameters
-    ----------
-    records : sequence of Record
-        Only samples of their training part are compared.
-    model : RowModel
-    start : mapping of str to float
-        A value for each parameter of the model.
-    most_evaluations : int, default 200
-
-    Returns
-    -------
-    RowFit
-
-    Raises
-    ------
-    InputRefused
-        If no record is given, or a start value is missing or outside its bounds.
-    NotComputed
-        If the motion diverges at the start values, or the fit has not settled after so many evaluations.
+    ``records``: only samples of their training part are compared; ``start``: a value for each parameter of
+    the model.
+    Raises `InputRefused` if no record is given, or a start value is missing or outside its bounds;
+    `NotComputed` if the motion diverges at the start values, or the fit has not settled after so many
+    evaluations.
     """
     if not records:
         raise InputRefused("no record given: name at least one")
@@ -159,29 +139,14 @@ def _concluded(records: Sequence[Record], model: RowModel, found: optimize.Optim
 
 
 def rms_of(measured: Array, simulated: Array) -> float:
-    """Root mean square of the difference.
-
-    Parameters
-    ----------
-    measured, simulated : ndarray
-
-    Returns
-    -------
-    float
-    """
+    """Root mean square of the difference."""
     return float(np.sqrt(np.mean((measured - simulated) ** 2)))
 
 
 def fit_of(measured: Array, simulated: Array) -> float:
     """Share of the measured variation that is explained [%]: 100 (1 - norm(y - s) / norm(y - mean y)).
 
-    Parameters
-    ----------
-    measured, simulated : ndarray, shape (samples,)
-
-    Returns
-    -------
-    float
+    ``measured``, ``simulated``, shape (samples,).
     """
     return float(
         100.0 * (1.0 - np.linalg.norm(measured - simulated) / np.linalg.norm(measured - measured.mean()))

@@ -38,31 +38,12 @@ def predicted_response_errors(
     A line that lasts for N samples is known to the variance :math:`4\sigma^2/N` in the torque and, through
     the rounded angle, to :math:`\omega^2 q^2/(3N)` in the speed.
 
-    Parameters
-    ----------
-    model : {1, 2, 3, 4}
-    values : mapping of str to float
-        Guess of the parameters of `cabledrive.identification.response_models.PARAMETERS`.
-    frequency, amplitude : ndarray, shape (m,)
-        Lines of the torque [Hz], [N m].
-    radius : float
-        [m].
-    quantum : float
-        Step of the motor's encoder [rad].
-    sample_rate, duration : float
-        [Hz], [s].
-    torque_noise : float, default 0.0
-        Standard deviation of one sample of the torque [N m].
-
-    Returns
-    -------
-    dict of str to float
-        Infinite where the lines do not tell a parameter.
-
-    Raises
-    ------
-    InputRefused
-        If there are fewer lines than parameters need.
+    ``model``, {1, 2, 3, 4}; ``values``: guess of the parameters of
+    `cabledrive.identification.response_models.PARAMETERS`; ``frequency``, ``amplitude``, shape (m,): lines of
+    the torque [Hz], [N m]; ``radius`` [m]; ``quantum``: step of the motor's encoder [rad]; ``sample_rate``,
+    ``duration`` [Hz], [s]; ``torque_noise``: standard deviation of one sample of the torque [N m].
+    Returns infinite where the lines do not tell a parameter.
+    Raises `InputRefused` if there are fewer lines than parameters need.
     """
     names = PARAMETERS[model]
     if 2 * frequency.size <= len(names):
@@ -89,18 +70,8 @@ def predicted_response_errors(
 def resonance_warnings(drive: Drive, torque: Array, sample_rate: float) -> tuple[str, ...]:
     """Lines of a torque that would make the spans grow through the 1:2 resonance.
 
-    Parameters
-    ----------
-    drive : Drive
-    torque : ndarray, shape (samples,)
-        At the motor [N m].
-    sample_rate : float
-        [Hz].
-
-    Returns
-    -------
-    tuple of str
-        Empty where no line is near the pulley mode or above its threshold.
+    ``torque``, shape (samples,): at the motor [N m]; ``sample_rate`` [Hz].
+    Returns empty where no line is near the pulley mode or above its threshold.
     """
     try:
         model = autoparametric_model(drive)

@@ -64,17 +64,7 @@ class PlannedMotion:
 def planned_motion(torque: Array, interval: float, guess: AxisGuess) -> PlannedMotion:
     """Move the guessed axis under the planned torque.
 
-    Parameters
-    ----------
-    torque : ndarray, shape (samples,)
-        [N m].
-    interval : float
-        [s].
-    guess : AxisGuess
-
-    Returns
-    -------
-    PlannedMotion
+    ``torque``, shape (samples,) [N m]; ``interval`` [s].
     """
     values = np.array([guess.inertia, guess.viscous, guess.coulomb, guess.offset])
     speed, _ = march_rigid_axis(values, np.asarray(torque, dtype=float), interval)
@@ -148,14 +138,7 @@ def plan_test(
 def peaks_of(torque: Array, motion: PlannedMotion) -> dict[str, float]:
     """What a test asks of the machine.
 
-    Parameters
-    ----------
-    torque : ndarray, shape (samples,)
-    motion : PlannedMotion
-
-    Returns
-    -------
-    dict of str to float
+    ``torque``, shape (samples,).
     """
     return {
         "torque": float(np.abs(torque).max()),
@@ -167,18 +150,7 @@ def peaks_of(torque: Array, motion: PlannedMotion) -> dict[str, float]:
 def checked_limits(limits: Mapping[str, float] | None) -> dict[str, float]:
     """Limits that are known and positive.
 
-    Parameters
-    ----------
-    limits : mapping of str to float or None
-
-    Returns
-    -------
-    dict of str to float
-
-    Raises
-    ------
-    InputRefused
-        If one is neither torque, speed nor stroke, or not positive.
+    Raises `InputRefused` if one is neither torque, speed nor stroke, or not positive.
     """
     for name, limit in (limits or {}).items():
         if name not in LIMITS or not limit > 0.0:
@@ -189,20 +161,8 @@ def checked_limits(limits: Mapping[str, float] | None) -> dict[str, float]:
 def largest_amplitude(torque: Array, interval: float, guess: AxisGuess, limits: Mapping[str, float]) -> float:
     """Factor by which a torque can be multiplied without passing a limit.
 
-    Parameters
-    ----------
-    torque : ndarray, shape (samples,)
-        [N m].
-    interval : float
-        [s].
-    guess : AxisGuess
-    limits : mapping of str to float
-        As in `plan_test`.
-
-    Returns
-    -------
-    float
-        The largest below the first that passes a limit; found to 1e-4 of itself.
+    ``torque``, shape (samples,) [N m]; ``interval`` [s]; ``limits``: as in `plan_test`.
+    Returns the largest below the first that passes a limit; found to 1e-4 of itself.
     """
     limits = checked_limits(limits)
 

@@ -39,14 +39,8 @@ OPEN = 0.05
 def pose_functions(angles: Sequence[Array]) -> list[Array]:
     """Functions of the pose that make up the inertia: 1, and harmonics of the links' directions.
 
-    Parameters
-    ----------
-    angles : sequence of ndarray, shape (samples,)
-        Of the joints after the first, each against the link before it [rad].
-
-    Returns
-    -------
-    list of ndarray, shape (samples,)
+    ``angles``, shape (samples,): of the joints after the first, each against the link before it [rad].
+    Returns shape (samples,).
     """
     directions = list(np.cumsum(np.array(angles), axis=0))
     found = [np.ones_like(directions[0])]
@@ -138,15 +132,8 @@ class PosedAxis:
     def predict(self, log: Log) -> PosedPrediction:
         """Torque that the axis needs for the motion of another log.
 
-        Parameters
-        ----------
-        log : Log
-            With the same channels.
-
-        Returns
-        -------
-        PosedPrediction
-            NaN where the motion excites a direction that the first log left open.
+        ``log``: with the same channels.
+        Returns NaN where the motion excites a direction that the first log left open.
         """
         torque, position = channels_of(log, self.options)
         rows = posed_rows(log, torque, position, self.others, self.equation)
@@ -161,17 +148,8 @@ class PosedAxis:
 def posed_axis(log: Log, others: Sequence[str], options: AxisOptions | None = None) -> PosedAxis:
     """Identify an axis whose inertia depends on the pose of other axes, for `PosedAxis.predict`.
 
-    Parameters
-    ----------
-    log : Log
-        Torque and angle of the axis, and the angles of the others.
-    others : sequence of str
-        Channels of the others' angles, from the first axis outwards.
-    options : AxisOptions, optional
-
-    Returns
-    -------
-    PosedAxis
+    ``log``: torque and angle of the axis, and the angles of the others; ``others``: channels of the others'
+    angles, from the first axis outwards.
     """
     options = options or AxisOptions()
     torque, position = channels_of(log, options)
@@ -193,19 +171,7 @@ def posed_axis(log: Log, others: Sequence[str], options: AxisOptions | None = No
 
 
 def posed_rows(log: Log, torque: str, position: str, others: Sequence[str], equation: AxisEquation) -> Rows:
-    """Rows of the regression.
-
-    Parameters
-    ----------
-    log : Log
-    torque, position : str
-    others : sequence of str
-    equation : AxisEquation
-
-    Returns
-    -------
-    Rows
-    """
+    """Rows of the regression."""
     plain = rows_of(log.channel(position), log.channel(torque), equation, log.interval)
     smooth = [filtered(log.channel(name), equation, log.interval) for name in (position, *others)]
     speed = difference(smooth[0], log.interval)

@@ -61,17 +61,9 @@ class PositionWave:
 def position_wave(tracks: Sequence[Track], values: Array) -> PositionWave | None:
     """The wave of a revolution that explains most of what the axis leaves, of the log that shows most.
 
-    Parameters
-    ----------
-    tracks : sequence of Track
-        Of an axis that turns.
-    values : ndarray, shape (4,)
-        Inertia, viscous friction, Coulomb friction, offset.
-
-    Returns
-    -------
-    PositionWave or None
-        None where no wave explains enough.
+    ``tracks``: of an axis that turns; ``values``, shape (4,): inertia, viscous friction, Coulomb friction,
+    offset.
+    Returns none where no wave explains enough.
     """
     found = [one for one in (_wave_of(track, values) for track in tracks) if one is not None]
     return max(found, key=lambda one: one.share) if found else None

@@ -73,19 +73,8 @@ def predicted_errors(
 ) -> dict[str, float]:
     """Standard error of each parameter of an axis that moves with a known speed.
 
-    Parameters
-    ----------
-    speed : ndarray, shape (samples,)
-        [rad/s].
-    interval : float
-        [s].
-    guess : AxisGuess
-    instruments : Instruments
-
-    Returns
-    -------
-    dict of str to float
-        By the names of `NAMES`, in their units.
+    ``speed``, shape (samples,) [rad/s]; ``interval`` [s].
+    Returns by the names of `NAMES`, in their units.
     """
     equation = AxisEquation(linear=False, bandwidth=min(instruments.bandwidth, 0.2 / interval))
     columns = [difference(speed, interval), speed, np.sign(speed)]

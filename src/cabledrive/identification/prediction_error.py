@@ -61,25 +61,9 @@ def refine_by_prediction(
 ) -> "Predicted":
     """Refine inverse dynamics by prediction error; several logs share the parameters.
 
-    Parameters
-    ----------
-    logs : sequence of Log
-        As they were read.
-    found : Identification
-        By inverse dynamics, with Coulomb friction.
-    options : AxisOptions
-        Those it was found with.
-    timing : TorqueTiming
-        Where the torque was moved for it.
-
-    Returns
-    -------
-    Predicted
-
-    Raises
-    ------
-    NotComputed
-        If the observer does not follow the logs.
+    ``logs``: as they were read; ``found``: by inverse dynamics, with Coulomb friction; ``options``: those it
+    was found with; ``timing``: where the torque was moved for it.
+    Raises `NotComputed` if the observer does not follow the logs.
     """
     best, other = _refined(logs, found, options, timing), None
     if options.lag and best.timing.shift < -NEAR * logs[0].interval:
@@ -191,25 +175,10 @@ def settled(
 ) -> tuple[Array, Fit]:
     """Parameters that leave the smallest innovations, and the last fit of what is left.
 
-    Parameters
-    ----------
-    tracks : sequence of Track
-    values : ndarray, shape (4,)
-        To begin with.
-    bandwidths : sequence of float
-        Of the observers [rad/s].
-    lag : bool
-        Whether the instant of the torque is free.
-
-    Returns
-    -------
-    ndarray, shape (4,)
-    Fit
-
-    Raises
-    ------
-    NotComputed
-        If the steps do not come to an end, or the parameters are no machine's.
+    ``values``, shape (4,): to begin with; ``bandwidths``: of the observers [rad/s]; ``lag``: whether the
+    instant of the torque is free.
+    Returns shape (4,).
+    Raises `NotComputed` if the steps do not come to an end, or the parameters are no machine's.
     """
     damped = 1.0
     for number in range(PASSES):

@@ -50,27 +50,10 @@ def published_recipe(
     Butterworth of order 4 forwards and backwards on the position, two differences, every column decimated by
     a Chebyshev filter of order 8 (0.05 dB, 0.8/factor) forwards and backwards, ordinary least squares.
 
-    Parameters
-    ----------
-    position : ndarray, shape (samples,)
-        [m].
-    force : ndarray, shape (samples,)
-        [N].
-    interval : float
-        [s].
-    asymmetric : bool, default False
-        Columns [a, v+, 1+, v-, -1-] instead of [a, v, sign v, 1].
-    cutoff : float, default 100.0
-        [Hz].
-    dropped : int, default 49
-        First samples left out.
-    factor : int, default 10
-        Of the decimation, which starts at the second row.
-
-    Returns
-    -------
-    RecipeResult
-        The offset with the authors' sign: force = M a + Fv v + Fc sign(v) + offset.
+    ``position``, shape (samples,) [m]; ``force``, shape (samples,) [N]; ``interval`` [s]; ``asymmetric``:
+    columns [a, v+, 1+, v-, -1-] instead of [a, v, sign v, 1]; ``cutoff`` [Hz]; ``dropped``: first samples
+    left out; ``factor``: of the decimation, which starts at the second row.
+    Returns the offset with the authors' sign: force = M a + Fv v + Fc sign(v) + offset.
 
     References
     ----------
@@ -101,25 +84,10 @@ def recipe_regressor(
 ) -> Array:
     """Columns of the regression at every sample, of any axis.
 
-    Parameters
-    ----------
-    position : ndarray, shape (samples,)
-        [m or rad].
-    interval : float
-        [s].
-    asymmetric : bool, default False
-        Columns [a, v+, 1+, v-, -1-] instead of [a, v, sign v, 1].
-    cutoff : float, default 100.0
-        [Hz].
-
-    Returns
-    -------
-    ndarray, shape (samples, 4 or 5)
-
-    Raises
-    ------
-    InputRefused
-        If the cutoff is not below half of the sample rate.
+    ``position``, shape (samples,) [m or rad]; ``interval`` [s]; ``asymmetric``: columns [a, v+, 1+, v-, -1-]
+    instead of [a, v, sign v, 1]; ``cutoff`` [Hz].
+    Returns shape (samples, 4 or 5).
+    Raises `InputRefused` if the cutoff is not below half of the sample rate.
     """
     if not 0.0 < 2.0 * cutoff * interval < 1.0:
         raise InputRefused(
@@ -147,21 +115,8 @@ def recipe_rows(
 ) -> tuple[Array, Array]:
     """Decimated regressor and force, as `published_recipe` takes them.
 
-    Parameters
-    ----------
-    position, force : ndarray, shape (samples,)
-    interval : float
-        [s].
-    asymmetric : bool, default False
-    cutoff : float, default 100.0
-        [Hz].
-    dropped : int, default 49
-    factor : int, default 10
-
-    Returns
-    -------
-    regressor : ndarray, shape (rows, p)
-    force : ndarray, shape (rows,)
+    ``position``, ``force``, shape (samples,); ``interval`` [s]; ``cutoff`` [Hz].
+    Returns ``regressor``, shape (rows, p); ``force``, shape (rows,).
     """
     columns = recipe_regressor(position, interval, asymmetric=asymmetric, cutoff=cutoff)
     return _decimated(columns[dropped:], factor), _decimated(force[dropped:], factor)
@@ -172,21 +127,9 @@ def cross_test(
 ) -> tuple[float, float]:
     """How well parameters of one log explain the force of another.
 
-    Parameters
-    ----------
-    values : ndarray, shape (p,)
-        Of `published_recipe`.
-    position, force : ndarray, shape (samples,)
-        Of the other log.
-    interval : float
-        [s].
-    **recipe
-        Options of `recipe_rows`, as they were for ``values``.
-
-    Returns
-    -------
-    relative, deviation : float
-        Norm of the residual over that of the force, and its standard deviation.
+    ``values``, shape (p,): of `published_recipe`; ``position``, ``force``, shape (samples,): of the other
+    log; ``interval`` [s]; ``**recipe``: options of `recipe_rows`, as they were for ``values``.
+    Returns ``relative, deviation``: norm of the residual over that of the force, and its standard deviation.
     """
     regressor, measured = recipe_rows(position, force, interval, **recipe)
     rest = measured - regressor @ values

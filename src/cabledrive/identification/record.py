@@ -54,12 +54,6 @@ class Record:
     def seen(self, outputs: Array) -> Array:
         """Outputs as they are compared, below the bandwidth.
 
-        Parameters
-        ----------
-        outputs : ndarray, shape (samples, ...)
-
-        Returns
-        -------
-        ndarray, as ``outputs``
+        ``outputs``, shape (samples, ...).
         """
         return outputs if self.bandwidth is None else zero_phase(outputs, self.interval, self.bandwidth)

@@ -81,13 +81,7 @@ class Fit:
     def half_width(self, level: float = 0.95) -> Array:
         """Half of each interval.
 
-        Parameters
-        ----------
-        level : float, default 0.95
-
-        Returns
-        -------
-        ndarray, shape (p,)
+        Returns shape (p,).
         """
         return float(stats.t.ppf(0.5 + level / 2, self.freedom)) * np.sqrt(np.diag(self.covariance))
 
@@ -95,13 +89,8 @@ class Fit:
 def triangle(rows: Array) -> Array:
     """R of the QR decomposition, of a stack of matrices too.
 
-    Parameters
-    ----------
-    rows : ndarray, shape (..., rows, columns)
-
-    Returns
-    -------
-    ndarray, shape (..., min(rows, columns), columns)
+    ``rows``, shape (..., rows, columns).
+    Returns shape (..., min(rows, columns), columns).
     """
     return np.asarray(np.linalg.qr(rows, mode="r"))
 
@@ -109,22 +98,9 @@ def triangle(rows: Array) -> Array:
 def factor(regressors: Array, left: Array, names: tuple[str, ...], segments: int) -> Factors:
     """Reduce rows to one triangle per segment, Eqs. (4.3), (4.6).
 
-    Parameters
-    ----------
-    regressors : ndarray, shape (rows, p)
-    left : ndarray, shape (rows,)
-    names : tuple of str
-    segments : int
-        Equal parts in time; a remainder goes to the last.
-
-    Returns
-    -------
-    Factors
-
-    Raises
-    ------
-    InputRefused
-        If there are fewer rows than a segment needs.
+    ``regressors``, shape (rows, p); ``left``, shape (rows,); ``segments``: equal parts in time; a remainder
+    goes to the last.
+    Raises `InputRefused` if there are fewer rows than a segment needs.
     """
     rows, p = regressors.shape
     length = rows // segments
@@ -142,14 +118,7 @@ def factor(regressors: Array, left: Array, names: tuple[str, ...], segments: int
 def joined(parts: list[Factors]) -> Factors:
     """Put segments of several blocks or logs together.
 
-    Parameters
-    ----------
-    parts : list of Factors
-        Of the same parameters.
-
-    Returns
-    -------
-    Factors
+    ``parts``: of the same parameters.
     """
     triangles = np.concatenate([part.triangles for part in parts])
     return Factors(names=parts[0].names, triangles=triangles, rows=sum(part.rows for part in parts))
@@ -158,15 +127,7 @@ def joined(parts: list[Factors]) -> Factors:
 def merged(factors: Factors, group: int) -> Factors:
     """Join neighbouring segments into longer ones.
 
-    Parameters
-    ----------
-    factors : Factors
-    group : int
-        How many become one; a remainder goes to the last.
-
-    Returns
-    -------
-    Factors
+    ``group``: how many become one; a remainder goes to the last.
     """
     count = max(1, factors.triangles.shape[0] // group)
     edges = [*range(0, count * group, group), factors.triangles.shape[0]]
@@ -176,33 +137,14 @@ def merged(factors: Factors, group: int) -> Factors:
 
 
 def only(factors: Factors, names: tuple[str, ...]) -> Factors:
-    """The regression with fewer regressors.
-
-    Parameters
-    ----------
-    factors : Factors
-    names : tuple of str
-
-    Returns
-    -------
-    Factors
-    """
+    """The regression with fewer regressors."""
     places = [*(factors.names.index(name) for name in names), len(factors.names)]
     triangles = triangle(factors.triangles[:, :, places])
     return Factors(names=names, triangles=triangles, rows=factors.rows)
 
 
 def solve(factors: Factors) -> Fit:
-    """Least squares by QR, with robust covariance and the directions that the log leaves open, Eq. (4.7).
-
-    Parameters
-    ----------
-    factors : Factors
-
-    Returns
-    -------
-    Fit
-    """
+    """Least squares by QR, with robust covariance and the directions that the log leaves open, Eq. (4.7)."""
     p = len(factors.names)
     stacked = factors.triangles.reshape(-1, p + 1)
     r = triangle(stacked)
@@ -244,16 +186,8 @@ def suited_segments(factors: Factors, *, each: bool = False) -> Factors:
 
     Neighbours are joined until the scores of neighbouring segments correlate by less than 0.2.
 
-    Parameters
-    ----------
-    factors : Factors
-        In short segments.
-    each : bool, default False
-        Whether those of each parameter must, not their mean alone; a log needs length for that.
-
-    Returns
-    -------
-    Factors
+    ``factors``: in short segments; ``each``: whether those of each parameter must, not their mean alone; a
+    log needs length for that.
     """
     group = max(1, -(-factors.triangles.shape[0] // MOST_SEGMENTS))
     while True:
@@ -277,16 +211,8 @@ def _correlation(factors: Factors, each: bool) -> float:
 def bootstrap(factors: Factors, repeats: int, rng: np.random.Generator) -> Array:
     """Estimates from segments drawn with replacement.
 
-    Parameters
-    ----------
-    factors : Factors
-        In segments that forget one another.
-    repeats : int
-    rng : numpy.random.Generator
-
-    Returns
-    -------
-    ndarray, shape (repeats, p)
+    ``factors``: in segments that forget one another.
+    Returns shape (repeats, p).
     """
     count, size = factors.triangles.shape[0], factors.triangles.shape[2]
     found = np.empty((repeats, size - 1))

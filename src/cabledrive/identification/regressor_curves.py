@@ -60,23 +60,9 @@ def regressor_curves(
 
     with the filter of `cabledrive.identification.filters.causal_filter`.
 
-    Parameters
-    ----------
-    log : Log
-    found : Identification
-        Of "rigid-axis-tanh", or with the sign of the speed.
-    options : AxisOptions, optional
-    slope : float, default 0.5
-        K of tanh(K w), where that is the regressor [s/rad].
-
-    Returns
-    -------
-    RegressorCurves
-
-    Raises
-    ------
-    InputRefused
-        If the axis has another friction, or a parameter without a number.
+    ``found``: of "rigid-axis-tanh", or with the sign of the speed; ``slope``: K of tanh(K w), where that is
+    the regressor [s/rad].
+    Raises `InputRefused` if the axis has another friction, or a parameter without a number.
     """
     kind = found.model.removeprefix("rigid-axis-")
     if kind not in ("coulomb", "tanh") or not found.identifiable:

@@ -19,16 +19,8 @@ ALIKE = 0.9
 def period_of(values: Array, interval: float) -> int:
     """Period of a signal.
 
-    Parameters
-    ----------
-    values : ndarray, shape (samples,)
-    interval : float
-        [s].
-
-    Returns
-    -------
-    int
-        [samples]; 0 where it does not repeat at least once.
+    ``values``, shape (samples,); ``interval`` [s].
+    Returns [samples]; 0 where it does not repeat at least once.
     """
     centred = values - values.mean()
     size = values.size
@@ -52,17 +44,9 @@ def period_of(values: Array, interval: float) -> int:
 def design_effect(tracks: Sequence[Track], runs: Sequence[Foreseen]) -> float:
     r"""Factor of the variances of a log that repeats: :math:`1 + (n - 1)\rho`.
 
-    Parameters
-    ----------
-    tracks : sequence of Track
-    runs : sequence of Foreseen
-        Of the observer.
-
-    Returns
-    -------
-    float
-        With n periods, and the correlation of the whitened innovations with those one period later; 1 where
-        nothing repeats.
+    ``runs``: of the observer.
+    Returns with n periods, and the correlation of the whitened innovations with those one period later; 1
+    where nothing repeats.
     """
     found = [1.0]
     for track, run in zip(tracks, runs, strict=True):

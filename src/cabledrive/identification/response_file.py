@@ -32,22 +32,11 @@ MOST_ROWS = 5_000_000
 def read_response(path: str | Path) -> FrequencyResponse:
     """Read a response from a table; repeats at one frequency are averaged without their outliers.
 
-    Parameters
-    ----------
-    path : path-like
-        With columns omega [rad/s] or frequency [Hz], magnitude (or "magnitude [dB]") and phase [rad] or
-        [deg], of any format that logs may have.
-
-    Returns
-    -------
-    FrequencyResponse
-        ``deviation`` from the spread of the repeats, NaN where there is one; ``coherence`` 1, since it cannot
-        be told; ``left_out`` the number of outliers.
-
-    Raises
-    ------
-    InputRefused
-        If a column is missing, or a number is missing or impossible.
+    ``path``: with columns omega [rad/s] or frequency [Hz], magnitude (or "magnitude [dB]") and phase [rad] or
+    [deg], of any format that logs may have.
+    Returns ``deviation`` from the spread of the repeats, NaN where there is one; ``coherence`` 1, since it
+    cannot be told; ``left_out`` the number of outliers.
+    Raises `InputRefused` if a column is missing, or a number is missing or impossible.
     """
     table = open_table(path)
     heads = {name.lower().strip(): name for name in table.names}

@@ -24,18 +24,9 @@ def compensated_torque(
 
     .. math:: \tau_c = \tau - c_1 S(\dot\theta) + d_1
 
-    Parameters
-    ----------
-    torque, speed : ndarray, shape (samples,)
-        [N m], [rad/s].
-    coulomb, offset : float
-        [N m].
-    slope : float, default 0.0
-        K of a smooth friction tanh(K w) [s/rad]; 0: its sign.
-
-    Returns
-    -------
-    ndarray, shape (samples,)
+    ``torque``, ``speed``, shape (samples,) [N m], [rad/s]; ``coulomb``, ``offset`` [N m]; ``slope``: K of a
+    smooth friction tanh(K w) [s/rad]; 0: its sign.
+    Returns shape (samples,).
     """
     level = np.tanh(slope * speed) if slope > 0.0 else np.sign(speed)
     return torque - coulomb * level + offset
@@ -44,21 +35,9 @@ def compensated_torque(
 def speed_of(log: Log, channel: str, bandwidth: float | None = None) -> Array:
     """Speed from a channel: as it is, or from the difference of an angle or position.
 
-    Parameters
-    ----------
-    log : Log
-    channel : str
-    bandwidth : float, optional
-        Of a filter without phase [Hz]; default: none.
-
-    Returns
-    -------
-    ndarray, shape (samples,)
-
-    Raises
-    ------
-    InputRefused
-        If the channel is neither a speed nor an angle or position.
+    ``bandwidth``: of a filter without phase [Hz]; default: none.
+    Returns shape (samples,).
+    Raises `InputRefused` if the channel is neither a speed nor an angle or position.
     """
     values, quantity = log.channel(channel), channel.rpartition("_")[2]
     if quantity not in ("angle", "position", "velocity"):
@@ -73,23 +52,10 @@ def speed_of(log: Log, channel: str, bandwidth: float | None = None) -> Array:
 def read_pair(path: str | Path, columns: ColumnMap, input_: str, output: str) -> tuple[Log, str, str]:
     """Read a log for a response; input and output may be channels or plain columns of the file.
 
-    Parameters
-    ----------
-    path : path-like
-    columns : ColumnMap
-    input_, output : str
-        Channel ("torque"), head ("torque [N m]"), or any column; the last is taken in the unit of the file.
-
-    Returns
-    -------
-    log : Log
-    input_, output : str
-        Channels of the log.
-
-    Raises
-    ------
-    InputRefused
-        If input and output are one column.
+    ``input_``, ``output``: channel ("torque"), head ("torque [N m]"), or any column; the last is taken in the
+    unit of the file.
+    Returns ``input_, output``: channels of the log.
+    Raises `InputRefused` if input and output are one column.
     """
     wanted = {"input_": input_, "output": output}
     chosen: dict[str, Column] = dict(columns.columns)

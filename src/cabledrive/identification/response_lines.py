@@ -12,14 +12,7 @@ HANN_LINES = 2
 def selected(measured: FrequencyResponse, keep: NDArray[np.bool_]) -> FrequencyResponse:
     """Some lines of a response.
 
-    Parameters
-    ----------
-    measured : FrequencyResponse
-    keep : ndarray of bool, shape (m,)
-
-    Returns
-    -------
-    FrequencyResponse
+    ``keep``, shape (m,).
     """
     return FrequencyResponse(
         frequency=measured.frequency[keep],
@@ -32,16 +25,6 @@ def selected(measured: FrequencyResponse, keep: NDArray[np.bool_]) -> FrequencyR
 
 
 def independent_lines(measured: FrequencyResponse, least_coherence: float = 0.0) -> FrequencyResponse:
-    """Lines of a response by Hann windows that hardly share their noise, so that a fit counts each once.
-
-    Parameters
-    ----------
-    measured : FrequencyResponse
-    least_coherence : float, default 0.0
-
-    Returns
-    -------
-    FrequencyResponse
-    """
+    """Lines of a response by Hann windows that hardly share their noise, so that a fit counts each once."""
     keep = np.arange(measured.frequency.size) % HANN_LINES == 0
     return selected(measured, keep & (measured.coherence > least_coherence))

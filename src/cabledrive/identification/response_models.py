@@ -91,15 +91,7 @@ class ResponseFit:
     def bounds(self, name: str, level: float) -> tuple[float, float]:
         """Interval of one parameter at another level.
 
-        Parameters
-        ----------
-        name : str
-        level : float
-            As 0.999.
-
-        Returns
-        -------
-        low, high : float
+        ``level``: as 0.999.
         """
         k = self.names.index(name)
         width = float(stats.t.ppf(0.5 + level / 2, self.freedom) * self.errors[k] / self.values[k])
@@ -109,17 +101,7 @@ class ResponseFit:
 def chain_for(model: int, values: Mapping[str, float], radius: float) -> LumpedChain:
     """The row of inertias of a model, both radii alike, two spans as in (6.11), (6.13).
 
-    Parameters
-    ----------
-    model : {1, 2, 3, 4}
-    values : mapping of str to float
-        The parameters of `PARAMETERS`.
-    radius : float
-        [m].
-
-    Returns
-    -------
-    LumpedChain
+    ``model``, {1, 2, 3, 4}; ``values``: the parameters of `PARAMETERS`; ``radius`` [m].
     """
     inertias = [values[name] for name in PARAMETERS[model] if name.endswith("inertia")]
     links = {
@@ -151,28 +133,11 @@ def fit_response(
 ) -> ResponseFit:
     """Fit one of the Models 1 to 4 to a response from torque to motor speed.
 
-    Parameters
-    ----------
-    measured : FrequencyResponse
-        [rad/(N m s)].
-    model : {1, 2, 3, 4}
-    start : mapping of str to float
-        Rough values of the parameters of `PARAMETERS`, within a factor of a few.
-    radius : float, default 1.0
-        Of both pulleys [m].
-    fixed : mapping of str to float, optional
-        Parameters known already, as inertias from bench tests.
-    lowpass : float, optional
-        Half a sample of delay or a filter between the channels [s]: the response carries exp(-i w lowpass).
-
-    Returns
-    -------
-    ResponseFit
-
-    Raises
-    ------
-    InputRefused
-        If the response holds fewer lines than parameters.
+    ``measured`` [rad/(N m s)]; ``model``, {1, 2, 3, 4}; ``start``: rough values of the parameters of
+    `PARAMETERS`, within a factor of a few; ``radius``: of both pulleys [m]; ``fixed``: parameters known
+    already, as inertias from bench tests; ``lowpass``: half a sample of delay or a filter between the
+    channels [s]: the response carries exp(-i w lowpass).
+    Raises `InputRefused` if the response holds fewer lines than parameters.
     """
     fixed = dict(fixed or {})
     names = tuple(name for name in PARAMETERS[model] if name not in fixed)

@@ -12,15 +12,9 @@ def inertias_of_the_rigs(
 ) -> dict[str, Estimate]:
     """Inertias of motor, drive pulley and load pulley, as in Table 4.2.
 
-    Parameters
-    ----------
-    motor, with_drive_pulley, with_load_pulley : Identification
-        The motor alone, with the drive pulley, and with the load pulley on its shaft.
-
-    Returns
-    -------
-    dict of str to Estimate
-        "J1", "J11", "J12", "J2", intervals propagated from those of the rigs, which are independent.
+    ``motor``, ``with_drive_pulley``, ``with_load_pulley``: the motor alone, with the drive pulley, and with
+    the load pulley on its shaft.
+    Returns "J1", "J11", "J12", "J2", intervals propagated from those of the rigs, which are independent.
     """
     return {
         "J1": with_drive_pulley.parameters["inertia"],
@@ -33,15 +27,7 @@ def inertias_of_the_rigs(
 def difference_of(larger: Identification, smaller: Identification, name: str = "inertia") -> Estimate:
     """Difference of one parameter of two independent identifications.
 
-    Parameters
-    ----------
-    larger, smaller : Identification
-    name : str, default "inertia"
-
-    Returns
-    -------
-    Estimate
-        With Welch's degrees of freedom.
+    Returns with Welch's degrees of freedom.
     """
     a, b = larger.parameters[name], smaller.parameters[name]
     error = hypot(a.standard_error, b.standard_error)

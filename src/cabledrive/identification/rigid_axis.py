@@ -55,20 +55,8 @@ def identify_rigid_axis(logs: Sequence[Log], options: AxisOptions | None = None)
 
     .. math:: J\ddot\theta = \tau - b\dot\theta - c\,S(\dot\theta) + d
 
-    Parameters
-    ----------
-    logs : sequence of Log
-        Each with torque and angle, or force and position.
-    options : AxisOptions, optional
-
-    Returns
-    -------
-    Identification
-
-    Raises
-    ------
-    InputRefused
-        If a log lacks a channel, or one that stands still.
+    ``logs``: each with torque and angle, or force and position.
+    Raises `InputRefused` if a log lacks a channel, or one that stands still.
     """
     options = options or AxisOptions()
     if not logs:
@@ -90,18 +78,8 @@ def rows_of_logs(
 ) -> tuple[AxisEquation, list[Rows]]:
     """Rows of all logs, with the kinks that friction makes in the speed.
 
-    Parameters
-    ----------
-    logs : sequence of Log
-    torque, position : str
-        Channels.
-    equation : AxisEquation
-
-    Returns
-    -------
-    equation : AxisEquation
-        With the kink that a first pass found.
-    parts : list of Rows
+    ``torque``, ``position``: channels.
+    Returns ``equation``: with the kink that a first pass found.
     """
     parts = [rows_for(log, torque, position, equation) for log in logs]
     count = max(12, SHORT_SEGMENTS // len(parts))
@@ -115,19 +93,7 @@ def rows_of_logs(
 def channels_of(log: Log, options: AxisOptions) -> tuple[str, str]:
     """Channels of torque and angle, or force and position.
 
-    Parameters
-    ----------
-    log : Log
-    options : AxisOptions
-
-    Returns
-    -------
-    torque, position : str
-
-    Raises
-    ------
-    InputRefused
-        If the log has neither pair.
+    Raises `InputRefused` if the log has neither pair.
     """
     for torque, position in (("torque", "angle"), ("force", "position")):
         torque, position = options.torque or torque, options.position or position
@@ -151,21 +117,8 @@ def _bandwidth_of(log: Log, position: str) -> float:
 def equation_for(logs: Sequence[Log], torque: str, position: str, options: AxisOptions) -> AxisEquation:
     """The regression's equation, with what the data decide.
 
-    Parameters
-    ----------
-    logs : sequence of Log
-    torque, position : str
-        Channels.
-    options : AxisOptions
-
-    Returns
-    -------
-    AxisEquation
-
-    Raises
-    ------
-    InputRefused
-        If a channel stands still, or the bandwidth asks for a longer log.
+    ``torque``, ``position``: channels.
+    Raises `InputRefused` if a channel stands still, or the bandwidth asks for a longer log.
     """
     for log in logs:
         for name in (torque, position):
@@ -194,22 +147,8 @@ def equation_for(logs: Sequence[Log], torque: str, position: str, options: AxisO
 def rows_for(log: Log, torque: str, position: str, equation: AxisEquation, every: int = 1) -> Rows:
     """Rows of one log, without the samples at which the torque saturates.
 
-    Parameters
-    ----------
-    log : Log
-    torque, position : str
-    equation : AxisEquation
-    every : int, default 1
-        Take every so many-th row.
-
-    Returns
-    -------
-    Rows
-
-    Raises
-    ------
-    InputRefused
-        If too little of the log is left.
+    ``every``: take every so many-th row.
+    Raises `InputRefused` if too little of the log is left.
     """
     masked = log.saturated.get(torque)
     rows = rows_of(log.channel(position), log.channel(torque), equation, log.interval, masked, every)
@@ -224,15 +163,7 @@ def rows_for(log: Log, torque: str, position: str, equation: AxisEquation, every
 def kink_of(factors: Factors, equation: AxisEquation) -> float:
     """Friction over inertia from a first pass.
 
-    Parameters
-    ----------
-    factors : Factors
-    equation : AxisEquation
-
-    Returns
-    -------
-    float
-        [rad/s^2 or m/s^2]; 0 where the friction has no jump.
+    Returns [rad/s^2 or m/s^2]; 0 where the friction has no jump.
     """
     fit = solve(factors)
     found = dict(zip(fit.names, fit.values, strict=True))
@@ -248,18 +179,7 @@ def _segments(rows: Rows, count: int) -> int:
 
 
 def axis_method(equation: AxisEquation, options: AxisOptions, factors: Factors) -> dict[str, Any]:
-    """How an axis was identified, with every choice that was made from the data.
-
-    Parameters
-    ----------
-    equation : AxisEquation
-    options : AxisOptions
-    factors : Factors
-
-    Returns
-    -------
-    dict
-    """
+    """How an axis was identified, with every choice that was made from the data."""
     return {
         "name": "inverse dynamics, least squares by QR",
         "bandwidth_hz": equation.bandwidth,

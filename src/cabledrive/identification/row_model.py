@@ -98,30 +98,15 @@ class RowModel:
     def outputs(self, values: Mapping[str, float], record: Record) -> Array:
         """Outputs under the input of a record.
 
-        Parameters
-        ----------
-        values : mapping of str to float
-        record : Record
-
-        Returns
-        -------
-        ndarray, shape (samples, channels)
+        Returns shape (samples, channels).
         """
         return self._moved(values, record, sensitive=False)[0]
 
     def compared(self, place: Array, record: Record) -> tuple[Array, Array]:
         """Residual over the training part, simulated less measured, and its derivatives.
 
-        Parameters
-        ----------
-        place : ndarray, shape (p,)
-            Where the search is: logarithms of what is positive.
-        record : Record
-
-        Returns
-        -------
-        residual : ndarray, shape (rows,)
-        derivatives : ndarray, shape (rows, p)
+        ``place``, shape (p,): where the search is: logarithms of what is positive.
+        Returns ``residual``, shape (rows,); ``derivatives``, shape (rows, p).
         """
         outputs, sensitivities = self._moved(self.values_at(place), record, sensitive=True)
         off = record.seen(outputs - record.output)[record.training]
@@ -131,18 +116,8 @@ class RowModel:
     def search_bounds(self, start: Mapping[str, float]) -> tuple[Array, Array, Array]:
         """Where the search begins, and its bounds.
 
-        Parameters
-        ----------
-        start : mapping of str to float
-
-        Returns
-        -------
-        begin, low, high : ndarray, shape (p,)
-
-        Raises
-        ------
-        InputRefused
-            If a start value is missing or outside its bounds.
+        Returns ``begin, low, high``, shape (p,).
+        Raises `InputRefused` if a start value is missing or outside its bounds.
         """
         for s in self.sought:
             if s.name not in start:
@@ -162,13 +137,7 @@ class RowModel:
     def values_at(self, place: Array) -> dict[str, float]:
         """Parameters at a place of the search.
 
-        Parameters
-        ----------
-        place : ndarray, shape (p,)
-
-        Returns
-        -------
-        dict of str to float
+        ``place``, shape (p,).
         """
         pairs = zip(self.sought, place, strict=True)
         return {s.name: float(np.exp(x)) if s.positive else float(x) for s, x in pairs}
@@ -176,27 +145,13 @@ class RowModel:
     def slopes(self, place: Array) -> Array:
         """Derivatives of the parameters by the place of the search.
 
-        Parameters
-        ----------
-        place : ndarray, shape (p,)
-
-        Returns
-        -------
-        ndarray, shape (p,)
+        ``place``, shape (p,).
+        Returns shape (p,).
         """
         return np.array([np.exp(x) if s.positive else 1.0 for s, x in zip(self.sought, place, strict=True)])
 
     def row(self, values: Mapping[str, float]) -> LumpedChain:
-        """The row of inertias.
-
-        Parameters
-        ----------
-        values : mapping of str to float
-
-        Returns
-        -------
-        LumpedChain
-        """
+        """The row of inertias."""
         n, q = self.inertias, self._quantities(values)
         return LumpedChain(
             names=tuple(f"inertia {k}" for k in range(n)),

@@ -42,21 +42,9 @@ def shown(
 ) -> tuple[Array, Array]:
     """What the sensor shows, and its derivatives.
 
-    Parameters
-    ----------
-    sensor : Sensor
-    speeds : ndarray, shape (samples, channels)
-    sensitivities : ndarray, shape (samples, channels, p)
-        Of the speeds.
-    interval : float
-        [s].
-    quantities : tuple of str
-        What each of the p parameters is; those of `SENSOR_QUANTITIES` act here.
-
-    Returns
-    -------
-    output : ndarray, shape (samples, channels)
-    derivatives : ndarray, shape (samples, channels, p)
+    ``speeds``, shape (samples, channels); ``sensitivities``, shape (samples, channels, p): of the speeds;
+    ``interval`` [s]; ``quantities``: what each of the p parameters is; those of `SENSOR_QUANTITIES` act here.
+    Returns ``output``, shape (samples, channels); ``derivatives``, shape (samples, channels, p).
     """
     output, slopes = speeds, sensitivities.copy()
     if sensor.rectified:
@@ -78,17 +66,7 @@ def shown(
 def lagged(values: Array, lag: float, interval: float) -> Array:
     """Values behind a lag of order 1, from rest at the first value; on straight lines between samples exact.
 
-    Parameters
-    ----------
-    values : ndarray, shape (samples, ...)
-    lag : float
-        [s].
-    interval : float
-        [s].
-
-    Returns
-    -------
-    ndarray, as ``values``
+    ``values``, shape (samples, ...); ``lag`` [s]; ``interval`` [s].
     """
     ratio = interval / lag
     pole = exp(-ratio)

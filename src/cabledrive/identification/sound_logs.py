@@ -30,18 +30,8 @@ def sound_tracks(
     A soft servo adds to the measured torque what keeps the axis near the measured motion; that torque is
     known. The angle is rounded as the encoder does, and the torque is as noisy as the innovations call for.
 
-    Parameters
-    ----------
-    tracks : sequence of Track
-    values : ndarray, shape (4,)
-    bandwidths : sequence of float
-        Of the observers [rad/s].
-    rng : numpy.random.Generator
-
-    Yields
-    ------
-    list of Track
-        One for each track, `COUNT` times.
+    ``values``, shape (4,); ``bandwidths``: of the observers [rad/s].
+    Returns one for each track, `COUNT` times.
     """
     moved = [_beside(track, values) for track in tracks]
     noises = [_noises(track, values, width) for track, width in zip(tracks, bandwidths, strict=True)]
@@ -81,18 +71,8 @@ def _noises(track: Track, values: Array, bandwidth: float) -> tuple[float, float
 def innovation_powers(inertia: float, bandwidth: float, interval: float) -> tuple[float, float]:
     """Power of the innovation for white noise of power 1 in the angle, and in the torque.
 
-    Parameters
-    ----------
-    inertia : float
-    bandwidth : float
-        Of the observer [rad/s].
-    interval : float
-        [s].
-
-    Returns
-    -------
-    by_angle, by_torque : float
-        Of the second the unit is [rad^2/(N m)^2].
+    ``bandwidth``: of the observer [rad/s]; ``interval`` [s].
+    Returns ``by_angle, by_torque``: of the second the unit is [rad^2/(N m)^2].
     """
     gains = observer_gains(bandwidth, interval)
     forward = np.array([[1.0, interval], [0.0, 1.0]])

@@ -34,15 +34,7 @@ UNTOLD = TorqueTiming(shift=0.0, error=0.0, told=False)
 def timing_of(logs: Sequence[Log], options: AxisOptions) -> TorqueTiming:
     """Time by which the torque acts later than it is logged, one for all logs.
 
-    Parameters
-    ----------
-    logs : sequence of Log
-    options : AxisOptions
-
-    Returns
-    -------
-    TorqueTiming
-        Not told, and zero, where the logs do not determine it beside the parameters.
+    Returns not told, and zero, where the logs do not determine it beside the parameters.
     """
     torque, position = channels_of(logs[0], options)
     equation = replace(equation_for(logs, torque, position, options), lag=True)

@@ -17,16 +17,7 @@ ROUNDS = 12
 def moved_back(log: Log, channel: str, samples: int) -> Log:
     """A log with one channel earlier by whole samples; what has no partner at either end is left out.
 
-    Parameters
-    ----------
-    log : Log
-    channel : str
-    samples : int
-        Later where negative.
-
-    Returns
-    -------
-    Log
+    ``samples``: later where negative.
     """
     size = len(log) - abs(samples)
     own, others = max(samples, 0), max(-samples, 0)
@@ -40,24 +31,10 @@ def torque_delay(
 ) -> float:
     """Delay of the torque channel against the motion.
 
-    Parameters
-    ----------
-    logs : sequence of Log
-    options : AxisOptions
-    first : float
-        What the logs as they are tell of it, to first order [s].
-    left_in : callable
-        The same of logs whose channel was moved back: what is left [s].
-
-    Returns
-    -------
-    float
-        [s]; to a share of a sample where the torque's own course between samples allows it.
-
-    Raises
-    ------
-    NotComputed
-        If it does not come to an end: the lag is no delay.
+    ``first``: what the logs as they are tell of it, to first order [s]; ``left_in``: the same of logs whose
+    channel was moved back: what is left [s].
+    Returns [s]; to a share of a sample where the torque's own course between samples allows it.
+    Raises `NotComputed` if it does not come to an end: the lag is no delay.
     """
     torque, _ = channels_of(logs[0], options)
     interval, samples, left = logs[0].interval, 0, first

@@ -20,13 +20,8 @@ torque of a feedback loop happens to have peaks."""
 def spectral_lines(values: Array) -> Array:
     """A signal without what lies near its noise floor; the signal itself where it is no sum of lines.
 
-    Parameters
-    ----------
-    values : ndarray, shape (samples,)
-
-    Returns
-    -------
-    ndarray, shape (samples,)
+    ``values``, shape (samples,).
+    Returns shape (samples,).
     """
     spectrum = np.fft.rfft(values)
     kept = _lines_of(spectrum)
@@ -38,16 +33,8 @@ def spectral_lines(values: Array) -> Array:
 def driven_by_lines(logs: Sequence[Log], options: AxisOptions) -> bool:
     """Whether the torque of every log is a sum of lines, so that a motion free of noise is known.
 
-    Parameters
-    ----------
-    logs : sequence of Log
-    options : AxisOptions
-
-    Returns
-    -------
-    bool
-        False where what stands above the noise fills more than half of its band, as steps, chirps and torques
-        of feedback loops do; and where the torque channel saturates, for it cannot drive a model then.
+    Returns false where what stands above the noise fills more than half of its band, as steps, chirps and
+    torques of feedback loops do; and where the torque channel saturates, for it cannot drive a model then.
     """
     torque, _ = channels_of(logs[0], options)
     for log in logs:
@@ -63,15 +50,7 @@ def driven_by_lines(logs: Sequence[Log], options: AxisOptions) -> bool:
 def noise_between_lines(logs: Sequence[Log], options: AxisOptions) -> bool:
     """Whether nothing but noise lies between the torque's lines, so that they are all that moves the axis.
 
-    Parameters
-    ----------
-    logs : sequence of Log
-        Driven by lines, see `driven_by_lines`.
-    options : AxisOptions
-
-    Returns
-    -------
-    bool
+    ``logs``: driven by lines, see `driven_by_lines`.
     """
     torque, _ = channels_of(logs[0], options)
     spectra = [np.fft.rfft(log.channel(torque)) for log in logs]

@@ -76,15 +76,8 @@ class TorqueTiming:
     def convention(self, interval: float) -> str | None:
         """The convention that the shift agrees with, None where there is none.
 
-        Parameters
-        ----------
-        interval : float
-            [s].
-
-        Returns
-        -------
-        str or None
-            Key of `CONVENTIONS`.
+        ``interval`` [s].
+        Returns key of `CONVENTIONS`.
         """
         near = min(CONVENTIONS, key=lambda name: abs(self.shift / interval - CONVENTIONS[name]))
         off = abs(self.shift - CONVENTIONS[near] * interval)
@@ -98,14 +91,7 @@ class TorqueTiming:
         neighbours are averaged; otherwise it lies between the 4/48 of point samples and the 12/48 of means of
         a held torque.
 
-        Parameters
-        ----------
-        interval : float
-            [s].
-
-        Returns
-        -------
-        share, doubt : float
+        ``interval`` [s].
         """
         stands = self.convention(interval) in ("held", "before")
         return (6 / 48, 1 / 48) if stands else (8 / 48, 4 / 48)
@@ -113,14 +99,7 @@ class TorqueTiming:
     def words(self, interval: float) -> str:
         """The timing in a sentence.
 
-        Parameters
-        ----------
-        interval : float
-            [s].
-
-        Returns
-        -------
-        str
+        ``interval`` [s].
         """
         if not self.told:
             return "the instant at which the torque acts is not determined by the log"
@@ -148,14 +127,7 @@ class TorqueTiming:
     def customary(self, interval: float) -> bool:
         """Whether a shift of this size is a habit of logging and no fault.
 
-        Parameters
-        ----------
-        interval : float
-            [s].
-
-        Returns
-        -------
-        bool
+        ``interval`` [s].
         """
         return abs(self.shift) <= CUSTOMARY * interval
 
@@ -163,16 +135,8 @@ class TorqueTiming:
 def shifted(values: Array, samples: float, *, periodic: bool = False) -> Array:
     """A signal later by a number of samples, whole or not.
 
-    Parameters
-    ----------
-    values : ndarray, shape (samples,)
-    samples : float
-    periodic : bool, default False
-        Whether it is continued periodically, else by its ends.
-
-    Returns
-    -------
-    ndarray, shape (samples,)
+    ``values``, shape (samples,); ``periodic``: whether it is continued periodically, else by its ends.
+    Returns shape (samples,).
     """
     if samples == 0.0:
         return values
@@ -189,17 +153,8 @@ def shifted(values: Array, samples: float, *, periodic: bool = False) -> Array:
 def moved_torque(values: Array, timing: TorqueTiming, interval: float) -> Array:
     """The torque at the instants at which it acts.
 
-    Parameters
-    ----------
-    values : ndarray, shape (samples,)
-        As logged.
-    timing : TorqueTiming
-    interval : float
-        [s].
-
-    Returns
-    -------
-    ndarray, shape (samples,)
+    ``values``, shape (samples,): as logged; ``interval`` [s].
+    Returns shape (samples,).
     """
     if timing.law == "low-pass":
         return values - timing.shift * difference(values, interval)
@@ -210,16 +165,7 @@ def moved_torque(values: Array, timing: TorqueTiming, interval: float) -> Array:
 def with_torque_moved(logs: Sequence[Log], torque: str, timing: TorqueTiming) -> list[Log]:
     """Logs whose torque channel stands at the instants at which it acts.
 
-    Parameters
-    ----------
-    logs : sequence of Log
-    torque : str
-        Channel.
-    timing : TorqueTiming
-
-    Returns
-    -------
-    list of Log
+    ``torque``: channel.
     """
     return [
         replace(
@@ -233,21 +179,8 @@ def with_torque_moved(logs: Sequence[Log], torque: str, timing: TorqueTiming) ->
 def given_timing(name: str, interval: float) -> TorqueTiming:
     """Timing of a convention.
 
-    Parameters
-    ----------
-    name : str
-        Key of `CONVENTIONS`.
-    interval : float
-        [s].
-
-    Returns
-    -------
-    TorqueTiming
-
-    Raises
-    ------
-    InputRefused
-        If it is unknown.
+    ``name``: key of `CONVENTIONS`; ``interval`` [s].
+    Raises `InputRefused` if it is unknown.
     """
     if name not in CONVENTIONS:
         raise InputRefused(f'identify.torque = "{name}" is unknown: take one of {", ".join(TIMINGS)}')

@@ -41,27 +41,13 @@ SUBSTEPS = 4
 def identify_two_inertia(logs: Sequence[Log], seed: int = 0) -> Identification:
     """Identify motor and load inertia, the spring between them, its damping and all frictions.
 
-    Parameters
-    ----------
-    logs : sequence of Log
-        Of one machine, with the same channels: torque, force, voltage or current, and a velocity, angle or
-        position of the motor, the load ("load velocity") or both.
-    seed : int, default 0
-        Of the starts.
-
-    Returns
-    -------
-    Identification
-        ``inertia_motor``, ``inertia_load``, ``stiffness``, ``damping``, ``viscous_friction_motor``,
-        ``viscous_friction_load``, ``coulomb_friction_motor``, ``coulomb_friction_load``, ``offset``; with a
-        rectifying sensor its ``sensor_lag``. No intervals where the model does not follow the log.
-
-    Raises
-    ------
-    InputRefused
-        If a channel is missing or constant.
-    NotComputed
-        If no start leads to a model that moves like the log.
+    ``logs``: of one machine, with the same channels: torque, force, voltage or current, and a velocity, angle
+    or position of the motor, the load ("load velocity") or both; ``seed``: of the starts.
+    Returns ``inertia_motor``, ``inertia_load``, ``stiffness``, ``damping``, ``viscous_friction_motor``,
+    ``viscous_friction_load``, ``coulomb_friction_motor``, ``coulomb_friction_load``, ``offset``; with a
+    rectifying sensor its ``sensor_lag``. No intervals where the model does not follow the log.
+    Raises `InputRefused` if a channel is missing or constant; `NotComputed` if no start leads to a model that
+    moves like the log.
     """
     channels = channels_of(logs)
     records = [record_of(log, channels) for log in logs]

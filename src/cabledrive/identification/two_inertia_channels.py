@@ -41,18 +41,7 @@ class TwoInertiaChannels:
 def channels_of(logs: Sequence[Log]) -> TwoInertiaChannels:
     """Choose the channels, the same in every log.
 
-    Parameters
-    ----------
-    logs : sequence of Log
-
-    Returns
-    -------
-    TwoInertiaChannels
-
-    Raises
-    ------
-    InputRefused
-        If input or motion is missing or constant.
+    Raises `InputRefused` if input or motion is missing or constant.
     """
     names = [name for name in logs[0].channels if all(name in log.channels for log in logs)]
     input_ = next((n for kind in INPUTS for n in names if n.rpartition("_")[2] == kind), None)
@@ -77,17 +66,7 @@ def channels_of(logs: Sequence[Log]) -> TwoInertiaChannels:
 
 
 def record_of(log: Log, channels: TwoInertiaChannels) -> Record:
-    """Input and measured speeds of a log; angles and positions are differentiated.
-
-    Parameters
-    ----------
-    log : Log
-    channels : TwoInertiaChannels
-
-    Returns
-    -------
-    Record
-    """
+    """Input and measured speeds of a log; angles and positions are differentiated."""
     speeds = [
         log.channel(name) if name.endswith("velocity") else difference(log.channel(name), log.interval)
         for name in channels.outputs

@@ -36,16 +36,7 @@ class Starts:
 def starts_for(records: Sequence[Record], rectified: bool, rng: np.random.Generator) -> Starts:
     """Starts of the search.
 
-    Parameters
-    ----------
-    records : sequence of Record
-    rectified : bool
-        Whether the sensor shows absolute values.
-    rng : Generator
-
-    Returns
-    -------
-    Starts
+    ``rectified``: whether the sensor shows absolute values.
     """
     total, viscous, coulomb = _rigid(records, rectified)
     interval = records[0].interval

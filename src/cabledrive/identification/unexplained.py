@@ -55,15 +55,8 @@ class Unexplained:
 def unexplained_torque(tracks: Sequence[Track], values: Array) -> Unexplained:
     """What the observer that follows best has to add to the torque.
 
-    Parameters
-    ----------
-    tracks : sequence of Track
-    values : ndarray, shape (4,)
-
-    Returns
-    -------
-    Unexplained
-        Of the log with the largest share.
+    ``values``, shape (4,).
+    Returns of the log with the largest share.
     """
     found = []
     for track in tracks:

@@ -30,18 +30,8 @@ INSIDE = 0.8
 def whitener(residuals: Sequence[Array], interval: float, bandwidth: float) -> Array:
     """Symmetric filter that makes residuals white below a bandwidth.
 
-    Parameters
-    ----------
-    residuals : sequence of ndarray, shape (rows,)
-    interval : float
-        [s].
-    bandwidth : float
-        Of the residuals [Hz].
-
-    Returns
-    -------
-    ndarray, shape (2 m + 1,)
-        Weights; the filtered residual has a power density of 1 [1/Hz].
+    ``residuals``, shape (rows,); ``interval`` [s]; ``bandwidth``: of the residuals [Hz].
+    Returns shape (2 m + 1,): weights; the filtered residual has a power density of 1 [1/Hz].
     """
     shortest = min(r.size for r in residuals)
     length = min(round(LONGEST_SEGMENT / interval), shortest)
@@ -65,14 +55,7 @@ def whitener(residuals: Sequence[Array], interval: float, bandwidth: float) -> A
 def whitened(rows: Array, weights: Array) -> Array:
     """Columns through the filter of `whitener`.
 
-    Parameters
-    ----------
-    rows : ndarray, shape (rows, columns)
-    weights : ndarray, shape (2 m + 1,)
-
-    Returns
-    -------
-    ndarray, shape (rows, columns)
-        Nothing is assumed beyond both ends.
+    ``rows``, shape (rows, columns); ``weights``, shape (2 m + 1,).
+    Returns shape (rows, columns): nothing is assumed beyond both ends.
     """
     return np.asarray(signal.oaconvolve(rows, weights[:, None], mode="same", axes=0))

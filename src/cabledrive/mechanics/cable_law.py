@@ -53,60 +53,32 @@ class CableLaw(ABC):
     def transverse_stretch(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
         """Part of the stretch that comes from the slopes.
 
-        Parameters
-        ----------
-        u_x, v_x, w_x : ndarray
-            Displacement gradients [-].
-
-        Returns
-        -------
-        ndarray
-            What the slopes add to u' in the apparent strain of the energy [-].
+        ``u_x``, ``v_x``, ``w_x``: displacement gradients [-].
+        Returns what the slopes add to u' in the apparent strain of the energy [-].
         """
         return self._transverse_stretch(u_x, v_x, w_x)
 
     def strain(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
         """Apparent strain, measured from the pretensioned cable.
 
-        Parameters
-        ----------
-        u_x, v_x, w_x : ndarray
-            Displacement gradients [-].
-
-        Returns
-        -------
-        ndarray
-            Apparent strain lambda [-]; the tension is T0 + K lambda.
+        ``u_x``, ``v_x``, ``w_x``: displacement gradients [-].
+        Returns apparent strain lambda [-]; the tension is T0 + K lambda.
         """
         return self._strain(u_x, v_x, w_x)
 
     def strain_gradient(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
         """Derivative of the apparent strain with respect to (u', v', w').
 
-        Parameters
-        ----------
-        u_x, v_x, w_x : ndarray
-            Displacement gradients [-].
-
-        Returns
-        -------
-        tuple of ndarray
-            Its three components [-]; also the direction in which axial damping acts.
+        ``u_x``, ``v_x``, ``w_x``: displacement gradients [-].
+        Returns its three components [-]; also the direction in which axial damping acts.
         """
         return self._strain_gradient(u_x, v_x, w_x)
 
     def tension(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
         """Tension T = T0 + K lambda.
 
-        Parameters
-        ----------
-        u_x, v_x, w_x : ndarray
-            Displacement gradients [-].
-
-        Returns
-        -------
-        ndarray
-            Tension [N]; negative where the cable would have to push, zero there if `tension_only`.
+        ``u_x``, ``v_x``, ``w_x``: displacement gradients [-].
+        Returns tension [N]; negative where the cable would have to push, zero there if `tension_only`.
         """
         tension = self.pretension + self.stiffness * self.strain(u_x, v_x, w_x)
         return np.maximum(tension, 0.0) if self.tension_only else tension
@@ -116,15 +88,8 @@ class CableLaw(ABC):
 
         The pretension pulls equally on both sides of everything; what a chain sums is the rest.
 
-        Parameters
-        ----------
-        u_x, v_x, w_x : ndarray
-            Displacement gradients [-].
-
-        Returns
-        -------
-        tuple of ndarray
-            Tx - T0, Ty, Tz [N].
+        ``u_x``, ``v_x``, ``w_x``: displacement gradients [-].
+        Returns tx - T0, Ty, Tz [N].
         """
         excess = self._taut_excess(u_x, v_x, w_x)
         if not self.tension_only:
@@ -136,15 +101,8 @@ class CableLaw(ABC):
     def components(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
         """Components of the tension.
 
-        Parameters
-        ----------
-        u_x, v_x, w_x : ndarray
-            Displacement gradients [-].
-
-        Returns
-        -------
-        tuple of ndarray
-            Tx, Ty, Tz [N].
+        ``u_x``, ``v_x``, ``w_x``: displacement gradients [-].
+        Returns tx, Ty, Tz [N].
         """
         x, y, z = self.excess_components(u_x, v_x, w_x)
         return self.pretension + x, y, z
@@ -158,15 +116,8 @@ class CableLaw(ABC):
         the pretension on the ends, :math:`T_0 u'`, is left out: it cancels round a loop. A law without a
         potential answers with that of the truncation nearest to it.
 
-        Parameters
-        ----------
-        u_x, v_x, w_x : ndarray
-            Displacement gradients [-].
-
-        Returns
-        -------
-        ndarray
-            Energy density [J/m].
+        ``u_x``, ``v_x``, ``w_x``: displacement gradients [-].
+        Returns energy density [J/m].
         """
         strain = self.strain(u_x, v_x, w_x)
         slopes = self.transverse_stretch(u_x, v_x, w_x)
@@ -179,15 +130,9 @@ class CableLaw(ABC):
     def stiffness_matrix(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
         """Derivative of the components with respect to (u', v', w').
 
-        Parameters
-        ----------
-        u_x, v_x, w_x : ndarray
-            Displacement gradients [-].
-
-        Returns
-        -------
-        ndarray, shape (..., 3, 3)
-            Row: component of the tension, column: gradient [N]. Symmetric if the law has a potential.
+        ``u_x``, ``v_x``, ``w_x``: displacement gradients [-].
+        Returns shape (..., 3, 3): row: component of the tension, column: gradient [N]. Symmetric if the law
+        has a potential.
         """
         matrix = self._stiffness_matrix(u_x, v_x, w_x)
         if not self.tension_only:

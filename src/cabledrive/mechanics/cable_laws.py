@@ -140,22 +140,9 @@ LAWS: dict[str, type[CableLaw]] = {law.name: law for law in (ExactLaw, WeakLaw, 
 def cable_law(cable: Cable, model: str = "exact", *, tension_only: bool = False) -> CableLaw:
     """Law of a cable, by name.
 
-    Parameters
-    ----------
-    cable : Cable
-    model : {"exact", "weak", "weak-consistent", "linear"}, default "exact"
-        What is kept of the geometry.
-    tension_only : bool, default False
-        Whether the cable goes slack instead of pushing.
-
-    Returns
-    -------
-    CableLaw
-
-    Raises
-    ------
-    InputRefused
-        If the model is unknown, or the linear one is asked to go slack.
+    ``model``, {"exact", "weak", "weak-consistent", "linear"}: what is kept of the geometry; ``tension_only``:
+    whether the cable goes slack instead of pushing.
+    Raises `InputRefused` if the model is unknown, or the linear one is asked to go slack.
     """
     if model not in LAWS:
         raise InputRefused(f'model = "{model}" is no cable law: write {", ".join(LAWS)}')

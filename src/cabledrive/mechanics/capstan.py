@@ -8,16 +8,8 @@ def capstan_ratio(friction: float, wrap_angle: float) -> float:
 
     .. math:: \frac{T_{tight}}{T_{slack}} \le e^{\mu\alpha}
 
-    Parameters
-    ----------
-    friction : float
-        Coefficient of friction mu between cable and pulley [-].
-    wrap_angle : float
-        Angle alpha the cable wraps round the pulley [rad].
-
-    Returns
-    -------
-    float
+    ``friction``: coefficient of friction mu between cable and pulley [-]; ``wrap_angle``: angle alpha the
+    cable wraps round the pulley [rad].
     """
     return exp(friction * wrap_angle)
 
@@ -32,20 +24,9 @@ def no_slip_torque(radius: float, pretension: float, friction: float, wrap_angle
 
     It is below the slack torque 2 r T0 at any friction: a loop slips before a span goes slack.
 
-    Parameters
-    ----------
-    radius : float
-        Radius r of the pulley [m].
-    pretension : float
-        Pretension T0 [N].
-    friction : float
-        Coefficient of friction mu between cable and pulley [-].
-    wrap_angle : float
-        Angle alpha the cable wraps round the pulley [rad].
-
-    Returns
-    -------
-    float
-        Torque [N m].
+    ``radius``: radius r of the pulley [m]; ``pretension``: pretension T0 [N]; ``friction``: coefficient of
+    friction mu between cable and pulley [-]; ``wrap_angle``: angle alpha the cable wraps round the pulley
+    [rad].
+    Returns torque [N m].
     """
     return 2.0 * radius * pretension * tanh(friction * wrap_angle / 2.0)

@@ -95,18 +95,9 @@ def split_at_antinodes(chain: Chain, omega: float) -> tuple[Chain, NDArray[np.in
 
     leaves :math:`|\sin| \ge 1/\sqrt 2` on both sides, Eq. (M.2).
 
-    Parameters
-    ----------
-    chain : Chain
-    omega : float
-        Angular frequency near which the parts are going to be used [rad/s].
-
-    Returns
-    -------
-    split : Chain
-        The same chain with massless joints added.
-    joints : ndarray of int, shape (n,)
-        Where the joints of `chain` are among those of `split`.
+    ``omega``: angular frequency near which the parts are going to be used [rad/s].
+    Returns ``split``: the same chain with massless joints added; ``joints``, shape (n,): where the joints of
+    `chain` are among those of `split`.
     """
     phase = omega * chain.travel_times
     long = phase > 2.0

@@ -28,15 +28,8 @@ FAST_MATH = {"reassoc", "contract", "nsz", "arcp", "afn"}
 def njit(function: F) -> F:
     """Compile a kernel when it is first called, with fast arithmetic that keeps NaN and infinity.
 
-    Parameters
-    ----------
-    function : callable
-        Loops over floats and arrays.
-
-    Returns
-    -------
-    callable
-        The compiled kernel; the function itself where numba is absent or told not to compile.
+    ``function``: loops over floats and arrays.
+    Returns the compiled kernel; the function itself where numba is absent or told not to compile.
     """
     return _compile(function, FAST_MATH)
 
@@ -44,15 +37,8 @@ def njit(function: F) -> F:
 def njit_inlined(function: F) -> F:
     """Compile a kernel into each of its callers: for short parts of a hot loop.
 
-    Parameters
-    ----------
-    function : callable
-        Loops over floats and arrays.
-
-    Returns
-    -------
-    callable
-        As `njit`.
+    ``function``: loops over floats and arrays.
+    Returns as `njit`.
     """
     return _compile(function, FAST_MATH, inline="always")
 
@@ -63,15 +49,8 @@ def njit_in_place(function: F) -> F:
     References to arrays are then not counted, which takes more time than the arithmetic where a kernel is
     short.
 
-    Parameters
-    ----------
-    function : callable
-        Loops over floats and arrays.
-
-    Returns
-    -------
-    callable
-        As `njit`.
+    ``function``: loops over floats and arrays.
+    Returns as `njit`.
     """
     return _compile(function, FAST_MATH, **_uncounted())
 
@@ -79,15 +58,8 @@ def njit_in_place(function: F) -> F:
 def njit_strict(function: F) -> F:
     """Compile a kernel whose rounding matters: no arithmetic is reordered.
 
-    Parameters
-    ----------
-    function : callable
-        Loops over floats and arrays.
-
-    Returns
-    -------
-    callable
-        As `njit`.
+    ``function``: loops over floats and arrays.
+    Returns as `njit`.
     """
     return _compile(function, False)
 
@@ -100,15 +72,8 @@ def for_kernels(function: F) -> F:
     to another in those that load from the cache, and the two may round differently. Functions whose name
     begins with an underscore need no mark.
 
-    Parameters
-    ----------
-    function : callable
-        Loops over floats and arrays.
-
-    Returns
-    -------
-    callable
-        The function itself.
+    ``function``: loops over floats and arrays.
+    Returns the function itself.
     """
     function.__dict__["for_kernels"] = True
     return function
@@ -118,10 +83,7 @@ def for_kernels(function: F) -> F:
 def numba_at_hand() -> bool:
     """Whether kernels can be compiled here.
 
-    Returns
-    -------
-    bool
-        False where numba is not installed, and where NUMBA_DISABLE_JIT is set.
+    Returns false where numba is not installed, and where NUMBA_DISABLE_JIT is set.
     """
     try:
         import numba

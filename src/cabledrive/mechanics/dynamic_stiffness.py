@@ -121,14 +121,7 @@ def dynamic_stiffness(chain: Chain, omega: float) -> DynamicStiffness:
 def links(chain: Chain) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Joints at the two ends of each link: the segments in order, then the pendant's spring.
 
-    Parameters
-    ----------
-    chain : Chain
-
-    Returns
-    -------
-    left, right : ndarray of int
-        Indices of joints; the pendant's mass is the last joint.
+    Returns ``left, right``: indices of joints; the pendant's mass is the last joint.
     """
     n, segments = chain.masses.size, chain.lengths.size
     left = np.arange(segments)
@@ -143,14 +136,7 @@ def links(chain: Chain) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 def free_joints(chain: Chain) -> NDArray[np.intp]:
     """Joints that can move: all but the held ends, the pendant's mass included.
 
-    Parameters
-    ----------
-    chain : Chain
-
-    Returns
-    -------
-    ndarray of int
-        Indices into the joints of `dynamic_stiffness`.
+    Returns indices into the joints of `dynamic_stiffness`.
     """
     n = chain.masses.size
     free = np.ones(n + (chain.pendant is not None), dtype=bool)

@@ -13,16 +13,8 @@ from cabledrive.mechanics.cable_law import Array, CableLaw, Components
 def squared_wave_speeds(law: CableLaw, density: float) -> tuple[float, float]:
     r"""Squares of the wave speeds.
 
-    Parameters
-    ----------
-    law : CableLaw
-    density : float
-        Mass per pretensioned metre [kg/m].
-
-    Returns
-    -------
-    c_u2, c_w2 : float
-        :math:`c_u^2 = EA\,(1 + \epsilon_0)/\rho` and :math:`c_w^2 = T_0/\rho` [m^2/s^2].
+    ``density``: mass per pretensioned metre [kg/m].
+    Returns ``c_u2, c_w2``: :math:`c_u^2 = EA\,(1 + \epsilon_0)/\rho` and :math:`c_w^2 = T_0/\rho` [m^2/s^2].
     """
     return law.stiffness / density, law.pretension / density
 
@@ -36,17 +28,9 @@ def longitudinal_acceleration(first: Components, second: Components, c_u2: float
               + \frac{c_u^2 u'' \lambda}{\lambda + 1}
               - \frac{(1 + u') D (c_w^2 + c_u^2 \lambda)}{(\lambda + 1)^3}
 
-    Parameters
-    ----------
-    first, second : tuple of ndarray
-        (u', v', w') [-] and (u'', v'', w'') [1/m].
-    c_u2, c_w2 : float
-        Squared wave speeds [m^2/s^2].
-
-    Returns
-    -------
-    ndarray
-        Acceleration of u [m/s^2].
+    ``first``, ``second``: (u', v', w') [-] and (u'', v'', w'') [1/m]; ``c_u2``, ``c_w2``: squared wave speeds
+    [m^2/s^2].
+    Returns acceleration of u [m/s^2].
     """
     return _exact(1.0 + first[0], second[0], first, second, c_u2, c_w2)
 
@@ -59,17 +43,9 @@ def transverse_accelerations(
     As `longitudinal_acceleration`, with :math:`v', v''` (:math:`w', w''`) in the places of
     :math:`1 + u', u''` outside of :math:`D`.
 
-    Parameters
-    ----------
-    first, second : tuple of ndarray
-        (u', v', w') [-] and (u'', v'', w'') [1/m].
-    c_u2, c_w2 : float
-        Squared wave speeds [m^2/s^2].
-
-    Returns
-    -------
-    tuple of ndarray
-        Accelerations of v and w [m/s^2].
+    ``first``, ``second``: (u', v', w') [-] and (u'', v'', w'') [1/m]; ``c_u2``, ``c_w2``: squared wave speeds
+    [m^2/s^2].
+    Returns accelerations of v and w [m/s^2].
     """
     return (
         _exact(first[1], second[1], first, second, c_u2, c_w2),
@@ -101,17 +77,9 @@ def weak_accelerations(first: Components, second: Components, c_u2: float, c_w2:
 
     and the same with :math:`v', v''` and :math:`w', w''` in the places of :math:`1 + u', u''`.
 
-    Parameters
-    ----------
-    first, second : tuple of ndarray
-        (u', v', w') [-] and (u'', v'', w'') [1/m].
-    c_u2, c_w2 : float
-        Squared wave speeds [m^2/s^2].
-
-    Returns
-    -------
-    tuple of ndarray
-        Accelerations of u, v and w [m/s^2].
+    ``first``, ``second``: (u', v', w') [-] and (u'', v'', w'') [1/m]; ``c_u2``, ``c_w2``: squared wave speeds
+    [m^2/s^2].
+    Returns accelerations of u, v and w [m/s^2].
     """
     strain, strain_x = _weak_strain(first, second)
     slopes = (1.0 + first[0], first[1], first[2])
@@ -132,17 +100,9 @@ def consistent_weak_accelerations(
               \ddot v = c_u^2 \lambda' v' + (c_w^2 + c_u^2 \lambda)\,v'', \qquad
               \ddot w = c_u^2 \lambda' w' + (c_w^2 + c_u^2 \lambda)\,w''
 
-    Parameters
-    ----------
-    first, second : tuple of ndarray
-        (u', v', w') [-] and (u'', v'', w'') [1/m].
-    c_u2, c_w2 : float
-        Squared wave speeds [m^2/s^2].
-
-    Returns
-    -------
-    tuple of ndarray
-        Accelerations of u, v and w [m/s^2].
+    ``first``, ``second``: (u', v', w') [-] and (u'', v'', w'') [1/m]; ``c_u2``, ``c_w2``: squared wave speeds
+    [m^2/s^2].
+    Returns accelerations of u, v and w [m/s^2].
     """
     strain, strain_x = _weak_strain(first, second)
     tension = c_w2 + c_u2 * strain
@@ -155,17 +115,9 @@ def linear_accelerations(first: Components, second: Components, c_u2: float, c_w
 
     .. math:: \ddot u = c_u^2 u'', \qquad \ddot v = c_w^2 v'', \qquad \ddot w = c_w^2 w''
 
-    Parameters
-    ----------
-    first, second : tuple of ndarray
-        (u', v', w') [-] (not used) and (u'', v'', w'') [1/m].
-    c_u2, c_w2 : float
-        Squared wave speeds [m^2/s^2].
-
-    Returns
-    -------
-    tuple of ndarray
-        Accelerations of u, v and w [m/s^2].
+    ``first``, ``second``: (u', v', w') [-] (not used) and (u'', v'', w'') [1/m]; ``c_u2``, ``c_w2``: squared
+    wave speeds [m^2/s^2].
+    Returns accelerations of u, v and w [m/s^2].
     """
     return c_u2 * second[0], c_w2 * second[1], c_w2 * second[2]
 
@@ -180,18 +132,9 @@ def _weak_strain(first: Components, second: Components) -> tuple[Array, Array]:
 def accelerations(law: CableLaw, density: float, first: Components, second: Components) -> Components:
     """Accelerations of a cable law, written out.
 
-    Parameters
-    ----------
-    law : CableLaw
-    density : float
-        Mass per pretensioned metre [kg/m].
-    first, second : tuple of ndarray
-        (u', v', w') [-] and (u'', v'', w'') [1/m].
-
-    Returns
-    -------
-    tuple of ndarray
-        Accelerations of u, v and w [m/s^2], taut or not.
+    ``density``: mass per pretensioned metre [kg/m]; ``first``, ``second``: (u', v', w') [-] and (u'', v'',
+    w'') [1/m].
+    Returns accelerations of u, v and w [m/s^2], taut or not.
     """
     speeds = squared_wave_speeds(law, density)
     if law.name == "exact":

@@ -72,14 +72,7 @@ class StringPieces:
         For a unit displacement and a unit force at the start; by the order in (omega / top)^2, by the power
         of the share of the piece.
 
-        Parameters
-        ----------
-        first, last : int, optional
-            Which of the pieces, as of a slice; all if not given.
-
-        Returns
-        -------
-        displacement, force : ndarray
+        ``first``, ``last``: which of the pieces, as of a slice; all if not given.
         """
         t0, t1, t2 = self.tension[:, first:last]
         length = self.length[first:last]
@@ -101,14 +94,8 @@ class StringPieces:
     def shape_series(self, first: int) -> Array:
         """Displacements of `series` for one block of pieces, kept.
 
-        Parameters
-        ----------
-        first : int
-            The first piece of the block.
-
-        Returns
-        -------
-        ndarray, shape (2, ORDERS, TERMS, n)
+        ``first``: the first piece of the block.
+        Returns shape (2, ORDERS, TERMS, n).
         """
         if first not in self._kept:
             self._kept.clear()
@@ -150,15 +137,7 @@ class Transfer:
 def transfer(pieces: StringPieces, omega: float) -> Transfer:
     """Exact waves on every piece, Eq. (M.11).
 
-    Parameters
-    ----------
-    pieces : StringPieces
-    omega : float
-        Angular frequency, up to the highest of the pieces [rad/s].
-
-    Returns
-    -------
-    Transfer
+    ``omega``: angular frequency, up to the highest of the pieces [rad/s].
     """
     square = (omega / pieces.top) ** 2
     orders = pieces.at_end
@@ -171,18 +150,9 @@ def transfer(pieces: StringPieces, omega: float) -> Transfer:
 def displacement_series(pieces: StringPieces, omega: float, motion: Array) -> Array:
     """Displacement inside the pieces, as power series of the share of the piece.
 
-    Parameters
-    ----------
-    pieces : StringPieces
-    omega : float
-        Angular frequency [rad/s].
-    motion : ndarray, shape (2, n)
-        Displacement and transverse force at the start of each piece.
-
-    Returns
-    -------
-    ndarray, shape (TERMS, n)
-        Constant term first.
+    ``omega``: angular frequency [rad/s]; ``motion``, shape (2, n): displacement and transverse force at the
+    start of each piece.
+    Returns shape (TERMS, n): constant term first.
     """
     orders = (omega / pieces.top) ** (2 * np.arange(ORDERS))
     total = np.zeros((TERMS, pieces.length.size))
@@ -197,20 +167,8 @@ def string_pieces(
 ) -> StringPieces:
     """Cut the stretches of a section so that the series converge fast up to a frequency.
 
-    Parameters
-    ----------
-    stretches : tuple of RestingStretch
-        In order, all of them taut.
-    masses : ndarray, shape (stretches,)
-        Mass at the end of each [kg].
-    density : float
-        Mass per unstretched length [kg/m].
-    omega : float
-        Highest angular frequency [rad/s].
-
-    Returns
-    -------
-    StringPieces
+    ``stretches``: in order, all of them taut; ``masses``, shape (stretches,): mass at the end of each [kg];
+    ``density``: mass per unstretched length [kg/m]; ``omega``: highest angular frequency [rad/s].
     """
     cuts = [_cuts(stretch, density, omega) for stretch in stretches]
     start = np.concatenate([cut[:-1] for cut in cuts])

@@ -18,22 +18,11 @@ CONDITIONS = (FREE, HELD, HOLDING)
 def motor_condition(drive: Drive, motor: str | None = None) -> str:
     """How the rotor is held in a calculation.
 
-    Parameters
-    ----------
-    drive : Drive
-    motor : {"free", "held", "holding"}, optional
-        "free": the rotor turns. "held": it does not; behind a flexible joint the drive pulley still turns on
-        the joint, and without ``[motor]`` the drive pulley itself is held. "holding": the rotor turns on
-        ``motor.holding_stiffness``. Default: "holding" where the file gives that stiffness, else "free".
-
-    Returns
-    -------
-    {"free", "held", "holding"}
-
-    Raises
-    ------
-    InputRefused
-        If `motor` is none of these, or the drive has no holding stiffness.
+    ``motor``, {"free", "held", "holding"}: "free": the rotor turns. "held": it does not; behind a flexible
+    joint the drive pulley still turns on the joint, and without ``[motor]`` the drive pulley itself is held.
+    "holding": the rotor turns on ``motor.holding_stiffness``. Default: "holding" where the file gives that
+    stiffness, else "free".
+    Raises `InputRefused` if `motor` is none of these, or the drive has no holding stiffness.
     """
     sprung = drive.motor is not None and drive.motor.holding_stiffness is not None
     if motor is None:
@@ -51,14 +40,7 @@ def motor_condition(drive: Drive, motor: str | None = None) -> str:
 def joint_stiffness(drive: Drive) -> float | None:
     """Stiffness of the joint between motor and drive pulley.
 
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    float or None
-        [N m/rad]; None where there is no motor or its joint is rigid.
+    Returns [N m/rad]; None where there is no motor or its joint is rigid.
     """
     return drive.motor.joint_stiffness if drive.motor is not None else None
 
@@ -66,15 +48,8 @@ def joint_stiffness(drive: Drive) -> float | None:
 def carriage_joint(number: int) -> str:
     """Name of a carriage among the joints of a chain.
 
-    Parameters
-    ----------
-    number : int
-        Its number in the drive file, from 0.
-
-    Returns
-    -------
-    str
-        "carriage 0".
+    ``number``: its number in the drive file, from 0.
+    Returns "carriage 0".
     """
     return f"carriage {number}"
 
@@ -82,21 +57,10 @@ def carriage_joint(number: int) -> str:
 def held_joints(drive: Drive, hold: Sequence[str]) -> frozenset[str]:
     """Joints of the drive's chains by the names that a user gives them.
 
-    Parameters
-    ----------
-    drive : Drive
-    hold : sequence of str
-        "drive pulley", "load pulley", "carriage 0" (its number in the file), or the ``name`` of a carriage.
-
-    Returns
-    -------
-    frozenset of str
-        Names of joints.
-
-    Raises
-    ------
-    InputRefused
-        If a name is not known.
+    ``hold``: "drive pulley", "load pulley", "carriage 0" (its number in the file), or the ``name`` of a
+    carriage.
+    Returns names of joints.
+    Raises `InputRefused` if a name is not known.
     """
     if isinstance(hold, str):
         hold = (hold,)
@@ -115,15 +79,7 @@ def held_joints(drive: Drive, hold: Sequence[str]) -> frozenset[str]:
 def clamped(drive: Drive, hold: Sequence[str]) -> Drive:
     """The drive as its transverse motion sees held carriages: as if they rode on a rail.
 
-    Parameters
-    ----------
-    drive : Drive
-    hold : sequence of str
-        As in `held_joints`.
-
-    Returns
-    -------
-    Drive
+    ``hold``: as in `held_joints`.
     """
     names = held_joints(drive, hold)
     held = tuple(
@@ -138,14 +94,6 @@ def released(drive: Drive) -> Drive:
 
     A stepper under field-oriented control commutates with the rotor, and a torque command replaces the
     position loop of a servo: either way no spring pulls the rotor to a commanded angle.
-
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    Drive
     """
     if drive.motor is None or drive.motor.holding_stiffness is None:
         return drive
@@ -155,14 +103,7 @@ def released(drive: Drive) -> Drive:
 def left_out_under_torque(drive: Drive) -> str | None:
     """What is left out where a torque controls the drive, in a sentence for results.
 
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    str or None
-        None where the drive has no holding stiffness.
+    Returns none where the drive has no holding stiffness.
     """
     if drive.motor is None or drive.motor.holding_stiffness is None:
         return None

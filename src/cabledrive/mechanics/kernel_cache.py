@@ -63,15 +63,8 @@ class KernelCache(FunctionCache):
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The compiled kernel of a signature.
 
-        Parameters
-        ----------
-        sig, target_context : object
-            numba's.
-
-        Returns
-        -------
-        CompileResult or None
-            None: it has to be compiled.
+        ``sig``, ``target_context``: numba's.
+        Returns none: it has to be compiled.
         """
         target_context.refresh()
         if not self._enabled:
@@ -94,11 +87,7 @@ class KernelCache(FunctionCache):
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep a compiled kernel, if it can be kept and the disk takes it.
 
-        Parameters
-        ----------
-        sig : object
-            numba's.
-        data : CompileResult
+        ``sig``: numba's.
         """
         if not self._enabled or data.library.has_dynamic_globals or any(not x.can_cache for x in data.lifted):
             return

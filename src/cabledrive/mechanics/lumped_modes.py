@@ -23,14 +23,7 @@ def lumped_cable_mode(drive: Drive) -> float | None:
     above the rigid motion of the masses on springs k L / l between neighbours; the rotor's holding stiffness
     is one to the ground.
 
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    float or None
-        Angular frequency [rad/s]; None if nothing can move.
+    Returns angular frequency [rad/s]; None if nothing can move.
     """
     motor = drive.motor.inertia if drive.motor else 0.0
     first, second = drive.pulley
@@ -115,14 +108,7 @@ def lumped_joint_mode(drive: Drive) -> float | None:
 
     .. math:: \omega^2 = k_m\,\Big(\frac{1}{J_{11}} + \frac{1}{J_{12}}\Big)
 
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    float or None
-        Angular frequency [rad/s]; None without a flexible joint.
+    Returns angular frequency [rad/s]; None without a flexible joint.
     """
     if drive.motor is None or drive.motor.joint_stiffness is None:
         return None
@@ -132,14 +118,7 @@ def lumped_joint_mode(drive: Drive) -> float | None:
 def span_stiffness(drive: Drive) -> float:
     """Stiffness k of one span: as measured, ``[lumped]``, else EA / L.
 
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    float
-        Stiffness [N/m].
+    Returns stiffness [N/m].
     """
     if drive.lumped is not None and drive.lumped.cable_stiffness is not None:
         return drive.lumped.cable_stiffness

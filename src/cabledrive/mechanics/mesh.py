@@ -105,14 +105,8 @@ class Mesh:
     def span_nodes(self, span: str) -> slice:
         """Nodes of a span, its two rims included.
 
-        Parameters
-        ----------
-        span : {"upper", "lower"}
-
-        Returns
-        -------
-        slice
-            Into an array over nodes.
+        ``span``, {"upper", "lower"}.
+        Returns into an array over nodes.
         """
         start = self.spans.index(span) * self.segments
         return slice(start, start + self.segments + 1)
@@ -121,20 +115,8 @@ class Mesh:
 def mesh_of(drive: Drive, segments: int) -> Mesh:
     """Divide the cable of a drive.
 
-    Parameters
-    ----------
-    drive : Drive
-    segments : int
-        Segments per span; raised to one per gap where carriages stand closer than that.
-
-    Returns
-    -------
-    Mesh
-
-    Raises
-    ------
-    InputRefused
-        If there are too few segments, or too many to be stored.
+    ``segments``: segments per span; raised to one per gap where carriages stand closer than that.
+    Raises `InputRefused` if there are too few segments, or too many to be stored.
     """
     _check_segments(segments)
     stops = [_stops(drive, span) for span in drive.spans]

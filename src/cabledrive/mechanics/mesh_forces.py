@@ -14,16 +14,8 @@ from cabledrive.mechanics.mesh import Mesh
 def gradients(mesh: Mesh, displacement: Array) -> Components:
     """Displacement gradients of the segments.
 
-    Parameters
-    ----------
-    mesh : Mesh
-    displacement : ndarray, shape (3, nodes)
-        u, v, w [m].
-
-    Returns
-    -------
-    tuple of ndarray, each of shape (segments of all spans,)
-        u', v', w' [-].
+    ``displacement``, shape (3, nodes): u, v, w [m].
+    Returns shape (segments of all spans,): u', v', w' [-].
     """
     u_x, v_x, w_x = np.diff(displacement, axis=1) / mesh.spacing
     return u_x, v_x, w_x
@@ -32,18 +24,9 @@ def gradients(mesh: Mesh, displacement: Array) -> Components:
 def cable_forces(mesh: Mesh, law: CableLaw, displacement: Array) -> Array:
     """Forces of the cable on its nodes, the pretension's own pull left out.
 
-    Parameters
-    ----------
-    mesh : Mesh
-    law : CableLaw
-    displacement : ndarray, shape (3, nodes)
-        u, v, w [m].
-
-    Returns
-    -------
-    ndarray, shape (3, nodes)
-        Along u, v, w [N]. At the drive rim of a loop both spans pull; in a line each pulley is taken to carry
-        the constant torque that balances the pretension.
+    ``displacement``, shape (3, nodes): u, v, w [m].
+    Returns shape (3, nodes): along u, v, w [N]. At the drive rim of a loop both spans pull; in a line each
+    pulley is taken to carry the constant torque that balances the pretension.
     """
     return nodal_differences(mesh, np.stack(law.excess_components(*gradients(mesh, displacement))))
 
@@ -51,16 +34,8 @@ def cable_forces(mesh: Mesh, law: CableLaw, displacement: Array) -> Array:
 def nodal_differences(mesh: Mesh, components: Array) -> Array:
     """Difference of what pulls behind a node and what pulls before it.
 
-    Parameters
-    ----------
-    mesh : Mesh
-    components : ndarray, shape (3, segments of all spans)
-        What each segment carries [N].
-
-    Returns
-    -------
-    ndarray, shape (3, nodes)
-        Force on each node [N].
+    ``components``, shape (3, segments of all spans): what each segment carries [N].
+    Returns shape (3, nodes): force on each node [N].
     """
     force = np.zeros((3, mesh.nodes))
     force[:, :-1] += components
@@ -74,17 +49,8 @@ def nodal_differences(mesh: Mesh, components: Array) -> Array:
 def strain_energy(mesh: Mesh, law: CableLaw, displacement: Array) -> Array:
     """Elastic energy of each span above the straight pretensioned cable.
 
-    Parameters
-    ----------
-    mesh : Mesh
-    law : CableLaw
-    displacement : ndarray, shape (3, nodes)
-        u, v, w [m].
-
-    Returns
-    -------
-    ndarray, shape (spans,)
-        Energy [J].
+    ``displacement``, shape (3, nodes): u, v, w [m].
+    Returns shape (spans,): energy [J].
     """
     density = law.energy_density(*gradients(mesh, displacement))
     return np.sum((density * mesh.spacing).reshape(len(mesh.spans), -1), axis=1)
@@ -93,16 +59,8 @@ def strain_energy(mesh: Mesh, law: CableLaw, displacement: Array) -> Array:
 def weight_energy(mesh: Mesh, displacement: Array) -> float:
     """Potential energy of the weight, zero for the straight cable.
 
-    Parameters
-    ----------
-    mesh : Mesh
-    displacement : ndarray, shape (3, nodes)
-        u, v, w [m].
-
-    Returns
-    -------
-    float
-        Energy [J].
+    ``displacement``, shape (3, nodes): u, v, w [m].
+    Returns energy [J].
     """
     last = -1 if mesh.closed else None
     lowered = mesh.weight_u * displacement[0] + mesh.weight_w * displacement[2]

@@ -54,15 +54,8 @@ class Statics:
     def solve(self) -> Array:
         """Find the forces.
 
-        Returns
-        -------
-        ndarray, shape (pieces, 2)
-            Force along and across at the start of every piece [N].
-
-        Raises
-        ------
-        NotComputed
-            If no state of rest is found.
+        Returns shape (pieces, 2): force along and across at the start of every piece [N].
+        Raises `NotComputed` if no state of rest is found.
         """
         drive, pull = self.drive, self.pull
         if not drive.load_pulley.fixed:
@@ -175,14 +168,7 @@ class Statics:
 def pieces_of(drive: Drive) -> list[Piece]:
     """Stretches of cable with their weights; x along the span, y down.
 
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    list of Piece
-        Upper span first, in order of position.
+    Returns upper span first, in order of position.
     """
     pieces = []
     section = 0
@@ -202,10 +188,5 @@ def pieces_of(drive: Drive) -> list[Piece]:
 
 
 def quadrature_points() -> Array:
-    """Places of the quadrature on a stretch of length 1, panel after panel.
-
-    Returns
-    -------
-    ndarray
-    """
+    """Places of the quadrature on a stretch of length 1, panel after panel."""
     return ((np.arange(PANELS)[:, None] + (NODES + 1.0) / 2.0) / PANELS).ravel()

@@ -33,14 +33,7 @@ def parabola_sag(drive: Drive) -> Sag:
     This is the static limit of `ConsistentWeakLaw`. On a slope the part of the weight across the span counts,
     and H is the tension along it.
 
-    Parameters
-    ----------
-    drive : Drive
-        Without carriages on the span.
-
-    Returns
-    -------
-    Sag
+    ``drive``: without carriages on the span.
     """
     cable, length = drive.cable, drive.pulley_distance
     weight = cable.stretched_mass_per_length * drive.layout.gravity_across * length
@@ -64,14 +57,7 @@ def catenary_sag(drive: Drive) -> Sag:
     .. math:: L_e = \frac{H L}{EA} + \frac{2 H L}{P}\,\mathrm{arsinh}\frac{P}{2H}, \qquad
               d = \frac{H L}{P}\Big(\sqrt{1 + \big(\tfrac{P}{2H}\big)^2} - 1\Big) + \frac{P L}{8\,EA}
 
-    Parameters
-    ----------
-    drive : Drive
-        Level, without carriages on the span.
-
-    Returns
-    -------
-    Sag
+    ``drive``: level, without carriages on the span.
 
     References
     ----------

@@ -60,14 +60,8 @@ class Joint:
 def shafts_of(drive: Drive) -> tuple[Shaft, ...]:
     """Shafts of a drive: drive pulley, load pulley, and the motor if its joint is flexible.
 
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    tuple of Shaft
-        Length 2, or 3 with a flexible joint. A motor with a rigid joint is part of the drive pulley's shaft.
+    Returns length 2, or 3 with a flexible joint. A motor with a rigid joint is part of the drive pulley's
+    shaft.
     """
     pulleys = [
         Shaft(
@@ -98,14 +92,7 @@ def shafts_of(drive: Drive) -> tuple[Shaft, ...]:
 def joint_of(drive: Drive) -> Joint | None:
     """Flexible joint between motor and drive pulley.
 
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    Joint or None
-        None where there is no motor or its joint is rigid.
+    Returns none where there is no motor or its joint is rigid.
     """
     motor = drive.motor
     if motor is None or motor.joint_stiffness is None:

@@ -19,22 +19,9 @@ def digest_with_imports(module: Path, package: Path = PACKAGE) -> str:
 
     A package's ``__init__`` counts only for whom takes a name out of it, not for whom passes through it.
 
-    Parameters
-    ----------
-    module : Path
-        Source file, of the package or not.
-    package : Path
-        Folder of the package.
-
-    Returns
-    -------
-    str
-        SHA-256, hexadecimal; the same wherever the package lies.
-
-    Raises
-    ------
-    OSError
-        If a source cannot be read.
+    ``module``: source file, of the package or not; ``package``: folder of the package.
+    Returns SHA-256, hexadecimal; the same wherever the package lies.
+    Raises `OSError` if a source cannot be read.
     """
     found, waiting = {module}, [module]
     while waiting:
@@ -50,15 +37,8 @@ def digest_with_imports(module: Path, package: Path = PACKAGE) -> str:
 def imported_names(text: str) -> Iterator[tuple[str, str]]:
     """Modules of the package that a source names in its imports, and what it takes out of each.
 
-    Parameters
-    ----------
-    text : str
-        Source of a module; its imports are absolute.
-
-    Yields
-    ------
-    tuple of str
-        Dotted name of a module, and a name in it; that is empty where the module itself is imported.
+    ``text``: source of a module; its imports are absolute.
+    Returns dotted name of a module, and a name in it; that is empty where the module itself is imported.
     """
     for taken_from, names, whole in IMPORTS.findall(text):
         if whole:

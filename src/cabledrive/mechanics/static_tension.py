@@ -17,14 +17,7 @@ def lowest_static_tension(drive: Drive) -> float:
     of carriage i from the drive pulley). A fixed load pulley keeps the stretch of each span apart. The lowest
     tension is at the lower end. Sag and friction are left out.
 
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    float
-        Lowest tension [N]; zero or less means that a span hangs slack at rest.
+    Returns lowest tension [N]; zero or less means that a span hangs slack at rest.
     """
     length = drive.span_length
     pull = -drive.layout.gravity_along

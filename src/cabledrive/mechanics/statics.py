@@ -45,24 +45,12 @@ class Equilibrium:
 def equilibrium(mesh: Mesh, law: CableLaw, *, hold: str = "none") -> Equilibrium:
     """Where cable and carriages rest.
 
-    Parameters
-    ----------
-    mesh : Mesh
-    law : CableLaw
-    hold : {"none", "drive", "both"}, default "none"
-        Pulleys held at angle zero. With "none" the drive pulley stays at zero because nothing turns it, which
-        is checked; on a holding stiffness it turns until that balances the weights.
-
-    Returns
-    -------
-    Equilibrium
-
-    Raises
-    ------
-    InputRefused
-        If `hold` is unknown, or both pulleys are free and the weight of carriages on a slope would turn them.
-    NotComputed
-        If Newton's method finds no equilibrium, or a piece of a cable that cannot push hangs slack.
+    ``hold``, {"none", "drive", "both"}: pulleys held at angle zero. With "none" the drive pulley stays at
+    zero because nothing turns it, which is checked; on a holding stiffness it turns until that balances the
+    weights.
+    Raises `InputRefused` if `hold` is unknown, or both pulleys are free and the weight of carriages on a
+    slope would turn them; `NotComputed` if Newton's method finds no equilibrium, or a piece of a cable that
+    cannot push hangs slack.
     """
     if hold not in ("none", "drive", "both"):
         raise InputRefused(f'hold = "{hold}" is not one of its values: write "none", "drive" or "both"')
@@ -93,14 +81,7 @@ def equilibrium(mesh: Mesh, law: CableLaw, *, hold: str = "none") -> Equilibrium
 def rotor_stiffness(mesh: Mesh) -> float:
     """What holds the drive rim to the ground: the holding stiffness, in series with the motor's joint.
 
-    Parameters
-    ----------
-    mesh : Mesh
-
-    Returns
-    -------
-    float
-        [N/m] at the rim; 0 where nothing holds it.
+    Returns [N/m] at the rim; 0 where nothing holds it.
     """
     rotor = mesh.shafts[2] if mesh.joint is not None else mesh.shafts[0]
     holding = rotor.holding_stiffness / rotor.radius**2

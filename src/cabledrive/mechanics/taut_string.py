@@ -13,23 +13,10 @@ def midspan_sag(tension: float, length: float, line_load: float, places: Array, 
 
     .. math:: d = \frac{q l^2}{8 T} + \sum_i \frac{P_i \min(x_i, l - x_i)}{2 T}
 
-    Parameters
-    ----------
-    tension : float
-        Tension T [N], the same everywhere.
-    length : float
-        Distance l of the two held ends [m].
-    line_load : float
-        Weight across the string per length q [N/m].
-    places : ndarray, shape (n,)
-        Places x_i of the weights from one end [m].
-    loads : ndarray, shape (n,)
-        Weights P_i across the string [N].
-
-    Returns
-    -------
-    float
-        Sag [m].
+    ``tension``: tension T [N], the same everywhere; ``length``: distance l of the two held ends [m];
+    ``line_load``: weight across the string per length q [N/m]; ``places``, shape (n,): places x_i of the
+    weights from one end [m]; ``loads``, shape (n,): weights P_i across the string [N].
+    Returns sag [m].
     """
     bend = line_load * length**2 / 8.0 + float(loads @ np.minimum(places, length - places)) / 2.0
     return bend / tension
@@ -41,21 +28,10 @@ def squared_shear(length: float, line_load: float, places: Array, loads: Array) 
     The transverse force :math:`V = T w'` does not depend on the tension; it falls by q per metre and by P_i
     at each weight. A piece of length h between V_a and V_b adds :math:`h\,(V_a^2 + V_a V_b + V_b^2)/3`.
 
-    Parameters
-    ----------
-    length : float
-        Distance l of the two held ends [m].
-    line_load : float
-        Weight across the string per length q [N/m].
-    places : ndarray, shape (n,)
-        Places x_i of the weights from one end, ascending [m].
-    loads : ndarray, shape (n,)
-        Weights P_i across the string [N].
-
-    Returns
-    -------
-    float
-        The integral of V^2 [N^2 m].
+    ``length``: distance l of the two held ends [m]; ``line_load``: weight across the string per length q
+    [N/m]; ``places``, shape (n,): places x_i of the weights from one end, ascending [m]; ``loads``, shape
+    (n,): weights P_i across the string [N].
+    Returns the integral of V^2 [N^2 m].
     """
     reaction = line_load * length / 2.0 + float(loads @ (1.0 - places / length))
     ends = np.concatenate(([0.0], places, [length]))
@@ -74,18 +50,8 @@ def irvine_parameter(stiffness: float, tension: float, mean_squared_shear: float
     is straight while it is far below 1; at :math:`4\pi^2` the first symmetric mode in the plane of sag has
     risen to the frequency of the first antisymmetric one.
 
-    Parameters
-    ----------
-    stiffness : float
-        Force per strain K of the pretensioned string, EA (1 + eps0) [N].
-    tension : float
-        Tension T0 of the straight string [N].
-    mean_squared_shear : float
-        `squared_shear` over the length [N^2].
-
-    Returns
-    -------
-    float
+    ``stiffness``: force per strain K of the pretensioned string, EA (1 + eps0) [N]; ``tension``: tension T0
+    of the straight string [N]; ``mean_squared_shear``: `squared_shear` over the length [N^2].
 
     References
     ----------
@@ -103,16 +69,7 @@ def tension_with_sag(tension: float, irvine: float) -> float:
     .. math:: \frac{H}{T_0} =
               \frac13\Big(1 + 2\cosh\big(\tfrac13\,\mathrm{arcosh}(1 + \tfrac{9}{16}\lambda^2)\big)\Big)
 
-    Parameters
-    ----------
-    tension : float
-        Tension T0 of the straight string [N].
-    irvine : float
-        `irvine_parameter`, lambda^2.
-
-    Returns
-    -------
-    float
-        Tension H [N].
+    ``tension``: tension T0 of the straight string [N]; ``irvine``: `irvine_parameter`, lambda^2.
+    Returns tension H [N].
     """
     return tension * (1.0 + 2.0 * cosh(acosh(1.0 + 0.5625 * irvine) / 3.0)) / 3.0

@@ -46,14 +46,7 @@ def practitioner_warnings(drive: Drive) -> tuple[str, ...]:
 def warnings_of_rest(drive: Drive) -> tuple[str, ...]:
     """Those of the warnings that touch what is said of vibrations: slack at rest, strain and sag.
 
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    tuple of str
-        One line each.
+    Returns one line each.
     """
     sheet = derived_quantities(drive)
     return tuple(line for check in (_static, _elastic, _sag) for line in check(drive, sheet))
@@ -62,14 +55,7 @@ def warnings_of_rest(drive: Drive) -> tuple[str, ...]:
 def largest_pretension(drive: Drive) -> float:
     """Pretension that strains the cable to the end of its elastic range.
 
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    float
-        [N]; by ``cable.strain_limit``, else by a strain of `ELASTIC_RULE`.
+    Returns [N]; by ``cable.strain_limit``, else by a strain of `ELASTIC_RULE`.
     """
     return _elastic_strain(drive) * drive.cable.axial_rigidity
 
@@ -80,16 +66,7 @@ def _elastic_strain(drive: Drive) -> float:
 
 
 def elastic_range(drive: Drive) -> str:
-    """How far a pretension may be raised, for a sentence that advises none.
-
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    str
-    """
+    """How far a pretension may be raised, for a sentence that advises none."""
     return f"within the cable's elastic range, up to {rounded(largest_pretension(drive), 4)} N,"
 
 

@@ -34,14 +34,7 @@ class Band:
     def count(self, omega: float) -> int:
         """Number of modes below a frequency, without the rigid-body mode.
 
-        Parameters
-        ----------
-        omega : float
-            [rad/s].
-
-        Returns
-        -------
-        int
+        ``omega`` [rad/s].
         """
         below = sum(max(counter(omega), chain.chain.rigid_body_modes) for counter, chain in self._pairs())
         return len(self._planes) * (below - self.rigid_body_modes)
@@ -49,16 +42,8 @@ class Band:
     def below(self, omega: float) -> tuple[list[Mode], float]:
         """All modes below a frequency.
 
-        Parameters
-        ----------
-        omega : float
-            [rad/s].
-
-        Returns
-        -------
-        modes : list of Mode
-        clear : float
-            Frequency up to which the list is certain [rad/s].
+        ``omega`` [rad/s].
+        Returns ``clear``: frequency up to which the list is certain [rad/s].
         """
         clear, step = omega, 4 * ENCLOSURE
         while self.count(clear * (1 - ENCLOSURE)) != self.count(clear * (1 + ENCLOSURE)):
@@ -68,16 +53,8 @@ class Band:
     def first(self, count: int) -> tuple[list[Mode], float]:
         """The first few modes.
 
-        Parameters
-        ----------
-        count : int
-            How many.
-
-        Returns
-        -------
-        modes : list of Mode
-        clear : float
-            Frequency up to which the list is complete [rad/s].
+        ``count``: how many.
+        Returns ``clear``: frequency up to which the list is complete [rad/s].
         """
         top = pi / self._travel_time / 8
         while self.count(top) < count:
@@ -104,14 +81,5 @@ class Band:
 
 
 def order_of(mode: Mode) -> tuple[Any, ...]:
-    """Key that sorts modes by frequency, then kind, place and plane.
-
-    Parameters
-    ----------
-    mode : Mode
-
-    Returns
-    -------
-    tuple
-    """
+    """Key that sorts modes by frequency, then kind, place and plane."""
     return mode.frequency, mode.kind, mode.span != "upper", mode.section or (), mode.plane or ""

@@ -54,16 +54,10 @@ class ChainMotion:
 
         which is Eqs. (3.11), (3.18), (3.24), (3.28) with the displacements of both ends for constants.
 
-        Parameters
-        ----------
-        span : {"upper", "lower"}
-        positions : array_like, shape (p,)
-            Unstretched positions from the pulley where the span starts [m].
-
-        Returns
-        -------
-        ndarray, shape (multiplicity, p)
-            Displacements of unit modal mass [kg^-1/2]; zero where this mode does not reach.
+        ``span``, {"upper", "lower"}; ``positions``, shape (p,): unstretched positions from the pulley where
+        the span starts [m].
+        Returns shape (multiplicity, p): displacements of unit modal mass [kg^-1/2]; zero where this mode does
+        not reach.
         """
         split, shapes = self.solved.split, self.solved.shapes
         out = np.zeros((self.solved.multiplicity, positions.size))
@@ -79,15 +73,9 @@ class ChainMotion:
     def slopes_at(self, joint: str) -> tuple[Array, Array]:
         """Slope of the displacement just before and just after a joint, along the span's direction.
 
-        Parameters
-        ----------
-        joint : str
-            A name among `joints`, but the motor's: "carriage 0".
-
-        Returns
-        -------
-        before, after : ndarray, shape (multiplicity,)
-            Derivatives by the unstretched position [kg^-1/2 / m]; zero beyond the end of an open chain.
+        ``joint``: a name among `joints`, but the motor's: "carriage 0".
+        Returns ``before, after``, shape (multiplicity,): derivatives by the unstretched position [kg^-1/2 /
+        m]; zero beyond the end of an open chain.
         """
         split, shapes = self.solved.split, self.solved.shapes
         here = int(self.solved.joints[self.chain.joints.index(joint)])
@@ -134,20 +122,12 @@ def _joint_shares(chain: LabelledChain, solved: ChainMode) -> Array:
 def family_of(chain: LabelledChain, solved: ChainMode, kind: str) -> str:
     """What mainly moves in a mode.
 
-    Parameters
-    ----------
-    chain : LabelledChain
-    solved : ChainMode
-    kind : {"longitudinal", "transverse"}
-
-    Returns
-    -------
-    str
-        "carriage-dominated" if carriages hold half of the kinetic energy or more; else, of a transverse mode,
-        "string"; of a longitudinal one "motor joint" or "holding stiffness" if that spring holds half of
-        the strain energy, else, by the motion of the two rims, "pulleys out of phase", "pulleys in phase",
-        "pulleys at rest", "drive pulley turning" or "load pulley turning" (the other at rest), or "pulleys
-        independent" (a multiple mode that has both).
+    ``kind``, {"longitudinal", "transverse"}.
+    Returns "carriage-dominated" if carriages hold half of the kinetic energy or more; else, of a transverse
+    mode, "string"; of a longitudinal one "motor joint" or "holding stiffness" if that spring holds half of
+    the strain energy, else, by the motion of the two rims, "pulleys out of phase", "pulleys in phase",
+    "pulleys at rest", "drive pulley turning" or "load pulley turning" (the other at rest), or "pulleys
+    independent" (a multiple mode that has both).
     """
     shares = _joint_shares(chain, solved)
     if shares[chain.carriages].sum() >= 0.5:

@@ -46,14 +46,7 @@ class ModeCounter:
     def __call__(self, omega: float) -> int:
         """Number of natural frequencies below omega, rigid-body mode included.
 
-        Parameters
-        ----------
-        omega : float
-            Angular frequency [rad/s].
-
-        Returns
-        -------
-        int
+        ``omega``: angular frequency [rad/s].
         """
         if omega <= 0.0:
             return 0
@@ -125,16 +118,8 @@ def _kernel(name: str, long: bool) -> Callable[..., Any]:
 def modes_below_reference(chain: Chain, omega: float) -> int:
     """Count by the formula itself, Eq. (M.5): eigenvalues of the assembled matrix; for short chains.
 
-    Parameters
-    ----------
-    chain : Chain
-    omega : float
-        Angular frequency [rad/s].
-
-    Returns
-    -------
-    int
-        Number of natural frequencies below omega, rigid-body mode included.
+    ``omega``: angular frequency [rad/s].
+    Returns number of natural frequencies below omega, rigid-body mode included.
     """
     split, _ = split_at_antinodes(chain, omega)
     joints = free_joints(split)

@@ -27,24 +27,11 @@ def count_line(
 ) -> int:
     """Modes of a line below omega: negative pivots from joint to joint, and modes inside segments.
 
-    Parameters
-    ----------
-    omega : float
-        Angular frequency [rad/s].
-    times, masses, springs : sequence of float
-        Travel times of the segments [s], masses of the joints [kg] and their springs to the ground [N/m].
-    impedance : float
-        Wave impedance [kg/s].
-    spring, pendant_mass, pendant_ground : float
-        The pendant's stiffness [N/m], mass [kg] and stiffness to the ground [N/m]; 0 if there is none.
-    pendant_joint : int
-        Where it hangs.
-    first_fixed, last_fixed : bool
-        Whether the ends are held.
-
-    Returns
-    -------
-    int
+    ``omega``: angular frequency [rad/s]; ``times``, ``masses``, ``springs``: travel times of the segments
+    [s], masses of the joints [kg] and their springs to the ground [N/m]; ``impedance``: wave impedance
+    [kg/s]; ``spring``, ``pendant_mass``, ``pendant_ground``: the pendant's stiffness [N/m], mass [kg] and
+    stiffness to the ground [N/m]; 0 if there is none; ``pendant_joint``: where it hangs; ``first_fixed``,
+    ``last_fixed``: whether the ends are held.
     """
     count = 0
     pendant = 0.0
@@ -104,26 +91,12 @@ def count_ring(
 ) -> tuple[int, float]:
     """Modes of a ring below omega: both halves eliminated, the two joints between them counted last.
 
-    Parameters
-    ----------
-    omega : float
-        Angular frequency [rad/s].
-    times, masses, springs : sequence of float
-        Travel times of the segments [s], masses of the joints [kg] and their springs to the ground [N/m].
-    impedance : float
-        Wave impedance [kg/s].
-    spring, pendant_mass, pendant_ground : float
-        The pendant's stiffness [N/m], mass [kg] and stiffness to the ground [N/m]; 0 if there is none.
-    pendant_joint : int
-        Where it hangs.
-    second_cut : int
-        Joint that parts the halves, joint 0 being the other one.
-
-    Returns
-    -------
-    count : int
-    margin : float
-        Distance of the count from round-off, relative.
+    ``omega``: angular frequency [rad/s]; ``times``, ``masses``, ``springs``: travel times of the segments
+    [s], masses of the joints [kg] and their springs to the ground [N/m]; ``impedance``: wave impedance
+    [kg/s]; ``spring``, ``pendant_mass``, ``pendant_ground``: the pendant's stiffness [N/m], mass [kg] and
+    stiffness to the ground [N/m]; 0 if there is none; ``pendant_joint``: where it hangs; ``second_cut``:
+    joint that parts the halves, joint 0 being the other one.
+    Returns ``margin``: distance of the count from round-off, relative.
     """
     count = 0
     worst = 1.0

@@ -30,14 +30,7 @@ def mass_ratios(drive: Drive) -> tuple[float, float]:
     A motor on a rigid joint belongs to the drive pulley, its holding stiffness does not count; a held pulley
     is infinitely heavy.
 
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    chi1, chi2 : float
-        Of drive pulley and load pulley [-].
+    Returns ``chi1, chi2``: of drive pulley and load pulley [-].
     """
     motor = drive.motor
     rotor = motor.inertia if motor is not None and motor.joint_stiffness is None else 0.0
@@ -54,17 +47,8 @@ def pulley_phase(chi1: ArrayLike, chi2: ArrayLike, n: int = 1) -> Array:
 
     Newton's method from the left on a rising concave function: it cannot overshoot.
 
-    Parameters
-    ----------
-    chi1, chi2 : array_like
-        Mass ratios of the pulleys, zero to infinity [-].
-    n : int, default 1
-        Number of the mode.
-
-    Returns
-    -------
-    ndarray
-        Phases in :math:`((n - 1)\pi, n\pi]` [rad].
+    ``chi1``, ``chi2``: mass ratios of the pulleys, zero to infinity [-]; ``n``: number of the mode.
+    Returns phases in :math:`((n - 1)\pi, n\pi]` [rad].
     """
     one, two = (np.minimum(np.asarray(chi, dtype=float), _HELD) for chi in (chi1, chi2))
     x = np.maximum(pi / (1.0 + np.minimum(one + two, 1e150)), (n - 1) * pi)
@@ -93,17 +77,8 @@ def frequency_ratio(chi1: ArrayLike, chi2: ArrayLike, prestrain: ArrayLike) -> A
     .. math:: \gamma = \frac{\pi c_w}{c_u\,x(\chi_1, \chi_2)}, \qquad
               \frac{c_w}{c_u} = \sqrt{\frac{\varepsilon_0}{1 + \varepsilon_0}}
 
-    Parameters
-    ----------
-    chi1, chi2 : array_like
-        Mass ratios [-].
-    prestrain : array_like
-        Strain under the pretension, T0 / EA [-].
-
-    Returns
-    -------
-    ndarray
-        :math:`\gamma`; one half at the 1:2 resonance of chapter 5.
+    ``chi1``, ``chi2``: mass ratios [-]; ``prestrain``: strain under the pretension, T0 / EA [-].
+    Returns :math:`\gamma`; one half at the 1:2 resonance of chapter 5.
     """
     return np.asarray(pi * wave_speed_ratio(prestrain) / pulley_phase(chi1, chi2))
 
@@ -111,14 +86,7 @@ def frequency_ratio(chi1: ArrayLike, chi2: ArrayLike, prestrain: ArrayLike) -> A
 def wave_speed_ratio(prestrain: ArrayLike) -> Array:
     """Transverse over longitudinal wave speed, c_w / c_u.
 
-    Parameters
-    ----------
-    prestrain : array_like
-        Strain under the pretension [-].
-
-    Returns
-    -------
-    ndarray
+    ``prestrain``: strain under the pretension [-].
     """
     strain = np.asarray(prestrain, dtype=float)
     return np.asarray(np.sqrt(strain / (1.0 + strain)))
@@ -132,24 +100,10 @@ def resonant_load_ratio(chi1: ArrayLike, prestrain: ArrayLike, ratio: float = 0.
     .. math:: \chi_2 = \frac{x\cos x\,\chi_1 + \sin x}{x\,(\chi_1 x\sin x - \cos x)}, \qquad
               \chi_1 > \frac{1}{x\tan x}.
 
-    Parameters
-    ----------
-    chi1 : array_like
-        Mass ratio of the drive pulley [-].
-    prestrain : array_like
-        Strain under the pretension [-].
-    ratio : float, default 0.5
-        Frequency ratio :math:`\gamma`.
-
-    Returns
-    -------
-    ndarray
-        Mass ratio of the load pulley [-]; NaN where none makes this ratio.
-
-    Raises
-    ------
-    InputRefused
-        If the ratio is not positive.
+    ``chi1``: mass ratio of the drive pulley [-]; ``prestrain``: strain under the pretension [-]; ``ratio``:
+    frequency ratio :math:`\gamma`.
+    Returns mass ratio of the load pulley [-]; NaN where none makes this ratio.
+    Raises `InputRefused` if the ratio is not positive.
     """
     if not ratio > 0.0:
         raise InputRefused(f"ratio = {ratio:.9g} must be positive: 0.5 is the resonance of chapter 5")

@@ -44,20 +44,9 @@ class HangingCarriage:
 def hanging_carriage(drive: Drive, carriage: int = 0) -> HangingCarriage:
     """The hanging carriage of that number, with its stretch of cable.
 
-    Parameters
-    ----------
-    drive : Drive
-    carriage : int, default 0
-        Number of the carriage in the file.
-
-    Returns
-    -------
-    HangingCarriage
-
-    Raises
-    ------
-    InputRefused
-        If there is no such carriage, if it is guided, or if another hangs on the same stretch.
+    ``carriage``: number of the carriage in the file.
+    Raises `InputRefused` if there is no such carriage, if it is guided, or if another hangs on the same
+    stretch.
     """
     if not 0 <= carriage < len(drive.carriage):
         raise InputRefused(

@@ -100,16 +100,8 @@ def driven_mass(
 def largest_displacement(drive: Drive, mode: Mode) -> float:
     """Largest displacement in a mode, on the cable or at a joint.
 
-    Parameters
-    ----------
-    drive : Drive
-    mode : Mode
-        Of multiplicity one.
-
-    Returns
-    -------
-    float
-        Of unit modal mass [kg^-1/2].
+    ``mode``: of multiplicity one.
+    Returns of unit modal mass [kg^-1/2].
     """
     places = np.linspace(0.0, drive.span_length, _POINTS)
     on_cable = max(float(np.abs(mode.shape(span, places)).max()) for span in drive.spans)

@@ -75,14 +75,7 @@ def lateral_frequency(hanging: HangingCarriage) -> float:
 
     The print calls this omega; it is the frequency in Hz. It does not say that the cable's mass is left out.
 
-    Parameters
-    ----------
-    hanging : HangingCarriage
-
-    Returns
-    -------
-    float
-        Frequency [Hz].
+    Returns frequency [Hz].
     """
     return sqrt(hanging.lateral_stiffness / hanging.mass) / (2 * pi)
 
@@ -98,14 +91,7 @@ def corrected_lateral_frequency(hanging: HangingCarriage) -> float:
 
     a third of the stretch of cable moves with the mass, wherever it hangs.
 
-    Parameters
-    ----------
-    hanging : HangingCarriage
-
-    Returns
-    -------
-    float
-        Frequency [Hz].
+    Returns frequency [Hz].
     """
     return sqrt(hanging.lateral_stiffness / (hanging.mass + hanging.cable_mass / 3.0)) / (2 * pi)
 

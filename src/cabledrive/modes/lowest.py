@@ -38,10 +38,7 @@ class LowestFrequencies:
     def as_dict(self) -> dict[str, Any]:
         """Frequencies by the names that JSON gives them.
 
-        Returns
-        -------
-        dict
-            In Hz; the one on the holding stiffness only where there is one.
+        Returns in Hz; the one on the holding stiffness only where there is one.
         """
         data = {NAMES[FREE]: self.free, NAMES[HELD]: self.held}
         return data if self.holding is None else data | {NAMES[HOLDING]: self.holding}
@@ -58,16 +55,7 @@ class LowestFrequencies:
 
 
 def how_held(found: Modes) -> str:
-    """With what held a list of modes was made, in one sentence.
-
-    Parameters
-    ----------
-    found : Modes
-
-    Returns
-    -------
-    str
-    """
+    """With what held a list of modes was made, in one sentence."""
     rotor = {FREE: "free", HELD: "held", HOLDING: "on its holding stiffness"}[found.motor]
     also = f"; also held: {', '.join(found.hold)}" if found.hold else ""
     torque = f"; steady torque {found.at_torque:.6g} N m" if found.at_torque else ""
@@ -77,14 +65,7 @@ def how_held(found: Modes) -> str:
 def derived_with_lowest(drive: Drive) -> dict[str, Any]:
     """Derived quantities of a drive together with its lowest longitudinal frequencies.
 
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    dict
-        As `DerivedQuantities.as_dict`, with the frequencies of `LowestFrequencies.as_dict` added.
+    Returns as `DerivedQuantities.as_dict`, with the frequencies of `LowestFrequencies.as_dict` added.
     """
     sheet, lowest = derived_quantities(drive).as_dict(), lowest_frequencies(drive)
     return sheet | lowest.as_dict() | {"reasons": sheet["reasons"] | lowest.reasons}
@@ -95,14 +76,6 @@ def lowest_frequencies(drive: Drive) -> LowestFrequencies:
 
     What a user measures on a machine at rest is mostly one of the last two: a stepper, or a servo whose
     position loop is closed, does not turn freely.
-
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    LowestFrequencies
     """
     found: dict[str, float | None] = dict.fromkeys(CONDITIONS)
     reasons: dict[str, str] = {}

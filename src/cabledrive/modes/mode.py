@@ -142,17 +142,7 @@ class Motion(Protocol):
 def make_mode(chain: LabelledChain, solved: ChainMode, kind: str, plane: str | None = None) -> Mode:
     """Name a mode of a chain in the terms of the machine.
 
-    Parameters
-    ----------
-    chain : LabelledChain
-    solved : ChainMode
-    kind : {"longitudinal", "transverse"}
-    plane : str, optional
-        Of a transverse mode.
-
-    Returns
-    -------
-    Mode
+    ``kind``, {"longitudinal", "transverse"}; ``plane``: of a transverse mode.
     """
     where = chain.stretches if kind == TRANSVERSE else ()
     return Mode(

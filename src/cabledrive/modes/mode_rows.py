@@ -63,15 +63,8 @@ class ModeRow:
 def mode_rows(found: Modes | Iterable[Mode]) -> tuple[ModeRow, ...]:
     """Gather the modes of one frequency, kind and family.
 
-    Parameters
-    ----------
-    found : Modes or iterable of Mode
-        Ascending in frequency.
-
-    Returns
-    -------
-    tuple of ModeRow
-        Ascending in frequency.
+    ``found``: ascending in frequency.
+    Returns ascending in frequency.
     """
     rows: list[list[Mode]] = []
     for mode in found.modes if isinstance(found, Modes) else found:

@@ -12,14 +12,7 @@ HEADER = ("frequency [Hz]", "modes", "kind", "family", "where")
 def mode_table(found: Modes) -> str:
     """Table of the modes, what repeats in both planes and spans in one row, and the certificate below it.
 
-    Parameters
-    ----------
-    found : Modes
-
-    Returns
-    -------
-    str
-        Lines of text; the first is the header.
+    Returns lines of text; the first is the header.
     """
     rows = [HEADER, *(_cells(row) for row in mode_rows(found))]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
@@ -28,16 +21,7 @@ def mode_table(found: Modes) -> str:
 
 
 def certificate_line(found: Modes) -> str:
-    """What is certified of a list of modes, in one sentence.
-
-    Parameters
-    ----------
-    found : Modes
-
-    Returns
-    -------
-    str
-    """
+    """What is certified of a list of modes, in one sentence."""
     proof = found.certificate
     held = f"{proof.count} modes below {proof.below:.8g} Hz ({proof.longitudinal} longitudinal, "
     held += f"{proof.transverse} transverse)"

@@ -23,17 +23,7 @@ SHIFTED = 1e-4
 def model_limit(drive: Drive, listed: Sequence[Mode], across: Band, bound: float) -> str | None:
     """Why the list is not certified although the count agrees: a model outside its range.
 
-    Parameters
-    ----------
-    drive : Drive
-    listed : sequence of Mode
-    across : Band
-    bound : float
-        Frequency up to which the list is complete [rad/s].
-
-    Returns
-    -------
-    str or None
+    ``bound``: frequency up to which the list is complete [rad/s].
     """
     if not isinstance(across, RestingBand):
         return None
@@ -56,18 +46,8 @@ def model_limit(drive: Drive, listed: Sequence[Mode], across: Band, bound: float
 def mode_warnings(drive: Drive, listed: Sequence[Mode], across: Band, bound: float) -> tuple[str, ...]:
     """Warnings that touch a list of modes.
 
-    Parameters
-    ----------
-    drive : Drive
-    listed : sequence of Mode
-    across : Band
-    bound : float
-        Frequency up to which the list is complete [rad/s].
-
-    Returns
-    -------
-    tuple of str
-        One line each.
+    ``bound``: frequency up to which the list is complete [rad/s].
+    Returns one line each.
     """
     return (*warnings_of_rest(drive), *_sagging(listed, across, bound))
 

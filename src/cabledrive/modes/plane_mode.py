@@ -42,15 +42,8 @@ def localised(cluster: list[PlaneMode]) -> list[PlaneMode]:
     number times share stationary are the same whatever the start, and are the sections themselves where these
     ring alone.
 
-    Parameters
-    ----------
-    cluster : list of PlaneMode
-        Of unit modal mass.
-
-    Returns
-    -------
-    list of PlaneMode
-        As many.
+    ``cluster``: of unit modal mass.
+    Returns as many.
     """
     if len(cluster) == 1:
         return cluster

@@ -29,14 +29,6 @@ def sag_parameter(section: RestingSection) -> float:
     .. math:: \lambda^2 = \frac{12\,EA}{\bar T}\,\overline{\sin^2\theta}
 
     A level cable without weights has the usual :math:`(\rho_0 g l/T)^2\,EA/T`.
-
-    Parameters
-    ----------
-    section : RestingSection
-
-    Returns
-    -------
-    float
     """
     places, weights = quadrature_points(), np.tile(WEIGHTS, PANELS) / (2.0 * PANELS)
     square = tension = 0.0
@@ -53,14 +45,7 @@ def straight_above(string: SectionString) -> float:
 
     The n-th mode moves by :math:`4\lambda^2/(n\pi)^4` of its frequency at most.
 
-    Parameters
-    ----------
-    string : SectionString
-
-    Returns
-    -------
-    float
-        Half way between two modes of the string [rad/s]; 0 where the section is straight.
+    Returns half way between two modes of the string [rad/s]; 0 where the section is straight.
     """
     irvine = sag_parameter(string.section)
     number = (4.0 * irvine / max(LEAST_SHIFT, SHIFT_OF_SHIFT * irvine)) ** 0.25 / pi
@@ -119,14 +104,7 @@ class PlaneSpectrum:
     def below(self, omega: float) -> list[InPlane]:
         """All modes below a frequency, ascending; those along the cable only while a section sags.
 
-        Parameters
-        ----------
-        omega : float
-            [rad/s].
-
-        Returns
-        -------
-        list of InPlane
+        ``omega`` [rad/s].
         """
         while self._done < omega:
             self._extend(omega)

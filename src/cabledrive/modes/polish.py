@@ -19,22 +19,11 @@ LONG_CHAIN = 300
 def polished(split: Chain, start: float, low: float, high: float) -> tuple[Array, Array] | None:
     """One mode, the only one between two frequencies; a ring begins again at its next joint where need be.
 
-    Parameters
-    ----------
-    split : Chain
-        No segment near a pole between `low` and `high`.
-    start : float
-        Where to begin [rad/s].
-    low, high : float
-        Interval the mode must lie in [rad/s].
-
-    Returns
-    -------
-    omega : ndarray, shape (1,)
-        Natural frequency [rad/s].
-    shape : ndarray, shape (joints, 1)
-        Displacements of the joints (the pendant's last), of unit modal mass.
-        Or None, where elimination without exchange of rows would lose digits.
+    ``split``: no segment near a pole between `low` and `high`; ``start``: where to begin [rad/s]; ``low``,
+    ``high``: interval the mode must lie in [rad/s].
+    Returns ``omega``, shape (1,): natural frequency [rad/s]; ``shape``, shape (joints, 1): displacements of
+    the joints (the pendant's last), of unit modal mass. Or None, where elimination without exchange of rows
+    would lose digits.
     """
     omega, shape = _by_elimination(split, start, low, high)
     if split.closed and not isfinite(omega):

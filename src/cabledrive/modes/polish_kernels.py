@@ -34,33 +34,14 @@ def polish(
 ) -> float:
     """Inverse iteration from omega and the load x.
 
-    Parameters
-    ----------
-    omega : float
-        Where to begin [rad/s].
-    low, high : float
-        Interval the mode must lie in [rad/s].
-    times, masses, springs : sequence of float
-        Travel times of the segments [s], none near a pole, masses of the joints [kg] and their springs to
-        the ground [N/m].
-    impedance : float
-        Wave impedance [kg/s].
-    pendant : (float, float, float, int)
-        Stiffness [N/m], mass [kg], stiffness to the ground [N/m] and joint of the pendant; a stiffness of 0
-        if there is none.
-    closed : bool
-        Whether the chain is a ring; its joint 0 is then none of `first` to `last`.
-    first, last : int
-        The joints that move.
-    x : sequence of float
-        A load on every joint; becomes the shape of unit modal mass [kg^-1/2].
-    work : sequence of seven sequences of float
-        Scratch, as long as `masses`.
-
-    Returns
-    -------
-    float
-        Natural frequency [rad/s]; NaN if the iteration leaves the interval or loses its digits.
+    ``omega``: where to begin [rad/s]; ``low``, ``high``: interval the mode must lie in [rad/s]; ``times``,
+    ``masses``, ``springs``: travel times of the segments [s], none near a pole, masses of the joints [kg] and
+    their springs to the ground [N/m]; ``impedance``: wave impedance [kg/s]; ``pendant``: stiffness [N/m],
+    mass [kg], stiffness to the ground [N/m] and joint of the pendant; a stiffness of 0 if there is none;
+    ``closed``: whether the chain is a ring; its joint 0 is then none of `first` to `last`; ``first``,
+    ``last``: the joints that move; ``x``: a load on every joint; becomes the shape of unit modal mass
+    [kg^-1/2]; ``work``: scratch, as long as `masses`.
+    Returns natural frequency [rad/s]; NaN if the iteration leaves the interval or loses its digits.
     """
     link, link_rate, ground, ground_rate, pivot, ratio, image = work
     n = len(masses)

@@ -29,22 +29,9 @@ class _Pieces:
 def loop_matrix(drive: Drive, omega: float) -> Array:
     r"""Modal matrix of two pulleys and a cable loop, Eqs. (3.12), (3.13).
 
-    Parameters
-    ----------
-    drive : Drive
-        A loop without carriages.
-    omega : float
-        Angular frequency [rad/s].
-
-    Returns
-    -------
-    ndarray, shape (4, 4)
-        For the unknowns a1, a2, b1, b2.
-
-    Raises
-    ------
-    InputRefused
-        If the drive is not of that form.
+    ``drive``: a loop without carriages; ``omega``: angular frequency [rad/s].
+    Returns shape (4, 4): for the unknowns a1, a2, b1, b2.
+    Raises `InputRefused` if the drive is not of that form.
     """
     piece = _pieces(drive, omega, "loop", upper=0, lower=0)
     s, c = piece.sin[0], piece.cos[0]
@@ -55,22 +42,9 @@ def loop_matrix(drive: Drive, omega: float) -> Array:
 def loop_with_carriage_matrix(drive: Drive, omega: float) -> Array:
     r"""Modal matrix of a cable loop that carries one mass on its upper span, Eqs. (3.19), (3.20).
 
-    Parameters
-    ----------
-    drive : Drive
-        A loop with one carriage, on the upper span.
-    omega : float
-        Angular frequency [rad/s].
-
-    Returns
-    -------
-    ndarray, shape (6, 6)
-        For the unknowns a1, a2, a3, b1, b2, b3.
-
-    Raises
-    ------
-    InputRefused
-        If the drive is not of that form.
+    ``drive``: a loop with one carriage, on the upper span; ``omega``: angular frequency [rad/s].
+    Returns shape (6, 6): for the unknowns a1, a2, a3, b1, b2, b3.
+    Raises `InputRefused` if the drive is not of that form.
     """
     piece = _pieces(drive, omega, "loop", upper=1, lower=0)
     (s1, s2, se), (c1, c2, ce) = piece.sin, piece.cos
@@ -90,22 +64,9 @@ def loop_with_carriage_matrix(drive: Drive, omega: float) -> Array:
 def line_with_carriage_matrix(drive: Drive, omega: float) -> Array:
     r"""Modal matrix of an open line that carries one mass, Eqs. (3.25), (3.26).
 
-    Parameters
-    ----------
-    drive : Drive
-        A line with one carriage.
-    omega : float
-        Angular frequency [rad/s].
-
-    Returns
-    -------
-    ndarray, shape (4, 4)
-        For the unknowns a1, a2, b1, b2.
-
-    Raises
-    ------
-    InputRefused
-        If the drive is not of that form.
+    ``drive``: a line with one carriage; ``omega``: angular frequency [rad/s].
+    Returns shape (4, 4): for the unknowns a1, a2, b1, b2.
+    Raises `InputRefused` if the drive is not of that form.
     """
     piece = _pieces(drive, omega, "line", upper=1, lower=0)
     (s1, s2), (c1, c2) = piece.sin, piece.cos
@@ -118,22 +79,10 @@ def loop_with_two_carriages_matrix(drive: Drive, omega: float) -> Array:
 
     Rows 3 and 4 hold :math:`J\omega/(c_u\rho r^2)`; the scanned text has lost letters there.
 
-    Parameters
-    ----------
-    drive : Drive
-        A loop with one carriage on each span.
-    omega : float
-        Angular frequency [rad/s].
-
-    Returns
-    -------
-    ndarray, shape (8, 8)
-        For the unknowns a1 to a4, b1 to b4; pieces 1, 2 are the upper span, 3, 4 the lower one.
-
-    Raises
-    ------
-    InputRefused
-        If the drive is not of that form.
+    ``drive``: a loop with one carriage on each span; ``omega``: angular frequency [rad/s].
+    Returns shape (8, 8): for the unknowns a1 to a4, b1 to b4; pieces 1, 2 are the upper span, 3, 4 the lower
+    one.
+    Raises `InputRefused` if the drive is not of that form.
     """
     piece = _pieces(drive, omega, "loop", upper=1, lower=1)
     (s1, s2, s3, s4), (c1, c2, c3, c4) = piece.sin, piece.cos

@@ -25,24 +25,11 @@ def inverse_iteration(
     :math:`\omega_{k+1} = \omega_k + \text{eig}(Y^T\hat K Y,\,-Y^T\hat K' Y)`, Eq. (M.6): cubic at simple and
     at multiple modes alike.
 
-    Parameters
-    ----------
-    split : Chain
-        No segment near a pole between `low` and `high`.
-    start : float
-        Where to begin [rad/s].
-    modes : int
-        How many modes lie between `low` and `high`.
-    low, high : float
-        Interval the modes must lie in [rad/s].
-
-    Returns
-    -------
-    omegas : ndarray, shape (modes,)
-        Natural frequencies [rad/s], ascending.
-    shapes : ndarray, shape (joints, modes)
-        Displacements of the joints (the pendant's last), of unit modal mass.
-        Or None, if the iteration leaves the interval.
+    ``split``: no segment near a pole between `low` and `high`; ``start``: where to begin [rad/s]; ``modes``:
+    how many modes lie between `low` and `high`; ``low``, ``high``: interval the modes must lie in [rad/s].
+    Returns ``omegas``, shape (modes,): natural frequencies [rad/s], ascending; ``shapes``, shape (joints,
+    modes): displacements of the joints (the pendant's last), of unit modal mass. Or None, if the iteration
+    leaves the interval.
     """
     if modes == 1:
         found = polished(split, start, low, high)
@@ -113,14 +100,8 @@ class FoldedBand:
     def spread(self, shapes: Array) -> Array:
         """Displacements of all joints, held ones at rest, from the unknowns.
 
-        Parameters
-        ----------
-        shapes : ndarray, shape (free joints, k)
-            Unknowns, in band order.
-
-        Returns
-        -------
-        ndarray, shape (joints, k)
+        ``shapes``, shape (free joints, k): unknowns, in band order.
+        Returns shape (joints, k).
         """
         out = np.zeros((self._total, shapes.shape[1]))
         out[self.free] = (self._scale * shapes)[self._place[self.free]]
@@ -129,15 +110,8 @@ class FoldedBand:
     def rough_load(self, modes: int) -> Array:
         """Loads that no mode is orthogonal to.
 
-        Parameters
-        ----------
-        modes : int
-            Number of columns k.
-
-        Returns
-        -------
-        ndarray, shape (free joints, k)
-            In band order.
+        ``modes``: number of columns k.
+        Returns shape (free joints, k): in band order.
         """
         waves = np.outer(np.arange(1, self.free.size + 1), 1.0 + np.sqrt(2.0) * np.arange(1, modes + 1))
         return np.cos(waves)
@@ -145,30 +119,15 @@ class FoldedBand:
     def rate_load(self, stiffness: DynamicStiffness, shapes: Array) -> Array:
         """Minus the derivative of the stiffness times the unknowns.
 
-        Parameters
-        ----------
-        stiffness : DynamicStiffness
-        shapes : ndarray, shape (free joints, k)
-            In band order.
-
-        Returns
-        -------
-        ndarray, shape (free joints, k)
-            In band order.
+        ``shapes``, shape (free joints, k): in band order.
+        Returns shape (free joints, k): in band order.
         """
         return _band_product(self._assemble(stiffness.link_rate, stiffness.ground_rate), shapes, self._width)
 
     def solver(self, stiffness: DynamicStiffness) -> Callable[[Array], Array]:
         """Factorise once, solve often.
 
-        Parameters
-        ----------
-        stiffness : DynamicStiffness
-
-        Returns
-        -------
-        callable
-            Takes loads, shape (free joints, k), to unknowns: orthonormal, or one of largest entry 1.
+        Returns takes loads, shape (free joints, k), to unknowns: orthonormal, or one of largest entry 1.
         """
         from scipy.linalg.lapack import dgbtrf, dgbtrs
 

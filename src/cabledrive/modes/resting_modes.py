@@ -27,25 +27,10 @@ ALONE = 0.99
 def transverse_band(drive: Drive, chains: tuple[LabelledChain, ...], at_torque: float = 0.0) -> Band:
     """All transverse modes of a drive under the tension at rest.
 
-    Parameters
-    ----------
-    drive : Drive
-    chains : tuple of LabelledChain
-        What moves along the cable.
-    at_torque : float, default 0.0
-        Steady torque on the drive pulley [N m].
-
-    Returns
-    -------
-    Band
-        Of uniform strings where nothing weighs, else a `RestingBand`.
-
-    Raises
-    ------
-    InputRefused
-        If the torque is not finite.
-    NotComputed
-        If no state of rest is found, or a span without weight hangs slack.
+    ``chains``: what moves along the cable; ``at_torque``: steady torque on the drive pulley [N m].
+    Returns of uniform strings where nothing weighs, else a `RestingBand`.
+    Raises `InputRefused` if the torque is not finite; `NotComputed` if no state of rest is found, or a span
+    without weight hangs slack.
     """
     if not isfinite(at_torque):
         raise InputRefused(f"at_torque = {at_torque} N m is not finite: give the steady torque in N m")
@@ -90,15 +75,8 @@ class RestingBand(Band):
     def count(self, omega: float) -> int:
         """Transverse modes below a frequency, both planes.
 
-        Parameters
-        ----------
-        omega : float
-            [rad/s].
-
-        Returns
-        -------
-        int
-            Above `MOST_COUNTED` per plane an estimate: nothing is listed there.
+        ``omega`` [rad/s].
+        Returns above `MOST_COUNTED` per plane an estimate: nothing is listed there.
         """
         estimate = sum(omega * string.travel_time / pi for string in self._strings.values())
         if estimate > MOST_COUNTED:
@@ -111,16 +89,8 @@ class RestingBand(Band):
     def first(self, count: int) -> tuple[list[Mode], float]:
         """The first few modes; none where every section hangs slack.
 
-        Parameters
-        ----------
-        count : int
-            How many.
-
-        Returns
-        -------
-        modes : list of Mode
-        clear : float
-            Frequency up to which the list is complete [rad/s].
+        ``count``: how many.
+        Returns ``clear``: frequency up to which the list is complete [rad/s].
         """
         return super().first(count) if self._strings else ([], inf)
 
@@ -142,15 +112,8 @@ class RestingBand(Band):
     def along_with_sag(self, top: float) -> list[float]:
         """Frequencies of the modes mainly along the cable that the plane of gravity has.
 
-        Parameters
-        ----------
-        top : float
-            [rad/s].
-
-        Returns
-        -------
-        list of float
-            [Hz].
+        ``top`` [rad/s].
+        Returns [Hz].
         """
         if self.plane is None:
             return []

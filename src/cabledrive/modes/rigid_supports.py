@@ -32,14 +32,7 @@ def rigid_support_longitudinal(drive: Drive) -> float:
 
     .. math:: f = \frac{c_u}{2 L_e} = \frac{1}{2 L}\sqrt{EA/\rho_0}
 
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    float
-        Frequency [Hz].
+    Returns frequency [Hz].
     """
     return drive.cable.axial_wave_speed / (2.0 * drive.pulley_distance)
 
@@ -49,14 +42,7 @@ def rigid_support_transverse(drive: Drive) -> float:
 
     .. math:: f = \frac{c_w}{2 L_e}
 
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    float
-        Frequency [Hz].
+    Returns frequency [Hz].
     """
     return drive.cable.transverse_wave_speed / (2.0 * drive.pulley_distance)
 

@@ -110,16 +110,9 @@ class SaggingMatrix:
     def scaled(self, omega: float) -> tuple[Array, Array]:
         """The matrix with rows and columns scaled by the roots of masses and links.
 
-        Parameters
-        ----------
-        omega : float
-            [rad/s].
-
-        Returns
-        -------
-        matrix : ndarray, shape (size, size)
-        scale : ndarray, shape (size,)
-            What rows and columns were scaled by.
+        ``omega`` [rad/s].
+        Returns ``matrix``, shape (size, size); ``scale``, shape (size,): what rows and columns were scaled
+        by.
         """
         matrix = np.zeros((self.size, self.size))
         scale = np.ones(self.size)

@@ -37,14 +37,7 @@ class SaggingPlane:
     def count(self, omega: float) -> int:
         """Modes of the plane below a frequency, along and across, without the rigid-body mode.
 
-        Parameters
-        ----------
-        omega : float
-            [rad/s].
-
-        Returns
-        -------
-        int
+        ``omega`` [rad/s].
         """
         if omega <= 0.0:
             return 0
@@ -59,19 +52,9 @@ class SaggingPlane:
     def frequency(self, number: int, low: float, high: float) -> tuple[float, bool]:
         """One natural frequency, by the eigenvalue that passes zero there and by counts where that is rough.
 
-        Parameters
-        ----------
-        number : int
-            From 1, the rigid-body mode left out.
-        low, high : float
-            Frequencies between which the count reaches that number [rad/s].
-
-        Returns
-        -------
-        omega : float
-            [rad/s].
-        proven : bool
-            Whether counts on both sides of the enclosure prove it.
+        ``number``: from 1, the rigid-body mode left out; ``low``, ``high``: frequencies between which the
+        count reaches that number [rad/s].
+        Returns ``omega`` [rad/s]; ``proven``: whether counts on both sides of the enclosure prove it.
         """
         low = max((omega for omega, count in self._counts.items() if count < number), default=low)
         high = min((omega for omega, count in self._counts.items() if count >= number), default=high)
@@ -107,20 +90,8 @@ class SaggingPlane:
     def motions(self, number: int, count: int, omega: float, proven: bool) -> list[PlaneMode]:
         """The modes of one natural frequency: the eigenvectors that belong to their numbers.
 
-        Parameters
-        ----------
-        number : int
-            Of the first, from 1.
-        count : int
-            How many share the frequency.
-        omega : float
-            [rad/s].
-        proven : bool
-            Passed on.
-
-        Returns
-        -------
-        list of PlaneMode
+        ``number``: of the first, from 1; ``count``: how many share the frequency; ``omega`` [rad/s];
+        ``proven``: passed on.
         """
         matrix, scale = self._matrix.scaled(omega)
         first = number - 1 + len(self._matrix.pulls) + self._matrix.rigid_body_modes

@@ -48,14 +48,8 @@ class SectionMotion:
     def inside(self, shares: Array) -> Array:
         """Displacement inside the pieces.
 
-        Parameters
-        ----------
-        shares : ndarray, shape (p,)
-            Places as shares of the piece.
-
-        Returns
-        -------
-        ndarray, shape (n, p)
+        ``shares``, shape (p,): places as shares of the piece.
+        Returns shape (n, p).
         """
         series = displacement_series(self.pieces, self.omega, self.waves)
         powers = np.asarray(shares)[None, :] ** np.arange(series.shape[0])[:, None]
@@ -64,14 +58,8 @@ class SectionMotion:
     def at(self, positions: Array) -> Array:
         """Displacement at positions of the section.
 
-        Parameters
-        ----------
-        positions : ndarray, shape (p,)
-            Unstretched, from the pulley where the span starts [m].
-
-        Returns
-        -------
-        ndarray, shape (p,)
+        ``positions``, shape (p,): unstretched, from the pulley where the span starts [m].
+        Returns shape (p,).
         """
         pieces = self.pieces
         piece = np.clip(np.searchsorted(pieces.start, positions, "right") - 1, 0, pieces.start.size - 1)
@@ -81,16 +69,7 @@ class SectionMotion:
         return np.asarray(np.sum(series * powers, axis=0) + self.shift[piece])
 
     def scaled(self, factor: float) -> "SectionMotion":
-        """The same motion, larger.
-
-        Parameters
-        ----------
-        factor : float
-
-        Returns
-        -------
-        SectionMotion
-        """
+        """The same motion, larger."""
         return SectionMotion(self.pieces, self.omega, factor * self.waves, factor * self.shift)
 
     @property
@@ -106,15 +85,8 @@ class SectionMotion:
     def product(self, other: "SectionMotion") -> float:
         """Integral of two motions over the mass, the cable's by quadrature of the exact shapes.
 
-        Parameters
-        ----------
-        other : SectionMotion
-            On the same pieces.
-
-        Returns
-        -------
-        float
-            [kg] times both units of displacement.
+        ``other``: on the same pieces.
+        Returns [kg] times both units of displacement.
         """
         places, weights = np.polynomial.legendre.leggauss(12)
         here, there = (motion.inside((places + 1.0) / 2.0) for motion in (self, other))
@@ -125,15 +97,7 @@ class SectionMotion:
 def combined(motions: list[SectionMotion], factors: Array) -> SectionMotion:
     """Sum of motions of one section at one frequency.
 
-    Parameters
-    ----------
-    motions : list of SectionMotion
-    factors : ndarray
-        One for each.
-
-    Returns
-    -------
-    SectionMotion
+    ``factors``: one for each.
     """
     waves = sum(factor * motion.waves for factor, motion in zip(factors, motions, strict=True))
     shift = sum(factor * motion.shift for factor, motion in zip(factors, motions, strict=True))
@@ -166,14 +130,7 @@ class SectionString:
     def pieces(self, omega: float) -> StringPieces:
         """The string in pieces that serve up to a frequency.
 
-        Parameters
-        ----------
-        omega : float
-            [rad/s].
-
-        Returns
-        -------
-        StringPieces
+        ``omega`` [rad/s].
         """
         octave = ceil(2.0 * log2(max(omega * self.travel_time, 1.0)))
         if octave not in self._pieces:
@@ -185,15 +142,8 @@ class SectionString:
     def phase(self, omega: float) -> float:
         """Angle by which the wave turns from end to end, growing with the frequency.
 
-        Parameters
-        ----------
-        omega : float
-            [rad/s].
-
-        Returns
-        -------
-        float
-            [rad].
+        ``omega`` [rad/s].
+        Returns [rad].
         """
         pieces = self.pieces(omega)
         waves = transfer(pieces, omega)
@@ -213,29 +163,15 @@ class SectionString:
     def count(self, omega: float) -> int:
         """Modes below a frequency in one plane, Eq. (M.12).
 
-        Parameters
-        ----------
-        omega : float
-            [rad/s].
-
-        Returns
-        -------
-        int
+        ``omega`` [rad/s].
         """
         return floor(self.phase(omega) / pi) if omega > 0.0 else 0
 
     def frequency(self, number: float) -> float:
         """One natural frequency; between two of them for a number that is not whole.
 
-        Parameters
-        ----------
-        number : float
-            From 1.
-
-        Returns
-        -------
-        float
-            [rad/s].
+        ``number``: from 1.
+        Returns [rad/s].
         """
         if number in self._found:
             return self._found[number]
@@ -266,14 +202,7 @@ class SectionString:
     def motion(self, omega: float) -> "SectionMotion":
         """Motion at a natural frequency, of unit modal mass.
 
-        Parameters
-        ----------
-        omega : float
-            [rad/s].
-
-        Returns
-        -------
-        SectionMotion
+        ``omega`` [rad/s].
         """
         pieces = self.pieces(omega)
         waves = transfer(pieces, omega)

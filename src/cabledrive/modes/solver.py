@@ -45,14 +45,7 @@ class Bracket(NamedTuple):
     def halves(self, count: Callable[[float], int]) -> tuple["Bracket", "Bracket"]:
         """Cut in the middle.
 
-        Parameters
-        ----------
-        count : callable
-            Number of modes below a frequency.
-
-        Returns
-        -------
-        lower, upper : Bracket
+        ``count``: number of modes below a frequency.
         """
         middle = 0.5 * (self.low + self.high)
         below = min(max(count(middle), self.below_low), self.below_high)
@@ -92,24 +85,9 @@ def chain_modes(
 ) -> list[ChainMode]:
     """All modes of a chain below a frequency, ascending, without the rigid-body mode.
 
-    Parameters
-    ----------
-    chain : Chain
-    top : float
-        Upper end [rad/s].
-    first : int, optional
-        Stop after so many modes, counted with multiplicity; a multiple mode is not cut.
-    count : ModeCounter, optional
-        The chain's own, if there is one already.
-
-    Returns
-    -------
-    list of ChainMode
-
-    Raises
-    ------
-    NotComputed
-        If a mode the count promises cannot be found.
+    ``top``: upper end [rad/s]; ``first``: stop after so many modes, counted with multiplicity; a multiple
+    mode is not cut; ``count``: the chain's own, if there is one already.
+    Raises `NotComputed` if a mode the count promises cannot be found.
     """
     count = count or ModeCounter(chain)
     rigid = chain.rigid_body_modes

@@ -94,18 +94,7 @@ class Pair:
 def pulley_mode(drive: Drive) -> PulleyMode:
     """Find the lowest longitudinal mode in which a pulley turns.
 
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    PulleyMode
-
-    Raises
-    ------
-    InputRefused
-        If no pulley can turn.
+    Raises `InputRefused` if no pulley can turn.
     """
     if all(pulley.fixed for pulley in drive.pulley):
         raise InputRefused(
@@ -142,14 +131,7 @@ def _rim_motion(chain: LabelledChain, solved: ChainMode) -> np.ndarray:
 def span_frequency(drive: Drive) -> float:
     """Lowest transverse frequency of an empty span, c_w / (2 Le), whatever it carries.
 
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    float
-        [Hz].
+    Returns [Hz].
     """
     return drive.cable.transverse_wave_speed / (2.0 * drive.pulley_distance)
 
@@ -157,19 +139,8 @@ def span_frequency(drive: Drive) -> float:
 def tuned_pretension(drive: Drive) -> float:
     r"""Pretension that tunes an empty span's lowest mode to half the pulley mode, Eq. (A.4).
 
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    float
-        [N].
-
-    Raises
-    ------
-    InputRefused
-        If no pulley can turn, or no pretension reaches the ratio.
+    Returns [N].
+    Raises `InputRefused` if no pulley can turn, or no pretension reaches the ratio.
     """
     return _tuned(drive, span_frequency)
 
@@ -177,24 +148,10 @@ def tuned_pretension(drive: Drive) -> float:
 def resonant_pairs(drive: Drive, numbers: int | None = None) -> tuple[Pair, ...]:
     """Each transverse mode at rest beside the pulley mode: ratio, and the pretension that tunes it to 1:2.
 
-    Parameters
-    ----------
-    drive : Drive
-    numbers : int, optional
-        How many transverse modes of each section; by default three, or as many as reach half the frequency of
-        the pulley mode, up to `MOST_NUMBERS`.
-
-    Returns
-    -------
-    tuple of Pair
-        Section after section, each ascending in frequency; both planes of a pair tune together.
-
-    Raises
-    ------
-    InputRefused
-        If no pulley can turn.
-    NotComputed
-        If a section hangs slack at rest.
+    ``numbers``: how many transverse modes of each section; by default three, or as many as reach half the
+    frequency of the pulley mode, up to `MOST_NUMBERS`.
+    Returns section after section, each ascending in frequency; both planes of a pair tune together.
+    Raises `InputRefused` if no pulley can turn; `NotComputed` if a section hangs slack at rest.
     """
     pulley = pulley_mode(drive).omega / (2 * pi)
     pairs = []

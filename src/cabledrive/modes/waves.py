@@ -37,14 +37,7 @@ class Wave:
     def slope_at(self, position: float) -> complex:
         """Complex slope with its phase at another position of the piece.
 
-        Parameters
-        ----------
-        position : float
-            Unstretched position [m].
-
-        Returns
-        -------
-        complex
+        ``position``: unstretched position [m].
         """
         phase = self.wave_number * (position - self.start)
         return self.slope * complex(cos(phase), sin(phase))
@@ -65,17 +58,8 @@ class Wave:
 def waves(chain: LabelledChain, solved: ChainMode, shape: int = 0) -> tuple[Wave, ...]:
     """Pieces of one shape of a mode, in the order of the chain, Eq. (A.3).
 
-    Parameters
-    ----------
-    chain : LabelledChain
-    solved : ChainMode
-    shape : int, default 0
-        Which of the shapes, where the mode is multiple.
-
-    Returns
-    -------
-    tuple of Wave
-        Of unit modal mass.
+    ``shape``: which of the shapes, where the mode is multiple.
+    Returns of unit modal mass.
     """
     split, places, u = solved.split, solved.joints, solved.shapes[:, shape]
     pieces, joints = split.lengths.size, split.masses.size

@@ -176,15 +176,8 @@ def _check_words(drive: Drive) -> None:
 def check_count(carriages: int) -> None:
     """Refuse more carriages than can be handled.
 
-    Parameters
-    ----------
-    carriages : int
-        How many.
-
-    Raises
-    ------
-    InputRefused
-        Above `MOST_CARRIAGES`.
+    ``carriages``: how many.
+    Raises `InputRefused` above `MOST_CARRIAGES`.
     """
     if carriages > MOST_CARRIAGES:
         raise InputRefused(

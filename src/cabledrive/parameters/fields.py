@@ -32,58 +32,27 @@ def quantity(
 ) -> Any:
     """Declare a physical quantity as a dataclass field.
 
-    Parameters
-    ----------
-    unit : str
-        SI unit; "1" for a plain number, "count" for a whole number.
-    bound : {"positive", "nonnegative", "finite", "steepness"}
-        What a value must satisfy, besides being finite.
-    meaning : str
-        One line for the schema and the reference.
-    default : float or None, optional
-        Value when the file is silent; None means "not stated". Without it the key is required.
-    key : str, optional
-        Name in the drive file where it is not the field's.
-
-    Returns
-    -------
-    dataclasses.Field
-        The field, with unit, bound, meaning and key in its metadata.
+    ``unit``: SI unit; "1" for a plain number, "count" for a whole number; ``bound``, {"positive",
+    "nonnegative", "finite", "steepness"}: what a value must satisfy, besides being finite; ``meaning``: one
+    line for the schema and the reference; ``default``: value when the file is silent; None means "not
+    stated". Without it the key is required; ``key``: name in the drive file where it is not the field's.
+    Returns the field, with unit, bound, meaning and key in its metadata.
     """
     metadata = {"unit": unit, "bound": bound, "meaning": meaning} | ({"key": key} if key else {})
     return dataclasses.field(default=default, metadata=metadata)
 
 
 def key_of(field: dataclasses.Field[Any]) -> str:
-    """Name of a field in the drive file.
-
-    Parameters
-    ----------
-    field : dataclasses.Field
-
-    Returns
-    -------
-    str
-    """
+    """Name of a field in the drive file."""
     return str(field.metadata.get("key", field.name))
 
 
 def choice(options: tuple[Any, ...], meaning: str, default: Any = dataclasses.MISSING) -> Any:
     """Declare a field that takes one of a few values (words, or true and false).
 
-    Parameters
-    ----------
-    options : tuple
-        The values it may take.
-    meaning : str
-        One line for the schema and the reference.
-    default : object, optional
-        Value when the file is silent; without it the key is required.
-
-    Returns
-    -------
-    dataclasses.Field
-        The field, with its options and meaning in its metadata.
+    ``options``: the values it may take; ``meaning``: one line for the schema and the reference; ``default``:
+    value when the file is silent; without it the key is required.
+    Returns the field, with its options and meaning in its metadata.
     """
     return dataclasses.field(default=default, metadata={"options": options, "meaning": meaning})
 
@@ -91,17 +60,8 @@ def choice(options: tuple[Any, ...], meaning: str, default: Any = dataclasses.MI
 def words(meaning: str, default: str) -> Any:
     """Declare a field that holds text without any bearing on results: it is no part of the content hash.
 
-    Parameters
-    ----------
-    meaning : str
-        One line for the schema and the reference.
-    default : str
-        Value when the file is silent.
-
-    Returns
-    -------
-    dataclasses.Field
-        The field, with its meaning and "words" in its metadata.
+    ``meaning``: one line for the schema and the reference; ``default``: value when the file is silent.
+    Returns the field, with its meaning and "words" in its metadata.
     """
     return dataclasses.field(default=default, metadata={"words": True, "meaning": meaning})
 
@@ -109,15 +69,8 @@ def words(meaning: str, default: str) -> Any:
 def check_fields(table: Any) -> None:
     """Refuse a value outside its declared bound; called at construction, so results can trust it.
 
-    Parameters
-    ----------
-    table : dataclass instance
-        A table of the drive file, its fields declared by `quantity` and `choice`.
-
-    Raises
-    ------
-    InputRefused
-        For the first field whose value is not allowed, naming value, unit and bound.
+    ``table``: a table of the drive file, its fields declared by `quantity` and `choice`.
+    Raises `InputRefused` for the first field whose value is not allowed, naming value, unit and bound.
     """
     for field in dataclasses.fields(table):
         value = getattr(table, field.name)
@@ -133,15 +86,7 @@ def check_fields(table: Any) -> None:
 def check_text(key: str, text: Any) -> None:
     """Refuse what is not text, or holds characters that no file or page can show.
 
-    Parameters
-    ----------
-    key : str
-        Name of the field.
-    text : object
-
-    Raises
-    ------
-    InputRefused
+    ``key``: name of the field.
     """
     if not isinstance(text, str):
         raise InputRefused(f"{key} is {kind_of(text)}, not text: write it between quotation marks")
@@ -159,14 +104,7 @@ def _among(value: Any, options: tuple[Any, ...]) -> bool:
 def kind_of(value: Any) -> str:
     """Name the kind of a value in the words of a drive file.
 
-    Parameters
-    ----------
-    value : object
-
-    Returns
-    -------
-    str
-        "text", "a number", "an array", ...
+    Returns "text", "a number", "an array",.
     """
     for kind, words in _KINDS.items():
         if isinstance(value, kind):
@@ -177,14 +115,7 @@ def kind_of(value: Any) -> str:
 def written(value: Any) -> str:
     """Show a value as a drive file has it, or its kind where that would be long.
 
-    Parameters
-    ----------
-    value : object
-
-    Returns
-    -------
-    str
-        ``true``, ``"text"``, ``1.5``, or "an array".
+    Returns ``true``, ``"text"``, ``1.5``, or "an array".
     """
     if isinstance(value, bool):
         return str(value).lower()
@@ -198,15 +129,7 @@ def written(value: Any) -> str:
 def rounded(value: float, digits: int) -> str:
     """Show a number of a sentence to some digits, without an exponent where a reader needs none.
 
-    Parameters
-    ----------
-    value : float
-    digits : int
-
-    Returns
-    -------
-    str
-        ``246000`` rather than 2.46e+05.
+    Returns ``246000`` rather than 2.46e+05.
     """
     return f"{float(f'{value:.{digits}g}'):.9g}"
 
@@ -243,19 +166,9 @@ def _number(name: str, value: Any, unit: str) -> float:
 def nearest(word: str, known: Iterable[str], place: str = "") -> str:
     """Suggest the known word that a mistyped one probably meant.
 
-    Parameters
-    ----------
-    word : str
-        What was written.
-    known : iterable of str
-        What could have been meant.
-    place : str, default ""
-        Written in front of the suggestion, like "cable.".
-
-    Returns
-    -------
-    str
-        `` (did you mean "..."?)``, or the known words if none is near.
+    ``word``: what was written; ``known``: what could have been meant; ``place``: written in front of the
+    suggestion, like "cable.".
+    Returns `` (did you mean "..."?)``, or the known words if none is near.
     """
     known = sorted(known)
     close = difflib.get_close_matches(word, known, n=1, cutoff=0.5)

@@ -13,20 +13,8 @@ from cabledrive.parameters.errors import InputRefused, NotComputed
 def require_regular(path: str | Path, remedy: str) -> Path:
     """Refuse an input that is no regular file: a pipe would keep a command waiting, a device never ends.
 
-    Parameters
-    ----------
-    path : path-like
-    remedy : str
-        What to give instead.
-
-    Returns
-    -------
-    Path
-
-    Raises
-    ------
-    InputRefused
-        If it is missing, a folder, a pipe or a device, or its place cannot be looked at.
+    ``remedy``: what to give instead.
+    Raises `InputRefused` if it is missing, a folder, a pipe or a device, or its place cannot be looked at.
     """
     path = Path(path)
     try:
@@ -46,21 +34,9 @@ def require_regular(path: str | Path, remedy: str) -> Path:
 def check_writable(path: str | Path, *, force: bool = False) -> Path:
     """Refuse an output path before the work starts.
 
-    Parameters
-    ----------
-    path : path-like
-        File that is going to be written.
-    force : bool, default False
-        Whether an existing file may be replaced.
-
-    Returns
-    -------
-    Path
-
-    Raises
-    ------
-    InputRefused
-        If it exists (without `force`), is no file, or its folder is missing or not writable.
+    ``path``: file that is going to be written; ``force``: whether an existing file may be replaced.
+    Raises `InputRefused` if it exists (without `force`), is no file, or its folder is missing or not
+    writable.
     """
     path = _check_place(Path(path), force)
     try:
@@ -104,19 +80,8 @@ def _fault(path: Path, folder: Path, force: bool) -> str:
 def check_folder_writable(folder: str | Path) -> Path:
     """Refuse a folder for results before the work starts.
 
-    Parameters
-    ----------
-    folder : path-like
-        It may be missing, its own folder not.
-
-    Returns
-    -------
-    Path
-
-    Raises
-    ------
-    InputRefused
-        If it is a file, its own folder is missing, or it cannot be written.
+    ``folder``: it may be missing, its own folder not.
+    Raises `InputRefused` if it is a file, its own folder is missing, or it cannot be written.
     """
     folder = Path(folder)
     try:
@@ -140,26 +105,11 @@ def _try_to_write(folder: Path) -> None:
 def write_whole(path: str | Path, content: str | bytes, *, force: bool = False) -> Path:
     """Write a file so that it appears whole or not at all.
 
-    Parameters
-    ----------
-    path : path-like
-        File to write.
-    content : str or bytes
-        What it holds; text is written as UTF-8.
-    force : bool, default False
-        Whether an existing file may be replaced.
-
-    Returns
-    -------
-    Path
-        Where it was written.
-
-    Raises
-    ------
-    InputRefused
-        If the path cannot be written, see `check_writable`, or appeared while the work was done.
-    NotComputed
-        If the disk refuses: full, over a quota, failing.
+    ``path``: file to write; ``content``: what it holds; text is written as UTF-8; ``force``: whether an
+    existing file may be replaced.
+    Returns where it was written.
+    Raises `InputRefused` if the path cannot be written, see `check_writable`, or appeared while the work was
+    done; `NotComputed` if the disk refuses: full, over a quota, failing.
     """
     path = _check_place(Path(path), force)
     data = content.encode() if isinstance(content, str) else content
@@ -182,17 +132,7 @@ def write_whole(path: str | Path, content: str | bytes, *, force: bool = False) 
 
 
 def not_written(path: Path, error: OSError) -> NotComputed:
-    """The failure of a command whose disk refuses what it has computed.
-
-    Parameters
-    ----------
-    path : Path
-    error : OSError
-
-    Returns
-    -------
-    NotComputed
-    """
+    """The failure of a command whose disk refuses what it has computed."""
     why = error.strerror or error
     return NotComputed(
         f"{path}: cannot be written ({why}): free space or choose another place, and give the command again"
@@ -202,20 +142,9 @@ def not_written(path: Path, error: OSError) -> NotComputed:
 def put_in_place(temporary: Path, path: Path, *, force: bool) -> None:
     """Give a file that was written whole its name, so that no loss of power takes it back.
 
-    Parameters
-    ----------
-    temporary : Path
-        In the same folder, on disk.
-    path : Path
-    force : bool
-        Whether a file of that name may be replaced.
-
-    Raises
-    ------
-    InputRefused
-        If another process has written the file meanwhile (without `force`).
-    OSError
-        If the disk refuses.
+    ``temporary``: in the same folder, on disk; ``force``: whether a file of that name may be replaced.
+    Raises `InputRefused` if another process has written the file meanwhile (without `force`); `OSError` if
+    the disk refuses.
     """
     if force or not hasattr(os, "link"):
         os.replace(temporary, path)
@@ -240,12 +169,7 @@ def _put_where_nothing_is(temporary: Path, path: Path) -> None:
 
 
 def sync_folder(folder: Path) -> None:
-    """Bring the names in a folder to the disk, where the system has a call for it.
-
-    Parameters
-    ----------
-    folder : Path
-    """
+    """Bring the names in a folder to the disk, where the system has a call for it."""
     with suppress(OSError):  # some file systems have none
         descriptor = os.open(folder, os.O_RDONLY)
         try:

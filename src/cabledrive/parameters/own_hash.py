@@ -11,15 +11,8 @@ OWN_HASH = "sha256"
 def with_own_hash(data: dict[str, Any]) -> dict[str, Any]:
     """An object with the hash of its content.
 
-    Parameters
-    ----------
-    data : dict
-        Plain data of JSON, numbers finite.
-
-    Returns
-    -------
-    dict
-        The same with the key `OWN_HASH` at the end.
+    ``data``: plain data of JSON, numbers finite.
+    Returns the same with the key `OWN_HASH` at the end.
     """
     content = {key: value for key, value in data.items() if key != OWN_HASH}
     return content | {OWN_HASH: _hash_of(content)}
@@ -28,15 +21,8 @@ def with_own_hash(data: dict[str, Any]) -> dict[str, Any]:
 def intact_object(path: Path) -> dict[str, Any] | None:
     """The object in a file, if it is what was once written there.
 
-    Parameters
-    ----------
-    path : Path
-        JSON from `with_own_hash`.
-
-    Returns
-    -------
-    dict or None
-        With its hash; None where the file is absent, cannot be read, or does not agree with its hash.
+    ``path``: JSON from `with_own_hash`.
+    Returns with its hash; None where the file is absent, cannot be read, or does not agree with its hash.
     """
     try:
         data = json.loads(path.read_text(encoding="utf-8"))

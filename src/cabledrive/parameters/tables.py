@@ -38,19 +38,9 @@ OTHER_WORDS = {
 def drive_from_tables(data: dict[str, Any]) -> Drive:
     """Build a drive from the plain data of its file.
 
-    Parameters
-    ----------
-    data : dict
-        Tables, numbers and text as TOML gives them; quantities are SI numbers or text with a unit.
-
-    Returns
-    -------
-    Drive
-
-    Raises
-    ------
-    InputRefused
-        For an unknown or missing key, a value of the wrong type, unit or range, or parts that do not fit.
+    ``data``: tables, numbers and text as TOML gives them; quantities are SI numbers or text with a unit.
+    Raises `InputRefused` for an unknown or missing key, a value of the wrong type, unit or range, or parts
+    that do not fit.
     """
     _check_schema(data)
     _check_keys(data, Drive, "")
@@ -129,16 +119,8 @@ def _value(value: Any, field: dataclasses.Field[Any], key: str) -> Any:
 def tables_from_drive(drive: Drive, *, words: bool = True) -> dict[str, Any]:
     """Write a drive as the plain data of a file: SI, each quantity with its unit, defaults left out.
 
-    Parameters
-    ----------
-    drive : Drive
-    words : bool, default True
-        Whether with name, title, source and the names of parts, which have no bearing on results.
-
-    Returns
-    -------
-    dict
-        What `drive_from_tables` turns back into an equal drive, if its words are there.
+    ``words``: whether with name, title, source and the names of parts, which have no bearing on results.
+    Returns what `drive_from_tables` turns back into an equal drive, if its words are there.
     """
     data = {
         key: getattr(drive, key)

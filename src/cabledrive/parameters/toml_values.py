@@ -20,20 +20,8 @@ _DEEP_KEY = re.compile(r"(?<![^\s.=])(?:[^\s.=,\[\]{}]+[ \t]*\.[ \t]*){20}")  # 
 def read_toml(path: Path, remedy: str) -> dict[str, Any]:
     """Read a TOML file.
 
-    Parameters
-    ----------
-    path : Path
-    remedy : str
-        What to write instead of what is none.
-
-    Returns
-    -------
-    dict
-
-    Raises
-    ------
-    InputRefused
-        If it cannot be read or is no TOML.
+    ``remedy``: what to write instead of what is none.
+    Raises `InputRefused` if it cannot be read or is no TOML.
     """
     try:
         return toml_of(_content(path))
@@ -60,18 +48,7 @@ def _content(path: Path) -> bytes:
 def toml_of(content: bytes) -> dict[str, Any]:
     """What a TOML file holds.
 
-    Parameters
-    ----------
-    content : bytes
-
-    Returns
-    -------
-    dict
-
-    Raises
-    ------
-    InputRefused
-        If it is no TOML, or such as cannot be read in reasonable time.
+    Raises `InputRefused` if it is no TOML, or such as cannot be read in reasonable time.
     """
     try:
         text = content.decode("utf-8-sig")
@@ -91,19 +68,7 @@ def toml_of(content: bytes) -> dict[str, Any]:
 def table_of(key: str, value: Any) -> Mapping[str, Any]:
     """A table.
 
-    Parameters
-    ----------
-    key : str
-    value : object
-
-    Returns
-    -------
-    mapping
-
-    Raises
-    ------
-    InputRefused
-        If it is none.
+    Raises `InputRefused` if it is none.
     """
     if not isinstance(value, Mapping):
         raise InputRefused(f"{key} = {written(value)} is no table: write [{key}] and its keys below")
@@ -113,21 +78,8 @@ def table_of(key: str, value: Any) -> Mapping[str, Any]:
 def quantity_of(key: str, value: Any, unit: str) -> float:
     """A finite number in SI, or text with a unit.
 
-    Parameters
-    ----------
-    key : str
-    value : object
-    unit : str
-        SI unit.
-
-    Returns
-    -------
-    float
-
-    Raises
-    ------
-    InputRefused
-        If it is neither, or of another dimension.
+    ``unit``: SI unit.
+    Raises `InputRefused` if it is neither, or of another dimension.
     """
     if isinstance(value, str):
         try:
@@ -151,21 +103,8 @@ def _finite(value: int | float) -> bool:
 def quantities_of(key: str, value: Any, unit: str) -> tuple[float, ...]:
     """A list of quantities.
 
-    Parameters
-    ----------
-    key : str
-    value : object
-    unit : str
-        SI unit.
-
-    Returns
-    -------
-    tuple of float
-
-    Raises
-    ------
-    InputRefused
-        If it is no list, or holds something else.
+    ``unit``: SI unit.
+    Raises `InputRefused` if it is no list, or holds something else.
     """
     if not isinstance(value, list):
         raise InputRefused(f"{key} = {written(value)} is no list: write such as [1.0, 3.0], in {unit}")
@@ -175,20 +114,7 @@ def quantities_of(key: str, value: Any, unit: str) -> tuple[float, ...]:
 def whole_of(key: str, value: Any, least: int = 1) -> int:
     """A whole number.
 
-    Parameters
-    ----------
-    key : str
-    value : object
-    least : int, default 1
-
-    Returns
-    -------
-    int
-
-    Raises
-    ------
-    InputRefused
-        If it is none, too small, or above `LARGEST_WHOLE`.
+    Raises `InputRefused` if it is none, too small, or above `LARGEST_WHOLE`.
     """
     if isinstance(value, bool) or not isinstance(value, int) or value < least:
         raise InputRefused(f"{key} = {written(value)} must be a whole number of at least {least}: write one")
@@ -200,19 +126,7 @@ def whole_of(key: str, value: Any, least: int = 1) -> int:
 def flag_of(key: str, value: Any) -> bool:
     """True or false.
 
-    Parameters
-    ----------
-    key : str
-    value : object
-
-    Returns
-    -------
-    bool
-
-    Raises
-    ------
-    InputRefused
-        If it is neither.
+    Raises `InputRefused` if it is neither.
     """
     if not isinstance(value, bool):
         raise InputRefused(f"{key} = {written(value)} is neither true nor false: write one of them")
@@ -222,19 +136,7 @@ def flag_of(key: str, value: Any) -> bool:
 def text_of(key: str, value: Any) -> str:
     """A text.
 
-    Parameters
-    ----------
-    key : str
-    value : object
-
-    Returns
-    -------
-    str
-
-    Raises
-    ------
-    InputRefused
-        If it is none.
+    Raises `InputRefused` if it is none.
     """
     if not isinstance(value, str):
         raise InputRefused(f"{key} = {written(value)} is no text: write it in quotation marks")

@@ -115,12 +115,7 @@ class AutoparametricModel:
         return sum(mode.plane == PLANES[0] for mode in self.modes)
 
     def planar(self) -> "AutoparametricModel":
-        """The same model without the horizontal plane, which stays at rest if it starts there.
-
-        Returns
-        -------
-        AutoparametricModel
-        """
+        """The same model without the horizontal plane, which stays at rest if it starts there."""
         n = self.sections
         return replace(
             self,
@@ -144,29 +139,13 @@ def autoparametric_model(
 ) -> AutoparametricModel:
     """Coefficients of the internal resonance of a drive, Eq. (A.9).
 
-    Parameters
-    ----------
-    drive : Drive
-    number : int, optional
-        Number of the transverse mode of every section; unless given, the one nearest to half the pulley mode.
-    planes : {1, 2}, default 1
-        The plane of the loop alone, or with the horizontal one.
-    load_torque : float, default 0.0
-        Steady torque on the load pulley [N m]; it pulls the upper span and relaxes the lower one.
-    at_rest : bool, default False
-        Whether each section has the tension that weights, carriages and slope leave it, instead of the
-        pretension of the straight drive.
-
-    Returns
-    -------
-    AutoparametricModel
-
-    Raises
-    ------
-    InputRefused
-        If no pulley can turn, or the steady torque takes a span's tension away.
-    NotComputed
-        If a section hangs slack at rest.
+    ``number``: number of the transverse mode of every section; unless given, the one nearest to half the
+    pulley mode; ``planes``, {1, 2}: the plane of the loop alone, or with the horizontal one; ``load_torque``:
+    steady torque on the load pulley [N m]; it pulls the upper span and relaxes the lower one; ``at_rest``:
+    whether each section has the tension that weights, carriages and slope leave it, instead of the pretension
+    of the straight drive.
+    Raises `InputRefused` if no pulley can turn, or the steady torque takes a span's tension away;
+    `NotComputed` if a section hangs slack at rest.
     """
     tensions = span_tensions(drive, load_torque)
     pulley = pulley_mode(drive)
@@ -231,15 +210,8 @@ def at_pretension(model: AutoparametricModel, pretension: Array | float) -> Auto
     .. math:: w \propto \sqrt{R}, \quad G \propto (1+\varepsilon_0)^{-2}, \quad
               N \propto (1+\varepsilon_0)^{-4}\ (\text{its uneven part} \propto T_0 (1+\varepsilon_0)^{-4})
 
-    Parameters
-    ----------
-    model : AutoparametricModel
-    pretension : float or ndarray, shape (lanes,)
-        T0 [N]; of an array, every coefficient that changes gets a last axis for it.
-
-    Returns
-    -------
-    AutoparametricModel
+    ``pretension``, shape (lanes,): T0 [N]; of an array, every coefficient that changes gets a last axis for
+    it.
     """
     tension, rigidity = np.asarray(pretension, dtype=float), model.axial_rigidity
     stretch = (1.0 + tension / rigidity) / (1.0 + model.pretension / rigidity)

@@ -104,21 +104,10 @@ def averaged_coefficients(
     A sine that starts at t = 0 leaves a mean rim speed :math:`\tau/(r_1 M_0\Omega)` that decays at
     :math:`c_{11}/M_0`; viscous friction at one pulley turns it into a difference of the span tensions.
 
-    Parameters
-    ----------
-    model : AutoparametricModel
-    torque : array_like, shape (...)
-        Amplitude of the torque [N m].
-    forcing : array_like, shape (...), optional
-        Omega [rad/s]; the pulley mode's own unless given.
-    passive : array_like, shape (J, ...)
-        Stretch of other modes of each section, see `triangle_stretch` [m^2].
-    drift : bool, default True
-        Whether the torque is switched on at t = 0; otherwise it has always been there.
-
-    Returns
-    -------
-    AveragedCoefficients
+    ``torque``, shape (...): amplitude of the torque [N m]; ``forcing``, shape (...): omega [rad/s]; the
+    pulley mode's own unless given; ``passive``, shape (J, ...): stretch of other modes of each section, see
+    `triangle_stretch` [m^2]; ``drift``: whether the torque is switched on at t = 0; otherwise it has always
+    been there.
     """
     omega = np.asarray(model.natural if forcing is None else forcing, dtype=float)
     tau, nu, mass = np.asarray(torque, dtype=float), 0.5 * omega, model.modal_mass
@@ -163,20 +152,9 @@ def averaged_rates(
 ) -> Complex:
     """Rates of change of the slow amplitudes, Eqs. (A.14), (A.15).
 
-    Parameters
-    ----------
-    c : AveragedCoefficients
-    state : ndarray of complex, shape (1 + J, ...)
-        Q, then z [m].
-    time : float, default 0.0
-        Since the torque was switched on [s].
-    second : bool, default True
-        To second order.
-
-    Returns
-    -------
-    ndarray of complex, shape (1 + J, ...)
-        [m/s].
+    ``state``, shape (1 + J, ...): Q, then z [m]; ``time``: since the torque was switched on [s]; ``second``:
+    to second order.
+    Returns shape (1 + J, ...) [m/s].
     """
     q, z = state[0], state[1:]
     linear, along = linear_rates(c, time)
@@ -199,17 +177,8 @@ def averaged_rates(
 def linear_rates(c: AveragedCoefficients, time: float) -> tuple[Complex, Complex]:
     """Complex growth rates of the single modes, with the drift and the passive modes as they are at a time.
 
-    Parameters
-    ----------
-    c : AveragedCoefficients
-    time : float
-        [s].
-
-    Returns
-    -------
-    across : ndarray of complex, shape (J, ...)
-    along : ndarray of complex, shape (...)
-        [1/s].
+    ``time`` [s].
+    Returns ``across``, shape (J, ...); ``along``, shape (...) [1/s].
     """
     passive = c.passive * np.exp(-c.transverse_damping * time)
     shift = np.einsum("jk...,k...->j...", 0.5 * c.cubic - c.static, passive)
@@ -224,14 +193,7 @@ def triangle_stretch(pluck: ArrayLike) -> Array:
     .. math:: \sum_{m=3,5,\dots} m^2 |A_m|^2 = \Big(\frac{8}{\pi^2}\Big)^2\Big(\frac{\pi^2}{8} - 1\Big) a^2
               = 0.1535\,a^2
 
-    Parameters
-    ----------
-    pluck : array_like
-        Height a of the triangle [m].
-
-    Returns
-    -------
-    ndarray
-        [m^2].
+    ``pluck``: height a of the triangle [m].
+    Returns [m^2].
     """
     return (8 / np.pi**2) ** 2 * (np.pi**2 / 8 - 1.0) * np.asarray(pluck, dtype=float) ** 2

@@ -25,17 +25,8 @@ Kind = Literal["one", "both"]
 def effective_cubic(c: AveragedCoefficients, kind: Kind) -> float:
     """Detuning per squared amplitude, n of `quadratic`.
 
-    Parameters
-    ----------
-    c : AveragedCoefficients
-        Of two equal spans.
-    kind : {"one", "both"}
-        Which spans vibrate.
-
-    Returns
-    -------
-    float
-        [1/(m^2 s)].
+    ``c``: of two equal spans; ``kind``, {"one", "both"}: which spans vibrate.
+    Returns [1/(m^2 s)].
     """
     own = 0.75 * c.cubic[0, 0] - c.static[0, 0]
     if kind == "one":
@@ -46,15 +37,8 @@ def effective_cubic(c: AveragedCoefficients, kind: Kind) -> float:
 def quadratic(c: AveragedCoefficients, kind: Kind) -> Array:
     """Condition for a steady state as a polynomial in X, Eq. (A.27).
 
-    Parameters
-    ----------
-    c : AveragedCoefficients
-    kind : {"one", "both"}
-
-    Returns
-    -------
-    ndarray, shape (3,)
-        Coefficients, highest power first.
+    ``kind``, {"one", "both"}.
+    Returns shape (3,): coefficients, highest power first.
     """
     first, second = _linear_parts(c, kind)
     total = np.polyadd(np.polymul(first, first), np.polymul(second, second))
@@ -78,16 +62,8 @@ def _linear_parts(c: AveragedCoefficients, kind: Kind) -> tuple[Array, Array]:
 def steady_amplitudes(c: AveragedCoefficients, kind: Kind) -> Array:
     """Squared amplitudes X of the steady states, ascending.
 
-    Parameters
-    ----------
-    c : AveragedCoefficients
-        Of two equal spans, no drift.
-    kind : {"one", "both"}
-
-    Returns
-    -------
-    ndarray, shape (0, 1 or 2,)
-        [m^2]; two where a large motion and none can both persist.
+    ``c``: of two equal spans, no drift; ``kind``, {"one", "both"}.
+    Returns shape (0, 1 or 2,) [m^2]; two where a large motion and none can both persist.
     """
     a, b, rest = quadratic(c, kind)
     inside = b * b - 4 * a * rest
@@ -101,17 +77,9 @@ def steady_amplitudes(c: AveragedCoefficients, kind: Kind) -> Array:
 def fold(c: AveragedCoefficients, kind: Kind) -> tuple[float, float] | None:
     """Where two steady states meet as the torque changes, if they do.
 
-    Parameters
-    ----------
-    c : AveragedCoefficients
-        Of two equal spans, at any torque.
-    kind : {"one", "both"}
-
-    Returns
-    -------
-    (float, float) or None
-        Size of f [m/s] and X [m^2] there; below it a large motion dies out. None: amplitudes grow from the
-        threshold without a jump.
+    ``c``: of two equal spans, at any torque; ``kind``, {"one", "both"}.
+    Returns size of f [m/s] and X [m^2] there; below it a large motion dies out. None: amplitudes grow from
+    the threshold without a jump.
     """
     (a1, a0), (b1, b0) = _linear_parts(c, kind)
     slope = a1 * a0 + b1 * b0
@@ -124,17 +92,8 @@ def fold(c: AveragedCoefficients, kind: Kind) -> tuple[float, float] | None:
 def steady_state(c: AveragedCoefficients, squared: float, kind: Kind) -> Complex:
     """Slow amplitudes of a steady state.
 
-    Parameters
-    ----------
-    c : AveragedCoefficients
-    squared : float
-        X [m^2].
-    kind : {"one", "both"}
-
-    Returns
-    -------
-    ndarray of complex, shape (3,)
-        Q and both z [m].
+    ``squared``: X [m^2]; ``kind``, {"one", "both"}.
+    Returns shape (3,): Q and both z [m].
     """
     shifted = float(c.transverse_detuning[0]) + effective_cubic(c, kind) * squared
     pinned = (-shifted - 0.5j * float(c.transverse_damping)) / float(c.pump[0])
@@ -149,16 +108,8 @@ def steady_state(c: AveragedCoefficients, squared: float, kind: Kind) -> Complex
 def jacobian(c: AveragedCoefficients, state: Complex) -> Array:
     """Derivative of the first-order rates by real and imaginary parts.
 
-    Parameters
-    ----------
-    c : AveragedCoefficients
-        Without lanes.
-    state : ndarray of complex, shape (1 + J,)
-
-    Returns
-    -------
-    ndarray, shape (2 + 2 J, 2 + 2 J)
-        Real parts first.
+    ``c``: without lanes; ``state``, shape (1 + J,).
+    Returns shape (2 + 2 J, 2 + 2 J): real parts first.
     """
     q, z = state[0], state[1:]
     across, along = linear_rates(c, np.inf if c.drift_decay > 0.0 else 0.0)
@@ -179,14 +130,7 @@ def jacobian(c: AveragedCoefficients, state: Complex) -> Array:
 def growth_of(c: AveragedCoefficients, state: Complex) -> float:
     """Largest growth rate of a disturbance of a steady state [1/s]; negative: stable.
 
-    Parameters
-    ----------
-    c : AveragedCoefficients
-    state : ndarray of complex, shape (1 + J,)
-
-    Returns
-    -------
-    float
+    ``state``, shape (1 + J,).
     """
     return float(np.max(np.linalg.eigvals(jacobian(c, state)).real))
 
@@ -199,15 +143,8 @@ def hopf_torque_force(c: AveragedCoefficients) -> float | None:
     .. math:: b = \frac{\Gamma cH[H + 4\Gamma(\Gamma + c)]}
                        {4(\Gamma + c)^2[-(8\delta_1\delta + 4\delta^2 + c(c + 2\Gamma))]}
 
-    Parameters
-    ----------
-    c : AveragedCoefficients
-        Its cubic and static terms are left out.
-
-    Returns
-    -------
-    float or None
-        [m/s]; None where there are no permanent beats.
+    ``c``: its cubic and static terms are left out.
+    Returns [m/s]; None where there are no permanent beats.
     """
     gamma, damping, delta = float(c.transverse_damping), float(c.damping), float(c.detuning)
     detuning, pump = float(c.transverse_detuning[0]), float(c.pump[0])

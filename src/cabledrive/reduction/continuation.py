@@ -79,28 +79,11 @@ def follow_branch(
 ) -> Branch:
     """Follow a branch of steady states from a point near it, Eq. (A.29).
 
-    Parameters
-    ----------
-    residual, jacobian : callable
-        F(x, p), shape (n,), and its derivative by x, shape (n, n).
-    state : ndarray, shape (n,)
-        Near a steady state at the parameter.
-    parameter : float
-    limits : (float, float)
-        Of the parameter.
-    step : float
-        Largest step, in scaled arclength.
-    scale : ndarray, shape (n + 1,)
-        Typical sizes of the state and the parameter.
-    upwards : bool, default True
-        Whether the parameter grows at first.
-    most : int, default 2000
-        Largest number of points.
-
-    Returns
-    -------
-    Branch
-        What was found, also where it cannot go on.
+    ``residual``, ``jacobian``: F(x, p), shape (n,), and its derivative by x, shape (n, n); ``state``, shape
+    (n,): near a steady state at the parameter; ``limits``: of the parameter; ``step``: largest step, in
+    scaled arclength; ``scale``, shape (n + 1,): typical sizes of the state and the parameter; ``upwards``:
+    whether the parameter grows at first; ``most``: largest number of points.
+    Returns what was found, also where it cannot go on.
     """
     curve = _Curve(residual, jacobian, np.asarray(scale, dtype=float))
     point = curve.at_parameter(np.append(state, parameter) / curve.scale)

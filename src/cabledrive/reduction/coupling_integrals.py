@@ -31,14 +31,7 @@ def stretch_by(longitudinal: Sequence[Wave], transverse: Sequence[Wave]) -> floa
     gives :math:`\tfrac12|W|^2\operatorname{Re} UE(k) + \tfrac14\operatorname{Re}[UW^2E(k+2\kappa) +
     UW^{*2}E(k-2\kappa)]`.
 
-    Parameters
-    ----------
-    longitudinal, transverse : sequence of Wave
-
-    Returns
-    -------
-    float
-        [m^2] for amplitudes in metres.
+    Returns [m^2] for amplitudes in metres.
     """
     total = 0.0
     for u, w, start, length in _overlaps(longitudinal, transverse):
@@ -53,14 +46,7 @@ def stretch_by(longitudinal: Sequence[Wave], transverse: Sequence[Wave]) -> floa
 def squared_slope(transverse: Sequence[Wave]) -> float:
     r"""Extra length per squared amplitude, twice: :math:`\int w_s^2\,\mathrm{d}s`, Eq. (A.7).
 
-    Parameters
-    ----------
-    transverse : sequence of Wave
-
-    Returns
-    -------
-    float
-        [1/m] for unit amplitude.
+    Returns [1/m] for unit amplitude.
     """
     return sum(
         0.5
@@ -72,14 +58,7 @@ def squared_slope(transverse: Sequence[Wave]) -> float:
 def fourth_power_of_slope(transverse: Sequence[Wave]) -> float:
     r"""Unevenness of the tension, :math:`\int w_s^4\,\mathrm{d}s`, Eq. (A.8).
 
-    Parameters
-    ----------
-    transverse : sequence of Wave
-
-    Returns
-    -------
-    float
-        [1/m^3] for unit amplitude.
+    Returns [1/m^3] for unit amplitude.
     """
     total = 0.0
     for w in transverse:
@@ -93,15 +72,8 @@ def fourth_power_of_slope(transverse: Sequence[Wave]) -> float:
 def largest_slope(longitudinal: Sequence[Wave], span: str) -> float:
     """Largest strain of a longitudinal mode on one span.
 
-    Parameters
-    ----------
-    longitudinal : sequence of Wave
-    span : {"upper", "lower"}
-
-    Returns
-    -------
-    float
-        Per unit amplitude [1/m].
+    ``span``, {"upper", "lower"}.
+    Returns per unit amplitude [1/m].
     """
     found = 0.0
     for wave in longitudinal:

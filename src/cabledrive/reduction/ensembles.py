@@ -47,26 +47,9 @@ def averaged_ensemble(
 ) -> Largest:
     """Largest amplitudes of many parameter sets by the averaged equations of first order.
 
-    Parameters
-    ----------
-    c : AveragedCoefficients
-        Of one or two sections in one plane, with lanes.
-    start : ndarray of complex, shape (1 + J, lanes)
-        Slow amplitudes at t = 0 [m].
-    duration : float
-        [s].
-    step : float, default 4 ms
-        Largest step [s].
-    threads : int, default 2
-
-    Returns
-    -------
-    Largest
-
-    Raises
-    ------
-    InputRefused
-        If there are more than two transverse modes.
+    ``c``: of one or two sections in one plane, with lanes; ``start``, shape (1 + J, lanes): slow amplitudes
+    at t = 0 [m]; ``duration`` [s]; ``step``: largest step [s].
+    Raises `InputRefused` if there are more than two transverse modes.
     """
     lanes, steps = _lanes_of(start), _steps(duration, step)
     h = duration / steps
@@ -131,24 +114,9 @@ def oscillator_ensemble(
 ) -> Largest:
     """Largest displacements of many parameter sets by the oscillators themselves.
 
-    Parameters
-    ----------
-    c : OscillatorCoefficients
-        Of one or two sections in one plane, with lanes.
-    plucks : array_like, shape (J, lanes)
-        Amplitudes at t = 0, at rest [m].
-    steps : int
-        Of the length in `c`.
-    threads : int, default 2
-
-    Returns
-    -------
-    Largest
-
-    Raises
-    ------
-    InputRefused
-        If there are more than two transverse modes.
+    ``c``: of one or two sections in one plane, with lanes; ``plucks``, shape (J, lanes): amplitudes at t = 0,
+    at rest [m]; ``steps``: of the length in `c`.
+    Raises `InputRefused` if there are more than two transverse modes.
     """
     start = np.asarray(plucks, dtype=float)
     lanes, two = _lanes_of(start), _two(c.push.shape[0])

@@ -18,22 +18,9 @@ def exchange_period(model: AutoparametricModel, first: float, second: float) -> 
 
     with the complete elliptic integral K of parameter m.
 
-    Parameters
-    ----------
-    model : AutoparametricModel
-        Tuned; its dampings and detunings are left out.
-    first, second : float
-        Plucks a and b [m].
-
-    Returns
-    -------
-    float
-        [s]; infinite where one span alone was plucked, all its energy ending in the pulleys.
-
-    Raises
-    ------
-    InputRefused
-        If the plucks are equal: nothing is exchanged.
+    ``model``: tuned; its dampings and detunings are left out; ``first``, ``second``: plucks a and b [m].
+    Returns [s]; infinite where one span alone was plucked, all its energy ending in the pulleys.
+    Raises `InputRefused` if the plucks are equal: nothing is exchanged.
     """
     from scipy.special import ellipk
 
@@ -52,16 +39,7 @@ def largest_exchange(model: AutoparametricModel, first: float, second: float) ->
 
     .. math:: q_{\max} = \sqrt{\frac{m_t}{4M}}\,|a - b|
 
-    Parameters
-    ----------
-    model : AutoparametricModel
-        Tuned, undamped.
-    first, second : float
-        Plucks a and b [m].
-
-    Returns
-    -------
-    float
-        [m], twice per period, when both spans swing alike.
+    ``model``: tuned, undamped; ``first``, ``second``: plucks a and b [m].
+    Returns [m], twice per period, when both spans swing alike.
     """
     return float(np.sqrt(model.transverse_mass[0] / (4 * model.modal_mass)) * abs(abs(first) - abs(second)))

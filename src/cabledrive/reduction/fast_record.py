@@ -22,17 +22,8 @@ STEEPEST = 0.05
 def bounded_part(recorded: March, longest: float) -> tuple[March, int | None]:
     """What was recorded before an amplitude outgrew the span, or was no number.
 
-    Parameters
-    ----------
-    recorded : March
-    longest : float
-        Amplitude [m] beyond which nothing is worth keeping.
-
-    Returns
-    -------
-    part : March
-    kept : int or None
-        Records kept; None if all are.
+    ``longest``: amplitude [m] beyond which nothing is worth keeping.
+    Returns ``kept``: records kept; None if all are.
     """
     sizes = np.abs(recorded.across[:, 0]).max(axis=(1, 2, 3))
     finite = np.isfinite(recorded.along).all(axis=(1, 2)) & np.isfinite(recorded.tallies).all(axis=1)
@@ -47,17 +38,8 @@ def bounded_part(recorded: March, longest: float) -> tuple[March, int | None]:
 def fast_rows(model: UniformTensionModel, recorded: March, torque: Array) -> Array:
     """Records in the columns of the exact model; what the reduced one does not tell apart stays zero.
 
-    Parameters
-    ----------
-    model : UniformTensionModel
-    recorded : March
-    torque : ndarray, shape (records,)
-        At the records [N m].
-
-    Returns
-    -------
-    ndarray, shape (records, columns)
-        As in `cabledrive.simulation.channels`.
+    ``torque``, shape (records,): at the records [N m].
+    Returns shape (records, columns): as in `cabledrive.simulation.channels`.
     """
     q, p = recorded.along[:, 0], recorded.along[:, 1]
     a, b = recorded.across[:, 0], recorded.across[:, 1]
@@ -115,23 +97,9 @@ def fast_result(
 ) -> SimulationResult:
     """A run of the fast model in the form of an exact one, its limits checked.
 
-    Parameters
-    ----------
-    drive : Drive
-    model : UniformTensionModel
-    recorded : March
-    rows : ndarray, shape (records, columns)
-    grid : (int, float, int)
-        Steps, step [s], steps per record.
-    torque : str
-        Fingerprint of the torque.
-    diverged : bool, default False
-        Whether the records end where an amplitude outgrew the span.
-
-    Returns
-    -------
-    SimulationResult
-        With `stopped` set where the model does not hold; the time it took is left to the caller.
+    ``rows``, shape (records, columns); ``grid``: steps, step [s], steps per record; ``torque``: fingerprint
+    of the torque; ``diverged``: whether the records end where an amplitude outgrew the span.
+    Returns with `stopped` set where the model does not hold; the time it took is left to the caller.
     """
     steps, step, stride = grid
     times = np.arange(rows.shape[0], dtype=np.float64) * (stride * step)

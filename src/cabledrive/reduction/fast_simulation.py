@@ -67,34 +67,12 @@ def simulate_fast(
     slopes below 0.05 and without questions of wave fronts; the first three limits are checked. All losses of
     the longitudinal modes are in the channel "viscous_loss".
 
-    Parameters
-    ----------
-    drive : Drive
-        A loop without carriages, held pulleys and Coulomb friction.
-    duration : float
-        Length of the run [s].
-    torque : Signal, float or callable, default 0.0
-        Torque of the motor, of the drive pulley where there is none [N m].
-    start : Start, optional
-        Plucks in v and w, angles and speeds at t = 0; by default the straight cable at rest.
-    scheme : FastScheme, optional
-    recording : Recording, optional
-        Only its rate is used.
-    output : path-like, optional
-        NetCDF file to write.
-    force : bool, default False
-        Whether an existing file may be replaced.
-
-    Returns
-    -------
-    SimulationResult
-
-    Raises
-    ------
-    InputRefused
-        If the drive, the start or the torque does not fit the model.
-    SimulationStopped
-        If a span would go slack or the cable gets too steep; it carries the result.
+    ``drive``: a loop without carriages, held pulleys and Coulomb friction; ``duration``: length of the run
+    [s]; ``torque``: torque of the motor, of the drive pulley where there is none [N m]; ``start``: plucks in
+    v and w, angles and speeds at t = 0; by default the straight cable at rest; ``recording``: only its rate
+    is used; ``output``: NetCDF file to write; ``force``: whether an existing file may be replaced.
+    Raises `InputRefused` if the drive, the start or the torque does not fit the model; `SimulationStopped` if
+    a span would go slack or the cable gets too steep; it carries the result.
     """
     began = time.perf_counter()
     path = None if output is None else check_writable(output, force=force)
@@ -141,22 +119,8 @@ def grid_of(
 ) -> tuple[int, int, float]:
     """Steps of a run, steps per record and step [s].
 
-    Parameters
-    ----------
-    model : UniformTensionModel
-    duration : float
-        Length of the run [s].
-    scheme : FastScheme
-    recording : Recording
-
-    Returns
-    -------
-    tuple of (int, int, float)
-
-    Raises
-    ------
-    InputRefused
-        If the duration or the step makes no sense.
+    ``duration``: length of the run [s].
+    Raises `InputRefused` if the duration or the step makes no sense.
     """
     if not (np.isfinite(duration) and duration > 0.0):
         raise InputRefused(f"duration = {duration:.9g} s must be positive and finite: give a time in seconds")
@@ -188,18 +152,8 @@ def _check_memory(model: UniformTensionModel, steps: int, records: int) -> None:
 def check_band(model: UniformTensionModel, samples: Array, step: float) -> None:
     """Refuse a torque whose content lies where the model has no modes.
 
-    Parameters
-    ----------
-    model : UniformTensionModel
-    samples : ndarray
-        Torque at the steps [N m].
-    step : float
-        [s].
-
-    Raises
-    ------
-    InputRefused
-        If too much of it does, or a sample is not finite.
+    ``samples``: torque at the steps [N m]; ``step`` [s].
+    Raises `InputRefused` if too much of it does, or a sample is not finite.
     """
     if not np.all(np.isfinite(samples)):
         raise InputRefused("torque must be finite at every step: repair the samples")
@@ -219,23 +173,9 @@ def start_amplitudes(
 ) -> tuple[Array, Array, Array, Array]:
     """Amplitudes and rates at t = 0: sines by projection, longitudinal modes by the rims.
 
-    Parameters
-    ----------
-    drive : Drive
-    model : UniformTensionModel
-    start : Start
-
-    Returns
-    -------
-    q, p : ndarray, shape (k,)
-        Longitudinal amplitudes [m kg^1/2] and rates.
-    a, b : ndarray, shape (planes, 2, m)
-        Transverse amplitudes [m] and rates; planes w, and v where something moves in it.
-
-    Raises
-    ------
-    InputRefused
-        If the start does not fit the model.
+    Returns ``q, p``, shape (k,): longitudinal amplitudes [m kg^1/2] and rates; ``a, b``, shape (planes, 2,
+    m): transverse amplitudes [m] and rates; planes w, and v where something moves in it.
+    Raises `InputRefused` if the start does not fit the model.
     """
     mesh = mesh_of(drive, _PROJECTION_SEGMENTS)
     if any(pluck.plane == "u" for pluck in (*start.plucks, *start.kicks)):

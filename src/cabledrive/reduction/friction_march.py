@@ -56,23 +56,10 @@ class March:
 def direction(n: int, quantity: str, number: int = 0) -> Array:
     """Unit direction of one physical quantity among all those that can be varied.
 
-    Parameters
-    ----------
-    n : int
-        Number of inertias.
-    quantity : str
-        One of `QUANTITIES`; "angle" and "speed" are initial values.
-    number : int, default 0
-        Of which inertia or link.
-
-    Returns
-    -------
-    ndarray, shape (9 n - 2,)
-
-    Raises
-    ------
-    InputRefused
-        If there is no such quantity.
+    ``n``: number of inertias; ``quantity``: one of `QUANTITIES`; "angle" and "speed" are initial values;
+    ``number``: of which inertia or link.
+    Returns shape (9 n - 2,).
+    Raises `InputRefused` if there is no such quantity.
     """
     if quantity not in QUANTITIES:
         raise InputRefused(
@@ -100,36 +87,13 @@ def march_chain(
 ) -> March:
     """Move a row of inertias from rest (or ``start``) under a torque given at samples.
 
-    Parameters
-    ----------
-    chain : LumpedChain
-    torque : ndarray, shape (samples,)
-        [N m], or whatever ``gains`` turn into torque.
-    interval : float
-        Time between samples [s].
-    gains : tuple of float, optional
-        Torque on each inertia per unit of ``torque``; default: 1 on the first, 0 on the others.
-    gaps : tuple of float, optional
-        Free play of each link [rad, or m between rims].
-    law : FrictionLaw, optional
-        Default: constant Coulomb friction.
-    start : ndarray, shape (2n,), optional
-        Angles, then speeds.
-    directions : ndarray, shape (9 n - 2, m), optional
-        How each of m parameters moves the quantities of the row, see `direction`.
-    substeps : int, default 1
-        Steps per sample.
-    hold : {"line", "step"}, default "line"
-        Torque on straight lines between samples, or standing from sample to sample.
-
-    Returns
-    -------
-    March
-
-    Raises
-    ------
-    NotComputed
-        If the motion leaves the finite numbers.
+    ``torque``, shape (samples,) [N m], or whatever ``gains`` turn into torque; ``interval``: time between
+    samples [s]; ``gains``: torque on each inertia per unit of ``torque``; default: 1 on the first, 0 on the
+    others; ``gaps``: free play of each link [rad, or m between rims]; ``law``: default: constant Coulomb
+    friction; ``start``, shape (2n,): angles, then speeds; ``directions``, shape (9 n - 2, m): how each of m
+    parameters moves the quantities of the row, see `direction`; ``substeps``: steps per sample; ``hold``,
+    {"line", "step"}: torque on straight lines between samples, or standing from sample to sample.
+    Raises `NotComputed` if the motion leaves the finite numbers.
     """
     n = chain.size
     numbers = chain_numbers(chain, gains, gaps, law, directions)
@@ -160,22 +124,8 @@ def chain_numbers(
 ) -> ChainNumbers:
     """A row of inertias as the kernels take it.
 
-    Parameters
-    ----------
-    chain : LumpedChain
-    gains, gaps : tuple of float, optional
-    law : FrictionLaw, optional
-    directions : ndarray, optional
-        All as `march_chain` takes them.
-
-    Returns
-    -------
-    ChainNumbers
-
-    Raises
-    ------
-    InputRefused
-        With a holding stiffness, which these kernels do not have.
+    ``directions``: all as `march_chain` takes them.
+    Raises `InputRefused` with a holding stiffness, which these kernels do not have.
     """
     if chain.holding > 0.0:
         raise InputRefused(
@@ -201,30 +151,12 @@ def march_rigid_axis(
 ) -> tuple[Array, Array]:
     """Move one rigid axis: what `march_chain` does for a row of one, several times quicker.
 
-    Parameters
-    ----------
-    values : ndarray, shape (4,)
-        Inertia, viscous friction, Coulomb friction, offset.
-    torque : ndarray, shape (samples,)
-        [N m], on straight lines between samples.
-    interval : float
-        [s].
-    start : float, default 0.0
-        Speed at the first sample [rad/s].
-    slope : float, default 0.0
-        K of c tanh(K w) [s/rad]; 0: set-valued friction.
-
-    Returns
-    -------
-    speeds : ndarray, shape (samples,)
-        [rad/s].
-    sensitivities : ndarray, shape (samples, 5)
-        By the four parameters and the speed at the start.
-
-    Raises
-    ------
-    NotComputed
-        If the motion leaves the finite numbers.
+    ``values``, shape (4,): inertia, viscous friction, Coulomb friction, offset; ``torque``, shape (samples,)
+    [N m], on straight lines between samples; ``interval`` [s]; ``start``: speed at the first sample [rad/s];
+    ``slope``: K of c tanh(K w) [s/rad]; 0: set-valued friction.
+    Returns ``speeds``, shape (samples,) [rad/s]; ``sensitivities``, shape (samples, 5): by the four
+    parameters and the speed at the start.
+    Raises `NotComputed` if the motion leaves the finite numbers.
     """
     torque = np.ascontiguousarray(torque, dtype=float)
     speeds, sensitivities = np.empty(torque.size), np.empty((torque.size, PARAMETERS))

@@ -92,15 +92,7 @@ def state_space(chain: LumpedChain) -> tuple[Array, Array]:
 
     .. math:: \dot x = A x + B \tau_c, \qquad x = [\theta_1 \dots \theta_n, \dot\theta_1 \dots \dot\theta_n]
 
-    Parameters
-    ----------
-    chain : LumpedChain
-
-    Returns
-    -------
-    a : ndarray, shape (2n, 2n)
-    b : ndarray, shape (2n, n)
-        One column per inertia on which a torque acts.
+    Returns ``a``, shape (2n, 2n); ``b``, shape (2n, n): one column per inertia on which a torque acts.
     """
     n = chain.size
     inverse = np.diag(1.0 / np.array(chain.inertias))
@@ -114,20 +106,8 @@ def state_space(chain: LumpedChain) -> tuple[Array, Array]:
 def speed_state_space(chain: LumpedChain) -> tuple[Array, Array]:
     """Matrices of the row with stretches and speeds as states: no rigid rotation, so every state matters.
 
-    Parameters
-    ----------
-    chain : LumpedChain
-
-    Returns
-    -------
-    a : ndarray, shape (2n - 1, 2n - 1)
-        States: n - 1 stretches, n speeds.
-    b : ndarray, shape (2n - 1, n)
-
-    Raises
-    ------
-    InputRefused
-        With a holding stiffness, whose force is that of an angle.
+    Returns ``a``, shape (2n - 1, 2n - 1): states: n - 1 stretches, n speeds; ``b``, shape (2n - 1, n).
+    Raises `InputRefused` with a holding stiffness, whose force is that of an angle.
     """
     if chain.holding > 0.0:
         raise InputRefused(
@@ -148,18 +128,10 @@ def speed_transfer_function(chain: LumpedChain, torque_on: int = 0, speed_of: in
 
     The second line of (4.19) and the first of (6.14) are misprinted; the equations of motion give this.
 
-    Parameters
-    ----------
-    chain : LumpedChain
-        One inertia gives (4.17), motor and drive pulley (4.19), Model 3 (6.12), Model 4 (6.14).
-    torque_on, speed_of : int, default 0
-        Numbers of the inertias, from the motor.
-
-    Returns
-    -------
-    numerator : ndarray, shape (2n - 1,)
-    denominator : ndarray, shape (2n,)
-        Coefficients of falling powers of s; the denominator starts with 1.
+    ``chain``: one inertia gives (4.17), motor and drive pulley (4.19), Model 3 (6.12), Model 4 (6.14);
+    ``torque_on``, ``speed_of``: numbers of the inertias, from the motor.
+    Returns ``numerator``, shape (2n - 1,); ``denominator``, shape (2n,): coefficients of falling powers of s;
+    the denominator starts with 1.
     """
     a, b = speed_state_space(chain)
     column = b[:, torque_on]
@@ -177,18 +149,9 @@ def speed_response(chain: LumpedChain, omega: Array, torque_on: int = 0, speed_o
 
     .. math:: H = i\omega\, e^T (K + i\omega C - \omega^2 M)^{-1} f
 
-    Parameters
-    ----------
-    chain : LumpedChain
-    omega : ndarray, shape (m,)
-        Angular frequencies [rad/s], not zero.
-    torque_on, speed_of : int, default 0
-        Numbers of the inertias, from the motor.
-
-    Returns
-    -------
-    ndarray, shape (m,)
-        Speed per torque [rad/(N m s)].
+    ``omega``, shape (m,): angular frequencies [rad/s], not zero; ``torque_on``, ``speed_of``: numbers of the
+    inertias, from the motor.
+    Returns shape (m,): speed per torque [rad/(N m s)].
     """
     w = np.asarray(omega, dtype=float)[:, None, None]
     dynamic = chain.stiffness_matrix + 1j * w * chain.damping_matrix - w**2 * np.diag(chain.inertias)
@@ -201,14 +164,7 @@ def speed_response(chain: LumpedChain, omega: Array, torque_on: int = 0, speed_o
 def natural_frequencies_of(chain: LumpedChain) -> Array:
     """Undamped natural frequencies, without the rigid rotation; on a holding stiffness there is none.
 
-    Parameters
-    ----------
-    chain : LumpedChain
-
-    Returns
-    -------
-    ndarray, shape (n - 1,), or (n,) with a holding stiffness
-        Angular frequencies [rad/s], ascending.
+    Returns shape (n - 1,): angular frequencies [rad/s], ascending.
     """
     root = 1.0 / np.sqrt(np.array(chain.inertias))
     squares = np.linalg.eigvalsh(root[:, None] * chain.stiffness_matrix * root)

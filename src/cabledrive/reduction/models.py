@@ -10,17 +10,8 @@ FLEXIBLE_CABLE = {1: False, 2: False, 3: True, 4: True}
 def rim_spring(drive: Drive) -> tuple[float, float]:
     """Stiffness and damping between the rims by all spans together, 2 k and 2 b_c / r of (6.11) for a loop.
 
-    Parameters
-    ----------
-    drive : Drive
-        With ``[lumped]``: what was measured; without: EA / L and the cable's own axial damping.
-
-    Returns
-    -------
-    stiffness : float
-        [N/m].
-    damping : float
-        [N s/m].
+    ``drive``: with ``[lumped]``: what was measured; without: EA / L and the cable's own axial damping.
+    Returns ``stiffness`` [N/m]; ``damping`` [N s/m].
     """
     cable, radius = drive.cable, drive.drive_pulley.radius
     stiffness = cable.axial_rigidity / drive.span_length
@@ -37,14 +28,7 @@ def rim_spring(drive: Drive) -> tuple[float, float]:
 def highest_model(drive: Drive) -> int:
     """The most detailed model that the drive's data allow.
 
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    int
-        4 with a flexible motor joint, else 3.
+    Returns 4 with a flexible motor joint, else 3.
     """
     return 4 if drive.motor is not None and drive.motor.joint_stiffness is not None else 3
 
@@ -52,22 +36,11 @@ def highest_model(drive: Drive) -> int:
 def lumped_model(drive: Drive, model: int | None = None) -> LumpedChain:
     """One of the Models 1 to 4 of a drive, Eqs. (6.9), (6.10), (6.11), (6.13), for any two radii.
 
-    Parameters
-    ----------
-    drive : Drive
-    model : {1, 2, 3, 4}, optional
-        1: rigid joint and cable; 2: flexible joint; 3: flexible cable; 4: both. Default: `highest_model`.
-
-    Returns
-    -------
-    LumpedChain
-        Inertias in the order motor (with the drive pulley where the joint is rigid), drive, load; the motor
-        on its holding stiffness where the drive has one.
-
-    Raises
-    ------
-    InputRefused
-        If the drive lacks what the model needs, or carries masses on its cable.
+    ``model``, {1, 2, 3, 4}: 1: rigid joint and cable; 2: flexible joint; 3: flexible cable; 4: both. Default:
+    `highest_model`.
+    Returns inertias in the order motor (with the drive pulley where the joint is rigid), drive, load; the
+    motor on its holding stiffness where the drive has one.
+    Raises `InputRefused` if the drive lacks what the model needs, or carries masses on its cable.
     """
     model = highest_model(drive) if model is None else model
     _check(drive, model)

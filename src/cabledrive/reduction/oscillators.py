@@ -70,20 +70,8 @@ def oscillator_coefficients(
 ) -> OscillatorCoefficients:
     """Coefficients of the march, Eq. (A.20).
 
-    Parameters
-    ----------
-    model : AutoparametricModel
-        Its arrays may end in an axis of lanes.
-    step : float
-        [s].
-    torque : array_like, shape (...)
-        Amplitude [N m].
-    forcing : array_like, shape (...), optional
-        Omega [rad/s]; the pulley mode's own unless given.
-
-    Returns
-    -------
-    OscillatorCoefficients
+    ``model``: its arrays may end in an axis of lanes; ``step`` [s]; ``torque``, shape (...): amplitude [N m];
+    ``forcing``, shape (...): omega [rad/s]; the pulley mode's own unless given.
     """
     omega = np.asarray(model.natural if forcing is None else forcing, dtype=float)
     tau = np.asarray(torque, dtype=float)
@@ -109,17 +97,8 @@ def oscillator_coefficients(
 def linear_flow(natural: Array, damping: Array, step: float) -> Array:
     """Exact flow of damped oscillators over one step.
 
-    Parameters
-    ----------
-    natural, damping : ndarray, shapes that broadcast
-        [rad/s], [1/s].
-    step : float
-        [s].
-
-    Returns
-    -------
-    ndarray, shape (4, ...)
-        Place from place, place from rate, rate from place, rate from rate.
+    ``natural``, ``damping`` [rad/s], [1/s]; ``step`` [s].
+    Returns shape (4, ...): place from place, place from rate, rate from place, rate from rate.
     """
     root = np.sqrt((natural**2 - 0.25 * damping**2).astype(complex)) * step
     decay = np.exp(-0.5 * damping * step)
@@ -131,19 +110,8 @@ def linear_flow(natural: Array, damping: Array, step: float) -> Array:
 def march_oscillators_reference(c: OscillatorCoefficients, plucks: Array, steps: int, stride: int) -> Array:
     """Readable twin of the compiled march, for any number of transverse modes and lanes.
 
-    Parameters
-    ----------
-    c : OscillatorCoefficients
-    plucks : ndarray, shape (J, ...)
-        Amplitudes at t = 0, at rest [m].
-    steps : int
-    stride : int
-        Steps between two records.
-
-    Returns
-    -------
-    ndarray, shape (records, 2 + J, ...)
-        q, v, a at the recorded instants.
+    ``plucks``, shape (J, ...): amplitudes at t = 0, at rest [m]; ``stride``: steps between two records.
+    Returns shape (records, 2 + J, ...): q, v, a at the recorded instants.
     """
     a = np.array(plucks, dtype=float)
     b, q, p, v = np.zeros_like(a), np.zeros(a.shape[1:]), np.zeros(a.shape[1:]), np.zeros(a.shape[1:])

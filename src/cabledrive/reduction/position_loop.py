@@ -43,25 +43,11 @@ def march_position_loop_of(
 ) -> tuple[Array, Array, Array]:
     """Move an axis along a reference.
 
-    Parameters
-    ----------
-    values : ndarray, shape (4,)
-        Inertia, viscous friction, Coulomb friction, offset with the sign of (4.16).
-    loop : PositionLoop
-    reference : ndarray, shape (samples,)
-        [rad or m].
-    interval : float
-        [s].
-    substeps : int, default 10
-        Steps per sample.
-    start : (float, float), optional
-        Position and speed at the first sample; default: at rest on the reference.
-    disturbance : ndarray, shape (samples,), optional
-        Torque or force from outside, standing from sample to sample; default: none.
-
-    Returns
-    -------
-    position, speed, command : ndarray, shape (samples,)
+    ``values``, shape (4,): inertia, viscous friction, Coulomb friction, offset with the sign of (4.16);
+    ``reference``, shape (samples,) [rad or m]; ``interval`` [s]; ``substeps``: steps per sample; ``start``:
+    position and speed at the first sample; default: at rest on the reference; ``disturbance``, shape
+    (samples,): torque or force from outside, standing from sample to sample; default: none.
+    Returns ``position, speed, command``, shape (samples,).
     """
     out = np.empty((3, reference.size))
     numbers = np.array([loop.position_gain, loop.speed_gain, loop.force_per_volt, loop.largest_command])
@@ -89,24 +75,11 @@ def march_open_loop(
 ) -> tuple[Array, Array]:
     """Move an axis under a force alone: the harder test, since nothing brings it back.
 
-    Parameters
-    ----------
-    values : ndarray, shape (4,)
-        Inertia, viscous friction, Coulomb friction, offset with the sign of (4.16).
-    force : ndarray, shape (samples,)
-        [N m or N], standing from sample to sample.
-    interval : float
-        [s].
-    substeps : int, default 10
-        Steps per sample.
-    start : (float, float), default (0.0, 0.0)
-        Position and speed at the first sample.
-    disturbance : ndarray, shape (samples,), optional
-        Torque or force from outside; default: none.
-
-    Returns
-    -------
-    position, speed : ndarray, shape (samples,)
+    ``values``, shape (4,): inertia, viscous friction, Coulomb friction, offset with the sign of (4.16);
+    ``force``, shape (samples,) [N m or N], standing from sample to sample; ``interval`` [s]; ``substeps``:
+    steps per sample; ``start``: position and speed at the first sample; ``disturbance``, shape (samples,):
+    torque or force from outside; default: none.
+    Returns ``position, speed``, shape (samples,).
     """
     given = force if disturbance is None else force + disturbance
     still = PositionLoop(position_gain=0.0, speed_gain=0.0, force_per_volt=0.0)

@@ -36,16 +36,8 @@ def scaled_rims(pulley: PulleyMode) -> tuple[dict[str, float], float]:
     q is the displacement of the load rim relative to the drive rim; in modes where the two go together, the
     larger of both.
 
-    Parameters
-    ----------
-    pulley : PulleyMode
-
-    Returns
-    -------
-    rims : dict of str to float
-        Of drive pulley, load pulley and motor.
-    factor : float
-        Its square is the modal mass M [kg^1/2].
+    Returns ``rims``: of drive pulley, load pulley and motor; ``factor``: its square is the modal mass M
+    [kg^1/2].
     """
     rows = [*pulley.solved.joints, pulley.solved.split.masses.size][: len(pulley.chain.joints)]
     shape = {
@@ -63,15 +55,7 @@ def scaled_rims(pulley: PulleyMode) -> tuple[dict[str, float], float]:
 def shafts_of(drive: Drive, rim: dict[str, float]) -> list[Shaft]:
     """Everything with friction: both pulleys, the motor, its joint.
 
-    Parameters
-    ----------
-    drive : Drive
-    rim : dict of str to float
-        Displacements per q.
-
-    Returns
-    -------
-    list of Shaft
+    ``rim``: displacements per q.
     """
     first, second, motor = drive.drive_pulley, drive.load_pulley, drive.motor
     shafts = [
@@ -96,21 +80,8 @@ def modal_damping(
 ) -> float:
     """Damping of the pulley mode: pulleys, motor and joint, and Kelvin-Voigt for the cable's own strain.
 
-    Parameters
-    ----------
-    drive : Drive
-    shafts : list of Shaft
-    rim : dict of str to float
-        Displacements per q.
-    mass : float
-        M [kg].
-    omega : float
-        W [rad/s].
-
-    Returns
-    -------
-    float
-        c_q [1/s].
+    ``rim``: displacements per q; ``mass``: M [kg]; ``omega``: W [rad/s].
+    Returns c_q [1/s].
     """
     motor, strain = drive.motor, omega**2
     if motor is not None and motor.joint_stiffness is not None:
@@ -126,14 +97,7 @@ def modal_damping(
 def rigid_mass(drive: Drive) -> float:
     """Mass at the rim of everything that moves when the drive turns.
 
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    float
-        [kg].
+    Returns [kg].
     """
     (chain,) = longitudinal_chains(drive)
     parts = chain.chain

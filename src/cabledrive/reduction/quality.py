@@ -39,16 +39,7 @@ class ModelQuality:
 
 
 def with_measured_stiffness(drive: Drive) -> Drive:
-    """The distributed drive whose EA / L is the stiffness that the models have.
-
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    Drive
-    """
+    """The distributed drive whose EA / L is the stiffness that the models have."""
     stiffness, damping = (value / len(drive.spans) for value in rim_spring(drive))
     length = drive.span_length
     cable = replace(drive.cable.with_rigidity(stiffness * length), axial_damping=damping * length)
@@ -62,19 +53,10 @@ def distributed_response(drive: Drive, omega: Array, *, angle_of: str = "load") 
     :math:`Z = \sqrt{\mu(EA + i\omega\eta)}`, a link :math:`\omega Z/\sin\kappa L` and at each end a ground
     :math:`-\omega Z\tan(\kappa L/2)`.
 
-    Parameters
-    ----------
-    drive : Drive
-        Without carriages; stiffness and damping of its cable as the models have them.
-    omega : ndarray, shape (m,)
-        [rad/s], not zero.
-    angle_of : {"load", "motor"}
-        The motor's is the drive pulley's where there is none, or its joint is rigid.
-
-    Returns
-    -------
-    ndarray, shape (m,)
-        [rad/(N m)].
+    ``drive``: without carriages; stiffness and damping of its cable as the models have them; ``omega``, shape
+    (m,) [rad/s], not zero; ``angle_of``, {"load", "motor"}: the motor's is the drive pulley's where there is
+    none, or its joint is rigid.
+    Returns shape (m,) [rad/(N m)].
     """
     machine, spans = with_measured_stiffness(drive), len(drive.spans)
     cable, length = machine.cable, machine.span_length
@@ -104,17 +86,8 @@ def distributed_response(drive: Drive, omega: Array, *, angle_of: str = "load") 
 def model_response(drive: Drive, model: int, omega: Array) -> ComplexArray:
     """Response from motor torque to load angle of one of the Models 1 to 4.
 
-    Parameters
-    ----------
-    drive : Drive
-    model : {1, 2, 3, 4}
-    omega : ndarray, shape (m,)
-        [rad/s], not zero.
-
-    Returns
-    -------
-    ndarray, shape (m,)
-        [rad/(N m)].
+    ``model``, {1, 2, 3, 4}; ``omega``, shape (m,) [rad/s], not zero.
+    Returns shape (m,) [rad/(N m)].
     """
     chain = lumped_model(drive, model)
     angle = speed_response(chain, omega, speed_of=chain.size - 1) / (1j * omega)
@@ -124,16 +97,7 @@ def model_response(drive: Drive, model: int, omega: Array) -> ComplexArray:
 
 
 def model_quality(drive: Drive) -> tuple[ModelQuality, ...]:
-    """Every model that the drive's data allow, beside its distributed cable.
-
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    tuple of ModelQuality
-    """
+    """Every model that the drive's data allow, beside its distributed cable."""
     hertz = np.geomspace(LOWEST_HZ, HIGHEST_HZ, POINTS)
     omega = 2.0 * pi * hertz
     exact = distributed_response(drive, omega)

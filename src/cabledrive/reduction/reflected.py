@@ -18,16 +18,8 @@ def reflected(chain: LumpedChain) -> tuple[LumpedChain, Array]:
     :math:`g_i` and inertias and viscous frictions by :math:`g_i^2`; a stretch :math:`p_j\theta_j -
     q_j\theta_{j+1}` is :math:`(p_j/g_j)(\varphi_j - \varphi_{j+1})`.
 
-    Parameters
-    ----------
-    chain : LumpedChain
-
-    Returns
-    -------
-    chain : LumpedChain
-        Stiffness and damping in N m/rad and N m s/rad of the first shaft.
-    gears : ndarray, shape (n,)
-        :math:`g_i`, angle at the first shaft per angle of inertia i.
+    Returns ``chain``: stiffness and damping in N m/rad and N m s/rad of the first shaft; ``gears``, shape
+    (n,): :math:`g_i`, angle at the first shaft per angle of inertia i.
     """
     gears = np.ones(chain.size)
     for j, (p, q) in enumerate(chain.ratios):

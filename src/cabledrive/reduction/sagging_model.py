@@ -124,18 +124,7 @@ class SaggingModel:
 def longitudinal_modes(drive: Drive, state: StaticState, top: float, least: int = 0) -> LongitudinalModes:
     """Longitudinal modes below a frequency with their strain on the segments.
 
-    Parameters
-    ----------
-    drive : Drive
-    state : StaticState
-    top : float
-        [rad/s].
-    least : int, default 0
-        Number of modes that are kept at least; at most `MOST_MODES` are, the lowest.
-
-    Returns
-    -------
-    LongitudinalModes
+    ``top`` [rad/s]; ``least``: number of modes that are kept at least; at most `MOST_MODES` are, the lowest.
     """
     rows = [row for chain in longitudinal_chains(drive) for row in _of_chain(drive, state, chain, top, least)]
     rows.sort(key=lambda row: row[0])
@@ -229,17 +218,7 @@ def sagging_model(
 ) -> SaggingModel:
     """Coefficients of Eq. (A.36) for one state of rest.
 
-    Parameters
-    ----------
-    drive : Drive
-    state : StaticState
-    modes : LongitudinalModes
-    numbers : sequence of sequences of int
-        Which transverse modes of each free stretch, ascending from 1.
-
-    Returns
-    -------
-    SaggingModel
+    ``numbers``: which transverse modes of each free stretch, ascending from 1.
     """
     flat = transverse_shapes(drive, state, numbers)
     cable, most = drive.cable, max(len(part.numbers) for part in flat)

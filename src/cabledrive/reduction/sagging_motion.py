@@ -73,18 +73,7 @@ def exact_spring(omega: Array, h: float) -> Array:
 def numbers_of(model: SaggingModel, state: StaticState, h: float, detuned: float = 0.0) -> SaggingNumbers:
     """Prepare an integration with one step length.
 
-    Parameters
-    ----------
-    model : SaggingModel
-    state : StaticState
-    h : float
-        Step [s].
-    detuned : float, default 0.0
-        Relative change of all transverse frequencies.
-
-    Returns
-    -------
-    SaggingNumbers
+    ``h``: step [s]; ``detuned``: relative change of all transverse frequencies.
     """
     modes = model.natural.size
     solve = np.asarray(np.linalg.inv(np.eye(modes) + 0.5 * h * model.damping), dtype=np.float64)
@@ -154,23 +143,10 @@ def integrate(
 ) -> tuple[Extremes, Array]:
     """Move the model from rest through stages, each with its own coefficients.
 
-    Parameters
-    ----------
-    stages : list of (SaggingNumbers, ndarray)
-        Coefficients, and the torque above the holding torque at each of their steps [N m].
-    h : float
-        Step [s].
-    floor : float, default 0.0
-        Amplitude below which no transverse mode falls [m].
-    phase : float, default 0.0
-        Phase at which that amplitude begins [rad].
-    history : bool, default False
-        Whether to keep the longitudinal amplitudes.
-
-    Returns
-    -------
-    extremes : Extremes
-    history : ndarray, shape (steps, k) or (0, k)
+    ``stages``: coefficients, and the torque above the holding torque at each of their steps [N m]; ``h``:
+    step [s]; ``floor``: amplitude below which no transverse mode falls [m]; ``phase``: phase at which that
+    amplitude begins [rad]; ``history``: whether to keep the longitudinal amplitudes.
+    Returns ``history``, shape (steps, k).
     """
     first = stages[0][0]
     modes, rows, most = first.direct.shape

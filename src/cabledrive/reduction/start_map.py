@@ -42,19 +42,7 @@ class Motion(NamedTuple):
 def reconstruct(c: AveragedCoefficients, state: Complex, time: float, *, second: bool = True) -> Motion:
     """The motion that belongs to slow amplitudes, Eq. (A.18).
 
-    Parameters
-    ----------
-    c : AveragedCoefficients
-    state : ndarray of complex, shape (1 + J, ...)
-        Q, then z [m].
-    time : float
-        [s].
-    second : bool, default True
-        To second order.
-
-    Returns
-    -------
-    Motion
+    ``state``, shape (1 + J, ...): Q, then z [m]; ``time`` [s]; ``second``: to second order.
     """
     rates = averaged_rates(c, state, time, second=second)
     q, z, q_rate, z_rate = state[0], state[1:], rates[0], rates[1:]
@@ -75,18 +63,8 @@ def reconstruct(c: AveragedCoefficients, state: Complex, time: float, *, second:
 def start_of(c: AveragedCoefficients, motion: Motion, *, second: bool = True) -> Complex:
     """Slow amplitudes whose reconstruction is a given motion at t = 0, Eq. (A.19), by repeated correction.
 
-    Parameters
-    ----------
-    c : AveragedCoefficients
-    motion : Motion
-        At t = 0.
-    second : bool, default True
-        To second order.
-
-    Returns
-    -------
-    ndarray of complex, shape (1 + J, ...)
-        [m].
+    ``motion``: at t = 0; ``second``: to second order.
+    Returns shape (1 + J, ...) [m].
     """
     nu = 0.5 * c.forcing
     lanes = np.broadcast_shapes(c.force.shape, np.shape(motion.q), c.transverse_detuning.shape[1:])
@@ -101,18 +79,8 @@ def start_of(c: AveragedCoefficients, motion: Motion, *, second: bool = True) ->
 def plucked(c: AveragedCoefficients, plucks: ArrayLike, *, second: bool = True) -> Complex:
     """Slow amplitudes of half-sine plucks let go at rest, the pulleys at angle zero.
 
-    Parameters
-    ----------
-    c : AveragedCoefficients
-    plucks : array_like, shape (J, ...)
-        Amplitudes [m].
-    second : bool, default True
-        To second order.
-
-    Returns
-    -------
-    ndarray of complex, shape (1 + J, ...)
-        [m].
+    ``plucks``, shape (J, ...): amplitudes [m]; ``second``: to second order.
+    Returns shape (1 + J, ...) [m].
     """
     a = np.asarray(plucks, dtype=float)
     zero = np.zeros(a.shape[1:])
@@ -143,20 +111,9 @@ def rigid_rotation(
 
     for :math:`\sigma \ll \Omega`; the pulley mode's friction on it is left out.
 
-    Parameters
-    ----------
-    model : AutoparametricModel
-    time : ndarray, shape (n,)
-        [s].
-    torque : float
-        Amplitude [N m].
-    forcing : float, optional
-        Omega [rad/s]; the pulley mode's own unless given.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        [m]; zero where a pulley is held.
+    ``time``, shape (n,) [s]; ``torque``: amplitude [N m]; ``forcing``: omega [rad/s]; the pulley mode's own
+    unless given.
+    Returns shape (n,) [m]; zero where a pulley is held.
     """
     omega = model.natural if forcing is None else forcing
     speed = torque * model.rigid_arm / (model.rigid_mass * omega)

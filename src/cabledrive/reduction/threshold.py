@@ -26,16 +26,8 @@ _INSTANTS = 2001
 def critical_pumping(c: AveragedCoefficients, *, second: bool = True) -> Array:
     r"""Smallest :math:`\mu` at which each transverse mode grows, Eq. (A.22).
 
-    Parameters
-    ----------
-    c : AveragedCoefficients
-    second : bool, default True
-        With the third harmonic's share.
-
-    Returns
-    -------
-    ndarray, shape (J, ...)
-        [rad/s]; infinite where no amplitude makes it grow.
+    ``second``: with the third harmonic's share.
+    Returns shape (J, ...) [rad/s]; infinite where no amplitude makes it grow.
     """
     nu = 0.5 * c.forcing
     least = 0.25 * c.transverse_damping**2 + c.transverse_detuning**2
@@ -55,19 +47,10 @@ def threshold_torque(
 
     .. math:: \tau_\mathrm{th} = \min_j \frac{\mu_j}{|k_j|\,|Q|/\tau}
 
-    Parameters
-    ----------
-    model : AutoparametricModel
-        Its arrays may end in an axis of lanes.
-    forcing : array_like, shape (...), optional
-        Omega [rad/s]; the pulley mode's own unless given.
-    second : bool, default True
-        To second order.
-
-    Returns
-    -------
-    ndarray, shape (...)
-        [N m]; zero at the frequency of an undamped pulley mode, infinite where no torque makes a mode grow.
+    ``model``: its arrays may end in an axis of lanes; ``forcing``, shape (...): omega [rad/s]; the pulley
+    mode's own unless given; ``second``: to second order.
+    Returns shape (...) [N m]; zero at the frequency of an undamped pulley mode, infinite where no torque
+    makes a mode grow.
     """
     return np.asarray(np.min(mode_thresholds(model, forcing, second=second), axis=0))
 
@@ -77,19 +60,9 @@ def mode_thresholds(
 ) -> Array:
     """Threshold torque of each transverse mode by itself.
 
-    Parameters
-    ----------
-    model : AutoparametricModel
-    forcing : array_like, shape (...), optional
-        Omega [rad/s]; the pulley mode's own by default.
-    second : bool, default True
-        To second order.
-
-    Returns
-    -------
-    ndarray, shape (J, ...)
-        [N m]; infinite where no torque makes the mode grow: the torque does not move the pulley mode, the
-        pulley mode does not stretch the section, or the pair is too far from 1:2.
+    ``forcing``, shape (...): omega [rad/s]; the pulley mode's own by default; ``second``: to second order.
+    Returns shape (J, ...) [N m]; infinite where no torque makes the mode grow: the torque does not move the
+    pulley mode, the pulley mode does not stretch the section, or the pair is too far from 1:2.
     """
     c = averaged_coefficients(model, torque=1.0, forcing=forcing, drift=False)
     per_torque = np.abs(c.force) * np.abs(c.pump)
@@ -102,16 +75,8 @@ def mode_thresholds(
 def pulley_amplitude(c: AveragedCoefficients, build_up: float = np.inf) -> Array:
     """Amplitude of the pulley mode under its torque, the spans at rest.
 
-    Parameters
-    ----------
-    c : AveragedCoefficients
-    build_up : float, default inf
-        Time since the torque was switched on [s].
-
-    Returns
-    -------
-    ndarray, shape (...)
-        [m].
+    ``build_up``: time since the torque was switched on [s].
+    Returns shape (...) [m].
     """
     rate = -0.5 * c.damping + 1j * c.detuning
     still = np.abs(rate) < 1e-12 * c.forcing
@@ -127,16 +92,8 @@ def growth_rates(c: AveragedCoefficients, amplitude: ArrayLike) -> Array:
 
     .. math:: \sqrt{\mu^2 - (\delta_j + \mu^2/4\nu)^2} - \tfrac12\Gamma
 
-    Parameters
-    ----------
-    c : AveragedCoefficients
-    amplitude : array_like, shape (...)
-        Size of Q [m].
-
-    Returns
-    -------
-    ndarray, shape (J, ...)
-        [1/s]; minus half of Gamma outside the tongue.
+    ``amplitude``, shape (...): size of Q [m].
+    Returns shape (J, ...) [1/s]; minus half of Gamma outside the tongue.
     """
     pumping = np.abs(c.pump) * np.asarray(amplitude, dtype=float)
     shifted = c.transverse_detuning + pumping**2 / (2.0 * c.forcing)
@@ -146,16 +103,8 @@ def growth_rates(c: AveragedCoefficients, amplitude: ArrayLike) -> Array:
 def tongue_half_width(c: AveragedCoefficients, amplitude: ArrayLike) -> Array:
     r"""Half-width of the tongue of instability in :math:`\delta_j`, :math:`\sqrt{\mu^2 - \Gamma^2/4}`.
 
-    Parameters
-    ----------
-    c : AveragedCoefficients
-    amplitude : array_like, shape (...)
-        Size of Q [m].
-
-    Returns
-    -------
-    ndarray, shape (J, ...)
-        [rad/s]; zero below the threshold.
+    ``amplitude``, shape (...): size of Q [m].
+    Returns shape (J, ...) [rad/s]; zero below the threshold.
     """
     pumping = np.abs(c.pump) * np.asarray(amplitude, dtype=float)
     return np.sqrt(np.maximum(pumping**2 - 0.25 * c.transverse_damping**2, 0.0))
@@ -164,18 +113,8 @@ def tongue_half_width(c: AveragedCoefficients, amplitude: ArrayLike) -> Array:
 def required_detuning(model: AutoparametricModel, torque: float, forcing: float | None = None) -> float:
     """Distance from tuning beyond which a torque cannot make the spans grow.
 
-    Parameters
-    ----------
-    model : AutoparametricModel
-    torque : float
-        [N m].
-    forcing : float, optional
-        Omega [rad/s]; the pulley mode's own unless given.
-
-    Returns
-    -------
-    float
-        Largest half-width of the tongue [rad/s]; infinite where the pulley mode is undamped.
+    ``torque`` [N m]; ``forcing``: omega [rad/s]; the pulley mode's own unless given.
+    Returns largest half-width of the tongue [rad/s]; infinite where the pulley mode is undamped.
     """
     c = averaged_coefficients(model, torque=torque, forcing=forcing, drift=False)
     return float(np.max(tongue_half_width(c, pulley_amplitude(c))))
@@ -194,25 +133,10 @@ def growth_torque(
     Without dampings and detunings: :math:`|k_jf|T^2/2 = \ln F`. Of a pluck at rest about 0.7 grows, the rest
     dies out.
 
-    Parameters
-    ----------
-    model : AutoparametricModel
-    factor : float
-        F, above 1.
-    duration : float
-        T [s].
-    forcing : float, optional
-        Omega [rad/s]; the pulley mode's own unless given.
-
-    Returns
-    -------
-    float
-        [N m]; infinite where no torque below slack does it.
-
-    Raises
-    ------
-    InputRefused
-        If the factor is not above 1 or the duration not positive.
+    ``factor``: F, above 1; ``duration``: T [s]; ``forcing``: omega [rad/s]; the pulley mode's own unless
+    given.
+    Returns [N m]; infinite where no torque below slack does it.
+    Raises `InputRefused` if the factor is not above 1 or the duration not positive.
     """
     if not factor > 1.0:
         raise InputRefused(f"factor = {factor:.6g} must be above 1: 10 for tenfold growth")
@@ -251,13 +175,6 @@ def coulomb_onset_torque(model: AutoparametricModel) -> float:
     It does not hold while the drive turns one way faster than it vibrates: there the friction is constant and
     damps nothing.
 
-    Parameters
-    ----------
-    model : AutoparametricModel
-
-    Returns
-    -------
-    float
-        [N m].
+    Returns [N m].
     """
     return 4.0 / pi * model.coulomb_force / abs(model.torque_arm)

@@ -89,27 +89,10 @@ def transporter_of(
 ) -> Transporter:
     """The transporter that a drive with one carriage on its upper span is.
 
-    Parameters
-    ----------
-    drive : Drive
-        A loop with motor, rigid joint, pulleys of one radius and one guided carriage.
-    payload_mass : float
-        Of the mass that hangs below the carriage [kg].
-    line_length : float
-        On which it hangs [m].
-    rail_friction : float, default 0.5
-        [N s/m].
-    swing_ratio : float, default 0.005
-        Damping ratio of the swing.
-
-    Returns
-    -------
-    Transporter
-
-    Raises
-    ------
-    InputRefused
-        If the drive is another kind of machine, or a mass or length is not positive.
+    ``drive``: a loop with motor, rigid joint, pulleys of one radius and one guided carriage;
+    ``payload_mass``: of the mass that hangs below the carriage [kg]; ``line_length``: on which it hangs [m];
+    ``rail_friction`` [N s/m]; ``swing_ratio``: damping ratio of the swing.
+    Raises `InputRefused` if the drive is another kind of machine, or a mass or length is not positive.
     """
     if drive.kind != "loop" or len(drive.carriage) != 1 or drive.carriage[0].span != "upper":
         raise InputRefused(
@@ -149,21 +132,9 @@ def transporter_of(
 def strand_stiffness(transporter: Transporter, position: float) -> tuple[float, float, float]:
     """Of the strands drive pulley to carriage, carriage to load pulley, and back.
 
-    Parameters
-    ----------
-    transporter : Transporter
-    position : float
-        Of the carriage, from the drive pulley [m].
-
-    Returns
-    -------
-    tuple of float
-        [N/m].
-
-    Raises
-    ------
-    InputRefused
-        If the carriage would not be between the pulleys.
+    ``position``: of the carriage, from the drive pulley [m].
+    Returns [N/m].
+    Raises `InputRefused` if the carriage would not be between the pulleys.
     """
     t = transporter
     if not 0.0 < position < t.span_length:
@@ -183,16 +154,8 @@ def compliance(transporter: Transporter, position: Array) -> tuple[Array, Array,
 
     .. math:: c(x) = \frac{x(2L - x)}{2L\,EA}
 
-    Parameters
-    ----------
-    transporter : Transporter
-    position : ndarray
-        x [m].
-
-    Returns
-    -------
-    tuple of ndarray
-        [m/N], [1/N], [1/(N m)].
+    ``position``: x [m].
+    Returns [m/N], [1/N], [1/(N m)].
     """
     t = transporter
     unit = 1.0 / (t.span_length * t.axial_rigidity)
@@ -203,16 +166,8 @@ def compliance(transporter: Transporter, position: Array) -> tuple[Array, Array,
 def stiffness_and_damping(transporter: Transporter, position: float) -> tuple[Array, Array]:
     """Stiffness and damping matrices of the frozen transporter, Eq. (T.1).
 
-    Parameters
-    ----------
-    transporter : Transporter
-    position : float
-        Of the carriage [m].
-
-    Returns
-    -------
-    stiffness, damping : ndarray, shape (4, 4)
-        [N/m], [N s/m].
+    ``position``: of the carriage [m].
+    Returns ``stiffness, damping``, shape (4, 4) [N/m], [N s/m].
     """
     t = transporter
     cable, swing = np.zeros((BODIES, BODIES)), np.zeros((BODIES, BODIES))
@@ -229,18 +184,8 @@ def stiffness_and_damping(transporter: Transporter, position: float) -> tuple[Ar
 def frozen_state_space(transporter: Transporter, position: float) -> tuple[Array, Array]:
     """State space with the carriage's place frozen in the stiffness.
 
-    Parameters
-    ----------
-    transporter : Transporter
-    position : float
-        Of the carriage [m].
-
-    Returns
-    -------
-    a : ndarray, shape (8, 8)
-        Displacements, then speeds.
-    b : ndarray, shape (8, 4)
-        A force on each body.
+    ``position``: of the carriage [m].
+    Returns ``a``, shape (8, 8): displacements, then speeds; ``b``, shape (8, 4): a force on each body.
     """
     stiffness, damping = stiffness_and_damping(transporter, position)
     inverse = np.diag(1.0 / transporter.masses)
@@ -253,16 +198,8 @@ def frozen_state_space(transporter: Transporter, position: float) -> tuple[Array
 def frozen_frequencies(transporter: Transporter, position: float) -> Array:
     """Undamped natural frequencies at one place: swing, carriage on the cable, load pulley.
 
-    Parameters
-    ----------
-    transporter : Transporter
-    position : float
-        Of the carriage [m].
-
-    Returns
-    -------
-    ndarray, shape (3,)
-        [rad/s], ascending.
+    ``position``: of the carriage [m].
+    Returns shape (3,) [rad/s], ascending.
     """
     return _frequencies(transporter, position, first=0)[1:]
 
@@ -270,16 +207,8 @@ def frozen_frequencies(transporter: Transporter, position: float) -> Array:
 def held_frequencies(transporter: Transporter, position: float) -> Array:
     """The same with the motor held.
 
-    Parameters
-    ----------
-    transporter : Transporter
-    position : float
-        Of the carriage [m].
-
-    Returns
-    -------
-    ndarray, shape (3,)
-        [rad/s], ascending.
+    ``position``: of the carriage [m].
+    Returns shape (3,) [rad/s], ascending.
     """
     return _frequencies(transporter, position, first=1)
 

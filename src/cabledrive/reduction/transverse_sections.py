@@ -53,16 +53,7 @@ class Section:
 def nearest_section(chain: LabelledChain, pulley: float, number: int | None) -> Section:
     """One transverse mode of a section: the given number, or the nearest to half the pulley mode.
 
-    Parameters
-    ----------
-    chain : LabelledChain
-    pulley : float
-        Frequency of the pulley mode [rad/s].
-    number : int or None
-
-    Returns
-    -------
-    Section
+    ``pulley``: frequency of the pulley mode [rad/s].
     """
     found = section_modes(chain, number or _enough(chain, pulley))
     chosen = found[number - 1] if number else min(found, key=lambda mode: abs(mode.omega - 0.5 * pulley))
@@ -92,17 +83,8 @@ def coupling_of(drive: Drive, along: Sequence[Wave], sections: Sequence[Section]
 
     EA, not K: the cubic part of the energy is :math:`(K - T_0)/2\int u_x(v_x^2 + w_x^2)\,\mathrm{d}x`.
 
-    Parameters
-    ----------
-    drive : Drive
-    along : sequence of Wave
-        Of the pulley mode, per q.
-    sections : sequence of Section
-
-    Returns
-    -------
-    ndarray, shape (sections,)
-        Positive where a positive q stretches the section [N/m^2].
+    ``along``: of the pulley mode, per q.
+    Returns shape (sections,): positive where a positive q stretches the section [N/m^2].
     """
     scale = 0.5 * drive.cable.axial_rigidity / (1.0 + drive.cable.prestrain) ** 2
     return scale * np.array([stretch_by(along, section.waves) for section in sections])
@@ -121,21 +103,9 @@ def stiffening_of(
     without inertia. :math:`\Lambda` is the length that these cannot change, the whole loop; infinite where an
     end is free.
 
-    Parameters
-    ----------
-    drive : Drive
-    coupling : ndarray, shape (sections,)
-        G [N/m^2].
-    sections : sequence of Section
-    pulley_stiffness : float
-        M W^2 [N/m].
-
-    Returns
-    -------
-    uneven : ndarray, shape (sections,)
-        First term, the diagonal of a matrix [N/m^3].
-    shared : ndarray, shape (sections, sections)
-        The other two [N/m^3].
+    ``coupling``, shape (sections,): G [N/m^2]; ``pulley_stiffness``: M W^2 [N/m].
+    Returns ``uneven``, shape (sections,): first term, the diagonal of a matrix [N/m^3]; ``shared``, shape
+    (sections, sections): the other two [N/m^3].
     """
     cable, stretch = drive.cable, 1.0 + drive.cable.prestrain
     rigidity, stiffness = cable.axial_rigidity, cable.axial_rigidity * stretch
@@ -160,16 +130,7 @@ def frequency_shift(tension: Array | float, rest: Array | float, rigidity: float
 
     .. math:: w^2 = \kappa^2\,T(1 + T/EA)/\rho_0 \quad\text{at a fixed distance of the pulleys}
 
-    Parameters
-    ----------
-    tension, rest : float or ndarray
-        Tension, and the pretension it differs from [N].
-    rigidity : float
-        EA [N].
-
-    Returns
-    -------
-    ndarray
+    ``tension``, ``rest``: tension, and the pretension it differs from [N]; ``rigidity``: EA [N].
     """
     return np.sqrt(tension * (1.0 + tension / rigidity) / (rest * (1.0 + rest / rigidity)))
 
@@ -177,21 +138,9 @@ def frequency_shift(tension: Array | float, rest: Array | float, rigidity: float
 def span_tensions(drive: Drive, load_torque: float) -> dict[str, float]:
     """Tension of each span under a steady torque on the load pulley, shared by the two spans.
 
-    Parameters
-    ----------
-    drive : Drive
-    load_torque : float
-        [N m]; positive pulls the upper span.
-
-    Returns
-    -------
-    dict of str to float
-        [N].
-
-    Raises
-    ------
-    InputRefused
-        If a span goes slack.
+    ``load_torque`` [N m]; positive pulls the upper span.
+    Returns [N].
+    Raises `InputRefused` if a span goes slack.
     """
     force = load_torque / drive.load_pulley.radius / len(drive.spans)
     tensions = {span: drive.cable.pretension + (force if span == "upper" else -force) for span in drive.spans}

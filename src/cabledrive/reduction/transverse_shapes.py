@@ -62,17 +62,7 @@ class TransverseShapes(FreeStretch):
 
 
 def free_stretches(drive: Drive, state: StaticState) -> tuple[FreeStretch, ...]:
-    """Stretches between pulleys and guided carriages, upper span first.
-
-    Parameters
-    ----------
-    drive : Drive
-    state : StaticState
-
-    Returns
-    -------
-    tuple of FreeStretch
-    """
+    """Stretches between pulleys and guided carriages, upper span first."""
     mesh, stretch = state.mesh, 1.0 + drive.cable.prestrain
     times = mesh.spacing * np.sqrt(mesh.density * state.stretch / np.maximum(state.tension, 1e-300))
     found = []
@@ -98,16 +88,7 @@ def transverse_shapes(
 ) -> tuple[TransverseShapes, ...]:
     """Some transverse modes of every free stretch.
 
-    Parameters
-    ----------
-    drive : Drive
-    state : StaticState
-    numbers : sequence of sequences of int
-        Which of each stretch, ascending from 1.
-
-    Returns
-    -------
-    tuple of TransverseShapes
+    ``numbers``: which of each stretch, ascending from 1.
     """
     parts = free_stretches(drive, state)
     return tuple(_shapes(drive, state, part, own) for part, own in zip(parts, numbers, strict=True))

@@ -94,20 +94,9 @@ class UniformTensionModel:
 def uniform_tension_model(drive: Drive, sines: int = 16) -> UniformTensionModel:
     """Reduce a loop without carriages to uniform tension in each span, Eqs. (R.1)-(R.3).
 
-    Parameters
-    ----------
-    drive : Drive
-    sines : int, default 16
-        Number of transverse modes per span and plane.
-
-    Returns
-    -------
-    UniformTensionModel
-
-    Raises
-    ------
-    InputRefused
-        If the drive is a line, carries masses, has a held pulley or Coulomb friction; the model has none.
+    ``sines``: number of transverse modes per span and plane.
+    Raises `InputRefused` if the drive is a line, carries masses, has a held pulley or Coulomb friction; the
+    model has none.
     """
     _check_fits(drive, sines)
     cable, length = drive.cable, drive.pulley_distance

@@ -16,24 +16,11 @@ def march_reference(
 ) -> Arrays:
     """Readable twin of the compiled march.
 
-    Parameters
-    ----------
-    c : cabledrive.reduction.uniform_tension_march.Coefficients
-    q, p : ndarray, shape (k,)
-        Longitudinal amplitudes and their rates; changed in place.
-    a, b : ndarray, shape (planes, 2, m)
-        Transverse amplitudes of planes w (and v) and their rates; changed in place.
-    torque : ndarray, shape (steps + 1,)
-        At the ends of the steps [N m].
-    h : float
-        Step [s].
-    stride : int
-        Steps between two recorded instants.
-
-    Returns
-    -------
-    along, across, tallies, peaks : ndarray
-        As in `cabledrive.reduction.uniform_tension_march.March`.
+    ``q``, ``p``, shape (k,): longitudinal amplitudes and their rates; changed in place; ``a``, ``b``, shape
+    (planes, 2, m): transverse amplitudes of planes w (and v) and their rates; changed in place; ``torque``,
+    shape (steps + 1,): at the ends of the steps [N m]; ``h``: step [s]; ``stride``: steps between two
+    recorded instants.
+    Returns ``along, across, tallies, peaks``: as in `cabledrive.reduction.uniform_tension_march.March`.
     """
     steps = torque.size - 1
     along, across, tallies = [], [], []

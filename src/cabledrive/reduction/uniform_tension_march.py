@@ -90,15 +90,7 @@ class Coefficients(NamedTuple):
 def coefficients(model: UniformTensionModel, step: float) -> Coefficients:
     """Prepare a march with one step length.
 
-    Parameters
-    ----------
-    model : UniformTensionModel
-    step : float
-        Step length h [s].
-
-    Returns
-    -------
-    Coefficients
+    ``step``: step length h [s].
     """
     from scipy.linalg import expm
 
@@ -134,24 +126,10 @@ def march(
 ) -> March:
     """March the model in time, Eq. (R.4).
 
-    Parameters
-    ----------
-    c : Coefficients
-        For the step `h`.
-    q, p : ndarray, shape (k,)
-        Longitudinal amplitudes [m kg^1/2] and rates at the start; at the end of the march on return.
-    a, b : ndarray, shape (planes, 2, m)
-        Transverse amplitudes [m] and rates, planes w (and v).
-    torque : ndarray, shape (steps + 1,)
-        At the ends of the steps [N m].
-    h : float
-        Step [s].
-    stride : int
-        Steps between two recorded instants.
-
-    Returns
-    -------
-    March
+    ``c``: for the step `h`; ``q``, ``p``, shape (k,): longitudinal amplitudes [m kg^1/2] and rates at the
+    start; at the end of the march on return; ``a``, ``b``, shape (planes, 2, m): transverse amplitudes [m]
+    and rates, planes w (and v); ``torque``, shape (steps + 1,): at the ends of the steps [N m]; ``h``: step
+    [s]; ``stride``: steps between two recorded instants.
     """
     kernel = single_sine_kernel if a.shape == (1, 2, 1) else march_kernel
     return March(*kernel(c, q, p, a, b, torque, h, stride))

@@ -28,23 +28,8 @@ _COLOURS = 32
 def animation_gif(drive: Drive, result: SimulationResult, width: int = 560) -> bytes:
     """The loop in motion as the content of a GIF that plays for ever.
 
-    Parameters
-    ----------
-    drive : Drive
-        The one of the run.
-    result : SimulationResult
-        With whole fields.
-    width : int, default 560
-        [px].
-
-    Returns
-    -------
-    bytes
-
-    Raises
-    ------
-    InputRefused
-        If the run kept less than two whole fields.
+    ``drive``: the one of the run; ``result``: with whole fields; ``width`` [px].
+    Raises `InputRefused` if the run kept less than two whole fields.
     """
     from PIL.Image import Dither
 

@@ -24,23 +24,8 @@ def animation_svg(name: str, drive: Drive, result: SimulationResult) -> tuple[Ma
     The switch pauses both drawings and stands before them, all three beside one another in one element.
     Whoever asks for less motion gets a drawing at rest, and starts it with the switch.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    drive : Drive
-        The one of the run.
-    result : SimulationResult
-        With whole fields.
-
-    Returns
-    -------
-    switch, wide, narrow : Markup
-
-    Raises
-    ------
-    InputRefused
-        If the run kept less than two whole fields.
+    ``name``: unique on the page; ``drive``: the one of the run; ``result``: with whole fields.
+    Raises `InputRefused` if the run kept less than two whole fields.
     """
     motion = motion_of(result)
     drawings = [_moving_svg(name, drive, motion, width, width == NARROW) for width in (WIDE, NARROW)]
@@ -50,22 +35,9 @@ def animation_svg(name: str, drive: Drive, result: SimulationResult) -> tuple[Ma
 def animation_page(drive: Drive, result: SimulationResult) -> str:
     """The loop in motion as a page of its own, which needs no other file.
 
-    Parameters
-    ----------
-    drive : Drive
-        The one of the run.
-    result : SimulationResult
-        With whole fields.
-
-    Returns
-    -------
-    str
-        HTML.
-
-    Raises
-    ------
-    InputRefused
-        If the run kept less than two whole fields.
+    ``drive``: the one of the run; ``result``: with whole fields.
+    Returns HTML.
+    Raises `InputRefused` if the run kept less than two whole fields.
     """
     switch, wide, narrow = animation_svg("loop", drive, result)
     frame = Markup(

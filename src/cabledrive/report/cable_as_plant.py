@@ -17,15 +17,7 @@ CABLE_SEEDS = 4
 def on_cable_table(drive: Drive, runs: Mapping[str, Sequence[Tracking]]) -> Table:
     """Peak errors on both plants, and what the cable does that its row of inertias cannot.
 
-    Parameters
-    ----------
-    drive : Drive
-    runs : dict of str to sequence of Tracking
-        Of each law on the row of inertias, seeds from 0 on.
-
-    Returns
-    -------
-    Table
+    ``runs``: of each law on the row of inertias, seeds from 0 on.
     """
     rows: list[tuple[Cell, ...]] = []
     for law, found in runs.items():

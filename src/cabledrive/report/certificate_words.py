@@ -24,32 +24,15 @@ _SMALL = (
 def count_words(count: int, what: str) -> str:
     """A count with its noun.
 
-    Parameters
-    ----------
-    count : int
-    what : str
-        Noun in the singular, regular in the plural.
-
-    Returns
-    -------
-    str
-        "one mode", "157 modes".
+    ``what``: noun in the singular, regular in the plural.
+    Returns "one mode", "157 modes".
     """
     shown = _SMALL[count] if count < len(_SMALL) else f"{count}"
     return f"{shown} {what}" if count == 1 else f"{shown} {what}s"
 
 
 def certificate_words(modes: Modes) -> str:
-    """The certificate of a list of modes as a reader takes it.
-
-    Parameters
-    ----------
-    modes : Modes
-
-    Returns
-    -------
-    str
-    """
+    """The certificate of a list of modes as a reader takes it."""
     proof = modes.certificate
     below = f"{number(proof.below, 6)} Hz"
     held = (

@@ -60,20 +60,8 @@ class ReportContext:
 def make_context(drives: Sequence[Drive], progress: Callable[[str], None] | None = None) -> ReportContext:
     """Take up the drives of a report.
 
-    Parameters
-    ----------
-    drives : sequence of Drive
-    progress : callable, optional
-        Called with a line of text when a longer part of the work begins.
-
-    Returns
-    -------
-    ReportContext
-
-    Raises
-    ------
-    InputRefused
-        If there is no drive.
+    ``progress``: called with a line of text when a longer part of the work begins.
+    Raises `InputRefused` if there is no drive.
     """
     if not drives:
         raise InputRefused("0 drives given, but a report is about at least 1: name a drive")

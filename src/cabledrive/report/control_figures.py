@@ -26,15 +26,7 @@ PRINTED_ERRORS = {"Model 3, 0.17": 0.17, "Model 4, 0.055": 0.055, "backstepping,
 def pulse_figure(name: str, motion: Motion) -> Figure:
     """The pulse and its derivatives, as Fig. 6.1.
 
-    Parameters
-    ----------
-    name : str
-        Of the drive, for anchors.
-    motion : Motion
-
-    Returns
-    -------
-    Figure
+    ``name``: of the drive, for anchors.
     """
     picture = pulse_picture(f"pulse-{name}", motion)
     return Figure(
@@ -51,15 +43,7 @@ def pulse_figure(name: str, motion: Motion) -> Figure:
 def record_figure(name: str, run: Tracking) -> Figure:
     """Everything of one law in one pulse, as the print shows it figure by figure.
 
-    Parameters
-    ----------
-    name : str
-        Of the drive, for anchors.
-    run : Tracking
-
-    Returns
-    -------
-    Figure
+    ``name``: of the drive, for anchors.
     """
     law, said = run.summary["controller"], run.summary
     picture = record_picture(f"record-{law}-{name}", run)
@@ -78,17 +62,7 @@ def record_figure(name: str, run: Tracking) -> Figure:
 
 
 def vibration_figures(drive: Drive, name: str) -> tuple[Figure, Figure]:
-    """What the laws of the rigid cable leave behind, over time and as spectra, as Figs. 6.5 to 6.10.
-
-    Parameters
-    ----------
-    drive : Drive
-    name : str
-
-    Returns
-    -------
-    tuple of Figure
-    """
+    """What the laws of the rigid cable leave behind, over time and as spectra, as Figs. 6.5 to 6.10."""
     runs = _vibrating(drive)
     over_time = vibrations_picture(f"vibrations-{name}", runs)
     spectra = spectra_picture(f"spectra-{name}", runs)
@@ -144,17 +118,7 @@ def _vibrating(drive: Drive) -> list[tuple[str, Tracking]]:
 
 
 def curves_figure(drive: Drive, name: str) -> Figure:
-    """Peak errors over rise time, angle and bandwidth.
-
-    Parameters
-    ----------
-    drive : Drive
-    name : str
-
-    Returns
-    -------
-    Figure
-    """
+    """Peak errors over rise time, angle and bandwidth."""
     curves = [
         Curve(words=WORDS[one.quantity], values=one.values, errors=one.errors)
         for one in error_curves(drive, CURVED)

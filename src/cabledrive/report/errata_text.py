@@ -40,10 +40,7 @@ class ErrataItem:
 def errata_items() -> dict[tuple[str, str], ErrataItem]:
     """Every item of both pages.
 
-    Returns
-    -------
-    dict of (str, str) to ErrataItem
-        By page and anchor; empty where the package comes without its documentation.
+    Returns by page and anchor; empty where the package comes without its documentation.
     """
     found = {}
     for page in PAGES:

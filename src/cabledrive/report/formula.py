@@ -19,87 +19,35 @@ def _part(part: Part) -> Markup:
 def row(*parts: Part) -> Markup:
     """Parts side by side.
 
-    Parameters
-    ----------
-    *parts : str or Markup
-        Letters, numbers, operators, or parts made by the functions here.
-
-    Returns
-    -------
-    Markup
+    ``*parts``: letters, numbers, operators, or parts made by the functions here.
     """
     return Markup("<mrow>{}</mrow>").format(Markup("").join(map(_part, parts)))
 
 
 def sub(base: Part, index: Part) -> Markup:
-    """A letter with an index.
-
-    Parameters
-    ----------
-    base, index : str or Markup
-
-    Returns
-    -------
-    Markup
-    """
+    """A letter with an index."""
     return Markup("<msub>{}{}</msub>").format(_part(base), _part(index))
 
 
 def power(base: Part, exponent: Part) -> Markup:
-    """A power.
-
-    Parameters
-    ----------
-    base, exponent : str or Markup
-
-    Returns
-    -------
-    Markup
-    """
+    """A power."""
     return Markup("<msup>{}{}</msup>").format(_part(base), _part(exponent))
 
 
 def fraction(above: Part, below: Part) -> Markup:
-    """A fraction.
-
-    Parameters
-    ----------
-    above, below : str or Markup
-
-    Returns
-    -------
-    Markup
-    """
+    """A fraction."""
     return Markup("<mfrac>{}{}</mfrac>").format(_part(above), _part(below))
 
 
 def root(*parts: Part) -> Markup:
-    """A square root.
-
-    Parameters
-    ----------
-    *parts : str or Markup
-
-    Returns
-    -------
-    Markup
-    """
+    """A square root."""
     return Markup("<msqrt>{}</msqrt>").format(row(*parts))
 
 
 def total(index: Part, *parts: Part) -> Markup:
     """A sum over an index.
 
-    Parameters
-    ----------
-    index : str or Markup
-        The index that runs.
-    *parts : str or Markup
-        What is summed.
-
-    Returns
-    -------
-    Markup
+    ``index``: the index that runs; ``*parts``: what is summed.
     """
     return Markup("<munder><mo>∑</mo>{}</munder>{}").format(_part(index), row(*parts))
 
@@ -107,14 +55,7 @@ def total(index: Part, *parts: Part) -> Markup:
 def inline(*parts: Part) -> Markup:
     """A formula inside running text.
 
-    Parameters
-    ----------
-    *parts : str or Markup
-
-    Returns
-    -------
-    Markup
-        A ``math`` element.
+    Returns a ``math`` element.
     """
     return Markup("<math>{}</math>").format(row(*parts))
 
@@ -122,15 +63,7 @@ def inline(*parts: Part) -> Markup:
 def block(formula: Markup, words: str) -> Markup:
     """A displayed formula.
 
-    Parameters
-    ----------
-    formula : Markup
-    words : str
-        The formula as it is read aloud.
-
-    Returns
-    -------
-    Markup
-        A ``math`` element.
+    ``words``: the formula as it is read aloud.
+    Returns a ``math`` element.
     """
     return Markup('<math display="block" aria-label="{}">{}</math>').format(escape(words), formula)

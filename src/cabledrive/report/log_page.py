@@ -41,27 +41,9 @@ def write_log_report(
 ) -> Path:
     """Write the page of one identified log.
 
-    Parameters
-    ----------
-    log : Log
-    found : Identification
-    path : path-like
-        HTML file to write.
-    options : AxisOptions, optional
-        Those it was found with.
-    files : sequence of path-like
-        Log files, whose hashes are stated.
-    force : bool, default False
-    written_at : datetime, optional
-
-    Returns
-    -------
-    Path
-
-    Raises
-    ------
-    InputRefused
-        If the file exists (without `force`) or cannot be written.
+    ``path``: HTML file to write; ``options``: those it was found with; ``files``: log files, whose hashes are
+    stated.
+    Raises `InputRefused` if the file exists (without `force`) or cannot be written.
     """
     path = check_writable(path, force=force)
     chapter = Chapter(

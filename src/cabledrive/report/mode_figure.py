@@ -37,17 +37,7 @@ def mode_figure(drive: Drive, found: Modes, *, most: int = MOST_ROWS) -> "Figure
 
     The spans are laid out in a line: the upper one from drive pulley to load pulley, then the lower one back.
 
-    Parameters
-    ----------
-    drive : Drive
-    found : Modes
-        Its modes.
-    most : int, default 10
-        Largest number of rungs of each kind, from the lowest.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    ``found``: its modes; ``most``: largest number of rungs of each kind, from the lowest.
     """
     from matplotlib.figure import Figure
 
@@ -66,17 +56,7 @@ def mode_figure(drive: Drive, found: Modes, *, most: int = MOST_ROWS) -> "Figure
 def mode_picture(drive: Drive, found: Modes, form: str, *, most: int = MOST_ROWS) -> bytes:
     """The picture of `mode_figure` as the content of a file, the same for the same modes.
 
-    Parameters
-    ----------
-    drive : Drive
-    found : Modes
-    form : {"svg", "png", "pdf"}
-    most : int, default 10
-        Largest number of rungs of each kind.
-
-    Returns
-    -------
-    bytes
+    ``form``, {"svg", "png", "pdf"}; ``most``: largest number of rungs of each kind.
     """
     undated: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
     with file_style(), BytesIO() as file:
@@ -86,12 +66,7 @@ def mode_picture(drive: Drive, found: Modes, form: str, *, most: int = MOST_ROWS
 
 @contextmanager
 def file_style() -> Iterator[None]:
-    """The look of the house for a file of its own, drawn inside the block.
-
-    Yields
-    ------
-    None
-    """
+    """The look of the house for a file of its own, drawn inside the block."""
     import matplotlib
 
     with house_style():

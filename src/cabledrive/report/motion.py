@@ -49,21 +49,9 @@ class Motion:
 def motion_of(result: SimulationResult, most: int = MOST_FRAMES) -> Motion:
     """Frames from the whole fields of a run, every field up to the largest number of frames.
 
-    Parameters
-    ----------
-    result : SimulationResult
-        With whole fields, close enough in time to follow the motion.
-    most : int, default 72
-        Largest number of frames; what comes later is left out.
-
-    Returns
-    -------
-    Motion
-
-    Raises
-    ------
-    InputRefused
-        If the run kept less than two whole fields.
+    ``result``: with whole fields, close enough in time to follow the motion; ``most``: largest number of
+    frames; what comes later is left out.
+    Raises `InputRefused` if the run kept less than two whole fields.
     """
     place = np.linspace(0.0, 1.0, POINTS)
     across = {}
@@ -78,30 +66,14 @@ def motion_of(result: SimulationResult, most: int = MOST_FRAMES) -> Motion:
 def frame_interval(drive: Drive) -> float:
     """Time between frames that shows the lowest transverse mode in eighteen pictures.
 
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    float
-        [s].
+    Returns [s].
     """
     speed = (drive.cable.pretension / drive.cable.stretched_mass_per_length) ** 0.5
     return 2.0 * drive.pulley_distance / speed / 18.0
 
 
 def factors(motion: Motion) -> tuple[float, float]:
-    """How many pixels a metre of deflection has, and how many times too far the pulleys turn.
-
-    Parameters
-    ----------
-    motion : Motion
-
-    Returns
-    -------
-    (float, float)
-    """
+    """How many pixels a metre of deflection has, and how many times too far the pulleys turn."""
     deflection = max(float(np.max(np.abs(field))) for field in motion.across.values())
     turn = float(np.max(np.abs(motion.angles - motion.angles[:1])))
     return (
@@ -111,18 +83,7 @@ def factors(motion: Motion) -> tuple[float, float]:
 
 
 def motion_words(layout: MachineLayout, drive: Drive, motion: Motion) -> str:
-    """What is drawn too large, and how slow it plays.
-
-    Parameters
-    ----------
-    layout : MachineLayout
-    drive : Drive
-    motion : Motion
-
-    Returns
-    -------
-    str
-    """
+    """What is drawn too large, and how slow it plays."""
     pixels, turn = factors(motion)
     distance = hypot(layout.load[0] - layout.drive[0], layout.load[1] - layout.drive[1])
     larger = pixels * drive.pulley_distance / distance
@@ -133,17 +94,8 @@ def motion_words(layout: MachineLayout, drive: Drive, motion: Motion) -> str:
 def span_curve(layout: MachineLayout, motion: Motion, span: str, frame: int) -> list[Point]:
     """A span as drawn in a frame; w points out of the loop.
 
-    Parameters
-    ----------
-    layout : MachineLayout
-    motion : Motion
-    span : {"upper", "lower"}
-    frame : int
-
-    Returns
-    -------
-    list of (float, float)
-        [px].
+    ``span``, {"upper", "lower"}.
+    Returns [px].
     """
     pixels, _ = factors(motion)
     side = 1.0 if span == "upper" else -1.0
@@ -156,16 +108,7 @@ def span_curve(layout: MachineLayout, motion: Motion, span: str, frame: int) -> 
 def spokes(layout: MachineLayout, motion: Motion, frame: int) -> list[tuple[Point, Point]]:
     """A diameter of each pulley as drawn in a frame, upright at the start.
 
-    Parameters
-    ----------
-    layout : MachineLayout
-    motion : Motion
-    frame : int
-
-    Returns
-    -------
-    list of pairs of (float, float)
-        Drive pulley, load pulley [px].
+    Returns drive pulley, load pulley [px].
     """
     _, larger = factors(motion)
     ends = []

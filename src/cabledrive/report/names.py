@@ -8,14 +8,7 @@ from collections.abc import Sequence
 def anchor(title: str) -> str:
     """A title as the name of a place on the page.
 
-    Parameters
-    ----------
-    title : str
-
-    Returns
-    -------
-    str
-        Lower-case letters, digits and hyphens; begins with a letter.
+    Returns lower-case letters, digits and hyphens; begins with a letter.
     """
     plain = unicodedata.normalize("NFKD", title).encode("ascii", "ignore").decode().lower()
     words = re.sub(r"[^a-z0-9]+", "-", plain).strip("-")
@@ -25,14 +18,7 @@ def anchor(title: str) -> str:
 def anchors(titles: Sequence[str]) -> tuple[str, ...]:
     """Anchors of several titles, numbered where they would be the same.
 
-    Parameters
-    ----------
-    titles : sequence of str
-
-    Returns
-    -------
-    tuple of str
-        All different.
+    Returns all different.
     """
     taken: list[str] = []
     for title in titles:

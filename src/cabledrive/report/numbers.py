@@ -11,16 +11,8 @@ _PREFIXED = {"N", "Pa", "Hz", "N/m", "N m", "N m/rad"}
 def number(value: float, digits: int = 5) -> str:
     """A number with a given count of significant digits, trailing zeros dropped.
 
-    Parameters
-    ----------
-    value : float
-    digits : int, default 5
-        Significant digits.
-
-    Returns
-    -------
-    str
-        "0.03", "116.33", "7.316 × 10⁻⁶".
+    ``digits``: significant digits.
+    Returns "0.03", "116.33", "7.316 × 10⁻⁶".
     """
     if not isfinite(value):
         return "infinite" if value > 0 else "minus infinite" if value < 0 else "not a number"
@@ -37,33 +29,15 @@ def number(value: float, digits: int = 5) -> str:
 
 
 def fixed(value: float, decimals: int) -> str:
-    """A number with a given count of decimals, for columns that line up.
-
-    Parameters
-    ----------
-    value : float
-    decimals : int
-
-    Returns
-    -------
-    str
-    """
+    """A number with a given count of decimals, for columns that line up."""
     return f"{value:.{decimals}f}".replace("-", "−")
 
 
 def decimals_for(largest: float, digits: int = 6) -> int:
     """Decimals that give the largest number of a column this many digits.
 
-    Parameters
-    ----------
-    largest : float
-    digits : int, default 6
-        Significant digits of the largest number.
-
-    Returns
-    -------
-    int
-        At least 1.
+    ``digits``: significant digits of the largest number.
+    Returns at least 1.
     """
     return max(1, digits - 1 - floor(log10(abs(largest)))) if largest else 1
 
@@ -71,15 +45,8 @@ def decimals_for(largest: float, digits: int = 6) -> int:
 def unit_name(unit: str) -> str:
     """A unit as it is printed.
 
-    Parameters
-    ----------
-    unit : str
-        As in a drive file: "kg m^2".
-
-    Returns
-    -------
-    str
-        "kg m²"; nothing for a plain number.
+    ``unit``: as in a drive file: "kg m^2".
+    Returns "kg m²"; nothing for a plain number.
     """
     if unit == "1":
         return ""
@@ -90,19 +57,8 @@ def unit_name(unit: str) -> str:
 def quantity(value: float, unit: str, digits: int = 5) -> str:
     """A quantity in the unit people use for its size.
 
-    Parameters
-    ----------
-    value : float
-        In the SI unit.
-    unit : str
-        The SI unit, as in a drive file.
-    digits : int, default 5
-        Significant digits.
-
-    Returns
-    -------
-    str
-        "2.6 GPa", "0.49 g/m", "3 cm", "1092 rpm".
+    ``value``: in the SI unit; ``unit``: the SI unit, as in a drive file; ``digits``: significant digits.
+    Returns "2.6 GPa", "0.49 g/m", "3 cm", "1092 rpm".
     """
     value, unit = _customary(value, unit)
     name = unit_name(unit)

@@ -43,19 +43,8 @@ class Page:
 def render(page: Page) -> str:
     """Set a page.
 
-    Parameters
-    ----------
-    page : Page
-
-    Returns
-    -------
-    str
-        HTML, the same for the same page.
-
-    Raises
-    ------
-    ValueError
-        If two places of the page have the same name.
+    Returns HTML, the same for the same page.
+    Raises `ValueError` if two places of the page have the same name.
     """
     _check_anchors(page.chapters)
     environment = jinja2.Environment(

@@ -46,18 +46,8 @@ def picture(
 ) -> Picture:
     """Draw a figure twice, for wide and for narrow pages.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    draw : callable
-        ``draw(figure, narrow)`` puts axes on an empty figure.
-    wide, narrow : float
-        Heights of the two [px].
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page; ``draw``: ``draw(figure, narrow)`` puts axes on an empty figure; ``wide``,
+    ``narrow``: heights of the two [px].
     """
     return Picture(
         wide=_drawn(f"{name}-w", draw, False, (WIDE, wide)),
@@ -116,20 +106,8 @@ def inline_svg(
 ) -> Markup:
     """An SVG file as part of a page: no prolog, no metadata, no foreign names, colours as variables.
 
-    Parameters
-    ----------
-    text : str
-        SVG document.
-    name : str
-        Put before the names inside the picture that are referred to; the others are dropped.
-    size : (float, float)
-        Width and height [px].
-    scales : list of dict, optional
-        Of the axes in the picture.
-
-    Returns
-    -------
-    Markup
+    ``text``: SVG document; ``name``: put before the names inside the picture that are referred to; the others
+    are dropped; ``size``: width and height [px]; ``scales``: of the axes in the picture.
     """
     body = text[text.index("<svg") : text.rindex("</svg>")]
     body = re.sub(r"<svg\b[^>]*>", "", body, count=1)

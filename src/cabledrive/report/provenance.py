@@ -38,16 +38,7 @@ class Provenance:
 def provenance(context: ReportContext, chapters: Sequence[Chapter], written_at: datetime) -> Provenance:
     """Collect the provenance of a report.
 
-    Parameters
-    ----------
-    context : ReportContext
-    chapters : sequence of Chapter
-    written_at : datetime
-        Time of the run; one without a time zone is taken as UTC.
-
-    Returns
-    -------
-    Provenance
+    ``written_at``: time of the run; one without a time zone is taken as UTC.
     """
     zoned = written_at if written_at.tzinfo else written_at.replace(tzinfo=UTC)
     return Provenance(
@@ -61,10 +52,7 @@ def provenance(context: ReportContext, chapters: Sequence[Chapter], written_at: 
 def versions() -> tuple[tuple[str, str], ...]:
     """Programs that a report is made with, and their versions.
 
-    Returns
-    -------
-    tuple of (str, str)
-        `cabledrive` first.
+    Returns `cabledrive` first.
     """
     packages = tuple((name, version(name)) for name in _PACKAGES)
     return (("cabledrive", __version__), ("Python", platform.python_version()), *packages)

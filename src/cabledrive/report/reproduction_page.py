@@ -46,16 +46,8 @@ _PLACE = re.compile(r"(docs/errata(?:_control)?\.md)#([\w-]+)")
 def reproduction_html(found: Reproduction, written_at: datetime | None = None) -> str:
     """The reproduction as text.
 
-    Parameters
-    ----------
-    found : Reproduction
-    written_at : datetime, optional
-        Time that the page states; now where it is not given.
-
-    Returns
-    -------
-    str
-        HTML that needs no other file.
+    ``written_at``: time that the page states; now where it is not given.
+    Returns HTML that needs no other file.
     """
     known = errata_items()
     chapters = (_summary(found), *_chapters(found, known), *_errata(found, known))

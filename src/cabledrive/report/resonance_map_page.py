@@ -18,16 +18,8 @@ _TEMPLATES = resources.files("cabledrive.report") / "templates"
 def resonance_map_page(growth: GrowthMap, referee: str = "") -> str:
     """Set the map as a page.
 
-    Parameters
-    ----------
-    growth : GrowthMap
-    referee : str, default ""
-        What the exact loop says at some points of the map; put into the caption.
-
-    Returns
-    -------
-    str
-        HTML.
+    ``referee``: what the exact loop says at some points of the map; put into the caption.
+    Returns HTML.
     """
     from cabledrive.parameters.version import __version__
 
@@ -46,16 +38,7 @@ def resonance_map_page(growth: GrowthMap, referee: str = "") -> str:
 
 
 def summary_line(growth: GrowthMap) -> str:
-    """The map in one sentence.
-
-    Parameters
-    ----------
-    growth : GrowthMap
-
-    Returns
-    -------
-    str
-    """
+    """The map in one sentence."""
     finite = growth.growth[np.isfinite(growth.growth)]
     reach = f"grows up to {number(float(finite.max()))} times" if finite.size else "is slack everywhere"
     slack = (

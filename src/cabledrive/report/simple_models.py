@@ -13,16 +13,7 @@ _FEW = 4
 
 
 def simple_models_table(drive: Drive) -> Table:
-    """Frequencies by closed formulas beside the exact ones, as far as each formula applies.
-
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    Table
-    """
+    """Frequencies by closed formulas beside the exact ones, as far as each formula applies."""
     return Table(
         caption="What simpler models make of this machine.",
         columns=(

@@ -28,16 +28,9 @@ TITLES = {
 def study_html(result: StudyResult, written_at: datetime | None = None) -> str:
     """The report of a study as text.
 
-    Parameters
-    ----------
-    result : StudyResult
-    written_at : datetime, optional
-        Time that the report states; now where it is not given. Everything else follows from the study.
-
-    Returns
-    -------
-    str
-        HTML that needs no other file.
+    ``written_at``: time that the report states; now where it is not given. Everything else follows from the
+    study.
+    Returns HTML that needs no other file.
     """
     chapters = tuple(
         chapter

@@ -83,10 +83,7 @@ _RC: dict[Any, Any] = {
 def theme_css() -> str:
     """The colours as variables of the page, light and dark.
 
-    Returns
-    -------
-    str
-        CSS; print is always light.
+    Returns CSS; print is always light.
     """
     light, dark = (
         " ".join(f"--{name}: {pair[number]};" for name, pair in COLOURS.items()) for number in (0, 1)
@@ -97,14 +94,7 @@ def theme_css() -> str:
 def family_colour(family: str) -> str:
     """Colour of a family of modes.
 
-    Parameters
-    ----------
-    family : str
-
-    Returns
-    -------
-    str
-        Hexadecimal, of the light theme.
+    Returns hexadecimal, of the light theme.
     """
     return FAMILY_COLOURS.get(family, OCHRE)
 
@@ -112,14 +102,7 @@ def family_colour(family: str) -> str:
 def short_family(family: str) -> str:
     """Name of a family without what goes without saying.
 
-    Parameters
-    ----------
-    family : str
-
-    Returns
-    -------
-    str
-        "out of phase" for "pulleys out of phase".
+    Returns "out of phase" for "pulleys out of phase".
     """
     return family.removeprefix("pulleys ").removesuffix("-dominated").removesuffix(" pulley turning")
 
@@ -127,28 +110,15 @@ def short_family(family: str) -> str:
 def text_width(words: str, size: float = SMALL) -> float:
     """About how wide words will be on whatever page shows them.
 
-    Parameters
-    ----------
-    words : str
-    size : float, default 11
-        Of the letters [px].
-
-    Returns
-    -------
-    float
-        [px], rather too much than too little.
+    ``size``: of the letters [px].
+    Returns [px], rather too much than too little.
     """
     return 0.6 * size * len(words)
 
 
 @contextmanager
 def house_style() -> Iterator[None]:
-    """The look of the house for figures drawn inside the block.
-
-    Yields
-    ------
-    None
-    """
+    """The look of the house for figures drawn inside the block."""
     import matplotlib
 
     with matplotlib.rc_context():
@@ -162,20 +132,8 @@ def label(
 ) -> "Annotation":
     """Words beside a point.
 
-    Parameters
-    ----------
-    axes : Axes
-    words : str
-    at : (float, float)
-        The point, in the units of the axes unless ``xycoords`` says otherwise.
-    offset : (float, float), default (0, 0)
-        From the point to the words [px].
-    **looks : object
-        What `Axes.annotate` takes besides.
-
-    Returns
-    -------
-    Annotation
+    ``at``: the point, in the units of the axes unless ``xycoords`` says otherwise; ``offset``: from the point
+    to the words [px]; ``**looks``: what `Axes.annotate` takes besides.
     """
     return axes.annotate(words, at, xytext=offset, textcoords="offset points", **looks)
 
@@ -183,12 +141,7 @@ def label(
 def log_axis(axes: "Axes", which: str, pixels: float) -> None:
     """A logarithmic axis with plain numbers, as many as have room; to be called when the limits are set.
 
-    Parameters
-    ----------
-    axes : Axes
-    which : {"x", "y"}
-    pixels : float
-        About how long the axis is.
+    ``which``, {"x", "y"}; ``pixels``: about how long the axis is.
     """
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 

@@ -26,15 +26,8 @@ _UNIT = re.compile(rf"(?<=[\d⁰¹²³⁴-⁹])[ {SPACE}]((?:%|1/s|{_ONE}(?: {_O
 def typeset(html: str) -> str:
     """Set the words of a page.
 
-    Parameters
-    ----------
-    html : str
-        Page or part of one, well formed.
-
-    Returns
-    -------
-    str
-        The same page; only words outside tags, code, formulas, styles and scripts are changed.
+    ``html``: page or part of one, well formed.
+    Returns the same page; only words outside tags, code, formulas, styles and scripts are changed.
     """
     pieces = _KEPT.split(html)
     # two groups of the pattern lie between one stretch of words and the next: what is kept, and its tag
@@ -46,14 +39,7 @@ def typeset(html: str) -> str:
 def typeset_words(words: str) -> str:
     """Set words that hold no tags.
 
-    Parameters
-    ----------
-    words : str
-
-    Returns
-    -------
-    str
-        "3.3 × 10⁻⁵ kg m²" for "3.3e-05 kg m^2".
+    Returns "3.3 × 10⁻⁵ kg m²" for "3.3e-05 kg m^2".
     """
     words = _EXPONENT.sub(_scientific, words)
     words = _POWER.sub(lambda m: m[1].translate(_RAISED), words)

@@ -48,18 +48,7 @@ def departures(
 ) -> list[Departure]:
     """In what a run departs from the theorems' assumptions.
 
-    Parameters
-    ----------
-    loop : Loop
-    drive, actual : Drive
-        As the law believes it to be, as it is.
-    motion : Motion
-    options : RigOptions
-    done : Run
-
-    Returns
-    -------
-    list of Departure
+    ``drive``, ``actual``: as the law believes it to be, as it is.
     """
     found = [
         *(Departure(words=words, definite=True) for words in _beyond_bounds(loop, actual)),
@@ -78,18 +67,8 @@ def departures(
 def broken_assumptions(found: list[Departure], used: float | None, unmatched_part: float = 1.0) -> list[str]:
     """Departures that break the theorems' assumptions.
 
-    Parameters
-    ----------
-    found : list of Departure
-    used : float or None
-        Largest share of the tube that the causes of the error used; None: not known, so that every departure
-        counts.
-    unmatched_part : float, default 1.0
-        Share of the tube by what no torque of the motor can make.
-
-    Returns
-    -------
-    list of str
+    ``used``: largest share of the tube that the causes of the error used; None: not known, so that every
+    departure counts; ``unmatched_part``: share of the tube by what no torque of the motor can make.
     """
     every = used is None or not used <= 1.0
     plant = unmatched_part > NEGLIGIBLE
@@ -117,15 +96,8 @@ def _beyond_bounds(loop: Loop, actual: Drive) -> list[str]:
 def true_parameters(loop: Loop, actual: Drive) -> Array:
     """Inertia, viscous and Coulomb friction and offset torque of the first inertia of the law's model.
 
-    Parameters
-    ----------
-    loop : Loop
-    actual : Drive
-        As it is.
-
-    Returns
-    -------
-    ndarray, shape (4,)
+    ``actual``: as it is.
+    Returns shape (4,).
     """
     chain = plant_chain(actual, loop.controller.model)
     return np.array([chain.inertias[0], chain.viscous[0], chain.coulomb[0], chain.offsets[0]])
@@ -216,16 +188,7 @@ def _smoothness(loop: Loop, motion: Motion) -> str | None:
 
 
 def unmatched(drive: Drive, actual: Drive) -> bool:
-    """Whether anything but the motor's inertia, friction and offset differs between two drives.
-
-    Parameters
-    ----------
-    drive, actual : Drive
-
-    Returns
-    -------
-    bool
-    """
+    """Whether anything but the motor's inertia, friction and offset differs between two drives."""
     ours, theirs = lumped_model(drive), lumped_model(actual)
     return (
         ours.inertias[1:] != theirs.inertias[1:]
@@ -237,16 +200,7 @@ def unmatched(drive: Drive, actual: Drive) -> bool:
 
 
 def plant_model(loop: Loop) -> int:
-    """Number of the model that is the plant.
-
-    Parameters
-    ----------
-    loop : Loop
-
-    Returns
-    -------
-    int
-    """
+    """Number of the model that is the plant."""
     joint, cable = "drive" in loop.chain.names and loop.chain.size > 1, "load" in loop.chain.names
     joint = joint and loop.chain.names[0] == "motor"
     return 1 + joint + 2 * cable

@@ -15,17 +15,9 @@ INSTANTS = 40
 def margin_words(loop: Loop, estimates: Array, states: Array) -> dict[str, Any]:
     """Smallest eigenvalue of D_z of (6.100) over the states and estimates that a run met.
 
-    Parameters
-    ----------
-    loop : Loop
-    estimates : ndarray, shape (samples, p)
-    states : ndarray, shape (samples, 2n)
-        Angles and speeds as the law took them.
-
-    Returns
-    -------
-    dict
-        Empty for other laws and for runs without a sound sample.
+    ``estimates``, shape (samples, p); ``states``, shape (samples, 2n): angles and speeds as the law took
+    them.
+    Returns empty for other laws and for runs without a sound sample.
     """
     law = loop.controller.law
     sound = np.flatnonzero(np.all(np.isfinite(states), axis=1)) if states.size else np.zeros(0, dtype=int)

@@ -37,19 +37,8 @@ class Cause:
 def causes(drive: Drive, name: str, motion: Motion, seeds: int, *, gains: str = "best") -> list[Cause]:
     """Peaks of a law with nothing, then with one cause after another taken away.
 
-    Parameters
-    ----------
-    drive : Drive
-    name : str
-        Of the law.
-    motion : Motion
-    seeds : int
-        Encoder phases to draw; the same for every cause.
-    gains : {"best", "printed"}
-
-    Returns
-    -------
-    list of Cause
+    ``name``: of the law; ``seeds``: encoder phases to draw; the same for every cause; ``gains``, {"best",
+    "printed"}.
     """
     best = gains == "best"
     return [Cause(away=away, **_peaks(loop, seeds)) for away, loop in _without(drive, name, motion, best)]
@@ -94,16 +83,7 @@ def _peaks(loop: Loop, seeds: int) -> dict[str, Array]:
 
 
 def in_degrees(cause: Cause) -> tuple[float, float, float]:
-    """Median and worst peak, and the worst against the encoder's own zero [deg].
-
-    Parameters
-    ----------
-    cause : Cause
-
-    Returns
-    -------
-    median, worst, own_worst : float
-    """
+    """Median and worst peak, and the worst against the encoder's own zero [deg]."""
     return (
         float(np.median(cause.peaks) / DEGREE),
         float(cause.peaks.max() / DEGREE),

@@ -14,15 +14,7 @@ from cabledrive.rig.setting import RigOptions
 def slack_twist(drive: Drive, chain: LumpedChain) -> float:
     """Twist between the pulleys at which one span carries no tension [rad].
 
-    Parameters
-    ----------
-    drive : Drive
-    chain : LumpedChain
-        The plant; without a flexible cable nothing goes slack.
-
-    Returns
-    -------
-    float
+    ``chain``: the plant; without a flexible cable nothing goes slack.
     """
     if drive.kind != "loop" or "load" not in chain.names or chain.size < 2:
         return float("inf")
@@ -32,15 +24,7 @@ def slack_twist(drive: Drive, chain: LumpedChain) -> float:
 def free_play(drive: Drive, chain: LumpedChain) -> float:
     """Free play of the gearhead, which lies in the motor's joint [rad]; 0 where that is rigid in the plant.
 
-    Parameters
-    ----------
-    drive : Drive
-    chain : LumpedChain
-        The plant.
-
-    Returns
-    -------
-    float
+    ``chain``: the plant.
     """
     flexible = "motor" in chain.names and "drive" in chain.names
     return drive.motor.backlash if drive.motor is not None and flexible else 0.0
@@ -49,61 +33,25 @@ def free_play(drive: Drive, chain: LumpedChain) -> float:
 def encoder_phases(drive: Drive, options: RigOptions, generator: np.random.Generator) -> Array:
     """Where in its count each encoder starts.
 
-    Parameters
-    ----------
-    drive : Drive
-    options : RigOptions
-    generator : numpy.random.Generator
-
-    Returns
-    -------
-    ndarray, shape (m,)
-        From -1/2 to 1/2; zero where they are asked to be centred.
+    Returns shape (m,): from -1/2 to 1/2; zero where they are asked to be centred.
     """
     drawn = generator.uniform(-0.5, 0.5, len(fitted_encoders(drive)))
     return drawn if options.encoder_phase == "random" and not options.ideal_sensors else np.zeros(len(drawn))
 
 
 def current_rate(drive: Drive) -> float:
-    """Bandwidth of the torque loop [rad/s]; 0 where it is ideal.
-
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    float
-    """
+    """Bandwidth of the torque loop [rad/s]; 0 where it is ideal."""
     hertz = drive.motor.current_bandwidth if drive.motor else None
     return 0.0 if hertz is None else 2.0 * pi * hertz
 
 
 def control_delay(drive: Drive) -> float:
-    """Time from sampling to torque [s]; 0 where the drive names no sensors.
-
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    float
-    """
+    """Time from sampling to torque [s]; 0 where the drive names no sensors."""
     return drive.sensors.delay if drive.sensors else 0.0
 
 
 def torque_limit(drive: Drive) -> float:
-    """Largest torque [N m]; infinite where the drive names none.
-
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    float
-    """
+    """Largest torque [N m]; infinite where the drive names none."""
     limit = drive.motor.torque_limit if drive.motor else None
     return float("inf") if limit is None else limit
 
@@ -111,17 +59,8 @@ def torque_limit(drive: Drive) -> float:
 def late_samples(options: RigOptions, interval: float, samples: int, generator: np.random.Generator) -> Array:
     """How late each sample is taken [s], at most 0.4 of a sample; nothing where there is no jitter.
 
-    Parameters
-    ----------
-    options : RigOptions
-    interval : float
-        Sample time [s].
-    samples : int
-    generator : numpy.random.Generator
-
-    Returns
-    -------
-    ndarray, shape (samples + 1,) or (0,)
+    ``interval``: sample time [s].
+    Returns shape (samples + 1,).
     """
     if options.jitter == 0.0:
         return np.zeros(0)
@@ -132,17 +71,8 @@ def late_samples(options: RigOptions, interval: float, samples: int, generator: 
 def disturbing_torques(options: RigOptions, interval: float, samples: int) -> Array:
     """Torque on motor and load from each sample to the next.
 
-    Parameters
-    ----------
-    options : RigOptions
-    interval : float
-        Sample time [s].
-    samples : int
-
-    Returns
-    -------
-    ndarray, shape (samples, 2)
-        [N m].
+    ``interval``: sample time [s].
+    Returns shape (samples, 2) [N m].
     """
     forces = np.zeros((samples, 2))
     for step in options.disturbances:
@@ -154,24 +84,9 @@ def disturbing_torques(options: RigOptions, interval: float, samples: int) -> Ar
 def blind_encoder(drive: Drive, options: RigOptions, interval: float, shown: list[int]) -> Integers:
     """Number of the encoder that gives NaN, first and last sample at which it does.
 
-    Parameters
-    ----------
-    drive : Drive
-    options : RigOptions
-    interval : float
-        Sample time [s].
-    shown : list of int
-        Numbers of the fitted encoders that are read.
-
-    Returns
-    -------
-    ndarray of int, shape (3,)
-        First entry -1: none is blind.
-
-    Raises
-    ------
-    InputRefused
-        If there is no such encoder.
+    ``interval``: sample time [s]; ``shown``: numbers of the fitted encoders that are read.
+    Returns shape (3,): first entry -1: none is blind.
+    Raises `InputRefused` if there is no such encoder.
     """
     if options.blind is None:
         return np.array([-1, 0, 0], dtype=np.int64)

@@ -49,18 +49,7 @@ class Compared:
 
 
 def controller(name: str, wish: Wish, setting: float | None = None) -> Controller:
-    """A baseline, or the damping-aware law with the package's gains, at a setting.
-
-    Parameters
-    ----------
-    name : str
-    wish : Wish
-    setting : float, optional
-
-    Returns
-    -------
-    Controller
-    """
+    """A baseline, or the damping-aware law with the package's gains, at a setting."""
     if name not in BASELINES:
         return best_chain_law(wish if setting is None else replace(wish, bandwidth=setting), name)
     if name == "lqg":
@@ -71,16 +60,7 @@ def controller(name: str, wish: Wish, setting: float | None = None) -> Controlle
 def loops_of(wish: Wish, motion: Motion, options: RigOptions) -> Callable[[Controller], Loop]:
     """Puts any of the laws into the same loop: one plant, one filter, one set of encoders.
 
-    Parameters
-    ----------
-    wish : Wish
-    motion : Motion
-    options : RigOptions
-
-    Returns
-    -------
-    callable
-        From Controller to Loop.
+    Returns from Controller to Loop.
     """
     first = replace(best_chain_law(wish, "darc-4-damped"), tuning=best_gains(wish).tuning)
     base = close_loop(wish.drive, wish.drive, first, motion, options, np.random.default_rng(0))
@@ -104,24 +84,8 @@ def tuned(
 ) -> float:
     """The setting with the smallest worst error over the draws for tuning that leaves torque to spare.
 
-    Parameters
-    ----------
-    name : str
-    wish : Wish
-    put : callable
-        From `loops_of`.
-    options : RigOptions
-    draws : int, default 8
-    settings : sequence of float, optional
-
-    Returns
-    -------
-    float
-
-    Raises
-    ------
-    NotComputed
-        If no setting does.
+    ``put``: from `loops_of`.
+    Raises `NotComputed` if no setting does.
     """
     offered = tuple(settings or SETTINGS[name])
     most = TORQUE_SHARE * torque_limit(wish.drive)
@@ -155,23 +119,7 @@ def compared(
 ) -> list[Compared]:
     """Every law with every feedforward over the same draws.
 
-    Parameters
-    ----------
-    drive : Drive
-    names : sequence of str
-        Of baselines.
-    feedforwards : sequence of str
-    draws : int
-    seed : int
-    wish : Wish
-    motion : Motion
-    options : RigOptions, optional
-    settings : dict, optional
-        Settings by law and feedforward; tuned where one is missing.
-
-    Returns
-    -------
-    list of Compared
+    ``names``: of baselines; ``settings``: settings by law and feedforward; tuned where one is missing.
     """
     options, known = options or RigOptions(forbid_slack=False), settings or {}
     wish = replace(wish, drive=drive)

@@ -54,13 +54,8 @@ class Draws:
     def degrees(self, name: str) -> Array:
         """A peak of every run [deg].
 
-        Parameters
-        ----------
-        name : {"peak", "first_peak", "later_peak", "own_peak"}
-
-        Returns
-        -------
-        ndarray, shape (draws,)
+        ``name``, {"peak", "first_peak", "later_peak", "own_peak"}.
+        Returns shape (draws,).
         """
         return self.scores[:, SUMMARY.index(name)] / DEGREE
 
@@ -70,16 +65,7 @@ def drawn_chain(
 ) -> LumpedChain:
     """One plant at random: motor within the printed bounds, the rest within its spreads, all uniform.
 
-    Parameters
-    ----------
-    chain : LumpedChain
-        The nominal plant, at the first shaft.
-    generator : numpy.random.Generator
-    spreads : Spreads, optional
-
-    Returns
-    -------
-    LumpedChain
+    ``chain``: the nominal plant, at the first shaft.
     """
     spreads = spreads or Spreads()
     bounds = printed_bounds(chain, flexible_joint="drive" in chain.names[1:])
@@ -114,20 +100,7 @@ def drawn_chain(
 def drawn_loops(
     loop: Loop, options: RigOptions, draws: int, seed: int, spreads: Spreads | None = None
 ) -> Iterator[Loop]:
-    """The same law and filter on one plant after another.
-
-    Parameters
-    ----------
-    loop : Loop
-    options : RigOptions
-    draws : int
-    seed : int
-    spreads : Spreads, optional
-
-    Yields
-    ------
-    Loop
-    """
+    """The same law and filter on one plant after another."""
     random = options.encoder_phase == "random" and not options.ideal_sensors
     for generator in np.random.default_rng(seed).spawn(draws):
         chain = drawn_chain(loop.chain, generator, spreads)
@@ -139,18 +112,7 @@ def drawn_loops(
 def run_draws(loop: Loop, options: RigOptions, draws: int, seed: int, *, threads: int = 2) -> Draws:
     """Run many plants, in threads.
 
-    Parameters
-    ----------
-    loop : Loop
-        Nominal, as `cabledrive.rig.closed_loop.loop.close_loop` makes it.
-    options : RigOptions
-    draws : int
-    seed : int
-    threads : int, default 2
-
-    Returns
-    -------
-    Draws
+    ``loop``: nominal, as `cabledrive.rig.closed_loop.loop.close_loop` makes it.
     """
     if fits_lanes(loop):
         generators = np.random.default_rng(seed).spawn(draws)
@@ -178,14 +140,7 @@ def _one_by_one(loop: Loop, options: RigOptions, draws: int, seed: int, threads:
 def draw_words(found: Draws) -> dict[str, object]:
     """Peaks of many runs in words.
 
-    Parameters
-    ----------
-    found : Draws
-
-    Returns
-    -------
-    dict
-        Of the draws: number, median, 99 % and worst peak error [deg], largest torque [N m], failures.
+    Returns of the draws: number, median, 99 % and worst peak error [deg], largest torque [N m], failures.
     """
     peak = found.degrees("peak")
     return {

@@ -42,20 +42,8 @@ def error_curves(
 ) -> tuple[ErrorCurve, ...]:
     """Peak error of each law over rise time, angle and bandwidth, one at a time.
 
-    Parameters
-    ----------
-    drive : Drive
-    laws : sequence of str
-        Names of controllers with a bandwidth.
-    options : RigOptions, optional
-        Default: encoders that start at the centre of a count.
-    motion : Motion, optional
-        Where the curves meet; default: 45 deg in 0.5 s, order 9 as in the dissertation.
-    plant : str, optional
-
-    Returns
-    -------
-    tuple of ErrorCurve
+    ``laws``: names of controllers with a bandwidth; ``options``: default: encoders that start at the centre
+    of a count; ``motion``: where the curves meet; default: 45 deg in 0.5 s, order 9 as in the dissertation.
     """
     options, motion = (
         options or RigOptions(encoder_phase="centred"),

@@ -64,16 +64,8 @@ class ExpectedBound:
 def expected_bound(loop: Loop, spreads: Spreads | None = None) -> ExpectedBound:
     """Bound of the load's error over everything uncertain.
 
-    Parameters
-    ----------
-    loop : Loop
-        A damping-aware law of the chain on its own nominal plant, encoders with unknown phases.
-    spreads : Spreads, optional
-        Of cable, load and joint; by default those of `cabledrive.rig.draws`.
-
-    Returns
-    -------
-    ExpectedBound
+    ``loop``: a damping-aware law of the chain on its own nominal plant, encoders with unknown phases;
+    ``spreads``: of cable, load and joint; by default those of `cabledrive.rig.draws`.
     """
     linear = linear_loop(loop)
     short = round(MEMORY / loop.rig.interval)
@@ -92,16 +84,7 @@ def expected_bound(loop: Loop, spreads: Spreads | None = None) -> ExpectedBound:
 
 
 def bound_over_draws(loop: Loop) -> dict[str, Any]:
-    """The bound and its parts in words [deg], or why there is none.
-
-    Parameters
-    ----------
-    loop : Loop
-
-    Returns
-    -------
-    dict
-    """
+    """The bound and its parts in words [deg], or why there is none."""
     made, name = loop.controller, "expected_bound_deg"
     if made.law.kind != DARC or not made.damped or len(made.shafts) != loop.chain.size:
         reason = "only for laws of the chain that count the dampers, on the plant they are made for"
@@ -121,15 +104,7 @@ def rounding_part(loop: Loop, linear: LinearLoop) -> Array:
     While an encoder passes ten counts and more in a period of the bandwidth, its rounding is white noise of
     which five standard deviations are taken; slower, it is any signal of half a count.
 
-    Parameters
-    ----------
-    loop : Loop
-    linear : LinearLoop
-
-    Returns
-    -------
-    ndarray, shape (samples,)
-        [rad].
+    Returns shape (samples,) [rad].
     """
     from scipy.signal import fftconvolve
 
@@ -152,18 +127,9 @@ def torque_parts(loop: Loop, by_plant: Array, by_filter: Array, speed_noise: flo
     have; elsewhere plant and filter may each have any friction up to the Coulomb torque, and only what the
     law feeds forward is known.
 
-    Parameters
-    ----------
-    loop : Loop
-    by_plant, by_filter : ndarray, shape (k,)
-        Impulse responses of the load to both torques.
-    speed_noise : float
-        [rad/s].
-
-    Returns
-    -------
-    matched, friction : ndarray, shape (samples,)
-        [rad].
+    ``by_plant``, ``by_filter``, shape (k,): impulse responses of the load to both torques; ``speed_noise``
+    [rad/s].
+    Returns ``matched, friction``, shape (samples,) [rad].
     """
     made = loop.controller
     learning, slope, reference = made.law.learning, made.law.scalars[2], made.reference
@@ -184,14 +150,8 @@ def torque_parts(loop: Loop, by_plant: Array, by_filter: Array, speed_noise: flo
 def tube(impulse: Array, height: Array) -> Array:
     """Largest response to any signal that stays within a height.
 
-    Parameters
-    ----------
-    impulse : ndarray, shape (k,)
-    height : ndarray, shape (samples,)
-
-    Returns
-    -------
-    ndarray, shape (samples,)
+    ``impulse``, shape (k,); ``height``, shape (samples,).
+    Returns shape (samples,).
     """
     from scipy.signal import fftconvolve
 
@@ -201,15 +161,7 @@ def tube(impulse: Array, height: Array) -> Array:
 def unmatched_part(loop: Loop, spreads: Spreads) -> Array:
     """Largest error along the reference at the corners of cable and load, joint and drive pulley added.
 
-    Parameters
-    ----------
-    loop : Loop
-    spreads : Spreads
-
-    Returns
-    -------
-    ndarray, shape (samples,)
-        [rad].
+    Returns shape (samples,) [rad].
     """
     chain, last = loop.chain, loop.chain.size - 1
     widths = (spreads.cable_stiffness, spreads.load_inertia, spreads.cable_damping)
@@ -242,16 +194,8 @@ def _envelope(loop: Loop, chains: Sequence[LumpedChain]) -> Array:
 def residual_response(loop: Loop, chain: LumpedChain) -> Array:
     """Error of the load along the reference on another row, without friction and counts.
 
-    Parameters
-    ----------
-    loop : Loop
-    chain : LumpedChain
-        The plant.
-
-    Returns
-    -------
-    ndarray, shape (samples,)
-        [rad].
+    ``chain``: the plant.
+    Returns shape (samples,) [rad].
     """
     made, interval = loop.controller, loop.rig.interval
     assert made.flat is not None

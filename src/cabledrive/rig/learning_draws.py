@@ -94,26 +94,9 @@ def run_learning_draws(
 ) -> LearningDraws:
     """Draw plants and encoder phases, run one pulse, learn, rebuild, run the rest.
 
-    Parameters
-    ----------
-    loop : Loop
-        Nominal, with the law of `cabledrive.rig.laws.indirect.indirect` and at least two pulses.
-    wish : Wish
-    options : RigOptions
-    draws : int
-    seed : int
-    threads : int, default 2
-    spreads : Spreads, optional
-        `RUBBING_LOAD` draws friction of the load as well.
-
-    Returns
-    -------
-    LearningDraws
-
-    Raises
-    ------
-    NotComputed
-        If no draw runs to its end.
+    ``loop``: nominal, with the law of `cabledrive.rig.laws.indirect.indirect` and at least two pulses;
+    ``spreads``: `RUBBING_LOAD` draws friction of the load as well.
+    Raises `NotComputed` if no draw runs to its end.
     """
 
     def score(one: Loop) -> tuple[Array, Array] | None:

@@ -15,15 +15,7 @@ HEADS = {"motor": "angle", "drive": "drive angle", "load": "load angle"}
 def log_text(tracking: Tracking, drive: Drive | None = None) -> str:
     """The log as comma-separated values: time, torque, encoder angles, reference, load cell.
 
-    Parameters
-    ----------
-    tracking : Tracking
-    drive : Drive, optional
-        The drive as it is; its load cell, if it has one, is logged.
-
-    Returns
-    -------
-    str
+    ``drive``: the drive as it is; its load cell, if it has one, is logged.
     """
     shafts = [HEADS[shaft] for shaft in tracking.summary["encoders"]]
     head = ["time [s]", "torque [N m]", *(f"{shaft} [rad]" for shaft in shafts), "reference [rad]"]
@@ -40,16 +32,8 @@ def load_cell(tracking: Tracking, drive: Drive) -> Array | None:
 
     .. math:: F = T_1 + T_2 - 2\rho v^2
 
-    Parameters
-    ----------
-    tracking : Tracking
-    drive : Drive
-        The drive as it is.
-
-    Returns
-    -------
-    ndarray, shape (samples,), or None
-        [N]; None where there is no load cell, or no tension is known.
+    ``drive``: the drive as it is.
+    Returns shape (samples,) [N]; None where there is no load cell, or no tension is known.
     """
     noise = drive.sensors.load_cell_noise if drive.sensors else None
     if noise is None or tracking.tensions is None:

@@ -11,14 +11,7 @@ from cabledrive.rig.closed_loop.loop_numbers import Array
 def log_csv(log: Log) -> str:
     """The log as comma-separated values.
 
-    Parameters
-    ----------
-    log : Log
-
-    Returns
-    -------
-    str
-        Header such as ``time [s],torque [N m],angle [rad]``.
+    Returns header such as ``time [s],torque [N m],angle [rad]``.
     """
     heads = ["time [s]", *(f"{name.replace('_', ' ')} [{log.units[name]}]" for name in log.channels)]
     return csv_text(heads, [log.time, *log.channels.values()])
@@ -27,15 +20,7 @@ def log_csv(log: Log) -> str:
 def csv_text(heads: Sequence[str], columns: Sequence[Array]) -> str:
     """Columns as comma-separated values of ten digits.
 
-    Parameters
-    ----------
-    heads : sequence of str
-        With units.
-    columns : sequence of ndarray, shape (rows,)
-
-    Returns
-    -------
-    str
+    ``heads``: with units; ``columns``, shape (rows,).
     """
     table = np.column_stack(columns) + 0.0  # no negative zeros
     lines = [",".join(f"{value:.10g}" for value in row) for row in table]

@@ -14,17 +14,7 @@ from cabledrive.rig.setting import RigOptions
 
 
 def why_ended(loop: Loop, done: Run) -> str | None:
-    """Why a run ended before its time, if it did.
-
-    Parameters
-    ----------
-    loop : Loop
-    done : Run
-
-    Returns
-    -------
-    str or None
-    """
+    """Why a run ended before its time, if it did."""
     if not done.failed:
         return None
     time = done.ended * loop.rig.interval
@@ -40,16 +30,8 @@ def why_ended(loop: Loop, done: Run) -> str | None:
 def span_tensions(loop: Loop, actual: Drive, log: Array) -> Array | None:
     """Tension of both spans by the twist between the pulleys, without that of the dampers.
 
-    Parameters
-    ----------
-    loop : Loop
-    actual : Drive
-    log : ndarray, shape (samples, columns)
-
-    Returns
-    -------
-    ndarray, shape (samples, 2), or None
-        [N], never below zero; None where the plant's cable is rigid or no loop.
+    ``log``, shape (samples, columns).
+    Returns shape (samples, 2) [N], never below zero; None where the plant's cable is rigid or no loop.
     """
     n, chain = loop.chain.size, loop.chain
     if "load" not in chain.names or actual.kind != "loop":
@@ -63,18 +45,9 @@ def span_tensions(loop: Loop, actual: Drive, log: Array) -> Array | None:
 def circumstance_words(loop: Loop, actual: Drive, options: RigOptions) -> dict[str, Any]:
     """What was asked of the rig beside its plant.
 
-    Parameters
-    ----------
-    loop : Loop
-    actual : Drive
-        As it is.
-    options : RigOptions
-
-    Returns
-    -------
-    dict
-        Jitter [s], disturbances; torque limit [N m], bandwidth of the torque loop and a blind encoder where
-        there are.
+    ``actual``: as it is.
+    Returns jitter [s], disturbances; torque limit [N m], bandwidth of the torque loop and a blind encoder
+    where there are.
     """
     found: dict[str, Any] = {"jitter": options.jitter, "disturbances": []}
     for one in options.disturbances:
@@ -92,15 +65,8 @@ def circumstance_words(loop: Loop, actual: Drive, options: RigOptions) -> dict[s
 def motor_words(actual: Drive) -> dict[str, str]:
     """How the rotor is held in a run: under torque control it turns freely.
 
-    Parameters
-    ----------
-    actual : Drive
-        As it is.
-
-    Returns
-    -------
-    dict
-        With the reason where the drive has a holding stiffness, which is left out.
+    ``actual``: as it is.
+    Returns with the reason where the drive has a holding stiffness, which is left out.
     """
     reason = left_out_under_torque(actual)
     return {"motor": FREE} | ({"motor_reason": reason} if reason else {})
@@ -109,17 +75,9 @@ def motor_words(actual: Drive) -> dict[str, str]:
 def disturbance_bound(law: LawNumbers, shaft: Array, command: Array) -> Array:
     """Bound of the disturbance: friction at rest, and what the actuator makes of the command.
 
-    Parameters
-    ----------
-    law : LawNumbers
-        Of the chain.
-    shaft, command : ndarray, shape (samples,)
-        Torque at the motor's shaft, and the one asked for [N m].
-
-    Returns
-    -------
-    ndarray, shape (samples,)
-        [N m].
+    ``law``: of the chain; ``shaft``, ``command``, shape (samples,): torque at the motor's shaft, and the one
+    asked for [N m].
+    Returns shape (samples,) [N m].
     """
     late = np.abs(np.append(shaft[1:], shaft[-1]) - command)
     return np.asarray(law.learning[HIGH][2] + late, dtype=np.float64)
@@ -130,18 +88,9 @@ def condition_words(
 ) -> dict[str, Any]:
     """Whether the robust term met its two conditions along a run.
 
-    Parameters
-    ----------
-    loop : Loop
-    shaft, command : ndarray, shape (samples,)
-        Torque at the motor's shaft, and the one asked for [N m].
-    sigma : ndarray, shape (samples,)
-    regressor : ndarray, shape (samples, 4)
-
-    Returns
-    -------
-    dict
-        None with a reason for laws that are none of the chain.
+    ``shaft``, ``command``, shape (samples,): torque at the motor's shaft, and the one asked for [N m];
+    ``sigma``, shape (samples,); ``regressor``, shape (samples, 4).
+    Returns none with a reason for laws that are none of the chain.
     """
     law = loop.controller.law
     if law.kind != DARC or len(sigma) < 2:

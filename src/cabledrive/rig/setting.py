@@ -137,19 +137,8 @@ class RigOptions:
 def sample_interval(drive: Drive) -> float:
     """Sample time of a drive.
 
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    float
-        [s].
-
-    Raises
-    ------
-    InputRefused
-        If the drive names no sample rate.
+    Returns [s].
+    Raises `InputRefused` if the drive names no sample rate.
     """
     if drive.sensors is None or drive.sensors.sample_rate is None:
         raise InputRefused('sensors.sample_rate is missing: add it, such as sample_rate = "5 kHz"')

@@ -12,19 +12,8 @@ SHAFTS = ("motor", "drive", "load")
 def spoken_disturbance(words: str) -> Disturbance:
     """A torque that steps in: shaft, torque, start and end.
 
-    Parameters
-    ----------
-    words : str
-        Such as ``load:0.05:0.3:0.6`` or ``motor:20 mN m:0.1 s:0.2 s``; without an end it stays.
-
-    Returns
-    -------
-    Disturbance
-
-    Raises
-    ------
-    InputRefused
-        If it is not understood.
+    ``words``: such as ``load:0.05:0.3:0.6`` or ``motor:20 mN m:0.1 s:0.2 s``; without an end it stays.
+    Raises `InputRefused` if it is not understood.
     """
     parts = words.split(":")
     if len(parts) not in (3, 4):
@@ -36,20 +25,9 @@ def spoken_disturbance(words: str) -> Disturbance:
 def spoken_blindness(words: str | None) -> tuple[str, float, float] | None:
     """An encoder that gives no number for a while: shaft, start and end.
 
-    Parameters
-    ----------
-    words : str or None
-        Such as ``load:0.1:0.11``.
-
-    Returns
-    -------
-    (str, float, float) or None
-        Shaft, start and end [s].
-
-    Raises
-    ------
-    InputRefused
-        If it is not understood.
+    ``words``: such as ``load:0.1:0.11``.
+    Returns shaft, start and end [s].
+    Raises `InputRefused` if it is not understood.
     """
     if words is None:
         return None

@@ -50,17 +50,7 @@ class TheoremCheck:
 def check_theorem(loop: Loop, actual: Drive, log: Array) -> TheoremCheck | None:
     """Bound of the theorem and causes of the error along a run; None for laws that have no bound here.
 
-    Parameters
-    ----------
-    loop : Loop
-    actual : Drive
-        As it is.
-    log : ndarray, shape (samples, columns)
-        Of the samples that were run.
-
-    Returns
-    -------
-    TheoremCheck or None
+    ``actual``: as it is; ``log``, shape (samples, columns): of the samples that were run.
     """
     bound = bound_along(loop, log)
     if bound is None:
@@ -88,14 +78,7 @@ def bound_along(loop: Loop, log: Array) -> ErrorBound | None:
 
     What the actuator makes of the command counts as disturbance, and so does friction at rest.
 
-    Parameters
-    ----------
-    loop : Loop
-    log : ndarray, shape (samples, columns)
-
-    Returns
-    -------
-    ErrorBound or None
+    ``log``, shape (samples, columns).
     """
     made, n = loop.controller, loop.chain.size
     if made.law.kind != DARC or made.bandwidth is None or made.flat is None or len(log) < 2:
@@ -120,14 +103,8 @@ def bound_along(loop: Loop, log: Array) -> ErrorBound | None:
 def law_states(loop: Loop, log: Array) -> Array:
     """True angles, then speeds, of the inertias that a law takes.
 
-    Parameters
-    ----------
-    loop : Loop
-    log : ndarray, shape (samples, columns)
-
-    Returns
-    -------
-    ndarray, shape (samples, 2n)
+    ``log``, shape (samples, columns).
+    Returns shape (samples, 2n).
     """
     places = [place(loop.chain, shaft) for shaft in loop.controller.shafts]
     return np.ascontiguousarray(log[:, [*places, *(loop.chain.size + i for i in places)]])
@@ -136,18 +113,7 @@ def law_states(loop: Loop, log: Array) -> Array:
 def bound_words(check: TheoremCheck | None, error: Array, broken: list[str], gear: float) -> dict[str, Any]:
     """The bound, whether the error kept it, and which assumptions of the theorem did not hold.
 
-    Parameters
-    ----------
-    check : TheoremCheck or None
-    error : ndarray, shape (samples,)
-        [rad].
-    broken : list of str
-    gear : float
-        Angle of the first shaft per angle of the load.
-
-    Returns
-    -------
-    dict
+    ``error``, shape (samples,) [rad]; ``gear``: angle of the first shaft per angle of the load.
     """
     if check is None:
         return {

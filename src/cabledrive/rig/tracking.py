@@ -86,19 +86,7 @@ def told(
 ) -> Tracking:
     """Put a run into words and arrays.
 
-    Parameters
-    ----------
-    loop : Loop
-    done : Run
-    drive, actual : Drive
-        As believed, as it is.
-    motion : Motion
-    options : RigOptions
-    seed : int
-
-    Returns
-    -------
-    Tracking
+    ``drive``, ``actual``: as believed, as it is.
     """
     n, m, ended = loop.chain.size, len(loop.rig.encoders), done.ended
     log, made = done.log[:ended], loop.controller
@@ -149,19 +137,7 @@ def summary_of(
 ) -> dict[str, Any]:
     """Peaks of a run and what was run.
 
-    Parameters
-    ----------
-    loop : Loop
-    done : Run
-    error : ndarray, shape (samples,)
-        Of the load [rad].
-    motion : Motion
-    options : RigOptions
-    seed : int
-
-    Returns
-    -------
-    dict
+    ``error``, shape (samples,): of the load [rad].
     """
     score = dict(zip(SUMMARY, (float(v) for v in done.state.summary), strict=True))
     samples = max(len(error), 1)
@@ -209,14 +185,7 @@ def summary_of(
 def within(estimates: Array, made: Controller) -> bool | None:
     """Whether every estimate kept its bounds; None for laws without estimates.
 
-    Parameters
-    ----------
-    estimates : ndarray, shape (samples, p)
-    made : Controller
-
-    Returns
-    -------
-    bool or None
+    ``estimates``, shape (samples, p).
     """
     if estimates.shape[1] == 0:
         return None

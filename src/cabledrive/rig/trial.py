@@ -132,19 +132,7 @@ def over_draws(
 ) -> dict[str, Any]:
     """Peaks over many plants, each learnt anew by a law that learns and has a second pulse to do so.
 
-    Parameters
-    ----------
-    loop : Loop
-        As it begins.
-    wish : Wish
-    motion : Motion
-    options : RigOptions
-    draws : int
-    seed : int
-
-    Returns
-    -------
-    dict
+    ``loop``: as it begins.
     """
     if loop.controller.name == NAME and motion.pulses > 1:
         words = run_learning_draws(loop, wish, options, draws, seed).words
@@ -156,16 +144,7 @@ def over_draws(
 def wish_for(drive: Drive, motion: Motion, **choices: Any) -> Wish:
     """What a law is designed for, from a drive and a motion.
 
-    Parameters
-    ----------
-    drive : Drive
-    motion : Motion
-    **choices
-        Bandwidth, feedback, adapt, best; see `Wish`.
-
-    Returns
-    -------
-    Wish
+    ``**choices``: bandwidth, feedback, adapt, best; see `Wish`.
     """
     interval = sample_interval(drive)
     trajectory = motion.trajectory
@@ -178,19 +157,8 @@ def wish_for(drive: Drive, motion: Motion, **choices: Any) -> Wish:
 def plant_number(plant: str | None) -> int | None:
     """Number of the model that is the plant.
 
-    Parameters
-    ----------
-    plant : str or None
-
-    Returns
-    -------
-    int or None
-        None: the highest that the drive's data allow, or the distributed cable.
-
-    Raises
-    ------
-    InputRefused
-        If there is no such plant.
+    Returns none: the highest that the drive's data allow, or the distributed cable.
+    Raises `InputRefused` if there is no such plant.
     """
     if plant is None:
         return None
@@ -202,15 +170,8 @@ def plant_number(plant: str | None) -> int | None:
 def check_clock(drive: Drive, actual: Drive) -> None:
     """Refuse a plant whose sensors are sampled at another rate than the law's.
 
-    Parameters
-    ----------
-    drive, actual : Drive
-        As the law believes it to be, as it is.
-
-    Raises
-    ------
-    InputRefused
-        If their sample rates differ: the controller has one clock.
+    ``drive``, ``actual``: as the law believes it to be, as it is.
+    Raises `InputRefused` if their sample rates differ: the controller has one clock.
     """
     ours, theirs = (1.0 / sample_interval(one) for one in (drive, actual))
     if abs(ours - theirs) > 1e-9 * ours:
@@ -223,15 +184,7 @@ def check_clock(drive: Drive, actual: Drive) -> None:
 def check_motion(drive: Drive, motion: Motion) -> None:
     """Refuse a motion beyond the speed, the torque or the slack torque of a drive.
 
-    Parameters
-    ----------
-    drive : Drive
-    motion : Motion
-
-    Raises
-    ------
-    InputRefused
-        If a peak demand of the motion is above its limit, or the motion is none.
+    Raises `InputRefused` if a peak demand of the motion is above its limit, or the motion is none.
     """
     _ = motion.trajectory  # refuses what is no motion
     limits = move_limits(drive)

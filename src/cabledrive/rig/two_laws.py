@@ -14,17 +14,8 @@ from cabledrive.rig.tracking import Tracking, within
 def judged_apart(found: Tracking, first: Loop, last: Loop, done: Run) -> Tracking:
     """A run as `cabledrive.rig.tracking.told` puts it, its first part held to the first law's bounds.
 
-    Parameters
-    ----------
-    found : Tracking
-        Of the whole run, by the last law.
-    first, last : Loop
-        Of the laws before and after the first pulse with its dwell.
-    done : Run
-
-    Returns
-    -------
-    Tracking
+    ``found``: of the whole run, by the last law; ``first``, ``last``: of the laws before and after the first
+    pulse with its dwell.
     """
     pause = min(first.rig.first_end, done.ended)
     before, after = first.controller, last.controller

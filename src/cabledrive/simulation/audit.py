@@ -40,16 +40,8 @@ class SlackEvent:
 def slack_events(case: Case, state: State) -> tuple[SlackEvent, ...]:
     """Where and when spans went slack, up to the first thousand times.
 
-    Parameters
-    ----------
-    case : Case
-    state : State
-        At the end of the run.
-
-    Returns
-    -------
-    tuple of SlackEvent
-        In order of time.
+    ``state``: at the end of the run.
+    Returns in order of time.
     """
     noted = state.events[: min(int(state.counts[EVENTS]), MOST_EVENTS)]
     return tuple(
@@ -66,14 +58,8 @@ def slack_events(case: Case, state: State) -> tuple[SlackEvent, ...]:
 def budget_error(rows: Array) -> Array:
     """Error of the energy budget at each record.
 
-    Parameters
-    ----------
-    rows : ndarray, shape (records, columns)
-
-    Returns
-    -------
-    ndarray, shape (records,)
-        Energy of the method plus losses minus work, less its value at the start [J].
+    ``rows``, shape (records, columns).
+    Returns shape (records,): energy of the method plus losses minus work, less its value at the start [J].
     """
     balance = rows[:, COLUMN["balance"]]
     error: Array = balance - balance[:1]
@@ -83,16 +69,9 @@ def budget_error(rows: Array) -> Array:
 def energy_handled(rows: Array, energy_at_rest: float) -> float:
     """Largest energy a run had to do with: what it started with above rest, and the work done on it.
 
-    Parameters
-    ----------
-    rows : ndarray, shape (records, columns)
-    energy_at_rest : float
-        Energy of the drive at rest, see `rest_energy` [J].
-
-    Returns
-    -------
-    float
-        Energy [J].
+    ``rows``, shape (records, columns); ``energy_at_rest``: energy of the drive at rest, see `rest_energy`
+    [J].
+    Returns energy [J].
     """
     if not len(rows):
         return 0.0
@@ -107,16 +86,7 @@ def rest_energy(drive: Drive, mesh: Mesh, law: CableLaw) -> float:
     Without carriages, that of the parabola: with :math:`q = \int \tfrac12 w'^2 dx = L_e (P/H)^2/24`,
     :math:`E = T_0 q + \tfrac{K}{2 L_e} q^2 - 2 H q` for each span.
 
-    Parameters
-    ----------
-    drive : Drive
-    mesh : Mesh
-    law : CableLaw
-
-    Returns
-    -------
-    float
-        Energy [J], zero or negative.
+    Returns energy [J], zero or negative.
     """
     if not drive.layout.gravity:
         return 0.0

@@ -41,16 +41,7 @@ class CarefulFile(io.RawIOBase):
         return True
 
     def seek(self, offset: int, whence: int = io.SEEK_SET, /) -> int:
-        """As of any file.
-
-        Parameters
-        ----------
-        offset, whence : int
-
-        Returns
-        -------
-        int
-        """
+        """As of any file."""
         return self._file.seek(offset, whence)
 
     def tell(self) -> int:
@@ -58,16 +49,7 @@ class CarefulFile(io.RawIOBase):
         return self._file.tell()
 
     def readinto(self, buffer: Any, /) -> int:
-        """As of any file; what lies behind the end is zero.
-
-        Parameters
-        ----------
-        buffer : writable bytes-like
-
-        Returns
-        -------
-        int
-        """
+        """As of any file; what lies behind the end is zero."""
         size = self._file.readinto(buffer) or 0
         memoryview(buffer).cast("B")[size:] = bytes(len(buffer) - size)
         return len(buffer)
@@ -75,14 +57,7 @@ class CarefulFile(io.RawIOBase):
     def write(self, data: Any, /) -> int:
         """Write all, or remember why not.
 
-        Parameters
-        ----------
-        data : bytes-like
-
-        Returns
-        -------
-        int
-            The size of all.
+        Returns the size of all.
         """
         left = memoryview(data).cast("B")
         size = len(left)
@@ -94,16 +69,7 @@ class CarefulFile(io.RawIOBase):
         return size
 
     def truncate(self, size: int | None = None, /) -> int:
-        """Cut or lengthen, or remember why not.
-
-        Parameters
-        ----------
-        size : int, optional
-
-        Returns
-        -------
-        int
-        """
+        """Cut or lengthen, or remember why not."""
         size = self.tell() if size is None else size
         try:
             self._file.truncate(size)
@@ -124,15 +90,8 @@ class CarefulFile(io.RawIOBase):
 def interrupts_deferred() -> Iterator[list[int]]:
     """Keep interrupts back until the end.
 
-    Yields
-    ------
-    list of int
-        Not empty once an interrupt is waiting, so that long work can end early by itself.
-
-    Raises
-    ------
-    KeyboardInterrupt
-        In the end, if one came.
+    Returns not empty once an interrupt is waiting, so that long work can end early by itself.
+    Raises `KeyboardInterrupt` in the end, if one came.
     """
     waiting: list[int] = []
     usual = threading.current_thread() is threading.main_thread()

@@ -150,17 +150,8 @@ class Case:
     def inputs(self, first_step: int, steps: int) -> tuple[Array, Array]:
         """Torque and forces at the times of some steps.
 
-        Parameters
-        ----------
-        first_step : int
-        steps : int
-
-        Returns
-        -------
-        torque : ndarray, shape (steps,)
-            With the motor's offset [N m].
-        forces : ndarray, shape (steps, number of forces)
-            Forces [N].
+        Returns ``torque``, shape (steps,): with the motor's offset [N m]; ``forces``, shape (steps, number of
+        forces): forces [N].
         """
         time: Array = np.arange(first_step, first_step + steps, dtype=np.float64) * self.grid.step
         forces = np.zeros((steps, len(self.forces)))
@@ -169,12 +160,7 @@ class Case:
         return self.torque.at(time) + self.offset, forces
 
     def first_state(self) -> State:
-        """State before the first step.
-
-        Returns
-        -------
-        State
-        """
+        """State before the first step."""
         rotor, speed = self.rotor, float(self.velocity[0, 0])
         torque, forces = self.inputs(0, 1)
         before, motor_speed = half_step_before(
@@ -197,26 +183,9 @@ def case_of(
 ) -> Case:
     """Check and prepare a run.
 
-    Parameters
-    ----------
-    drive : Drive
-    duration : float
-        Length of the run [s].
-    torque : Signal, float or callable, default 0.0
-        Torque of the motor, on the drive pulley where there is none [N m].
-    forces : sequence of CarriageForce, optional
-    start : Start, optional
-    scheme : Scheme, optional
-    recording : Recording, optional
-
-    Returns
-    -------
-    Case
-
-    Raises
-    ------
-    InputRefused
-        If anything about it cannot be run.
+    ``duration``: length of the run [s]; ``torque``: torque of the motor, on the drive pulley where there is
+    none [N m].
+    Raises `InputRefused` if anything about it cannot be run.
     """
     start, scheme, recording = start or Start(), scheme or Scheme(), recording or Recording()
     method = method_named(scheme.method)

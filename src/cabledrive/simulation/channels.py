@@ -77,15 +77,8 @@ EXTREMES = 10
 def probe_columns(number: int) -> slice:
     """Columns of a probe.
 
-    Parameters
-    ----------
-    number : int
-        Which probe, from 0.
-
-    Returns
-    -------
-    slice
-        Its u, v, w in a row.
+    ``number``: which probe, from 0.
+    Returns its u, v, w in a row.
     """
     start = WIDTH + 3 * number
     return slice(start, start + 3)

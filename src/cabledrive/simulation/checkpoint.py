@@ -20,19 +20,8 @@ class Damaged(ValueError):
 def checkpoint_bytes(state: State, records: int, bound_to: str, hashes: list[str]) -> bytes:
     """Content of a checkpoint.
 
-    Parameters
-    ----------
-    state : State
-    records : int
-        Records up to there.
-    bound_to : str
-        Digest of the settings of the run.
-    hashes : list of str
-        Digests of rows and fields up to there.
-
-    Returns
-    -------
-    bytes
+    ``records``: records up to there; ``bound_to``: digest of the settings of the run; ``hashes``: digests of
+    rows and fields up to there.
     """
     content: dict[str, Any] = {**state._asdict(), "records": np.int64(records)}
     content |= {"bound_to": np.array(bound_to), "hashes": np.array(hashes)}
@@ -45,26 +34,9 @@ def checkpoint_bytes(state: State, records: int, bound_to: str, hashes: list[str
 def read_checkpoint(path: Path, like: State, every: int, bound_to: str) -> tuple[State, int, list[str]]:
     """State, records and digests of a checkpoint.
 
-    Parameters
-    ----------
-    path : Path
-    like : State
-        One of the same run, for the shapes.
-    every : int
-        Steps per record.
-    bound_to : str
-        Digest of the settings of the run.
-
-    Returns
-    -------
-    tuple of (State, int, list of str)
-
-    Raises
-    ------
-    Damaged
-        If it is not what was written, or another run's.
-    OSError
-        If it cannot be read.
+    ``like``: one of the same run, for the shapes; ``every``: steps per record; ``bound_to``: digest of the
+    settings of the run.
+    Raises `Damaged` if it is not what was written, or another run's; `OSError` if it cannot be read.
     """
     digest, data = path.read_bytes()[:_DIGEST], path.read_bytes()[_DIGEST:]
     if hashlib.sha256(data).hexdigest().encode() != digest:

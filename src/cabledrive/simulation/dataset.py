@@ -9,14 +9,7 @@ from cabledrive.simulation.result import SimulationResult
 def dataset_of(result: SimulationResult) -> xarray.Dataset:
     """All arrays of a result with their dimensions, units and meanings.
 
-    Parameters
-    ----------
-    result : SimulationResult
-
-    Returns
-    -------
-    xarray.Dataset
-        Dimensions time, probe, plane, span, node, field_time; every array with `units` and `long_name`.
+    Returns dimensions time, probe, plane, span, node, field_time; every array with `units` and `long_name`.
     """
     described = {
         variable.name: (

@@ -34,15 +34,8 @@ class EnergyConserving(Method):
     def check(self, plan: Plan) -> None:
         """Refuse what has no energy to conserve, see `Method.check`.
 
-        Parameters
-        ----------
-        plan : Plan
-
-        Raises
-        ------
-        InputRefused
-            For the weak law as printed, which has no potential, and for a cable that goes slack, whose
-            energy beyond the linear one has no lower bound.
+        Raises `InputRefused` for the weak law as printed, which has no potential, and for a cable that goes
+        slack, whose energy beyond the linear one has no lower bound.
         """
         law = list(LAWS.values())[plan.law]
         if not law.has_potential:
@@ -59,15 +52,7 @@ class EnergyConserving(Method):
     def extra(self, plan: Plan, state: State) -> Array:
         """E and C at the start, and what rounding took, see `Method.extra`.
 
-        Parameters
-        ----------
-        plan : Plan
-        state : State
-
-        Returns
-        -------
-        ndarray, shape (6,)
-            Energies [J] and displacements [m].
+        Returns shape (6,): energies [J] and displacements [m].
         """
         return extra_at_start(plan, state)
 
@@ -84,15 +69,9 @@ class EnergyConserving(Method):
     ) -> int:
         """Take a step for each entry of `torque`, see `Method.march`.
 
-        Parameters
-        ----------
-        plan, state, work, torque, forces, every, rows, fields : object
-            See `Method.march`.
-
-        Returns
-        -------
-        int
-            See `Method.march`.
+        ``plan``, ``state``, ``work``, ``torque``, ``forces``, ``every``, ``rows``, ``fields``: see
+        `Method.march`.
+        Returns see `Method.march`.
         """
         if numba_at_hand():
             from cabledrive.simulation.kernels.energy_conserving import march

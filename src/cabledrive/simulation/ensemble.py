@@ -179,25 +179,10 @@ def members_of(
 ) -> tuple[dict[str, Array], list[Setting]]:
     """Every combination of the values of some parameters, the last axis quickest.
 
-    Parameters
-    ----------
-    axes : mapping of str to sequence of float
-        Values of each parameter that is varied, by its name in `Setting`.
-    common : Setting
-        Parameters that are not varied.
-    records : float
-        Records of each run.
-
-    Returns
-    -------
-    values : dict of str to ndarray
-        The axes as arrays.
-    members : list of Setting
-
-    Raises
-    ------
-    InputRefused
-        If an axis is unknown or empty, or the result would not fit into memory.
+    ``axes``: values of each parameter that is varied, by its name in `Setting`; ``common``: parameters that
+    are not varied; ``records``: records of each run.
+    Returns ``values``: the axes as arrays.
+    Raises `InputRefused` if an axis is unknown or empty, or the result would not fit into memory.
     """
     values = {name: np.atleast_1d(np.asarray(given, dtype=np.float64)) for name, given in axes.items()}
     _check_axes(values, records)

@@ -64,23 +64,9 @@ def error_estimate_of(rows: Array, prepare: Callable[[Scheme], Case], scheme: Sc
     :math:`D_1/(2^p - 1)`. The order is taken as at most 2 and at least 1/2, below which the runs do not
     converge yet.
 
-    Parameters
-    ----------
-    rows : ndarray, shape (records, columns)
-        Records of the run.
-    prepare : callable
-        Gives the same run with another scheme.
-    scheme : Scheme
-        The run's own.
-
-    Returns
-    -------
-    ErrorEstimate
-
-    Raises
-    ------
-    InputRefused
-        If the run has too few segments to be halved twice.
+    ``rows``, shape (records, columns): records of the run; ``prepare``: gives the same run with another
+    scheme; ``scheme``: the run's own.
+    Raises `InputRefused` if the run has too few segments to be halved twice.
     """
     if scheme.segments // 4 < FEWEST_SEGMENTS:
         raise InputRefused(

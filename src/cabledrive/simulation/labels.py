@@ -23,16 +23,7 @@ class Variable(NamedTuple):
 
 
 def coordinates(result: SimulationResult) -> list[Variable]:
-    """Coordinates that are numbers.
-
-    Parameters
-    ----------
-    result : SimulationResult
-
-    Returns
-    -------
-    list of Variable
-    """
+    """Coordinates that are numbers."""
     places = np.array([place for _, place in result.probes])
     found = [
         Variable("time", ("time",), result.time, "s", "time of a record"),
@@ -49,14 +40,7 @@ def coordinates(result: SimulationResult) -> list[Variable]:
 def words(result: SimulationResult) -> dict[str, tuple[str, list[str]]]:
     """Coordinates that are words.
 
-    Parameters
-    ----------
-    result : SimulationResult
-
-    Returns
-    -------
-    dict
-        Name to dimension and values.
+    Returns name to dimension and values.
     """
     return {
         "span": ("span", list(result.spans)),
@@ -66,16 +50,7 @@ def words(result: SimulationResult) -> dict[str, tuple[str, list[str]]]:
 
 
 def variables(result: SimulationResult) -> list[Variable]:
-    """All arrays of a result but its coordinates.
-
-    Parameters
-    ----------
-    result : SimulationResult
-
-    Returns
-    -------
-    list of Variable
-    """
+    """All arrays of a result but its coordinates."""
     missing = [span for span in ("upper", "lower") if span not in result.spans]
     found = [
         Variable(channel.name, ("time",), result.channel(channel.name), channel.unit, channel.meaning)
@@ -107,14 +82,7 @@ def variables(result: SimulationResult) -> list[Variable]:
 def by_span(result: SimulationResult) -> Array:
     """Whole fields span by span, the rims in both.
 
-    Parameters
-    ----------
-    result : SimulationResult
-
-    Returns
-    -------
-    ndarray, shape (field records, spans, n + 1, 3)
-        Displacements [m].
+    Returns shape (field records, spans, n + 1, 3): displacements [m].
     """
     n = result.position.shape[1] - 1
     spans = [result.fields[:, :, k * n : (k + 1) * n + 1] for k in range(len(result.spans))]
@@ -124,14 +92,7 @@ def by_span(result: SimulationResult) -> Array:
 def attributes(result: SimulationResult) -> dict[str, Any]:
     """What is known of a result as a whole, as text and numbers.
 
-    Parameters
-    ----------
-    result : SimulationResult
-
-    Returns
-    -------
-    dict
-        No time of day and no wall time in it: the same run gives the same file.
+    Returns no time of day and no wall time in it: the same run gives the same file.
     """
     whole = {**result.provenance, **result.summary()}
     del whole["wall_time"], whole["error_estimate"]

@@ -37,72 +37,34 @@ class Method(ABC):
     ) -> int:
         """Take a step for each entry of `torque`, writing into `state`.
 
-        Parameters
-        ----------
-        plan : Plan
-        state : State
-            Changed in place; at the end that after the last step.
-        work : Workspace
-        torque : ndarray, shape (steps,)
-            Torque at the time of each step [N m].
-        forces : ndarray, shape (steps, number of forces)
-            Forces at the time of each step [N].
-        every : int
-            Steps per record: the first of every `every` steps is recorded.
-        rows : ndarray, shape (records, columns)
-            Gets the records, see `cabledrive.simulation.channels`.
-        fields : ndarray, shape (records, 3, nodes) or (0, 3, nodes)
-            Gets the displacements of all nodes.
-
-        Returns
-        -------
-        int
-            DONE; SLACK if a span is slack at the start of a step and that is to stop the run, before the
-            step; NOT_FINITE after the record in which the energy is not finite.
+        ``state``: changed in place; at the end that after the last step; ``torque``, shape (steps,): torque
+        at the time of each step [N m]; ``forces``, shape (steps, number of forces): forces at the time of
+        each step [N]; ``every``: steps per record: the first of every `every` steps is recorded; ``rows``,
+        shape (records, columns): gets the records, see `cabledrive.simulation.channels`; ``fields``, shape
+        (records, 3, nodes): gets the displacements of all nodes.
+        Returns DONE; SLACK if a span is slack at the start of a step and that is to stop the run, before the
+        step; NOT_FINITE after the record in which the energy is not finite.
         """
 
     def check(self, plan: Plan) -> None:
         """Refuse what the method cannot do.
 
-        Parameters
-        ----------
-        plan : Plan
-
-        Raises
-        ------
-        InputRefused
-            If the drive or an option is beyond the method.
+        Raises `InputRefused` if the drive or an option is beyond the method.
         """
         del plan
 
     def largest_step(self, mesh: Mesh, law: CableLaw) -> float:
         """Largest stable step.
 
-        Parameters
-        ----------
-        mesh : Mesh
-        law : CableLaw
-
-        Returns
-        -------
-        float
-            Step [s].
+        Returns step [s].
         """
         return largest_stable_step(mesh, law)
 
     def extra(self, plan: Plan, state: State) -> Array | None:
         """Numbers the method keeps from step to step beside displacements and velocities.
 
-        Parameters
-        ----------
-        plan : Plan
-        state : State
-            The state at the start.
-
-        Returns
-        -------
-        ndarray or None
-            Their values at the start; None if there are none.
+        ``state``: the state at the start.
+        Returns their values at the start; None if there are none.
         """
         del plan, state
         return None

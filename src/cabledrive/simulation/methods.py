@@ -15,18 +15,7 @@ METHODS: dict[str, Method] = {
 def method_named(name: str) -> Method:
     """Method of a name.
 
-    Parameters
-    ----------
-    name : str
-
-    Returns
-    -------
-    Method
-
-    Raises
-    ------
-    InputRefused
-        If there is none of that name.
+    Raises `InputRefused` if there is none of that name.
     """
     if name not in METHODS:
         raise InputRefused(f'method = "{name}" is not one of its values{nearest(name, METHODS)}')

@@ -21,21 +21,10 @@ BESIDES = 1 << 20  # bytes a file may need beyond its numbers
 def write_netcdf(result: SimulationResult, path: Path, temporary: Path, *, force: bool = False) -> None:
     """Write a result; the file appears whole or not at all.
 
-    Parameters
-    ----------
-    result : SimulationResult
-    path : Path
-    temporary : Path
-        Name of the file until it is whole, on the same disk.
-    force : bool, default False
-        Whether a file there is replaced.
-
-    Raises
-    ------
-    InputRefused
-        If another process has written the file meanwhile (without `force`).
-    OSError
-        If the disk refuses.
+    ``temporary``: name of the file until it is whole, on the same disk; ``force``: whether a file there is
+    replaced.
+    Raises `InputRefused` if another process has written the file meanwhile (without `force`); `OSError` if
+    the disk refuses.
     """
     try:
         _find_room(result, temporary)

@@ -27,14 +27,7 @@ class NodeCentred(Method):
     def check(self, plan: Plan) -> None:
         """Refuse what the scheme has no equation for, see `Method.check`.
 
-        Parameters
-        ----------
-        plan : Plan
-
-        Raises
-        ------
-        InputRefused
-            For carriages, axial damping, forces on carriages, and a cable that goes slack.
+        Raises `InputRefused` for carriages, axial damping, forces on carriages, and a cable that goes slack.
         """
         beyond = {
             "carriages or unequal segments": not plan.uniform and plan.axial_damping == 0.0,
@@ -58,15 +51,9 @@ class NodeCentred(Method):
     ) -> int:
         """Take a step for each entry of `torque`, see `Method.march`.
 
-        Parameters
-        ----------
-        plan, state, work, torque, forces, every, rows, fields : object
-            See `Method.march`.
-
-        Returns
-        -------
-        int
-            See `Method.march`.
+        ``plan``, ``state``, ``work``, ``torque``, ``forces``, ``every``, ``rows``, ``fields``: see
+        `Method.march`.
+        Returns see `Method.march`.
         """
         if numba_at_hand():
             from cabledrive.simulation.kernels.node_centred import march

@@ -73,28 +73,11 @@ def plan_of(
 ) -> Plan:
     """Numbers of one run.
 
-    Parameters
-    ----------
-    mesh : Mesh
-    law : CableLaw
-    step : float
-        Time step [s].
-    transverse_damping : float, default 0.0
-        Gamma [1/s].
-    axial_damping : float, default 0.0
-        Kelvin-Voigt damping b_kv [N s], force per rate of true strain.
-    smoothing_speed : float, default 0.0
-        Angular speed over which Coulomb friction is smoothed [rad/s]; 0: stick-slip.
-    stop_when_slack : bool, default True
-        Whether a slack segment ends the run.
-    probes : tuple of (str, float)
-        Span and distance [m] from its start, on the pretensioned cable. The midpoints come first anyway.
-    forces : tuple of (int, int)
-        Node and axis (0: u, 1: v, 2: w) of each force.
-
-    Returns
-    -------
-    Plan
+    ``step``: time step [s]; ``transverse_damping``: Gamma [1/s]; ``axial_damping``: Kelvin-Voigt damping b_kv
+    [N s], force per rate of true strain; ``smoothing_speed``: angular speed over which Coulomb friction is
+    smoothed [rad/s]; 0: stick-slip; ``stop_when_slack``: whether a slack segment ends the run; ``probes``:
+    span and distance [m] from its start, on the pretensioned cable. The midpoints come first anyway;
+    ``forces``: node and axis (0: u, 1: v, 2: w) of each force.
     """
     damper = axial_damping * (1.0 + law.pretension / law.axial_rigidity)
     stiffness, damping = _joint(mesh)

@@ -27,10 +27,7 @@ class Progress:
     def at(self, simulated: float) -> None:
         """Tell how far the run is.
 
-        Parameters
-        ----------
-        simulated : float
-            Time reached in the run [s].
+        ``simulated``: time reached in the run [s].
         """
         now = time.monotonic()
         if self._from is None:

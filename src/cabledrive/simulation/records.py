@@ -41,32 +41,21 @@ class Records(ABC):
     def append(self, rows: Array, fields: Array) -> None:
         """Add records.
 
-        Parameters
-        ----------
-        rows : ndarray, shape (n, columns)
-        fields : ndarray, shape (m, 3, nodes)
+        ``rows``, shape (n, columns); ``fields``, shape (m, 3, nodes).
         """
         self._append(rows, fields)
 
     def commit(self, state: State, records: int) -> None:
         """Make what was added so far the point from which a run can be resumed.
 
-        Parameters
-        ----------
-        state : State
-            After the last step.
-        records : int
-            Records up to there.
+        ``state``: after the last step; ``records``: records up to there.
         """
         self._commit(state, records)
 
     def arrays(self) -> tuple[Array, Array]:
         """All rows and all fields.
 
-        Returns
-        -------
-        rows : ndarray, shape (records, columns)
-        fields : ndarray, shape (field records, 3, nodes)
+        Returns ``rows``, shape (records, columns); ``fields``, shape (field records, 3, nodes).
         """
         return self._arrays()
 
@@ -210,15 +199,8 @@ class RecordsInFolder(Records):
     def check(self, records: int) -> None:
         """Compare what lies in the files with what was appended, before a result is made of it.
 
-        Parameters
-        ----------
-        records : int
-            How many records the run has made.
-
-        Raises
-        ------
-        NotComputed
-            If it is not the same (another program wrote to the files), or the disk is full.
+        ``records``: how many records the run has made.
+        Raises `NotComputed` if it is not the same (another program wrote to the files), or the disk is full.
         """
         try:
             for file in (self._rows, self._fields):

@@ -22,12 +22,7 @@ class RecordsHash:
     def add(self, records: int, *content: bytes) -> None:
         """Count records in.
 
-        Parameters
-        ----------
-        records : int
-            How many.
-        *content : bytes
-            Their rows and their fields.
+        ``records``: how many; ``*content``: their rows and their fields.
         """
         for running, part in zip(self._hashes, content, strict=True):
             running.update(part)
@@ -38,35 +33,16 @@ class RecordsHash:
     def at(self, records: int) -> list[str]:
         """Digests of rows and fields up to a number of records.
 
-        Parameters
-        ----------
-        records : int
-            One of the last two that were counted in.
-
-        Returns
-        -------
-        list of str
+        ``records``: one of the last two that were counted in.
         """
         return self._digests[records]
 
     def read(self, records: int, *parts: tuple[Path, int]) -> list[str]:
         """Count in what lies in files already; nothing may have been counted in before.
 
-        Parameters
-        ----------
-        records : int
-        *parts : (Path, int)
-            File of the rows and of the fields, and how many of its bytes belong to these records.
-
-        Returns
-        -------
-        list of str
-            Digests of rows and fields.
-
-        Raises
-        ------
-        OSError
-            If a file is shorter, or cannot be read.
+        ``*parts``: file of the rows and of the fields, and how many of its bytes belong to these records.
+        Returns digests of rows and fields.
+        Raises `OSError` if a file is shorter, or cannot be read.
         """
         for running, (path, size) in zip(self._hashes, parts, strict=True):
             _hash_file(running, path, size)

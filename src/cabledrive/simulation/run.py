@@ -51,19 +51,8 @@ def march_through(
 ) -> Outcome:
     """Take all steps of a run, or as many as can be taken.
 
-    Parameters
-    ----------
-    case : Case
-    records : Records
-        Gets the records.
-    resumed : (State, int) or None, default None
-        State and number of records from which to go on.
-    progress : bool or None, default False
-        Whether to tell on standard error how far it is; None: where that is a terminal.
-
-    Returns
-    -------
-    Outcome
+    ``records``: gets the records; ``resumed``: state and number of records from which to go on; ``progress``:
+    whether to tell on standard error how far it is; None: where that is a terminal.
     """
     began = time.perf_counter()
     state, done = resumed or (case.first_state(), 0)
@@ -169,17 +158,7 @@ def _last_record(case: Case, records: Records, state: State, work: Workspace) ->
 
 
 def slack_line(case: Case, state: State) -> str:
-    """One line about the span that went slack last.
-
-    Parameters
-    ----------
-    case : Case
-    state : State
-
-    Returns
-    -------
-    str
-    """
+    """One line about the span that went slack last."""
     step, span, segment, tension = state.events[min(int(state.counts[1]), len(state.events)) - 1]
     place = case.mesh.position[int(span), int(segment) : int(segment) + 2].mean()
     return (

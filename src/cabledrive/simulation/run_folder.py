@@ -16,11 +16,7 @@ MADE_HERE |= {"checkpoint.npz"}  # by version 0.1
 def clear(folder: Path, names: list[str]) -> None:
     """Delete files in such an order that what is left by a kill can be resumed: the setting last.
 
-    Parameters
-    ----------
-    folder : Path
-    names : list of str
-        From `left_behind`.
+    ``names``: from `left_behind`.
     """
     for name in sorted(names, key=lambda name: (name == SETTING, name != CHECKPOINT)):
         (folder / name).unlink()
@@ -29,14 +25,7 @@ def clear(folder: Path, names: list[str]) -> None:
 def part_of(path: Path) -> Path:
     """Folder of a run in progress.
 
-    Parameters
-    ----------
-    path : Path
-        Of the result.
-
-    Returns
-    -------
-    Path
+    ``path``: of the result.
     """
     return path.with_name(path.name + ".part")
 
@@ -44,14 +33,7 @@ def part_of(path: Path) -> Path:
 def left_behind(folder: Path) -> list[str]:
     """Names of what an ended run left in its folder.
 
-    Parameters
-    ----------
-    folder : Path
-
-    Returns
-    -------
-    list of str
-        Empty where the folder is not there, too.
+    Returns empty where the folder is not there, too.
     """
     return [name for name in os.listdir(folder) if name != LOCK] if folder.is_dir() else []
 
@@ -59,16 +41,7 @@ def left_behind(folder: Path) -> list[str]:
 def open_at(path: Path, size: int) -> BinaryIO:
     """Open a file for appending after its first bytes.
 
-    Parameters
-    ----------
-    path : Path
-        Made where it is absent.
-    size : int
-        Of what is kept; the file holds as much.
-
-    Returns
-    -------
-    BinaryIO
+    ``path``: made where it is absent; ``size``: of what is kept; the file holds as much.
     """
     path.touch()
     file = path.open("r+b")
@@ -78,13 +51,7 @@ def open_at(path: Path, size: int) -> BinaryIO:
 
 
 def replace_whole(path: Path, content: bytes) -> None:
-    """Write a file so that it is either the old one or the new one, on disk.
-
-    Parameters
-    ----------
-    path : Path
-    content : bytes
-    """
+    """Write a file so that it is either the old one or the new one, on disk."""
     fresh = path.with_name(path.name + NEW)
     with fresh.open("wb") as file:
         file.write(content)

@@ -233,21 +233,9 @@ class FromFunction(Signal):
 def signal_of(given: Signal | float | Function, what: str) -> Signal:
     """Signal from what a caller gives.
 
-    Parameters
-    ----------
-    given : Signal, float or callable
-        A number stands for a constant, a callable for a function of time.
-    what : str
-        What it is, for the refusal.
-
-    Returns
-    -------
-    Signal
-
-    Raises
-    ------
-    InputRefused
-        If it is none of these.
+    ``given``: a number stands for a constant, a callable for a function of time; ``what``: what it is, for
+    the refusal.
+    Raises `InputRefused` if it is none of these.
     """
     if isinstance(given, Signal):
         return given
@@ -264,18 +252,8 @@ def signal_of(given: Signal | float | Function, what: str) -> Signal:
 def check_lasts(signal: Signal, duration: float, what: str) -> None:
     """Refuse a signal that ends before the run.
 
-    Parameters
-    ----------
-    signal : Signal
-    duration : float
-        Length of the run [s].
-    what : str
-        What it is, for the refusal.
-
-    Raises
-    ------
-    InputRefused
-        If it is too short.
+    ``duration``: length of the run [s]; ``what``: what it is, for the refusal.
+    Raises `InputRefused` if it is too short.
     """
     if signal.lasts < duration * (1.0 - 1e-12):
         raise InputRefused(

@@ -102,21 +102,9 @@ class Start:
 def displacement_at_start(mesh: Mesh, law: CableLaw, start: Start) -> Array:
     """Displacements at t = 0.
 
-    Parameters
-    ----------
-    mesh : Mesh
-    law : CableLaw
-    start : Start
-
-    Returns
-    -------
-    ndarray, shape (3, nodes)
-        u, v, w [m].
-
-    Raises
-    ------
-    InputRefused
-        If a pluck does not fit the drive, or the cable would start slack though it may not go slack.
+    Returns shape (3, nodes): u, v, w [m].
+    Raises `InputRefused` if a pluck does not fit the drive, or the cable would start slack though it may not
+    go slack.
     """
     total = _following_rims(mesh, start.drive_angle, start.load_angle, "angle")
     if start.from_equilibrium:
@@ -132,18 +120,9 @@ def displacement_at_start(mesh: Mesh, law: CableLaw, start: Start) -> Array:
 def rotor_at_start(mesh: Mesh, displacement: Array, start: Start) -> float:
     """Displacement of the rotor at t = 0, at the drive pulley's rim.
 
-    Parameters
-    ----------
-    mesh : Mesh
-    displacement : ndarray, shape (3, nodes)
-        That of the cable, from `displacement_at_start` [m].
-    start : Start
-
-    Returns
-    -------
-    float
-        That of the drive rim, less the twist of a flexible joint that carries the weights from the rim to the
-        rotor's holding stiffness [m].
+    ``displacement``, shape (3, nodes): that of the cable, from `displacement_at_start` [m].
+    Returns that of the drive rim, less the twist of a flexible joint that carries the weights from the rim to
+    the rotor's holding stiffness [m].
     """
     rim = float(displacement[0, 0])
     if mesh.joint is None:
@@ -156,20 +135,8 @@ def rotor_at_start(mesh: Mesh, displacement: Array, start: Start) -> float:
 def velocity_at_start(mesh: Mesh, start: Start) -> Array:
     """Velocities at t = 0.
 
-    Parameters
-    ----------
-    mesh : Mesh
-    start : Start
-
-    Returns
-    -------
-    ndarray, shape (3, nodes)
-        Of u, v, w [m/s].
-
-    Raises
-    ------
-    InputRefused
-        If a fixed pulley is given a speed, or a kick does not fit the drive.
+    Returns shape (3, nodes): of u, v, w [m/s].
+    Raises `InputRefused` if a fixed pulley is given a speed, or a kick does not fit the drive.
     """
     total = _following_rims(mesh, start.drive_speed, start.load_speed, "speed")
     for kick in start.kicks:

@@ -30,20 +30,9 @@ class State(NamedTuple):
 def new_state(displacement: Array, velocity: Array, motor: tuple[float, float], extra: int = 0) -> State:
     """State at the start of a run.
 
-    Parameters
-    ----------
-    displacement : ndarray, shape (3, nodes)
-        u, v, w [m].
-    velocity : ndarray, shape (3, nodes)
-        Velocities half a step before the start [m/s].
-    motor : (float, float)
-        Displacement [m] and velocity [m/s] of the motor at the rim.
-    extra : int, default 0
-        Numbers a method keeps besides.
-
-    Returns
-    -------
-    State
+    ``displacement``, shape (3, nodes): u, v, w [m]; ``velocity``, shape (3, nodes): velocities half a step
+    before the start [m/s]; ``motor``: displacement [m] and velocity [m/s] of the motor at the rim; ``extra``:
+    numbers a method keeps besides.
     """
     extremes = np.zeros(EXTREMES)
     extremes[0:6:2], extremes[1:6:2] = np.inf, -np.inf
@@ -60,16 +49,7 @@ def new_state(displacement: Array, velocity: Array, motor: tuple[float, float], 
 
 
 def copy_state(state: State) -> State:
-    """Copy of a state that shares nothing with it.
-
-    Parameters
-    ----------
-    state : State
-
-    Returns
-    -------
-    State
-    """
+    """Copy of a state that shares nothing with it."""
     copies: list[Any] = [np.array(array) for array in state]
     return State(*copies)
 
@@ -77,12 +57,7 @@ def copy_state(state: State) -> State:
 def set_state(state: State, other: State) -> None:
     """Write another state into this one.
 
-    Parameters
-    ----------
-    state : State
-        Overwritten in place.
-    other : State
-        Of the same run.
+    ``state``: overwritten in place; ``other``: of the same run.
     """
     for mine, theirs in zip(state, other, strict=True):
         mine[...] = theirs

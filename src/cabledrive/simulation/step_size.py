@@ -66,15 +66,7 @@ def largest_stable_step(mesh: Mesh, law: CableLaw) -> float:
     chain of springs with a kink, on which leapfrog is resonantly unstable where the shortest period takes few
     steps: there a quarter of that, a dozen steps per shortest period.
 
-    Parameters
-    ----------
-    mesh : Mesh
-    law : CableLaw
-
-    Returns
-    -------
-    float
-        Step [s].
+    Returns step [s].
     """
     mobility = 1.0 / mesh.axial_mass
     for node, shaft in zip(mesh.rims, mesh.shafts, strict=False):
@@ -107,29 +99,10 @@ def time_grid(
 ) -> TimeGrid:
     """Steps and records of a run, the last record exactly at its end.
 
-    Parameters
-    ----------
-    duration : float
-        Length of the run [s].
-    largest_step : float
-        Largest stable step [s].
-    step : float or None
-        Step asked for [s].
-    cfl : float
-        Share of the largest step to take if none was asked for.
-    rate : float
-        Least number of records per second [Hz].
-    nodes : int, default 1
-        Of the divided cable.
-
-    Returns
-    -------
-    TimeGrid
-
-    Raises
-    ------
-    InputRefused
-        If the run has no end, the step is not stable, or the run takes too many steps.
+    ``duration``: length of the run [s]; ``largest_step``: largest stable step [s]; ``step``: step asked for
+    [s]; ``cfl``: share of the largest step to take if none was asked for; ``rate``: least number of records
+    per second [Hz]; ``nodes``: of the divided cable.
+    Raises `InputRefused` if the run has no end, the step is not stable, or the run takes too many steps.
     """
     if not (isfinite(duration) and duration > 0.0):
         raise InputRefused(f"duration = {duration} s must be above 0 and finite: give the length of the run")
@@ -155,16 +128,8 @@ def time_grid(
 def check_resolved(signal: Signal, step: float) -> None:
     """Refuse a sine that the steps cannot follow.
 
-    Parameters
-    ----------
-    signal : Signal
-    step : float
-        [s].
-
-    Raises
-    ------
-    InputRefused
-        If it has less than two steps per period.
+    ``step`` [s].
+    Raises `InputRefused` if it has less than two steps per period.
     """
     if isinstance(signal, Sine) and abs(signal.frequency) * step > 0.5:
         raise InputRefused(

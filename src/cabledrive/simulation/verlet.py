@@ -37,15 +37,9 @@ class StoermerVerlet(Method):
     ) -> int:
         """Take a step for each entry of `torque`, see `Method.march`.
 
-        Parameters
-        ----------
-        plan, state, work, torque, forces, every, rows, fields : object
-            See `Method.march`.
-
-        Returns
-        -------
-        int
-            See `Method.march`.
+        ``plan``, ``state``, ``work``, ``torque``, ``forces``, ``every``, ``rows``, ``fields``: see
+        `Method.march`.
+        Returns see `Method.march`.
         """
         if numba_at_hand():
             from cabledrive.simulation.kernels.verlet import march

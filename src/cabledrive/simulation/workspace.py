@@ -28,16 +28,7 @@ class Workspace(NamedTuple):
 
 
 def new_workspace(plan: Plan) -> Workspace:
-    """Work space for a run.
-
-    Parameters
-    ----------
-    plan : Plan
-
-    Returns
-    -------
-    Workspace
-    """
+    """Work space for a run."""
     segments = plan.segment.shape[1]
     return Workspace(
         before=np.zeros((2, 3, segments + 1)),

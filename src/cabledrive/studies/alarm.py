@@ -117,25 +117,10 @@ class AlarmResult:
 def alarm(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5, limit: float = 5e-4) -> AlarmResult:
     """Whether a motion makes transverse vibrations grow beyond a limit.
 
-    Parameters
-    ----------
-    drive : Drive
-    motion : PlannedMotion
-    floor : float, default 1e-5
-        Amplitude of every transverse mode that is always there [m].
-    limit : float, default 5e-4
-        Largest transverse displacement from rest that is allowed [m].
-
-    Returns
-    -------
-    AlarmResult
-
-    Raises
-    ------
-    InputRefused
-        If the motion does not fit the drive, or floor and limit are not 0 < floor < limit.
-    NotComputed
-        If no state of rest is found.
+    ``floor``: amplitude of every transverse mode that is always there [m]; ``limit``: largest transverse
+    displacement from rest that is allowed [m].
+    Raises `InputRefused` if the motion does not fit the drive, or floor and limit are not 0 < floor < limit;
+    `NotComputed` if no state of rest is found.
     """
     if not 0.0 < floor < limit:
         raise InputRefused(f"floor = {floor:.4g} m must be above 0 and below limit = {limit:.4g} m")

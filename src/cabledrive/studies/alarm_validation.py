@@ -61,32 +61,11 @@ def true_motion(
     The run starts at equilibrium with the drive pulley held. At some instants every stretch gets the floor in
     each of its lowest sines and both planes, with random phases.
 
-    Parameters
-    ----------
-    drive : Drive
-    motion : PlannedMotion
-        Its pretension, carriages and load torque stand still.
-    floor : float
-        [m].
-    modes : int
-        Number of sines of each stretch that get the floor.
-    highest : float
-        Highest frequency of interest, for the records [Hz].
-    rng : Generator
-        Of the phases.
-    starts : sequence of float, default (0.0, 0.35)
-        Instants as shares of the motion.
-    segments : int, default 100
-        Per span.
-
-    Returns
-    -------
-    TrueMotion
-
-    Raises
-    ------
-    InputRefused
-        If the motion changes pretension, carriages or load torque: the model is cut for one.
+    ``motion``: its pretension, carriages and load torque stand still; ``floor`` [m]; ``modes``: number of
+    sines of each stretch that get the floor; ``highest``: highest frequency of interest, for the records
+    [Hz]; ``rng``: of the phases; ``starts``: instants as shares of the motion; ``segments``: per span.
+    Raises `InputRefused` if the motion changes pretension, carriages or load torque: the model is cut for
+    one.
     """
     if motion.changes:
         raise InputRefused("motion: pretension, carriage and load_torque must stand still on the full model")

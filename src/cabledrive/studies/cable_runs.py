@@ -60,16 +60,8 @@ class SagTable:
 def sag_table(drive: Drive, segments: int = 200) -> SagTable:
     """Sag of the upper span beside the closed forms.
 
-    Parameters
-    ----------
-    drive : Drive
-        A level loop without carriages.
-    segments : int, default 200
-        Segments per span; even, so that a node is at midspan.
-
-    Returns
-    -------
-    SagTable
+    ``drive``: a level loop without carriages; ``segments``: segments per span; even, so that a node is at
+    midspan.
     """
     mesh = mesh_of(drive, segments)
     rest = equilibrium(mesh, cable_law(drive.cable)).displacement
@@ -86,14 +78,7 @@ def sag_table(drive: Drive, segments: int = 200) -> SagTable:
 def plucks(heights: tuple[float, float] = PLUCKS) -> Start:
     """Triangular plucks at midspan, from where the cable hangs.
 
-    Parameters
-    ----------
-    heights : (float, float), default (0.002, 0.001)
-        Of upper and lower span [m].
-
-    Returns
-    -------
-    Start
+    ``heights``: of upper and lower span [m].
     """
     upper, lower = heights
     return Start(plucks=(Pluck(height=upper), Pluck(height=lower, span="lower")), from_equilibrium=True)
@@ -102,19 +87,7 @@ def plucks(heights: tuple[float, float] = PLUCKS) -> Start:
 def plucked_run(drive: Drive, duration: float, *, rate: float = 4000.0, fields: int = 0) -> SimulationResult:
     """Free response to unequal plucks.
 
-    Parameters
-    ----------
-    drive : Drive
-    duration : float
-        [s].
-    rate : float, default 4000
-        Records per second [Hz].
-    fields : int, default 0
-        Keep all nodes at every so many records.
-
-    Returns
-    -------
-    SimulationResult
+    ``duration`` [s]; ``rate``: records per second [Hz]; ``fields``: keep all nodes at every so many records.
     """
     recording = Recording(rate=rate, fields=fields)
     return simulate(drive, duration, start=plucks(), scheme=Scheme(segments=SEGMENTS), recording=recording)
@@ -123,15 +96,7 @@ def plucked_run(drive: Drive, duration: float, *, rate: float = 4000.0, fields: 
 def forced_run(drive: Drive, duration: float) -> SimulationResult:
     """Response to a torque at the frequency of the lowest longitudinal mode, from rest.
 
-    Parameters
-    ----------
-    drive : Drive
-    duration : float
-        [s].
-
-    Returns
-    -------
-    SimulationResult
+    ``duration`` [s].
     """
     frequency = float(natural_frequencies(drive, count=1)[0])
     return simulate(
@@ -147,15 +112,7 @@ def forced_run(drive: Drive, duration: float) -> SimulationResult:
 def whirling_run(drive: Drive, duration: float) -> SimulationResult:
     """A half-sine pluck in w and a kick in v that alone would swing three fifths as far.
 
-    Parameters
-    ----------
-    drive : Drive
-    duration : float
-        [s].
-
-    Returns
-    -------
-    SimulationResult
+    ``duration`` [s].
     """
     speed = (drive.cable.pretension / drive.cable.stretched_mass_per_length) ** 0.5
     omega = np.pi * speed / drive.pulley_distance
@@ -172,16 +129,8 @@ def whirling_run(drive: Drive, duration: float) -> SimulationResult:
 def slackened_run(drive: Drive, duration: float = 4.0) -> SimulationResult:
     """Load pulley held, no weight, torque on the drive pulley raised in a line to twice the slack torque.
 
-    Parameters
-    ----------
-    drive : Drive
-    duration : float, default 4.0
-        [s]; many periods of the drive pulley on its two spans.
-
-    Returns
-    -------
-    SimulationResult
-        Ended where a span goes slack.
+    ``duration`` [s]; many periods of the drive pulley on its two spans.
+    Returns ended where a span goes slack.
     """
     pulleys = (drive.pulley[0], replace(drive.pulley[1], fixed=True))
     held = replace(drive, pulley=pulleys, layout=replace(drive.layout, gravity=0.0))
@@ -201,15 +150,8 @@ def slackened_run(drive: Drive, duration: float = 4.0) -> SimulationResult:
 def slack_torque(drive: Drive) -> float:
     """Torque that leaves no tension in one of two equal spans.
 
-    Parameters
-    ----------
-    drive : Drive
-        A loop.
-
-    Returns
-    -------
-    float
-        [N m].
+    ``drive``: a loop.
+    Returns [N m].
     """
     return 2.0 * drive.drive_pulley.radius * drive.cable.pretension
 
@@ -217,16 +159,12 @@ def slack_torque(drive: Drive) -> float:
 def by_every_way(drive: Drive, duration: float) -> Iterator[tuple[str, str, SimulationResult]]:
     """The plucked run by several laws and methods, and by the fast model.
 
-    Parameters
-    ----------
-    drive : Drive
-    duration : float
-        [s].
+    ``duration`` [s].
 
     Yields
     ------
-    model, method : str
-    result : SimulationResult
+    str, str, SimulationResult
+        Law, method, run.
     """
     from cabledrive.reduction.fast_simulation import simulate_fast
 
@@ -241,15 +179,8 @@ def by_every_way(drive: Drive, duration: float) -> Iterator[tuple[str, str, Simu
 def largest_difference(result: SimulationResult, reference: SimulationResult) -> float:
     """Largest difference of two midpoints over the largest deflection of the reference.
 
-    Parameters
-    ----------
-    result, reference : SimulationResult
-        Runs of the same length.
-
-    Returns
-    -------
-    float
-        Of the upper midpoint, in w [-].
+    ``result``, ``reference``: runs of the same length.
+    Returns of the upper midpoint, in w [-].
     """
     expected: Array = reference.midpoint("upper")[:, 2]
     found = np.interp(reference.time, result.time, result.midpoint("upper")[:, 2])

@@ -110,14 +110,7 @@ class Chapter4:
 def chapter_4(seed: int = SEED) -> Chapter4:
     """Run and identify the experiments of chapter 4.
 
-    Parameters
-    ----------
-    seed : int, default 2015
-        Of phases, noise and encoder phases.
-
-    Returns
-    -------
-    Chapter4
+    ``seed``: of phases, noise and encoder phases.
     """
     two = replace(WITH_DRIVE, amplitudes=(0.1, 0.1))
     plan = (

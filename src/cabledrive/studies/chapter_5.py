@@ -100,14 +100,7 @@ class FreeResponse:
 def tuned_drive(drive: Drive) -> Drive:
     """The drive at its tuned pretension, without weight, with the dampings of the figures.
 
-    Parameters
-    ----------
-    drive : Drive
-        A loop without carriages, such as configuration 2.
-
-    Returns
-    -------
-    Drive
+    ``drive``: a loop without carriages, such as configuration 2.
     """
     cable = replace(drive.cable, pretension=tuned_pretension(drive), transverse_damping=GAMMA)
     still = replace(drive, cable=cable, layout=replace(drive.layout, gravity=0.0))
@@ -120,16 +113,7 @@ def tuned_drive(drive: Drive) -> Drive:
 def forced_response(drive: Drive, duration: float = 2.0) -> ForcedResponse:
     """Torque at the pulley mode's frequency, triangular plucks, as in Sections 5.2.1 and 5.2.2.
 
-    Parameters
-    ----------
-    drive : Drive
-        Of `tuned_drive`.
-    duration : float, default 2.0
-        [s].
-
-    Returns
-    -------
-    ForcedResponse
+    ``drive``: of `tuned_drive`; ``duration`` [s].
     """
     case = ForcedCase(drive=drive, torque=TORQUE, plucks=PLUCKS, duration=duration, shape="triangle")
     seen = exact_motion(case, segments=100, rate=3000.0)
@@ -148,14 +132,7 @@ def forced_response(drive: Drive, duration: float = 2.0) -> ForcedResponse:
 def swept_response(drive: Drive) -> SweptResponse:
     """Slow rise of the tension through the tuning while the torque goes on, as in Fig. 5.5.
 
-    Parameters
-    ----------
-    drive : Drive
-        Of `tuned_drive`.
-
-    Returns
-    -------
-    SweptResponse
+    ``drive``: of `tuned_drive`.
     """
     c = averaged_coefficients(autoparametric_model(drive), torque=TORQUE, drift=False)
     sweep = Sweep(
@@ -184,16 +161,7 @@ def swept_response(drive: Drive) -> SweptResponse:
 def free_response(drive: Drive, duration: float = 1.5) -> FreeResponse:
     """Both spans plucked unequally and let go, as in Section 5.3.
 
-    Parameters
-    ----------
-    drive : Drive
-        Of `tuned_drive`.
-    duration : float, default 1.5
-        [s].
-
-    Returns
-    -------
-    FreeResponse
+    ``drive``: of `tuned_drive`; ``duration`` [s].
     """
     plucks = tuple(Pluck(height=a, span=s) for a, s in zip(FREE_PLUCKS, ("upper", "lower"), strict=True))
     result = simulate(

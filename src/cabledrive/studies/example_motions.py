@@ -15,14 +15,7 @@ RIPPLE, RUN_UP, PASSAGE = 2e-2, 4e-2, 1.5e-2
 def example_motions(drive: Drive) -> dict[str, PlannedMotion]:
     """Motions of two seconds, by what they are.
 
-    Parameters
-    ----------
-    drive : Drive
-        With two pulleys that turn.
-
-    Returns
-    -------
-    dict of str to PlannedMotion
+    ``drive``: with two pulleys that turn.
     """
     time = np.linspace(0.0, DURATION, 16_001)
     model = autoparametric_model(drive)

@@ -59,13 +59,8 @@ class TensionLines:
 def amplitudes(values: Array) -> Array:
     """Amplitudes of the sines in some signals, their means removed.
 
-    Parameters
-    ----------
-    values : ndarray, shape (n, signals)
-
-    Returns
-    -------
-    ndarray, shape (n // 2 + 1, signals)
+    ``values``, shape (n, signals).
+    Returns shape (n // 2 + 1, signals).
     """
     window = np.hanning(values.shape[0])[:, None]
     spectrum = np.fft.rfft(window * (values - values.mean(axis=0)), axis=0)
@@ -80,17 +75,7 @@ def excited_modes(drive: Drive, state: StaticState, lines: TensionLines, floor: 
     frequency; through a sag of slope :math:`\sigma` it shakes a mode at :math:`w = \Omega` to no more than
     :math:`\eta\sigma/\kappa` times :math:`\min(w/\Gamma, \tfrac12 wT)`.
 
-    Parameters
-    ----------
-    drive : Drive
-    state : StaticState
-    lines : TensionLines
-    floor : float
-        Amplitude below which nothing counts [m].
-
-    Returns
-    -------
-    list of list of int
+    ``floor``: amplitude below which nothing counts [m].
     """
     return [_of_stretch(drive, state, part, lines, floor) for part in free_stretches(drive, state)]
 

@@ -70,15 +70,7 @@ class Follower:
     def modes_at(self, value: float, count: int) -> Station:
         """Modes in ascending order of frequency.
 
-        Parameters
-        ----------
-        value : float
-        count : int
-            At least so many; each as often as its multiplicity.
-
-        Returns
-        -------
-        Station
+        ``count``: at least so many; each as often as its multiplicity.
         """
         known = self._known.get(value)
         if known is None or known.frequency.size < count:
@@ -89,22 +81,10 @@ class Follower:
     def path(self, values: Array, curves: int) -> list[Station]:
         """Follow the first modes from the first value to the last.
 
-        Parameters
-        ----------
-        values : ndarray, shape (p,)
-            Strictly ascending.
-        curves : int
-            How many modes, counted from the lowest at the first value.
-
-        Returns
-        -------
-        list of Station
-            One for each value, and for each substep that was needed.
-
-        Raises
-        ------
-        NotComputed
-            If the modes cannot be told apart.
+        ``values``, shape (p,): strictly ascending; ``curves``: how many modes, counted from the lowest at the
+        first value.
+        Returns one for each value, and for each substep that was needed.
+        Raises `NotComputed` if the modes cannot be told apart.
         """
         first = self.modes_at(float(values[0]), curves)
         here = _part(first, np.arange(curves))
@@ -132,17 +112,8 @@ class Follower:
         The modes that are not followed, up to a few above the highest that is, are matched as well: a curve
         must not jump over one of them unnoticed.
 
-        Parameters
-        ----------
-        here : Station
-        value : float
-
-        Returns
-        -------
-        there : Station
-            In the order of the curves.
-        sure : bool
-            Whether every shape is found again and no two curves changed order on the way.
+        Returns ``there``: in the order of the curves; ``sure``: whether every shape is found again and no two
+        curves changed order on the way.
         """
         curves = here.frequency.size
         beside = self._beside(here)
@@ -188,18 +159,9 @@ def _station(value: float, drive: Drive, count: int, cells: int) -> Station:
 def mass_weighted_shapes(drive: Drive, modes: tuple[Mode, ...], cells: int) -> Array:
     """Shapes as vectors of unit length whose products are those of the kinetic energy.
 
-    Parameters
-    ----------
-    drive : Drive
-    modes : tuple of Mode
-        Its longitudinal modes.
-    cells : int
-        Cells per span.
-
-    Returns
-    -------
-    ndarray, shape (n, shapes)
-        One column for each mode and multiplicity: the joints, then the cable at the midpoints of equal cells.
+    ``modes``: its longitudinal modes; ``cells``: cells per span.
+    Returns shape (n, shapes): one column for each mode and multiplicity: the joints, then the cable at the
+    midpoints of equal cells.
     """
     masses: dict[str, float] = {}
     for chain in longitudinal_chains(drive):

@@ -11,18 +11,8 @@ if TYPE_CHECKING:
 def stamped(data: "xr.Dataset", drive: Drive, title: str) -> "xr.Dataset":
     """Add title, drive, hash, version and method to a result.
 
-    Parameters
-    ----------
-    data : xarray.Dataset
-    drive : Drive
-        The drive it was computed from.
-    title : str
-        What it shows.
-
-    Returns
-    -------
-    xarray.Dataset
-        The same data with attributes.
+    ``drive``: the drive it was computed from; ``title``: what it shows.
+    Returns the same data with attributes.
     """
     from cabledrive.parameters.version import __version__
 

@@ -41,17 +41,7 @@ def spot_checks(
 
     Without weight and Coulomb friction, which the map leaves out as well.
 
-    Parameters
-    ----------
-    drive : Drive
-    growth : GrowthMap
-    rng : numpy.random.Generator
-    points : int, default 3
-
-    Returns
-    -------
-    tuple of SpotCheck
-        Empty where the drive is not a plain loop whose spans vibrate in their first mode.
+    Returns empty where the drive is not a plain loop whose spans vibrate in their first mode.
     """
     model = autoparametric_model(drive)
     plain = drive.kind == "loop" and not drive.carriage and all(mode.number == 1 for mode in model.modes)
@@ -97,16 +87,7 @@ def _checked(drive: Drive, growth: GrowthMap, natural: float, row: int, column: 
 
 
 def spot_check_line(checks: tuple[SpotCheck, ...]) -> str:
-    """What the spot checks say, for a caption.
-
-    Parameters
-    ----------
-    checks : tuple of SpotCheck
-
-    Returns
-    -------
-    str
-    """
+    """What the spot checks say, for a caption."""
     if not checks:
         return (
             "No spot check: the exact loop is compared where spans are plain and vibrate in their first mode."

@@ -24,26 +24,9 @@ def measured_growth(drive: Drive, torque: float, forcing: float, segments: int =
     The pulleys start with the speed that leaves no mean drift. The midpoint's motion is demodulated at half
     the forcing frequency; window peaks would mislead by some per cent.
 
-    Parameters
-    ----------
-    drive : Drive
-        With transverse damping.
-    torque : float
-        [N m].
-    forcing : float
-        Omega [rad/s].
-    segments : int, default 200
-        Per span.
-
-    Returns
-    -------
-    float
-        [1/s].
-
-    Raises
-    ------
-    NotComputed
-        If the cable is undamped: there is nothing to wait for.
+    ``drive``: with transverse damping; ``torque`` [N m]; ``forcing``: omega [rad/s]; ``segments``: per span.
+    Returns [1/s].
+    Raises `NotComputed` if the cable is undamped: there is nothing to wait for.
     """
     gamma = drive.cable.transverse_damping
     if gamma == 0.0:
@@ -71,18 +54,8 @@ def measured_growth(drive: Drive, torque: float, forcing: float, segments: int =
 def demodulated(time: Array, signal: Array, omega: float, periods: int = 4) -> tuple[Array, Array]:
     """Amplitude of a signal at one frequency, over windows of some periods with smooth edges.
 
-    Parameters
-    ----------
-    time, signal : ndarray, shape (n,)
-        At equal intervals.
-    omega : float
-        [rad/s].
-    periods : int, default 4
-
-    Returns
-    -------
-    centre, amplitude : ndarray, shape (windows,)
-        Windows overlap by half.
+    ``time``, ``signal``, shape (n,): at equal intervals; ``omega`` [rad/s].
+    Returns ``centre, amplitude``, shape (windows,): windows overlap by half.
     """
     interval = time[1] - time[0]
     length = round(periods * 2 * np.pi / omega / interval)
@@ -106,22 +79,9 @@ def measured_threshold(
     proportional to the torque: a straight line over its square, while the rate itself has a corner just
     below the threshold.
 
-    Parameters
-    ----------
-    drive : Drive
-    predicted : float
-        [N m].
-    forcing : float
-        Omega [rad/s].
-    shares : sequence of float, default (1.01, 1.03)
-        Of the predicted torque, where growth is measured.
-    segments : int, default 200
-        Per span.
-
-    Returns
-    -------
-    float
-        [N m].
+    ``predicted`` [N m]; ``forcing``: omega [rad/s]; ``shares``: of the predicted torque, where growth is
+    measured; ``segments``: per span.
+    Returns [N m].
     """
     half = 0.5 * drive.cable.transverse_damping
     low, high = ((measured_growth(drive, x * predicted, forcing, segments) + half) ** 2 for x in shares)

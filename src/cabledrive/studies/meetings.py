@@ -45,16 +45,8 @@ def meetings(follower: Follower, path: list[Station]) -> list[Meeting]:
     each shape on the one side is more like the other curve's shape on the other side (squared overlap above
     one half).
 
-    Parameters
-    ----------
-    follower : Follower
-        What made the path; it refines the places.
-    path : list of Station
-
-    Returns
-    -------
-    list of Meeting
-        In order of the value.
+    ``follower``: what made the path; it refines the places.
+    Returns in order of the value.
     """
     found = []
     for pair in combinations(range(path[0].frequency.size), 2):

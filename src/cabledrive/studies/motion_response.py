@@ -71,22 +71,10 @@ class PreparedMotion:
     ) -> Extremes:
         """Largest displacements along the motion.
 
-        Parameters
-        ----------
-        floor : float, default 0.0
-            Amplitude below which no transverse mode falls [m].
-        phase : float, default 0.0
-            Phase at which that amplitude begins [rad].
-        detuned : float, default 0.0
-            Relative change of all transverse frequencies.
-        torque : float, default 1.0
-            Factor on the torque above the holding torque.
-        parametric : bool, default True
-            Whether the tension acts on the transverse motion itself; without, direct excitation alone.
-
-        Returns
-        -------
-        Extremes
+        ``floor``: amplitude below which no transverse mode falls [m]; ``phase``: phase at which that
+        amplitude begins [rad]; ``detuned``: relative change of all transverse frequencies; ``torque``: factor
+        on the torque above the holding torque; ``parametric``: whether the tension acts on the transverse
+        motion itself; without, direct excitation alone.
         """
         stages = [(numbers, torque * part) for numbers, part in _stages(self, detuned)]
         if not parametric:
@@ -100,23 +88,9 @@ class PreparedMotion:
 def prepare(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5) -> PreparedMotion:
     """Compute the state of rest and the modes that a motion can excite, along the motion where they change.
 
-    Parameters
-    ----------
-    drive : Drive
-    motion : PlannedMotion
-    floor : float, default 1e-5
-        Amplitude below which nothing counts [m].
-
-    Returns
-    -------
-    PreparedMotion
-
-    Raises
-    ------
-    InputRefused
-        If the motion is too short or too long to be integrated along.
-    NotComputed
-        If no equilibrium is found.
+    ``floor``: amplitude below which nothing counts [m].
+    Raises `InputRefused` if the motion is too short or too long to be integrated along; `NotComputed` if no
+    equilibrium is found.
     """
     knots = np.linspace(0.0, motion.time[-1], KNOTS) if motion.changes else np.zeros(1)
     drives = [drive_along(drive, motion, t) for t in knots]

@@ -73,21 +73,9 @@ class CoupledPair:
 def coupled_pairs(drive: Drive, pulley_mode: float) -> tuple[CoupledPair, ...]:
     """Pairs of a drive at rest, Eq. (A.33): all 1:2 ones of the pulley mode, others near resonance.
 
-    Parameters
-    ----------
-    drive : Drive
-    pulley_mode : float
-        Frequency of the lowest longitudinal mode in which a pulley turns [rad/s].
-
-    Returns
-    -------
-    tuple of CoupledPair
-        The lowest threshold first.
-
-    Raises
-    ------
-    NotComputed
-        If a section hangs slack at rest.
+    ``pulley_mode``: frequency of the lowest longitudinal mode in which a pulley turns [rad/s].
+    Returns the lowest threshold first.
+    Raises `NotComputed` if a section hangs slack at rest.
     """
     state = static_state(drive, segments=_SEGMENTS)
     modes = longitudinal_modes(drive, state, HIGHEST * pulley_mode)

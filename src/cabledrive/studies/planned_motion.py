@@ -53,21 +53,8 @@ class PlannedMotion:
 def drive_along(drive: Drive, motion: PlannedMotion, t: float) -> Drive:
     """The drive with the pretension and the carriage places that a motion has at an instant.
 
-    Parameters
-    ----------
-    drive : Drive
-    motion : PlannedMotion
-    t : float
-        [s].
-
-    Returns
-    -------
-    Drive
-
-    Raises
-    ------
-    InputRefused
-        If the motion moves a carriage that the drive has not.
+    ``t`` [s].
+    Raises `InputRefused` if the motion moves a carriage that the drive has not.
     """
     if motion.pretension is not None:
         tension = float(np.interp(t, motion.time, motion.pretension))
@@ -83,15 +70,7 @@ def drive_along(drive: Drive, motion: PlannedMotion, t: float) -> Drive:
 def with_carriage_at(drive: Drive, place: float) -> Drive:
     """The drive with its first carriage at a place, and those that move together with it moved as far.
 
-    Parameters
-    ----------
-    drive : Drive
-    place : float
-        Position of the first carriage [m].
-
-    Returns
-    -------
-    Drive
+    ``place``: position of the first carriage [m].
     """
     moved = place - drive.carriage[0].position
     carriages = list(drive.carriage)

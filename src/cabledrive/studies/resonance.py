@@ -101,14 +101,7 @@ class ResonanceSummary:
 def default_torque(drive: Drive) -> float:
     """Torque of the verdict: the motor's limit, else one hundredth of the slack torque.
 
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    float
-        [N m].
+    Returns [N m].
     """
     limit = drive.motor.torque_limit if drive.motor is not None else None
     if limit is not None:
@@ -121,25 +114,11 @@ def resonance_summary(
 ) -> ResonanceSummary:
     """Frequency ratio, tuned pretension, threshold torque and verdict of a drive.
 
-    Parameters
-    ----------
-    drive : Drive
-    torque : float, optional
-        Amplitude of the torque at the pulley mode's frequency [N m]; see `default_torque`.
-    load_torque : float, default 0.0
-        Steady torque on the load pulley [N m]: it pulls the upper span and relaxes the lower one, and splits
-        their tuning. Ratio, tuned pretension and its threshold stay those of the unloaded drive.
-
-    Returns
-    -------
-    ResonanceSummary
-
-    Raises
-    ------
-    InputRefused
-        If the torque is negative, or the steady one takes a span's tension away.
-    NotComputed
-        If a span hangs slack at rest.
+    ``torque``: amplitude of the torque at the pulley mode's frequency [N m]; see `default_torque`;
+    ``load_torque``: steady torque on the load pulley [N m]: it pulls the upper span and relaxes the lower
+    one, and splits their tuning. Ratio, tuned pretension and its threshold stay those of the unloaded drive.
+    Raises `InputRefused` if the torque is negative, or the steady one takes a span's tension away;
+    `NotComputed` if a span hangs slack at rest.
     """
     tau = default_torque(drive) if torque is None else torque
     if not tau >= 0.0:

@@ -85,30 +85,11 @@ def growth_map(
     The unstretched lengths are kept while the tension changes. Of more than two sections the two that come
     nearest to resonance at the drive's own pretension are taken.
 
-    Parameters
-    ----------
-    drive : Drive
-    torque : float
-        The drive's own torque [N m]; the map goes to three times it unless told.
-    load_torque : float, default 0.0
-        Steady torque on the load pulley [N m].
-    pretensions, torques : array_like, optional
-        Axes of the map [N], [N m]; 100 each unless given.
-    duration : float, default 1.0
-        [s].
-    pluck : float, optional
-        [m]; 1e-4 of the span unless given.
-    method : {"oscillators", "averaged"}, default "oscillators"
-    threads : int, default 2
-
-    Returns
-    -------
-    GrowthMap
-
-    Raises
-    ------
-    InputRefused
-        If the drive has no pulley mode, or an axis is empty, negative or not finite.
+    ``torque``: the drive's own torque [N m]; the map goes to three times it unless told; ``load_torque``:
+    steady torque on the load pulley [N m]; ``pretensions``, ``torques``: axes of the map [N], [N m]; 100 each
+    unless given; ``duration`` [s]; ``pluck`` [m]; 1e-4 of the span unless given; ``method``, {"oscillators",
+    "averaged"}.
+    Raises `InputRefused` if the drive has no pulley mode, or an axis is empty, negative or not finite.
     """
     tuned = tuple(sorted({pair.tuned_pretension for pair in resonant_pairs(drive) if pair.tuned_pretension}))
     tension = _axis(pretensions, _tension_range(drive, tuned), "pretensions", positive=True)

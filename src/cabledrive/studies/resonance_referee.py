@@ -77,17 +77,7 @@ class SeenMotion:
 def exact_motion(case: ForcedCase, segments: int = 200, rate: float = 4000.0) -> SeenMotion:
     """The motion of the nonlinear loop itself.
 
-    Parameters
-    ----------
-    case : ForcedCase
-    segments : int, default 200
-        Per span.
-    rate : float, default 4000
-        Records per second [Hz].
-
-    Returns
-    -------
-    SeenMotion
+    ``segments``: per span; ``rate``: records per second [Hz].
     """
     omega = case.forcing or autoparametric_model(case.drive).natural
     shapes = [
@@ -111,17 +101,7 @@ def exact_motion(case: ForcedCase, segments: int = 200, rate: float = 4000.0) ->
 def averaged_motion(case: ForcedCase, time: Array, *, second: bool = True) -> SeenMotion:
     """The same motion by the averaged equations, put together again.
 
-    Parameters
-    ----------
-    case : ForcedCase
-    time : ndarray, shape (n,)
-        [s].
-    second : bool, default True
-        To second order.
-
-    Returns
-    -------
-    SeenMotion
+    ``time``, shape (n,) [s]; ``second``: to second order.
     """
     model = autoparametric_model(case.drive, number=1)
     c, first = _coefficients(case, model)
@@ -185,23 +165,8 @@ def averaged_history(
 ) -> tuple[Array, Complex]:
     """Slow amplitudes in time, by Runge-Kutta steps of fourth order.
 
-    Parameters
-    ----------
-    c : AveragedCoefficients
-    start : ndarray of complex, shape (1 + J, ...)
-    duration : float
-        [s].
-    second : bool, default True
-        To second order.
-    step : float
-        Largest step [s].
-
-    Returns
-    -------
-    time : ndarray, shape (n,)
-        [s].
-    states : ndarray of complex, shape (1 + J, n, ...)
-        [m].
+    ``start``, shape (1 + J, ...); ``duration`` [s]; ``second``: to second order; ``step``: largest step [s].
+    Returns ``time``, shape (n,) [s]; ``states``, shape (1 + J, n, ...) [m].
     """
     steps = int(np.ceil(duration / step))
     h, states = duration / steps, [start]
@@ -218,15 +183,8 @@ def averaged_history(
 def envelope(time: Array, signal: Array, window: float) -> Array:
     """Largest size of a signal in one window after another, its linear trend removed.
 
-    Parameters
-    ----------
-    time, signal : ndarray, shape (n,)
-    window : float
-        [s].
-
-    Returns
-    -------
-    ndarray, shape (windows,)
+    ``time``, ``signal``, shape (n,); ``window`` [s].
+    Returns shape (windows,).
     """
     level = signal - np.polyval(np.polyfit(time, signal, 1), time)
     number = np.floor((time - time[0]) / window).astype(int)
@@ -239,15 +197,7 @@ def envelope(time: Array, signal: Array, window: float) -> Array:
 def disagreement(case: ForcedCase, exact: SeenMotion, other: SeenMotion) -> tuple[float, float]:
     """Largest difference of two motions' envelopes over the largest envelope.
 
-    Parameters
-    ----------
-    case : ForcedCase
-    exact, other : SeenMotion
-        At the same times.
-
-    Returns
-    -------
-    load_angle, midpoint : float
+    ``exact``, ``other``: at the same times.
     """
     omega = case.forcing or autoparametric_model(case.drive).natural
     window = WINDOW * 2 * np.pi / omega
@@ -261,16 +211,8 @@ def disagreement(case: ForcedCase, exact: SeenMotion, other: SeenMotion) -> tupl
 def own_sensitivity(case: ForcedCase, time: Array) -> float:
     """How much a change of the plucks by a thousandth changes the motion: the set's own sharpness.
 
-    Parameters
-    ----------
-    case : ForcedCase
-    time : ndarray, shape (n,)
-        [s].
-
-    Returns
-    -------
-    float
-        Larger of the two disagreements.
+    ``time``, shape (n,) [s].
+    Returns larger of the two disagreements.
     """
     first, second = case.plucks
     nudged = replace(case, plucks=(first * 1.001, second))

@@ -68,18 +68,7 @@ class Sensitivity:
 def remedies(drive: Drive, torque: float, load_torque: float = 0.0) -> tuple[Remedy, ...]:
     """Changes, each by itself, that make a drive safe under a torque.
 
-    Parameters
-    ----------
-    drive : Drive
-        Not safe.
-    torque : float
-        [N m].
-    load_torque : float, default 0.0
-        Steady torque on the load pulley [N m].
-
-    Returns
-    -------
-    tuple of Remedy
+    ``drive``: not safe; ``torque`` [N m]; ``load_torque``: steady torque on the load pulley [N m].
     """
     model = autoparametric_model(drive, load_torque=load_torque, at_rest=True)
 
@@ -106,17 +95,8 @@ def remedies(drive: Drive, torque: float, load_torque: float = 0.0) -> tuple[Rem
 def sensitivity(drive: Drive, torque: float, load_torque: float = 0.0) -> Sensitivity:
     """Derivatives of detuning and threshold by what a designer can change.
 
-    Parameters
-    ----------
-    drive : Drive
-    torque : float
-        Of the verdict [N m]; it chooses the deciding mode.
-    load_torque : float, default 0.0
-        Steady torque on the load pulley [N m].
-
-    Returns
-    -------
-    Sensitivity
+    ``torque``: of the verdict [N m]; it chooses the deciding mode; ``load_torque``: steady torque on the load
+    pulley [N m].
     """
     model = autoparametric_model(drive, load_torque=load_torque, at_rest=True)
     mode = standing_of(model, torque).mode

@@ -48,15 +48,8 @@ class Standing:
 def split_tunings(model: AutoparametricModel) -> dict[str, float | None]:
     """Pretension at which each span's own mode has half the pulley mode's frequency under the steady load.
 
-    Parameters
-    ----------
-    model : AutoparametricModel
-        Of a drive with a load torque.
-
-    Returns
-    -------
-    dict of str to float or None
-        Mean tension of the spans [N], by span; None where no pretension within a factor of 20 does it.
+    ``model``: of a drive with a load torque.
+    Returns mean tension of the spans [N], by span; None where no pretension within a factor of 20 does it.
     """
     from scipy.optimize import brentq
 
@@ -77,16 +70,8 @@ def split_tunings(model: AutoparametricModel) -> dict[str, float | None]:
 def standing_of(model: AutoparametricModel, torque: float) -> Standing:
     """Where a drive stands against the tongue of a torque that has acted for `BUILD_UP`.
 
-    Parameters
-    ----------
-    model : AutoparametricModel
-    torque : float
-        [N m].
-
-    Returns
-    -------
-    Standing
-        Of the transverse mode that is relatively nearest to its tongue.
+    ``torque`` [N m].
+    Returns of the transverse mode that is relatively nearest to its tongue.
     """
     c = averaged_coefficients(model, torque=torque, drift=False)
     reached = float(pulley_amplitude(c, BUILD_UP))

@@ -77,19 +77,8 @@ def onset_by_growth_integral(sweep: Sweep) -> float:
     The logarithm is what the turning of its phase costs the growing motion, the geometric factor of the first
     adiabatic correction. It is left out where the cable is undamped, whose edge is singular.
 
-    Parameters
-    ----------
-    sweep : Sweep
-
-    Returns
-    -------
-    float
-        [rad/s].
-
-    Raises
-    ------
-    NotComputed
-        If the sweep leaves the tongue before.
+    Returns [rad/s].
+    Raises `NotComputed` if the sweep leaves the tongue before.
     """
     from scipy.optimize import brentq
 
@@ -118,16 +107,8 @@ def onset_by_growth_integral(sweep: Sweep) -> float:
 def swept_amplitude(sweep: Sweep) -> tuple[Array, Array]:
     """Amplitude along the sweep by Hill's equation itself, from the floor at the edge of the tongue.
 
-    Parameters
-    ----------
-    sweep : Sweep
-
-    Returns
-    -------
-    detuning : ndarray, shape (n,)
-        Through the tongue, or until it is far above the level [rad/s].
-    amplitude : ndarray, shape (n,)
-        [m].
+    Returns ``detuning``, shape (n,): through the tongue, or until it is far above the level [rad/s];
+    ``amplitude``, shape (n,) [m].
     """
     nu, mu = sweep.half_forcing, sweep.pumping
     duration = 2 * sweep.half_width / sweep.rate
@@ -153,21 +134,9 @@ def swept_amplitude(sweep: Sweep) -> tuple[Array, Array]:
 def onset(detuning: Array, amplitude: Array, level: float) -> float:
     """Detuning at which an amplitude first reaches a level, between the samples in its logarithm.
 
-    Parameters
-    ----------
-    detuning, amplitude : ndarray, shape (n,)
-    level : float
-        [m].
-
-    Returns
-    -------
-    float
-        [rad/s].
-
-    Raises
-    ------
-    NotComputed
-        If it never does.
+    ``detuning``, ``amplitude``, shape (n,); ``level`` [m].
+    Returns [rad/s].
+    Raises `NotComputed` if it never does.
     """
     above = np.flatnonzero(amplitude >= level)
     if above.size == 0 or above[0] == 0:

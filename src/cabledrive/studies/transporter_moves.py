@@ -24,19 +24,8 @@ def scaled_transporter(drive: Drive) -> Drive:
     The span becomes 1.5 m, the pretension 10 N, the carriage 0.5 kg at 0.25 m, the cable's damping over its
     stiffness 0.5 ms (a guess; none is printed); the motor is that of configuration 3 with a rigid joint.
 
-    Parameters
-    ----------
-    drive : Drive
-        A loop with one carriage, such as dissertation-transporter.
-
-    Returns
-    -------
-    Drive
-
-    Raises
-    ------
-    InputRefused
-        If the drive has no carriage, or no encoders.
+    ``drive``: a loop with one carriage, such as dissertation-transporter.
+    Raises `InputRefused` if the drive has no carriage, or no encoders.
     """
     if len(drive.carriage) != 1 or drive.sensors is None:
         raise InputRefused(f"drive {drive.name!r} has {len(drive.carriage)} carriages: give one with 1")
@@ -76,20 +65,8 @@ def residual_motion(
 ) -> ResidualMotion:
     """Move the carriage again and again, with encoder phases at random.
 
-    Parameters
-    ----------
-    drive : Drive
-    law : str
-    runs : int, default 8
-    seed : int, default 0
-    drawn : bool, default False
-        Whether the plant is drawn as well.
-    gust : float, default 0.0
-        Force of the wind on the payload for half a second [N].
-
-    Returns
-    -------
-    ResidualMotion
+    ``drawn``: whether the plant is drawn as well; ``gust``: force of the wind on the payload for half a
+    second [N].
     """
     move = CarriageMove(gust=(gust, 1.0, 1.5))
     nominal = transporter_of(drive, payload_mass=move.payload_mass, line_length=move.line_length)
@@ -105,17 +82,7 @@ def residual_motion(
 
 
 def drawn_transporter(transporter: Transporter, generator: np.random.Generator) -> Transporter:
-    """A plant at random: payload 10 %, line, cable 5 %, friction 6 %, rail 20 %, carriage 2 %, offset 0.3 N.
-
-    Parameters
-    ----------
-    transporter : Transporter
-    generator : numpy.random.Generator
-
-    Returns
-    -------
-    Transporter
-    """
+    """A random plant: payload 10 %, line, cable 5 %, friction 6 %, rail 20 %, carriage 2 %, offset 0.3 N."""
     spreads = {
         "payload_mass": 0.10,
         "line_length": 0.05,
@@ -160,22 +127,8 @@ def along_the_way(
 ) -> AlongTheWay:
     """Closed-loop poles of law, observer and frozen plant on a grid of positions.
 
-    Parameters
-    ----------
-    drive : Drive
-    positions : int, default 41
-    rigidity : float, default 1.0
-        Axial rigidity of the plant over that of the design.
-    laws : tuple of str, optional
-
-    Returns
-    -------
-    AlongTheWay
-
-    Raises
-    ------
-    InputRefused
-        If a law is not known.
+    ``rigidity``: axial rigidity of the plant over that of the design.
+    Raises `InputRefused` if a law is not known.
     """
     move, interval = CarriageMove(), sample_interval(drive)
     design = transporter_of(drive, payload_mass=move.payload_mass, line_length=move.line_length)

@@ -23,14 +23,6 @@ def until_rest(way: Branch) -> Branch:
 
     There it meets the state of rest, or that of the other span alone, and its Jacobian is singular: to step
     over it is luck.
-
-    Parameters
-    ----------
-    way : Branch
-
-    Returns
-    -------
-    Branch
     """
     across = np.array([complex_state(x)[1:] for x in way.states])
     mirrored = np.flatnonzero(np.any((across[1:] * across[:-1].conj()).real < 0.0, axis=1))
@@ -51,15 +43,8 @@ def until_rest(way: Branch) -> Branch:
 def birth_force(way: Branch) -> float | None:
     """Force at which the motion vanishes, from its square near there.
 
-    Parameters
-    ----------
-    way : Branch
-        Of `until_rest`.
-
-    Returns
-    -------
-    float or None
-        [m/s]; None where the branch ends elsewhere.
+    ``way``: of `until_rest`.
+    Returns [m/s]; None where the branch ends elsewhere.
     """
     if way.ended != REST:
         return None
@@ -73,13 +58,8 @@ def birth_force(way: Branch) -> float | None:
 def real_state(state: Complex) -> Array:
     """Real parts, then imaginary parts.
 
-    Parameters
-    ----------
-    state : ndarray of complex, shape (n,)
-
-    Returns
-    -------
-    ndarray, shape (2 n,)
+    ``state``, shape (n,).
+    Returns shape (2 n,).
     """
     return np.concatenate((state.real, state.imag))
 
@@ -87,12 +67,7 @@ def real_state(state: Complex) -> Array:
 def complex_state(x: Array) -> Complex:
     """Slow amplitudes from their real and imaginary parts.
 
-    Parameters
-    ----------
-    x : ndarray, shape (2 n,)
-
-    Returns
-    -------
-    ndarray of complex, shape (n,)
+    ``x``, shape (2 n,).
+    Returns shape (n,).
     """
     return np.asarray(x[: x.size // 2] + 1j * x[x.size // 2 :])

@@ -10,22 +10,9 @@ from cabledrive.parameters.fields import key_of, nearest
 def varied(drive: Drive, key: str, value: float) -> Drive:
     """Drive with another value of one quantity; the given one is left as it is.
 
-    Parameters
-    ----------
-    drive : Drive
-    key : str
-        Key of the drive file: "cable.pretension", "pulley.0.inertia", "carriage.2.mass".
-    value : float
-        New value, in SI.
-
-    Returns
-    -------
-    Drive
-
-    Raises
-    ------
-    InputRefused
-        If the key names no quantity of this drive, or the value is not allowed.
+    ``key``: key of the drive file: "cable.pretension", "pulley.0.inertia", "carriage.2.mass"; ``value``: new
+    value, in SI.
+    Raises `InputRefused` if the key names no quantity of this drive, or the value is not allowed.
     """
     try:
         return _replaced(drive, key.split("."), float(value), key)
@@ -36,21 +23,9 @@ def varied(drive: Drive, key: str, value: float) -> Drive:
 def quantity_of(drive: Drive, key: str) -> tuple[str, str]:
     """Unit and meaning of a quantity of the drive.
 
-    Parameters
-    ----------
-    drive : Drive
-    key : str
-        Key of the drive file.
-
-    Returns
-    -------
-    unit, meaning : str
-        As in the schema of the drive file.
-
-    Raises
-    ------
-    InputRefused
-        If the key names no quantity of this drive.
+    ``key``: key of the drive file.
+    Returns ``unit, meaning``: as in the schema of the drive file.
+    Raises `InputRefused` if the key names no quantity of this drive.
     """
     *path, last = key.split(".")
     table: Any = drive

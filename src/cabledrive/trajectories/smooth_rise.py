@@ -20,20 +20,9 @@ HIGHEST_ORDER = 21
 def check_order(order: int) -> int:
     """Refuse an order that no smooth rise has.
 
-    Parameters
-    ----------
-    order : int
-        Order of the polynomial.
-
-    Returns
-    -------
-    int
-        Number n of derivatives that rest at both ends.
-
-    Raises
-    ------
-    InputRefused
-        If the order is even, below 3 or above 21.
+    ``order``: order of the polynomial.
+    Returns number n of derivatives that rest at both ends.
+    Raises `InputRefused` if the order is even, below 3 or above 21.
     """
     if order % 2 == 0 or not 3 <= order <= HIGHEST_ORDER:
         raise InputRefused(

@@ -79,14 +79,7 @@ def command(
 def modes_data(found: Modes) -> dict[str, Any]:
     """The modes of a drive as JSON gives them.
 
-    Parameters
-    ----------
-    found : Modes
-
-    Returns
-    -------
-    dict
-        Frequencies in Hz, positions in m.
+    Returns frequencies in Hz, positions in m.
     """
     proof = found.certificate
     return {
@@ -111,14 +104,7 @@ def modes_data(found: Modes) -> dict[str, Any]:
 def mode_data(mode: Mode) -> dict[str, Any]:
     """One mode as JSON gives it.
 
-    Parameters
-    ----------
-    mode : Mode
-
-    Returns
-    -------
-    dict
-        Of a transverse mode with span, plane, the ends of the section that vibrates [m] and its model.
+    Returns of a transverse mode with span, plane, the ends of the section that vibrates [m] and its model.
     """
     data = {
         "frequency_hz": mode.frequency,

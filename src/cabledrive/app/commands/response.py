@@ -18,17 +18,7 @@ class _Response(Subcommand):
     """``--output`` names the column of the output, as in version 0.1, where ``--response`` is not given."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Read the arguments.
-
-        Parameters
-        ----------
-        ctx : click.Context
-        args : list of str
-
-        Returns
-        -------
-        list of str
-        """
+        """Read the arguments."""
         if any(re.match("--response(=|$)", arg) for arg in args):
             args = [re.sub("^--output(?:=|$)", "-o", arg) for arg in args]
         return super().parse_args(ctx, args)
@@ -38,16 +28,7 @@ class _OutputPath(click.Option):
     """``-o``, which the help calls ``-o, --output`` as in every command."""
 
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
-        """What the help says of it.
-
-        Parameters
-        ----------
-        ctx : click.Context
-
-        Returns
-        -------
-        (str, str)
-        """
+        """What the help says of it."""
         return f"-o, --output {self.metavar}", self.help or ""
 
 

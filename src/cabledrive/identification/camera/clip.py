@@ -102,16 +102,8 @@ def open_clip(path: str | Path, frame_rate: float | None = None) -> Clip:
 def check_rate(frame_rate: float, source: str) -> None:
     """Refuse a frame rate that no camera has.
 
-    Parameters
-    ----------
-    frame_rate : float
-        [Hz].
-    source : str
-
-    Raises
-    ------
-    InputRefused
-        If it is not positive and finite.
+    ``frame_rate`` [Hz].
+    Raises `InputRefused` if it is not positive and finite.
     """
     if not (np.isfinite(frame_rate) and 0.0 < frame_rate <= 1e7):
         raise InputRefused(f"{source}: frame rate {frame_rate:g} Hz must lie above 0 and up to 1e7 Hz")
@@ -120,19 +112,9 @@ def check_rate(frame_rate: float, source: str) -> None:
 def grey(frame: NDArray[Any]) -> Array:
     """A frame in grey.
 
-    Parameters
-    ----------
-    frame : ndarray, shape (rows, columns) or (rows, columns, 3 or 4)
-        Red, green, blue.
-
-    Returns
-    -------
-    ndarray, shape (rows, columns)
-
-    Raises
-    ------
-    InputRefused
-        If it has another shape.
+    ``frame``, shape (rows, columns): red, green, blue.
+    Returns shape (rows, columns).
+    Raises `InputRefused` if it has another shape.
     """
     if frame.ndim == 3 and frame.shape[2] in (3, 4):
         return np.asarray(frame[:, :, :3] @ GREY)

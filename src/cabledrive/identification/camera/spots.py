@@ -54,13 +54,7 @@ class Levels:
 def levels_of(frames: list[Array]) -> Levels:
     """Grey levels from a few frames.
 
-    Parameters
-    ----------
-    frames : list of ndarray, shape (rows, columns)
-
-    Returns
-    -------
-    Levels
+    ``frames``, shape (rows, columns).
     """
     background = float(np.median([np.median(frame) for frame in frames]))
     steps = np.concatenate([np.diff(frame, axis=1).ravel() for frame in frames])
@@ -72,15 +66,8 @@ def levels_of(frames: list[Array]) -> Levels:
 def uncovered(frame: Array, still: Array, levels: Levels) -> Array:
     """The frame as it would be with nothing bright behind the marker, which hides what it covers.
 
-    Parameters
-    ----------
-    frame, still : ndarray, shape (rows, columns)
-        With the marker, and without it.
-    levels : Levels
-
-    Returns
-    -------
-    ndarray, shape (rows, columns)
+    ``frame``, ``still``, shape (rows, columns): with the marker, and without it.
+    Returns shape (rows, columns).
     """
     contrast = levels.bright - levels.background
     room = np.maximum(levels.bright - still, LEAST_ROOM * contrast)
@@ -90,16 +77,9 @@ def uncovered(frame: Array, still: Array, levels: Levels) -> Array:
 def spots_of(frame: Array, levels: Levels) -> Array:
     """Bright spots of a frame, the largest first.
 
-    Parameters
-    ----------
-    frame : ndarray, shape (rows, columns)
-    levels : Levels
-
-    Returns
-    -------
-    ndarray, shape (spots, 5)
-        Row and column of the centroid, from the middle of the first pixel, area, half its height and width
-        [pixel].
+    ``frame``, shape (rows, columns).
+    Returns shape (spots, 5): row and column of the centroid, from the middle of the first pixel, area, half
+    its height and width [pixel].
     """
     labels, count = ndimage.label(frame > levels.threshold)
     if count == 0:

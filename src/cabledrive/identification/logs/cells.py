@@ -14,15 +14,7 @@ _STAMP = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(?:\.\d{1,9})?(Z|[+-]\d\d
 def split_line(line: str, delimiter: str) -> list[str]:
     """Cells of one line, quotes taken off.
 
-    Parameters
-    ----------
-    line : str
-    delimiter : str
-        A space stands for any white space.
-
-    Returns
-    -------
-    list of str
+    ``delimiter``: a space stands for any white space.
     """
     if delimiter == " ":
         return line.split()
@@ -32,14 +24,7 @@ def split_line(line: str, delimiter: str) -> list[str]:
 def is_number(cell: str, decimal: str) -> bool:
     """Whether a cell is one number.
 
-    Parameters
-    ----------
-    cell : str
-    decimal : {".", ","}
-
-    Returns
-    -------
-    bool
+    ``decimal``, {".", ","}.
     """
     if (decimal == "," and "." in cell) or "_" in cell or not cell.isascii():
         return False
@@ -53,14 +38,7 @@ def is_number(cell: str, decimal: str) -> bool:
 def zone_of(cell: str) -> str | None:
     """Time zone of an ISO 8601 time such as ``2026-01-02T03:04:05.678Z``.
 
-    Parameters
-    ----------
-    cell : str
-
-    Returns
-    -------
-    str or None
-        "UTC" where it states its distance from it, else empty; None: the cell is no such time.
+    Returns "UTC" where it states its distance from it, else empty; None: the cell is no such time.
     """
     match = _STAMP.fullmatch(cell)
     return None if match is None else "UTC" if match[1] else ""

@@ -15,22 +15,11 @@ MANY_LEVELS = 20
 def fill_holes(values: Array, name: str, source: str, repaired: list[str]) -> Array:
     """Replace few missing values by straight lines.
 
-    Parameters
-    ----------
-    values : ndarray, shape (samples,)
-    name, source : str
-        For words and refusals.
-    repaired : list of str
-        Grows by what was done.
-
-    Returns
-    -------
-    ndarray, shape (samples,)
-
-    Raises
-    ------
-    InputRefused
-        If more is missing than `LONGEST_HOLE` in a row or `MOST_HOLES` of all, or a value is infinite.
+    ``values``, shape (samples,); ``name``, ``source``: for words and refusals; ``repaired``: grows by what
+    was done.
+    Returns shape (samples,).
+    Raises `InputRefused` if more is missing than `LONGEST_HOLE` in a row or `MOST_HOLES` of all, or a value
+    is infinite.
     """
     if np.isinf(values).any():
         row = int(np.argmax(np.isinf(values)))
@@ -52,16 +41,8 @@ def fill_holes(values: Array, name: str, source: str, repaired: list[str]) -> Ar
 def require_size(values: Array, name: str, unit: str, source: str) -> None:
     """Refuse values that no machine has: a wrong unit or factor, or a file read the wrong way.
 
-    Parameters
-    ----------
-    values : ndarray, shape (samples,)
-    name, unit, source : str
-        For the refusal.
-
-    Raises
-    ------
-    InputRefused
-        If the largest of them is above `LARGEST`, or below `SMALLEST` and not zero.
+    ``values``, shape (samples,); ``name``, ``unit``, ``source``: for the refusal.
+    Raises `InputRefused` if the largest of them is above `LARGEST`, or below `SMALLEST` and not zero.
     """
     largest = float(np.abs(values).max(initial=0.0))
     if largest > LARGEST or 0.0 < largest < SMALLEST:
@@ -74,14 +55,8 @@ def require_size(values: Array, name: str, unit: str, source: str) -> None:
 def quantum_of(values: Array) -> float:
     """Step of which all values are multiples, up to a common offset; 0 where there is none.
 
-    Parameters
-    ----------
-    values : ndarray, shape (samples,)
-
-    Returns
-    -------
-    float
-        In the channel's unit.
+    ``values``, shape (samples,).
+    Returns in the channel's unit.
     """
     levels = np.unique(values[:: max(1, values.size // 200_000)])
     if levels.size < 3:
@@ -100,19 +75,9 @@ def quantum_of(values: Array) -> float:
 def unwrap(values: Array, name: str, quantum: float, repaired: list[str]) -> Array:
     """Undo the wraps of an encoder: jumps by one and the same large amount, forth and back.
 
-    Parameters
-    ----------
-    values : ndarray, shape (samples,)
-        Angle [rad].
-    name : str
-    quantum : float
-        Step of the encoder [rad]; 0: none.
-    repaired : list of str
-        Grows by what was done.
-
-    Returns
-    -------
-    ndarray, shape (samples,)
+    ``values``, shape (samples,): angle [rad]; ``quantum``: step of the encoder [rad]; 0: none; ``repaired``:
+    grows by what was done.
+    Returns shape (samples,).
     """
     steps = np.diff(values)
     span = np.ptp(values)
@@ -132,14 +97,7 @@ def lost_counts(values: Array, quantum: float) -> int:
 
     A jump shows as two neighbouring second differences, equal and opposite, far outside the others.
 
-    Parameters
-    ----------
-    values : ndarray, shape (samples,)
-    quantum : float
-
-    Returns
-    -------
-    int
+    ``values``, shape (samples,).
     """
     bend = np.diff(values, 2)
     if bend.size < 10:
@@ -156,13 +114,8 @@ def saturated(values: Array) -> NDArray[np.bool_]:
 
     A channel of few levels, like a square wave, does not saturate.
 
-    Parameters
-    ----------
-    values : ndarray, shape (samples,)
-
-    Returns
-    -------
-    ndarray of bool, shape (samples,)
+    ``values``, shape (samples,).
+    Returns shape (samples,).
     """
     top = (values == values.max()) | (values == values.min())
     few = np.unique(values[:: max(1, values.size // 20_000)]).size <= MANY_LEVELS

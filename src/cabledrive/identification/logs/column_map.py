@@ -65,18 +65,7 @@ class ColumnMap:
 def load_column_map(path: Path) -> ColumnMap:
     """Read the ``[log]`` table of a TOML file.
 
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    ColumnMap
-
-    Raises
-    ------
-    InputRefused
-        If the file or a key in it is not understood.
+    Raises `InputRefused` if the file or a key in it is not understood.
     """
     content = read_toml(path, "write TOML with a table [log]")
     return column_map(table_of("log", content.get("log", {})))
@@ -85,18 +74,7 @@ def load_column_map(path: Path) -> ColumnMap:
 def column_map(table: Mapping[str, Any]) -> ColumnMap:
     """Read how a log is to be read from a table of TOML.
 
-    Parameters
-    ----------
-    table : mapping
-
-    Returns
-    -------
-    ColumnMap
-
-    Raises
-    ------
-    InputRefused
-        If a key is unknown.
+    Raises `InputRefused` if a key is unknown.
     """
     return ColumnMap(**_fields(table))
 
@@ -143,24 +121,9 @@ def with_choices(
 ) -> ColumnMap:
     """Add choices of the command line, ``torque=tau:N mm``.
 
-    Parameters
-    ----------
-    base : ColumnMap
-    choices : sequence of str
-        ``CHANNEL=COLUMN[:UNIT[*SCALE]]``.
-    skip_rows : int, optional
-        Lines at the top that are not part of the log; default: as the base has it.
-    resample : bool, default False
-        True: allowed whatever the base has.
-
-    Returns
-    -------
-    ColumnMap
-
-    Raises
-    ------
-    InputRefused
-        If a choice has another form.
+    ``choices``: ``CHANNEL=COLUMN[:UNIT[*SCALE]]``; ``skip_rows``: lines at the top that are not part of the
+    log; default: as the base has it; ``resample``: true: allowed whatever the base has.
+    Raises `InputRefused` if a choice has another form.
     """
     columns = dict(base.columns)
     for choice in choices:
@@ -194,18 +157,7 @@ def _scale(text: str) -> float | str:
 def recognised_columns(table: Table) -> dict[str, Column]:
     """Channels that the heads of a file name.
 
-    Parameters
-    ----------
-    table : Table
-
-    Returns
-    -------
-    dict of str to Column
-
-    Raises
-    ------
-    InputRefused
-        If two columns name one channel.
+    Raises `InputRefused` if two columns name one channel.
     """
     found: dict[str, Column] = {}
     for name in table.names:
@@ -224,21 +176,9 @@ def recognised_columns(table: Table) -> dict[str, Column]:
 def other_channel(channel: str, quantity: str, unit: str, chosen: dict[str, Column]) -> InputRefused | None:
     """How to map a column whose unit is of another quantity than its head says, such as a position in deg.
 
-    Parameters
-    ----------
-    channel : str
-        As the head or the map has it.
-    quantity : str
-        Key of `UNITS`, of that channel.
-    unit : str
-        Of the column.
-    chosen : dict of str to Column
-        All channels.
-
-    Returns
-    -------
-    InputRefused or None
-        None: no other channel fits.
+    ``channel``: as the head or the map has it; ``quantity``: key of `UNITS`, of that channel; ``unit``: of
+    the column; ``chosen``: all channels.
+    Returns none: no other channel fits.
     """
     fitting = quantity_with(unit, quantity)
     renamed = channel.removesuffix(quantity) + (fitting or "")

@@ -56,20 +56,8 @@ class Dialect:
 def dialect_of(path: Path, skip_rows: int = 0) -> Dialect:
     """Recognise how a text log is written.
 
-    Parameters
-    ----------
-    path : Path
-    skip_rows : int, default 0
-        Lines at the top that are not part of the log.
-
-    Returns
-    -------
-    Dialect
-
-    Raises
-    ------
-    InputRefused
-        If it is empty, no text, has no row of numbers, or one column only.
+    ``skip_rows``: lines at the top that are not part of the log.
+    Raises `InputRefused` if it is empty, no text, has no row of numbers, or one column only.
     """
     encoding, lines, size = first_lines(path)
     delimiter, decimal, first = _first_numbers(lines, path.name, skip_rows)
@@ -98,17 +86,7 @@ def dialect_of(path: Path, skip_rows: int = 0) -> Dialect:
 
 
 def open_delimited(path: Path, reading: Reading | None = None) -> Table:
-    """Open a CSV or TSV log.
-
-    Parameters
-    ----------
-    path : Path
-    reading : Reading, optional
-
-    Returns
-    -------
-    Table
-    """
+    """Open a CSV or TSV log."""
     dialect = dialect_of(path, reading.skip_rows if reading else 0)
 
     def read(names: tuple[str, ...]) -> Blocks:

@@ -34,22 +34,8 @@ def heads_of(lines: Sequence[str], delimiter: str, decimal: str, row: Sequence[s
     The line that names most channels is the line of heads, also behind a comment sign; where none names
     any, the first of the last two lines that have as many cells as the numbers. A line of units may follow.
 
-    Parameters
-    ----------
-    lines : sequence of str
-        Above the first row of numbers.
-    delimiter, decimal : str
-    row : sequence of str
-        Cells of the first row of numbers.
-
-    Returns
-    -------
-    Heads
-
-    Raises
-    ------
-    InputRefused
-        If two columns have one name.
+    ``lines``: above the first row of numbers; ``row``: cells of the first row of numbers.
+    Raises `InputRefused` if two columns have one name.
     """
     width = len(row)
     plain = [(k, cells) for k, line in enumerate(lines) if (cells := _cells(line, delimiter, row, sign=""))]

@@ -23,16 +23,7 @@ HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 
 def is_hdf5(path: Path) -> bool:
-    """Whether a file is HDF5, a MATLAB 7.3 file included.
-
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    bool
-    """
+    """Whether a file is HDF5, a MATLAB 7.3 file included."""
     with path.open("rb") as file:
         start = file.read(520)
     return start[:8] == HDF5_SIGNATURE or start[512:520] == HDF5_SIGNATURE
@@ -43,19 +34,8 @@ def open_hdf5(path: Path) -> Table:
 
     It is opened, and its first block read, in a process of its own before.
 
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    Table
-
-    Raises
-    ------
-    InputRefused
-        If it holds no vector, keeps numbers outside itself, has chunks larger than `LARGEST_CHUNK`, or the
-        library crashes over it.
+    Raises `InputRefused` if it holds no vector, keeps numbers outside itself, has chunks larger than
+    `LARGEST_CHUNK`, or the library crashes over it.
     """
     require_readable(
         path, lambda: [next(table.read((n,))) for table in (_opened(path),) for n in table.names[:TRIED]]
@@ -110,18 +90,7 @@ def _require_inside(name: str, entry: Any, source: str) -> None:
 def open_classic_netcdf(path: Path) -> Table:
     """Open a NetCDF 3 log.
 
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    Table
-
-    Raises
-    ------
-    InputRefused
-        If it is larger than `LARGEST_IN_MEMORY`, as it is read whole.
+    Raises `InputRefused` if it is larger than `LARGEST_IN_MEMORY`, as it is read whole.
     """
     from scipy.io import netcdf_file
 
@@ -140,17 +109,7 @@ def open_classic_netcdf(path: Path) -> Table:
 
 
 def open_netcdf(path: Path, reading: Reading | None = None) -> Table:
-    """Open a NetCDF log of either kind.
-
-    Parameters
-    ----------
-    path : Path
-    reading : Reading, optional
-
-    Returns
-    -------
-    Table
-    """
+    """Open a NetCDF log of either kind."""
     return open_hdf5(path) if is_hdf5(path) else open_classic_netcdf(path)
 
 

@@ -18,23 +18,10 @@ LONGEST_LINE = 1 << 17
 def first_lines(path: Path) -> tuple[str, list[str], int]:
     """Encoding and first lines of a text.
 
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    encoding : str
-        Unicode where the bytes are valid, else Windows-1252, as many a logger writes "°" and "µ".
-    lines : list of str
-        Without their ends; a line that is cut off by the end of the sample is left out.
-    size : int
-        Bytes of these lines in the file.
-
-    Raises
-    ------
-    InputRefused
-        If the file is empty, no text, or has a line longer than `LONGEST_LINE`.
+    Returns ``encoding``: unicode where the bytes are valid, else Windows-1252, as many a logger writes "°"
+    and "µ"; ``lines``: without their ends; a line that is cut off by the end of the sample is left out;
+    ``size``: bytes of these lines in the file.
+    Raises `InputRefused` if the file is empty, no text, or has a line longer than `LONGEST_LINE`.
     """
     with path.open("rb") as file:
         sample = file.read(SAMPLE_BYTES)
@@ -57,15 +44,7 @@ def first_lines(path: Path) -> tuple[str, list[str], int]:
 def too_long(source: str, number: int) -> InputRefused:
     """Refusal of a line that is longer than a row of a log can be.
 
-    Parameters
-    ----------
-    source : str
-    number : int
-        Of the line, from 1.
-
-    Returns
-    -------
-    InputRefused
+    ``number``: of the line, from 1.
     """
     return InputRefused(
         f"{source}: line {number} is longer than {LONGEST_LINE} bytes: write one row of numbers per line"
@@ -75,25 +54,10 @@ def too_long(source: str, number: int) -> InputRefused:
 def line_blocks(path: Path, encoding: str, size: int | None = None) -> Iterator[tuple[int, bytes]]:
     r"""Whole lines of a text, block by block.
 
-    Parameters
-    ----------
-    path : Path
-    encoding : str
-        As `first_lines` found it.
-    size : int, optional
-        Bytes read at a time; default: `BLOCK_BYTES`.
-
-    Yields
-    ------
-    number : int
-        Of the first line of the block, from 1.
-    block : bytes
-        ASCII or UTF-8 (Windows-1252 as it is); every line ends with ``\n``.
-
-    Raises
-    ------
-    InputRefused
-        If a line is longer than `LONGEST_LINE`, or UTF-16 ends within a character.
+    ``encoding``: as `first_lines` found it; ``size``: bytes read at a time; default: `BLOCK_BYTES`.
+    Returns ``number``: of the first line of the block, from 1; ``block``: ASCII or UTF-8 (Windows-1252 as it
+    is); every line ends with ``\n``.
+    Raises `InputRefused` if a line is longer than `LONGEST_LINE`, or UTF-16 ends within a character.
     """
     decoder = codecs.getincrementaldecoder("utf-16")() if encoding == "utf-16" else None
     rest, number, first = b"", 1, True

@@ -84,18 +84,8 @@ class Log:
     def channel(self, name: str) -> Array:
         """One channel.
 
-        Parameters
-        ----------
-        name : str
-
-        Returns
-        -------
-        ndarray, shape (samples,)
-
-        Raises
-        ------
-        InputRefused
-            If the log has no such channel.
+        Returns shape (samples,).
+        Raises `InputRefused` if the log has no such channel.
         """
         if name not in self.channels:
             raise InputRefused(f'{self.source}: no channel "{name}"{nearest(name, self.channels)}')
@@ -104,19 +94,8 @@ class Log:
     def part(self, start: float | None = None, end: float | None = None) -> "Log":
         """The log between two times.
 
-        Parameters
-        ----------
-        start, end : float, optional
-            [s]; the end is not part of it.
-
-        Returns
-        -------
-        Log
-
-        Raises
-        ------
-        InputRefused
-            If nothing is left.
+        ``start``, ``end`` [s]; the end is not part of it.
+        Raises `InputRefused` if nothing is left.
         """
         keep = np.ones(self.time.size, dtype=bool)
         if start is not None:
@@ -141,22 +120,8 @@ class Log:
 def log_of(time: Array, channels: Mapping[str, Array], units: Mapping[str, str], source: str = "log") -> Log:
     """Put channels that are in memory, and known to be even, together.
 
-    Parameters
-    ----------
-    time : ndarray, shape (samples,)
-        [s], even.
-    channels : mapping of str to ndarray
-    units : mapping of str to str
-    source : str
-
-    Returns
-    -------
-    Log
-
-    Raises
-    ------
-    InputRefused
-        If the channels differ in length.
+    ``time``, shape (samples,) [s], even.
+    Raises `InputRefused` if the channels differ in length.
     """
     if any(np.shape(values) != np.shape(time) for values in channels.values()) or time.size < 3:
         raise InputRefused(f"{source}: needs at least 3 samples and channels as long as the time")

@@ -15,19 +15,7 @@ from cabledrive.parameters import InputRefused
 def open_matlab(path: Path, reading: Reading | None = None) -> Table:
     """Open a MATLAB file; a column is a variable, a field ``a.b``, or a row of a matrix ``a.b[0]``.
 
-    Parameters
-    ----------
-    path : Path
-    reading : Reading, optional
-
-    Returns
-    -------
-    Table
-
-    Raises
-    ------
-    InputRefused
-        If it cannot be read or would unpack to more than `LARGEST_IN_MEMORY`.
+    Raises `InputRefused` if it cannot be read or would unpack to more than `LARGEST_IN_MEMORY`.
     """
     if is_hdf5(path):
         return open_hdf5(path)

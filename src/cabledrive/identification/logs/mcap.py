@@ -13,20 +13,8 @@ from cabledrive.parameters import InputRefused
 def open_mcap(path: Path, reading: Reading | None = None) -> Table:
     """Open an MCAP log: columns ``topic.field``, ``topic.log_time`` and, where given, ``topic.header.stamp``.
 
-    Parameters
-    ----------
-    path : Path
-    reading : Reading, optional
-
-    Returns
-    -------
-    Table
-        Times in seconds from the first of their kind in the file.
-
-    Raises
-    ------
-    InputRefused
-        If the extra is not installed, or the file is damaged or holds no numbers.
+    Returns times in seconds from the first of their kind in the file.
+    Raises `InputRefused` if the extra is not installed, or the file is damaged or holds no numbers.
     """
     try:
         from mcap.reader import make_reader

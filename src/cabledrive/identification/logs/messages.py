@@ -44,18 +44,8 @@ class Topics:
     def add(self, topic: str, log_time: int, message: Any) -> None:
         """Add one message.
 
-        Parameters
-        ----------
-        topic : str
-        log_time : int
-            [ns].
-        message : object
-            A mapping, or an object with slots or fields.
-
-        Raises
-        ------
-        InputRefused
-            If the file holds more than memory should.
+        ``log_time`` [ns]; ``message``: a mapping, or an object with slots or fields.
+        Raises `InputRefused` if the file holds more than memory should.
         """
         topic = topic.strip("/").replace("/", "_")
         fields: dict[str, float] = {}
@@ -77,16 +67,7 @@ class Topics:
         self.rows[topic] = row + 1
 
     def table(self, reading: Reading | None) -> Table:
-        """All topics as one table.
-
-        Parameters
-        ----------
-        reading : Reading or None
-
-        Returns
-        -------
-        Table
-        """
+        """All topics as one table."""
         arrays = {
             name: _filled(np.frombuffer(column), self.rows[_topic(name, self.rows)])
             for name, column in self.columns.items()
@@ -103,12 +84,7 @@ class Topics:
 def flatten(prefix: str, value: Any, into: dict[str, float]) -> None:
     """Numbers of a message by their path, arrays element by element.
 
-    Parameters
-    ----------
-    prefix : str
-    value : object
-    into : dict of str to float
-        Grows, up to `MOST_FIELDS`.
+    ``into``: grows, up to `MOST_FIELDS`.
     """
     if len(into) >= MOST_FIELDS or isinstance(value, (str, bytes)) or value is None:
         return
@@ -128,14 +104,7 @@ def flatten(prefix: str, value: Any, into: dict[str, float]) -> None:
 def stamp_of(message: Any) -> int | None:
     """``header.stamp`` of a message, the time at which its sensor was read.
 
-    Parameters
-    ----------
-    message : object
-
-    Returns
-    -------
-    int or None
-        [ns]; None: it has none.
+    Returns [ns]; None: it has none.
     """
     stamp = _part(_part(message, "header"), "stamp")
     seconds = _part(stamp, "sec", "secs")

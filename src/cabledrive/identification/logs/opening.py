@@ -36,22 +36,10 @@ LONGEST_CAUSE = 110
 def open_table(path: str | Path, reading: Reading | None = None, *, text: bool = False) -> Table:
     """Open a log file of any format; only its head is read, or all of it where its format asks for that.
 
-    Parameters
-    ----------
-    path : path-like
-    reading : Reading, optional
-    text : bool, default False
-        Take the file for a text table whatever its ending is.
-
-    Returns
-    -------
-    Table
-        Whatever its library raises, while opening or reading, is an `InputRefused`.
-
-    Raises
-    ------
-    InputRefused
-        If it is no regular file, is empty, has an ending of no log, is damaged, or cannot be read.
+    ``text``: take the file for a text table whatever its ending is.
+    Returns whatever its library raises, while opening or reading, is an `InputRefused`.
+    Raises `InputRefused` if it is no regular file, is empty, has an ending of no log, is damaged, or cannot
+    be read.
     """
     path, reading = Path(path), reading or Reading()
     require_regular(path, "give the path of a log")
@@ -85,19 +73,8 @@ def open_table(path: str | Path, reading: Reading | None = None, *, text: bool =
 def readable(source: str) -> Iterator[None]:
     """Turn whatever a library raises over a file into one refusal.
 
-    Parameters
-    ----------
-    source : str
-        Name of the file.
-
-    Yields
-    ------
-    None
-
-    Raises
-    ------
-    InputRefused
-        If anything is raised but an interrupt.
+    ``source``: name of the file.
+    Raises `InputRefused` if anything is raised but an interrupt.
     """
     try:
         with warnings.catch_warnings():

@@ -20,19 +20,7 @@ from cabledrive.parameters import InputRefused
 def open_parquet(path: Path, reading: Reading | None = None) -> Table:
     """Open a Parquet log.
 
-    Parameters
-    ----------
-    path : Path
-    reading : Reading, optional
-
-    Returns
-    -------
-    Table
-
-    Raises
-    ------
-    InputRefused
-        If two columns have one name, or it would unpack to more than `LARGEST_UNPACKED`.
+    Raises `InputRefused` if two columns have one name, or it would unpack to more than `LARGEST_UNPACKED`.
     """
     from pyarrow import parquet
 

@@ -56,14 +56,7 @@ class Recognised:
 def name_and_unit(head: str) -> tuple[str, str]:
     """Part a column head such as "torque [N m]" or "angle (deg)".
 
-    Parameters
-    ----------
-    head : str
-
-    Returns
-    -------
-    name, unit : str
-        The unit is empty where the head states none.
+    Returns ``name, unit``: the unit is empty where the head states none.
     """
     match = _UNIT.match(head)
     return (match[1], match[2]) if match and match[1] else (head.strip(), "")
@@ -72,14 +65,7 @@ def name_and_unit(head: str) -> tuple[str, str]:
 def recognise(head: str) -> Recognised | None:
     """Channel that a column head names.
 
-    Parameters
-    ----------
-    head : str
-        With or without a unit: "torque [N m]", "load angle (deg)", "motor.speed".
-
-    Returns
-    -------
-    Recognised or None
+    ``head``: with or without a unit: "torque [N m]", "load angle (deg)", "motor.speed".
     """
     words = [word for word in re.split(r"[^a-z0-9]+", name_and_unit(head)[0].lower()) if word]
     if not words:
@@ -93,24 +79,9 @@ def recognise(head: str) -> Recognised | None:
 def factor_to_si(quantity: str, unit: str, counts: int | None = None) -> tuple[float, str]:
     """Factor that turns a column into SI, and the SI unit.
 
-    Parameters
-    ----------
-    quantity : str
-        Key of `UNITS`.
-    unit : str
-        Unit of the column; empty: it is in SI.
-    counts : int, optional
-        Counts per revolution of an encoder whose channel is in counts.
-
-    Returns
-    -------
-    factor : float
-    unit : str
-
-    Raises
-    ------
-    InputRefused
-        If the unit measures something else, or counts cannot be turned into an angle.
+    ``quantity``: key of `UNITS`; ``unit``: unit of the column; empty: it is in SI; ``counts``: counts per
+    revolution of an encoder whose channel is in counts.
+    Raises `InputRefused` if the unit measures something else, or counts cannot be turned into an angle.
     """
     options = UNITS[quantity]
     if not unit:
@@ -133,17 +104,8 @@ def factor_to_si(quantity: str, unit: str, counts: int | None = None) -> tuple[f
 def quantity_with(unit: str, asked: str) -> str | None:
     """Quantity that a unit measures where it does not measure the one asked for.
 
-    Parameters
-    ----------
-    unit : str
-        Of the column.
-    asked : str
-        Key of `UNITS`.
-
-    Returns
-    -------
-    str or None
-        Key of `UNITS`; None: nothing that a log holds.
+    ``unit``: of the column; ``asked``: key of `UNITS`.
+    Returns key of `UNITS`; None: nothing that a log holds.
     """
     for quantity in UNITS:
         try:

@@ -49,14 +49,7 @@ class Recording:
     def blocks(self, channels: tuple[str, ...] = ()) -> Iterator[dict[str, Array]]:
         """Channels in SI, block by block, unchecked.
 
-        Parameters
-        ----------
-        channels : tuple of str
-            Default: all.
-
-        Yields
-        ------
-        dict of str to ndarray
+        ``channels``: default: all.
         """
         wanted = channels or tuple(self.columns)
         names = tuple(dict.fromkeys(self.columns[channel].column for channel in wanted))
@@ -69,21 +62,9 @@ class Recording:
 def open_log(path: str | Path, columns: ColumnMap | None = None) -> Recording:
     """Open a log and choose its channels; nothing but the head is read.
 
-    Parameters
-    ----------
-    path : path-like
-        Ending in .csv, .tsv, .txt, .dat, .parquet, .mat, .nc, .h5, .mcap or .db3.
-    columns : ColumnMap, optional
-        Default: every column whose head names a channel.
-
-    Returns
-    -------
-    Recording
-
-    Raises
-    ------
-    InputRefused
-        If the file, its format or a column is not understood.
+    ``path``: ending in .csv, .tsv, .txt, .dat, .parquet, .mat, .nc, .h5, .mcap or .db3; ``columns``: default:
+    every column whose head names a channel.
+    Raises `InputRefused` if the file, its format or a column is not understood.
     """
     path = Path(path)
     columns = columns or ColumnMap()
@@ -161,22 +142,9 @@ def _too_long(recording: Recording) -> InputRefused:
 def checked_log(recording: Recording, channels: dict[str, Array], before: int = 0) -> Log:
     """Check channels in SI and put them onto their even grid.
 
-    Parameters
-    ----------
-    recording : Recording
-    channels : dict of str to ndarray
-        "time" among them, unless the map gives a sample rate.
-    before : int, default 0
-        Rows of the file before these, where time is counted from the sample rate.
-
-    Returns
-    -------
-    Log
-
-    Raises
-    ------
-    InputRefused
-        If a fault is found that is not repaired.
+    ``channels``: "time" among them, unless the map gives a sample rate; ``before``: rows of the file before
+    these, where time is counted from the sample rate.
+    Raises `InputRefused` if a fault is found that is not repaired.
     """
     source = recording.table.source
     time = channels.pop("time", None)

@@ -15,19 +15,7 @@ def open_rosbag(path: Path, reading: Reading | None = None) -> Table:
     Message types come from the bag where it holds them (ROS 2 Iron and later), else from those of ROS 2
     Humble; topics of other types are left out.
 
-    Parameters
-    ----------
-    path : Path
-    reading : Reading, optional
-
-    Returns
-    -------
-    Table
-
-    Raises
-    ------
-    InputRefused
-        If the extra is not installed, or the bag holds no numbers.
+    Raises `InputRefused` if the extra is not installed, or the bag holds no numbers.
     """
     try:
         from rosbags.rosbag2 import Reader

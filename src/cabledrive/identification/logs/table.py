@@ -69,19 +69,8 @@ class Table:
     def require(self, name: str) -> str:
         """Refuse a column that is not there.
 
-        Parameters
-        ----------
-        name : str
-
-        Returns
-        -------
-        str
-            The name itself.
-
-        Raises
-        ------
-        InputRefused
-            With the nearest column that is there.
+        Returns the name itself.
+        Raises `InputRefused` with the nearest column that is there.
         """
         if name not in self.names:
             raise InputRefused(f'{self.source}: no column "{name}"{nearest(name, self.names)}')
@@ -91,17 +80,8 @@ class Table:
 def check_lengths(lengths: Mapping[str, int], source: str) -> None:
     """Refuse columns of different lengths.
 
-    Parameters
-    ----------
-    lengths : mapping of str to int
-        By column.
-    source : str
-        Name of the file.
-
-    Raises
-    ------
-    InputRefused
-        If they differ.
+    ``lengths``: by column; ``source``: name of the file.
+    Raises `InputRefused` if they differ.
     """
     if len(set(lengths.values())) > 1:
         told = ", ".join(f"{name} {length}" for name, length in lengths.items())
@@ -111,16 +91,7 @@ def check_lengths(lengths: Mapping[str, int], source: str) -> None:
 def sliced(columns: dict[str, Array], rows: int = BLOCK_ROWS) -> Blocks:
     """Columns in memory as blocks.
 
-    Parameters
-    ----------
-    columns : dict of str to ndarray
-        Equally long.
-    rows : int
-        Rows per block.
-
-    Yields
-    ------
-    dict of str to ndarray
+    ``columns``: equally long; ``rows``: rows per block.
     """
     length = len(next(iter(columns.values()), ()))
     for start in range(0, length, rows):
@@ -132,18 +103,9 @@ def sliced(columns: dict[str, Array], rows: int = BLOCK_ROWS) -> Blocks:
 def seconds_of(column: Any, name: str, starts: dict[str, int]) -> Array:
     """Times of a calendar in seconds from the first of the file, subtracted before a double rounds them.
 
-    Parameters
-    ----------
-    column : pyarrow array
-        Of time stamps or durations.
-    name : str
-    starts : dict of str to int
-        First of each column, in ticks; kept from block to block.
-
-    Returns
-    -------
-    ndarray
-        NaN where a value is missing.
+    ``column``: of time stamps or durations; ``starts``: first of each column, in ticks; kept from block to
+    block.
+    Returns NaN where a value is missing.
     """
     import pyarrow as pa
 

@@ -62,24 +62,11 @@ class TimeCheck:
 def check_time(time: Array, source: str, *, resample: bool = False) -> TimeCheck:
     """Find the even grid behind time stamps.
 
-    Parameters
-    ----------
-    time : ndarray, shape (rows,)
-        [s].
-    source : str
-        Name of the file, for refusals.
-    resample : bool, default False
-        Whether samples may be put onto an even grid wherever they lie: rows are then missing only where a
-        step is longer than the jitter explains.
-
-    Returns
-    -------
-    TimeCheck
-
-    Raises
-    ------
-    InputRefused
-        If time is missing, runs backwards or is no time of a test, or too much of it is missing.
+    ``time``, shape (rows,) [s]; ``source``: name of the file, for refusals; ``resample``: whether samples may
+    be put onto an even grid wherever they lie: rows are then missing only where a step is longer than the
+    jitter explains.
+    Raises `InputRefused` if time is missing, runs backwards or is no time of a test, or too much of it is
+    missing.
     """
     repaired: list[str] = []
     findings: list[str] = []

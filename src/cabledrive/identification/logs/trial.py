@@ -21,16 +21,8 @@ def require_readable(path: Path, read: Callable[[], object]) -> None:
 
     Where a process cannot be forked safely (anywhere but on Linux) nothing is tried.
 
-    Parameters
-    ----------
-    path : Path
-    read : callable
-        Reads what is to be read later; what it raises does not count here.
-
-    Raises
-    ------
-    InputRefused
-        If it crashes or does not end.
+    ``read``: reads what is to be read later; what it raises does not count here.
+    Raises `InputRefused` if it crashes or does not end.
     """
     if sys.platform != "linux":
         return

@@ -28,16 +28,8 @@ LZ4_RATIO = 255
 def require_fitting(path: Path, size: int) -> None:
     """Refuse a container that its library reads whole and that holds too much for that.
 
-    Parameters
-    ----------
-    path : Path
-    size : int
-        Bytes of its numbers in memory, counted up to above the limit.
-
-    Raises
-    ------
-    InputRefused
-        If it is above `LARGEST_IN_MEMORY`.
+    ``size``: bytes of its numbers in memory, counted up to above the limit.
+    Raises `InputRefused` if it is above `LARGEST_IN_MEMORY`.
     """
     if size > LARGEST_IN_MEMORY:
         most = LARGEST_IN_MEMORY / 2**30
@@ -50,15 +42,7 @@ def unpacked_matlab(path: Path, limit: int = LARGEST_IN_MEMORY) -> int:
     A number counts as a double, however short it is stored: MATLAB 5 to 7 store a matrix of small whole
     numbers in bytes and call it double.
 
-    Parameters
-    ----------
-    path : Path
-    limit : int
-        Counting ends above it.
-
-    Returns
-    -------
-    int
+    ``limit``: counting ends above it.
     """
     with path.open("rb") as file:
         head = file.read(128)
@@ -70,15 +54,7 @@ def unpacked_matlab(path: Path, limit: int = LARGEST_IN_MEMORY) -> int:
 def unpacked_mcap(path: Path, limit: int = LARGEST_IN_MEMORY) -> int:
     """Bytes of the chunks of an MCAP file unpacked, as their heads state them and as LZ4 allows.
 
-    Parameters
-    ----------
-    path : Path
-    limit : int
-        Counting ends above it.
-
-    Returns
-    -------
-    int
+    ``limit``: counting ends above it.
     """
     total, end = 0, path.stat().st_size
     with path.open("rb") as file:

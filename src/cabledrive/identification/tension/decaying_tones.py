@@ -61,14 +61,8 @@ class Tones:
     def only(self, kept: NDArray[np.bool_]) -> "Tones":
         """Some of the tones.
 
-        Parameters
-        ----------
-        kept : ndarray of bool, shape (tones,)
-
-        Returns
-        -------
-        Tones
-            With the same families, some perhaps without a tone.
+        ``kept``, shape (tones,).
+        Returns with the same families, some perhaps without a tone.
         """
         rows = {name: getattr(self, name)[kept] for name in ("family", "tooth", "number", "decay", "rise")}
         return replace(self, **rows)
@@ -112,17 +106,7 @@ class TonesFit:
 def with_decays(values: Array, interval: float, tones: Tones, power: int) -> Tones:
     """Tones with the common decay that fits best, to begin with.
 
-    Parameters
-    ----------
-    values : ndarray, shape (samples,)
-    interval : float
-        [s].
-    tones : Tones
-    power : {1, 2}
-
-    Returns
-    -------
-    Tones
+    ``values``, shape (samples,); ``interval`` [s]; ``power``, {1, 2}.
     """
     time = interval * np.arange(values.size, dtype=np.float64)
     tried = [
@@ -135,18 +119,8 @@ def with_decays(values: Array, interval: float, tones: Tones, power: int) -> Ton
 def fit_tones(values: Array, interval: float, start: Tones, power: int) -> TonesFit:
     """Fit tones to a recording that begins after the pluck.
 
-    Parameters
-    ----------
-    values : ndarray, shape (samples,)
-    interval : float
-        [s].
-    start : Tones
-    power : {1, 2}
-        Power p of the envelope that shifts the frequency.
-
-    Returns
-    -------
-    TonesFit
+    ``values``, shape (samples,); ``interval`` [s]; ``power``, {1, 2}: power p of the envelope that shifts the
+    frequency.
     """
     time = interval * np.arange(values.size, dtype=np.float64)
     tones, state = start, _projected(values, time, start, power)

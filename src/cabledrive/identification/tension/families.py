@@ -93,19 +93,9 @@ class Proposal:
 def peaks_of(frequency: Array, amplitude: Array, band: tuple[float, float], duration: float) -> Peaks:
     """Peaks that stand out of the spectrum around them.
 
-    Parameters
-    ----------
-    frequency, amplitude : ndarray
-        From `amplitude_spectrum`.
-    band : (float, float)
-        [Hz].
-    duration : float
-        Of the recording [s].
-
-    Returns
-    -------
-    Peaks
-        The `MOST_PEAKS` largest.
+    ``frequency``, ``amplitude``: from `amplitude_spectrum`; ``band`` [Hz]; ``duration``: of the recording
+    [s].
+    Returns the `MOST_PEAKS` largest.
     """
     step = float(frequency[1] - frequency[0])
     wide = max(31, round(60.0 / (duration * step)))
@@ -131,16 +121,8 @@ def peaks_of(frequency: Array, amplitude: Array, band: tuple[float, float], dura
 def matched(peaks: Peaks, teeth: Array) -> NDArray[np.intp]:
     """Which peak each mode is taken for.
 
-    Parameters
-    ----------
-    peaks : Peaks
-    teeth : ndarray, shape (modes,)
-        [Hz].
-
-    Returns
-    -------
-    ndarray of int, shape (modes,)
-        Number of the nearest peak within its reach, or -1.
+    ``teeth``, shape (modes,) [Hz].
+    Returns shape (modes,): number of the nearest peak within its reach, or -1.
     """
     if peaks.frequency.size == 0:
         return np.full(teeth.size, -1, dtype=np.intp)
@@ -155,22 +137,10 @@ def proposals(
 ) -> tuple[Proposal | None, tuple[Proposal, ...]]:
     """The best single family, and the best pairs of families.
 
-    Parameters
-    ----------
-    peaks : Peaks
-    teeth : mapping of str to ndarray
-        Modes of each span at the drive's own tension [Hz].
-    factor : float
-        2 where the recording has twice the frequency of the span, else 1.
-    limit : float
-        Families are sought from 1 / limit to limit.
-
-    Returns
-    -------
-    single : Proposal or None
-    pairs : tuple of Proposal
-        The best `MOST_PAIRS` that differ, best first; empty where no second family is worth it. Where both
-        spans have the same modes only one order of each pair.
+    ``teeth``: modes of each span at the drive's own tension [Hz]; ``factor``: 2 where the recording has twice
+    the frequency of the span, else 1; ``limit``: families are sought from 1 / limit to limit.
+    Returns ``pairs``: the best `MOST_PAIRS` that differ, best first; empty where no second family is worth
+    it. Where both spans have the same modes only one order of each pair.
     """
     found = {
         span: [_scored(peaks, span, factor * row, x) for x in _factors(peaks, factor * row, limit)]

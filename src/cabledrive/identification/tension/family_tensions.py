@@ -30,22 +30,8 @@ def of_two_families(
 ) -> BothTensions:
     """The answer where two families are heard.
 
-    Parameters
-    ----------
-    heard : Heard
-    log : Log
-    drive : Drive
-    fit : TonesFit
-        Its first two families are those of the spans.
-    names : (str, str) or None
-        Which span each is.
-    plucked : str or None
-    errors : (float, float)
-        Relative standard errors of length and of mass per length.
-
-    Returns
-    -------
-    BothTensions
+    ``fit``: its first two families are those of the spans; ``names``: which span each is; ``errors``:
+    relative standard errors of length and of mass per length.
     """
     spans = names or SPANS
     values = _tensions(drive, heard, fit, spans)
@@ -87,23 +73,8 @@ def of_one_family(
 ) -> BothTensions:
     """The answer where one family is heard, or two within the width of a line.
 
-    Parameters
-    ----------
-    heard : Heard
-    log : Log
-    drive : Drive
-    span : str
-        Whose modes fit it.
-    fit : TonesFit
-    overlapping : bool
-        Whether two families fit better than one, though less than a line width apart.
-    plucked : str or None
-    errors : (float, float)
-        Relative standard errors of length and of mass per length.
-
-    Returns
-    -------
-    BothTensions
+    ``span``: whose modes fit it; ``overlapping``: whether two families fit better than one, though less than
+    a line width apart; ``errors``: relative standard errors of length and of mass per length.
     """
     (value,) = _tensions(drive, heard, fit, (span,))
     name = "heard" if heard.alike and (plucked is None or overlapping) else (plucked or span)

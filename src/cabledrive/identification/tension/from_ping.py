@@ -182,25 +182,9 @@ def _without_pulley_modes(frequency: Array, amplitude: Array, drive: Drive, top:
 def tension_for(drive: Drive, span: str, number: int, frequency: float, section: int = 0) -> float:
     """Tension at which a certified mode of a span has a frequency.
 
-    Parameters
-    ----------
-    drive : Drive
-    span : {"upper", "lower"}
-    number : int
-        Which mode, from 1.
-    frequency : float
-        [Hz].
-    section : int, default 0
-
-    Returns
-    -------
-    float
-        [N].
-
-    Raises
-    ------
-    NotComputed
-        If no tension below the cable's own stiffness gives it.
+    ``span``, {"upper", "lower"}; ``number``: which mode, from 1; ``frequency`` [Hz].
+    Returns [N].
+    Raises `NotComputed` if no tension below the cable's own stiffness gives it.
     """
     trial = drive
     for _ in range(60):

@@ -80,22 +80,8 @@ class Heard:
 def heard_in(log: Log, drive: Drive, name: str, section: int) -> Heard:
     """Make a recording of both spans ready.
 
-    Parameters
-    ----------
-    log : Log
-    drive : Drive
-    name : str
-        Channel.
-    section : int
-
-    Returns
-    -------
-    Heard
-
-    Raises
-    ------
-    InputRefused
-        If the channel is constant, too slow or too short.
+    ``name``: channel.
+    Raises `InputRefused` if the channel is constant, too slow or too short.
     """
     values = log.channel(name)
     if np.ptp(values) == 0.0:
@@ -141,17 +127,9 @@ def heard_in(log: Log, drive: Drive, name: str, section: int) -> Heard:
 def modes_of(drive: Drive, span: str, section: int) -> Array:
     """Certified modes of a section of a span.
 
-    Parameters
-    ----------
-    drive : Drive
-    span : {"upper", "lower"}
-    section : int
-        Of a span that guided carriages part; one in a single piece has one.
-
-    Returns
-    -------
-    ndarray, shape (TEETH,)
-        [Hz].
+    ``span``, {"upper", "lower"}; ``section``: of a span that guided carriages part; one in a single piece has
+    one.
+    Returns shape (TEETH,) [Hz].
     """
     parted = any(carriage.guided for carriage in drive.carriages_on(span))
     return _section_modes(drive, span, section if parted else 0, TEETH)

@@ -22,20 +22,9 @@ FADED = 0.8
 def require_ping(values: Array, interval: float, frequency: float, name: str) -> None:
     """Refuse a recording in which nothing is plucked: a sweep, a hum, a machine that runs.
 
-    Parameters
-    ----------
-    values : ndarray, shape (samples,)
-    interval : float
-        [s].
-    frequency : float
-        Of the first tone, as it is recorded [Hz].
-    name : str
-        File and channel.
-
-    Raises
-    ------
-    NotComputed
-        If the loudness rises slowly, or does not fall afterwards.
+    ``values``, shape (samples,); ``interval`` [s]; ``frequency``: of the first tone, as it is recorded [Hz];
+    ``name``: file and channel.
+    Raises `NotComputed` if the loudness rises slowly, or does not fall afterwards.
     """
     width = round(PERIODS / (frequency * interval))
     clear = values - values.mean()

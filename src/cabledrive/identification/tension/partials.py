@@ -71,14 +71,8 @@ class Partial:
 def count_of(values: Array) -> float:
     """Step between the levels of a channel.
 
-    Parameters
-    ----------
-    values : ndarray, shape (samples,)
-
-    Returns
-    -------
-    float
-        In the channel's unit; 0 where it has no levels.
+    ``values``, shape (samples,).
+    Returns in the channel's unit; 0 where it has no levels.
     """
     levels = np.unique(values)
     return float(np.diff(levels).min()) if 1 < levels.size < 0.1 * values.size else 0.0
@@ -87,16 +81,8 @@ def count_of(values: Array) -> float:
 def amplitude_spectrum(values: Array, interval: float) -> tuple[Array, Array]:
     """Amplitude over frequency, Hann window, four times padded.
 
-    Parameters
-    ----------
-    values : ndarray, shape (samples,)
-    interval : float
-        [s].
-
-    Returns
-    -------
-    frequency, amplitude : ndarray
-        [Hz], unit of the values.
+    ``values``, shape (samples,); ``interval`` [s].
+    Returns ``frequency, amplitude`` [Hz], unit of the values.
     """
     window = np.hanning(values.size)
     padded = 4 * values.size
@@ -107,19 +93,9 @@ def amplitude_spectrum(values: Array, interval: float) -> tuple[Array, Array]:
 def fundamental(frequency: Array, amplitude: Array, ratios: Array, low: float, high: float) -> float:
     """Frequency of the first partial whose whole row stands out most.
 
-    Parameters
-    ----------
-    frequency, amplitude : ndarray
-        Spectrum.
-    ratios : ndarray, shape (partials,)
-        Of each partial to the first.
-    low, high : float
-        Where the first may lie [Hz].
-
-    Returns
-    -------
-    float
-        [Hz].
+    ``frequency``, ``amplitude``: spectrum; ``ratios``, shape (partials,): of each partial to the first;
+    ``low``, ``high``: where the first may lie [Hz].
+    Returns [Hz].
     """
     step = frequency[1] - frequency[0]
     tried = np.arange(low, high, step, dtype=np.float64)
@@ -134,17 +110,8 @@ def fundamental(frequency: Array, amplitude: Array, ratios: Array, low: float, h
 def peak_near(frequency: Array, amplitude: Array, wanted: float, reach: float) -> float | None:
     """Frequency of the largest peak near a frequency, if it stands out of the spectrum around it.
 
-    Parameters
-    ----------
-    frequency, amplitude : ndarray
-        Spectrum.
-    wanted, reach : float
-        [Hz].
-
-    Returns
-    -------
-    float or None
-        [Hz].
+    ``frequency``, ``amplitude``: spectrum; ``wanted``, ``reach`` [Hz].
+    Returns [Hz].
     """
     near = np.flatnonzero(np.abs(frequency - wanted) <= reach)
     if near.size < 3:
@@ -165,21 +132,9 @@ def other_tone(
 ) -> float | None:
     """A second tone beside the first partial, half an octave around it: another span, or none.
 
-    Parameters
-    ----------
-    frequency, amplitude : ndarray
-        Spectrum.
-    peak : float
-        Frequency of the first partial [Hz].
-    band : (float, float)
-        Where to look [Hz].
-    apart : float
-        How far from the first another one can be told [Hz].
-
-    Returns
-    -------
-    float or None
-        [Hz]; None where nothing is `LOUD` beside the first.
+    ``frequency``, ``amplitude``: spectrum; ``peak``: frequency of the first partial [Hz]; ``band``: where to
+    look [Hz]; ``apart``: how far from the first another one can be told [Hz].
+    Returns [Hz]; None where nothing is `LOUD` beside the first.
     """
     inside = (frequency > band[0]) & (frequency < band[1]) & (np.abs(frequency - peak) > apart)
     tops = inside[1:-1] & (amplitude[1:-1] > amplitude[:-2]) & (amplitude[1:-1] > amplitude[2:])
@@ -194,14 +149,7 @@ def other_tone(
 def noise_level(amplitude: Array) -> float:
     """Level of the amplitude spectrum between the tones.
 
-    Parameters
-    ----------
-    amplitude : ndarray
-
-    Returns
-    -------
-    float
-        Median of what is not cut out.
+    Returns median of what is not cut out.
     """
     return float(np.median(amplitude[amplitude > 0.0]))
 
@@ -211,25 +159,10 @@ def partial_at(
 ) -> Partial | None:
     """Follow one partial through a ping.
 
-    Parameters
-    ----------
-    values : ndarray, shape (samples,)
-    interval : float
-        [s].
-    number : int
-    frequency : float
-        About where it is [Hz].
-    width : float
-        Half of the band that belongs to it [Hz].
-    power : {1, 2}
-        Power of the envelope that shifts the frequency.
-    noise : float
-        Level of the amplitude spectrum between the tones.
-
-    Returns
-    -------
-    Partial or None
-        None where it does not sound long enough.
+    ``values``, shape (samples,); ``interval`` [s]; ``frequency``: about where it is [Hz]; ``width``: half of
+    the band that belongs to it [Hz]; ``power``, {1, 2}: power of the envelope that shifts the frequency;
+    ``noise``: level of the amplitude spectrum between the tones.
+    Returns none where it does not sound long enough.
     """
     time = interval * np.arange(values.size, dtype=np.float64)
     shifted = (values - values.mean()) * np.exp(-2j * np.pi * frequency * time)

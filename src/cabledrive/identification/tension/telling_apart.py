@@ -22,33 +22,15 @@ LOUDER = 1.5
 
 
 def strength(fit: TonesFit, family: int) -> float:
-    """Loudness of a family: root of the sum of squares of its amplitudes.
-
-    Parameters
-    ----------
-    fit : TonesFit
-    family : int
-
-    Returns
-    -------
-    float
-    """
+    """Loudness of a family: root of the sum of squares of its amplitudes."""
     return float(np.linalg.norm(fit.amplitude[fit.tones.family == family]))
 
 
 def line_widths(fit: TonesFit, duration: float) -> Array:
     """Width of each tone: at half power by its decay, and of the record.
 
-    Parameters
-    ----------
-    fit : TonesFit
-    duration : float
-        [s].
-
-    Returns
-    -------
-    ndarray, shape (tones,)
-        [Hz].
+    ``duration`` [s].
+    Returns shape (tones,) [Hz].
     """
     return np.asarray(fit.tones.decay / pi + 1.0 / duration)
 
@@ -56,16 +38,7 @@ def line_widths(fit: TonesFit, duration: float) -> Array:
 def excess(heard: Heard, fit: TonesFit, family: int) -> float:
     """Density of what is left about the tones of a family, over its mean over all frequencies.
 
-    Parameters
-    ----------
-    heard : Heard
-    fit : TonesFit
-    family : int
-
-    Returns
-    -------
-    float
-        1 in white noise.
+    Returns 1 in white noise.
     """
     density = np.abs(np.fft.rfft(fit.left)) ** 2
     frequency = np.fft.rfftfreq(fit.left.size, heard.interval)
@@ -80,16 +53,7 @@ def excess(heard: Heard, fit: TonesFit, family: int) -> float:
 def apart(heard: Heard, fit: TonesFit, spans: tuple[str, str]) -> bool:
     """Whether each of two families has a partial more than a line width from every mode of the other.
 
-    Parameters
-    ----------
-    heard : Heard
-    fit : TonesFit
-    spans : (str, str)
-        Whose modes each family has.
-
-    Returns
-    -------
-    bool
+    ``spans``: whose modes each family has.
     """
     tones, width = fit.tones, line_widths(fit, heard.duration)
     for one, two in ((0, 1), (1, 0)):
@@ -104,15 +68,7 @@ def apart(heard: Heard, fit: TonesFit, spans: tuple[str, str]) -> bool:
 def has_tone_below(heard: Heard, fit: TonesFit) -> bool:
     """Whether a family may be every second or third mode of a lower one, whose first is among other tones.
 
-    Parameters
-    ----------
-    heard : Heard
-    fit : TonesFit
-
-    Returns
-    -------
-    bool
-        Split partials of one frequency and two tensions look so where their first is not split.
+    Returns split partials of one frequency and two tensions look so where their first is not split.
     """
     tones = fit.tones
     free = tones.number == 0
@@ -129,16 +85,8 @@ def has_tone_below(heard: Heard, fit: TonesFit) -> bool:
 def label(heard: Heard, fit: TonesFit, plucked: str | None) -> tuple[str, str] | None:
     """Which span each of two families belongs to.
 
-    Parameters
-    ----------
-    heard : Heard
-    fit : TonesFit
-    plucked : {"upper", "lower"} or None
-
-    Returns
-    -------
-    (str, str) or None
-        None where the modes are the same and the loudness does not tell.
+    ``plucked``, {"upper", "lower"}.
+    Returns none where the modes are the same and the loudness does not tell.
     """
     if not heard.alike:
         return SPANS

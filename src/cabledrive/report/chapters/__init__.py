@@ -37,14 +37,7 @@ class ChapterEntry:
 def registry() -> tuple[ChapterEntry, ...]:
     """All chapters in the order in which they are read.
 
-    Returns
-    -------
-    tuple of ChapterEntry
-
-    Raises
-    ------
-    ValueError
-        If two chapters claim one place.
+    Raises `ValueError` if two chapters claim one place.
     """
     entries = []
     for found in pkgutil.iter_modules(__path__):
@@ -58,16 +51,7 @@ def registry() -> tuple[ChapterEntry, ...]:
 
 
 def write_chapters(context: ReportContext) -> tuple[Chapter, ...]:
-    """Let every chapter be written that has something to say.
-
-    Parameters
-    ----------
-    context : ReportContext
-
-    Returns
-    -------
-    tuple of Chapter
-    """
+    """Let every chapter be written that has something to say."""
     written = []
     for entry in registry():
         context.progress(f"chapter: {entry.name.replace('_', ' ')}")

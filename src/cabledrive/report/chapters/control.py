@@ -38,16 +38,7 @@ PRINTED = {"darc-3": "0.17", "darc-4": "0.055", "backstepping": "0.3"}
 
 
 def chapter(context: ReportContext) -> Chapter | None:
-    """The control laws on every machine that has motor, encoders and a flexible joint.
-
-    Parameters
-    ----------
-    context : ReportContext
-
-    Returns
-    -------
-    Chapter or None
-    """
+    """The control laws on every machine that has motor, encoders and a flexible joint."""
     parts = [p for p in zip(context.drives, context.anchors, strict=True) if can_be_controlled(p[0])]
     if not parts:
         return None
@@ -96,16 +87,7 @@ def _headline(drive: Drive, runs: dict[str, list[Tracking]]) -> str:
 
 @cache
 def can_be_controlled(drive: Drive) -> bool:
-    """Whether the laws can run on a drive as the chapter needs it.
-
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    bool
-    """
+    """Whether the laws can run on a drive as the chapter needs it."""
     if drive.motor is None or drive.motor.joint_stiffness is None or not has_models(drive):
         return False
     try:

@@ -37,16 +37,7 @@ SAID = {
 
 
 def chapter(context: ReportContext) -> Chapter | None:
-    """What the sensors allow, on every machine with motor, flexible joint and three encoders.
-
-    Parameters
-    ----------
-    context : ReportContext
-
-    Returns
-    -------
-    Chapter or None
-    """
+    """What the sensors allow, on every machine with motor, flexible joint and three encoders."""
     parts = [p for p in zip(context.drives, context.anchors, strict=True) if can_learn(p[0])]
     if not parts:
         return None
@@ -77,16 +68,7 @@ def chapter(context: ReportContext) -> Chapter | None:
 
 @cache
 def can_learn(drive: Drive) -> bool:
-    """Whether the law that learns can run on a drive with the gains that the package chooses.
-
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    bool
-    """
+    """Whether the law that learns can run on a drive with the gains that the package chooses."""
     if not can_be_controlled(drive):
         return False
     try:
@@ -115,16 +97,7 @@ def _about(drive: Drive, name: str) -> tuple[Block, ...]:
 
 
 def softer(drive: Drive) -> Drive:
-    """The drive with a cable a tenth softer than believed, where the file gives its stiffness.
-
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    Drive
-    """
+    """The drive with a cable a tenth softer than believed, where the file gives its stiffness."""
     lumped = drive.lumped
     if lumped is None or lumped.cable_stiffness is None:
         return drive

@@ -33,16 +33,7 @@ SOURCE = (
 
 
 def chapter(context: ReportContext) -> Chapter | None:
-    """Table 3.2 and the figures of chapter 3 whose data the text defines, if its drives are in the report.
-
-    Parameters
-    ----------
-    context : ReportContext
-
-    Returns
-    -------
-    Chapter or None
-    """
+    """Table 3.2 and the figures of chapter 3 whose data the text defines, if its drives are in the report."""
     if not {content_hash(_drive(name)) for name in DRIVES} & set(context.hashes):
         return None
     return Chapter(

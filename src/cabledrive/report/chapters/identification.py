@@ -17,16 +17,7 @@ SYMBOLS = {"inertia": "J", "viscous_friction": "b", "coulomb_friction": "c", "of
 
 
 def chapter(context: ReportContext) -> Chapter | None:
-    """The experiments of chapter 4, where their rig is among the machines.
-
-    Parameters
-    ----------
-    context : ReportContext
-
-    Returns
-    -------
-    Chapter or None
-    """
+    """The experiments of chapter 4, where their rig is among the machines."""
     if content_hash(load_drive(EXAMPLE)) not in context.hashes:
         return None
     context.progress("identification: experiments of chapter 4")

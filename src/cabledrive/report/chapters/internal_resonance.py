@@ -46,16 +46,7 @@ STEADY_SHIFT = 0.99
 
 
 def chapter(context: ReportContext) -> Chapter:
-    """Where every machine stands, and the figures of chapter 5 where its rig is among the machines.
-
-    Parameters
-    ----------
-    context : ReportContext
-
-    Returns
-    -------
-    Chapter
-    """
+    """Where every machine stands, and the figures of chapter 5 where its rig is among the machines."""
     context.progress("internal resonance")
     digest = content_hash(load_drive(EXAMPLE))
     rig = context.drives[context.hashes.index(digest)] if digest in context.hashes else None

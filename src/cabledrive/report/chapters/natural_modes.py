@@ -35,16 +35,7 @@ _PARTS = ("drive pulley", "load pulley", "motor", "carriages", "cable")
 
 
 def chapter(context: ReportContext) -> Chapter:
-    """The natural modes of every machine.
-
-    Parameters
-    ----------
-    context : ReportContext
-
-    Returns
-    -------
-    Chapter
-    """
+    """The natural modes of every machine."""
     parts = zip(context.drives, context.anchors, context.modes, strict=True)
     return Chapter(
         title="Natural modes",

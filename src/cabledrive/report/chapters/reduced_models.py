@@ -29,16 +29,7 @@ WORDS = {
 
 
 def chapter(context: ReportContext) -> Chapter | None:
-    """The reduced models of every machine that has them.
-
-    Parameters
-    ----------
-    context : ReportContext
-
-    Returns
-    -------
-    Chapter or None
-    """
+    """The reduced models of every machine that has them."""
     parts = [
         (drive, name)
         for drive, name in zip(context.drives, context.anchors, strict=True)
@@ -68,16 +59,7 @@ def chapter(context: ReportContext) -> Chapter | None:
 
 
 def has_models(drive: Drive) -> bool:
-    """Whether Models 1 to 4 can be made of a drive.
-
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    bool
-    """
+    """Whether Models 1 to 4 can be made of a drive."""
     try:
         lumped_model(drive)
     except InputRefused:

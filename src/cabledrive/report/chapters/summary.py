@@ -16,16 +16,7 @@ PLACE = 0
 
 
 def chapter(context: ReportContext) -> Chapter:
-    """The lowest frequencies of every machine, and whether its list of modes is complete.
-
-    Parameters
-    ----------
-    context : ReportContext
-
-    Returns
-    -------
-    Chapter
-    """
+    """The lowest frequencies of every machine, and whether its list of modes is complete."""
     blocks: list[Block] = [Paragraph(text=_verdict(context.modes))]
     if len(context.drives) > 1:
         blocks.append(_overview(context))

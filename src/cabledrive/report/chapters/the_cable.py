@@ -46,16 +46,7 @@ _SHOWN, _FAST_RATE = 0.08, 20_000.0
 
 
 def chapter(context: ReportContext) -> Chapter | None:
-    """Runs of the rig of chapter 5, where it is among the drives.
-
-    Parameters
-    ----------
-    context : ReportContext
-
-    Returns
-    -------
-    Chapter or None
-    """
+    """Runs of the rig of chapter 5, where it is among the drives."""
     digest = content_hash(load_drive(EXAMPLE))
     if digest not in context.hashes:
         return None

@@ -34,16 +34,7 @@ _QUANTITY = (Column(title="Quantity"), Column(title="Value", numeric=True))
 
 
 def chapter(context: ReportContext) -> Chapter:
-    """What the machines of the report are made of.
-
-    Parameters
-    ----------
-    context : ReportContext
-
-    Returns
-    -------
-    Chapter
-    """
+    """What the machines of the report are made of."""
     parts = zip(context.drives, context.anchors, context.hashes, strict=True)
     return Chapter(
         title="The drive" if len(context.drives) == 1 else "The drives",

@@ -19,16 +19,7 @@ GUST = 0.2
 
 
 def chapter(context: ReportContext) -> Chapter | None:
-    """Moves of the scaled transporter, where it is among the drives.
-
-    Parameters
-    ----------
-    context : ReportContext
-
-    Returns
-    -------
-    Chapter or None
-    """
+    """Moves of the scaled transporter, where it is among the drives."""
     if content_hash(load_drive(EXAMPLE)) not in context.hashes:
         return None
     drive = scaled_transporter(load_drive(EXAMPLE))

@@ -18,16 +18,7 @@ MOST_CARRIAGES = 500
 
 
 def chapter(context: ReportContext) -> Chapter:
-    """Frequencies of a machine against pretension and load inertia, of another against its carriage's place.
-
-    Parameters
-    ----------
-    context : ReportContext
-
-    Returns
-    -------
-    Chapter
-    """
+    """Frequencies of a machine against pretension and load inertia, of another against carriage place."""
     drive = _packaged(context, VARIED) or context.drives[0]
     travelled = _packaged(context, TRAVELLED)
     blocks = [*_of_one(drive), *(_travel(travelled) if travelled else ())]

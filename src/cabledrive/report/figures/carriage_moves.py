@@ -20,16 +20,7 @@ COLOURS = {"scheduled": BLUE, "pd-flat": GREEN, "pd": RED, "shaper": ORANGE, "fr
 def moves_picture(name: str, runs: Sequence[CarriageRun], gusty: Sequence[CarriageRun]) -> Picture:
     """Distance of the payload from the end of its way, in still air and after a gust.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    runs, gusty : sequence of CarriageRun
-        The same laws without and with wind.
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page; ``runs``, ``gusty``: the same laws without and with wind.
     """
 
     def _draw(figure: "Figure", narrow: bool) -> None:
@@ -54,15 +45,7 @@ def moves_picture(name: str, runs: Sequence[CarriageRun], gusty: Sequence[Carria
 def way_picture(name: str, way: AlongTheWay) -> Picture:
     """Natural frequencies, and the slowest closed-loop pole of each law, over the place of the carriage.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    way : AlongTheWay
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page.
     """
 
     def _draw(figure: "Figure", narrow: bool) -> None:

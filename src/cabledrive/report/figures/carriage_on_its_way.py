@@ -15,20 +15,8 @@ if TYPE_CHECKING:
 def carriage_picture(name: str, along: "xr.Dataset", at_midspan: "xr.Dataset", cable_mass: float) -> Picture:
     """Draw the fundamental against position for several masses, and at midspan two modes against mass.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    along : xarray.Dataset
-        From `frequency_against_carriage_position`.
-    at_midspan : xarray.Dataset
-        From `frequency_against` with the mass of a carriage at midspan.
-    cable_mass : float
-        Mass of the cable [kg].
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page; ``along``: from `frequency_against_carriage_position`; ``at_midspan``: from
+    `frequency_against` with the mass of a carriage at midspan; ``cable_mass``: mass of the cable [kg].
     """
 
     def _draw(figure: "Figure", narrow: bool) -> None:

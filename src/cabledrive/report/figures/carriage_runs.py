@@ -23,15 +23,7 @@ PARTS = (
 def carriage_bandwidths_picture(name: str, found: CarriageController) -> Picture:
     """The estimated error and its parts over the bandwidth.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    found : CarriageController
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page.
     """
     usable = [one for one in found.candidates if one.estimate is not None]
     hertz = np.array([one.bandwidth for one in usable])
@@ -59,17 +51,7 @@ def carriage_bandwidths_picture(name: str, found: CarriageController) -> Picture
 def carriage_peaks_picture(name: str, runs: CarriageAcceptance, goal: float | None) -> Picture:
     """Share of the runs below an error, all the way and at rest, with the goal.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    runs : CarriageAcceptance
-    goal : float or None
-        [m].
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page; ``goal`` [m].
     """
     looks = ((runs.peaks, "all the way", BLUE, "-"), (runs.rests, "at rest", ORANGE, "--"))
 
@@ -95,15 +77,7 @@ def carriage_peaks_picture(name: str, runs: CarriageAcceptance, goal: float | No
 def carriage_worst_picture(name: str, worst: CarriageWorst) -> Picture:
     """Course, error and torque of the worst run.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    worst : CarriageWorst
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page.
     """
 
     def _draw(figure: "Figure", narrow: bool) -> None:

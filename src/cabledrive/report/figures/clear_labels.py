@@ -21,13 +21,8 @@ CLEAR, STEP = 3.0, 4.0
 def label_lines(axes: "Axes", named: Sequence[tuple[str, float]], *, color: str) -> None:
     """Name horizontal lines, as far to the right as the curves leave room, above or else below.
 
-    Parameters
-    ----------
-    axes : Axes
-        With its curves, limits and scales, in a figure whose layout is made.
-    named : sequence of (str, float)
-        Words, and the height of their line.
-    color : str
+    ``axes``: with its curves, limits and scales, in a figure whose layout is made; ``named``: words, and the
+    height of their line.
     """
     curves = [line for line in axes.lines if line.get_transform() == axes.transData]
     taken = [drawn_points(np.column_stack(line.get_data()), axes) for line in curves]
@@ -40,16 +35,8 @@ def label_lines(axes: "Axes", named: Sequence[tuple[str, float]], *, color: str)
 def drawn_points(points: Array, axes: "Axes") -> Array:
     """A curve as dense points of the picture.
 
-    Parameters
-    ----------
-    points : ndarray, shape (n, 2)
-        In the units of the axes.
-    axes : Axes
-
-    Returns
-    -------
-    ndarray, shape (m, 2)
-        [px]; what is not finite is left out.
+    ``points``, shape (n, 2): in the units of the axes.
+    Returns shape (m, 2) [px]; what is not finite is left out.
     """
     place = axes.transData.transform(np.asarray(points, dtype=np.float64))
     share = np.linspace(0.0, 1.0, 100)[:, None]

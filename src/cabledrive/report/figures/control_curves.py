@@ -38,17 +38,7 @@ class Curve:
 def curves_picture(name: str, curves: Sequence[Curve], printed: Mapping[str, float]) -> Picture:
     """One panel for each quantity; printed errors as horizontal lines.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    curves : sequence of Curve
-    printed : dict of str to float
-        Errors of the print [deg].
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page; ``printed``: errors of the print [deg].
     """
 
     def _draw(figure: "Figure", narrow: bool) -> None:

@@ -25,14 +25,7 @@ POWERS = ("angle", "speed", "acceleration", "3rd derivative", "4th derivative", 
 def thinned(time: Array, values: Array, bins: int = BINS) -> tuple[Array, Array]:
     """A history as few points that keep the least and the largest value of each stretch of time.
 
-    Parameters
-    ----------
-    time, values : ndarray, shape (samples,)
-    bins : int, optional
-
-    Returns
-    -------
-    time, values : ndarray
+    ``time``, ``values``, shape (samples,).
     """
     if values.size <= 2 * bins:
         return time, values
@@ -48,15 +41,7 @@ def thinned(time: Array, values: Array, bins: int = BINS) -> tuple[Array, Array]
 def pulse_picture(name: str, motion: Motion) -> Picture:
     """A pulse and its first five derivatives, each over its largest value.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    motion : Motion
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page.
     """
     trajectory = motion.trajectory
     time = np.linspace(0.0, trajectory.duration, 601)
@@ -82,15 +67,7 @@ def pulse_picture(name: str, motion: Motion) -> Picture:
 def record_picture(name: str, run: Tracking) -> Picture:
     """Everything of a run over time, as the print shows it figure by figure.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    run : Tracking
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page.
     """
 
     def _draw(figure: "Figure", narrow: bool) -> None:
@@ -162,16 +139,7 @@ def _apart(values: Array, least: float = 0.2) -> Array:
 def vibrations_picture(name: str, runs: Sequence[tuple[str, Tracking]]) -> Picture:
     """Deviation of drive pulley and load from the reference over time, a panel for each run.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    runs : sequence of (str, Tracking)
-        What to call each run, and the run.
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page; ``runs``: what to call each run, and the run.
     """
 
     def _draw(figure: "Figure", narrow: bool) -> None:

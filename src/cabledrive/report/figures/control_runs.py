@@ -24,16 +24,7 @@ _COLOURS = (BLUE, ORANGE, GREEN, PURPLE, RED, INK)
 def responses_picture(name: str, drive: Drive, models: Sequence[int]) -> Picture:
     """Magnitude from motor torque to load angle: the distributed cable and the models.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    drive : Drive
-    models : sequence of int
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page.
     """
     hertz = np.geomspace(0.5, 500.0, 700)
     omega = 2.0 * np.pi * hertz
@@ -57,33 +48,15 @@ def responses_picture(name: str, drive: Drive, models: Sequence[int]) -> Picture
 
 
 def models_with_cable(drive: Drive) -> tuple[int, ...]:
-    """Which of Models 1 to 4 have a flexible cable and can be made of a drive.
-
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    tuple of int
-    """
+    """Which of Models 1 to 4 have a flexible cable and can be made of a drive."""
     return (3, 4) if highest_model(drive) == 4 else (3,)
 
 
 def motor_speed_picture(name: str, drive: Drive, printed: Sequence[float]) -> Picture:
     """Magnitude from motor torque to motor speed, Models 3 and 4 beside the distributed cable.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    drive : Drive
-    printed : sequence of float
-        Frequencies that the print reads off its curve [Hz]; may be empty.
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page; ``printed``: frequencies that the print reads off its curve [Hz]; may be
+    empty.
     """
     hertz = np.geomspace(1.0, 500.0, 700)
     omega = 2.0 * np.pi * hertz
@@ -115,15 +88,7 @@ def motor_speed_picture(name: str, drive: Drive, printed: Sequence[float]) -> Pi
 def errors_picture(name: str, runs: Sequence[Tracking]) -> Picture:
     """Error of the load over time, one panel for each run, with the bound where there is one.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    runs : sequence of Tracking
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page.
     """
 
     def _draw(figure: "Figure", narrow: bool) -> None:
@@ -145,20 +110,8 @@ def errors_picture(name: str, runs: Sequence[Tracking]) -> Picture:
 def spectrum(run: Tracking, inertia: int, *, lowest: float = 2.0) -> tuple[np.ndarray, np.ndarray]:
     """Amplitude spectrum of an angle's deviation from the reference in the last dwell.
 
-    Parameters
-    ----------
-    run : Tracking
-    inertia : int
-        Number of the inertia, from the motor.
-    lowest : float, default 2.0
-        [Hz].
-
-    Returns
-    -------
-    frequency : ndarray, shape (p,)
-        [Hz].
-    amplitude : ndarray, shape (p,)
-        [deg].
+    ``inertia``: number of the inertia, from the motor; ``lowest`` [Hz].
+    Returns ``frequency``, shape (p,) [Hz]; ``amplitude``, shape (p,) [deg].
     """
     interval = run.time[1] - run.time[0]
     still = run.time > run.time[-1] - run.summary["motion"]["dwell"]
@@ -173,16 +126,7 @@ def spectrum(run: Tracking, inertia: int, *, lowest: float = 2.0) -> tuple[np.nd
 def spectra_picture(name: str, runs: Sequence[tuple[str, Tracking]]) -> Picture:
     """Spectra of the drive pulley and the load in the dwell after a pulse.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    runs : sequence of (str, Tracking)
-        What to call each run, and the run.
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page; ``runs``: what to call each run, and the run.
     """
 
     def _draw(figure: "Figure", narrow: bool) -> None:

@@ -24,15 +24,8 @@ _POINTS = 601
 def determinant_windows(drive: Drive) -> tuple["xr.Dataset", ...]:
     """The determinant over each of the `WINDOWS`.
 
-    Parameters
-    ----------
-    drive : Drive
-        A loop without carriages.
-
-    Returns
-    -------
-    tuple of xarray.Dataset
-        As from `cabledrive.studies.modal_determinant`.
+    ``drive``: a loop without carriages.
+    Returns as from `cabledrive.studies.modal_determinant`.
     """
     return tuple(modal_determinant(drive, np.linspace(*window, _POINTS)) for window in WINDOWS)
 
@@ -40,16 +33,7 @@ def determinant_windows(drive: Drive) -> tuple["xr.Dataset", ...]:
 def determinant_picture(name: str, windows: tuple["xr.Dataset", ...]) -> Picture:
     """Draw the determinant over several ranges of frequency.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    windows : tuple of xarray.Dataset
-        From `determinant_windows`.
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page; ``windows``: from `determinant_windows`.
     """
 
     def _draw(figure: "Figure", narrow: bool) -> None:

@@ -32,28 +32,10 @@ def followed_picture(
 ) -> Picture:
     """Draw the curves of `cabledrive.studies.frequency_against`, named where they end, meetings marked.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    data : xarray.Dataset
-        What `frequency_against` returns.
-    quantity : str
-        Name of the horizontal axis.
-    unit : str, default ""
-        Unit of the horizontal axis.
-    scale : float, default 1.0
-        SI units in one unit of the axis.
-    here : float, optional
-        Value of the drive itself [SI], marked.
-    logarithmic : bool, default True
-        Scale of the horizontal axis.
-    across : bool, default True
-        Whether the lowest transverse mode is drawn as well.
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page; ``data``: what `frequency_against` returns; ``quantity``: name of the
+    horizontal axis; ``unit``: unit of the horizontal axis; ``scale``: SI units in one unit of the axis;
+    ``here``: value of the drive itself [SI], marked; ``logarithmic``: scale of the horizontal axis;
+    ``across``: whether the lowest transverse mode is drawn as well.
     """
     values = data["value"].to_numpy() / scale
 

@@ -18,16 +18,7 @@ if TYPE_CHECKING:
 def fundamentals_picture(name: str, shapes: Sequence[tuple[str, "xr.Dataset"]]) -> Picture:
     """Draw the fundamental shape of several drives, both spans over their own coordinates as in the print.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    shapes : sequence of (str, xarray.Dataset)
-        Title, and what `cabledrive.studies.mode_shapes` returns.
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page; ``shapes``: title, and what `cabledrive.studies.mode_shapes` returns.
     """
 
     def _draw(figure: "Figure", narrow: bool) -> None:

@@ -24,19 +24,7 @@ HIGHEST = 300.0
 def regressors_picture(name: str, curves: RegressorCurves, shown: float, *, linear: bool = False) -> Picture:
     """Acceleration, speed and friction regressor, filtered and not, above torque and modelling error.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    curves : RegressorCurves
-    shown : float
-        How much of the log [s].
-    linear : bool, default False
-        Whether the axis slides.
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page; ``shown``: how much of the log [s]; ``linear``: whether the axis slides.
     """
     start = min(0.25, 0.1 * float(np.ptp(curves.time)))
     inside = np.flatnonzero(
@@ -72,15 +60,7 @@ def regressors_picture(name: str, curves: RegressorCurves, shown: float, *, line
 def response_picture(name: str, found: ResponseExperiment) -> Picture:
     """Magnitude and phase of a response, with its 95 % band, above the model that made it.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    found : ResponseExperiment
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page.
     """
     fine = np.geomspace(1.0, HIGHEST, 500)
     exact = speed_response(found.chain, 2 * np.pi * fine)
@@ -90,18 +70,8 @@ def response_picture(name: str, found: ResponseExperiment) -> Picture:
 def amplifier_picture(name: str, measured: FrequencyResponse, fit: AmplifierFit, interval: float) -> Picture:
     """Response from command to torque: Fig. 4.21.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    measured : FrequencyResponse
-    fit : AmplifierFit
-    interval : float
-        For which a command stands, and over which a torque is the mean [s].
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page; ``interval``: for which a command stands, and over which a torque is the
+    mean [s].
     """
     fine = np.geomspace(1.0, HIGHEST, 200)
     bandwidth = fit.bandwidth.value if np.isfinite(fit.bandwidth.value) else np.inf
@@ -121,21 +91,8 @@ def measured_picture(
 ) -> Picture:
     """A measured response with its 95 % band, and a model's where there is one.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    measured : FrequencyResponse
-    model : (ndarray, ndarray) or None
-        Frequencies [Hz] and response.
-    unit : str
-        Of the response.
-    decibels : bool, default False
-        Whether the magnitude is shown in dB.
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page; ``model``: frequencies [Hz] and response; ``unit``: of the response;
+    ``decibels``: whether the magnitude is shown in dB.
     """
     low = np.maximum(measured.magnitude - 2 * measured.deviation, 0.3 * measured.magnitude)
     high = measured.magnitude + 2 * measured.deviation

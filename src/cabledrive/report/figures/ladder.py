@@ -58,15 +58,7 @@ def staircase(drive: Drive, modes: Modes) -> Staircase:
     The frequencies are spread evenly, and beside each listed mode one lies just below and one just above. The
     counter knows nothing of the list.
 
-    Parameters
-    ----------
-    drive : Drive
-    modes : Modes
-        Modes of this drive.
-
-    Returns
-    -------
-    Staircase
+    ``modes``: modes of this drive.
     """
     below = modes.certificate.below
     listed = np.array([mode.frequency for mode in modes.longitudinal if mode.frequency < below])
@@ -83,17 +75,7 @@ def staircase(drive: Drive, modes: Modes) -> Staircase:
 def ladder_picture(name: str, drive: Drive, modes: Modes) -> Picture:
     """Draw the staircase of the count with the listed modes on it, and every mode of both kinds as a rung.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    drive : Drive
-    modes : Modes
-        Modes of this drive, with at least one longitudinal one.
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page; ``modes``: modes of this drive, with at least one longitudinal one.
     """
     steps = staircase(drive, modes)
     stairs, lanes = max(int(steps.count[-1]), 4) + 1.2, 1 + len(drive.spans)

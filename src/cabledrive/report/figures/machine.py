@@ -16,16 +16,7 @@ NAME_PLACES = (0.5, 0.62, 0.38, 0.72, 0.28, 0.8, 0.2)
 
 
 def machine_picture(drive: Drive) -> Picture:
-    """Draw a machine from its data: spans, places of carriages and slope to scale.
-
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    Picture
-    """
+    """Draw a machine from its data: spans, places of carriages and slope to scale."""
     pictures = []
     for width in (WIDE, NARROW):
         sheet, layout = Sheet(), machine_layout(drive, width, width == NARROW)

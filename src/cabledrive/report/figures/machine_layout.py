@@ -46,32 +46,15 @@ class MachineLayout:
     def rightwards(self, across: float) -> float:
         """Whether a side of the machine lies to the right on the sheet.
 
-        Parameters
-        ----------
-        across : float
-            1 for the side of the upper span, -1 for the other.
-
-        Returns
-        -------
-        float
-            1 where it does, else -1.
+        ``across``: 1 for the side of the upper span, -1 for the other.
+        Returns 1 where it does, else -1.
         """
         return 1.0 if self.off((0.0, 0.0), 0.0, across)[0] > 0.0 else -1.0
 
     def off(self, point: Point, along: float, across: float) -> Point:
         """A point moved along the machine and across it.
 
-        Parameters
-        ----------
-        point : (float, float)
-        along : float
-            Towards the load pulley [px].
-        across : float
-            To the side of the upper span [px].
-
-        Returns
-        -------
-        (float, float)
+        ``along``: towards the load pulley [px]; ``across``: to the side of the upper span [px].
         """
         c, s = cos(self.slope), sin(self.slope)
         return point[0] + along * c - across * s, point[1] - along * s - across * c
@@ -79,13 +62,7 @@ class MachineLayout:
     def tangent(self, span: str) -> tuple[Point, Point]:
         """Where a span leaves the drive pulley and where it leaves the load pulley.
 
-        Parameters
-        ----------
-        span : {"upper", "lower"}
-
-        Returns
-        -------
-        pair of (float, float)
+        ``span``, {"upper", "lower"}.
         """
         side = 1.0 if span == "upper" else -1.0
         distance = sqrt((self.load[0] - self.drive[0]) ** 2 + (self.load[1] - self.drive[1]) ** 2)
@@ -99,15 +76,7 @@ class MachineLayout:
     def on_span(self, span: str, share: float) -> Point:
         """A point of a span.
 
-        Parameters
-        ----------
-        span : {"upper", "lower"}
-        share : float
-            Share of its length, from the pulley where it starts.
-
-        Returns
-        -------
-        (float, float)
+        ``span``, {"upper", "lower"}; ``share``: share of its length, from the pulley where it starts.
         """
         a, b = self.tangent(span)
         share = share if span == "upper" else 1.0 - share
@@ -117,17 +86,7 @@ class MachineLayout:
 def machine_layout(drive: Drive, width: float, narrow: bool) -> MachineLayout:
     """Lay out a machine on a sheet of given width.
 
-    Parameters
-    ----------
-    drive : Drive
-    width : float
-        Of the sheet [px].
-    narrow : bool
-        Whether margins are small.
-
-    Returns
-    -------
-    MachineLayout
+    ``width``: of the sheet [px]; ``narrow``: whether margins are small.
     """
     slope = drive.layout.inclination
     c, s = abs(cos(slope)), abs(sin(slope))

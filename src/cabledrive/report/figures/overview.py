@@ -18,18 +18,7 @@ _ROW, _FOOT = 27.0, 72.0  # heights [px]
 def overview_picture(name: str, machines: Sequence[str], all_modes: Sequence[Modes]) -> Picture:
     """Draw the lowest frequency of each kind for every machine, machines in order of the first.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    machines : sequence of str
-        Names.
-    all_modes : sequence of Modes
-        Of each machine, both kinds present.
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page; ``machines``: names; ``all_modes``: of each machine, both kinds present.
     """
     rows = [(machine, lowest(modes)) for machine, modes in zip(machines, all_modes, strict=True)]
     rows.sort(key=lambda row: row[1])
@@ -58,14 +47,7 @@ def overview_picture(name: str, machines: Sequence[str], all_modes: Sequence[Mod
 def lowest(modes: Modes) -> tuple[float, float]:
     """Lowest frequency along the cable and across it.
 
-    Parameters
-    ----------
-    modes : Modes
-
-    Returns
-    -------
-    along, across : float
-        [Hz].
+    Returns ``along, across`` [Hz].
     """
     return modes.longitudinal[0].frequency, modes.transverse[0].frequency
 

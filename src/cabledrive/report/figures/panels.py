@@ -20,15 +20,7 @@ _STYLES = ("-", "--", "-.", ":")
 def panels_figure(name: str, panels: tuple[Panel, ...]) -> Figure:
     """Panels of one figure as a figure of the page.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    panels : tuple of Panel
-
-    Returns
-    -------
-    Figure
+    ``name``: unique on the page.
     """
 
     def _draw(drawing: "Drawing", narrow: bool) -> None:

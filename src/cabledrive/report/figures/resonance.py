@@ -25,16 +25,7 @@ LINES = (BLUE, ORANGE, GREEN)
 def surfaces_picture(name: str, drive: Drive) -> Picture:
     """Frequency ratio over the mass ratio of the load pulley, for some tensions and drive pulleys: Fig. 5.2.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    drive : Drive
-        Gives the cable.
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page; ``drive``: gives the cable.
     """
     chi2 = np.geomspace(0.1, 100.0, 200)
 
@@ -61,16 +52,7 @@ def surfaces_picture(name: str, drive: Drive) -> Picture:
 def contours_picture(name: str, drive: Drive) -> Picture:
     """Pulleys that make the ratio one half, a contour for each tension: Fig. 5.3.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    drive : Drive
-        Gives the cable, and a point.
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page; ``drive``: gives the cable, and a point.
     """
     own = mass_ratios(drive)
     chi1 = np.geomspace(1.0, 3000.0, 600)
@@ -98,15 +80,7 @@ def contours_picture(name: str, drive: Drive) -> Picture:
 def forced_picture(name: str, forced: ForcedResponse) -> Picture:
     """Load angle and midpoint under the torque: Figs. 5.4 and 5.6.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    forced : ForcedResponse
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page.
     """
     level = forced.load_angle - np.polyval(np.polyfit(forced.time, forced.load_angle, 1), forced.time)
 
@@ -124,15 +98,7 @@ def forced_picture(name: str, forced: ForcedResponse) -> Picture:
 def swept_picture(name: str, swept: SweptResponse) -> Picture:
     """Amplitude over the frequency ratio while the tension rises: Fig. 5.5.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    swept : SweptResponse
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page.
     """
 
     def _draw(figure: "Figure", narrow: bool) -> None:
@@ -156,15 +122,7 @@ def swept_picture(name: str, swept: SweptResponse) -> Picture:
 def free_picture(name: str, free: FreeResponse) -> Picture:
     """Load angle, upper midpoint and shares of the energy after unequal plucks: Fig. 5.7.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    free : FreeResponse
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page.
     """
 
     def _draw(figure: "Figure", narrow: bool) -> None:
@@ -187,15 +145,7 @@ def free_picture(name: str, free: FreeResponse) -> Picture:
 def steady_picture(name: str, branches: tuple[SteadyBranch, ...]) -> Picture:
     """Steady amplitude over the torque: full where it is stable, dashed where not.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    branches : tuple of SteadyBranch
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page.
     """
     kinds = {("upper",): ("one span alone", BLUE), ("upper", "lower"): ("each of both", ORANGE)}
 
@@ -223,15 +173,7 @@ def steady_picture(name: str, branches: tuple[SteadyBranch, ...]) -> Picture:
 def map_picture(name: str, growth: GrowthMap) -> Picture:
     """Contours of growth over pretension and torque, with the threshold and the drive's own point.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    growth : GrowthMap
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page.
     """
 
     def _draw(figure: "Figure", narrow: bool) -> None:

@@ -31,21 +31,9 @@ ENERGIES = {
 def span_field(result: SimulationResult, span: str, plane: str = "w") -> Array:
     """Displacements of the nodes of a span at the times of the whole fields.
 
-    Parameters
-    ----------
-    result : SimulationResult
-    span : {"upper", "lower"}
-    plane : {"u", "v", "w"}, default "w"
-
-    Returns
-    -------
-    ndarray, shape (field records, n + 1)
-        [m].
-
-    Raises
-    ------
-    InputRefused
-        If the run kept less than two whole fields.
+    ``span``, {"upper", "lower"}; ``plane``, {"u", "v", "w"}.
+    Returns shape (field records, n + 1) [m].
+    Raises `InputRefused` if the run kept less than two whole fields.
     """
     _check_fields(result)
     segments = result.position.shape[1] - 1
@@ -56,21 +44,9 @@ def span_field(result: SimulationResult, span: str, plane: str = "w") -> Array:
 def tension_field(drive: Drive, result: SimulationResult) -> Array:
     """Tension in every segment at the times of the whole fields, by the cable law of the run.
 
-    Parameters
-    ----------
-    drive : Drive
-        The one of the run.
-    result : SimulationResult
-
-    Returns
-    -------
-    ndarray, shape (field records, segments of all spans)
-        Round the loop from the drive rim [N].
-
-    Raises
-    ------
-    InputRefused
-        If the run kept less than two whole fields.
+    ``drive``: the one of the run.
+    Returns shape (field records, segments of all spans): round the loop from the drive rim [N].
+    Raises `InputRefused` if the run kept less than two whole fields.
     """
     _check_fields(result)
     method = result.provenance["method"]
@@ -82,17 +58,7 @@ def tension_field(drive: Drive, result: SimulationResult) -> Array:
 def space_time_picture(name: str, result: SimulationResult, span: str = "upper") -> Picture:
     """Map of w along a span over time: blue up, orange down.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    result : SimulationResult
-        With whole fields.
-    span : {"upper", "lower"}, default "upper"
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page; ``result``: with whole fields; ``span``, {"upper", "lower"}.
     """
     field = 1e3 * span_field(result, span)
     position = result.position[result.spans.index(span)]
@@ -108,18 +74,7 @@ def space_time_picture(name: str, result: SimulationResult, span: str = "upper")
 def tension_picture(name: str, drive: Drive, result: SimulationResult) -> Picture:
     """Map of the tension along the unrolled cable over time, as its difference from the pretension.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    drive : Drive
-        The one of the run.
-    result : SimulationResult
-        With whole fields.
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page; ``drive``: the one of the run; ``result``: with whole fields.
     """
     above = tension_field(drive, result) - drive.cable.pretension
     ends = result.position + drive.pulley_distance * np.arange(len(result.spans))[:, None]
@@ -138,15 +93,7 @@ def tension_picture(name: str, drive: Drive, result: SimulationResult) -> Pictur
 def energy_picture(name: str, result: SimulationResult) -> Picture:
     """Where the energy is over time, the work done, what was lost, and below it the error of the budget.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    result : SimulationResult
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page.
     """
     shares = {
         words: (1e6 * sum(result.channel(f"{stem}_{span}") for span in result.spans), colour)
@@ -188,16 +135,7 @@ def energy_picture(name: str, result: SimulationResult) -> Picture:
 def slack_picture(name: str, result: SimulationResult) -> Picture:
     """Tension of the spans over the torque, up to where one goes slack.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    result : SimulationResult
-        With a slack event.
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page; ``result``: with a slack event.
     """
     torque = result.channel("torque")
     event = result.slack_events[0]

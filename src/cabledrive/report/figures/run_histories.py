@@ -30,16 +30,8 @@ LONGEST_TITLE = 88
 def spectrum_marks(drive: Drive, octaves: float = 3.0) -> tuple[tuple[float, str], ...]:
     """Certified natural frequencies to mark in a spectrum.
 
-    Parameters
-    ----------
-    drive : Drive
-    octaves : float, default 3.0
-        Highest frequency over the lowest longitudinal one [-].
-
-    Returns
-    -------
-    tuple of (float, str)
-        Frequency [Hz], "longitudinal" or "transverse"; the transverse ones only where they are few.
+    ``octaves``: highest frequency over the lowest longitudinal one [-].
+    Returns frequency [Hz], "longitudinal" or "transverse"; the transverse ones only where they are few.
     """
     top = octaves * float(natural_frequencies(drive, count=1)[0])
     marks = [(float(frequency), "longitudinal") for frequency in natural_frequencies(drive, below=top)]
@@ -53,11 +45,7 @@ def spectrum_marks(drive: Drive, octaves: float = 3.0) -> tuple[tuple[float, str
 def draw_histories(panels: "Sequence[Axes]", result: SimulationResult) -> None:
     """Load angle and the midpoints in both planes over time, one above the other.
 
-    Parameters
-    ----------
-    panels : sequence of Axes
-        One, and one for each span.
-    result : SimulationResult
+    ``panels``: one, and one for each span.
     """
     _curve(panels[0], result.time, np.degrees(result.load_angle), INK)
     panels[0].set_ylabel("load [deg]")
@@ -77,12 +65,7 @@ def draw_histories(panels: "Sequence[Axes]", result: SimulationResult) -> None:
 def draw_spectrum(axes: "Axes", result: SimulationResult, marks: Sequence[tuple[float, str]]) -> None:
     """Amplitude spectrum of the load angle, Hann window, with natural frequencies marked.
 
-    Parameters
-    ----------
-    axes : Axes
-    result : SimulationResult
-    marks : sequence of (float, str)
-        Frequency [Hz] and kind of mode, as `spectrum_marks` gives them.
+    ``marks``: frequency [Hz] and kind of mode, as `spectrum_marks` gives them.
     """
     spectrum = amplitude_spectrum(result.time, result.load_angle)
     top = 1.05 * max((frequency for frequency, _ in marks), default=spectrum.frequency[-1])
@@ -122,21 +105,8 @@ def draw_spectrum(axes: "Axes", result: SimulationResult, marks: Sequence[tuple[
 def run_plot(drive: Drive, result: SimulationResult, form: str) -> bytes:
     """Histories and spectrum of a run as the content of a file, the same for the same run.
 
-    Parameters
-    ----------
-    drive : Drive
-        The one of the run.
-    result : SimulationResult
-    form : {"svg", "png", "pdf"}
-
-    Returns
-    -------
-    bytes
-
-    Raises
-    ------
-    InputRefused
-        If the run has too few records for a spectrum.
+    ``drive``: the one of the run; ``form``, {"svg", "png", "pdf"}.
+    Raises `InputRefused` if the run has too few records for a spectrum.
     """
     from matplotlib.figure import Figure
 
@@ -160,15 +130,7 @@ def run_plot(drive: Drive, result: SimulationResult, form: str) -> bytes:
 def histories_picture(name: str, result: SimulationResult) -> Picture:
     """Load angle and midpoints over time.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    result : SimulationResult
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page.
     """
 
     def _draw(figure: "Figure", narrow: bool) -> None:
@@ -180,17 +142,7 @@ def histories_picture(name: str, result: SimulationResult) -> Picture:
 def spectrum_picture(name: str, result: SimulationResult, marks: Sequence[tuple[float, str]]) -> Picture:
     """Amplitude spectrum of the load angle with natural frequencies marked.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    result : SimulationResult
-    marks : sequence of (float, str)
-        Frequency [Hz] and kind of mode.
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page; ``marks``: frequency [Hz] and kind of mode.
     """
 
     def _draw(figure: "Figure", narrow: bool) -> None:
@@ -202,16 +154,7 @@ def spectrum_picture(name: str, result: SimulationResult, marks: Sequence[tuple[
 def orbit_picture(name: str, result: SimulationResult, span: str = "upper") -> Picture:
     """Orbit of the midpoint of a span, v across the page and w up it, to one scale.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    result : SimulationResult
-    span : {"upper", "lower"}, default "upper"
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page; ``span``, {"upper", "lower"}.
     """
     v, w = 1e3 * result.midpoint(span)[:, 1:].T
 

@@ -22,15 +22,8 @@ class Sheet:
     def line(self, *points: Point, colour: str = "ink", width: float = 1.2, dashes: str = "") -> None:
         """A line through points.
 
-        Parameters
-        ----------
-        *points : (float, float)
-        colour : str, default "ink"
-            Name of a colour of the page.
-        width : float, default 1.2
-            Of the line [px].
-        dashes : str, default ""
-            Lengths of dashes and gaps [px].
+        ``colour``: name of a colour of the page; ``width``: of the line [px]; ``dashes``: lengths of dashes
+        and gaps [px].
         """
         path = "M" + " L".join(f"{x:.1f} {y:.1f}" for x, y in points)
         self.path(path, colour=colour, width=width, dashes=dashes)
@@ -40,17 +33,8 @@ class Sheet:
     ) -> None:
         """A path in the language of SVG.
 
-        Parameters
-        ----------
-        path : str
-        colour : str, default "ink"
-            Name of a colour of the page.
-        width : float, default 1.2
-            Of the line [px].
-        fill : str, default "none"
-            Name of the colour inside.
-        dashes : str, default ""
-            Lengths of dashes and gaps [px].
+        ``colour``: name of a colour of the page; ``width``: of the line [px]; ``fill``: name of the colour
+        inside; ``dashes``: lengths of dashes and gaps [px].
         """
         inside = fill if fill == "none" else f"var(--{fill})"
         dashed = f"; stroke-dasharray: {dashes}" if dashes else ""
@@ -64,17 +48,8 @@ class Sheet:
     ) -> None:
         """A circle.
 
-        Parameters
-        ----------
-        centre : (float, float)
-        radius : float
-            In pixels.
-        colour : str, default "ink"
-            Name of a colour of the page.
-        width : float, default 1.2
-            Of the line [px].
-        fill : str, default "none"
-            Name of the colour inside.
+        ``radius``: in pixels; ``colour``: name of a colour of the page; ``width``: of the line [px];
+        ``fill``: name of the colour inside.
         """
         inside = fill if fill == "none" else f"var(--{fill})"
         self.elements.append(
@@ -85,15 +60,8 @@ class Sheet:
     def box(self, centre: Point, size: Point, *, colour: str = "ink", fill: str = "card") -> None:
         """An upright box with rounded corners.
 
-        Parameters
-        ----------
-        centre : (float, float)
-        size : (float, float)
-            Width and height [px].
-        colour : str, default "ink"
-            Name of the colour of its edge.
-        fill : str, default "card"
-            Name of the colour inside.
+        ``size``: width and height [px]; ``colour``: name of the colour of its edge; ``fill``: name of the
+        colour inside.
         """
         x, y = centre[0] - size[0] / 2, centre[1] - size[1] / 2
         self.elements.append(
@@ -106,16 +74,8 @@ class Sheet:
     ) -> None:
         """Words, one line.
 
-        Parameters
-        ----------
-        text : str
-        at : (float, float)
-            Where the base line begins, is centred or ends.
-        anchor : {"start", "middle", "end"}, default "middle"
-        colour : str, default "ink"
-            Name of a colour of the page.
-        size : float, default 12
-            Of the letters [px].
+        ``at``: where the base line begins, is centred or ends; ``anchor``, {"start", "middle", "end"};
+        ``colour``: name of a colour of the page; ``size``: of the letters [px].
         """
         self.elements.append(
             f'<text x="{at[0]:.1f}" y="{at[1]:.1f}" style="font: {size:g}px var(--sans); '
@@ -125,13 +85,7 @@ class Sheet:
     def arrow(self, start: Point, end: Point, *, colour: str = "ink", width: float = 1.2) -> None:
         """A straight arrow.
 
-        Parameters
-        ----------
-        start, end : (float, float)
-        colour : str, default "ink"
-            Name of a colour of the page.
-        width : float, default 1.2
-            Of the line [px].
+        ``colour``: name of a colour of the page; ``width``: of the line [px].
         """
         dx, dy = end[0] - start[0], end[1] - start[1]
         length = max((dx**2 + dy**2) ** 0.5, 1e-9)
@@ -145,15 +99,8 @@ class Sheet:
     def svg(self, size: Point) -> Markup:
         """The sheet as part of a page.
 
-        Parameters
-        ----------
-        size : (float, float)
-            Width and height [px].
-
-        Returns
-        -------
-        Markup
-            An ``svg`` element.
+        ``size``: width and height [px].
+        Returns an ``svg`` element.
         """
         width, height = size
         return Markup(

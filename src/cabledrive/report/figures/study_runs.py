@@ -26,15 +26,7 @@ WIDEST = 2.0
 def intervals_picture(name: str, known: Mapping[str, Quantity], sheet: Mapping[str, Quantity]) -> Picture:
     """Every number over its data sheet value, beside what the data sheet leaves open.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    known, sheet : mapping of str to Quantity
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page.
     """
     shown = [key for key in known if sheet[key].value > 0.0 and key != "offset_torque"]
 
@@ -70,15 +62,7 @@ def _short(key: str) -> str:
 def bandwidths_picture(name: str, found: ControllerResult) -> Picture:
     """The bound and its parts over the bandwidth.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    found : ControllerResult
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page.
     """
     usable = [one for one in found.candidates if one.model == found.model and one.bound is not None]
     hertz = np.array([one.bandwidth for one in usable])
@@ -121,18 +105,8 @@ def peaks_picture(
 ) -> Picture:
     """Share of the runs below an error, with bound and goal.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    runs : sequence of AcceptanceResult
-        In each of which at least one run lasted.
-    bound, error : float or None
-        Stated for the law, asked for [rad].
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page; ``runs``: in each of which at least one run lasted; ``bound``, ``error``:
+    stated for the law, asked for [rad].
     """
 
     def _draw(figure: "Figure", narrow: bool) -> None:
@@ -164,14 +138,7 @@ def peaks_picture(
 def shares_below(one: AcceptanceResult) -> tuple[Array, Array]:
     """Curve of the runs below an error; it ends below 100 % where runs ended early.
 
-    Parameters
-    ----------
-    one : AcceptanceResult
-
-    Returns
-    -------
-    error, share : ndarray, shape (lasting runs + 1,)
-        [deg], [% of all runs].
+    Returns ``error, share``, shape (lasting runs + 1,) [deg], [% of all runs].
     """
     errors = np.degrees(np.append(0.0, one.peaks))
     return errors, 100.0 * np.arange(len(errors)) / one.draws
@@ -187,15 +154,7 @@ def _end_of_axis(runs: Sequence[AcceptanceResult], limit: float) -> float:
 def worst_picture(name: str, worst: WorstCase) -> Picture:
     """Motion, error and torque of the worst run.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    worst : WorstCase
-
-    Returns
-    -------
-    Picture
+    ``name``: unique on the page.
     """
 
     def _draw(figure: "Figure", narrow: bool) -> None:

@@ -13,16 +13,7 @@ NAMES = {"lumped": "lumped plants", "cable": "plants on the distributed cable"}
 
 
 def acceptance_chapter(result: StudyResult) -> Chapter | None:
-    """What the runs said, if there is a controller.
-
-    Parameters
-    ----------
-    result : StudyResult
-
-    Returns
-    -------
-    Chapter or None
-    """
+    """What the runs said, if there is a controller."""
     if result.laws is None:
         return None
     runs = [one for one in (result.lumped, result.cable) if one.draws]

@@ -20,14 +20,7 @@ from cabledrive.studies.study.carriage_verdict import NO_BOUND
 def carriage_controller_chapter(result: StudyResult) -> Chapter | None:
     """The scheduled law and its bandwidth, after the model that it is made for.
 
-    Parameters
-    ----------
-    result : StudyResult
-
-    Returns
-    -------
-    Chapter or None
-        None: the drive has no carriage that the law covers.
+    Returns none: the drive has no carriage that the law covers.
     """
     if result.carriage is None:
         return None
@@ -143,16 +136,7 @@ def _shares(found: CarriageController) -> Table:
 
 
 def carriage_acceptance_chapter(result: StudyResult) -> Chapter | None:
-    """What the runs said, if there were any.
-
-    Parameters
-    ----------
-    result : StudyResult
-
-    Returns
-    -------
-    Chapter or None
-    """
+    """What the runs said, if there were any."""
     runs = result.carriage.acceptance if result.carriage else None
     if runs is None:
         return None

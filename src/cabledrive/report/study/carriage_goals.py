@@ -10,16 +10,7 @@ CARRIAGE_METHODS = (
 
 
 def asked_of_carriage(goals: Goals) -> Table:
-    """The goals of a study with a carriage.
-
-    Parameters
-    ----------
-    goals : Goals
-
-    Returns
-    -------
-    Table
-    """
+    """The goals of a study with a carriage."""
     error, hung = goals.carriage_error, goals.hanging_mass
     assert goals.travel is not None
     rows: list[tuple[Cell, ...]] = [

@@ -27,16 +27,7 @@ UNITS = ("kg m²", "N m s/rad", "N m", "N m")
 
 
 def controller_chapter(result: StudyResult) -> Chapter | None:
-    """The controller, if one was designed.
-
-    Parameters
-    ----------
-    result : StudyResult
-
-    Returns
-    -------
-    Chapter or None
-    """
+    """The controller, if one was designed."""
     found = result.controller
     if found is None:
         return None

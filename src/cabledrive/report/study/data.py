@@ -9,16 +9,7 @@ from cabledrive.studies.study.check_stage import LogWords
 
 
 def data_chapter(result: StudyResult) -> Chapter:
-    """The drive file and the logs.
-
-    Parameters
-    ----------
-    result : StudyResult
-
-    Returns
-    -------
-    Chapter
-    """
+    """The drive file and the logs."""
     found = result.check
     blocks: list[Block] = [_datasheet(found.derived)]
     if found.missing:

@@ -14,16 +14,7 @@ SOURCES = {LOG: "log", DATASHEET: "data sheet", GOAL: "goal", GUESS: "guess"}
 
 
 def knowledge_chapter(result: StudyResult) -> Chapter:
-    """What the logs told, and what stayed with the data sheet.
-
-    Parameters
-    ----------
-    result : StudyResult
-
-    Returns
-    -------
-    Chapter
-    """
+    """What the logs told, and what stayed with the data sheet."""
     known = result.knowledge
     told = sum(q.source == LOG for q in known.quantities.values())
     blocks: list[Block] = [Paragraph(text=_words(result, told))]

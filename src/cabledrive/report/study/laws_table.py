@@ -11,17 +11,7 @@ from cabledrive.studies.study.candidates import LawScore
 def laws_table(scores: Sequence[LawScore], unit: str, size: float) -> Table:
     """Every law with its errors and the share of the plants that it holds within the goal.
 
-    Parameters
-    ----------
-    scores : sequence of LawScore
-        Simplest law first.
-    unit : str
-    size : float
-        Of the unit, in SI.
-
-    Returns
-    -------
-    Table
+    ``scores``: simplest law first; ``size``: of the unit, in SI.
     """
     rows: tuple[tuple[Cell, ...], ...] = tuple(_row(one, size) for one in scores)
     return Table(

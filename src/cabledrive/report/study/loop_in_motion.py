@@ -16,14 +16,7 @@ MOST_STEPS = 2e6
 def loop_in_motion(result: StudyResult) -> Block:
     """The nonlinear loop under the torque that the motion needs, without feedback.
 
-    Parameters
-    ----------
-    result : StudyResult
-
-    Returns
-    -------
-    Figure or Paragraph
-        A paragraph where the run would be too long or is refused, with the reason.
+    Returns a paragraph where the run would be too long or is refused, with the reason.
     """
     machine, motion = with_measured_stiffness(result.known), result.goals.motion
     duration = motion.trajectory.duration

@@ -17,16 +17,7 @@ ALARMS = {
 
 
 def modes_chapter(result: StudyResult) -> Chapter:
-    """Certified modes, and how far each reduced model holds.
-
-    Parameters
-    ----------
-    result : StudyResult
-
-    Returns
-    -------
-    Chapter
-    """
+    """Certified modes, and how far each reduced model holds."""
     found = result.modes
     complete = "is proven complete" if found.certified else "is not certified"
     blocks: list[Block] = [
@@ -122,16 +113,7 @@ def _responses(result: StudyResult) -> Figure:
 
 
 def resonance_chapter(result: StudyResult) -> Chapter:
-    """Where the drive stands against the 1:2 resonance, and whether the motion excites it.
-
-    Parameters
-    ----------
-    result : StudyResult
-
-    Returns
-    -------
-    Chapter
-    """
+    """Where the drive stands against the 1:2 resonance, and whether the motion excites it."""
     found = result.resonance
     head = ALARMS.get(found.alarm or "", "The motion along the spans could not be computed.")
     tone = "warning" if found.refuses or found.alarm == "unknown" else VERDICTS[found.verdict]

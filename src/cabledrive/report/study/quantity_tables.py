@@ -10,19 +10,7 @@ from cabledrive.studies.study.machine import UNITS, WORDS
 def shares_table(caption: str, shares: Mapping[str, float], unit: str, size: float) -> Table:
     """Largest share first.
 
-    Parameters
-    ----------
-    caption : str
-    shares : mapping of str to float
-        Of each quantity, in SI.
-    unit : str
-        In which they are shown.
-    size : float
-        Of the unit, in SI.
-
-    Returns
-    -------
-    Table
+    ``shares``: of each quantity, in SI; ``unit``: in which they are shown; ``size``: of the unit, in SI.
     """
     ordered = sorted(shares.items(), key=lambda item: -item[1])
     rows: tuple[tuple[Cell, ...], ...] = tuple(
@@ -40,16 +28,7 @@ def worst_plant_table(
 ) -> Table:
     """The plant of the worst run beside the best values.
 
-    Parameters
-    ----------
-    values, best : mapping of str to float
-        SI.
-    phases : sequence of float
-        Of the encoders, in counts.
-
-    Returns
-    -------
-    Table
+    ``values``, ``best``: SI; ``phases``: of the encoders, in counts.
     """
     rows: tuple[tuple[Cell, ...], ...] = tuple(
         (
@@ -74,28 +53,10 @@ def worst_plant_table(
 
 
 def named(name: str) -> str:
-    """A quantity at the head of a row.
-
-    Parameters
-    ----------
-    name : str
-
-    Returns
-    -------
-    str
-    """
+    """A quantity at the head of a row."""
     return WORDS[name][:1].upper() + WORDS[name][1:]
 
 
 def unit_shown(unit: str) -> str:
-    """A unit in its column; nothing for a plain number.
-
-    Parameters
-    ----------
-    unit : str
-
-    Returns
-    -------
-    str
-    """
+    """A unit in its column; nothing for a plain number."""
     return "" if unit == "1" else unit.replace("^2", "²")

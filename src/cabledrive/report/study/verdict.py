@@ -31,16 +31,7 @@ MARGINS = {
 
 
 def verdict_chapter(result: StudyResult) -> Chapter:
-    """The answer before the reasons.
-
-    Parameters
-    ----------
-    result : StudyResult
-
-    Returns
-    -------
-    Chapter
-    """
+    """The answer before the reasons."""
     verdict = result.verdict
     answer = Markup("<strong>{}</strong> {}").format(HEADS[verdict.answer], sentences(verdict.reasons[:1]))
     blocks: list[Block] = [Note(text=answer, tone=TONES[verdict.answer])]
@@ -64,48 +55,19 @@ def verdict_chapter(result: StudyResult) -> Chapter:
 
 
 def sentences(lines: tuple[str, ...]) -> str:
-    """Lines as sentences.
-
-    Parameters
-    ----------
-    lines : tuple of str
-
-    Returns
-    -------
-    str
-    """
+    """Lines as sentences."""
     return " ".join(f"{line[:1].upper()}{line[1:].rstrip('.')}." for line in lines)
 
 
 def points(head: str, lines: tuple[str, ...]) -> Paragraph:
-    """A head and lines as a paragraph of the page, a list where they are several.
-
-    Parameters
-    ----------
-    head : str
-    lines : tuple of str
-
-    Returns
-    -------
-    Paragraph
-    """
+    """A head and lines as a paragraph of the page, a list where they are several."""
     if len(lines) == 1:
         return Paragraph(text=f"{head} {sentences(lines)}")
     return Paragraph(text=head, items=lines)
 
 
 def listed(head: str, lines: tuple[str, ...]) -> Markup:
-    """A head and lines inside a remark, a list where they are several.
-
-    Parameters
-    ----------
-    head : str
-    lines : tuple of str
-
-    Returns
-    -------
-    Markup
-    """
+    """A head and lines inside a remark, a list where they are several."""
     if len(lines) == 1:
         return Markup("{} {}").format(head, sentences(lines))
     items = Markup("").join(Markup("<li>{}</li>").format(line) for line in lines)

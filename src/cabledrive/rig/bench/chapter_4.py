@@ -84,17 +84,7 @@ BENCH_TESTS = (
 
 
 def bench_rig(test: BenchTest, imperfections: Imperfections | None = None) -> VirtualRig:
-    """The rig of one bench test: a rigid axis, 2,600 counts, 1 kHz.
-
-    Parameters
-    ----------
-    test : BenchTest
-    imperfections : Imperfections, optional
-
-    Returns
-    -------
-    VirtualRig
-    """
+    """The rig of one bench test: a rigid axis, 2,600 counts, 1 kHz."""
     chain = LumpedChain(
         names=("motor",),
         inertias=(test.inertia,),
@@ -110,17 +100,8 @@ def bench_rig(test: BenchTest, imperfections: Imperfections | None = None) -> Vi
 def bench_command(test: BenchTest, rng: np.random.Generator, sample_rate: float = 1000.0) -> Array:
     """The command of one bench test, with random phases, which the text does not give.
 
-    Parameters
-    ----------
-    test : BenchTest
-    rng : numpy.random.Generator
-    sample_rate : float, default 1000.0
-        [Hz].
-
-    Returns
-    -------
-    ndarray, shape (samples,)
-        [V].
+    ``sample_rate`` [Hz].
+    Returns shape (samples,) [V].
     """
     phases = rng.uniform(0.0, 2 * pi, len(test.frequencies))
     return sum_of_sines(test.duration, sample_rate, test.frequencies, test.amplitudes, phases)
@@ -129,22 +110,9 @@ def bench_command(test: BenchTest, rng: np.random.Generator, sample_rate: float 
 def rig_of(drive: Drive, model: int | None = None, imperfections: Imperfections | None = None) -> VirtualRig:
     """The virtual rig of a drive: its reduced model with its sensors; 1 N m/V where it names no amplifier.
 
-    Parameters
-    ----------
-    drive : Drive
-    model : {1, 2, 3, 4}, optional
-        Default: the highest that the drive's data allow.
-    imperfections : Imperfections, optional
-        Default: with the drive's current loop and backlash.
-
-    Returns
-    -------
-    VirtualRig
-
-    Raises
-    ------
-    InputRefused
-        If the drive has no encoder of the model's shafts, or no sample rate.
+    ``model``, {1, 2, 3, 4}: default: the highest that the drive's data allow; ``imperfections``: default:
+    with the drive's current loop and backlash.
+    Raises `InputRefused` if the drive has no encoder of the model's shafts, or no sample rate.
     """
     motor, sensors = drive.motor, drive.sensors
     flaws = imperfections or Imperfections(
@@ -178,20 +146,8 @@ def response_command(
 ) -> Array:
     """The command of section 4.3: 1,000 sines from 1 to 500 Hz, the lowest peak of ten draws.
 
-    Parameters
-    ----------
-    rng : numpy.random.Generator
-    sample_rate : float, default 5000.0
-        [Hz].
-    duration : float, default 8.0
-        [s].
-    amplitude : float, default 1.0
-        Largest value [V].
-
-    Returns
-    -------
-    ndarray, shape (samples,)
-        [V].
+    ``sample_rate`` [Hz]; ``duration`` [s]; ``amplitude``: largest value [V].
+    Returns shape (samples,) [V].
     """
     samples = round(duration * sample_rate)
     lines = multisine_lines(samples, sample_rate, 1.0, 500.0, count=1000)

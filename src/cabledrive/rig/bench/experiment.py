@@ -103,18 +103,7 @@ class Excitation:
 def load_excitation(path: str | Path) -> Excitation:
     """Read an excitation from a TOML file.
 
-    Parameters
-    ----------
-    path : path-like
-
-    Returns
-    -------
-    Excitation
-
-    Raises
-    ------
-    InputRefused
-        If it is not understood.
+    Raises `InputRefused` if it is not understood.
     """
     path = Path(path)
     content = read_toml(path, "write TOML")
@@ -127,18 +116,7 @@ def load_excitation(path: str | Path) -> Excitation:
 def excitation_of(table: Mapping[str, Any]) -> Excitation:
     """An excitation from a table of TOML.
 
-    Parameters
-    ----------
-    table : mapping
-
-    Returns
-    -------
-    Excitation
-
-    Raises
-    ------
-    InputRefused
-        If a key is unknown or a value has another unit.
+    Raises `InputRefused` if a key is unknown or a value has another unit.
     """
     units = {"duration": "s", "period": "s", "amplitude": "V", "bias": "V"}
     lists = {"frequencies": "Hz", "amplitudes": "V", "band": "Hz"}
@@ -160,23 +138,9 @@ def excitation_of(table: Mapping[str, Any]) -> Excitation:
 def command_of(excitation: Excitation, sample_rate: float, rng: np.random.Generator) -> Array:
     """The command, sample by sample.
 
-    Parameters
-    ----------
-    excitation : Excitation
-    sample_rate : float
-        [Hz].
-    rng : numpy.random.Generator
-        Phases of "sines" and "idinput".
-
-    Returns
-    -------
-    ndarray, shape (samples,)
-        [V].
-
-    Raises
-    ------
-    InputRefused
-        If the period of a multisine is shorter than three samples.
+    ``sample_rate`` [Hz]; ``rng``: phases of "sines" and "idinput".
+    Returns shape (samples,) [V].
+    Raises `InputRefused` if the period of a multisine is shorter than three samples.
     """
     e, samples = excitation, round(excitation.duration * sample_rate)
     if e.kind == "sines":
@@ -200,18 +164,7 @@ def command_of(excitation: Excitation, sample_rate: float, rng: np.random.Genera
 def random_from(seed: int) -> np.random.Generator:
     """A generator for phases and noise.
 
-    Parameters
-    ----------
-    seed : int
-
-    Returns
-    -------
-    numpy.random.Generator
-
-    Raises
-    ------
-    InputRefused
-        If it is negative.
+    Raises `InputRefused` if it is negative.
     """
     if seed < 0:
         raise InputRefused(f"seed = {seed} must not be negative: give 0 or more")
@@ -223,19 +176,9 @@ def experiment(
 ) -> Log:
     """Run a virtual experiment on a drive and return its log.
 
-    Parameters
-    ----------
-    drive : Drive
-    excitation : Excitation, optional
-        Default: 1, 3 and 5 Hz of 0.1 V for 70 s, as in section 4.2.
-    model : {1, 2, 3, 4}, optional
-        Model of the plant; default: the highest that the drive's data allow.
-    seed : int, default 0
-        Of phases, noise and encoder phases.
-
-    Returns
-    -------
-    Log
+    ``excitation``: default: 1, 3 and 5 Hz of 0.1 V for 70 s, as in section 4.2; ``model``, {1, 2, 3, 4}:
+    Model of the plant; default: the highest that the drive's data allow; ``seed``: of phases, noise and
+    encoder phases.
     """
     rng = random_from(seed)
     rig = rig_of(drive, model)

@@ -20,18 +20,9 @@ def with_load_cell(log: Log, drive: Drive, rng: np.random.Generator) -> Log:
 
     since what the load pulley adds to one span it takes from the other; v is the speed of the rim.
 
-    Parameters
-    ----------
-    log : Log
-        With the angle of the load pulley; without it the cable is taken to rest.
-    drive : Drive
-    rng : numpy.random.Generator
-        Noise of the cell.
-
-    Returns
-    -------
-    Log
-        With the channel "load_cell_force"; the log itself where the drive has no load cell.
+    ``log``: with the angle of the load pulley; without it the cable is taken to rest; ``rng``: noise of the
+    cell.
+    Returns with the channel "load_cell_force"; the log itself where the drive has no load cell.
     """
     noise = drive.sensors.load_cell_noise if drive.sensors else None
     if noise is None or drive.kind != "loop":

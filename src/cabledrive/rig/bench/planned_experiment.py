@@ -28,26 +28,11 @@ def plan_experiment(
 ) -> dict[str, Any]:
     """Predict standard errors, peaks and warnings of an experiment.
 
-    Parameters
-    ----------
-    drive : Drive
-        Its own figures serve as the guess; its motor's limits are held against the peaks.
-    excitation : Excitation, optional
-    model : {1, 2, 3, 4}, optional
-    stroke : float, optional
-        Largest travel from end to end [rad].
-    seed : int, default 0
-
-    Returns
-    -------
-    dict
-        "relative_standard_error" of each parameter, "peaks" of the axis moved as a whole,
-        "amplitude_factor" by which the torque reaches the first limit (None without limits), "warnings".
-
-    Raises
-    ------
-    InputRefused
-        If the torque does not move the axis, or the motor has no encoder.
+    ``drive``: its own figures serve as the guess; its motor's limits are held against the peaks; ``model``,
+    {1, 2, 3, 4}; ``stroke``: largest travel from end to end [rad].
+    Returns "relative_standard_error" of each parameter, "peaks" of the axis moved as a whole,
+    "amplitude_factor" by which the torque reaches the first limit (None without limits), "warnings".
+    Raises `InputRefused` if the torque does not move the axis, or the motor has no encoder.
     """
     excitation = excitation or Excitation()
     rig = rig_of(drive, model)

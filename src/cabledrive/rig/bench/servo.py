@@ -47,22 +47,9 @@ def run_servo(
     The controller reads the encoder "angle" once per sample. Torque, amplifier and log are those of
     `cabledrive.rig.bench.virtual_rig.run_rig`.
 
-    Parameters
-    ----------
-    rig : VirtualRig
-        With the encoder "angle".
-    reference : ndarray, shape (2, samples)
-        Wanted angle of the motor [rad] and its speed [rad/s].
-    rng : numpy.random.Generator
-    servo : Servo, optional
-    oversampling : int, default 4
-        Even; steps per sample.
-    source : str
-
-    Returns
-    -------
-    Log
-        Channels "torque" and one per encoder.
+    ``rig``: with the encoder "angle"; ``reference``, shape (2, samples): wanted angle of the motor [rad] and
+    its speed [rad/s]; ``oversampling``: even; steps per sample.
+    Returns channels "torque" and one per encoder.
     """
     servo = servo or Servo()
     flaws, samples, interval = rig.imperfections, reference.shape[1], 1.0 / rig.sample_rate

@@ -50,18 +50,9 @@ def filmed(
 ) -> Iterator[NDArray[np.uint8]]:
     """Frames of a marker that moves up and down.
 
-    Parameters
-    ----------
-    camera : VirtualCamera
-    position : ndarray, shape (frames, instants)
-        Row of the marker's middle at instants spread evenly over the exposure of each frame [pixel].
-    rng : numpy.random.Generator
-    column : float, default 112.3
-        [pixel].
-
-    Yields
-    ------
-    ndarray of uint8, shape (rows, columns)
+    ``position``, shape (frames, instants): row of the marker's middle at instants spread evenly over the
+    exposure of each frame [pixel]; ``column`` [pixel].
+    Returns shape (rows, columns).
     """
     backdrop = _backdrop(camera, rng)
     across = _box(

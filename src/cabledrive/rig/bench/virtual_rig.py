@@ -83,25 +83,9 @@ def run_rig(
     the amplifier's noise, and is logged as its mean over the interval centred on each time stamp, plus the
     noise of its measurement. Each encoder stands at a random phase within a count.
 
-    Parameters
-    ----------
-    rig : VirtualRig
-    command : ndarray, shape (samples,)
-        [V].
-    rng : numpy.random.Generator
-    oversampling : int, default 4
-        Even; steps per sample.
-    source : str
-
-    Returns
-    -------
-    Log
-        Channels "torque", "command_voltage" and one per encoder.
-
-    Raises
-    ------
-    InputRefused
-        If the command is empty or not finite.
+    ``command``, shape (samples,) [V]; ``oversampling``: even; steps per sample.
+    Returns channels "torque", "command_voltage" and one per encoder.
+    Raises `InputRefused` if the command is empty or not finite.
     """
     if command.size < 3 or not np.all(np.isfinite(command)):
         raise InputRefused(
@@ -124,23 +108,9 @@ def log_from(
 ) -> Log:
     """What the instruments of a rig say of its motion.
 
-    Parameters
-    ----------
-    rig : VirtualRig
-    torque : ndarray, shape (samples * oversampling,)
-        That acted [N m].
-    angles : ndarray, shape (samples, n)
-        Of every inertia [rad].
-    rng : numpy.random.Generator
-    commands : dict of str to ndarray
-        Voltages that are logged with it [V].
-    source : str
-    phases : dict of str to float, optional
-        Place of each encoder within a count, from 0 to 1; default: random.
-
-    Returns
-    -------
-    Log
+    ``torque``, shape (samples * oversampling,): that acted [N m]; ``angles``, shape (samples, n): of every
+    inertia [rad]; ``commands``: voltages that are logged with it [V]; ``phases``: place of each encoder
+    within a count, from 0 to 1; default: random.
     """
     samples = angles.shape[0]
     channels = commands | {"torque": _logged(torque, torque.size // samples, rig, rng)}
@@ -163,18 +133,8 @@ def log_from(
 def acting_torque(rig: VirtualRig, command: Array, rng: np.random.Generator, oversampling: int) -> Array:
     """Torque at the motor: limited, through the current loop, with the amplifier's noise.
 
-    Parameters
-    ----------
-    rig : VirtualRig
-    command : ndarray, shape (samples,)
-        [V].
-    rng : numpy.random.Generator
-    oversampling : int
-
-    Returns
-    -------
-    ndarray, shape (samples * oversampling,)
-        [N m].
+    ``command``, shape (samples,) [V].
+    Returns shape (samples * oversampling,) [N m].
     """
     wanted = rig.torque_per_volt * command
     if rig.torque_limit is not None:
@@ -203,17 +163,7 @@ def _angles(rig: VirtualRig, torque: Array, fine: float) -> Array:
 
 
 def friction_and_gaps(rig: VirtualRig) -> tuple[FrictionLaw, tuple[float, ...]]:
-    """Friction and free play of a rig as the march of a row takes them.
-
-    Parameters
-    ----------
-    rig : VirtualRig
-
-    Returns
-    -------
-    law : FrictionLaw
-    gaps : tuple of float
-    """
+    """Friction and free play of a rig as the march of a row takes them."""
     flaws, n = rig.imperfections, rig.chain.size
     law = FrictionLaw(
         excess=(flaws.stribeck_excess, *(0.0,) * (n - 1)),

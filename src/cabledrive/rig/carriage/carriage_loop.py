@@ -44,18 +44,9 @@ class CarriageLoop:
 def run_carriage(loop: CarriageLoop, plant: Transporter, phases: Array) -> Array:
     """Run a plant under the law.
 
-    Parameters
-    ----------
-    loop : CarriageLoop
-    plant : Transporter
-    phases : ndarray, shape (2,)
-        Of the encoders, in counts.
-
-    Returns
-    -------
-    ndarray, shape (samples, 23)
-        8 states, payload's place, 3 tensions, force of the motor, 10 estimates; fewer samples where a strand
-        went slack or the carriage left its span.
+    ``phases``, shape (2,): of the encoders, in counts.
+    Returns shape (samples, 23): 8 states, payload's place, 3 tensions, force of the motor, 10 estimates;
+    fewer samples where a strand went slack or the carriage left its span.
     """
     law, log = loop.law, np.zeros((len(loop.reference), ESTIMATE + OBSERVED))
     ended = run_transporter(
@@ -79,16 +70,7 @@ def run_carriage(loop: CarriageLoop, plant: Transporter, phases: Array) -> Array
 
 
 def plant_of(transporter: Transporter) -> TransporterPlant:
-    """The transporter as the compiled run takes it.
-
-    Parameters
-    ----------
-    transporter : Transporter
-
-    Returns
-    -------
-    TransporterPlant
-    """
+    """The transporter as the compiled run takes it."""
     t = transporter
     return TransporterPlant(
         lengths=np.array([t.span_length, t.start, t.line_length]),

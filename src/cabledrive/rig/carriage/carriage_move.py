@@ -109,15 +109,7 @@ class CarriageRun:
 def check_way(transporter: Transporter, distance: float) -> None:
     """Refuse a way that leaves the span.
 
-    Parameters
-    ----------
-    transporter : Transporter
-    distance : float
-        [m].
-
-    Raises
-    ------
-    InputRefused
+    ``distance`` [m].
     """
     end, length = transporter.start + distance, transporter.span_length
     if not MARGIN < min(transporter.start, end) <= max(transporter.start, end) < length - MARGIN:
@@ -130,18 +122,7 @@ def check_way(transporter: Transporter, distance: float) -> None:
 def one_count(drive: Drive) -> float:
     """One count of the pulleys' encoders at the rim [m].
 
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    float
-
-    Raises
-    ------
-    InputRefused
-        If one is missing, or they differ.
+    Raises `InputRefused` if one is missing, or they differ.
     """
     sensors = drive.sensors
     found = (sensors.drive_encoder, sensors.load_encoder) if sensors else (None, None)
@@ -155,14 +136,7 @@ def one_count(drive: Drive) -> float:
 def force_limit(drive: Drive) -> float:
     """Largest force of the motor at the rim [N].
 
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    float
-        Infinite where the drive names no torque limit.
+    Returns infinite where the drive names no torque limit.
     """
     limit = drive.motor.torque_limit if drive.motor else None
     return inf if limit is None else limit / drive.drive_pulley.radius

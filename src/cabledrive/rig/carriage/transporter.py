@@ -122,23 +122,9 @@ def reference_of(
 ) -> tuple[Array, Array]:
     """What is wanted, and what the law follows; a shaped motion is as much shorter as its shaper is long.
 
-    Parameters
-    ----------
-    transporter : Transporter
-    law : str
-    move : CarriageMove
-    interval : float
-        Sample time [s].
-
-    Returns
-    -------
-    wanted : ndarray, shape (samples,)
-    reference : ndarray, shape (samples, 10)
-
-    Raises
-    ------
-    InputRefused
-        If the shaper takes longer than the motion.
+    ``interval``: sample time [s].
+    Returns ``wanted``, shape (samples,); ``reference``, shape (samples, 10).
+    Raises `InputRefused` if the shaper takes longer than the motion.
     """
     samples = round((move.duration + move.rest) / interval)
     time = np.asarray(interval * np.arange(samples), dtype=np.float64)
@@ -160,15 +146,7 @@ def reference_of(
 def way_of(move: CarriageMove, duration: float) -> Trajectory:
     """A smooth way of the payload.
 
-    Parameters
-    ----------
-    move : CarriageMove
-    duration : float
-        [s].
-
-    Returns
-    -------
-    Trajectory
+    ``duration`` [s].
     """
     moves = (Move(start=0.0, duration=duration, distance=move.distance),)
     return Trajectory(moves=moves, duration=move.duration + move.rest, order=ORDER)
@@ -186,22 +164,7 @@ def made_law(
 ) -> ScheduledLaw:
     """Law and observer of a name, over the positions of the way.
 
-    Parameters
-    ----------
-    transporter : Transporter
-    law : str
-    move : CarriageMove
-    interval : float
-        Sample time [s].
-    count : float
-        One count at the rim [m].
-    limit : float
-        [N].
-    tuning : TransporterTuning, optional
-
-    Returns
-    -------
-    ScheduledLaw
+    ``interval``: sample time [s]; ``count``: one count at the rim [m]; ``limit`` [N].
     """
     ends = sorted((transporter.start, transporter.start + move.distance))
     positions = np.linspace(ends[0] - MARGIN, ends[1] + MARGIN, POSITIONS)
@@ -220,13 +183,7 @@ def made_law(
 def pd_feedback(transporter: Transporter) -> Array:
     """PD on the motor at every position: both poles of the rigid whole at 5 Hz.
 
-    Parameters
-    ----------
-    transporter : Transporter
-
-    Returns
-    -------
-    ndarray, shape (positions, 8)
+    Returns shape (positions, 8).
     """
     row, rate = np.zeros(STATES), 2.0 * pi * PD_HZ
     row[0], row[4] = transporter.masses.sum() * rate**2, 2.0 * transporter.masses.sum() * rate

@@ -48,26 +48,10 @@ def cable_plant(
 ) -> CablePlant:
     """Make the distributed cable of a drive ready; it hangs at rest under gravity.
 
-    Parameters
-    ----------
-    drive : Drive
-    chain : LumpedChain
-        Its row of inertias, at the first shaft.
-    interval : float
-        Sample time [s].
-    options : RigOptions
-    measured : bool, default True
-        EA / L and axial damping are those of ``[lumped]``, unless the options keep the printed ones; else
-        they are the drive's own.
-
-    Returns
-    -------
-    CablePlant
-
-    Raises
-    ------
-    InputRefused
-        If the plant cannot follow what is asked of the rig.
+    ``chain``: its row of inertias, at the first shaft; ``interval``: sample time [s]; ``measured``: EA / L
+    and axial damping are those of ``[lumped]``, unless the options keep the printed ones; else they are the
+    drive's own.
+    Raises `InputRefused` if the plant cannot follow what is asked of the rig.
     """
     _check(drive, options)
     free = released(drive)
@@ -137,28 +121,10 @@ def run_cable(
 ) -> int:
     """Run samples ``first`` to ``last`` - 1 on the distributed cable.
 
-    Parameters
-    ----------
-    cable : CablePlant
-    observer : ObserverNumbers
-    law : LawNumbers
-    rig : RigNumbers
-    reference : ndarray
-        What the law takes at each sample.
-    target : ndarray, shape (samples,)
-        Wanted load angle [rad].
-    first, last : int
-    state : LoopState
-        Moved on; behind the shafts' states it holds those of the cable.
-    log : ndarray
-        Gets a row per sample, if it has rows.
-    tensions : ndarray, shape (samples or 0, 2)
-        Gets the mean tension of each span [N].
-
-    Returns
-    -------
-    int
-        Sample at which the run ended.
+    ``reference``: what the law takes at each sample; ``target``, shape (samples,): wanted load angle [rad];
+    ``state``: moved on; behind the shafts' states it holds those of the cable; ``log``: gets a row per
+    sample, if it has rows; ``tensions``, shape (samples or 0, 2): gets the mean tension of each span [N].
+    Returns sample at which the run ended.
     """
     case, nodes = cable.case, cable.case.mesh.nodes
     kept = state.x[2 * cable.numbers.shafts + 1 :]
@@ -195,17 +161,9 @@ def run_cable(
 def drive_like(drive: Drive, chain: LumpedChain) -> Drive:
     """A drive whose row of inertias is the one given.
 
-    Parameters
-    ----------
-    drive : Drive
-        Gives radii, lengths, and all that the row does not say.
-    chain : LumpedChain
-        At the first shaft; with a flexible cable.
-
-    Returns
-    -------
-    Drive
-        The stiffness and damping of its cable are those of its EA.
+    ``drive``: gives radii, lengths, and all that the row does not say; ``chain``: at the first shaft; with a
+    flexible cable.
+    Returns the stiffness and damping of its cable are those of its EA.
     """
     first, second = drive.pulley
     gear, spans = second.radius / first.radius, len(drive.spans)
@@ -241,18 +199,10 @@ def drive_like(drive: Drive, chain: LumpedChain) -> Drive:
 def cable_words(cable: CablePlant, score: dict[str, float]) -> dict[str, object]:
     """What the distributed cable did beside what its row of inertias can.
 
-    Parameters
-    ----------
-    cable : CablePlant
-    score : dict
-        Of a run, as `cabledrive.rig.closed_loop.loop_numbers.SUMMARY` names it.
-
-    Returns
-    -------
-    dict
-        Resolution; stiffness and damping of the cable; its own modes; spillover, as how far the middle of a
-        span moved along itself against the mean of its ends, in angle of the drive pulley; sway of the spans
-        beyond that at rest; how near the 1:2 resonance is.
+    ``score``: of a run, as `cabledrive.rig.closed_loop.loop_numbers.SUMMARY` names it.
+    Returns resolution; stiffness and damping of the cable; its own modes; spillover, as how far the middle of
+    a span moved along itself against the mean of its ends, in angle of the drive pulley; sway of the spans
+    beyond that at rest; how near the 1:2 resonance is.
     """
     drive, case = cable.drive, cable.case
     radius, length = drive.drive_pulley.radius, drive.span_length

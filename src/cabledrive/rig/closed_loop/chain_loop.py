@@ -51,15 +51,7 @@ class ChainRig:
 def share_bounds(chain: LumpedChain, share: float) -> Bounds:
     """Bounds of the motor's inertia, friction and offset, all by one share; the offset by the Coulomb torque.
 
-    Parameters
-    ----------
-    chain : LumpedChain
-    share : float
-        Relative half width [-].
-
-    Returns
-    -------
-    Bounds
+    ``share``: relative half width [-].
     """
     nominal = np.array([chain.inertias[0], chain.viscous[0], chain.coulomb[0], chain.offsets[0]])
     half = share * np.array([*np.abs(nominal[:3]), max(nominal[2], abs(nominal[3]))])
@@ -80,33 +72,12 @@ def chain_loop(
 ) -> Loop:
     """The damping-aware law of a row of n inertias on that row, or on another plant.
 
-    Parameters
-    ----------
-    plant : LumpedChain
-        Links between equal angles.
-    trajectory : Trajectory
-        Of the last inertia, with n + 1 continuous derivatives for a torque without jumps.
-    rig : ChainRig
-    bandwidth : float
-        lambda/(2 pi) [Hz].
-    design : LumpedChain, optional
-        As the law believes the row to be; the plant itself unless told.
-    tuning : KalmanTuning, optional
-    share : float, default 0.1
-        Relative half width of the bounds of the motor's parameters.
-    adaptation : float, default 0.1
-        Factor on the adaptation gain of (6.37).
-    smooth_friction : bool, default False
-        c tanh(50 w) at the motor instead of stick-slip.
-
-    Returns
-    -------
-    Loop
-
-    Raises
-    ------
-    InputRefused
-        If encoders, counts and phases are not of one number, or the load is not read.
+    ``plant``: links between equal angles; ``trajectory``: of the last inertia, with n + 1 continuous
+    derivatives for a torque without jumps; ``bandwidth``: lambda/(2 pi) [Hz]; ``design``: as the law believes
+    the row to be; the plant itself unless told; ``share``: relative half width of the bounds of the motor's
+    parameters; ``adaptation``: factor on the adaptation gain of (6.37); ``smooth_friction``: c tanh(50 w) at
+    the motor instead of stick-slip.
+    Raises `InputRefused` if encoders, counts and phases are not of one number, or the load is not read.
     """
     believed = plant if design is None else design
     _check(rig, believed.size)

@@ -61,15 +61,8 @@ def single_sign(x: float) -> float:
 def lanes_kernel(lanes: int) -> Callable[..., None]:
     """The loop for a fixed number of lanes.
 
-    Parameters
-    ----------
-    lanes : int
-
-    Returns
-    -------
-    callable
-        Takes a group (rows * lanes,), the table (samples, 6) of the law's reference and the sample at which
-        the first pulse is over; the group is moved on.
+    Returns takes a group (rows * lanes,), the table (samples, 6) of the law's reference and the sample at
+    which the first pulse is over; the group is moved on.
     """
     sign = smooth_sign if lanes > 1 else single_sign
 

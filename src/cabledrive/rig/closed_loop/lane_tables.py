@@ -13,19 +13,10 @@ TERMS = 14
 def free_transitions(chains: Sequence[LumpedChain], interval: float, current_rate: float) -> Array:
     """States of free rows after one sample, from states, command, torques, and a torque that rises.
 
-    Parameters
-    ----------
-    chains : sequence of LumpedChain
-        All of n inertias, links between equal angles.
-    interval : float
-        Sample time [s].
-    current_rate : float
-        Bandwidth of the torque loop [rad/s]; 0: none.
-
-    Returns
-    -------
-    ndarray, shape (rows, 2n + 1, 2n + 5)
-        As the second table of `cabledrive.rig.closed_loop.plant_kernels.PlantNumbers`.
+    ``chains``: all of n inertias, links between equal angles; ``interval``: sample time [s];
+    ``current_rate``: bandwidth of the torque loop [rad/s]; 0: none.
+    Returns shape (rows, 2n + 1, 2n + 5): as the second table of
+    `cabledrive.rig.closed_loop.plant_kernels.PlantNumbers`.
     """
     n = chains[0].size
     m = 2 * n + 1
@@ -53,13 +44,8 @@ def _across(links: Array, values: Array) -> Array:
 def exponentials(matrices: Array) -> Array:
     """Exponentials of many small matrices, by scaling, Taylor's series and squaring.
 
-    Parameters
-    ----------
-    matrices : ndarray, shape (number, m, m)
-
-    Returns
-    -------
-    ndarray, shape (number, m, m)
+    ``matrices``, shape (number, m, m).
+    Returns shape (number, m, m).
     """
     size = float(np.max(np.sum(np.abs(matrices), axis=2), initial=0.0))
     halvings = max(0, int(np.ceil(np.log2(max(size, 1e-300)))) + 2)

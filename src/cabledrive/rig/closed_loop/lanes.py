@@ -24,15 +24,8 @@ MADE_AT_ONCE = 512
 def fits_lanes(loop: Loop) -> bool:
     """Whether a loop can run in a vector lane.
 
-    Parameters
-    ----------
-    loop : Loop
-
-    Returns
-    -------
-    bool
-        A law of the chain on true states; smoothed friction of the motor and none of the load; one internal
-        step per sample, no kink, no delay, no jitter, no disturbance, no failing encoder.
+    Returns a law of the chain on true states; smoothed friction of the motor and none of the load; one
+    internal step per sample, no kink, no delay, no jitter, no disturbance, no failing encoder.
     """
     rig, scalars = loop.rig, loop.plant.scalars
     exact = loop.observer.kind == IDEAL and loop.controller.law.kind == DARC and loop.cable is None
@@ -45,20 +38,10 @@ def fits_lanes(loop: Loop) -> bool:
 def run_lanes(loop: Loop, chains: Iterable[LumpedChain], *, threads: int = 2) -> tuple[Array, Array]:
     """Run the law of a loop on many rows of inertias.
 
-    Parameters
-    ----------
-    loop : Loop
-        One that `fits_lanes`.
-    chains : iterable of LumpedChain
-        As many inertias as the plant of the loop.
-    threads : int, default 2
-
-    Returns
-    -------
-    scores : ndarray, shape (rows, scores)
-        As `cabledrive.rig.closed_loop.loop_numbers.SUMMARY` names them, at the first shaft.
-    failed : ndarray of bool, shape (rows,)
-        Whether a span went slack or the plant diverged; the run was not ended for it.
+    ``loop``: one that `fits_lanes`; ``chains``: as many inertias as the plant of the loop.
+    Returns ``scores``, shape (rows, scores): as `cabledrive.rig.closed_loop.loop_numbers.SUMMARY` names them,
+    at the first shaft; ``failed``, shape (rows,): whether a span went slack or the plant diverged; the run
+    was not ended for it.
     """
     table, law = reference_table(loop), law_rows(loop)
 
@@ -75,29 +58,14 @@ def run_lanes(loop: Loop, chains: Iterable[LumpedChain], *, threads: int = 2) ->
 def run_one(loop: Loop) -> Array:
     """Run a loop that `fits_lanes` in a lane of its own.
 
-    Parameters
-    ----------
-    loop : Loop
-
-    Returns
-    -------
-    ndarray, shape (scores,)
-        As `cabledrive.rig.closed_loop.loop_numbers.SUMMARY` names them, at the first shaft.
+    Returns shape (scores,): as `cabledrive.rig.closed_loop.loop_numbers.SUMMARY` names them, at the first
+    shaft.
     """
     return march_alone(loop, lane_of(loop), reference_table(loop))
 
 
 def lane_of(loop: Loop) -> Array:
-    """A loop at rest, as numbers of one lane.
-
-    Parameters
-    ----------
-    loop : Loop
-
-    Returns
-    -------
-    ndarray
-    """
+    """A loop at rest, as numbers of one lane."""
     tables = free_transitions([loop.chain], loop.rig.interval, float(loop.plant.scalars[6]))
     return _filled(loop, law_rows(loop), [loop.chain], tables, 1)
 
@@ -105,17 +73,8 @@ def lane_of(loop: Loop) -> Array:
 def march_alone(loop: Loop, lane: Array, table: Array) -> Array:
     """Run one lane; it is kept as it was.
 
-    Parameters
-    ----------
-    loop : Loop
-    lane : ndarray
-        From `lane_of`.
-    table : ndarray, shape (samples, 6)
-        From `reference_table`.
-
-    Returns
-    -------
-    ndarray, shape (scores,)
+    ``lane``: from `lane_of`; ``table``, shape (samples, 6): from `reference_table`.
+    Returns shape (scores,).
     """
     moving = lane.copy()
     march_one(moving, table, loop.rig.first_end)
@@ -162,13 +121,7 @@ def _places(n: int) -> list[int]:
 def law_rows(loop: Loop) -> Array:
     """Numbers of the law, in the order of the rows of a group.
 
-    Parameters
-    ----------
-    loop : Loop
-
-    Returns
-    -------
-    ndarray, shape (58,)
+    Returns shape (58,).
     """
     law, rig = loop.controller.law, loop.rig
     surface, acceleration, elastic = _flat_rows(law)
@@ -199,14 +152,7 @@ def _flat_rows(law: LawNumbers) -> tuple[Array, Array, Array]:
 def reference_table(loop: Loop) -> Array:
     """What of the law depends on the time alone, at every sample.
 
-    Parameters
-    ----------
-    loop : Loop
-
-    Returns
-    -------
-    ndarray, shape (samples, 6)
-        Sigma and acceleration of the reference, its regressors, the wanted angle.
+    Returns shape (samples, 6): sigma and acceleration of the reference, its regressors, the wanted angle.
     """
     law, reference = loop.controller.law, loop.controller.reference
     n2 = law.matrix.shape[0]

@@ -44,17 +44,8 @@ class LinearLoop:
     def noise(self, counts: Array, samples: int) -> tuple[float, float]:
         """Standard deviations of the motor's speed and of the command by white rounding.
 
-        Parameters
-        ----------
-        counts : ndarray, shape (m,)
-            One count of each encoder [rad].
-        samples : int
-            Memory of the loop.
-
-        Returns
-        -------
-        speed, command : float
-            [rad/s], [N m].
+        ``counts``, shape (m,): one count of each encoder [rad]; ``samples``: memory of the loop.
+        Returns ``speed, command`` [rad/s], [N m].
         """
         variance = counts**2 / 12.0
         speed = response(self.matrix, self.rounding, self.motor_speed, samples)
@@ -80,18 +71,8 @@ class LinearLoop:
 def feedback_row(law: LawNumbers) -> Array:
     """Command of a law of the chain per angle and speed of its states, estimates as they start.
 
-    Parameters
-    ----------
-    law : LawNumbers
-
-    Returns
-    -------
-    ndarray, shape (2n,)
-
-    Raises
-    ------
-    InputRefused
-        If the law is of another kind.
+    Returns shape (2n,).
+    Raises `InputRefused` if the law is of another kind.
     """
     if law.kind != DARC:
         raise InputRefused("the linear loop is made of the laws of the chain: take darc-4-damped, or another")
@@ -104,21 +85,9 @@ def feedback_row(law: LawNumbers) -> Array:
 def linear_loop(loop: Loop, plant: PlantNumbers | None = None) -> LinearLoop:
     """Linear recursion of a loop with the filter's settled gain, the motor slipping.
 
-    Parameters
-    ----------
-    loop : Loop
-        A law of the chain behind a Kalman filter, without delay.
-    plant : PlantNumbers, optional
-        Another plant under the same controller.
-
-    Returns
-    -------
-    LinearLoop
-
-    Raises
-    ------
-    InputRefused
-        If the loop has a delay, or no Kalman filter.
+    ``loop``: a law of the chain behind a Kalman filter, without delay; ``plant``: another plant under the
+    same controller.
+    Raises `InputRefused` if the loop has a delay, or no Kalman filter.
     """
     seen, rig = loop.observer, loop.rig
     exact = abs(loop.plant.scalars[0] - rig.interval) < 1e-9 * rig.interval
@@ -133,17 +102,7 @@ def linear_loop(loop: Loop, plant: PlantNumbers | None = None) -> LinearLoop:
 def assembled(plant: PlantNumbers, seen: ObserverNumbers, law: LawNumbers, encoders: Integers) -> LinearLoop:
     """Plant, settled filter and law put together.
 
-    Parameters
-    ----------
-    plant : PlantNumbers
-    seen : ObserverNumbers
-    law : LawNumbers
-    encoders : ndarray of int, shape (m,)
-        Inertia of the plant that each encoder reads.
-
-    Returns
-    -------
-    LinearLoop
+    ``encoders``, shape (m,): inertia of the plant that each encoder reads.
     """
     size = plant.size
     m, states = 2 * size + 1, seen.model.shape[0]
@@ -197,16 +156,8 @@ def _plant_step(plant: PlantNumbers, m: int) -> tuple[Array, Array, Array]:
 def response(matrix: Array, start: Array, output: Array, samples: int) -> Array:
     """Output of a recursion after an impulse in each of its inputs.
 
-    Parameters
-    ----------
-    matrix : ndarray, shape (states, states)
-    start : ndarray, shape (states, inputs)
-    output : ndarray, shape (states,)
-    samples : int
-
-    Returns
-    -------
-    ndarray, shape (samples, inputs)
+    ``matrix``, shape (states, states); ``start``, shape (states, inputs); ``output``, shape (states,).
+    Returns shape (samples, inputs).
     """
     found, state = np.zeros((samples, start.shape[1])), start.copy()
     for k in range(samples):
@@ -218,16 +169,9 @@ def response(matrix: Array, start: Array, output: Array, samples: int) -> Array:
 def driven(matrix: Array, forcing: Array, output: Array) -> Array:
     """Output of a recursion from rest, forced at every sample.
 
-    Parameters
-    ----------
-    matrix : ndarray, shape (states, states)
-    forcing : ndarray, shape (samples, k)
-        Added to the first k states.
-    output : ndarray, shape (states,)
-
-    Returns
-    -------
-    ndarray, shape (samples,)
+    ``matrix``, shape (states, states); ``forcing``, shape (samples, k): added to the first k states;
+    ``output``, shape (states,).
+    Returns shape (samples,).
     """
     state, found, k = np.zeros(len(matrix)), np.zeros(len(forcing)), forcing.shape[1]
     for i, push in enumerate(forcing):

@@ -77,14 +77,8 @@ class Loop:
     def load_error(self, log: Array) -> Array:
         """Error of the load over a whole run.
 
-        Parameters
-        ----------
-        log : ndarray, shape (samples, columns)
-
-        Returns
-        -------
-        ndarray, shape (samples,)
-            [rad], at the load.
+        ``log``, shape (samples, columns).
+        Returns shape (samples,) [rad], at the load.
         """
         return np.asarray((log[:, self.chain.size - 1] - self.target) / self.gear)
 
@@ -117,15 +111,7 @@ class Run:
 def plant_chain(drive: Drive, model: int | None) -> LumpedChain:
     """The row of inertias that is controlled, at the first shaft; its motor turns freely.
 
-    Parameters
-    ----------
-    drive : Drive
-    model : {1, 2, 3, 4}, optional
-        Default: the highest that the drive's data allow.
-
-    Returns
-    -------
-    LumpedChain
+    ``model``, {1, 2, 3, 4}: default: the highest that the drive's data allow.
     """
     return reflected(lumped_model(released(drive), model))[0]
 
@@ -143,24 +129,8 @@ def close_loop(
 ) -> Loop:
     """Put a loop together.
 
-    Parameters
-    ----------
-    design_drive : Drive
-        As the observer believes it to be.
-    plant_drive : Drive
-        As it is.
-    controller : Controller
-    motion : Motion
-    options : RigOptions
-    generator : numpy.random.Generator
-        For encoder phases and jitter.
-    plant_model : {1, 2, 3, 4}, optional
-    cable : bool, default False
-        Whether the plant is the distributed cable.
-
-    Returns
-    -------
-    Loop
+    ``design_drive``: as the observer believes it to be; ``plant_drive``: as it is; ``generator``: for encoder
+    phases and jitter; ``plant_model``, {1, 2, 3, 4}; ``cable``: whether the plant is the distributed cable.
     """
     interval = sample_interval(plant_drive)
     chain = plant_chain(plant_drive, plant_model)
@@ -216,16 +186,7 @@ def close_loop(
 
 
 def loop_at_rest(loop: Loop) -> LoopState:
-    """State in which a run begins.
-
-    Parameters
-    ----------
-    loop : Loop
-
-    Returns
-    -------
-    LoopState
-    """
+    """State in which a run begins."""
     states = 2 * loop.chain.size + 1
     kept = np.zeros(0) if loop.cable is None else loop.cable.start
     made = loop.controller
@@ -239,20 +200,8 @@ def run(
 ) -> Run:
     """Run a loop from rest, or on from where another ended.
 
-    Parameters
-    ----------
-    loop : Loop
-    log : bool, default True
-        Whether every sample is kept.
-    state : LoopState, optional
-    first : int, default 0
-        Sample to begin with.
-    last : int, optional
-        Sample before which to end; the whole motion unless told.
-
-    Returns
-    -------
-    Run
+    ``log``: whether every sample is kept; ``first``: sample to begin with; ``last``: sample before which to
+    end; the whole motion unless told.
     """
     controller, samples = loop.controller, len(loop.target)
     state = loop_at_rest(loop) if state is None else state
@@ -268,14 +217,5 @@ def run(
 
 
 def log_width(loop: Loop) -> int:
-    """Columns of a log: states, readings, command, slip, sigma, estimates, regressor, states of the law.
-
-    Parameters
-    ----------
-    loop : Loop
-
-    Returns
-    -------
-    int
-    """
+    """Columns of a log: states, readings, command, slip, sigma, estimates, regressor, states of the law."""
     return 2 * loop.chain.size + 1 + len(loop.rig.encoders) + 3 + 2 * ESTIMATES + len(loop.observer.chosen)

@@ -84,19 +84,8 @@ def new_state(
 ) -> LoopState:
     """A loop at rest at angle zero.
 
-    Parameters
-    ----------
-    plant_states : int
-        Number of states of the plant.
-    observer : ObserverNumbers
-    law : LawNumbers
-    rig : RigNumbers
-    start : ndarray, shape (<= 12,)
-        Parameter estimates to begin with.
-
-    Returns
-    -------
-    LoopState
+    ``plant_states``: number of states of the plant; ``start``, shape (<= 12,): parameter estimates to begin
+    with.
     """
     memory = law.matrix.shape[0] if law.kind == LINEAR else 0
     parameters = np.zeros(ESTIMATES)

@@ -14,23 +14,10 @@ def plant_parts(
 ) -> dict[str, Any]:
     """What of a loop depends on the row of inertias that is the plant.
 
-    Parameters
-    ----------
-    chain : LumpedChain
-    interval : float
-        Sample time [s].
-    rate : float
-        Bandwidth of the torque loop [rad/s]; 0: none.
-    options : RigOptions
-    play : float
-        Free play of the joint [rad].
-    slack : float
-        Twist of the cable at which a span goes slack [rad].
-
-    Returns
-    -------
-    dict
-        Fields of `Loop`. With free play, or spans that may go slack, at least ten internal steps per sample.
+    ``interval``: sample time [s]; ``rate``: bandwidth of the torque loop [rad/s]; 0: none; ``play``: free
+    play of the joint [rad]; ``slack``: twist of the cable at which a span goes slack [rad].
+    Returns fields of `Loop`. With free play, or spans that may go slack, at least ten internal steps per
+    sample.
     """
     limit = slack if options.forbid_slack else float("inf")
     bends = float("inf") if options.forbid_slack else slack

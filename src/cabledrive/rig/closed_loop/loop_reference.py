@@ -13,15 +13,7 @@ from cabledrive.rig.closed_loop.plant_kernels import MOST_TERMS, advance
 def run_reference(loop: Loop, samples: int) -> tuple[Array, Array]:
     """Commands and load angles of a run with Kalman filter or ideal states, without delay and jitter.
 
-    Parameters
-    ----------
-    loop : Loop
-    samples : int
-
-    Returns
-    -------
-    commands, load_angles : ndarray, shape (samples,)
-        [N m], [rad] at the first shaft.
+    Returns ``commands, load_angles``, shape (samples,) [N m], [rad] at the first shaft.
     """
     rig, observer, law, n = loop.rig, loop.observer, loop.controller.law, loop.chain.size
     x, slip, held, newest = np.zeros(2 * n + 1), 0, 0.0, 0.0
@@ -52,22 +44,10 @@ def predicted(
 ) -> tuple[Array, float]:
     """The filter's states and its shaft torque one sample on.
 
-    Parameters
-    ----------
-    model : ndarray, shape (states, states + 4)
-    scalars : ndarray, shape (9,)
-    size : int
-        Number of inertias of the filter's model.
-    believed : ndarray, shape (states,)
-    held : float
-        Shaft torque [N m].
-    older, newest : float
-        Commands before and after the delay has passed [N m].
-
-    Returns
-    -------
-    believed : ndarray, shape (states,)
-    held : float
+    ``model``, shape (states, states + 4); ``scalars``, shape (9,); ``size``: number of inertias of the
+    filter's model; ``believed``, shape (states,); ``held``: shaft torque [N m]; ``older``, ``newest``:
+    commands before and after the delay has passed [N m].
+    Returns ``believed``, shape (states,).
     """
     friction = scalars[5] * np.tanh(scalars[6] * believed[size])
     fresh = model @ np.concatenate((believed, [held, older, newest, scalars[7] - friction]))

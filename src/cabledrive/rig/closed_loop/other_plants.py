@@ -14,18 +14,8 @@ from cabledrive.rig.setting import RigOptions
 def with_plant(loop: Loop, chain: LumpedChain, options: RigOptions, play: float | None = None) -> Loop:
     """The same law and filter on another row of inertias, or on the distributed cable like it.
 
-    Parameters
-    ----------
-    loop : Loop
-    chain : LumpedChain
-        At the first shaft.
-    options : RigOptions
-    play : float, optional
-        Free play of the first link [rad]; default: that of the loop. The distributed cable has none.
-
-    Returns
-    -------
-    Loop
+    ``chain``: at the first shaft; ``play``: free play of the first link [rad]; default: that of the loop. The
+    distributed cable has none.
     """
     interval, rate = loop.rig.interval, float(loop.plant.scalars[6])
     slack = loop.slack

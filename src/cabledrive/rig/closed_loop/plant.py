@@ -23,27 +23,10 @@ def plant_numbers(
 
     Coulomb friction of the motor is set-valued; that of the load is c tanh(50 w), held over an internal step.
 
-    Parameters
-    ----------
-    chain : LumpedChain
-        Links between equal angles.
-    interval : float
-        Sample time [s].
-    current_rate : float, default 0.0
-        Bandwidth of the torque loop [rad/s]; 0: none.
-    substeps : int, default 1
-        Internal steps per sample.
-    smooth : bool, default False
-        The motor's friction as well is c tanh(50 w).
-
-    Returns
-    -------
-    PlantNumbers
-
-    Raises
-    ------
-    InputRefused
-        If an inertia between motor and load has Coulomb friction of its own.
+    ``chain``: links between equal angles; ``interval``: sample time [s]; ``current_rate``: bandwidth of the
+    torque loop [rad/s]; 0: none; ``substeps``: internal steps per sample; ``smooth``: the motor's friction as
+    well is c tanh(50 w).
+    Raises `InputRefused` if an inertia between motor and load has Coulomb friction of its own.
     """
     n = chain.size
     if any(c > 0.0 for c in chain.coulomb[1:-1]):
@@ -78,22 +61,9 @@ def kink_numbers(
 ) -> KinkNumbers:
     """Linear pieces of a row whose joint has free play, or whose spans may go slack; empty if neither.
 
-    Parameters
-    ----------
-    chain : LumpedChain
-        Links between equal angles.
-    step : float
-        Internal step [s].
-    current_rate : float, default 0.0
-        Bandwidth of the torque loop [rad/s]; 0: none.
-    play : float, default 0.0
-        Free play of the first link, from end to end [rad].
-    slack : float, optional
-        Twist of the last link beyond which one span of two is slack [rad]; infinite: never.
-
-    Returns
-    -------
-    KinkNumbers
+    ``chain``: links between equal angles; ``step``: internal step [s]; ``current_rate``: bandwidth of the
+    torque loop [rad/s]; 0: none; ``play``: free play of the first link, from end to end [rad]; ``slack``:
+    twist of the last link beyond which one span of two is slack [rad]; infinite: never.
     """
     m, pieces = 2 * chain.size + 1, []
     if play > 0.0 or slack < inf:

@@ -11,16 +11,7 @@ ADAPTATION = 1e-18
 
 
 def backstepping_6(wish: Wish) -> Controller:
-    """Backstepping with unmatched uncertainty on Model 4, dampers and friction along the reference.
-
-    Parameters
-    ----------
-    wish : Wish
-
-    Returns
-    -------
-    Controller
-    """
+    """Backstepping with unmatched uncertainty on Model 4, dampers and friction along the reference."""
     chain = wish.model(4)
     hertz = SIX_HZ if wish.bandwidth is None else wish.bandwidth
     adaptation = ADAPTATION if wish.adapt else 0.0

@@ -33,22 +33,9 @@ FEEDFORWARDS = {
 def feedforward_table(wish: Wish, chain: LumpedChain, wanted: Array) -> Array:
     """Motion of every inertia and torque of the motor along a reference, as the wish's feedforward has them.
 
-    Parameters
-    ----------
-    wish : Wish
-    chain : LumpedChain
-    wanted : ndarray, shape (2n + 1, samples)
-        Wanted load angle with derivatives, at the first shaft.
-
-    Returns
-    -------
-    ndarray, shape (samples, 2n + 1)
-        Angles, speeds, torque [N m].
-
-    Raises
-    ------
-    InputRefused
-        If there is no such feedforward.
+    ``wanted``, shape (2n + 1, samples): wanted load angle with derivatives, at the first shaft.
+    Returns shape (samples, 2n + 1): angles, speeds, torque [N m].
+    Raises `InputRefused` if there is no such feedforward.
     """
     if wish.feedforward not in FEEDFORWARDS:
         raise InputRefused(
@@ -100,31 +87,13 @@ def _hertz(wish: Wish, default: float) -> float:
 
 
 def pd(wish: Wish) -> Controller:
-    """PD on the motor.
-
-    Parameters
-    ----------
-    wish : Wish
-
-    Returns
-    -------
-    Controller
-    """
+    """PD on the motor."""
     hertz = _hertz(wish, PD_HZ)
     return _made(wish, "pd", pd_law(_chain(wish), hertz, wish.interval), {"bandwidth_hz": hertz})
 
 
 def pid(wish: Wish) -> Controller:
-    """PID on the load with a notch at the lowest mode.
-
-    Parameters
-    ----------
-    wish : Wish
-
-    Returns
-    -------
-    Controller
-    """
+    """PID on the load with a notch at the lowest mode."""
     chain, hertz = _chain(wish), _hertz(wish, PID_HZ)
     notch = float(natural_frequencies_of(chain)[0]) / (2.0 * pi)
     law = pid_law(chain, hertz, notch, wish.interval)
@@ -134,20 +103,8 @@ def pid(wish: Wish) -> Controller:
 def lqg(wish: Wish, torque: float = LQ_TORQUE) -> Controller:
     """Linear-quadratic feedback; one count of error weighs as much as a torque.
 
-    Parameters
-    ----------
-    wish : Wish
-    torque : float, default 0.2
-        [N m].
-
-    Returns
-    -------
-    Controller
-
-    Raises
-    ------
-    InputRefused
-        If a bandwidth is asked for: its weights set it.
+    ``torque`` [N m].
+    Raises `InputRefused` if a bandwidth is asked for: its weights set it.
     """
     if wish.bandwidth is not None:
         raise InputRefused("bandwidth is not a setting of lqg, whose weights set it: leave --bandwidth out")
@@ -160,14 +117,6 @@ def dob(wish: Wish) -> Controller:
     """PD on the motor, and the disturbance that the filter of the whole chain sees subtracted.
 
     A disturbance observer on a rigid model would cancel the cable's own torque as well.
-
-    Parameters
-    ----------
-    wish : Wish
-
-    Returns
-    -------
-    Controller
     """
     hertz = _hertz(wish, PD_HZ)
     law = pd_law(_chain(wish), hertz, wish.interval)
@@ -179,14 +128,6 @@ def shaper(wish: Wish) -> Controller:
 
     Its reference comes half a period late, and the error is counted against the one that was asked for. The
     shaper itself takes the place of an inverse; with one it would shape a motion that needs none.
-
-    Parameters
-    ----------
-    wish : Wish
-
-    Returns
-    -------
-    Controller
     """
     chain, hertz = _chain(wish), _hertz(wish, PD_HZ)
     wanted, frequency = shaped(wish, chain)
@@ -198,15 +139,7 @@ def shaper(wish: Wish) -> Controller:
 def shaped(wish: Wish, chain: LumpedChain) -> tuple[Array, float]:
     """The wanted motion through two pulses that leave the lowest mode at rest, and that mode [Hz].
 
-    Parameters
-    ----------
-    wish : Wish
-    chain : LumpedChain
-
-    Returns
-    -------
-    wanted : ndarray, shape (2n + 1, samples)
-    frequency : float
+    Returns ``wanted``, shape (2n + 1, samples).
     """
     poles = np.linalg.eigvals(state_space(chain)[0])
     lowest = min(poles[poles.imag > 1e-6], key=abs)

@@ -56,16 +56,7 @@ class BestGains:
 def damped_law(wish: Wish, name: str, number: int = 4) -> Controller:
     """The damping-aware law at its model's printed gains or the best; its filter by what is not known.
 
-    Parameters
-    ----------
-    wish : Wish
-    name : str
-    number : {3, 4}, default 4
-        Model that it is made for.
-
-    Returns
-    -------
-    Controller
+    ``number``, {3, 4}: Model that it is made for.
     """
     if wish.best and wish.bandwidth is None:
         return best_chain_law(wish, name, number)
@@ -77,16 +68,7 @@ def damped_law(wish: Wish, name: str, number: int = 4) -> Controller:
 def best_chain_law(wish: Wish, name: str, number: int = 4) -> Controller:
     """The damping-aware law of a model with the gains and the filter that the package chooses.
 
-    Parameters
-    ----------
-    wish : Wish
-        A bandwidth that it asks for is kept, and the filter chosen for it.
-    name : str
-    number : {3, 4}, default 4
-
-    Returns
-    -------
-    Controller
+    ``wish``: a bandwidth that it asks for is kept, and the filter chosen for it; ``number``, {3, 4}.
     """
     chosen = best_gains(wish, number)
     same = replace(wish, bandwidth=chosen.bandwidth)
@@ -98,15 +80,7 @@ def best_chain_law(wish: Wish, name: str, number: int = 4) -> Controller:
 def best_gains(wish: Wish, number: int = 4) -> BestGains:
     """Highest bandwidth whose noise leaves most of the torque and that trial runs accept, and its filter.
 
-    Parameters
-    ----------
-    wish : Wish
-    number : {1, 2, 3, 4}, default 4
-        Model of the law.
-
-    Returns
-    -------
-    BestGains
+    ``number``, {1, 2, 3, 4}: Model of the law.
     """
     counts = np.array(list(read_encoders(wish, number).values()))
     tuning = tuning_by_uncertainty(wish, filter_chain(wish, number), counts)
@@ -153,16 +127,7 @@ def best_gains(wish: Wish, number: int = 4) -> BestGains:
 
 
 def rounding_counts(wish: Wish) -> bool:
-    """Whether the linear loop tells the noise of a run: encoders through the Kalman filter, no delay.
-
-    Parameters
-    ----------
-    wish : Wish
-
-    Returns
-    -------
-    bool
-    """
+    """Whether the linear loop tells the noise of a run: encoders through the Kalman filter, no delay."""
     options = wish.options
     filtered = options is None or (options.observer == "kalman" and not options.ideal_sensors)
     return filtered and control_delay(wish.drive) == 0.0
@@ -171,14 +136,7 @@ def rounding_counts(wish: Wish) -> bool:
 def allowed_noise(wish: Wish) -> float:
     """Torque that rounding may take: a third of the limit; without one, as much as the motion needs.
 
-    Parameters
-    ----------
-    wish : Wish
-
-    Returns
-    -------
-    float
-        [N m].
+    Returns [N m].
     """
     limit = torque_limit(wish.drive)
     return TORQUE_SHARE * limit if np.isfinite(limit) else needed_torque(wish)
@@ -187,18 +145,8 @@ def allowed_noise(wish: Wish) -> float:
 def highest(noise: Callable[[float], float], allowed: float, top: int) -> int:
     """Highest whole bandwidth whose noise is allowed, by bisection: noise rises with the bandwidth.
 
-    Parameters
-    ----------
-    noise : callable
-    allowed : float
-        [N m].
-    top : int
-        [Hz].
-
-    Returns
-    -------
-    int
-        1 where not even that is quiet enough; trial runs tell what it costs.
+    ``allowed`` [N m]; ``top`` [Hz].
+    Returns 1 where not even that is quiet enough; trial runs tell what it costs.
     """
     low, high = 1, top + 1
     while high - low > 1:
@@ -210,18 +158,8 @@ def highest(noise: Callable[[float], float], allowed: float, top: int) -> int:
 def torque_noise(wish: Wish, hertz: float, tuning: KalmanTuning, number: int = 4) -> float:
     """Five standard deviations of the command by rounding, at a bandwidth.
 
-    Parameters
-    ----------
-    wish : Wish
-    hertz : float
-    tuning : KalmanTuning
-    number : {1, 2, 3, 4}, default 4
-        Model of the law.
-
-    Returns
-    -------
-    float
-        [N m].
+    ``number``, {1, 2, 3, 4}: Model of the law.
+    Returns [N m].
     """
     interval, rate = wish.interval, current_rate(wish.drive)
     seen_by, plant, law_chain = filter_chain(wish, number), _highest(wish), wish.model(number)

@@ -117,26 +117,14 @@ class Wish:
     def model(self, number: int) -> LumpedChain:
         """A model of the drive under torque control, in angles of its first shaft.
 
-        Parameters
-        ----------
-        number : {1, 2, 3, 4}
-
-        Returns
-        -------
-        LumpedChain
+        ``number``, {1, 2, 3, 4}.
         """
         return reflected(lumped_model(released(self.drive), number))[0]
 
     def wanted(self, derivatives: int) -> Array:
         """Wanted load angle at the first shaft, with derivatives, at the samples.
 
-        Parameters
-        ----------
-        derivatives : int
-
-        Returns
-        -------
-        ndarray, shape (derivatives + 1, samples)
+        Returns shape (derivatives + 1, samples).
         """
         time = np.asarray(self.interval * np.arange(self.samples), dtype=np.float64)
         return load_gear(self.drive) * self.trajectory(time, derivatives)
@@ -145,14 +133,7 @@ class Wish:
 def darc(wish: Wish, number: int) -> Controller:
     """Direct adaptive robust controller of a model, as printed.
 
-    Parameters
-    ----------
-    wish : Wish
-    number : {1, 2, 3, 4}
-
-    Returns
-    -------
-    Controller
+    ``number``, {1, 2, 3, 4}.
     """
     return chain_law(wish, number, f"darc-{number}", damped=False)
 
@@ -169,21 +150,8 @@ def chain_law(
 ) -> Controller:
     """A law of the chain with or without damping.
 
-    Parameters
-    ----------
-    wish : Wish
-    number : {1, 2, 3, 4}
-    name : str
-    damped : bool
-    tuning : KalmanTuning, optional
-    chain : LumpedChain, optional
-        The row it is made for; the drive's own unless told.
-    bounds : Bounds, optional
-        Of p2 to p5; as printed unless told.
-
-    Returns
-    -------
-    Controller
+    ``number``, {1, 2, 3, 4}; ``chain``: the row it is made for; the drive's own unless told; ``bounds``: of
+    p2 to p5; as printed unless told.
     """
     chain = wish.model(number) if chain is None else chain
     flat = flat_output(chain, damped=damped)
@@ -225,31 +193,14 @@ def own_filter(number: int, feedback: str) -> int | None:
     On the drive pulley's encoder the joint is seen from its far side, and a filter without joint would hide
     what the law then does to it.
 
-    Parameters
-    ----------
-    number : {1, 2, 3, 4}
-        Model of the law.
-    feedback : {"motor", "drive"}
-
-    Returns
-    -------
-    int or None
-        None: the highest model, with every encoder.
+    ``number``, {1, 2, 3, 4}: Model of the law; ``feedback``, {"motor", "drive"}.
+    Returns none: the highest model, with every encoder.
     """
     return 3 if number == 3 and feedback == "motor" else None
 
 
 def backstepping(wish: Wish) -> Controller:
-    """Backstepping with unmatched uncertainty on Model 3.
-
-    Parameters
-    ----------
-    wish : Wish
-
-    Returns
-    -------
-    Controller
-    """
+    """Backstepping with unmatched uncertainty on Model 3."""
     chain = wish.model(3)
     hertz = PRINTED_HZ if wish.bandwidth is None else wish.bandwidth
     gains = backstepping_gains(hertz, adaptation=1e-6 if wish.adapt else 0.0)

@@ -37,23 +37,10 @@ def closed_loop_poles(
 ) -> tuple[Pole, ...]:
     """Poles of the linear closed loop with true states, fixed estimates, and no Coulomb friction.
 
-    Parameters
-    ----------
-    drive : Drive
-        The plant.
-    controller : Controller
-        A law of the chain, or a linear law without memory.
-    plant_model : {1, 2, 3, 4}, optional
-
-    Returns
-    -------
-    tuple of Pole
-        Ascending in frequency, one entry for each pair.
-
-    Raises
-    ------
-    InputRefused
-        If the law is of another kind.
+    ``drive``: the plant; ``controller``: a law of the chain, or a linear law without memory; ``plant_model``,
+    {1, 2, 3, 4}.
+    Returns ascending in frequency, one entry for each pair.
+    Raises `InputRefused` if the law is of another kind.
     """
     return poles_of(plant_chain(drive, plant_model), controller)
 
@@ -61,14 +48,7 @@ def closed_loop_poles(
 def pole_words(loop: Loop) -> dict[str, Any]:
     """Poles of a loop's law on its row of inertias, in words.
 
-    Parameters
-    ----------
-    loop : Loop
-
-    Returns
-    -------
-    dict
-        None with a reason for laws of another kind.
+    Returns none with a reason for laws of another kind.
     """
     try:
         poles = poles_of(loop.chain, loop.controller)
@@ -81,21 +61,9 @@ def pole_words(loop: Loop) -> dict[str, Any]:
 def poles_of(chain: LumpedChain, controller: Controller) -> tuple[Pole, ...]:
     """Poles of a law on a row of inertias, with true states, fixed estimates, and no Coulomb friction.
 
-    Parameters
-    ----------
-    chain : LumpedChain
-        The plant, at the first shaft.
-    controller : Controller
-
-    Returns
-    -------
-    tuple of Pole
-        Ascending in frequency, one entry for each pair.
-
-    Raises
-    ------
-    InputRefused
-        If the law is none of the chain, or linear with a memory.
+    ``chain``: the plant, at the first shaft.
+    Returns ascending in frequency, one entry for each pair.
+    Raises `InputRefused` if the law is none of the chain, or linear with a memory.
     """
     a, b = state_space(chain)
     n, law = chain.size, controller.law

@@ -14,15 +14,7 @@ from cabledrive.rig.laws.fitting import fitted_encoders, law_shafts
 def filter_chain(wish: Wish, number: int) -> LumpedChain:
     """The row that the Kalman filter of a law is made for.
 
-    Parameters
-    ----------
-    wish : Wish
-    number : {1, 2, 3, 4}
-        Model of the law.
-
-    Returns
-    -------
-    LumpedChain
+    ``number``, {1, 2, 3, 4}: Model of the law.
     """
     return wish.model(own_filter(number, wish.feedback) or highest_model(wish.drive))
 
@@ -30,14 +22,7 @@ def filter_chain(wish: Wish, number: int) -> LumpedChain:
 def read_encoders(wish: Wish, number: int) -> dict[str, float]:
     """One count of each encoder that the filter of a law reads, at the first shaft [rad], by shaft.
 
-    Parameters
-    ----------
-    wish : Wish
-    number : {3, 4}
-
-    Returns
-    -------
-    dict
+    ``number``, {3, 4}.
     """
     fitted, shafts = fitted_encoders(wish.drive), law_shafts(number, wish.feedback)
     if own_filter(number, wish.feedback) is None:
@@ -52,16 +37,7 @@ def tuning_by_uncertainty(wish: Wish, chain: LumpedChain, counts: Array) -> Kalm
     for a sixteenth of the rise; friction by the Coulomb torque, within a second as a walk and within a
     millisecond as noise; each encoder's zero by half a count, walking that far within some seconds.
 
-    Parameters
-    ----------
-    wish : Wish
-    chain : LumpedChain
-    counts : ndarray, shape (m,)
-        [rad].
-
-    Returns
-    -------
-    KalmanTuning
+    ``counts``, shape (m,) [rad].
     """
     spreads = Spreads()
     wanted = wish.wanted(2)

@@ -18,14 +18,7 @@ SHAFTS = ("motor", "drive", "load")
 def place(chain: LumpedChain, shaft: str) -> int:
     """Inertia of a row that a shaft belongs to.
 
-    Parameters
-    ----------
-    chain : LumpedChain
-    shaft : {"motor", "drive", "load"}
-
-    Returns
-    -------
-    int
+    ``shaft``, {"motor", "drive", "load"}.
     """
     if shaft == "motor":
         return 0
@@ -35,34 +28,14 @@ def place(chain: LumpedChain, shaft: str) -> int:
 
 
 def load_gear(drive: Drive) -> float:
-    """Angle of the first shaft per angle of the load pulley, r2 / r1 [-].
-
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    float
-    """
+    """Angle of the first shaft per angle of the load pulley, r2 / r1 [-]."""
     return drive.load_pulley.radius / drive.drive_pulley.radius
 
 
 def fitted_encoders(drive: Drive) -> dict[str, float]:
     """One count of each encoder at the first shaft [rad], by shaft; the load's last.
 
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    dict
-
-    Raises
-    ------
-    InputRefused
-        If the load pulley has no encoder: nothing then tells its angle.
+    Raises `InputRefused` if the load pulley has no encoder: nothing then tells its angle.
     """
     sensors = drive.sensors
     counts = {shaft: getattr(sensors, f"{shaft}_encoder") if sensors else None for shaft in SHAFTS}
@@ -77,15 +50,7 @@ def fitted_encoders(drive: Drive) -> dict[str, float]:
 def law_shafts(model: int, feedback: str) -> tuple[str, ...]:
     """Shafts whose angles a law of a model takes, from the motor to the load.
 
-    Parameters
-    ----------
-    model : {1, 2, 3, 4}
-    feedback : {"motor", "drive"}
-        Encoder for theta_1 of Models 1 and 3.
-
-    Returns
-    -------
-    tuple of str
+    ``model``, {1, 2, 3, 4}; ``feedback``, {"motor", "drive"}: encoder for theta_1 of Models 1 and 3.
     """
     return {1: (feedback,), 2: ("motor", "drive"), 3: (feedback, "load"), 4: ("motor", "drive", "load")}[
         model
@@ -106,36 +71,12 @@ def fit_observer(
 ) -> tuple[ObserverNumbers, Integers, Array]:
     """The observer of a law, what its encoders read of the plant, and their counts.
 
-    Parameters
-    ----------
-    design : LumpedChain
-        The row the filter is designed for.
-    plant : LumpedChain
-        The row that is read.
-    drive : Drive
-        With the encoders.
-    shafts : tuple of str
-        Shafts that the law takes.
-    options : RigOptions
-    sampling : Sampling
-    tuning : KalmanTuning, optional
-    own : bool, default False
-        Only the encoders of the law's shafts are read.
-    settled : bool, default False
-        The Kalman filter goes on from another's states.
-
-    Returns
-    -------
-    observer : ObserverNumbers
-    encoders : ndarray of int, shape (m,)
-        Inertia of the plant that each encoder reads.
-    counts : ndarray, shape (m,)
-        [rad].
-
-    Raises
-    ------
-    InputRefused
-        If the filtered difference lacks an encoder.
+    ``design``: the row the filter is designed for; ``plant``: the row that is read; ``drive``: with the
+    encoders; ``shafts``: shafts that the law takes; ``own``: only the encoders of the law's shafts are read;
+    ``settled``: the Kalman filter goes on from another's states.
+    Returns ``encoders``, shape (m,): inertia of the plant that each encoder reads; ``counts``, shape (m,)
+    [rad].
+    Raises `InputRefused` if the filtered difference lacks an encoder.
     """
     fitted = fitted_encoders(drive)
     if own:

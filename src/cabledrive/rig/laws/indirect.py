@@ -90,41 +90,15 @@ def _known(value: float) -> float | None:
 
 
 def indirect(wish: Wish) -> Controller:
-    """The law before anything has been learnt: the damping-aware one of its highest model.
-
-    Parameters
-    ----------
-    wish : Wish
-
-    Returns
-    -------
-    Controller
-    """
+    """The law before anything has been learnt: the damping-aware one of its highest model."""
     return damped_law(wish, NAME, highest_model(wish.drive))
 
 
 def learn(loop: Loop, early: Run, pause: int, drive: Drive, chain: LumpedChain) -> Learnt:
     """What readings and commands of the first pulse say of cable and motor.
 
-    Parameters
-    ----------
-    loop : Loop
-    early : Run
-    pause : int
-        Samples that have been run.
-    drive : Drive
-        As believed.
-    chain : LumpedChain
-        As believed.
-
-    Returns
-    -------
-    Learnt
-
-    Raises
-    ------
-    InputRefused
-        If one of the law's shafts has no encoder, or the law saw true states.
+    ``pause``: samples that have been run; ``drive``: as believed; ``chain``: as believed.
+    Raises `InputRefused` if one of the law's shafts has no encoder, or the law saw true states.
     """
     shafts = loop.controller.shafts
     if loop.encoder_shafts != shafts or not np.all(loop.rig.counts > 0.0):
@@ -147,15 +121,6 @@ def learnt_chain(chain: LumpedChain, found: Learnt) -> LumpedChain:
 
     What has not been excited stays as it was. Friction of the load is taken where it stands out of its error,
     and off the whole friction, of which the rest is the motor's.
-
-    Parameters
-    ----------
-    chain : LumpedChain
-    found : Learnt
-
-    Returns
-    -------
-    LumpedChain
     """
     load, motor = found.load, found.motor
     if load.excited:
@@ -185,15 +150,7 @@ def learnt_chain(chain: LumpedChain, found: Learnt) -> LumpedChain:
 def learnt_bounds(chain: LumpedChain, found: Learnt) -> Bounds:
     """Bounds of p2 to p5 by the intervals that were learnt, at least 2 % wide; as printed where nothing was.
 
-    Parameters
-    ----------
-    chain : LumpedChain
-        From `learnt_chain`.
-    found : Learnt
-
-    Returns
-    -------
-    Bounds
+    ``chain``: from `learnt_chain`.
     """
     printed = printed_bounds(chain, flexible_joint=chain.size > 2)
     if not found.motor.excited or not isclose(sum(chain.coulomb), float(found.motor.values[2])):
@@ -207,17 +164,6 @@ def rebuilt(loop: Loop, wish: Wish, found: Learnt, options: RigOptions) -> Loop:
     """The loop with law, reference and filter made for what was learnt; the plant is the same.
 
     The filter goes on from the states of the old one, with the gain it has settled on.
-
-    Parameters
-    ----------
-    loop : Loop
-    wish : Wish
-    found : Learnt
-    options : RigOptions
-
-    Returns
-    -------
-    Loop
     """
     first, number = loop.controller, loop.controller.model
     chain = learnt_chain(wish.model(number), found)
@@ -239,20 +185,9 @@ def rebuilt(loop: Loop, wish: Wish, found: Learnt, options: RigOptions) -> Loop:
 def run_indirect(wish: Wish, loop: Loop, options: RigOptions) -> tuple[Loop, Run, Learnt | None]:
     """Run one pulse, learn, make everything anew in the dwell, and run the rest.
 
-    Parameters
-    ----------
-    wish : Wish
-    loop : Loop
-        With the law of `indirect`.
-    options : RigOptions
-
-    Returns
-    -------
-    loop : Loop
-        The last one.
-    done : Run
-    found : Learnt or None
-        What was learnt; None if the run ended before, or has one pulse only.
+    ``loop``: with the law of `indirect`.
+    Returns ``loop``: the last one; ``found``: what was learnt; None if the run ended before, or has one pulse
+    only.
     """
     pause = loop.rig.first_end
     early = run(loop, last=min(pause, len(loop.target)))

@@ -17,17 +17,9 @@ def check_least_bandwidth(law: Callable[[Wish], Controller], made: Controller, w
     Without the dampers in its model the law needs a stiffness of its own to outdo them. Other laws are let
     through: what they excite belongs to what is to be seen.
 
-    Parameters
-    ----------
-    law : callable
-        Makes the controller of a wish.
-    made : Controller
-    wish : Wish
-
-    Raises
-    ------
-    InputRefused
-        If the linear loop with true states is unstable and a higher bandwidth makes it stable.
+    ``law``: makes the controller of a wish.
+    Raises `InputRefused` if the linear loop with true states is unstable and a higher bandwidth makes it
+    stable.
     """
     hertz = wish.bandwidth
     one_of_them = made.law.kind == BACKSTEPPING or not (made.damped or made.flat is None)

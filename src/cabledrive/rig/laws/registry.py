@@ -43,20 +43,8 @@ INERTIAS = {
 def known_name(name: str | None, drive: Drive) -> str:
     """Name of a control law, or the one that the drive's joint calls for.
 
-    Parameters
-    ----------
-    name : str, optional
-        Default: with a flexible motor joint "darc-4-damped", else "darc-3".
-    drive : Drive
-
-    Returns
-    -------
-    str
-
-    Raises
-    ------
-    InputRefused
-        If there is no such law.
+    ``name``: default: with a flexible motor joint "darc-4-damped", else "darc-3".
+    Raises `InputRefused` if there is no such law.
     """
     if name is None:
         return "darc-4-damped" if highest_model(drive) == 4 else "darc-3"
@@ -72,15 +60,6 @@ def needed_order(name: str, drive: Drive) -> int:
 
     The torque of a row of n inertias holds 2n derivatives of the load's angle, and a rise of order 2m - 1 has
     m bounded ones.
-
-    Parameters
-    ----------
-    name : str
-    drive : Drive
-
-    Returns
-    -------
-    int
     """
     inertias = INERTIAS.get(
         name, 3 if highest_model(drive) == 4 or name in ("darc-4", "darc-4-damped") else 2
@@ -91,20 +70,9 @@ def needed_order(name: str, drive: Drive) -> int:
 def design(name: str | None, wish: Wish) -> Controller:
     """Design a control law by name.
 
-    Parameters
-    ----------
-    name : str, optional
-        Default: with a flexible motor joint "darc-4-damped", else "darc-3".
-    wish : Wish
-
-    Returns
-    -------
-    Controller
-
-    Raises
-    ------
-    InputRefused
-        If there is no such law, the sample rate is too low for its bandwidth, or that is too low for the law.
+    ``name``: default: with a flexible motor joint "darc-4-damped", else "darc-3".
+    Raises `InputRefused` if there is no such law, the sample rate is too low for its bandwidth, or that is
+    too low for the law.
     """
     name = known_name(name, wish.drive)
     if wish.feedforward != "damped" and name not in BASELINES:
@@ -123,16 +91,8 @@ def design(name: str | None, wish: Wish) -> Controller:
 def check_sample_rate(controller: Controller, interval: float) -> None:
     """Refuse a bandwidth that the sample rate does not carry.
 
-    Parameters
-    ----------
-    controller : Controller
-    interval : float
-        Sample time [s].
-
-    Raises
-    ------
-    InputRefused
-        If there are fewer than 20 samples per period of the bandwidth.
+    ``interval``: sample time [s].
+    Raises `InputRefused` if there are fewer than 20 samples per period of the bandwidth.
     """
     hertz = float(controller.gains.get("bandwidth_hz") or 0.0)
     if hertz * interval > 1.0 / 20.0:

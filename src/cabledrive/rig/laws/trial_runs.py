@@ -67,14 +67,7 @@ class Trial:
 def trial_wish(wish: Wish) -> Wish:
     """The wish for a trial: one pulse of the motion.
 
-    Parameters
-    ----------
-    wish : Wish
-        With its motion.
-
-    Returns
-    -------
-    Wish
+    ``wish``: with its motion.
     """
     assert wish.motion is not None
     motion = replace(wish.motion, pulses=1)
@@ -87,14 +80,7 @@ def trial_wish(wish: Wish) -> Wish:
 def needed_torque(wish: Wish) -> float:
     """Largest torque of the exact inverse along the motion, friction included.
 
-    Parameters
-    ----------
-    wish : Wish
-
-    Returns
-    -------
-    float
-        [N m].
+    Returns [N m].
     """
     chain = wish.model(highest_model(wish.drive))
     flat = flat_output(chain)
@@ -105,16 +91,7 @@ def needed_torque(wish: Wish) -> float:
 def trial(wish: Wish, made: Controller) -> Trial:
     """Run a law on the plant and at two corners of cable and load.
 
-    Parameters
-    ----------
-    wish : Wish
-        From `trial_wish`.
-    made : Controller
-        Designed for it.
-
-    Returns
-    -------
-    Trial
+    ``wish``: from `trial_wish`; ``made``: designed for it.
     """
     assert wish.motion is not None
     options = wish.options or RigOptions()
@@ -141,14 +118,7 @@ def trial(wish: Wish, made: Controller) -> Trial:
 def corners(chain: LumpedChain) -> list[LumpedChain]:
     """Two rows whose cable and load are off to opposite sides.
 
-    Parameters
-    ----------
-    chain : LumpedChain
-
-    Returns
-    -------
-    list of LumpedChain
-        None for a row without a flexible link.
+    Returns none for a row without a flexible link.
     """
     if chain.size < 2:
         return []
@@ -166,17 +136,7 @@ def corners(chain: LumpedChain) -> list[LumpedChain]:
 def tried(wish: Wish, law: Callable[[Wish], Controller], hertz: float) -> Trial | None:
     """Trial of a law at a bandwidth; None where the law refuses it.
 
-    Parameters
-    ----------
-    wish : Wish
-        From `trial_wish`.
-    law : callable
-        Makes the controller of a wish.
-    hertz : float
-
-    Returns
-    -------
-    Trial or None
+    ``wish``: from `trial_wish`; ``law``: makes the controller of a wish.
     """
     try:
         return trial(wish, law(replace(wish, bandwidth=hertz)))
@@ -191,23 +151,8 @@ def highest_accepted(
 
     Where none is accepted, the one whose runs fail and saturate least.
 
-    Parameters
-    ----------
-    wish : Wish
-        From `trial_wish`.
-    law : callable
-    low, start : int
-        [Hz].
-
-    Returns
-    -------
-    hertz : float
-    trial : Trial
-
-    Raises
-    ------
-    InputRefused
-        If the law can be made at no bandwidth.
+    ``wish``: from `trial_wish`; ``low``, ``start`` [Hz].
+    Raises `InputRefused` if the law can be made at no bandwidth.
     """
     known: dict[int, Trial | None] = {}
 

@@ -19,16 +19,7 @@ TORQUE_SHARES = (0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0)
 def tuned_law(law: Callable[[Wish], Controller], wish: Wish) -> Controller:
     """A law at the setting with the smallest worst error of those that trial runs accept.
 
-    Parameters
-    ----------
-    law : callable
-        Makes the controller of a wish.
-    wish : Wish
-        With its motion, without a bandwidth.
-
-    Returns
-    -------
-    Controller
+    ``law``: makes the controller of a wish; ``wish``: with its motion, without a bandwidth.
     """
     if law is lqg:
         torque, shown, count = tuned_torque(wish)
@@ -47,17 +38,7 @@ def tuned_law(law: Callable[[Wish], Controller], wish: Wish) -> Controller:
 def tuned_bandwidth(law: Callable[[Wish], Controller], wish: Wish) -> tuple[float, Trial, int]:
     """Bandwidth of a law by trial runs.
 
-    Parameters
-    ----------
-    law : callable
-    wish : Wish
-
-    Returns
-    -------
-    hertz : float
-    trial : Trial
-    count : int
-        Of settings that were tried.
+    Returns ``count``: of settings that were tried.
     """
     one, top = trial_wish(wish), 1.0 / (20.0 * wish.interval)
     found: dict[float, Trial] = {}
@@ -75,17 +56,7 @@ def tuned_bandwidth(law: Callable[[Wish], Controller], wish: Wish) -> tuple[floa
 def tuned_torque(wish: Wish) -> tuple[float, Trial, int]:
     """Weight of the torque in the linear-quadratic law by trial runs.
 
-    Parameters
-    ----------
-    wish : Wish
-
-    Returns
-    -------
-    torque : float
-        [N m].
-    trial : Trial
-    count : int
-        Of settings that were tried.
+    Returns ``torque`` [N m]; ``count``: of settings that were tried.
     """
     one = trial_wish(wish)
     first = trial(one, lqg(one))

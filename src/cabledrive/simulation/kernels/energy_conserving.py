@@ -61,15 +61,9 @@ def march(
 ) -> int:
     """Take a step per entry of ``torque``; as `cabledrive.simulation.kernels.verlet.march`.
 
-    Parameters
-    ----------
-    plan, state, work, torque, forces, every, rows, fields : object
-        See `cabledrive.simulation.method.Method.march`.
-
-    Returns
-    -------
-    int
-        DONE, SLACK or NOT_FINITE.
+    ``plan``, ``state``, ``work``, ``torque``, ``forces``, ``every``, ``rows``, ``fields``: see
+    `cabledrive.simulation.method.Method.march`.
+    Returns DONE, SLACK or NOT_FINITE.
     """
     j, finite, quick = 0, True, plan.uniform and plan.law == EXACT
     lines = rows_of(state)

@@ -95,15 +95,8 @@ def pulls_on_rims(x: Array, series: Series, h: float, pretension: float, segment
 def rows_of(state: State) -> tuple[Array, Array | None, Array, Array, Array | None, Array]:
     """Rows of displacements and velocities as the quick loops take them.
 
-    Parameters
-    ----------
-    state : State
-
-    Returns
-    -------
-    tuple of ndarray or None
-        u, v, w and their velocities; None for v and its velocity where nothing has left the plane of the
-        pulleys, since then nothing does.
+    Returns u, v, w and their velocities; None for v and its velocity where nothing has left the plane of the
+    pulleys, since then nothing does.
     """
     (u, v, w), (u_t, v_t, w_t) = state.x, state.x_t
     if v.any() or v_t.any():

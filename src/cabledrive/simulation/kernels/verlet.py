@@ -43,16 +43,10 @@ def march(
 ) -> int:
     """Take a step per entry of ``torque``, recording the first of every ``every`` into the next row.
 
-    Parameters
-    ----------
-    plan, state, work, torque, forces, every, rows, fields : object
-        See `cabledrive.simulation.method.Method.march`.
-
-    Returns
-    -------
-    int
-        DONE, SLACK (before the step at whose start a span is slack) or NOT_FINITE (after the record that
-        shows it).
+    ``plan``, ``state``, ``work``, ``torque``, ``forces``, ``every``, ``rows``, ``fields``: see
+    `cabledrive.simulation.method.Method.march`.
+    Returns DONE, SLACK (before the step at whose start a span is slack) or NOT_FINITE (after the record that
+    shows it).
     """
     if not plan.uniform or plan.law != EXACT:
         return march_any(plan, state, work, torque, forces, every, rows, fields)

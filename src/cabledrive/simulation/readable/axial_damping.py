@@ -9,17 +9,8 @@ from cabledrive.simulation.plan import COMPLIANCE, INVERSE_SPACING, KICK_T, KICK
 def damper_directions(plan: Plan, law: CableLaw, x: Array) -> Array:
     """Directions along which the segments are damped.
 
-    Parameters
-    ----------
-    plan : Plan
-    law : CableLaw
-    x : ndarray, shape (3, nodes)
-        Displacements [m].
-
-    Returns
-    -------
-    ndarray, shape (3, segments)
-        Derivative of each segment's strain; zero where the cable is slack.
+    ``x``, shape (3, nodes): displacements [m].
+    Returns shape (3, segments): derivative of each segment's strain; zero where the cable is slack.
     """
     gradients = np.diff(x, axis=1) * plan.segment[INVERSE_SPACING]
     direction = np.stack(law.strain_gradient(*gradients))

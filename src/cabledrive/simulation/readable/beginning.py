@@ -32,24 +32,11 @@ def half_step_before(
 ) -> tuple[Array, float]:
     """Velocities half a step before the start, Eq. (2.39).
 
-    Parameters
-    ----------
-    plan : Plan
-    x, x_t : ndarray, shape (3, nodes)
-        Displacements [m] and velocities [m/s] at t = 0.
-    motor : (float, float)
-        Displacement [m] and velocity [m/s] of the motor at the rim.
-    torque : float
-        Torque at t = 0 [N m].
-    forces : ndarray
-        Forces at t = 0 [N].
-
-    Returns
-    -------
-    velocities : ndarray, shape (3, nodes)
-        Velocities of the nodes [m/s].
-    motor : float
-        Velocity of the motor at the rim [m/s].
+    ``x``, ``x_t``, shape (3, nodes): displacements [m] and velocities [m/s] at t = 0; ``motor``: displacement
+    [m] and velocity [m/s] of the motor at the rim; ``torque``: torque at t = 0 [N m]; ``forces``: forces at t
+    = 0 [N].
+    Returns ``velocities``, shape (3, nodes): velocities of the nodes [m/s]; ``motor``: velocity of the motor
+    at the rim [m/s].
     """
     law = law_of(plan)
     gradients = np.diff(x, axis=1) * plan.segment[INVERSE_SPACING]

@@ -60,16 +60,8 @@ def _nonlinear_energy(plan: Plan, law: CableLaw, gradients: Array) -> float:
 def extra_at_start(plan: Plan, state: State) -> Array:
     """E half a step before the start, and a shift C of half the pretension times the slack elongation.
 
-    Parameters
-    ----------
-    plan : Plan
-    state : State
-        At the start.
-
-    Returns
-    -------
-    ndarray, shape (6,)
-        `State.extra` of the scheme: energies [J], then what rounding took [J], [m].
+    ``state``: at the start.
+    Returns shape (6,): `State.extra` of the scheme: energies [J], then what rounding took [J], [m].
     """
     law = law_of(plan)
     before = state.x - plan.step * state.x_t

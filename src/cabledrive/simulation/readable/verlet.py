@@ -56,16 +56,7 @@ DONE, SLACK, NOT_FINITE = range(3)
 
 
 def law_of(plan: Plan) -> CableLaw:
-    """The cable law of a plan.
-
-    Parameters
-    ----------
-    plan : Plan
-
-    Returns
-    -------
-    CableLaw
-    """
+    """The cable law of a plan."""
     law = list(LAWS.values())[plan.law]
     return law(pretension=plan.pretension, axial_rigidity=plan.rigidity, tension_only=plan.tension_only)
 

@@ -34,14 +34,7 @@ SHEET: Otherwise = (
 def table_a_1(quick: bool) -> Outcome:
     """Table A.1, the motor: each row from the others where they determine it.
 
-    Parameters
-    ----------
-    quick : bool
-        Changes nothing here.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: changes nothing here.
     """
     constant = TORQUE_CONSTANT
     slope = RESISTANCE / constant**2 / RPM * 1e-3
@@ -145,14 +138,7 @@ def table_a_1(quick: bool) -> Outcome:
 def table_a_2(quick: bool) -> Outcome:
     """Table A.2, the motor's encoder.
 
-    Parameters
-    ----------
-    quick : bool
-        Changes nothing here.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: changes nothing here.
     """
     return outcome(
         [
@@ -165,12 +151,7 @@ def table_a_2(quick: bool) -> Outcome:
 
 
 def encoder_counts() -> float:
-    """Counts per turn of the motor itself, by the packaged drive.
-
-    Returns
-    -------
-    float
-    """
+    """Counts per turn of the motor itself, by the packaged drive."""
     sensors = load_drive("dissertation-3").sensors
     assert sensors is not None
     assert sensors.motor_encoder is not None
@@ -178,12 +159,7 @@ def encoder_counts() -> float:
 
 
 def gear_ratio() -> float:
-    """Reduction of the gearhead, by the packaged drive.
-
-    Returns
-    -------
-    float
-    """
+    """Reduction of the gearhead, by the packaged drive."""
     motor = load_drive("dissertation-3").motor
     assert motor is not None
     assert motor.gear_ratio is not None
@@ -193,14 +169,7 @@ def gear_ratio() -> float:
 def table_a_3(quick: bool) -> Outcome:
     """Table A.3, the gearhead.
 
-    Parameters
-    ----------
-    quick : bool
-        Changes nothing here.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: changes nothing here.
     """
     gear = gear_ratio()
     rows = [

@@ -69,15 +69,7 @@ EXPERIMENTS = (
 def bench_log(rig: BenchTest, frequencies: tuple[float, ...], amplitudes: tuple[float, ...]) -> Log:
     """Log of a bench test on the virtual rig.
 
-    Parameters
-    ----------
-    rig : BenchTest
-    frequencies, amplitudes : tuple of float
-        [Hz], [V].
-
-    Returns
-    -------
-    Log
+    ``frequencies``, ``amplitudes`` [Hz], [V].
     """
     rng = np.random.default_rng(SEED)
     test = replace(rig, frequencies=frequencies, amplitudes=amplitudes)
@@ -86,15 +78,6 @@ def bench_log(rig: BenchTest, frequencies: tuple[float, ...], amplitudes: tuple[
 
 @cache
 def identified(rig: BenchTest) -> Identification:
-    """What the identification finds of one rig of Table 4.1.
-
-    Parameters
-    ----------
-    rig : BenchTest
-
-    Returns
-    -------
-    Identification
-    """
+    """What the identification finds of one rig of Table 4.1."""
     log = bench_log(rig, rig.frequencies, rig.amplitudes)
     return identify(log, IdentifyOptions(check=False), method="output-error")

@@ -13,14 +13,7 @@ SEGMENTS = 100
 def section_2_4(quick: bool) -> Outcome:
     """The Courant number below one, with the print's wave speed and with the right one; the spacing.
 
-    Parameters
-    ----------
-    quick : bool
-        Changes nothing here.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: changes nothing here.
     """
     true = COURANT * float(np.sqrt(1.0 + load_drive("dissertation-2").cable.prestrain))
     growth = [amplification(courant) for courant in (COURANT, true)]
@@ -57,14 +50,7 @@ def amplification(courant: float) -> float:
 
     .. math:: |g|, \qquad g^2 - (2 - 4\sigma^2\sin^2\tfrac{\pi(n-1)}{2n})g + 1 = 0
 
-    Parameters
-    ----------
-    courant : float
-
-    Returns
-    -------
-    float
-        One where it is stable.
+    Returns one where it is stable.
     """
     bend = 4.0 * courant**2 * np.sin(0.5 * np.pi * (SEGMENTS - 1) / SEGMENTS) ** 2
     return float(np.max(np.abs(np.roots([1.0, bend - 2.0, 1.0]))))

@@ -24,14 +24,7 @@ LOST = "the print's range is lost; this one is chosen"
 def determinant(number: int) -> Outcome:
     """Determinant of (3.13): its zero-crossings are the natural frequencies.
 
-    Parameters
-    ----------
-    number : {1, 2}
-        Of the configuration.
-
-    Returns
-    -------
-    Outcome
+    ``number``, {1, 2}: of the configuration.
     """
     drive = load_drive(f"dissertation-{number}")
     certified = natural_frequencies(drive, below=3000.0)
@@ -71,14 +64,7 @@ def determinant(number: int) -> Outcome:
 def figure_3_1(quick: bool) -> Outcome:
     """Fig. 3.1.
 
-    Parameters
-    ----------
-    quick : bool
-        Changes nothing here.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: changes nothing here.
     """
     return determinant(1)
 
@@ -86,14 +72,7 @@ def figure_3_1(quick: bool) -> Outcome:
 def figure_3_2(quick: bool) -> Outcome:
     """Fig. 3.2.
 
-    Parameters
-    ----------
-    quick : bool
-        Changes nothing here.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: changes nothing here.
     """
     return determinant(2)
 
@@ -101,14 +80,7 @@ def figure_3_2(quick: bool) -> Outcome:
 def figure_3_6(quick: bool) -> Outcome:
     """Fig. 3.6: spectrum of the load pulley after plucks of both spans, by the exact loop.
 
-    Parameters
-    ----------
-    quick : bool
-        Fewer segments and one second less.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: fewer segments and one second less.
     """
     drive = load_drive("dissertation-2")
     drive = replace(

@@ -22,14 +22,7 @@ SHAPE_DIFFERS = (DIFFERS, "not explained")
 def shapes(quick: bool) -> Outcome:
     """Figs. 3.3 to 3.5: fundamental shapes are spring-like, and which of the modes turn the pulleys.
 
-    Parameters
-    ----------
-    quick : bool
-        Changes nothing here.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: changes nothing here.
     """
     items: list[Item] = []
     panels: list[Panel] = []
@@ -46,15 +39,7 @@ def shapes(quick: bool) -> Outcome:
 def spans_of(data: "xr.Dataset", mode: int) -> dict[str, Array]:
     """Shape of each span.
 
-    Parameters
-    ----------
-    data : xarray.Dataset
-        Of `cabledrive.studies.mode_shapes`.
-    mode : int
-
-    Returns
-    -------
-    dict of str to ndarray
+    ``data``: of `cabledrive.studies.mode_shapes`.
     """
     shape = data["displacement"].isel(mode=mode)
     return {str(span): shape.sel(span=span).to_numpy() for span in data["span"].to_numpy()}
@@ -102,16 +87,7 @@ def _phases(data: "xr.Dataset") -> list[Item]:
 def shape_panel(figure: str, data: "xr.Dataset", mode: int) -> Panel:
     """Shape of both spans as a panel.
 
-    Parameters
-    ----------
-    figure : str
-    data : xarray.Dataset
-        Of `cabledrive.studies.mode_shapes`.
-    mode : int
-
-    Returns
-    -------
-    Panel
+    ``data``: of `cabledrive.studies.mode_shapes`.
     """
     found = spans_of(data, mode)
     return Panel(

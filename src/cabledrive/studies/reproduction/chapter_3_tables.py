@@ -26,14 +26,7 @@ PLACES = {
 def table_3_1(quick: bool) -> Outcome:
     """Every row of Table 3.1 beside the packaged drives.
 
-    Parameters
-    ----------
-    quick : bool
-        Changes nothing here.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: changes nothing here.
     """
     items: list[Item] = []
     for number, (first, second) in CONFIGURATIONS.items():
@@ -80,14 +73,7 @@ def table_3_1(quick: bool) -> Outcome:
 def table_3_2_items(quick: bool) -> Outcome:
     """Every number of Table 3.2, by certified modes; where it differs, the conventions that give the print.
 
-    Parameters
-    ----------
-    quick : bool
-        Changes nothing here.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: changes nothing here.
     """
     data = table_3_2()
     keys = {words: key for key, words in QUANTITIES.items()}

@@ -21,14 +21,7 @@ MASS_RATIOS = (0.0, 1.0, 5.0, 10.0, 50.0)
 def transporter(quick: bool) -> Outcome:
     """Figs. 3.8 to 3.10: the fundamental over the place of a mass, and its shape with the mass at midspan.
 
-    Parameters
-    ----------
-    quick : bool
-        Fewer places.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: fewer places.
     """
     drive = load_drive("dissertation-1")
     places = np.linspace(0.0, drive.span_length, 21 if quick else 81)

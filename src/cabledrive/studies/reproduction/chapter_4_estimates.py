@@ -24,15 +24,7 @@ SAME = 0.05
 def experiment(one: Experiment, quick: bool) -> Outcome:
     """Regressors before and after the filter, and the modelling error, of one experiment.
 
-    Parameters
-    ----------
-    one : Experiment
-    quick : bool
-        Changes nothing here.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: changes nothing here.
     """
     log = bench_log(one.rig, one.frequencies, one.amplitudes)
     angle, torque, h = log.channel("angle"), log.channel("torque"), log.interval
@@ -124,14 +116,7 @@ def _smooth_regressors(angle: Array, h: float) -> Array:
 def section_4_2(quick: bool) -> Outcome:
     """The settings of the estimation.
 
-    Parameters
-    ----------
-    quick : bool
-        Changes nothing here.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: changes nothing here.
     """
     test = BENCH_TESTS[1]
     exact = bench_log(test, (3.0, 4.0), (0.1, 0.1))

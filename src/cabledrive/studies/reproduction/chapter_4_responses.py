@@ -22,22 +22,12 @@ FRICTION = (
 
 
 def motor_alone() -> LumpedChain:
-    """The motor of Table 4.1.
-
-    Returns
-    -------
-    LumpedChain
-    """
+    """The motor of Table 4.1."""
     return bench_rig(BENCH_TESTS[0]).chain
 
 
 def motor_with_pulley() -> LumpedChain:
-    """Motor and drive pulley with the joint of section 4.3.2.
-
-    Returns
-    -------
-    LumpedChain
-    """
+    """Motor and drive pulley with the joint of section 4.3.2."""
     both = BENCH_TESTS[1]
     return LumpedChain(
         names=("motor", "drive"),
@@ -54,14 +44,7 @@ def motor_with_pulley() -> LumpedChain:
 def figure_4_17(quick: bool) -> Outcome:
     """Fig. 4.17: the motor alone.
 
-    Parameters
-    ----------
-    quick : bool
-        Changes nothing here.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: changes nothing here.
     """
     found = measured_response(motor_alone())
     off = found.off
@@ -84,14 +67,7 @@ def figure_4_17(quick: bool) -> Outcome:
 def figure_4_19(quick: bool) -> Outcome:
     """Fig. 4.19: motor and drive pulley, with the joint.
 
-    Parameters
-    ----------
-    quick : bool
-        Changes nothing here.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: changes nothing here.
     """
     found = measured_response(motor_with_pulley())
     off = found.off

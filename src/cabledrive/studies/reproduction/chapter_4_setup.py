@@ -29,14 +29,7 @@ SEED = 2015
 def section_4_1(quick: bool) -> Outcome:
     """Every number of the description of the rig.
 
-    Parameters
-    ----------
-    quick : bool
-        Changes nothing here.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: changes nothing here.
     """
     sensors, gear = load_drive("dissertation-3").sensors, gear_ratio()
     assert sensors is not None
@@ -131,14 +124,7 @@ def section_4_1(quick: bool) -> Outcome:
 def figure_4_6(quick: bool) -> Outcome:
     """Fig. 4.6: grey frame, threshold, unwanted pixels removed, centroid; on frames that are made up.
 
-    Parameters
-    ----------
-    quick : bool
-        Fewer frames.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: fewer frames.
     """
     rng = np.random.default_rng(SEED)
     truth, found = [], []
@@ -185,14 +171,7 @@ def _frame(row: float, column: float, rng: np.random.Generator) -> NDArray[np.fl
 def figure_4_21(quick: bool) -> Outcome:
     """Fig. 4.21 and (4.20): the amplifier's gain.
 
-    Parameters
-    ----------
-    quick : bool
-        Changes nothing here.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: changes nothing here.
     """
     hertz = np.geomspace(1.0, 500.0, 200)
     bandwidth = load_drive("dissertation-3").motor.current_bandwidth or np.inf  # type: ignore[union-attr]
@@ -252,14 +231,7 @@ def figure_4_21(quick: bool) -> Outcome:
 def section_4_3(quick: bool) -> Outcome:
     """The excitation and the windows of the frequency responses.
 
-    Parameters
-    ----------
-    quick : bool
-        Changes nothing here.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: changes nothing here.
     """
     spacing = (500.0 - 1.0) / (1000 - 1)
     hann = np.hanning(5000)

@@ -25,14 +25,7 @@ PRINTED = {
 def table_4_1(quick: bool) -> Outcome:
     """Table 4.1: twelve estimates.
 
-    Parameters
-    ----------
-    quick : bool
-        Changes nothing here.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: changes nothing here.
     """
     items: list[Item] = []
     for rig in BENCH_TESTS:
@@ -78,14 +71,7 @@ def table_4_1(quick: bool) -> Outcome:
 def table_4_2(quick: bool) -> Outcome:
     """Table 4.2: inertias by differences.
 
-    Parameters
-    ----------
-    quick : bool
-        Changes nothing here.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: changes nothing here.
     """
     found = inertias_of_the_rigs(*(identified(rig) for rig in BENCH_TESTS))
     exact = {

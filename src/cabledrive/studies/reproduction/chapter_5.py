@@ -30,14 +30,7 @@ SMALL_PLUCKS = (3e-4, 1e-4)
 def figure_5_4(quick: bool) -> Outcome:
     """Figs. 5.4 and 5.6: forced response at tuning, by the exact loop.
 
-    Parameters
-    ----------
-    quick : bool
-        Changes nothing here.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: changes nothing here.
     """
     drive = tuned_drive(load_drive("dissertation-2"))
     found = forced_response(drive)
@@ -93,14 +86,7 @@ def figure_5_4(quick: bool) -> Outcome:
 def figure_5_5(quick: bool) -> Outcome:
     """Fig. 5.5: midpoint while the tension rises slowly.
 
-    Parameters
-    ----------
-    quick : bool
-        Changes nothing here.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: changes nothing here.
     """
     found = swept_response(tuned_drive(load_drive("dissertation-2")))
     item = claimed(

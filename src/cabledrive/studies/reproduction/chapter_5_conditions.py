@@ -21,14 +21,7 @@ DRIVE_RATIOS = (1.0, 10.0, 1000.0)
 def figure_5_2(quick: bool) -> Outcome:
     """Fig. 5.2: frequency ratio over the mass ratios, for some tensions.
 
-    Parameters
-    ----------
-    quick : bool
-        Changes nothing here.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: changes nothing here.
     """
     cable = load_drive("dissertation-2").cable
     chi2 = np.geomspace(0.1, 100.0, 120)
@@ -66,14 +59,7 @@ def figure_5_2(quick: bool) -> Outcome:
 def figure_5_3(quick: bool) -> Outcome:
     """Fig. 5.3: contours of resonance, and configuration 2 on its own.
 
-    Parameters
-    ----------
-    quick : bool
-        Changes nothing here.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: changes nothing here.
     """
     drive = load_drive("dissertation-2")
     chi1 = np.geomspace(1.0, 3000.0, 400)
@@ -128,14 +114,7 @@ def figure_5_3(quick: bool) -> Outcome:
 def section_5(quick: bool) -> Outcome:
     """Numbers of the prose of chapter 5.
 
-    Parameters
-    ----------
-    quick : bool
-        Changes nothing here.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: changes nothing here.
     """
     drive = tuned_drive(load_drive("dissertation-2"))
     model = autoparametric_model(drive)

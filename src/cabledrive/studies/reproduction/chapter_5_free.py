@@ -37,14 +37,7 @@ LIGHT = 0.25
 def figure_5_7(quick: bool) -> Outcome:
     """Fig. 5.7: free response after unequal plucks.
 
-    Parameters
-    ----------
-    quick : bool
-        Changes nothing here.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: changes nothing here.
     """
     drive = tuned_drive(load_drive("dissertation-2"))
     load_pulley = replace(drive.load_pulley, viscous_friction=LIGHT * drive.load_pulley.viscous_friction)

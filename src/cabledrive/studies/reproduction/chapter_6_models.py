@@ -39,14 +39,7 @@ PROSE_6_3 = ((7.0, "lowest natural frequency, around 7 Hz"), (120.0, "higher mod
 def figure_6_1(quick: bool) -> Outcome:
     """Fig. 6.1: the pulse, and the polynomial behind it.
 
-    Parameters
-    ----------
-    quick : bool
-        Changes nothing here.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: changes nothing here.
     """
     motion = Motion(order=9)
     time = np.linspace(0.0, 2 * (motion.rise + motion.dwell), 801)
@@ -110,14 +103,7 @@ def _conditions() -> np.ndarray:
 def table_6_1(quick: bool) -> Outcome:
     """Table 6.1 beside the packaged drive, and what it says of the cable's spring.
 
-    Parameters
-    ----------
-    quick : bool
-        Changes nothing here.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: changes nothing here.
     """
     drive = drive_3()
     cable, motor = drive.cable, drive.motor
@@ -164,14 +150,7 @@ def table_6_1(quick: bool) -> Outcome:
 def table_6_2(quick: bool) -> Outcome:
     """Table 6.2 beside the packaged drive.
 
-    Parameters
-    ----------
-    quick : bool
-        Changes nothing here.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: changes nothing here.
     """
     drive = drive_3()
     assert drive.lumped is not None
@@ -200,14 +179,7 @@ def table_6_2(quick: bool) -> Outcome:
 def figure_6_3(quick: bool) -> Outcome:
     """Fig. 6.3: response of Models 3 and 4, and the measured one by the virtual rig.
 
-    Parameters
-    ----------
-    quick : bool
-        Changes nothing here.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: changes nothing here.
     """
     chains = {number: lumped_model(drive_3(), number) for number in (3, 4)}
     hertz = natural_frequencies_of(chains[4]) / (2 * pi)

@@ -13,14 +13,7 @@ from cabledrive.studies.reproduction.rig_runs import run
 def prose(quick: bool) -> Outcome:
     """Bounds and gains of the prose of sections 6.5.1, 6.6.1 and 6.7.2.
 
-    Parameters
-    ----------
-    quick : bool
-        Changes nothing here.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: changes nothing here.
     """
     table = BENCH_TESTS[1]
     truth = {"p2": table.inertia, "p3": table.viscous, "p4": table.coulomb, "p5": table.offset}

@@ -33,16 +33,7 @@ BLAMED = ("darc-3", "backstepping")
 def followed(law: str, quick: bool) -> Outcome:
     """The figures of one of the laws that follow: output, error, surface, torque, estimates.
 
-    Parameters
-    ----------
-    law : str
-        A key of `LAWS`.
-    quick : bool
-        Fewer encoder phases.
-
-    Returns
-    -------
-    Outcome
+    ``law``: a key of `LAWS`; ``quick``: fewer encoder phases.
     """
     _section, words, *_ = LAWS[law]
     runs = [run(law, seed=seed) for seed in range(QUICK_SEEDS if quick else SEEDS)]

@@ -24,14 +24,7 @@ BANDWIDTHS = (5.0, 6.0, 7.0, 8.0)
 def model_1(quick: bool) -> Outcome:
     """Figs. 6.5 to 6.8: the law of Model 1 at growing bandwidth, on the drive pulley's encoder.
 
-    Parameters
-    ----------
-    quick : bool
-        Changes nothing here.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: changes nothing here.
     """
     runs = {hertz: run("darc-1", hertz, "drive") for hertz in BANDWIDTHS}
     slow, fast = runs[BANDWIDTHS[0]], runs[BANDWIDTHS[-1]]
@@ -114,14 +107,7 @@ def _spectrum_panel(figure: str, curves: tuple[Curve, ...]) -> Panel:
 def model_2(quick: bool) -> Outcome:
     """Figs. 6.9 and 6.10: the law of Model 2 at its printed bandwidth.
 
-    Parameters
-    ----------
-    quick : bool
-        Changes nothing here.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: changes nothing here.
     """
     found = run("darc-2")
     hertz, size = peak_of(dwell_spectrum(found, -1))

@@ -29,14 +29,7 @@ OTHERWISE = (DIFFERS, UNEXPLAINED)
 def conclusions(quick: bool) -> Outcome:
     """Statements of Section 7.1.
 
-    Parameters
-    ----------
-    quick : bool
-        Changes nothing here.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: changes nothing here.
     """
     items = [_reduction(), _avoided(), _spring_damper(), _dominant(), _bandwidth(), _ignored()]
     items.append(

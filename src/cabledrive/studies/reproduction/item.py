@@ -99,43 +99,16 @@ class Entry:
 def place(anchor: str, *, control: bool = False) -> str:
     """Words that point to an item of the errata.
 
-    Parameters
-    ----------
-    anchor : str
-    control : bool, default False
-        On the page of chapter 6.
-
-    Returns
-    -------
-    str
+    ``control``: on the page of chapter 6.
     """
     return f"docs/errata{'_control' if control else ''}.md#{anchor}"
 
 
 def rms(values: ArrayLike) -> float:
-    """Root of the mean square.
-
-    Parameters
-    ----------
-    values : array_like
-
-    Returns
-    -------
-    float
-    """
+    """Root of the mean square."""
     return float(np.sqrt(np.mean(np.asarray(values, dtype=float) ** 2)))
 
 
 def outcome(items: Sequence[Item], panels: Sequence[Panel] = ()) -> Outcome:
-    """Put an outcome together.
-
-    Parameters
-    ----------
-    items : sequence of Item
-    panels : sequence of Panel
-
-    Returns
-    -------
-    Outcome
-    """
+    """Put an outcome together."""
     return Outcome(items=tuple(items), panels=tuple(panels))

@@ -28,27 +28,9 @@ def compared(
 ) -> Item:
     """A printed number beside a computed one: it agrees inside the print's rounding or a stated tolerance.
 
-    Parameters
-    ----------
-    name : str
-        Becomes the id.
-    source : str
-    printed : str
-        Digits as printed.
-    computed : float
-    unit : str
-    tolerance : float, default 0.0
-        In the unit, beyond the rounding.
-    note : str, default ""
-        Where it agrees.
-    otherwise : (str, str)
-        Verdict and reason where it does not.
-    tested : bool, default True
-        Whether `computed` comes from a computation and not from printed values.
-
-    Returns
-    -------
-    Item
+    ``name``: becomes the id; ``printed``: digits as printed; ``tolerance``: in the unit, beyond the rounding;
+    ``note``: where it agrees; ``otherwise``: verdict and reason where it does not; ``tested``: whether
+    `computed` comes from a computation and not from printed values.
     """
     value = float(printed)
     half = 0.5 * last_place(printed)
@@ -70,14 +52,7 @@ def compared(
 def last_place(printed: str) -> float:
     """Value of the last printed digit.
 
-    Parameters
-    ----------
-    printed : str
-        Such as "0.0011", "7.316e-6" or "1000".
-
-    Returns
-    -------
-    float
+    ``printed``: such as "0.0011", "7.316e-6" or "1000".
     """
     mantissa, _, exponent = printed.lower().partition("e")
     return float(10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2])))
@@ -96,24 +71,9 @@ def claimed(
 ) -> Item:
     """A claim in words beside what is found.
 
-    Parameters
-    ----------
-    name : str
-        Becomes the id.
-    source : str
-    printed, computed : str
-        The claim, and what is found.
-    holds : bool
-    otherwise : (str, str)
-        Verdict and reason where it does not hold.
-    note : str, default ""
-        Where it does.
-    tested : bool, default True
-        Whether what is found comes from a computation and not from the print alone.
-
-    Returns
-    -------
-    Item
+    ``name``: becomes the id; ``printed``, ``computed``: the claim, and what is found; ``otherwise``: verdict
+    and reason where it does not hold; ``note``: where it does; ``tested``: whether what is found comes from a
+    computation and not from the print alone.
     """
     return Item(
         id=name,
@@ -133,19 +93,7 @@ def erratum(
 ) -> Item:
     """A printed number or claim that the derivation contradicts.
 
-    Parameters
-    ----------
-    name : str
-        Becomes the id.
-    source : str
-    printed, computed : float, str or None
-    unit : str
-    why : str
-        With the place of the derivation.
-
-    Returns
-    -------
-    Item
+    ``name``: becomes the id; ``why``: with the place of the derivation.
     """
     numbers = isinstance(printed, float) and isinstance(computed, float) and printed != 0.0
     deviation = float(computed) / float(printed) - 1.0 if numbers else None  # type: ignore[arg-type]
@@ -165,19 +113,7 @@ def erratum(
 def not_comparable(name: str, source: str, printed: float, computed: float, unit: str, why: str) -> Item:
     """A printed and a computed figure whose conditions differ: both are shown, and neither is judged.
 
-    Parameters
-    ----------
-    name : str
-        Becomes the id.
-    source : str
-    printed, computed : float
-    unit : str
-    why : str
-        What of the print's conditions is lost.
-
-    Returns
-    -------
-    Item
+    ``name``: becomes the id; ``why``: what of the print's conditions is lost.
     """
     return Item(
         id=name,
@@ -195,18 +131,7 @@ def not_comparable(name: str, source: str, printed: float, computed: float, unit
 def unknown(name: str, source: str, printed: str | float | None, unit: str, why: str) -> Item:
     """Something that cannot be computed.
 
-    Parameters
-    ----------
-    name : str
-        Becomes the id.
-    source : str
-    printed : float, str or None
-    unit : str
-    why : str
-
-    Returns
-    -------
-    Item
+    ``name``: becomes the id.
     """
     return Item(
         id=name,
@@ -224,20 +149,7 @@ def unknown(name: str, source: str, printed: str | float | None, unit: str, why:
 def taken(name: str, source: str, printed: str, used: float, unit: str, note: str = "") -> Item:
     """A parameter that is an input: the value this package uses for it.
 
-    Parameters
-    ----------
-    name : str
-        Becomes the id.
-    source : str
-    printed : str
-        Digits as printed.
-    used : float
-    unit : str
-    note : str, default ""
-
-    Returns
-    -------
-    Item
+    ``name``: becomes the id; ``printed``: digits as printed.
     """
     words = f"{INPUT}; {note}" if note else INPUT
     return compared(name, source, printed, used, unit, note=words, tested=False)

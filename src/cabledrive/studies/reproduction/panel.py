@@ -52,12 +52,7 @@ class Panel:
     log_y: bool = False
 
     def plain(self) -> dict[str, Any]:
-        """The panel as JSON gives it, null where a curve is broken.
-
-        Returns
-        -------
-        dict
-        """
+        """The panel as JSON gives it, null where a curve is broken."""
         data = asdict(self)
         for curve in data["curves"]:
             for axis in ("x", "y"):
@@ -68,14 +63,7 @@ class Panel:
 def curve(name: str, x: ArrayLike, y: ArrayLike) -> Curve:
     """A curve with at most `MOST_POINTS` points; of more, smallest and largest of each stretch.
 
-    Parameters
-    ----------
-    name : str
-    x, y : array_like, shape (n,)
-
-    Returns
-    -------
-    Curve
+    ``x``, ``y``, shape (n,).
     """
     across, up = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     if across.size > MOST_POINTS:
@@ -98,14 +86,7 @@ def _rounded(values: np.ndarray) -> tuple[float, ...]:
 def panel_of(data: dict[str, Any]) -> Panel:
     """A panel from its plain data.
 
-    Parameters
-    ----------
-    data : dict
-        Of `Panel.plain`.
-
-    Returns
-    -------
-    Panel
+    ``data``: of `Panel.plain`.
     """
 
     def _values(found: list[float | None]) -> tuple[float, ...]:

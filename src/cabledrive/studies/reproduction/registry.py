@@ -46,10 +46,5 @@ SKETCHES = (
 
 
 def entries() -> tuple[Entry, ...]:
-    """All entries, in the order of the print.
-
-    Returns
-    -------
-    tuple of Entry
-    """
+    """All entries, in the order of the print."""
     return tuple(entry for name in MODULES for entry in import_module(f"{__package__}.{name}").ENTRIES)

@@ -49,16 +49,7 @@ class MeasuredResponse:
         return float(np.median(np.abs(self.measured[band] / self.theory[band] - 1.0)))
 
     def panel(self, figure: str, title: str) -> Panel:
-        """Magnitudes of both.
-
-        Parameters
-        ----------
-        figure, title : str
-
-        Returns
-        -------
-        Panel
-        """
+        """Magnitudes of both."""
         band = (self.frequency >= 1.0) & (self.frequency <= 500.0)
         return Panel(
             figure=figure,
@@ -77,16 +68,7 @@ class MeasuredResponse:
 def measured_response(chain: LumpedChain, window: float = LONG_WINDOW) -> MeasuredResponse:
     """Response from compensated torque to motor speed, Section 4.3, on a virtual rig.
 
-    Parameters
-    ----------
-    chain : LumpedChain
-        The rig.
-    window : float
-        Of the Hann windows [s]; those of the print, 1 s, do not part its lines.
-
-    Returns
-    -------
-    MeasuredResponse
+    ``chain``: the rig; ``window``: of the Hann windows [s]; those of the print, 1 s, do not part its lines.
     """
     rng = np.random.default_rng(SEED)
     rig: VirtualRig = replace(rig_of(load_drive("dissertation-3")), chain=chain, encoders={"angle": 2600})

@@ -37,19 +37,8 @@ def run(
 ) -> Tracking:
     """One run on the rig of configuration 3.
 
-    Parameters
-    ----------
-    law : str
-    bandwidth : float, optional
-        [Hz]; as printed unless given.
-    feedback : {"motor", "drive"}
-    seed : int
-    plant : str, optional
-        Model 4 unless given.
-
-    Returns
-    -------
-    Tracking
+    ``bandwidth`` [Hz]; as printed unless given; ``feedback``, {"motor", "drive"}; ``plant``: Model 4 unless
+    given.
     """
     motion = LONG if law in ("darc-1", "darc-2") else PULSE
     options = RigOptions(feedback=feedback)
@@ -69,10 +58,7 @@ def run(
 def held_frequency() -> float:
     """The load's mode while the law holds the drive pulley, sqrt(beta)/(2 pi).
 
-    Returns
-    -------
-    float
-        [Hz].
+    Returns [Hz].
     """
     drive = load_drive("dissertation-3")
     stiffness, _ = rim_spring(drive)
@@ -82,18 +68,8 @@ def held_frequency() -> float:
 def slower_rise(law: str, wanted: float, seeds: int) -> str:
     """The shortest of some rises at which an error is reached, as the encoder of the load shows it.
 
-    Parameters
-    ----------
-    law : str
-    wanted : float
-        [deg].
-    seeds : int
-        Encoder phases.
-
-    Returns
-    -------
-    str
-        In words.
+    ``wanted`` [deg]; ``seeds``: encoder phases.
+    Returns in words.
     """
     for rise in RISES:
         errors = [
@@ -114,16 +90,8 @@ def slower_rise(law: str, wanted: float, seeds: int) -> str:
 def dwell_spectrum(found: Tracking, inertia: int) -> tuple[Array, Array]:
     """Amplitude spectrum of an angle's error in the last dwell.
 
-    Parameters
-    ----------
-    found : Tracking
-    inertia : int
-        From the motor; -1 is the load, -2 the drive pulley.
-
-    Returns
-    -------
-    frequency, amplitude : ndarray, shape (n,)
-        [Hz], [deg].
+    ``inertia``: from the motor; -1 is the load, -2 the drive pulley.
+    Returns ``frequency, amplitude``, shape (n,) [Hz], [deg].
     """
     interval = float(found.time[1])
     still = found.time > found.time[-1] - found.summary["motion"]["dwell"]
@@ -139,16 +107,7 @@ def dwell_spectrum(found: Tracking, inertia: int) -> tuple[Array, Array]:
 def peak_of(spectrum: tuple[Array, Array], low: float = 2.0, high: float = 200.0) -> tuple[float, float]:
     """Highest peak of a spectrum in a band.
 
-    Parameters
-    ----------
-    spectrum : (ndarray, ndarray)
-        Frequency [Hz] and amplitude.
-    low, high : float
-        [Hz].
-
-    Returns
-    -------
-    frequency, amplitude : float
+    ``spectrum``: frequency [Hz] and amplitude; ``low``, ``high`` [Hz].
     """
     frequency, amplitude = spectrum
     band = (frequency >= low) & (frequency <= high)

@@ -97,15 +97,7 @@ class Reproduction:
 def call_of(entry: Entry, quick: bool = False) -> str:
     """The call in Python that computes an entry: items and the data of its figures.
 
-    Parameters
-    ----------
-    entry : Entry
-    quick : bool, default False
-
-    Returns
-    -------
-    str
-        Such as ``cabledrive.studies.reproduction.chapter_5_conditions.figure_5_3(quick=False)``.
+    Returns such as ``cabledrive.studies.reproduction.chapter_5_conditions.figure_5_3(quick=False)``.
     """
     made = entry.compute
     values: tuple[Any, ...] = getattr(made, "args", ())
@@ -128,19 +120,9 @@ def _written(value: Any) -> str:
 def chosen_entries(only: str | None = None) -> tuple[Entry, ...]:
     """Entries that a text asks for.
 
-    Parameters
-    ----------
-    only : str, optional
-        Part of what an entry covers, "Fig. 5.3", "Table 3.2", "Section 6", or of its name; all unless given.
-
-    Returns
-    -------
-    tuple of Entry
-
-    Raises
-    ------
-    InputRefused
-        If no entry has it.
+    ``only``: part of what an entry covers, "Fig. 5.3", "Table 3.2", "Section 6", or of its name; all unless
+    given.
+    Raises `InputRefused` if no entry has it.
     """
     every = entries()
     if only is None:
@@ -157,16 +139,7 @@ def chosen_entries(only: str | None = None) -> tuple[Entry, ...]:
 
 
 def mentions(text: str, only: str) -> bool:
-    """Whether a text holds another as a whole: "Fig. 5.3" is in "Fig. 5.3, Fig. 5.4" and not in "Fig. 5.30".
-
-    Parameters
-    ----------
-    text, only : str
-
-    Returns
-    -------
-    bool
-    """
+    """Whether a text holds another as a whole: "Fig. 5.3" is in "Fig. 5.3, Fig. 5.4", not in "Fig. 5.30"."""
     wanted = re.escape(" ".join(only.split()))
     return bool(wanted) and re.search(rf"(?<![\w.]){wanted}(?!\w)", text, re.IGNORECASE) is not None
 
@@ -235,10 +208,7 @@ def reproduce(
 def source_hash() -> str:
     """Hash of every source and drive file of the package but for those of report and door.
 
-    Returns
-    -------
-    str
-        64 hexadecimal digits.
+    Returns 64 hexadecimal digits.
     """
     root = Path(str(resources.files("cabledrive")))
     digest = hashlib.sha256()

@@ -8,26 +8,14 @@ from cabledrive.studies.reproduction.judge import compared, erratum, unknown
 
 
 def drive_3() -> Drive:
-    """Configuration 3.
-
-    Returns
-    -------
-    Drive
-    """
+    """Configuration 3."""
     return load_drive("dissertation-3")
 
 
 def table_6_3(quick: bool) -> Outcome:
     """Table 6.3: estimates and bounds by their definitions.
 
-    Parameters
-    ----------
-    quick : bool
-        Changes nothing here.
-
-    Returns
-    -------
-    Outcome
+    ``quick``: changes nothing here.
     """
     drive = drive_3()
     assert drive.motor is not None

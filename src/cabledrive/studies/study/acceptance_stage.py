@@ -105,14 +105,7 @@ class AcceptanceResult:
     def quantile(self, share: float) -> float | None:
         """Error that a share of all runs kept below.
 
-        Parameters
-        ----------
-        share : float
-
-        Returns
-        -------
-        float or None
-            [rad]; None where too many runs ended early, or without runs.
+        Returns [rad]; None where too many runs ended early, or without runs.
         """
         return quantile_of_all(self.peaks, self.draws, share)
 
@@ -136,27 +129,9 @@ def accept(
 
     A law that has missed the goal more often than all the runs allow is not run further.
 
-    Parameters
-    ----------
-    drive : Drive
-        With the best values.
-    motion : Motion
-    known : Knowledge
-    law : Controller
-    draws, seed : int
-    torque, error : float or None
-        Goals [N m], [rad].
-    cable : bool
-        Whether the plants are distributed nonlinear cables.
-    cache : StageCache
-    inputs : mapping
-        All that the stage depends on, for the blocks' keys.
-    bound : float, optional
-        Stated for the law [rad].
-
-    Returns
-    -------
-    AcceptanceResult
+    ``drive``: with the best values; ``torque``, ``error``: goals [N m], [rad]; ``cable``: whether the plants
+    are distributed nonlinear cables; ``inputs``: all that the stage depends on, for the blocks' keys;
+    ``bound``: stated for the law [rad].
     """
     loop = joined_loop(drive, drive, law, motion, torque, cable=cable)
     plant, size = ("cable", CABLE_BLOCK) if cable else ("lumped", BLOCK)
@@ -257,14 +232,7 @@ def _worst(loop: Loop, drive: Drive, known: Knowledge, seed: int, draw: int) -> 
 def no_runs(plant: str, reason: str) -> AcceptanceResult:
     """An acceptance that was not made, with its reason.
 
-    Parameters
-    ----------
-    plant : {"lumped", "cable"}
-    reason : str
-
-    Returns
-    -------
-    AcceptanceResult
+    ``plant``, {"lumped", "cable"}.
     """
     return AcceptanceResult(
         plant=plant,

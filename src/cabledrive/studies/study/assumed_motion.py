@@ -24,21 +24,9 @@ STEPS = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 def goals_for(drive: Drive, goals: Goals) -> Goals:
     """Goals whose motion is complete; travel of a carriage and turn of its pulley agree.
 
-    Parameters
-    ----------
-    drive : Drive
-    goals : Goals
-
-    Returns
-    -------
-    Goals
-        What was assumed stands in `Goals.assumed`.
-
-    Raises
-    ------
-    InputRefused
-        If they speak of a carriage and there is none, or of an angle where there is one, or the way leaves
-        the span.
+    Returns what was assumed stands in `Goals.assumed`.
+    Raises `InputRefused` if they speak of a carriage and there is none, or of an angle where there is one, or
+    the way leaves the span.
     """
     _check_words(drive, goals)
     radius, assumed = drive.load_pulley.radius, []

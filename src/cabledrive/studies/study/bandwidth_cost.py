@@ -100,23 +100,9 @@ def evaluate(
 ) -> tuple[Candidate, dict[str, float]]:
     """The parts of the bound at one bandwidth.
 
-    Parameters
-    ----------
-    drive : Drive
-        With the best values.
-    motion : Motion
-    quantities : mapping of str to Quantity
-    model : {1, 3, 4}
-    hertz : float
-        lambda/(2 pi) [Hz].
-    torque : float or None
-        Largest torque of the goals [N m].
-
-    Returns
-    -------
-    candidate : Candidate
-    shares : dict of str to float
-        What each quantity adds [rad].
+    ``drive``: with the best values; ``model``, {1, 3, 4}; ``hertz``: lambda/(2 pi) [Hz]; ``torque``: largest
+    torque of the goals [N m].
+    Returns ``shares``: what each quantity adds [rad].
     """
     law = make_law(drive, motion, quantities, model, hertz)
     ideal = joined_loop(drive, drive, law, motion, torque, options=rig_options(drive, ideal=True))
@@ -157,34 +143,15 @@ def evaluate(
 
 
 def without_counts(rig: RigNumbers) -> RigNumbers:
-    """The same encoders, so fine that counting adds nothing.
-
-    Parameters
-    ----------
-    rig : RigNumbers
-
-    Returns
-    -------
-    RigNumbers
-    """
+    """The same encoders, so fine that counting adds nothing."""
     return rig._replace(counts=FINE * rig.counts, phases=np.zeros_like(rig.phases))
 
 
 def unmatched_part(loop: Loop, drive: Drive, quantities: Mapping[str, Quantity]) -> Unmatched | None:
     """How far springs, dampers and the load can move the error within their bounds.
 
-    Parameters
-    ----------
-    loop : Loop
-        Its filter in it, encoders without counts.
-    drive : Drive
-        With the best values.
-    quantities : mapping of str to Quantity
-
-    Returns
-    -------
-    Unmatched or None
-        None if a run ended early.
+    ``loop``: its filter in it, encoders without counts; ``drive``: with the best values.
+    Returns none if a run ended early.
     """
     nominal = _error(loop, drive, {})
     if nominal is None:

@@ -54,22 +54,9 @@ def score(
 ) -> LawScore:
     """What many runs of a law say.
 
-    Parameters
-    ----------
-    controller, setting : str
-    plant : {"lumped", "carriage", "cable"}
-    lasting : sequence of float
-        Largest error of each run that lasted, ascending [rad] or [m].
-    runs : int
-        All of them; 0: none were made.
-    goal : float or None
-        Largest error allowed [rad] or [m].
-    reason : str, optional
-        Why no runs were made.
-
-    Returns
-    -------
-    LawScore
+    ``plant``, {"lumped", "carriage", "cable"}; ``lasting``: largest error of each run that lasted, ascending
+    [rad] or [m]; ``runs``: all of them; 0: none were made; ``goal``: largest error allowed [rad] or [m];
+    ``reason``: why no runs were made.
     """
     share = low = None
     if goal is not None and runs:
@@ -93,17 +80,7 @@ def score(
 def lost(misses: int, runs: int, plant: str) -> bool:
     """Whether a law has missed the goal so often that the rest of the runs cannot mend it.
 
-    Parameters
-    ----------
-    misses : int
-        So far.
-    runs : int
-        That are planned.
-    plant : {"lumped", "carriage", "cable"}
-
-    Returns
-    -------
-    bool
+    ``misses``: so far; ``runs``: that are planned; ``plant``, {"lumped", "carriage", "cable"}.
     """
     return misses > max(misses_allowed(runs, ENOUGH[plant]), 0)
 
@@ -111,15 +88,8 @@ def lost(misses: int, runs: int, plant: str) -> bool:
 def closest(scores: Sequence[LawScore]) -> LawScore | None:
     """The law that reached the smallest error; with a goal the largest share decides first.
 
-    Parameters
-    ----------
-    scores : sequence of LawScore
-        Simplest law first.
-
-    Returns
-    -------
-    LawScore or None
-        None: no law has runs.
+    ``scores``: simplest law first.
+    Returns none: no law has runs.
     """
     made = [one for one in scores if one.runs]
     if not made:

@@ -110,16 +110,8 @@ class CarriageAcceptance:
     def quantile(self, share: float, *, rest: bool = False) -> float | None:
         """Error that a share of all runs kept below.
 
-        Parameters
-        ----------
-        share : float
-        rest : bool, default False
-            Only while the carriage is to stand.
-
-        Returns
-        -------
-        float or None
-            [m]; None where too many runs ended early.
+        ``rest``: only while the carriage is to stand.
+        Returns [m]; None where too many runs ended early.
         """
         return quantile_of_all(self.rests if rest else self.peaks, self.draws, share)
 
@@ -136,20 +128,7 @@ def accept_carriage(
 ) -> CarriageAcceptance:
     """Run the law on many plants, block by block; each finished block is kept.
 
-    Parameters
-    ----------
-    drive : Drive
-    goals : Goals
-    quantities : mapping of str to Quantity
-    bandwidth, left_out : float
-        [Hz], [m].
-    cache : StageCache
-    inputs : mapping
-        All that a block depends on, but which draws it holds.
-
-    Returns
-    -------
-    CarriageAcceptance
+    ``bandwidth``, ``left_out`` [Hz], [m]; ``inputs``: all that a block depends on, but which draws it holds.
     """
     case = case_of(drive, goals)
     loop, blocks = loop_at(case, bandwidth), []

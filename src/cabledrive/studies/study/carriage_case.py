@@ -91,16 +91,7 @@ class CarriageCase:
 def case_of(drive: Drive, goals: Goals) -> CarriageCase:
     """The motion and its feedforward, made once.
 
-    Parameters
-    ----------
-    drive : Drive
-        One that the law covers.
-    goals : Goals
-        As `goals_for` leaves them.
-
-    Returns
-    -------
-    CarriageCase
+    ``drive``: one that the law covers; ``goals``: as `goals_for` leaves them.
     """
     assert goals.travel is not None
     assert goals.duration is not None
@@ -132,17 +123,7 @@ def case_of(drive: Drive, goals: Goals) -> CarriageCase:
 def loop_at(case: CarriageCase, hertz: float, *, ideal: bool = False) -> CarriageLoop:
     """The scheduled law of a bandwidth, ready to run.
 
-    Parameters
-    ----------
-    case : CarriageCase
-    hertz : float
-        [Hz].
-    ideal : bool, default False
-        The encoders do not count but tell the displacements themselves.
-
-    Returns
-    -------
-    CarriageLoop
+    ``hertz`` [Hz]; ``ideal``: the encoders do not count but tell the displacements themselves.
     """
     tuning = tuning_for(
         case.design, 2.0 * pi * hertz, interval=case.interval, count=case.count, hanging=case.hanging
@@ -170,18 +151,7 @@ def loop_at(case: CarriageCase, hertz: float, *, ideal: bool = False) -> Carriag
 def growth(case: CarriageCase, loop: CarriageLoop, plant: Transporter) -> tuple[float, float]:
     """Largest real part of a pole of law, observer and frozen plant along the way, and where.
 
-    Parameters
-    ----------
-    case : CarriageCase
-    loop : CarriageLoop
-    plant : Transporter
-
-    Returns
-    -------
-    rate : float
-        [1/s]; below 0: stable.
-    place : float
-        [m].
+    Returns ``rate`` [1/s]; below 0: stable; ``place`` [m].
     """
     radius = [
         float(np.abs(frozen_poles(loop.law, plant, float(x), case.interval, WIND_TIME)).max())
@@ -194,15 +164,8 @@ def growth(case: CarriageCase, loop: CarriageLoop, plant: Transporter) -> tuple[
 def errors(case: CarriageCase, log: Array) -> Array:
     """Distance of the carriage from its planned course; below it, that of the hanging mass where one hangs.
 
-    Parameters
-    ----------
-    case : CarriageCase
-    log : ndarray, shape (samples, 23)
-
-    Returns
-    -------
-    ndarray, shape (1 or 2, samples)
-        [m].
+    ``log``, shape (samples, 23).
+    Returns shape (1 or 2, samples) [m].
     """
     n = len(log)
     if not case.hanging:
@@ -213,18 +176,8 @@ def errors(case: CarriageCase, log: Array) -> Array:
 def whole_run(case: CarriageCase, loop: CarriageLoop, values: Mapping[str, float], phases: Array) -> Array:
     """One run on a plant with other values.
 
-    Parameters
-    ----------
-    case : CarriageCase
-    loop : CarriageLoop
-    values : mapping of str to float
-    phases : ndarray, shape (2,)
-        Of the encoders, in counts.
-
-    Returns
-    -------
-    ndarray, shape (samples, 23)
-        Fewer samples where a strand went slack or the carriage left its span.
+    ``phases``, shape (2,): of the encoders, in counts.
+    Returns shape (samples, 23): fewer samples where a strand went slack or the carriage left its span.
     """
     given = carriage_values(case.drive, case.goals) | dict(values)
     return run_carriage(loop, transporter_with(case.drive, given), phases)
@@ -233,32 +186,15 @@ def whole_run(case: CarriageCase, loop: CarriageLoop, values: Mapping[str, float
 def torque_of(case: CarriageCase, log: Array) -> tuple[float, float]:
     """Largest torque of a run, and the share of the samples at the limit.
 
-    Parameters
-    ----------
-    case : CarriageCase
-    log : ndarray, shape (samples, 23)
-
-    Returns
-    -------
-    torque : float
-        [N m].
-    saturated : float
+    ``log``, shape (samples, 23).
+    Returns ``torque`` [N m].
     """
     force = np.abs(log[:, FORCE])
     return float(force.max()) * case.design.radius, float(np.mean(force >= (1.0 - 1e-9) * case.limit))
 
 
 def at_its_bounds(quantities: Mapping[str, Quantity]) -> Iterator[tuple[str, tuple[float, float]]]:
-    """Each quantity that is not known for sure, with its bounds.
-
-    Parameters
-    ----------
-    quantities : mapping of str to Quantity
-
-    Yields
-    ------
-    (str, (float, float))
-    """
+    """Each quantity that is not known for sure, with its bounds."""
     for name, quantity in quantities.items():
         if quantity.low < quantity.high:
             yield name, quantity.outer

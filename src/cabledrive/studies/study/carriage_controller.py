@@ -105,17 +105,7 @@ def design_carriage_law(
 ) -> CarriageController:
     """The scheduled law with the smallest estimated error.
 
-    Parameters
-    ----------
-    drive : Drive
-    goals : Goals
-    quantities : mapping of str to Quantity
-    left_out : float
-        What the model leaves out [m].
-
-    Returns
-    -------
-    CarriageController
+    ``left_out``: what the model leaves out [m].
     """
     case = case_of(drive, goals)
     lowest, rate = float(case.cable_frequencies.min()), 1.0 / case.interval / SAMPLES_PER_PERIOD
@@ -169,18 +159,8 @@ def evaluate(
 ) -> tuple[CarriageCandidate, dict[str, float]]:
     """What one bandwidth costs.
 
-    Parameters
-    ----------
-    case : CarriageCase
-    quantities : mapping of str to Quantity
-    hertz, left_out : float
-        [Hz], [m].
-
-    Returns
-    -------
-    candidate : CarriageCandidate
-    shares : dict of str to float
-        What each number adds [m].
+    ``hertz``, ``left_out`` [Hz], [m].
+    Returns ``shares``: what each number adds [m].
     """
     none = dict.fromkeys(("nominal", "uncertain", "sensors", "estimate", "torque", "growth"))
     empty = CarriageCandidate(bandwidth=hertz, refused="", **none)

@@ -49,17 +49,7 @@ class CarriageModel:
 
 
 def carriage_model(drive: Drive, goals: Goals) -> CarriageModel:
-    """Hold the model's frequency against the certified one along the way.
-
-    Parameters
-    ----------
-    drive : Drive
-    goals : Goals
-
-    Returns
-    -------
-    CarriageModel
-    """
+    """Hold the model's frequency against the certified one along the way."""
     case, machine = case_of(drive, goals), with_measured_stiffness(drive)
     places = tuple(float(x) for x in np.linspace(*case.ends, 3))
     found = CarriageModel(
@@ -96,17 +86,7 @@ def _left_out(case: CarriageCase) -> float:
 
 
 def carriage_demand(drive: Drive, goals: Goals) -> DemandResult:
-    """Torque, speed and tension along the feedforward's motion.
-
-    Parameters
-    ----------
-    drive : Drive
-    goals : Goals
-
-    Returns
-    -------
-    DemandResult
-    """
+    """Torque, speed and tension along the feedforward's motion."""
     demands = _demands(drive, goals)
     exceeded = [demand.name for demand in demands if not demand.met]
     if not exceeded:

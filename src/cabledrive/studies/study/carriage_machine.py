@@ -49,15 +49,8 @@ GRAIN, GRAIN_RATIO, GRAVITY = 1e-6, 0.5, 9.81
 def missing_for_carriage(drive: Drive) -> tuple[str, ...]:
     """What stands between a drive that carries masses and the scheduled law of one carriage.
 
-    Parameters
-    ----------
-    drive : Drive
-        With a carriage.
-
-    Returns
-    -------
-    tuple of str
-        Each with what would be needed; empty where the law covers the drive.
+    ``drive``: with a carriage.
+    Returns each with what would be needed; empty where the law covers the drive.
     """
     found, sensors = _other_machine(drive), drive.sensors
     if drive.motor is None:
@@ -124,33 +117,15 @@ def _too_soft_or_late(drive: Drive) -> tuple[str, ...]:
 def cable_frequency(transporter: Transporter, position: float) -> float:
     """Frequency of the carriage on the cable, without what hangs below it.
 
-    Parameters
-    ----------
-    transporter : Transporter
-    position : float
-        [m].
-
-    Returns
-    -------
-    float
-        [Hz].
+    ``position`` [m].
+    Returns [Hz].
     """
     bare = replace(transporter, payload_mass=GRAIN * transporter.carriage_mass, line_length=1e6)
     return float(frozen_frequencies(bare, position)[1]) / (2.0 * pi)
 
 
 def carriage_values(drive: Drive, goals: Goals) -> dict[str, float]:
-    """The numbers of a machine with a carriage, as file and goals give them.
-
-    Parameters
-    ----------
-    drive : Drive
-    goals : Goals
-
-    Returns
-    -------
-    dict of str to float
-    """
+    """The numbers of a machine with a carriage, as file and goals give them."""
     known = values_of(drive)
     values = {name: known[name] for name in SHARED} | {"carriage_mass": drive.carriage[0].mass}
     values["rail_friction"] = RAIL if goals.rail_friction is None else goals.rail_friction
@@ -160,17 +135,7 @@ def carriage_values(drive: Drive, goals: Goals) -> dict[str, float]:
 
 
 def carriage_quantities(drive: Drive, goals: Goals) -> dict[str, Quantity]:
-    """The same with their bounds; a guess may be nothing, or twice as much.
-
-    Parameters
-    ----------
-    drive : Drive
-    goals : Goals
-
-    Returns
-    -------
-    dict of str to Quantity
-    """
+    """The same with their bounds; a guess may be nothing, or twice as much."""
     sheet, found = by_datasheet(drive, goals.spreads), {}
     for name, value in carriage_values(drive, goals).items():
         if name in sheet:
@@ -188,15 +153,7 @@ def carriage_quantities(drive: Drive, goals: Goals) -> dict[str, Quantity]:
 def transporter_with(drive: Drive, values: Mapping[str, float]) -> Transporter:
     """The transporter of a drive with these numbers; where nothing hangs, a grain stands in for it.
 
-    Parameters
-    ----------
-    drive : Drive
-    values : mapping of str to float
-        As `carriage_values` gives them.
-
-    Returns
-    -------
-    Transporter
+    ``values``: as `carriage_values` gives them.
     """
     assert drive.sensors is not None
     assert drive.sensors.sample_rate is not None
@@ -227,16 +184,8 @@ def transporter_with(drive: Drive, values: Mapping[str, float]) -> Transporter:
 def encoders_read(drive: Drive) -> tuple[float, tuple[int, ...]]:
     """One count at the rim, and the pulleys whose encoders the law listens to.
 
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    count : float
-        [m].
-    reads : tuple of int
-        Both pulleys where their encoders have one count at the rim, else the drive pulley alone.
+    Returns ``count`` [m]; ``reads``: both pulleys where their encoders have one count at the rim, else the
+    drive pulley alone.
     """
     sensors, (first, second) = drive.sensors, drive.pulley
     assert sensors is not None

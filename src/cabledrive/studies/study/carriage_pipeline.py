@@ -36,16 +36,7 @@ class CarriageStages:
     acceptance: CarriageAcceptance | None
 
     def score(self, goals: Goals) -> LawScore | None:
-        """The one law of a carriage, as every law is scored; None: it was not run.
-
-        Parameters
-        ----------
-        goals : Goals
-
-        Returns
-        -------
-        LawScore or None
-        """
+        """The one law of a carriage, as every law is scored; None: it was not run."""
         law, runs = self.controller, self.acceptance
         if law is None or runs is None:
             return None
@@ -56,16 +47,7 @@ class CarriageStages:
 def know_carriage(drive: Drive, goals: Goals, logs: Sequence[str]) -> Knowledge:
     """What is known of a drive with a carriage: the data sheet, the goals and guesses.
 
-    Parameters
-    ----------
-    drive : Drive
-    goals : Goals
-    logs : sequence of str
-        Hashes of the logs that were given.
-
-    Returns
-    -------
-    Knowledge
+    ``logs``: hashes of the logs that were given.
     """
     found = Knowledge(
         quantities=carriage_quantities(drive, goals),
@@ -79,33 +61,13 @@ def know_carriage(drive: Drive, goals: Goals, logs: Sequence[str]) -> Knowledge:
 
 
 def demand_of_carriage(cache: StageCache, drive: Drive, goals: Goals) -> DemandResult:
-    """What the motion asks of motor and cable, from the cache where it was done before.
-
-    Parameters
-    ----------
-    cache : StageCache
-    drive : Drive
-    goals : Goals
-
-    Returns
-    -------
-    DemandResult
-    """
+    """What the motion asks of motor and cable, from the cache where it was done before."""
     inputs = {"drive": drive, "goals": motion_goals(goals)}
     return cache.staged("demand", DemandResult, inputs, lambda: carriage_demand(drive, goals))
 
 
 def motion_goals(goals: Goals) -> Goals:
-    """Goals without what only the acceptance, the logs or the verdict depend on.
-
-    Parameters
-    ----------
-    goals : Goals
-
-    Returns
-    -------
-    Goals
-    """
+    """Goals without what only the acceptance, the logs or the verdict depend on."""
     plain = Goals()
     names = ("carriage_error", "draws", "cable_draws", "carriage_draws", "seed", "columns", "spreads")
     return replace(goals, **{name: getattr(plain, name) for name in names})
@@ -116,20 +78,8 @@ def carriage_stages(
 ) -> CarriageStages:
     """Model, controller and acceptance of a carriage.
 
-    Parameters
-    ----------
-    cache : StageCache
-    drive : Drive
-    goals : Goals
-    known : Knowledge
-    possible : bool
-        Whether motor and cable have what the motion asks for.
-    stages : int
-        How many the study has, for the notes.
-
-    Returns
-    -------
-    CarriageStages
+    ``possible``: whether motor and cable have what the motion asks for; ``stages``: how many the study has,
+    for the notes.
     """
     cache.note(f"[5/{stages}] model of the carriage")
     bare = replace(drive, name="", title="", source="")

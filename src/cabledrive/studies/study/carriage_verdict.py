@@ -16,14 +16,7 @@ def _millimetres(value: float) -> str:
 def carriage_remedies(control: CarriageController) -> list[str]:
     """What would make the error of a carriage smaller.
 
-    Parameters
-    ----------
-    control : CarriageController
-        With a bandwidth.
-
-    Returns
-    -------
-    list of str
+    ``control``: with a bandwidth.
     """
     assert control.chosen is not None
     chosen = control.chosen
@@ -42,16 +35,7 @@ def carriage_remedies(control: CarriageController) -> list[str]:
 def carriage_cautions(found: CarriageStages, goals: Goals, current_loop: bool) -> list[str]:
     """What does not decide, and should be known.
 
-    Parameters
-    ----------
-    found : CarriageStages
-    goals : Goals
-    current_loop : bool
-        Whether the drive file names a torque loop or a delay.
-
-    Returns
-    -------
-    list of str
+    ``current_loop``: whether the drive file names a torque loop or a delay.
     """
     words = [NO_BOUND] if found.acceptance is not None else []
     if goals.rail_friction is None:

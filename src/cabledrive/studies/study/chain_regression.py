@@ -74,37 +74,16 @@ class Told:
 
 
 def whole_drive(log: Log) -> bool:
-    """Whether a log shows torque, motor and load.
-
-    Parameters
-    ----------
-    log : Log
-
-    Returns
-    -------
-    bool
-    """
+    """Whether a log shows torque, motor and load."""
     return all(name in log.channels for name in CHANNELS)
 
 
 def tell(logs: Sequence[Log], drive: Drive) -> Told:
     """Identify a whole drive from logs that show motor and load.
 
-    Parameters
-    ----------
-    logs : sequence of Log
-        For which `whole_drive` holds.
-    drive : Drive
-        For radii, and the split of the near inertia between motor and drive pulley.
-
-    Returns
-    -------
-    Told
-
-    Raises
-    ------
-    InputRefused
-        If a channel stands still, or the logs are too short.
+    ``logs``: for which `whole_drive` holds; ``drive``: for radii, and the split of the near inertia between
+    motor and drive pulley.
+    Raises `InputRefused` if a channel stands still, or the logs are too short.
     """
     for log in logs:
         for name in CHANNELS:
@@ -150,16 +129,7 @@ def tell(logs: Sequence[Log], drive: Drive) -> Told:
 def torque_lag(logs: Sequence[Log], drive: Drive, load: LoadFits | None) -> float:
     """By how much the angles are later than the torque, from the sum of torques with the torque's rate.
 
-    Parameters
-    ----------
-    logs : sequence of Log
-    drive : Drive
-    load : LoadFits or None
-
-    Returns
-    -------
-    float
-        [s].
+    Returns [s].
     """
     rubs = (load.of("viscous")[0], load.of("coulomb")[0]) if load is not None else (0.0, 0.0)
     share = values_of(drive).get("motor_share", 1.0)
@@ -170,15 +140,7 @@ def torque_lag(logs: Sequence[Log], drive: Drive, load: LoadFits | None) -> floa
 def with_torque_at(log: Log, lag: float) -> Log:
     """A log whose torque is that of the instants at which its angles were read.
 
-    Parameters
-    ----------
-    log : Log
-    lag : float
-        [s].
-
-    Returns
-    -------
-    Log
+    ``lag`` [s].
     """
     torque = np.interp(log.time - lag, log.time, log.channel("torque"))
     return replace(log, channels={**log.channels, "torque": torque})

@@ -65,16 +65,7 @@ class CheckResult:
 def check(drive: Drive, logs: Sequence[Log], hashes: Sequence[str]) -> CheckResult:
     """Check a drive and its logs.
 
-    Parameters
-    ----------
-    drive : Drive
-    logs : sequence of Log
-    hashes : sequence of str
-        SHA-256 of each log's file.
-
-    Returns
-    -------
-    CheckResult
+    ``hashes``: SHA-256 of each log's file.
     """
     derived, left_out = derived_with_lowest(drive), left_out_under_torque(drive)
     return CheckResult(
@@ -88,14 +79,7 @@ def check(drive: Drive, logs: Sequence[Log], hashes: Sequence[str]) -> CheckResu
 def missing_for_control(drive: Drive) -> tuple[str, ...]:
     """What stands between a drive file and a controller.
 
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    tuple of str
-        Empty where a controller can be designed.
+    Returns empty where a controller can be designed.
     """
     if drive.carriage:
         return missing_for_carriage(drive)

@@ -30,17 +30,7 @@ MOTOR_SIDE = ("viscous_friction", "coulomb_friction", "offset_torque")
 def projection_bounds(quantities: Mapping[str, Quantity], drive: Drive, model: int) -> Bounds:
     """Bounds of the estimates p2 to p5 from what is known.
 
-    Parameters
-    ----------
-    quantities : mapping of str to Quantity
-    drive : Drive
-        With the best values.
-    model : {1, 3, 4}
-        Of the law.
-
-    Returns
-    -------
-    Bounds
+    ``drive``: with the best values; ``model``, {1, 3, 4}: of the law.
     """
     near = quantities["near_inertia"]
     low, high = near.outer
@@ -62,19 +52,7 @@ def make_law(
 ) -> Controller:
     """The damped law of the chain, its projection bounds from what is known, at a bandwidth.
 
-    Parameters
-    ----------
-    drive : Drive
-        With the best values.
-    motion : Motion
-    quantities : mapping of str to Quantity
-    model : {1, 3, 4}
-    hertz : float
-        lambda/(2 pi) [Hz].
-
-    Returns
-    -------
-    Controller
+    ``drive``: with the best values; ``model``, {1, 3, 4}; ``hertz``: lambda/(2 pi) [Hz].
     """
     wish = wish_for(drive, motion, bandwidth=hertz, feedback=near_encoder(drive))
     chain = wish.model(model)
@@ -106,16 +84,7 @@ def make_law(
 
 
 def near_encoder(drive: Drive) -> str:
-    """Encoder that stands for the motor's angle where the law knows one only.
-
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    {"motor", "drive"}
-    """
+    """Encoder that stands for the motor's angle where the law knows one only."""
     return "motor" if "motor" in fitted_encoders(drive) else "drive"
 
 
@@ -131,21 +100,8 @@ def joined_loop(
 ) -> Loop:
     """The law on a plant, with the torque limit of the goals.
 
-    Parameters
-    ----------
-    drive, plant : Drive
-        As believed, as it is.
-    law : Controller
-    motion : Motion
-    torque : float or None
-        Largest torque of the goals [N m].
-    options : RigOptions, optional
-    cable : bool, default False
-        Whether the plant is the distributed nonlinear cable.
-
-    Returns
-    -------
-    Loop
+    ``drive``, ``plant``: as believed, as it is; ``torque``: largest torque of the goals [N m]; ``cable``:
+    whether the plant is the distributed nonlinear cable.
     """
     loop = close_loop(
         drive, plant, law, motion, options or rig_options(plant), np.random.default_rng(0), cable=cable
@@ -157,15 +113,7 @@ def joined_loop(
 def rig_options(drive: Drive, *, ideal: bool = False) -> RigOptions:
     """How the rig of a study differs from an ideal one: encoders with random phases, stick-slip, delay.
 
-    Parameters
-    ----------
-    drive : Drive
-    ideal : bool, default False
-        True states instead of encoders and filter.
-
-    Returns
-    -------
-    RigOptions
+    ``ideal``: true states instead of encoders and filter.
     """
     return RigOptions(feedback=near_encoder(drive), ideal_sensors=ideal, forbid_slack=True)
 
@@ -175,19 +123,8 @@ def with_values(loop: Loop, drive: Drive, values: Mapping[str, float], phases: n
 
     Ripple of the motor's torque goes with the angle that is wanted, which the motor keeps nearly.
 
-    Parameters
-    ----------
-    loop : Loop
-    drive : Drive
-        With the best values.
-    values : mapping of str to float
-        Quantities of the plant.
-    phases : ndarray or None
-        Of the encoders that are read, from -1/2 to 1/2; None: as they are.
-
-    Returns
-    -------
-    Loop
+    ``drive``: with the best values; ``values``: quantities of the plant; ``phases``: of the encoders that are
+    read, from -1/2 to 1/2; None: as they are.
     """
     options = rig_options(drive, ideal=bool(np.all(loop.rig.counts == 0.0)))
     plant = drive_with(drive, values)

@@ -38,16 +38,7 @@ class ReachedError:
 
 
 def share_low(inside: int, runs: int) -> float:
-    """Lower limit of the share of plants inside, with `CONFIDENCE`.
-
-    Parameters
-    ----------
-    inside, runs : int
-
-    Returns
-    -------
-    float
-    """
+    """Lower limit of the share of plants inside, with `CONFIDENCE`."""
     if inside == 0:
         return 0.0
     return float(beta.ppf(1.0 - CONFIDENCE, inside, runs - inside + 1))
@@ -56,15 +47,7 @@ def share_low(inside: int, runs: int) -> float:
 def misses_allowed(runs: int, share: float) -> int:
     """Most runs that may miss while `share_low` keeps a share.
 
-    Parameters
-    ----------
-    runs : int
-    share : float
-
-    Returns
-    -------
-    int
-        -1: so few runs cannot show the share, even if none misses.
+    Returns -1: so few runs cannot show the share, even if none misses.
     """
     misses = -1
     while misses + 1 < runs and share_low(runs - misses - 1, runs) >= share:
@@ -75,18 +58,8 @@ def misses_allowed(runs: int, share: float) -> int:
 def reached_error(lasting: Sequence[float], runs: int, share: float) -> ReachedError:
     """The smallest error below which runs show that a share of the plants stays.
 
-    Parameters
-    ----------
-    lasting : sequence of float
-        Largest error of each run that lasted, ascending.
-    runs : int
-        All of them, at least 1.
-    share : float
-
-    Returns
-    -------
-    ReachedError
-        With too few runs for the share, the largest error and the share that so many runs can show.
+    ``lasting``: largest error of each run that lasted, ascending; ``runs``: all of them, at least 1.
+    Returns with too few runs for the share, the largest error and the share that so many runs can show.
     """
     misses = misses_allowed(runs, share)
     shown = share

@@ -66,21 +66,9 @@ def design_controller(
 ) -> ControllerResult:
     """The law and bandwidth with the smallest bound among those that modes, sampling and torque allow.
 
-    Parameters
-    ----------
-    drive : Drive
-        With the best values.
-    motion : Motion
-    quantities : mapping of str to Quantity
-    models : mapping of int to float
-        Models that the law may be made for, the one that the motion calls for first, and up to which
-        frequency each is right to 5 % [Hz].
-    torque : float or None
-        Largest torque of the goals [N m].
-
-    Returns
-    -------
-    ControllerResult
+    ``drive``: with the best values; ``models``: Models that the law may be made for, the one that the motion
+    calls for first, and up to which frequency each is right to 5 % [Hz]; ``torque``: largest torque of the
+    goals [N m].
     """
     assert drive.sensors is not None
     assert drive.sensors.sample_rate is not None

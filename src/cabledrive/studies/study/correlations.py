@@ -47,16 +47,7 @@ def of_intervals(fit: Fit, intervals: Mapping[str, Interval]) -> tuple[Correlati
     A cable's stiffness and damping come out over the load's inertia, whose whole error they share. Of what is
     their own they are independent, and so is the joint: twist and its rate are orthogonal over a record.
 
-    Parameters
-    ----------
-    fit : Fit
-        The sum of torques.
-    intervals : mapping of str to (float, float, float)
-        Value and bounds of what was told.
-
-    Returns
-    -------
-    tuple of Correlation
+    ``fit``: the sum of torques; ``intervals``: value and bounds of what was told.
     """
     common = _half_products(fit.covariance, fit.half_width())
     names = [name for name in fit.names if name in intervals]
@@ -80,18 +71,8 @@ def of_an_axis(
 ) -> tuple[Correlation, ...]:
     """Correlations of what a log of one rigid axis tells.
 
-    Parameters
-    ----------
-    found : Identification
-        With an inertia.
-    parts : mapping of str to float
-        Shares of the axis's inertia that its two parts are, by their names.
-    known : mapping of str to Quantity
-        As the log told them.
-
-    Returns
-    -------
-    tuple of Correlation
+    ``found``: with an inertia; ``parts``: shares of the axis's inertia that its two parts are, by their
+    names; ``known``: as the log told them.
     """
     names = list(found.parameters)
     halves = np.array([0.5 * (e.high - e.low) for e in found.parameters.values()])
@@ -123,17 +104,7 @@ def _over(products: Mapping[tuple[str, str], float], whole: Mapping[str, float])
 
 
 def among(correlations: Sequence[Correlation], quantities: Mapping[str, Quantity]) -> tuple[Correlation, ...]:
-    """Those of two numbers that both stayed the log's.
-
-    Parameters
-    ----------
-    correlations : sequence of Correlation
-    quantities : mapping of str to Quantity
-
-    Returns
-    -------
-    tuple of Correlation
-    """
+    """Those of two numbers that both stayed the log's."""
     told = {name for name, quantity in quantities.items() if quantity.source == LOG}
     return tuple(one for one in correlations if {one.first, one.second} <= told)
 
@@ -141,20 +112,9 @@ def among(correlations: Sequence[Correlation], quantities: Mapping[str, Quantity
 def root_of(correlations: Sequence[Correlation], names: Sequence[str]) -> Array:
     """Symmetric root of the matrix of correlations: it makes independent numbers correlated ones.
 
-    Parameters
-    ----------
-    correlations : sequence of Correlation
-    names : sequence of str
-        Each quantity of a correlation among them.
-
-    Returns
-    -------
-    ndarray, shape (names, names)
-
-    Raises
-    ------
-    ValueError
-        If no numbers can be correlated so.
+    ``names``: each quantity of a correlation among them.
+    Returns shape (names, names).
+    Raises `ValueError` if no numbers can be correlated so.
     """
     matrix = np.eye(len(names))
     for one in correlations:

@@ -19,14 +19,7 @@ their output without load, a coupling or a bare shaft next to nothing [rad]."""
 def backlash_limit(drive: Drive) -> float:
     """Largest free play of the motor joint that a data sheet without backlash may hide.
 
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    float
-        [rad].
+    Returns [rad].
     """
     geared = drive.motor is not None and drive.motor.gear_ratio not in (None, 1.0)
     return GEAR_BACKLASH if geared else COUPLING_BACKLASH
@@ -41,17 +34,8 @@ def by_datasheet(
     file says, and friction of the load pulley, backlash of the motor joint, torque ripple and eccentricity of
     the load encoder have an upper limit also where the file says zero or nothing.
 
-    Parameters
-    ----------
-    drive : Drive
-    spreads : mapping of str to float
-        Relative half widths by kind, see `cabledrive.studies.study.goals.SPREADS`.
-    backlash : float, optional
-        Largest free play where the file says none [rad]; default: by the gear, see `backlash_limit`.
-
-    Returns
-    -------
-    dict of str to Quantity
+    ``spreads``: relative half widths by kind, see `cabledrive.studies.study.goals.SPREADS`; ``backlash``:
+    largest free play where the file says none [rad]; default: by the gear, see `backlash_limit`.
     """
     values, spreads = values_of(drive), SPREADS | dict(spreads)
     gear = drive.load_pulley.radius / drive.drive_pulley.radius

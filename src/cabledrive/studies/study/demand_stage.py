@@ -64,17 +64,7 @@ class DemandResult:
 def demand_of(drive: Drive, motion: Motion, torque: float | None) -> DemandResult:
     """What a motion asks of a drive.
 
-    Parameters
-    ----------
-    drive : Drive
-        With the best values.
-    motion : Motion
-    torque : float or None
-        Largest torque of the goals [N m].
-
-    Returns
-    -------
-    DemandResult
+    ``drive``: with the best values; ``torque``: largest torque of the goals [N m].
     """
     limits = move_limits(drive)
     limits = limits if torque is None else replace(limits, torque=min(limits.torque, torque))

@@ -19,16 +19,7 @@ def drawn_values(
 ) -> dict[str, float]:
     """One plant from what is known: normal where a log gave the interval, else anywhere within the bounds.
 
-    Parameters
-    ----------
-    quantities : mapping of str to Quantity
-    generator : numpy.random.Generator
-    correlations : sequence of Correlation
-        Of quantities that a log gave.
-
-    Returns
-    -------
-    dict of str to float
+    ``correlations``: of quantities that a log gave.
     """
     names = sorted(quantities)
     told = [name for name in names if quantities[name].source == LOG]
@@ -57,17 +48,7 @@ def drawn_plant(
 ) -> tuple[dict[str, float], np.ndarray]:
     """Quantities and encoder phases of one draw; every draw has a generator of its own.
 
-    Parameters
-    ----------
-    quantities : mapping of str to Quantity
-    encoders : int
-    seed, draw : int
-    correlations : sequence of Correlation
-
-    Returns
-    -------
-    values : dict of str to float
-    phases : ndarray, shape (encoders,)
+    Returns ``phases``, shape (encoders,).
     """
     generator = np.random.default_rng([seed, draw])
     values = drawn_values(quantities, generator, correlations)

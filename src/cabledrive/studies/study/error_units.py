@@ -39,14 +39,7 @@ MILLIMETRES = ErrorUnit(name="mm", si="m", size=1e-3)
 def error_unit(goals: Goals) -> ErrorUnit:
     """Millimetres where a carriage travels, else degrees.
 
-    Parameters
-    ----------
-    goals : Goals
-        As `cabledrive.studies.study.assumed_motion.goals_for` leaves them.
-
-    Returns
-    -------
-    ErrorUnit
+    ``goals``: as `cabledrive.studies.study.assumed_motion.goals_for` leaves them.
     """
     return DEGREES if goals.travel is None else MILLIMETRES
 
@@ -54,13 +47,6 @@ def error_unit(goals: Goals) -> ErrorUnit:
 def goal_of(goals: Goals) -> float | None:
     """Largest error allowed.
 
-    Parameters
-    ----------
-    goals : Goals
-
-    Returns
-    -------
-    float or None
-        [rad] of the load, [m] of a carriage.
+    Returns [rad] of the load, [m] of a carriage.
     """
     return goals.error if goals.travel is None else goals.carriage_error

@@ -183,18 +183,7 @@ def load_goals(path: str | Path) -> Goals:
 def goals_of(content: Mapping[str, Any]) -> Goals:
     """Goals from a table of TOML.
 
-    Parameters
-    ----------
-    content : mapping
-
-    Returns
-    -------
-    Goals
-
-    Raises
-    ------
-    InputRefused
-        If a key is unknown or a value has another unit.
+    Raises `InputRefused` if a key is unknown or a value has another unit.
     """
     plain_tables = {name: _table(content, name) for name in ("uncertainty", "log")}
     flat = {key: value for key, value in content.items() if not isinstance(value, Mapping)}
@@ -251,15 +240,6 @@ def _spreads(given: Mapping[str, Any]) -> dict[str, float]:
 
 
 def motion_of(goals: Goals) -> dict[str, Any]:
-    """The motion as plain data.
-
-    Parameters
-    ----------
-    goals : Goals
-
-    Returns
-    -------
-    dict
-    """
+    """The motion as plain data."""
     names = ("angle", "duration", "dwell", "pulses", "order")
     return {name: getattr(goals, name) for name in names}

@@ -73,21 +73,9 @@ def know(
 ) -> Knowledge:
     """Identify what the logs can tell of a drive.
 
-    Parameters
-    ----------
-    drive : Drive
-        The datasheet.
-    logs : sequence of Log
-    spreads : mapping of str to float
-        Relative uncertainty of the datasheet, by kind.
-    load_inertia : (float, float), optional
-        Range of the load that the goals ask for [kg m^2].
-    backlash : float, optional
-        Largest free play of the joint where the file says none [rad].
-
-    Returns
-    -------
-    Knowledge
+    ``drive``: the datasheet; ``spreads``: relative uncertainty of the datasheet, by kind; ``load_inertia``:
+    range of the load that the goals ask for [kg m^2]; ``backlash``: largest free play of the joint where the
+    file says none [rad].
     """
     known = by_datasheet(drive, spreads, backlash)
     if not logs:
@@ -109,18 +97,7 @@ def know(
 def usable_log(log: Log) -> Log:
     """A log with torque and angle; a "motor_angle" is taken as the angle.
 
-    Parameters
-    ----------
-    log : Log
-
-    Returns
-    -------
-    Log
-
-    Raises
-    ------
-    InputRefused
-        If it has neither pair.
+    Raises `InputRefused` if it has neither pair.
     """
     if "angle" not in log.channels and "motor_angle" in log.channels:
         tables = [_renamed(table) for table in (log.channels, log.units, log.saturated)]
@@ -140,15 +117,7 @@ def _renamed(table: Mapping[str, Any]) -> dict[str, Any]:
 def known_drive(drive: Drive, knowledge: Knowledge) -> Drive:
     """The drive with the best value of every quantity.
 
-    Parameters
-    ----------
-    drive : Drive
-        The datasheet.
-    knowledge : Knowledge
-
-    Returns
-    -------
-    Drive
+    ``drive``: the datasheet.
     """
     return drive_with(drive, knowledge.values)
 
@@ -269,15 +238,7 @@ def _told_nothing(known: dict[str, Quantity], why: str) -> Knowledge:
 def with_load(found: Knowledge, load: tuple[float, float]) -> Knowledge:
     """The same with the load that the goals ask for.
 
-    Parameters
-    ----------
-    found : Knowledge
-    load : tuple of (float, float)
-        Smallest and largest inertia [kg m^2].
-
-    Returns
-    -------
-    Knowledge
+    ``load``: smallest and largest inertia [kg m^2].
     """
     low, high = load
     own = found.quantities["load_inertia"]

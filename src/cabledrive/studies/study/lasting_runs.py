@@ -7,19 +7,9 @@ from math import ceil
 def quantile_of_all(lasting: Sequence[float], runs: int, share: float) -> float | None:
     """Error that a share of all runs kept below, those that ended early among them.
 
-    Parameters
-    ----------
-    lasting : sequence of float
-        Largest error of each run that lasted, ascending.
-    runs : int
-        All of them.
-    share : float
-        Above 0, at most 1.
-
-    Returns
-    -------
-    float or None
-        None where too many ended early, or none was made.
+    ``lasting``: largest error of each run that lasted, ascending; ``runs``: all of them; ``share``: above 0,
+    at most 1.
+    Returns none where too many ended early, or none was made.
     """
     needed = max(ceil(share * runs - 1e-9), 1)
     return lasting[needed - 1] if needed <= len(lasting) else None

@@ -83,20 +83,8 @@ def tuned_laws(
 ) -> LawSettings:
     """Each law at its best setting.
 
-    Parameters
-    ----------
-    drive : Drive
-        With the best values.
-    motion : Motion
-    known : Knowledge
-    chain_law : ControllerResult
-        The damped law of the chain, whose bandwidth its bound has chosen.
-    torque : float or None
-        Largest torque of the goals [N m].
-
-    Returns
-    -------
-    LawSettings
+    ``drive``: with the best values; ``chain_law``: the damped law of the chain, whose bandwidth its bound has
+    chosen; ``torque``: largest torque of the goals [N m].
     """
     wish = wish_for(drive, motion, feedback=near_encoder(drive))
     found = [_tuned(name, drive, motion, known, wish, torque) for name in SETTINGS]
@@ -115,18 +103,7 @@ def tuned_laws(
 def law_of(setting: LawSetting, drive: Drive, motion: Motion, known: Knowledge) -> Controller:
     """A law at its setting, ready to run.
 
-    Parameters
-    ----------
-    setting : LawSetting
-        With a value.
-    drive : Drive
-        With the best values.
-    motion : Motion
-    known : Knowledge
-
-    Returns
-    -------
-    Controller
+    ``setting``: with a value; ``drive``: with the best values.
     """
     assert setting.value is not None
     if setting.model is not None:

@@ -83,19 +83,9 @@ class Replay:
 def replay(log: Log, drive: Drive, seed: int = 0) -> Replay:
     """Replay a log of a whole drive through the identified model.
 
-    Parameters
-    ----------
-    log : Log
-        With torque, motor and load angle.
-    drive : Drive
-        With the identified values.
-    seed : int, default 0
-        Of the encoder phases of the model's own logs.
-
-    Returns
-    -------
-    Replay
-        The octave and encoder with the largest ratio to their limit.
+    ``log``: with torque, motor and load angle; ``drive``: with the identified values; ``seed``: of the
+    encoder phases of the model's own logs.
+    Returns the octave and encoder with the largest ratio to their limit.
     """
     generator = np.random.default_rng(seed)
     channels = [name for name in CHANNELS if name in log.channels]
@@ -137,35 +127,15 @@ def torque_noise(torque: Array, interval: float) -> float:
 
     How much of it acts on the shaft is not known; that none does is the assumption that forgives most.
 
-    Parameters
-    ----------
-    torque : ndarray, shape (samples,)
-        [N m].
-    interval : float
-        [s].
-
-    Returns
-    -------
-    float
-        [N m].
+    ``torque``, shape (samples,) [N m]; ``interval`` [s].
+    Returns [N m].
     """
     upper = torque - zero_phase(torque, interval, 0.25 / interval)
     return float(np.sqrt(2.0) * np.std(upper))
 
 
 def count_of(log: Log, drive: Drive, name: str) -> float:
-    """One count of a channel at the first shaft [rad]: by the log where it shows one, else by the drive file.
-
-    Parameters
-    ----------
-    log : Log
-    drive : Drive
-    name : str
-
-    Returns
-    -------
-    float
-    """
+    """One count of a channel at the first shaft [rad], by the log where it shows one, else by the file."""
     gear = load_gear(drive) if name == "load_angle" else 1.0
     quantum = log.report.quantum.get(name)
     if quantum:
@@ -195,15 +165,7 @@ class Octaves:
 def octaves(values: Array, interval: float) -> Octaves:
     """Power in octaves from `LOWEST` to a quarter of the sample rate.
 
-    Parameters
-    ----------
-    values : ndarray, shape (samples, m)
-    interval : float
-        [s].
-
-    Returns
-    -------
-    Octaves
+    ``values``, shape (samples, m); ``interval`` [s].
     """
     n = len(values)
     spectrum = np.abs(np.fft.rfft(values * signal.windows.hann(n)[:, None], axis=0)) ** 2
@@ -221,18 +183,9 @@ def octaves(values: Array, interval: float) -> Octaves:
 def innovations(probe: ObserverNumbers, torque: Array, readings: Array) -> Array:
     """Readings less their predictions, settled part.
 
-    Parameters
-    ----------
-    probe : ObserverNumbers
-        A Kalman filter with its settled gain.
-    torque : ndarray, shape (samples,)
-        [N m].
-    readings : ndarray, shape (samples, m)
-        At the first shaft [rad].
-
-    Returns
-    -------
-    ndarray, shape (samples, m)
+    ``probe``: a Kalman filter with its settled gain; ``torque``, shape (samples,) [N m]; ``readings``, shape
+    (samples, m): at the first shaft [rad].
+    Returns shape (samples, m).
     """
     out, states = np.zeros(readings.shape), probe.model.shape[0]
     mean = np.append(0.5 * (torque[1:] + torque[:-1]), torque[-1])

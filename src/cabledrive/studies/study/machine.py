@@ -136,30 +136,12 @@ class Quantity:
 
 
 def has_flexible_joint(drive: Drive) -> bool:
-    """Whether a spring joins the motor to the drive pulley.
-
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    bool
-    """
+    """Whether a spring joins the motor to the drive pulley."""
     return drive.motor is not None and drive.motor.joint_stiffness is not None
 
 
 def values_of(drive: Drive) -> dict[str, float]:
-    """The quantities as a drive file gives them.
-
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    dict of str to float
-    """
+    """The quantities as a drive file gives them."""
     motor, first, second = drive.motor, drive.drive_pulley, drive.load_pulley
     stiffness, damping = (value / len(drive.spans) for value in rim_spring(drive))
     own = motor.inertia if motor else 0.0
@@ -192,20 +174,8 @@ def drive_with(drive: Drive, values: Mapping[str, float]) -> Drive:
     The load pulley has the friction that is given for it, the drive pulley keeps its own, and the motor has
     the rest; where less is given than those take, all of it is theirs in the proportions that they have.
 
-    Parameters
-    ----------
-    drive : Drive
-    values : mapping of str to float
-        As `values_of` gives them.
-
-    Returns
-    -------
-    Drive
-
-    Raises
-    ------
-    InputRefused
-        If a friction or a damping is negative.
+    ``values``: as `values_of` gives them.
+    Raises `InputRefused` if a friction or a damping is negative.
     """
     given = values_of(drive) | dict(values)
     motor, first, second = drive.motor, drive.drive_pulley, drive.load_pulley
@@ -248,16 +218,7 @@ def _scaled(pulley: Pulley, shared: Mapping[str, tuple[float, float]]) -> dict[s
 
 
 def mechanical(drive: Drive) -> Drive:
-    """A drive without what its mechanics do not depend on: sensors, goals, limits and words.
-
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    Drive
-    """
+    """A drive without what its mechanics do not depend on: sensors, goals, limits and words."""
     motor = drive.motor
     if motor is not None:
         motor = replace(

@@ -75,15 +75,7 @@ class ModesResult:
 def find_modes(drive: Drive, why_no_models: str) -> ModesResult:
     """Certified modes of the distributed drive, its stiffness as identified, and the lumped models beside it.
 
-    Parameters
-    ----------
-    drive : Drive
-    why_no_models : str
-        Empty where the reduced models apply.
-
-    Returns
-    -------
-    ModesResult
+    ``why_no_models``: empty where the reduced models apply.
     """
     machine = with_measured_stiffness(drive)
     found = modes(machine, count=SHOWN)
@@ -147,17 +139,7 @@ def choose_reduced_model(
 ) -> ModelResult:
     """The simplest model whose neglected springs wind up by less than a tenth of the error allowed.
 
-    Parameters
-    ----------
-    drive : Drive
-    motion : Motion
-    error : float or None
-        Allowed [rad]; None: one count of the load encoder.
-    qualities : tuple of ModelQuality
-
-    Returns
-    -------
-    ModelResult
+    ``error``: allowed [rad]; None: one count of the load encoder.
     """
     assert drive.sensors is not None
     assert drive.sensors.load_encoder is not None
@@ -185,15 +167,7 @@ def choose_reduced_model(
 def neglected_windup(drive: Drive, motion: Motion) -> dict[int, float]:
     """Largest twist of the springs that each model takes as rigid, along a motion.
 
-    Parameters
-    ----------
-    drive : Drive
-    motion : Motion
-
-    Returns
-    -------
-    dict of int to float
-        By model [rad at the load].
+    Returns by model [rad at the load].
     """
     chain = plant_chain(drive, None)
     gear = drive.load_pulley.radius / drive.drive_pulley.radius

@@ -39,16 +39,7 @@ STAGES = 8
 def study_key(drive: Drive, hashes: Sequence[str], goals: Goals) -> str:
     """Hash of all inputs of a study.
 
-    Parameters
-    ----------
-    drive : Drive
-    hashes : sequence of str
-        Of the log files.
-    goals : Goals
-
-    Returns
-    -------
-    str
+    ``hashes``: of the log files.
     """
     inputs = {"drive": content_hash(drive), "name": drive.name, "title": drive.title, "logs": list(hashes)}
     return key_of("study", {**inputs, "goals": _plain(goals)})
@@ -245,15 +236,8 @@ def _controlled(
 def models_for_the_law(chosen: int, modes: ModesResult) -> dict[int, float]:
     """The model that the motion calls for, then the others that bend the cable, and up to where they hold.
 
-    Parameters
-    ----------
-    chosen : {1, 3, 4}
-    modes : ModesResult
-
-    Returns
-    -------
-    dict of int to float
-        [Hz].
+    ``chosen``, {1, 3, 4}.
+    Returns [Hz].
     """
     holds = {one.model: one.holds_5 for one in modes.models}
     others = [number for number in (4, 3) if number in holds and number != chosen]

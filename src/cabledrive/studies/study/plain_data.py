@@ -14,19 +14,8 @@ from cabledrive.parameters.tables import drive_from_tables, tables_from_drive
 def as_plain(value: Any) -> Any:
     """What JSON can hold of a result, without loss.
 
-    Parameters
-    ----------
-    value : object
-        Dataclasses, drives, mappings, tuples, finite numbers, words, None.
-
-    Returns
-    -------
-    object
-
-    Raises
-    ------
-    ValueError
-        If a number is not finite: a result says None instead, and why.
+    ``value``: dataclasses, drives, mappings, tuples, finite numbers, words, None.
+    Raises `ValueError` if a number is not finite: a result says None instead, and why.
     """
     if isinstance(value, Drive):
         return tables_from_drive(value)
@@ -44,17 +33,8 @@ def as_plain(value: Any) -> Any:
 def revived(kind: Any, data: Any) -> Any:
     """The result that plain data stand for.
 
-    Parameters
-    ----------
-    kind : type
-        Dataclass, or the annotation of one of its fields.
-    data : object
-        From `as_plain`.
-
-    Returns
-    -------
-    object
-        Of that kind.
+    ``kind``: dataclass, or the annotation of one of its fields; ``data``: from `as_plain`.
+    Returns of that kind.
     """
     origin, arguments = typing.get_origin(kind), typing.get_args(kind)
     if origin in (types.UnionType, typing.Union):

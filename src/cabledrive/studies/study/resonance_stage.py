@@ -69,16 +69,7 @@ class ResonanceResult:
 def motion_torque(drive: Drive, motion: Motion, samples: int = 4001) -> tuple[np.ndarray, np.ndarray]:
     """Torque that a motion asks of the motor, drive as one rigid machine.
 
-    Parameters
-    ----------
-    drive : Drive
-    motion : Motion
-    samples : int
-
-    Returns
-    -------
-    time, torque : ndarray, shape (samples,)
-        [s], [N m] at the first shaft.
+    Returns ``time, torque``, shape (samples,) [s], [N m] at the first shaft.
     """
     values = values_of(drive)
     gear = drive.load_pulley.radius / drive.drive_pulley.radius
@@ -91,17 +82,7 @@ def motion_torque(drive: Drive, motion: Motion, samples: int = 4001) -> tuple[np
 
 
 def resonance_of(drive: Drive, motion: Motion) -> ResonanceResult:
-    """Internal resonance of a drive, its stiffness as identified, under a planned motion.
-
-    Parameters
-    ----------
-    drive : Drive
-    motion : Motion
-
-    Returns
-    -------
-    ResonanceResult
-    """
+    """Internal resonance of a drive, its stiffness as identified, under a planned motion."""
     machine = with_measured_stiffness(drive)
     repeated = replace(motion, pulses=max(motion.pulses, REPEATED))
     time, torque = motion_torque(drive, repeated, samples=8001)

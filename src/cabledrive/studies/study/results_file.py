@@ -31,14 +31,7 @@ METHOD = "study in stages, each kept by the hash of its inputs"
 def results_of(result: StudyResult) -> dict[str, Any]:
     """The content of ``results.json``.
 
-    Parameters
-    ----------
-    result : StudyResult
-
-    Returns
-    -------
-    dict
-        Plain data, SI.
+    Returns plain data, SI.
     """
     verdict, carriage = result.verdict, result.carriage
     stages = {
@@ -131,14 +124,7 @@ def _shown(found: AcceptanceResult) -> dict[str, Any]:
 def controller_numbers(result: StudyResult) -> dict[str, Any] | None:
     """The law and its filter as numbers that another program can run.
 
-    Parameters
-    ----------
-    result : StudyResult
-
-    Returns
-    -------
-    dict or None
-        None where no controller was found.
+    Returns none where no controller was found.
     """
     goals = result.goals
     if result.carriage is not None:
@@ -195,20 +181,9 @@ def _numbers(fields: Mapping[str, Any]) -> dict[str, Any]:
 def write_files(result: StudyResult, folder: Path, report: str, *, asked: str, code: str) -> dict[str, Any]:
     """Write everything a study leaves; the results last, so that they stand for a finished study.
 
-    Parameters
-    ----------
-    result : StudyResult
-    folder : Path
-    report : str
-        HTML.
-    asked, code : str
-        Hashes of what the command was given and of what made the files, by which a finished study is known
-        again.
-
-    Returns
-    -------
-    dict
-        The content of ``results.json``.
+    ``report``: HTML; ``asked``, ``code``: hashes of what the command was given and of what made the files, by
+    which a finished study is known again.
+    Returns the content of ``results.json``.
     """
     controller = controller_numbers(result)
     written = {REPORT: report, DRIVE: drive_text(result.known)}

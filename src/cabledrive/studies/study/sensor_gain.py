@@ -20,15 +20,8 @@ UNSTABLE = 1e3
 def law_rows(law: LawNumbers, states: int) -> Array:
     """Command of a law of the chain per state, estimates at their nominal values, no Coulomb friction.
 
-    Parameters
-    ----------
-    law : LawNumbers
-    states : int
-        2n.
-
-    Returns
-    -------
-    ndarray, shape (2n,)
+    ``states``: 2n.
+    Returns shape (2n,).
     """
     frozen = law.learning[NOMINAL].copy()
     frozen[2:] = 0.0
@@ -39,17 +32,9 @@ def law_rows(law: LawNumbers, states: int) -> Array:
 def closed_loop_matrix(loop: Loop) -> tuple[Array, Array]:
     """One sample of the linear closed loop, from sample to sample.
 
-    Parameters
-    ----------
-    loop : Loop
-        With a law of the chain and a Kalman filter.
-
-    Returns
-    -------
-    transition : ndarray, shape (m, m)
-        States: plant, shaft torque, filter, its shaft torque, commands on their way.
-    readings : ndarray, shape (m, encoders)
-        What an error of each reading adds.
+    ``loop``: with a law of the chain and a Kalman filter.
+    Returns ``transition``, shape (m, m): states: plant, shaft torque, filter, its shaft torque, commands on
+    their way; ``readings``, shape (m, encoders): what an error of each reading adds.
     """
     n, q, late = 2 * loop.chain.size, loop.observer.model.shape[0], loop.rig.late_samples
     size = n + 1 + q + 1 + late + 2
@@ -97,14 +82,7 @@ def _transitions(loop: Loop) -> tuple[Array, Array]:
 def sensor_bound(loop: Loop) -> float | None:
     """Largest error of the load that counting and unknown phases of the encoders can make.
 
-    Parameters
-    ----------
-    loop : Loop
-
-    Returns
-    -------
-    float or None
-        [rad] at the load; None if the linear loop is unstable.
+    Returns [rad] at the load; None if the linear loop is unstable.
     """
     transition, readings = closed_loop_matrix(loop)
     if np.abs(np.linalg.eigvals(transition)).max() > 1.0 + 1e-6:

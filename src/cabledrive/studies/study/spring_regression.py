@@ -38,17 +38,7 @@ CERTAIN = 0.05
 
 
 def around(name: str, value: float, half: float) -> tuple[float, float, float]:
-    """A value with its bounds, never narrower than `LEAST`.
-
-    Parameters
-    ----------
-    name : str
-    value, half : float
-
-    Returns
-    -------
-    value, low, high : float
-    """
+    """A value with its bounds, never narrower than `LEAST`."""
     half = max(half, LEAST.get(name, 0.0) * abs(value))
     return value, value - half, value + half
 
@@ -77,15 +67,7 @@ class LoadFits:
 def load_fits(logs: Sequence[Log], drive: Drive) -> LoadFits | None:
     """Solve the load's own equation: no torque enters it.
 
-    Parameters
-    ----------
-    logs : sequence of Log
-    drive : Drive
-
-    Returns
-    -------
-    LoadFits or None
-        None where the cable's twist is not measured, or the load hardly turns.
+    Returns none where the cable's twist is not measured, or the load hardly turns.
     """
     gear = drive.load_pulley.radius / drive.drive_pulley.radius
     near = "drive_angle" if all("drive_angle" in log.channels for log in logs) else "angle"
@@ -103,17 +85,8 @@ def load_fits(logs: Sequence[Log], drive: Drive) -> LoadFits | None:
 def tell_cable(load: LoadFits | None, drive: Drive, found: dict[str, Interval]) -> dict[str, Interval]:
     """Stiffness and damping of a span and friction of the load, from the load's equation and inertia.
 
-    Parameters
-    ----------
-    load : LoadFits or None
-    drive : Drive
-    found : dict of str to (float, float, float)
-        What the sum of torques told.
-
-    Returns
-    -------
-    dict of str to (float, float, float)
-        Value and bounds of what could be told.
+    ``found``: what the sum of torques told.
+    Returns value and bounds of what could be told.
     """
     if load is None or "load_inertia" not in found:
         return {}
@@ -162,17 +135,8 @@ def _load_rows(log: Log, near: str, gear: float, band: float) -> Factors | None:
 def quick_speed(angle: Array, interval: float, band: float) -> Array:
     """Speed that shows where a shaft turns round: filtered less than the equations are.
 
-    Parameters
-    ----------
-    angle : ndarray, shape (samples,)
-        [rad].
-    interval, band : float
-        [s], [Hz].
-
-    Returns
-    -------
-    ndarray, shape (samples,)
-        [rad/s].
+    ``angle``, shape (samples,) [rad]; ``interval``, ``band`` [s], [Hz].
+    Returns shape (samples,) [rad/s].
     """
     return difference(zero_phase(angle, interval, min(SIGN_BANDS * band, 0.4 / interval)), interval)
 
@@ -180,16 +144,8 @@ def quick_speed(angle: Array, interval: float, band: float) -> Array:
 def moving(quick: Array, interval: float, band: float) -> NDArray[np.bool_]:
     """Where a shaft turns so fast, for as long as the filter remembers, that the sign of friction is sure.
 
-    Parameters
-    ----------
-    quick : ndarray, shape (samples,)
-        [rad/s].
-    interval, band : float
-        [s], [Hz].
-
-    Returns
-    -------
-    ndarray of bool, shape (samples,)
+    ``quick``, shape (samples,) [rad/s]; ``interval``, ``band`` [s], [Hz].
+    Returns shape (samples,).
     """
     reach = max(3, int(0.5 / (band * interval)))
     return np.asarray(np.convolve(np.abs(quick) < SLOW, np.ones(reach), "same") <= 0.5)
@@ -200,17 +156,8 @@ def tell_joint(
 ) -> dict[str, tuple[float, float, float]]:
     """Stiffness and damping of the joint: its twist against the torque that passes it.
 
-    Parameters
-    ----------
-    logs : sequence of Log
-    drive : Drive
-    found : dict of str to (float, float, float)
-        What the sum of torques told.
-
-    Returns
-    -------
-    dict of str to (float, float, float)
-        Value and bounds of what could be told.
+    ``found``: what the sum of torques told.
+    Returns value and bounds of what could be told.
     """
     if any("drive_angle" not in log.channels for log in logs):
         return {}

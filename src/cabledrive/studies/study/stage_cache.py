@@ -24,16 +24,8 @@ STALE = 3600.0
 def key_of(name: str, inputs: Mapping[str, Any]) -> str:
     """Hash of a stage's name, of this version, and of everything that the stage depends on.
 
-    Parameters
-    ----------
-    name : str
-    inputs : mapping
-        What `as_plain` takes.
-
-    Returns
-    -------
-    str
-        64 hexadecimal digits.
+    ``inputs``: what `as_plain` takes.
+    Returns 64 hexadecimal digits.
     """
     content = {"stage": name, "cabledrive": __version__, "inputs": as_plain(inputs)}
     canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
@@ -42,12 +34,7 @@ def key_of(name: str, inputs: Mapping[str, Any]) -> str:
 
 @cache
 def sources_hash() -> str:
-    """Hash of all modules that a stage imports, in whatever room, and of the packaged drives.
-
-    Returns
-    -------
-    str
-    """
+    """Hash of all modules that a stage imports, in whatever room, and of the packaged drives."""
     digest = hashlib.sha256(digest_with_imports(Path(__file__).with_name("pipeline.py")).encode())
     for path in sorted(PACKAGE.rglob("*.toml")):
         digest.update(path.name.encode() + path.read_bytes())
@@ -57,18 +44,7 @@ def sources_hash() -> str:
 def file_hash(path: Path) -> str:
     """Hash of a file's bytes.
 
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    str
-
-    Raises
-    ------
-    InputRefused
-        If it cannot be read.
+    Raises `InputRefused` if it cannot be read.
     """
     try:
         with path.open("rb") as file:
@@ -97,20 +73,10 @@ class StageCache:
     ) -> Result:
         """A result from the folder, or computed and kept there.
 
-        Parameters
-        ----------
-        name : str
-        kind : type
-            Of the result, a frozen dataclass.
-        inputs : mapping
-            All that the result depends on.
-        compute : callable
-            Takes nothing.
-
-        Returns
-        -------
-        object
-            The result; a fresh one too has gone through its plain data, so that it is the same either way.
+        ``kind``: of the result, a frozen dataclass; ``inputs``: all that the result depends on; ``compute``:
+        takes nothing.
+        Returns the result; a fresh one too has gone through its plain data, so that it is the same either
+        way.
         """
         key = key_of(name, {**inputs, "sources": sources_hash()})
         data = self._found(name, key)
@@ -140,12 +106,7 @@ class StageCache:
 
 
 def sweep(folder: Path) -> None:
-    """Remove half-written files that runs killed long ago left behind.
-
-    Parameters
-    ----------
-    folder : Path
-    """
+    """Remove half-written files that runs killed long ago left behind."""
     for path in folder.glob(".cabledrive-*"):
         if path.is_file() and time.time() - path.stat().st_mtime > STALE:
             path.unlink(missing_ok=True)

@@ -76,15 +76,7 @@ def try_laws(trial: Trial, settings: Sequence[LawSetting]) -> TriedLaws:
     With a goal these are the laws from the simplest on, until one holds it; without one, those whose largest
     error comes near the smallest.
 
-    Parameters
-    ----------
-    trial : Trial
-    settings : sequence of LawSetting
-        Simplest law first.
-
-    Returns
-    -------
-    TriedLaws
+    ``settings``: simplest law first.
     """
     goals = trial.goals
     first = min(FIRST, goals.draws)

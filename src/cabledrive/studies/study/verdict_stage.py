@@ -81,16 +81,7 @@ class Verdict:
 
 
 def judge(found: Findings) -> Verdict:
-    """Put the stages together.
-
-    Parameters
-    ----------
-    found : Findings
-
-    Returns
-    -------
-    Verdict
-    """
+    """Put the stages together."""
     goals, chosen = found.goals, found.chosen
     refusals, remedies = _refusals(found)
     if refusals:

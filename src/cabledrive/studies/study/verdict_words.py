@@ -31,14 +31,7 @@ RECORD = (
 def resonance_words(resonance: ResonanceResult) -> str:
     """Where the drive stands against its resonance, in one line.
 
-    Parameters
-    ----------
-    resonance : ResonanceResult
-        One that refuses.
-
-    Returns
-    -------
-    str
+    ``resonance``: one that refuses.
     """
     ratio, pulley = resonance.frequency_ratio, resonance.pulley_frequency
     where = f"a span swings at {ratio:.4g} of the pulley mode's {pulley:.4g} Hz"
@@ -58,16 +51,7 @@ def _millimetres(amplitude: float | None) -> str:
 
 
 def move_words(goals: Goals) -> str:
-    """The move that is planned, in words.
-
-    Parameters
-    ----------
-    goals : Goals
-
-    Returns
-    -------
-    str
-    """
+    """The move that is planned, in words."""
     if goals.travel is not None:
         hung = " with the mass below it" if goals.hanging_mass else ""
         return f"{goals.travel:.4g} m in {goals.duration:g} s{hung}"
@@ -78,47 +62,19 @@ def move_words(goals: Goals) -> str:
 def rounded_up(value: float) -> float:
     """The next number of two digits.
 
-    Parameters
-    ----------
-    value : float
-        Above 0.
-
-    Returns
-    -------
-    float
+    ``value``: above 0.
     """
     scale = 10.0 ** (floor(log10(value)) - 1)
     return float(f"{ceil(value / scale - 1e-9) * scale:.2g}")
 
 
 def percent(share: float) -> str:
-    """A share that is never rounded up to the next tenth of a per cent.
-
-    Parameters
-    ----------
-    share : float
-
-    Returns
-    -------
-    str
-    """
+    """A share that is never rounded up to the next tenth of a per cent."""
     return f"{floor(1e3 * share + 1e-9) / 10:g} %"
 
 
 def reached_words(chosen: LawScore, cable: LawScore | None, goals: Goals, unit: ErrorUnit) -> str:
-    """What is reached without a goal.
-
-    Parameters
-    ----------
-    chosen : LawScore
-    cable : LawScore or None
-    goals : Goals
-    unit : ErrorUnit
-
-    Returns
-    -------
-    str
-    """
+    """What is reached without a goal."""
     move, reached = move_words(goals), chosen.reached
     if reached is None or reached.error is None:
         early = f"{chosen.failed} of {chosen.runs} runs ended early, so that no error can be named"
@@ -134,17 +90,7 @@ def reached_words(chosen: LawScore, cable: LawScore | None, goals: Goals, unit: 
 def held_words(chosen: LawScore, cable: LawScore | None, goals: Goals, unit: ErrorUnit) -> list[str]:
     """What is reached where the goal is held.
 
-    Parameters
-    ----------
-    chosen : LawScore
-        With a goal.
-    cable : LawScore or None
-    goals : Goals
-    unit : ErrorUnit
-
-    Returns
-    -------
-    list of str
+    ``chosen``: with a goal.
     """
     goal = goal_of(goals)
     assert goal is not None
@@ -171,17 +117,8 @@ def _share_words(one: LawScore) -> str:
 def short_of(one: LawScore, goal: float, unit: ErrorUnit) -> list[str]:
     """What a law lacks, in words.
 
-    Parameters
-    ----------
-    one : LawScore
-    goal : float
-        [rad] or [m].
-    unit : ErrorUnit
-
-    Returns
-    -------
-    list of str
-        Empty where nothing is short.
+    ``goal`` [rad] or [m].
+    Returns empty where nothing is short.
     """
     if one.holds is not False:
         return []
@@ -204,15 +141,7 @@ def short_of(one: LawScore, goal: float, unit: ErrorUnit) -> list[str]:
 def unrun(found: Findings, reasons: Sequence[str]) -> list[str]:
     """Why plants were not run; what stands among the reasons of the verdict is not said once more.
 
-    Parameters
-    ----------
-    found : Findings
-    reasons : sequence of str
-        Of the verdict.
-
-    Returns
-    -------
-    list of str
+    ``reasons``: of the verdict.
     """
     left = {one.reason: one.plant for one in (found.cable, found.lumped) if not one.draws and one.reason}
     words = []
@@ -228,16 +157,7 @@ def unrun(found: Findings, reasons: Sequence[str]) -> list[str]:
 
 
 def remedies_for(found: Findings) -> list[str]:
-    """What would let the runs last, or else make the bound smaller.
-
-    Parameters
-    ----------
-    found : Findings
-
-    Returns
-    -------
-    list of str
-    """
+    """What would let the runs last, or else make the bound smaller."""
     slower = "take longer for the move: acceleration falls with its square"
     if found.lumped.failed:
         unstable = f"where the loop is unstable know the drive better; {RECORD}"
