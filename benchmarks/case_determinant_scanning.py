@@ -9,7 +9,7 @@ from harness import duration, side_by_side, table, worst_error
 from scanning import fine_enough, halved_until_settled, modal_determinant, scan
 
 import cabledrive as cd
-from cabledrive.modes.printed import loop_matrix, loop_with_carriage_matrix, loop_with_two_carriages_matrix
+from cabledrive.modal.printed import loop_matrix, loop_with_carriage_matrix, loop_with_two_carriages_matrix
 
 TITLE = "Determinant scanning"
 FEW, MANY = 12, 48

@@ -9,8 +9,8 @@ from harness import duration, side_by_side, table, worst_error
 
 import cabledrive as cd
 from cabledrive.mechanics.spans import longitudinal_chains
-from cabledrive.modes import longitudinal_modes
-from cabledrive.modes.counting import ModeCounter
+from cabledrive.modal import longitudinal_modes
+from cabledrive.modal.counting import ModeCounter
 
 TITLE = "A ropeway with 1,000 carriages, first 50 modes"
 CARRIAGES, MODES = 1000, 50

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from harness import table
 
-from cabledrive.modes.tuning import tuned_pretension
+from cabledrive.modal.tuning import tuned_pretension
 from cabledrive.parameters import load_drive
 from cabledrive.reduction import ensembles
 from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension, autoparametric_model

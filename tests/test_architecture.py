@@ -45,7 +45,7 @@ def test_the_package_keeps_its_import_contracts():
 
 
 @pytest.mark.parametrize(
-    "importer, imported", [("modes", "parameters"), ("control", "reduction"), ("app", "report")]
+    "importer, imported", [("modal", "parameters"), ("control", "reduction"), ("app", "report")]
 )
 def test_a_room_may_import_the_rooms_before_it(copy_with, importer, imported):
     checked = lint_imports(copy_with(importer, imported))
@@ -53,7 +53,7 @@ def test_a_room_may_import_the_rooms_before_it(copy_with, importer, imported):
 
 
 @pytest.mark.parametrize(
-    "importer, imported", [("parameters", "modes"), ("modes", "app"), ("trajectories", "rig")]
+    "importer, imported", [("parameters", "modal"), ("modal", "app"), ("trajectories", "rig")]
 )
 def test_a_room_must_not_import_a_room_after_it(copy_with, importer, imported):
     checked = lint_imports(copy_with(importer, imported))

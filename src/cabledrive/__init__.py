@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 from cabledrive.at_once import LISTENS as _LISTENS  # noqa: F401 (before all others, see there)
 from cabledrive.mechanics import DerivedQuantities, derived_quantities, practitioner_warnings
-from cabledrive.modes import Certificate, Mode, Modes, modes, natural_frequencies
+from cabledrive.modal import Certificate, Mode, Modes, modes, natural_frequencies
+from cabledrive.old_names import keep_old_names
 from cabledrive.parameters import (
     Cable,
     Carriage,
@@ -33,6 +34,8 @@ if TYPE_CHECKING:
     from cabledrive.simulation import simulate
     from cabledrive.studies import frequency_against, frequency_against_carriage_position
     from cabledrive.studies.study import run_study
+
+keep_old_names()
 
 # Loaded when first asked for, with the libraries they need.
 _ON_DEMAND = {

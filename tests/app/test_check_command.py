@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 import cabledrive as cd
 from cabledrive.mechanics.warnings import practitioner_warnings
-from cabledrive.modes.lowest import derived_with_lowest
+from cabledrive.modal.lowest import derived_with_lowest
 from command import answer, call, object_of, refusal, the_line
 from drive_mutations import FILES, mutants
 from drive_strategies import drives

@@ -5,8 +5,8 @@ import re
 import pytest
 
 import cabledrive as cd
-from cabledrive.modes.mode_rows import mode_rows
-from cabledrive.modes.mode_table import mode_table
+from cabledrive.modal.mode_rows import mode_rows
+from cabledrive.modal.mode_table import mode_table
 from command import answer, call, refusal
 
 

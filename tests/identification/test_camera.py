@@ -207,7 +207,7 @@ def test_a_corrupt_video_is_refused_in_one_line(tmp_path, content, name):
 def test_a_filmed_ping_tells_the_tension(tmp_path):
     """Configuration 3 filmed for 1 s, 0.15 mm per pixel: 101.26 Hz, and 7 N within 1 %."""
     from cabledrive.identification.tension import read_ping, tension_from_ping
-    from cabledrive.modes import modes
+    from cabledrive.modal import modes
     from cabledrive.parameters import load_drive
 
     drive, rng = load_drive("dissertation-3"), np.random.default_rng(11)

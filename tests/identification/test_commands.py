@@ -108,7 +108,7 @@ def test_the_tension_of_a_ping_is_told_at_the_door(tmp_path, capsys):
     import numpy as np
     from scipy.io import wavfile
 
-    from cabledrive.modes import modes
+    from cabledrive.modal import modes
     from cabledrive.parameters import load_drive
 
     time = np.arange(12_000) / 8000.0

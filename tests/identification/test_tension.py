@@ -10,7 +10,7 @@ from scipy.io import wavfile
 from cabledrive.identification.logs.log import log_of
 from cabledrive.identification.tension import read_ping, read_wav, tension_from_ping
 from cabledrive.identification.tension.from_ping import tension_for
-from cabledrive.modes import modes
+from cabledrive.modal import modes
 from cabledrive.parameters import InputRefused, NotComputed, load_drive
 from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
 
@@ -175,7 +175,7 @@ def test_a_clipped_recording_is_told(tmp_path):
 def test_pings_of_other_machines_and_sections_tell_their_tension(name, section):
     """Guided carriages part a span, hanging ones load it: each section by its own certified modes."""
     from cabledrive.mechanics.spans import transverse_chains
-    from cabledrive.modes.tuning import section_frequencies
+    from cabledrive.modal.tuning import section_frequencies
 
     drive, rng = load_drive(name), np.random.default_rng(section)
     chains = [chain for chain in transverse_chains(drive) if chain.stretches[0].span == "upper"]

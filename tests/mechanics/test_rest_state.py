@@ -15,7 +15,7 @@ from cabledrive.mechanics.mesh import mesh_of
 from cabledrive.mechanics.mesh_forces import gradients
 from cabledrive.mechanics.sag import catenary_sag
 from cabledrive.mechanics.statics import equilibrium
-from cabledrive.modes.tuning import section_frequencies
+from cabledrive.modal.tuning import section_frequencies
 from cabledrive.parameters import Cable, Carriage, Drive, Layout, NotComputed, Pulley
 
 

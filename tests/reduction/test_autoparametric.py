@@ -9,8 +9,8 @@ import sympy as sp
 
 import cabledrive as cd
 from cabledrive.mechanics.spans import transverse_chains
-from cabledrive.modes.tuning import pulley_mode, section_modes
-from cabledrive.modes.waves import waves
+from cabledrive.modal.tuning import pulley_mode, section_modes
+from cabledrive.modal.waves import waves
 from cabledrive.reduction.autoparametric import at_pretension, autoparametric_model
 from cabledrive.reduction.coupling_integrals import fourth_power_of_slope, squared_slope, stretch_by
 from cabledrive.reduction.uniform_tension import uniform_tension_model

@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import eigh
 
 import cabledrive as cd
-from cabledrive.modes.tuning import pulley_mode
+from cabledrive.modal.tuning import pulley_mode
 from cabledrive.parameters import InputRefused
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.fast_simulation import FastScheme, simulate_fast

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cabledrive.modes import natural_frequencies
+from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import load_drive
 from cabledrive.reduction.lumped_chain import LumpedChain, speed_response
 from cabledrive.reduction.models import lumped_model

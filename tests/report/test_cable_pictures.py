@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 from report_page import Reader
 
-from cabledrive.modes import natural_frequencies
+from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.report.animated_gif import animation_gif
 from cabledrive.report.animation import animation_page, animation_svg

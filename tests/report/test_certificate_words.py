@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from cabledrive.modes import modes
-from cabledrive.modes.model_range import INCOMPLETE
+from cabledrive.modal import modes
+from cabledrive.modal.model_range import INCOMPLETE
 from cabledrive.parameters import load_drive
 from cabledrive.report.certificate_words import certificate_words
 

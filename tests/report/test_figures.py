@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY
-from cabledrive.modes import modes, natural_frequencies
-from cabledrive.modes.mode import BOTH
+from cabledrive.modal import modes, natural_frequencies
+from cabledrive.modal.mode import BOTH
 from cabledrive.parameters import Carriage, load_drive, packaged_drives
 from cabledrive.report import picture as pictures
 from cabledrive.report.context import make_context

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
-from cabledrive.modes.mode_rows import mode_rows
+from cabledrive.modal.mode_rows import mode_rows
 from cabledrive.report.mode_figure import mode_figure, mode_picture
 from cabledrive.report.style import family_colour
 

@@ -20,7 +20,7 @@ from cabledrive.control.transporter_law import (
 )
 from cabledrive.control.transporter_reference import flat_motion, shaped
 from cabledrive.control.transporter_tuning import tuning_for
-from cabledrive.modes import natural_frequencies
+from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.reduction.transporter import (
     compliance,

@@ -10,9 +10,9 @@ import xarray
 from cabledrive import __version__
 from cabledrive.mechanics import compiled
 from cabledrive.parameters.carriage import Carriage
-from cabledrive.parameters.content_hash import content_hash
 from cabledrive.parameters.drive_file import load_drive
 from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.hashing import content_hash
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, simulate
 from cabledrive.simulation.channels import CHANNELS
 from cabledrive.simulation.ensemble import Setting, simulate_ensemble

@@ -8,7 +8,7 @@ from scipy.linalg import eigh
 
 from cabledrive.mechanics.cable_laws import cable_law
 from cabledrive.mechanics.mesh import mesh_of
-from cabledrive.modes import modes
+from cabledrive.modal import modes
 from cabledrive.parameters.carriage import Carriage
 from cabledrive.parameters.drive_file import load_drive
 from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate

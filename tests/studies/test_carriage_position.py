@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from cabledrive.mechanics.spans import longitudinal_chains
-from cabledrive.modes import natural_frequencies
-from cabledrive.modes.counting import modes_below_reference
+from cabledrive.modal import natural_frequencies
+from cabledrive.modal.counting import modes_below_reference
 from cabledrive.parameters import Carriage, InputRefused, load_drive
 from cabledrive.studies import (
     cable_mass,

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from cabledrive.modes import longitudinal_modes
-from cabledrive.modes.printed import loop_matrix
+from cabledrive.modal import longitudinal_modes
+from cabledrive.modal.printed import loop_matrix
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.studies import modal_determinant, mode_shapes, with_carriage
-from cabledrive.studies.modal_determinant import ZOOMED
+from cabledrive.studies.determinant import ZOOMED
 
 LOOP = load_drive("dissertation-1")
 

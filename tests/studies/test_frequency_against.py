@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cabledrive.modes import longitudinal_modes, natural_frequencies
+from cabledrive.modal import longitudinal_modes, natural_frequencies
 from cabledrive.parameters import Carriage, InputRefused, load_drive
 from cabledrive.studies import frequency_against
 from cabledrive.studies.following import mass_weighted_shapes

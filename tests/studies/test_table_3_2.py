@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cabledrive.studies import table_3_2
-from cabledrive.studies.table_3_2 import QUANTITIES
+from cabledrive.studies.carriage_table import QUANTITIES
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from cabledrive.mechanics.cable_laws import cable_law
 from cabledrive.mechanics.mesh import mesh_of
 from cabledrive.mechanics.mesh_forces import gradients
 from cabledrive.mechanics.statics import equilibrium
-from cabledrive.modes.model_range import SHIFTED
+from cabledrive.modal.model_range import SHIFTED
 from cabledrive.parameters import packaged_drives
 
 COUNT = 5

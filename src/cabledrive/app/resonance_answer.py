@@ -6,7 +6,7 @@ import numpy as np
 
 from cabledrive.app.results import Absent
 from cabledrive.mechanics.warnings import largest_pretension, warnings_of_rest
-from cabledrive.modes.tuning import Pair
+from cabledrive.modal.tuning import Pair
 from cabledrive.parameters import Drive
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.threshold import required_detuning

@@ -2,10 +2,10 @@
 
 from cabledrive.mechanics.chain import Chain
 from cabledrive.mechanics.datasheet import DerivedQuantities, derived_quantities
-from cabledrive.mechanics.dynamic_stiffness import DynamicStiffness, dynamic_stiffness
 from cabledrive.mechanics.labelled_chain import LabelledChain
-from cabledrive.mechanics.rest_state import RestingSection, RestingStretch, RestState, rest_state
+from cabledrive.mechanics.rest import RestingSection, RestingStretch, RestState, rest_state
 from cabledrive.mechanics.spans import longitudinal_chains, strings_at_rest, transverse_chains
+from cabledrive.mechanics.stiffness_matrix import DynamicStiffness, dynamic_stiffness
 from cabledrive.mechanics.warnings import practitioner_warnings
 
 __all__ = [

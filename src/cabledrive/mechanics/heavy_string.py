@@ -18,7 +18,7 @@ from math import ceil
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.mechanics.rest_state import RestingStretch
+from cabledrive.mechanics.rest import RestingStretch
 
 Array = NDArray[np.float64]
 

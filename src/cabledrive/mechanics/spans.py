@@ -20,7 +20,7 @@ from cabledrive.mechanics.holding import (
     motor_condition,
 )
 from cabledrive.mechanics.labelled_chain import HOLDING_SPRING, MOTOR_JOINT, LabelledChain, Stretch
-from cabledrive.mechanics.rest_state import RestingSection, RestState, rest_state
+from cabledrive.mechanics.rest import RestingSection, RestState, rest_state
 from cabledrive.parameters import Carriage, Drive, NotComputed
 
 

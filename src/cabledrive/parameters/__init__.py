@@ -5,7 +5,6 @@ Units exist only here, at the door; every other room works with SI floats.
 
 from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.carriage import Carriage
-from cabledrive.parameters.content_hash import content_hash
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.drive_file import (
     drive_text,
@@ -15,6 +14,7 @@ from cabledrive.parameters.drive_file import (
     save_drive,
 )
 from cabledrive.parameters.errors import InputRefused, NotComputed
+from cabledrive.parameters.hashing import content_hash
 from cabledrive.parameters.instruments import Goal, Lumped, Sensors
 from cabledrive.parameters.layout import Layout
 from cabledrive.parameters.motor import Motor

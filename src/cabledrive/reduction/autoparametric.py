@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 
 from cabledrive.mechanics.holding import DRIVE_PULLEY, FREE, LOAD_PULLEY, MOTOR, motor_condition
 from cabledrive.mechanics.labelled_chain import LabelledChain
-from cabledrive.mechanics.rest_state import rest_state
+from cabledrive.mechanics.rest import rest_state
 from cabledrive.mechanics.spans import transverse_chains
-from cabledrive.modes.tuning import pulley_mode
-from cabledrive.modes.waves import Wave, waves
+from cabledrive.modal.tuning import pulley_mode
+from cabledrive.modal.waves import Wave, waves
 from cabledrive.parameters import Drive
 from cabledrive.reduction.coupling_integrals import largest_slope
 from cabledrive.reduction.pulley_motion import modal_damping, rigid_mass, scaled_rims, shafts_of

@@ -9,7 +9,7 @@ from cmath import exp, phase
 from collections.abc import Iterator, Sequence
 from math import ceil, pi, sin
 
-from cabledrive.modes.waves import Wave
+from cabledrive.modal.waves import Wave
 
 
 def _phase_integral(wave_number: float, length: float) -> complex:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY, MOTOR
 from cabledrive.mechanics.spans import longitudinal_chains
-from cabledrive.modes.tuning import PulleyMode
+from cabledrive.modal.tuning import PulleyMode
 from cabledrive.parameters import Drive
 
 

@@ -6,7 +6,7 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.modes import natural_frequencies
+from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import Drive
 from cabledrive.reduction.lumped_chain import natural_frequencies_of, speed_response
 from cabledrive.reduction.models import highest_model, lumped_model, rim_spring

@@ -27,8 +27,8 @@ from numpy.typing import NDArray
 from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY, MOTOR
 from cabledrive.mechanics.labelled_chain import LabelledChain
 from cabledrive.mechanics.spans import longitudinal_chains
-from cabledrive.modes.solver import chain_modes
-from cabledrive.modes.waves import waves
+from cabledrive.modal.solver import chain_modes
+from cabledrive.modal.waves import waves
 from cabledrive.parameters import Drive
 from cabledrive.reduction.static_state import StaticState
 from cabledrive.reduction.transverse_shapes import TransverseShapes, transverse_shapes

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.mesh import Mesh, mesh_of
-from cabledrive.mechanics.rest_state import rest_state
+from cabledrive.mechanics.rest import rest_state
 from cabledrive.parameters import Drive, NotComputed
 
 Array = NDArray[np.float64]

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from cabledrive.mechanics.labelled_chain import LabelledChain
 from cabledrive.mechanics.spans import longitudinal_chains
-from cabledrive.modes.tuning import section_modes
-from cabledrive.modes.waves import Wave, waves
+from cabledrive.modal.tuning import section_modes
+from cabledrive.modal.waves import Wave, waves
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.coupling_integrals import fourth_power_of_slope, squared_slope, stretch_by
 

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.holding import DRIVE_PULLEY, FREE, LOAD_PULLEY, MOTOR, motor_condition
-from cabledrive.modes import Mode, modes
+from cabledrive.modal import Mode, modes
 from cabledrive.parameters import Drive, InputRefused
 
 Array = NDArray[np.float64]

@@ -1,7 +1,7 @@
 """What the certificate of a list of modes says, in plain words."""
 
-from cabledrive.modes import Modes
-from cabledrive.modes.model_range import INCOMPLETE
+from cabledrive.modal import Modes
+from cabledrive.modal.model_range import INCOMPLETE
 from cabledrive.report.numbers import number
 
 _SMALL = (

@@ -6,8 +6,8 @@ from functools import cached_property
 from math import pi
 
 from cabledrive.mechanics.spans import transverse_chains
-from cabledrive.modes import Modes, modes, natural_frequencies
-from cabledrive.modes.counting import ModeCounter
+from cabledrive.modal import Modes, modes, natural_frequencies
+from cabledrive.modal.counting import ModeCounter
 from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.report.names import anchors
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.modes import Modes
-from cabledrive.modes.mode import BOTH, LONGITUDINAL, TRANSVERSE
-from cabledrive.modes.mode_rows import ModeRow, mode_rows
+from cabledrive.modal import Modes
+from cabledrive.modal.mode import BOTH, LONGITUDINAL, TRANSVERSE
+from cabledrive.modal.mode_rows import ModeRow, mode_rows
 from cabledrive.parameters import Drive
 from cabledrive.report.style import LINE, PAPER, QUIET, SMALL, TEXT, family_colour, house_style
 

@@ -4,6 +4,7 @@ from cabledrive.simulation.audit import SlackEvent
 from cabledrive.simulation.case import CarriageForce, Recording
 from cabledrive.simulation.ensemble import Setting, simulate_ensemble
 from cabledrive.simulation.error_estimate import ErrorEstimate
+from cabledrive.simulation.one_run import simulate
 from cabledrive.simulation.result import SimulationResult
 from cabledrive.simulation.scheme import Scheme
 from cabledrive.simulation.signals import (
@@ -15,7 +16,6 @@ from cabledrive.simulation.signals import (
     Sine,
     Sweep,
 )
-from cabledrive.simulation.simulate import simulate
 from cabledrive.simulation.start import Pluck, Start
 from cabledrive.simulation.stopped import SimulationInterrupted, SimulationStopped
 

@@ -15,9 +15,9 @@ from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import cable_law
 from cabledrive.mechanics.mesh import Mesh, mesh_of
 from cabledrive.mechanics.sources import digest_with_imports
-from cabledrive.parameters.content_hash import content_hash
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.hashing import content_hash
 from cabledrive.parameters.version import __version__
 from cabledrive.simulation.channels import WIDTH
 from cabledrive.simulation.method import Method

@@ -15,10 +15,10 @@ from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import nearest
 from cabledrive.simulation.case import Recording
+from cabledrive.simulation.one_run import simulate
 from cabledrive.simulation.result import SimulationResult
 from cabledrive.simulation.scheme import Scheme
 from cabledrive.simulation.signals import Constant, Signal, Sine
-from cabledrive.simulation.simulate import simulate
 from cabledrive.simulation.start import Pluck, Start
 from cabledrive.simulation.stopped import SimulationStopped
 

@@ -7,10 +7,10 @@ from cabledrive.studies.carriage_position import (
     midspan_crossing,
     with_carriage,
 )
-from cabledrive.studies.frequency_against import frequency_against
-from cabledrive.studies.modal_determinant import modal_determinant
-from cabledrive.studies.mode_shapes import mode_shapes
-from cabledrive.studies.table_3_2 import table_3_2
+from cabledrive.studies.carriage_table import table_3_2
+from cabledrive.studies.determinant import modal_determinant
+from cabledrive.studies.frequency_curves import frequency_against
+from cabledrive.studies.shapes import mode_shapes
 
 __all__ = [
     "MidspanCrossing",

@@ -10,7 +10,7 @@ from cabledrive.mechanics.cable_laws import cable_law
 from cabledrive.mechanics.mesh import mesh_of
 from cabledrive.mechanics.sag import catenary_sag, parabola_sag
 from cabledrive.mechanics.statics import equilibrium
-from cabledrive.modes import natural_frequencies
+from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import Drive
 from cabledrive.simulation import (
     Pluck,

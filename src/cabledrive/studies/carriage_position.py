@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cabledrive.mechanics.chain import Array
-from cabledrive.modes import longitudinal_modes, natural_frequencies
+from cabledrive.modal import longitudinal_modes, natural_frequencies
 from cabledrive.parameters import Carriage, Drive, InputRefused, NotComputed
 from cabledrive.studies.labels import stamped
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.modes.tuning import tuned_pretension
+from cabledrive.modal.tuning import tuned_pretension
 from cabledrive.parameters import Drive
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.averaging import averaged_coefficients

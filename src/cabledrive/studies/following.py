@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from cabledrive.mechanics.chain import Array
 from cabledrive.mechanics.spans import longitudinal_chains
-from cabledrive.modes import Mode, longitudinal_modes
+from cabledrive.modal import Mode, longitudinal_modes
 from cabledrive.parameters import Drive, NotComputed
 
 DECISIVE = 0.75

@@ -6,7 +6,7 @@ from math import pi
 import numpy as np
 
 from cabledrive.mechanics.warnings import largest_pretension
-from cabledrive.modes.tuning import Pair, pulley_mode, resonant_pairs, span_frequency, tuned_pretension
+from cabledrive.modal.tuning import Pair, pulley_mode, resonant_pairs, span_frequency, tuned_pretension
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import LARGEST
 from cabledrive.reduction.autoparametric import AutoparametricModel, autoparametric_model

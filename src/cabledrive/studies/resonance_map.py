@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cabledrive.modes.tuning import resonant_pairs
+from cabledrive.modal.tuning import resonant_pairs
 from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension, autoparametric_model
 from cabledrive.reduction.averaging import averaged_coefficients

@@ -1,8 +1,8 @@
 """Reference motions, smooth to a stated order, with every derivative a control law asks for."""
 
 from cabledrive.trajectories.limits import MoveLimits, move_limits, peak_demand, shortest_rise
-from cabledrive.trajectories.smooth_rise import derivative_jump, peak_factor, rise_coefficients, smooth_rise
-from cabledrive.trajectories.waypoints import Move, Trajectory, pulse, waypoints
+from cabledrive.trajectories.rise import derivative_jump, peak_factor, rise_coefficients, smooth_rise
+from cabledrive.trajectories.segments import Move, Trajectory, pulse, waypoints
 
 __all__ = [
     "Move",

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from math import inf, isfinite
 
 from cabledrive.parameters import Drive, InputRefused, NotComputed
-from cabledrive.trajectories.smooth_rise import peak_factor
+from cabledrive.trajectories.rise import peak_factor
 
 _SEARCH_STEPS = 200
 

@@ -8,7 +8,7 @@ import click
 from cabledrive.app.options import Subcommand, answering, drive_argument, saves_answer
 from cabledrive.app.results import Answer, provenance
 from cabledrive.mechanics.warnings import practitioner_warnings
-from cabledrive.modes.lowest import derived_with_lowest
+from cabledrive.modal.lowest import derived_with_lowest
 from cabledrive.parameters import Drive, content_hash
 
 METHOD = "closed formulas of the datasheet; lowest frequencies by the exact dynamic stiffness"

@@ -8,10 +8,10 @@ from cabledrive.app.new_file import NewFile, NewFileType
 from cabledrive.app.options import Quantity, Subcommand, answering, drive_argument, saves_answer
 from cabledrive.app.results import Answer, provenance
 from cabledrive.mechanics.holding import CONDITIONS
-from cabledrive.modes import Mode, Modes, modes
-from cabledrive.modes.lowest import how_held, lowest_frequencies
-from cabledrive.modes.mode_table import certificate_line, mode_table
-from cabledrive.modes.model_range import INCOMPLETE
+from cabledrive.modal import Mode, Modes, modes
+from cabledrive.modal.lowest import how_held, lowest_frequencies
+from cabledrive.modal.mode_table import certificate_line, mode_table
+from cabledrive.modal.model_range import INCOMPLETE
 from cabledrive.parameters import Drive
 
 METHOD = "exact dynamic stiffness, Wittrick-Williams count, inverse iteration"

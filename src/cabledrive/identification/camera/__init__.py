@@ -2,6 +2,6 @@
 
 from cabledrive.identification.camera.clip import Clip, clip_of, open_clip
 from cabledrive.identification.camera.marker import MarkerTrack, track_marker
-from cabledrive.identification.camera.marker_log import marker_log, scale_from
+from cabledrive.identification.camera.marker_table import marker_log, scale_from
 
 __all__ = ["Clip", "MarkerTrack", "clip_of", "marker_log", "open_clip", "scale_from", "track_marker"]

@@ -23,8 +23,8 @@ from cabledrive.identification.tension.partials import (
     peak_near,
 )
 from cabledrive.mechanics.spans import transverse_chains
-from cabledrive.modes import longitudinal_modes
-from cabledrive.modes.tuning import section_frequencies
+from cabledrive.modal import longitudinal_modes
+from cabledrive.modal.tuning import section_frequencies
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 
 Array = NDArray[np.float64]

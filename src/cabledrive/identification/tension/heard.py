@@ -18,7 +18,7 @@ from cabledrive.identification.tension.from_ping import (
     _without_pulley_modes,
 )
 from cabledrive.identification.tension.partials import LEAST_COUNT, amplitude_spectrum, count_of
-from cabledrive.modes import longitudinal_modes
+from cabledrive.modal import longitudinal_modes
 from cabledrive.parameters import Drive, InputRefused
 
 Array = NDArray[np.float64]

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 from markupsafe import Markup
 
-from cabledrive.modes import Mode, Modes
-from cabledrive.modes.lowest import how_held, lowest_frequencies
-from cabledrive.modes.mode_rows import ModeRow, mode_rows
+from cabledrive.modal import Mode, Modes
+from cabledrive.modal.lowest import how_held, lowest_frequencies
+from cabledrive.modal.mode_rows import ModeRow, mode_rows
 from cabledrive.parameters import Drive
 from cabledrive.report import formula as f
 from cabledrive.report.blocks import (

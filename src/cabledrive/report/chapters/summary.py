@@ -3,7 +3,7 @@
 from markupsafe import Markup
 
 from cabledrive.mechanics import practitioner_warnings
-from cabledrive.modes import Modes
+from cabledrive.modal import Modes
 from cabledrive.parameters import Drive
 from cabledrive.report.blocks import Block, Cell, Chapter, Column, Figure, Paragraph, RowGroup, Table
 from cabledrive.report.certificate_words import count_words

@@ -7,7 +7,7 @@ from typing import Any
 from markupsafe import Markup
 
 from cabledrive.mechanics import practitioner_warnings
-from cabledrive.modes.lowest import derived_with_lowest
+from cabledrive.modal.lowest import derived_with_lowest
 from cabledrive.parameters import Drive
 from cabledrive.report.blocks import (
     Beside,

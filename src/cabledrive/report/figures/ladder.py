@@ -8,9 +8,9 @@ import numpy as np
 
 from cabledrive.mechanics.chain import Array
 from cabledrive.mechanics.spans import longitudinal_chains
-from cabledrive.modes import Mode, Modes
-from cabledrive.modes.counting import ModeCounter
-from cabledrive.modes.mode import BOTH
+from cabledrive.modal import Mode, Modes
+from cabledrive.modal.counting import ModeCounter
+from cabledrive.modal.mode import BOTH
 from cabledrive.parameters import Drive
 from cabledrive.report.numbers import number
 from cabledrive.report.picture import Picture, picture

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from cabledrive.modes import Modes
+from cabledrive.modal import Modes
 from cabledrive.report.numbers import number
 from cabledrive.report.picture import Picture, picture
 from cabledrive.report.style import BLUE, LINE, ORANGE, label, log_axis

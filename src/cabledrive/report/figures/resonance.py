@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cabledrive.modes.frequency_ratio import frequency_ratio, mass_ratios, resonant_load_ratio
+from cabledrive.modal.frequency_ratio import frequency_ratio, mass_ratios, resonant_load_ratio
 from cabledrive.parameters import Drive
 from cabledrive.report.numbers import number
 from cabledrive.report.picture import Picture, picture

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.modes import modes, natural_frequencies
+from cabledrive.modal import modes, natural_frequencies
 from cabledrive.parameters import Drive
 from cabledrive.report.mode_figure import file_style
 from cabledrive.report.picture import Picture, picture

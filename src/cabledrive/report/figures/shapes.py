@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from cabledrive.mechanics.chain import Array
-from cabledrive.modes import Mode
+from cabledrive.modal import Mode
 from cabledrive.parameters import Drive
 from cabledrive.report.numbers import number
 from cabledrive.report.picture import Picture, picture

@@ -8,7 +8,7 @@ import numpy as np
 from cabledrive.control.numbers import LawNumbers
 from cabledrive.control.observer_numbers import ObserverNumbers
 from cabledrive.mechanics.holding import released
-from cabledrive.modes import modes, natural_frequencies
+from cabledrive.modal import modes, natural_frequencies
 from cabledrive.parameters import Drive, InputRefused, Lumped
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.quality import with_measured_stiffness

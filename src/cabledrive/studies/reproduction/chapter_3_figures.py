@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from cabledrive.modes import natural_frequencies
+from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import load_drive
 from cabledrive.simulation import Pluck, Scheme, Start, simulate
-from cabledrive.studies.modal_determinant import modal_determinant
+from cabledrive.studies.determinant import modal_determinant
 from cabledrive.studies.reproduction.chapter_3_shapes import SHAPE_DIFFERS, shapes
 from cabledrive.studies.reproduction.chapter_3_transporter import transporter
 from cabledrive.studies.reproduction.item import ERRATUM, Entry, Outcome, outcome, place

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.parameters import load_drive
-from cabledrive.studies.mode_shapes import mode_shapes
 from cabledrive.studies.reproduction.item import DIFFERS, Item, Outcome, outcome, place
 from cabledrive.studies.reproduction.judge import claimed
 from cabledrive.studies.reproduction.panel import Panel, curve
+from cabledrive.studies.shapes import mode_shapes
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from cabledrive.modes.frequency_ratio import frequency_ratio, mass_ratios, resonant_load_ratio
-from cabledrive.modes.tuning import span_frequency, tuned_pretension
+from cabledrive.modal.frequency_ratio import frequency_ratio, mass_ratios, resonant_load_ratio
+from cabledrive.modal.tuning import span_frequency, tuned_pretension
 from cabledrive.parameters import load_drive
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.averaging import averaged_coefficients

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cabledrive.modes import against_rigid_supports, modes, natural_frequencies
+from cabledrive.modal import against_rigid_supports, modes, natural_frequencies
 from cabledrive.parameters import load_drive
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.lumped_chain import natural_frequencies_of

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from math import ceil, floor, log10
 
-from cabledrive.modes import natural_frequencies
+from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.reduction.quality import with_measured_stiffness
 from cabledrive.rig.setting import DEGREE

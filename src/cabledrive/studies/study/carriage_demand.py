@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cabledrive.modes import natural_frequencies
+from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import Drive
 from cabledrive.reduction.quality import with_measured_stiffness
 from cabledrive.reduction.transporter import strand_stiffness

@@ -7,7 +7,7 @@ from pathlib import Path
 from cabledrive.identification.logs.log import Log
 from cabledrive.mechanics import practitioner_warnings
 from cabledrive.mechanics.holding import left_out_under_torque
-from cabledrive.modes.lowest import derived_with_lowest
+from cabledrive.modal.lowest import derived_with_lowest
 from cabledrive.parameters import Drive
 from cabledrive.rig.laws.fitting import SHAFTS
 from cabledrive.studies.study.carriage_machine import missing_for_carriage

@@ -5,7 +5,7 @@ from math import pi
 
 import numpy as np
 
-from cabledrive.modes import modes
+from cabledrive.modal import modes
 from cabledrive.parameters import Drive
 from cabledrive.reduction.models import highest_model
 from cabledrive.reduction.quality import ModelQuality, model_quality, with_measured_stiffness

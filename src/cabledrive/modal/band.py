@@ -1,0 +1,85 @@
+"""All modes of one kind: counted, listed and proven over the chains that carry them."""
+
+from collections.abc import Sequence
+from math import pi
+from typing import Any
+
+from cabledrive.mechanics.labelled_chain import LabelledChain
+from cabledrive.modal.counting import ModeCounter
+from cabledrive.modal.mode import TRANSVERSE, Mode, make_mode
+from cabledrive.modal.solver import ENCLOSURE, chain_modes
+
+PLANES = ("v", "w")
+
+
+class Band:
+    """All modes of one kind: the chains that carry them, and how many planes each stands for.
+
+    Parameters
+    ----------
+    chains : sequence of LabelledChain
+    kind : {"longitudinal", "transverse"}
+    """
+
+    def __init__(self, chains: Sequence[LabelledChain], kind: str) -> None:
+        self._chains, self._kind = chains, kind
+        self._counters = [ModeCounter(chain.chain) for chain in chains]
+        self._planes: tuple[str | None, ...] = PLANES if kind == TRANSVERSE else (None,)
+        self.rigid_body_modes = sum(chain.chain.rigid_body_modes for chain in chains)
+
+    @property
+    def _travel_time(self) -> float:
+        return sum(float(chain.chain.travel_times.sum()) for chain in self._chains)
+
+    def count(self, omega: float) -> int:
+        """Number of modes below a frequency, without the rigid-body mode.
+
+        ``omega`` [rad/s].
+        """
+        below = sum(max(counter(omega), chain.chain.rigid_body_modes) for counter, chain in self._pairs())
+        return len(self._planes) * (below - self.rigid_body_modes)
+
+    def below(self, omega: float) -> tuple[list[Mode], float]:
+        """All modes below a frequency.
+
+        ``omega`` [rad/s].
+        Returns ``clear``: frequency up to which the list is certain [rad/s].
+        """
+        clear, step = omega, 4 * ENCLOSURE
+        while self.count(clear * (1 - ENCLOSURE)) != self.count(clear * (1 + ENCLOSURE)):
+            clear, step = clear * (1 - step), 2 * step
+        return self._modes(clear), clear
+
+    def first(self, count: int) -> tuple[list[Mode], float]:
+        """The first few modes.
+
+        ``count``: how many.
+        Returns ``clear``: frequency up to which the list is complete [rad/s].
+        """
+        top = pi / self._travel_time / 8
+        while self.count(top) < count:
+            top *= 2
+        listed = self._modes(top, first=count)[:count]
+        last = 2 * pi * listed[-1].frequency
+        held = sum(mode.multiplicity for mode in listed)
+        for room in (0.1, 1e-3, 1e-6, 1e-9, 2 * ENCLOSURE):
+            if self.count(last * (1 + room)) == held:
+                return listed, last * (1 + room)
+        return listed, last * (1 - 2 * ENCLOSURE)
+
+    def _modes(self, top: float, first: int | None = None) -> list[Mode]:
+        found = [
+            make_mode(chain, solved, self._kind, plane)
+            for counter, chain in self._pairs()
+            for solved in chain_modes(chain.chain, top, first=first, count=counter)
+            for plane in self._planes
+        ]
+        return sorted(found, key=order_of)
+
+    def _pairs(self) -> list[tuple[ModeCounter, LabelledChain]]:
+        return list(zip(self._counters, self._chains, strict=True))
+
+
+def order_of(mode: Mode) -> tuple[Any, ...]:
+    """Key that sorts modes by frequency, then kind, place and plane."""
+    return mode.frequency, mode.kind, mode.span != "upper", mode.section or (), mode.plane or ""

@@ -1,0 +1,106 @@
+r"""The lateral mode of a hanging carriage: exact, as the dissertation has it, and one order better."""
+
+from dataclasses import dataclass
+from math import pi, sqrt
+
+from cabledrive.modal.hanging import HangingCarriage, hanging_carriage
+from cabledrive.modal.mode import Mode
+from cabledrive.modal.natural import modes
+from cabledrive.parameters import Drive
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LateralMode:
+    """Lateral frequency of one hanging carriage.
+
+    Attributes
+    ----------
+    exact : float
+        Lowest certified transverse mode of the stretch of cable that carries it [Hz].
+    approximate : float
+        As printed, the cable without mass [Hz].
+    corrected : float
+        With a third of the mass of that stretch added to the carriage [Hz].
+    mass_ratio : float
+        Mass of that stretch of cable over the mass of the carriage [-].
+    """
+
+    exact: float
+    approximate: float
+    corrected: float
+    mass_ratio: float
+
+    @property
+    def error(self) -> float:
+        """Relative error of the approximation [-]; `mass_ratio` / 6 for a light cable."""
+        return self.approximate / self.exact - 1.0
+
+    @property
+    def corrected_error(self) -> float:
+        """Relative error of the corrected approximation [-]; of second order in `mass_ratio`."""
+        return self.corrected / self.exact - 1.0
+
+
+def lateral_mode(drive: Drive, carriage: int = 0) -> LateralMode:
+    """Lateral mode of a hanging carriage, with the errors of the simple formulas.
+
+    Parameters
+    ----------
+    drive : Drive
+    carriage : int, default 0
+        Number of the carriage in the file.
+
+    Returns
+    -------
+    LateralMode
+
+    Raises
+    ------
+    InputRefused
+        If the carriage is guided, and so has no lateral mode, or hangs beside another.
+    """
+    hanging = hanging_carriage(drive, carriage)
+    return LateralMode(
+        exact=_exact(drive, hanging).frequency,
+        approximate=lateral_frequency(hanging),
+        corrected=corrected_lateral_frequency(hanging),
+        mass_ratio=hanging.cable_mass / hanging.mass,
+    )
+
+
+def lateral_frequency(hanging: HangingCarriage) -> float:
+    r"""Lateral frequency of a mass on a cable without mass, Eqs. (3.33)-(3.35).
+
+    .. math:: f = \frac{1}{2\pi}\sqrt{\frac{T_0}{m}\Big(\frac{1}{L_1} + \frac{1}{L_2}\Big)}
+
+    The print calls this omega; it is the frequency in Hz. It does not say that the cable's mass is left out.
+
+    Returns frequency [Hz].
+    """
+    return sqrt(hanging.lateral_stiffness / hanging.mass) / (2 * pi)
+
+
+def corrected_lateral_frequency(hanging: HangingCarriage) -> float:
+    r"""Lateral frequency to first order in the mass of the cable, Eq. (M.8).
+
+    The exact condition for two pieces of phase :math:`\alpha_i = \omega L_i/c_w` is
+    :math:`m\omega = c_w\rho\,(\cot\alpha_1 + \cot\alpha_2)`. With
+    :math:`\cot\alpha = 1/\alpha - \alpha/3 - \alpha^3/45 - \dots` its first two terms give
+
+    .. math:: \omega^2\Big(m + \tfrac13\rho(L_1 + L_2)\Big) = T_0\Big(\frac{1}{L_1} + \frac{1}{L_2}\Big):
+
+    a third of the stretch of cable moves with the mass, wherever it hangs.
+
+    Returns frequency [Hz].
+    """
+    return sqrt(hanging.lateral_stiffness / (hanging.mass + hanging.cable_mass / 3.0)) / (2 * pi)
+
+
+def _exact(drive: Drive, hanging: HangingCarriage) -> Mode:
+    """Lowest transverse mode of the section in which the carriage hangs."""
+    count = 2
+    while True:
+        for mode in modes(drive, count=count).transverse:
+            if mode.span == hanging.span and mode.section == hanging.section:
+                return mode
+        count *= 2

@@ -1,0 +1,88 @@
+"""The lowest longitudinal frequency with the rotor free and with the rotor held, side by side."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from cabledrive.mechanics import derived_quantities
+from cabledrive.mechanics.holding import CONDITIONS, FREE, HELD, HOLDING, motor_condition
+from cabledrive.modal.natural import Modes, natural_frequencies
+from cabledrive.parameters import Drive, NotComputed
+
+NAMES = {motor: f"lowest_frequency_{motor}_hz" for motor in CONDITIONS}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LowestFrequencies:
+    """Lowest longitudinal natural frequency of a drive by how its rotor is held.
+
+    Attributes
+    ----------
+    free, held : float or None
+        [Hz]; None where it could not be computed.
+    holding : float or None
+        With the rotor on ``motor.holding_stiffness`` [Hz]; None without that stiffness.
+    has_motor : bool
+        Whether the drive has a motor; else "held" holds the drive pulley.
+    reasons : dict of str
+        Why a frequency could not be computed, by the name that JSON gives it.
+    """
+
+    free: float | None
+    held: float | None
+    holding: float | None
+    has_motor: bool
+    reasons: dict[str, str]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Frequencies by the names that JSON gives them.
+
+        Returns in Hz; the one on the holding stiffness only where there is one.
+        """
+        data = {NAMES[FREE]: self.free, NAMES[HELD]: self.held}
+        return data if self.holding is None else data | {NAMES[HOLDING]: self.holding}
+
+    @property
+    def line(self) -> str:
+        """The frequencies in one sentence."""
+        part = "motor" if self.has_motor else "drive pulley"
+        values = ((self.free, f"with the {part} free"), (self.held, "with it held"))
+        parts = [f"{value:.6g} Hz {how}" for value, how in values if value is not None]
+        if self.holding is not None:
+            parts.append(f"{self.holding:.6g} Hz on its holding stiffness")
+        return f"Lowest longitudinal frequency: {', '.join(parts) or 'not computed'}."
+
+
+def how_held(found: Modes) -> str:
+    """With what held a list of modes was made, in one sentence."""
+    rotor = {FREE: "free", HELD: "held", HOLDING: "on its holding stiffness"}[found.motor]
+    also = f"; also held: {', '.join(found.hold)}" if found.hold else ""
+    torque = f"; steady torque {found.at_torque:.6g} N m" if found.at_torque else ""
+    return f"Listed with the motor {rotor}{also}{torque}."
+
+
+def derived_with_lowest(drive: Drive) -> dict[str, Any]:
+    """Derived quantities of a drive together with its lowest longitudinal frequencies.
+
+    Returns as `DerivedQuantities.as_dict`, with the frequencies of `LowestFrequencies.as_dict` added.
+    """
+    sheet, lowest = derived_quantities(drive).as_dict(), lowest_frequencies(drive)
+    return sheet | lowest.as_dict() | {"reasons": sheet["reasons"] | lowest.reasons}
+
+
+def lowest_frequencies(drive: Drive) -> LowestFrequencies:
+    """Lowest longitudinal natural frequency with the rotor free, held, and on its holding stiffness.
+
+    What a user measures on a machine at rest is mostly one of the last two: a stepper, or a servo whose
+    position loop is closed, does not turn freely.
+    """
+    found: dict[str, float | None] = dict.fromkeys(CONDITIONS)
+    reasons: dict[str, str] = {}
+    for motor in CONDITIONS if motor_condition(drive) == HOLDING else (FREE, HELD):
+        try:
+            with np.errstate(all="ignore"):  # what cannot be refined is said, not warned of
+                found[motor] = float(natural_frequencies(drive, count=1, motor=motor)[0])
+        except NotComputed as failure:
+            reasons[NAMES[motor]] = str(failure)
+    return LowestFrequencies(**found, has_motor=drive.motor is not None, reasons=reasons)

@@ -1,0 +1,158 @@
+"""A natural mode of a drive: frequency, kind, family, and its shape on every span and joint."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from math import pi
+from typing import Protocol
+
+import numpy as np
+
+from cabledrive.mechanics.chain import Array
+from cabledrive.mechanics.labelled_chain import LabelledChain
+from cabledrive.modal.chain_motion import LONGITUDINAL, TRANSVERSE, ChainMotion
+from cabledrive.modal.solver import ChainMode
+
+STRING, HEAVY_STRING, SHALLOW_SAG = "string under static tension", "heavy string", "shallow sag"
+BOTH = "both"
+
+__all__ = [
+    "BOTH",
+    "HEAVY_STRING",
+    "LONGITUDINAL",
+    "SHALLOW_SAG",
+    "STRING",
+    "TRANSVERSE",
+    "Mode",
+    "Motion",
+    "make_mode",
+]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Mode:
+    """One natural frequency, with as many shapes as its multiplicity.
+
+    Attributes
+    ----------
+    frequency : float
+        Natural frequency [Hz].
+    kind : {"longitudinal", "transverse"}
+    multiplicity : int
+        Number of independent shapes at this frequency.
+    span : str or None
+        Transverse modes: the span that vibrates, "upper", "lower", or "both" where sag couples them.
+    plane : str or None
+        Transverse modes: "v" (horizontal) or "w" (the plane of the loop).
+    section : (float, float) or None
+        Transverse modes: unstretched ends of the section [m], from the pulley where its span starts; None
+        where both spans vibrate together.
+    model : str or None
+        Transverse modes: what the cable is taken for, one of `STRING`, `HEAVY_STRING`, `SHALLOW_SAG`.
+    proven : bool
+        Whether counts just below and just above prove that it exists, with this multiplicity.
+    """
+
+    frequency: float
+    kind: str
+    multiplicity: int
+    span: str | None = None
+    plane: str | None = None
+    section: tuple[float, float] | None = None
+    model: str | None = None
+    proven: bool
+    _motion: "Motion" = field(repr=False)
+
+    @cached_property
+    def family(self) -> str:
+        """What mainly moves, as `family_of` tells it."""
+        return self._motion.family(self.kind)
+
+    @property
+    def kinetic_shares(self) -> dict[str, float]:
+        """Share of the kinetic energy in each joint that moves and in the "cable"; mean over the shapes."""
+        return self._motion.kinetic_shares
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints that take part, in order."""
+        return self._motion.joint_names
+
+    @property
+    def joints(self) -> dict[str, Array]:
+        """Displacement of each joint, shape (multiplicity,), of unit modal mass [kg^-1/2]; rims: r theta."""
+        return self._motion.joints
+
+    def shape(self, span: str, positions: Array) -> Array:
+        """Displacement along a span, from the exact waves: Eqs. (3.11), (3.18), (3.24), (3.28).
+
+        Parameters
+        ----------
+        span : {"upper", "lower"}
+        positions : array_like, shape (p,)
+            Unstretched positions from the pulley where the span starts [m].
+
+        Returns
+        -------
+        ndarray, shape (multiplicity, p)
+            Displacements of unit modal mass [kg^-1/2]; zero where this mode does not reach.
+        """
+        return self._motion.shape(span, np.asarray(positions, dtype=float))
+
+    def slopes_at(self, joint: str) -> tuple[Array, Array]:
+        """Slope of the displacement just before and just after a joint, along the span's direction.
+
+        Parameters
+        ----------
+        joint : str
+            A name among `joints`, but the motor's: "carriage 0".
+
+        Returns
+        -------
+        before, after : ndarray, shape (multiplicity,)
+            Derivatives by the unstretched position [kg^-1/2 / m]; zero beyond the end of an open chain.
+        """
+        return self._motion.slopes_at(joint)
+
+
+class Motion(Protocol):
+    """The shapes of a mode."""
+
+    @property
+    def kinetic_shares(self) -> dict[str, float]:
+        """Share of the kinetic energy in each joint that moves and in the "cable"."""
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints that take part, in order."""
+
+    @property
+    def joints(self) -> dict[str, Array]:
+        """Displacement of each joint, shape (multiplicity,)."""
+
+    def family(self, kind: str) -> str:
+        """What mainly moves."""
+
+    def shape(self, span: str, positions: Array) -> Array:
+        """Displacement along a span, shape (multiplicity, p)."""
+
+    def slopes_at(self, joint: str) -> tuple[Array, Array]:
+        """Slope just before and just after a joint."""
+
+
+def make_mode(chain: LabelledChain, solved: ChainMode, kind: str, plane: str | None = None) -> Mode:
+    """Name a mode of a chain in the terms of the machine.
+
+    ``kind``, {"longitudinal", "transverse"}; ``plane``: of a transverse mode.
+    """
+    where = chain.stretches if kind == TRANSVERSE else ()
+    return Mode(
+        frequency=solved.omega / (2 * pi),
+        kind=kind,
+        multiplicity=solved.multiplicity,
+        span=where[0].span if where else None,
+        plane=plane,
+        section=(where[0].start, where[-1].end) if where else None,
+        model=STRING if kind == TRANSVERSE else None,
+        proven=solved.proven,
+        _motion=ChainMotion(chain, solved),
+    )

@@ -1,0 +1,274 @@
+"""The natural modes of a drive: every one below a frequency, with a certificate that none is missing."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import isfinite, pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.mechanics.holding import clamped, held_joints, motor_condition
+from cabledrive.mechanics.spans import longitudinal_chains
+from cabledrive.modal.band import Band, order_of
+from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE, Mode
+from cabledrive.modal.model_range import INCOMPLETE, mode_warnings, model_limit
+from cabledrive.modal.resting_modes import transverse_band
+from cabledrive.modal.solver import ENCLOSURE
+from cabledrive.parameters import Drive, InputRefused, content_hash
+
+DEFAULT_COUNT = 10
+MOST_MODES = 20_000
+LOWEST_BELOW, HIGHEST_BELOW = 1e-30, 1e30
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Certificate:
+    """Proof that a list of modes is complete.
+
+    Attributes
+    ----------
+    below : float
+        Every mode below this frequency [Hz] is in the list.
+    count : int
+        How many these are, by the count of Wittrick and Williams, multiplicities and both planes included.
+    longitudinal, transverse : int
+        The two parts of `count`.
+    enclosure : float
+        Relative half-width of the interval in which two counts prove each mode to lie.
+    """
+
+    below: float
+    count: int
+    longitudinal: int
+    transverse: int
+    enclosure: float = ENCLOSURE
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Modes:
+    """Natural modes of a drive, certified.
+
+    Attributes
+    ----------
+    modes : tuple of Mode
+        Ascending in frequency, both kinds, without the rigid-body mode.
+    certified : bool
+        Whether every mode is proven, the list below the certificate's bound is as long as the count, and no
+        model of a listed mode is used outside its range.
+    certified_reason : str or None
+        Why it is not certified.
+    warnings : tuple of str
+        Those of the drive's warnings that touch the list, and what sag does to the longitudinal modes.
+    at_torque : float
+        Steady torque on the drive pulley [N m].
+    certificate : Certificate
+    rigid_body_modes : int
+        Motions that strain nothing.
+    drive_hash : str
+        Content hash of the drive.
+    motor : {"free", "held", "holding"}
+        How the rotor is held.
+    hold : tuple of str
+        Joints that are held as well.
+    """
+
+    modes: tuple[Mode, ...]
+    certified: bool
+    certified_reason: str | None
+    warnings: tuple[str, ...]
+    at_torque: float
+    certificate: Certificate
+    rigid_body_modes: int
+    drive_hash: str
+    motor: str
+    hold: tuple[str, ...]
+
+    @property
+    def longitudinal(self) -> tuple[Mode, ...]:
+        """The longitudinal modes."""
+        return tuple(mode for mode in self.modes if mode.kind == LONGITUDINAL)
+
+    @property
+    def transverse(self) -> tuple[Mode, ...]:
+        """The transverse modes."""
+        return tuple(mode for mode in self.modes if mode.kind == TRANSVERSE)
+
+
+def modes(
+    drive: Drive,
+    *,
+    below: float | None = None,
+    count: int | None = None,
+    motor: str | None = None,
+    hold: Sequence[str] = (),
+    at_torque: float = 0.0,
+) -> Modes:
+    """All natural modes of a drive below a frequency, or the first few of each kind.
+
+    Longitudinal motion by the exact dynamic stiffness of every span, of the taut cable. Transverse motion
+    under the tension at rest (`cabledrive.mechanics.rest_state`), hanging carriages as point masses: strings
+    out of the plane of gravity, with shallow sag in it. Pulley friction and dampings do not enter.
+
+    Parameters
+    ----------
+    drive : Drive
+    below : float, optional
+        Upper end [Hz].
+    count : int, optional
+        The first so many modes of each kind instead; ten where neither is given.
+    motor : {"free", "held", "holding"}, optional
+        How the rotor is held: it turns, it does not (behind a flexible joint the drive pulley still does,
+        without ``[motor]`` the drive pulley is held), or it turns on ``motor.holding_stiffness``. Default:
+        "holding" where the drive has that stiffness, else "free".
+    hold : sequence of str, optional
+        Parts that are held as well: "drive pulley", "load pulley", "carriage 0", or a carriage's own name.
+    at_torque : float, default 0.0
+        Steady torque on the drive pulley that loads the spans, taken up at the load pulley [N m]; positive
+        relieves the upper span.
+
+    Returns
+    -------
+    Modes
+
+    Raises
+    ------
+    InputRefused
+        If both limits are given, or a limit is not positive, or would list more than 20 000 modes, or
+        `motor` or `hold` do not fit the drive, or the torque is not finite.
+    NotComputed
+        If a mode that the count promises could not be refined, or no state of rest is found.
+
+    References
+    ----------
+    .. [1] Eqs. (3.10)-(3.13), (3.17)-(3.20), (3.24)-(3.26), (3.27), (3.37)-(3.38), generalised.
+    """
+    chains = longitudinal_chains(drive, motor=motor, hold=hold)
+    along, across = Band(chains, LONGITUDINAL), transverse_band(clamped(drive, hold), chains, at_torque)
+    if below is not None:
+        _check_below(below, count, along, across)
+        found = [band.below(2 * pi * below) for band in (along, across)]
+    else:
+        wanted = _checked_count(DEFAULT_COUNT if count is None else count)
+        found = [band.first(wanted) for band in (along, across)]
+    bound = min(clear for _, clear in found)
+    listed = sorted((mode for part, _ in found for mode in part), key=order_of)
+    parts = [band.count(bound) for band in (along, across)]
+    complete = sum(mode.multiplicity for mode in listed if 2 * pi * mode.frequency < bound) == sum(parts)
+    certificate = Certificate(
+        below=below if below is not None and bound == 2 * pi * below else bound / (2 * pi),
+        count=sum(parts),
+        longitudinal=parts[0],
+        transverse=parts[1],
+    )
+    proven = complete and all(mode.proven for mode in listed)
+    limit = model_limit(drive, listed, across, bound)
+    return Modes(
+        modes=tuple(listed),
+        certified=proven and limit is None,
+        certified_reason=limit if proven else INCOMPLETE,
+        warnings=mode_warnings(drive, listed, across, bound),
+        at_torque=at_torque,
+        certificate=certificate,
+        rigid_body_modes=along.rigid_body_modes,
+        drive_hash=content_hash(drive),
+        motor=motor_condition(drive, motor),
+        hold=tuple(sorted(held_joints(drive, hold))),
+    )
+
+
+def natural_frequencies(
+    drive: Drive,
+    *,
+    below: float | None = None,
+    count: int | None = None,
+    motor: str | None = None,
+    hold: Sequence[str] = (),
+) -> NDArray[np.float64]:
+    """Longitudinal natural frequencies of a drive, each repeated by its multiplicity.
+
+    Parameters
+    ----------
+    drive : Drive
+    below : float, optional
+        Upper end [Hz].
+    count : int, optional
+        The first so many instead (a multiple one at the end whole); ten where neither is given.
+    motor, hold : optional
+        How the rotor is held, and what else, see `modes`.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Frequencies [Hz], ascending, without the rigid-body mode.
+
+    Raises
+    ------
+    InputRefused, NotComputed
+        As `modes`.
+    """
+    listed = longitudinal_modes(drive, below=below, count=count, motor=motor, hold=hold)
+    return np.repeat([mode.frequency for mode in listed], [mode.multiplicity for mode in listed])
+
+
+def longitudinal_modes(
+    drive: Drive,
+    *,
+    below: float | None = None,
+    count: int | None = None,
+    motor: str | None = None,
+    hold: Sequence[str] = (),
+) -> tuple[Mode, ...]:
+    """Longitudinal modes of a drive alone, without the transverse ones.
+
+    Parameters
+    ----------
+    drive : Drive
+    below : float, optional
+        Upper end [Hz].
+    count : int, optional
+        The first so many instead (a multiple one at the end whole); ten where neither is given.
+    motor, hold : optional
+        How the rotor is held, and what else, see `modes`.
+
+    Returns
+    -------
+    tuple of Mode
+        Ascending, without the rigid-body mode.
+
+    Raises
+    ------
+    InputRefused, NotComputed
+        As `modes`.
+    """
+    band = Band(longitudinal_chains(drive, motor=motor, hold=hold), LONGITUDINAL)
+    if below is not None:
+        _check_below(below, count, band)
+        return tuple(band.below(2 * pi * below)[0])
+    return tuple(band.first(_checked_count(DEFAULT_COUNT if count is None else count))[0])
+
+
+def _checked_count(count: int) -> int:
+    if not 0 < count <= MOST_MODES:
+        raise InputRefused(
+            f"count = {count} modes must lie between 1 and {MOST_MODES}: ask for fewer at a time"
+        )
+    return count
+
+
+def _check_below(below: float, count: int | None, *bands: Band) -> None:
+    if count is not None:
+        raise InputRefused(f"below = {below:.9g} Hz and count = {count} are both given: give one of the two")
+    if not (isfinite(below) and below > 0.0):
+        raise InputRefused(f"below = {below:.9g} Hz must be positive and finite: give the upper end in Hz")
+    if not LOWEST_BELOW <= below <= HIGHEST_BELOW:
+        raise InputRefused(
+            f"below = {below:.9g} Hz must lie between {LOWEST_BELOW:g} and {HIGHEST_BELOW:g} Hz: "
+            "no machine rings there"
+        )
+    held = sum(band.count(2 * pi * below) for band in bands)
+    if held > MOST_MODES:
+        about = below * MOST_MODES / held
+        raise InputRefused(
+            f"below = {below:.9g} Hz holds {held} modes, at most {MOST_MODES} are certified: "
+            f"lower it to about {about:.3g} Hz"
+        )

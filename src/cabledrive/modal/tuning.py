@@ -1,0 +1,250 @@
+r"""How far a drive is from the 1:2 resonance, and the pretension that would bring it there.
+
+With the cable's mass and unstretched lengths kept, longitudinal frequencies do not depend on the
+pretension and transverse ones are proportional to :math:`\sqrt{R}`, :math:`R = T_0/(1+\varepsilon_0)`,
+carried masses included. The tuned pretension is therefore explicit,
+
+.. math:: R^* = R\,\Big(\frac{f_p}{2 f_t}\Big)^2, \qquad T_0^* = \frac{R^*}{1 - R^*/EA},
+          \qquad \text{Eq. (A.4)}
+
+and does not exist where :math:`R^* \ge EA`. A drive given by its pulley distance is cut to another length at
+every pretension; there the formula is repeated until it stands. Weights on a slope and carriages add to the
+tension of each section what no pretension changes; there the same formula gives the tension that the section
+needs, and the pretension follows by as much, again until it stands.
+"""
+
+from dataclasses import dataclass, replace
+from math import pi
+
+import numpy as np
+
+from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY
+from cabledrive.mechanics.labelled_chain import LabelledChain
+from cabledrive.mechanics.spans import longitudinal_chains, strings_at_rest
+from cabledrive.modal.solver import ChainMode, chain_modes
+from cabledrive.parameters import Drive, InputRefused, NotComputed
+
+TURNING = 1e-6
+"""Rim displacement, relative to a rigid motion of all masses, above which a pulley turns in a mode."""
+
+HIGHEST_SEARCHED = 200
+FEWEST_NUMBERS, MOST_NUMBERS = 3, 12
+SETTLED = 1e-11
+"""Relative change of the pretension at which the search for a tuned section at rest ends."""
+
+_PASSES = 60
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PulleyMode:
+    """The lowest longitudinal mode in which a pulley turns.
+
+    Attributes
+    ----------
+    omega : float
+        Natural frequency [rad/s].
+    chain : LabelledChain
+    solved : ChainMode
+    shape : int
+        Which of its shapes turns the pulleys most.
+    """
+
+    omega: float
+    chain: LabelledChain
+    solved: ChainMode
+    shape: int
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Pair:
+    """A transverse mode beside the pulley mode.
+
+    Attributes
+    ----------
+    span : {"upper", "lower"}
+    section : (float, float)
+        Unstretched ends of the vibrating section [m].
+    number : int
+        Number m of the transverse mode of its section, from 1.
+    transverse_frequency, pulley_frequency : float
+        [Hz].
+    ratio : float
+        Transverse over pulley frequency.
+    tuned_pretension : float or None
+        Pretension that makes the ratio one half [N].
+    reason : str
+        Why there is none.
+    """
+
+    span: str
+    section: tuple[float, float]
+    number: int
+    transverse_frequency: float
+    pulley_frequency: float
+    ratio: float
+    tuned_pretension: float | None
+    reason: str = ""
+
+    @property
+    def detuning(self) -> float:
+        """Ratio minus one half."""
+        return self.ratio - 0.5
+
+
+def pulley_mode(drive: Drive) -> PulleyMode:
+    """Find the lowest longitudinal mode in which a pulley turns.
+
+    Raises `InputRefused` if no pulley can turn.
+    """
+    if all(pulley.fixed for pulley in drive.pulley):
+        raise InputRefused(
+            "pulley.0.fixed and pulley.1.fixed are true: no pulley turns, there is no pulley mode; free one"
+        )
+    (chain,) = longitudinal_chains(drive)
+    top = pi / float(chain.chain.travel_times.sum())
+    seen = 0
+    while seen < HIGHEST_SEARCHED:
+        found = chain_modes(chain.chain, top)
+        for solved in found[seen:]:
+            turning = _rim_motion(chain, solved)
+            if np.max(turning) > TURNING:
+                return PulleyMode(
+                    omega=solved.omega, chain=chain, solved=solved, shape=int(np.argmax(turning))
+                )
+        seen, top = len(found), 2.0 * top
+    raise InputRefused(
+        f"no pulley turns in the {seen} lowest longitudinal modes: there is no pulley mode in range"
+    )
+
+
+def _rim_motion(chain: LabelledChain, solved: ChainMode) -> np.ndarray:
+    """Motion of the rims in each shape, relative to a rigid motion of the whole chain."""
+    total = chain.chain.masses.sum() + chain.chain.density * chain.chain.lengths.sum()
+    rows = [
+        solved.joints[chain.joints.index(name)]
+        for name in (DRIVE_PULLEY, LOAD_PULLEY)
+        if name in chain.joints
+    ]
+    return np.asarray(np.sqrt(total * np.sum(solved.shapes[rows] ** 2, axis=0)))
+
+
+def span_frequency(drive: Drive) -> float:
+    """Lowest transverse frequency of an empty span, c_w / (2 Le), whatever it carries.
+
+    Returns [Hz].
+    """
+    return drive.cable.transverse_wave_speed / (2.0 * drive.pulley_distance)
+
+
+def tuned_pretension(drive: Drive) -> float:
+    r"""Pretension that tunes an empty span's lowest mode to half the pulley mode, Eq. (A.4).
+
+    Returns [N].
+    Raises `InputRefused` if no pulley can turn, or no pretension reaches the ratio.
+    """
+    return _tuned(drive, span_frequency)
+
+
+def resonant_pairs(drive: Drive, numbers: int | None = None) -> tuple[Pair, ...]:
+    """Each transverse mode at rest beside the pulley mode: ratio, and the pretension that tunes it to 1:2.
+
+    ``numbers``: how many transverse modes of each section; by default three, or as many as reach half the
+    frequency of the pulley mode, up to `MOST_NUMBERS`.
+    Returns section after section, each ascending in frequency; both planes of a pair tune together.
+    Raises `InputRefused` if no pulley can turn; `NotComputed` if a section hangs slack at rest.
+    """
+    pulley = pulley_mode(drive).omega / (2 * pi)
+    pairs = []
+    for place, chain in enumerate(strings_at_rest(drive)):
+        section = (chain.stretches[0].start, chain.stretches[-1].end)
+        kept = numbers or _up_to_tuning(chain, 2 * pi * pulley)
+        for number, omega in enumerate(section_frequencies(chain, kept), start=1):
+            tuned, reason = _or_reason(drive, place, number)
+            pairs.append(
+                Pair(
+                    span=chain.stretches[0].span,
+                    section=section,
+                    number=number,
+                    transverse_frequency=omega / (2 * pi),
+                    pulley_frequency=pulley,
+                    ratio=omega / (2 * pi) / pulley,
+                    tuned_pretension=tuned,
+                    reason=reason,
+                )
+            )
+    return tuple(pairs)
+
+
+def section_frequencies(chain: LabelledChain, numbers: int) -> list[float]:
+    """Lowest transverse frequencies of one section."""
+    return [solved.omega for solved in section_modes(chain, numbers)]
+
+
+def section_modes(chain: LabelledChain, numbers: int) -> list[ChainMode]:
+    """Lowest transverse modes of one section."""
+    top = 1.5 * numbers * pi / float(chain.chain.travel_times.sum())
+    while True:
+        found = chain_modes(chain.chain, top, first=numbers)
+        if len(found) >= numbers:
+            return found[:numbers]
+        top *= 2.0
+
+
+def _up_to_tuning(chain: LabelledChain, pulley: float) -> int:
+    """Number of modes of a section up to a little above half the pulley mode's frequency."""
+    turns = 0.5 * pulley * float(chain.chain.travel_times.sum()) / pi
+    return max(FEWEST_NUMBERS, min(MOST_NUMBERS, int(turns + 1.0)))
+
+
+def _or_reason(drive: Drive, place: int, number: int) -> tuple[float | None, str]:
+    try:
+        return _tuned_at_rest(drive, place, number), ""
+    except (InputRefused, NotComputed) as refusal:
+        return None, str(refusal)
+
+
+def _tuned_at_rest(drive: Drive, place: int, number: int) -> float:
+    """Pretension that tunes one mode of a section at rest: what its own tension lacks is added to it."""
+    rigidity, current = drive.cable.axial_rigidity, drive
+    for _ in range(_PASSES):
+        string = strings_at_rest(current)[place]
+        own, force = section_frequencies(string, number)[number - 1], string.chain.rigidity
+        wanted = force * (pulley_mode(current).omega / (2 * own)) ** 2
+        if wanted >= rigidity:
+            raise InputRefused(_no_tuning(wanted, rigidity))
+        lacking = wanted / (1.0 - wanted / rigidity) - force / (1.0 - force / rigidity)
+        tension = current.cable.pretension + lacking
+        if abs(lacking) <= SETTLED * tension:
+            return current.cable.pretension
+        if tension <= 0.0:
+            raise InputRefused(
+                "no pretension tunes this pair: the weights alone hold the section tighter than that"
+            )
+        current = replace(current, cable=replace(current.cable, pretension=tension))
+    raise InputRefused("no pretension tunes this pair: the search for it does not settle")
+
+
+def _no_tuning(wanted: float, rigidity: float) -> str:
+    return (
+        f"no pretension tunes this pair: T0/(1 + eps0) = {wanted:.4g} N would have to reach "
+        f"EA = {rigidity:.4g} N; make a pulley heavier"
+    )
+
+
+def _tuned(drive: Drive, frequency) -> float:  # type: ignore[no-untyped-def]
+    """Repeat the formula of `tuned_pretension`: to a standstill where the unstretched length is not given."""
+    rigidity, current = drive.cable.axial_rigidity, drive
+    for _ in range(_PASSES):
+        cable = current.cable
+        force = cable.pretension / (1.0 + cable.prestrain)
+        wanted = force * (pulley_mode(current).omega / (4 * pi * frequency(current))) ** 2
+        if wanted >= rigidity:
+            raise InputRefused(_no_tuning(wanted, rigidity))
+        tension = wanted / (1.0 - wanted / rigidity)
+        done = abs(tension - cable.pretension) <= 1e-14 * tension
+        if done or drive.layout.span_length is not None:
+            return tension
+        current = replace(current, cable=replace(cable, pretension=tension))
+    raise InputRefused(
+        "no pretension tunes this pair: the search for it does not settle; give layout.span_length"
+    )

@@ -1,0 +1,194 @@
+"""Machines made to break the solver: every list is certified and right, or says that it is not."""
+
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from machines import RADIUS, drive, machine, pulley, ring_of, some_cable, spread
+from transfer_roots import exact_roots
+
+import cabledrive as cd
+from cabledrive.mechanics.spans import longitudinal_chains
+from cabledrive.modal.counting import modes_below_reference
+from cabledrive.parameters import Carriage, InputRefused, Motor, NotComputed
+from drive_strategies import drives
+
+
+def string_of_carriages(number, contrast, kind="loop", guided=False):
+    rng = np.random.default_rng(number)
+    cable, length = some_cable(rng), 100.0
+    mass = cable.mass_per_length * length / number
+    carriages = []
+    spans = ("upper", "lower")[: 2 if kind == "loop" else 1]
+    for span in spans:
+        places = np.cumsum([spread(rng, contrast) for _ in range(number // len(spans) + 1)])
+        for place in length * places[:-1] / places[-1]:
+            carriages.append(
+                Carriage(mass=mass * spread(rng, contrast), span=span, position=place, guided=guided)
+            )
+    return drive(kind, cable, length, [pulley(10 * mass), pulley(7 * mass)], carriages)
+
+
+def check_certified(machine, measured=None, **limits):
+    """Certified, ascending, and as many as certified."""
+    modes = cd.modes(machine, **limits)
+    if measured is not None:
+        words = "certified" if modes.certified else "not certified"
+        measured(f"{modes.certificate.count} modes below {modes.certificate.below:.4g} Hz {words}")
+    assert modes.certified
+    frequencies = np.array([mode.frequency for mode in modes.modes])
+    assert np.all(np.diff(frequencies) >= 0)
+    listed = sum(m.multiplicity for m in modes.modes if m.frequency < modes.certificate.below)
+    assert listed == modes.certificate.count
+    return modes
+
+
+@pytest.mark.parametrize("contrast", [1.0, 1e3, 1e6])
+@pytest.mark.parametrize("kind", ["loop", "line"])
+def test_strings_of_carriages_are_certified(kind, contrast, measured):
+    """Four hundred carriages, spans and masses from alike to a million to one."""
+    modes = check_certified(string_of_carriages(400, contrast, kind), measured, count=15)
+    assert len(modes.longitudinal) == 15
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("contrast", [1.0, 1e3, 1e6])
+@pytest.mark.parametrize("kind", ["loop", "line"])
+def test_ten_thousand_carriages_are_certified(kind, contrast, measured):
+    check_certified(string_of_carriages(10_000, contrast, kind), measured, count=15)
+
+
+def test_a_thousand_guided_carriages_hold_a_thousand_sections():
+    """Every section rings by itself; the lowest are those of the longest."""
+    held = string_of_carriages(1000, 10.0, guided=True)
+    modes = check_certified(held, count=12)
+    longest = max(b - a for _, (a, b) in ((m.span, m.section) for m in modes.transverse))
+    speed = held.cable.transverse_wave_speed / (1.0 + held.cable.prestrain)
+    assert modes.transverse[0].frequency == pytest.approx(speed / (2 * longest), rel=1e-12)
+
+
+@pytest.mark.parametrize("below", [1e5, 2e5])
+def test_high_limits_list_every_mode(below):
+    """Hundreds of longitudinal modes: the fundamental, then two per half wave, one with pulleys at rest."""
+    loop = replace(cd.load_drive("dissertation-1"), name="no transverse")
+    frequencies = cd.natural_frequencies(loop, below=below)
+    half_wave = cd.natural_frequencies(loop, count=2)[1]
+    assert frequencies.size == 1 + 2 * int(below / half_wave)
+    resting = frequencies[1::2]
+    np.testing.assert_allclose(resting, half_wave * np.arange(1, resting.size + 1), rtol=1e-13)
+
+
+@pytest.mark.parametrize("below", [1e7, 1e12, 1e30])
+def test_more_modes_than_can_be_certified_are_refused_with_a_remedy(below):
+    with pytest.raises(InputRefused, match="lower it to about"):
+        cd.modes(cd.load_drive("dissertation-1"), below=below)
+
+
+@pytest.mark.parametrize("below", [1e308, 1e-300, 5e-324])
+def test_limits_beyond_any_machine_are_refused(below):
+    with pytest.raises(InputRefused, match="must lie between"):
+        cd.modes(cd.load_drive("dissertation-1"), below=below)
+
+
+@pytest.mark.parametrize("gap", [1e-3, 1e-6, 1e-9])
+def test_carriages_a_hair_apart_ring_together_below_and_apart_far_above(gap):
+    """Two masses on a tiny span: all low modes are those of their sum, one above it is theirs alone."""
+    rng = np.random.default_rng(5)
+    cable = some_cable(rng)
+    mass = 3.0 * cable.mass_per_length
+    pulleys = [pulley(0.5 * mass), pulley(0.8 * mass)]
+    places = (0.5, 0.5 + gap)
+    pair = drive("loop", cable, 1.0, pulleys, [Carriage(mass=mass, position=p) for p in places])
+    one = drive("loop", cable, 1.0, pulleys, [Carriage(mass=2 * mass, position=float(np.mean(places)))])
+    check_certified(pair, count=12)
+    np.testing.assert_allclose(
+        cd.natural_frequencies(pair, count=6), cd.natural_frequencies(one, count=6), rtol=max(5 * gap, 1e-12)
+    )
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_pendant_tuned_exactly_to_a_mode_is_certified(seed):
+    """The motor behind its joint rings at the frequency of each of the first modes in turn."""
+    rng = np.random.default_rng(seed)
+    loop = ring_of([0.5] * 4, (10 ** rng.uniform(-1, 1, 4)).tolist(), some_cable(rng))
+    for frequency in cd.natural_frequencies(loop, count=6):
+        inertia = loop.cable.mass_per_length * RADIUS**2
+        motor = Motor(inertia=inertia, joint_stiffness=float(inertia * (2 * np.pi * frequency) ** 2))
+        check_certified(replace(loop, motor=motor), count=10)
+
+
+@pytest.mark.parametrize("kind", ["loop", "line"])
+@pytest.mark.parametrize("held", [(True, True), (True, False), (False, True)])
+def test_held_pulleys_leave_no_rigid_body_mode(kind, held):
+    for seed in range(4):
+        cable = some_cable(np.random.default_rng(seed))
+        pulleys = [pulley(2.0 * cable.mass_per_length, fixed) for fixed in held]
+        modes = check_certified(
+            drive(kind, cable, 1.0, pulleys, [Carriage(mass=0.3, position=0.25)]), count=10
+        )
+        assert modes.rigid_body_modes == 0
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_contrasts_of_a_million_million_are_certified_or_say_they_are_not(seed, measured):
+    """Far beyond the claim: what is listed as proven agrees with forty digits, what is not says so."""
+    loop = machine(np.random.default_rng(seed), contrast=1e12)
+    modes = cd.modes(loop, count=10)
+    roots = exact_roots(loop, 12)
+    off = {
+        mode: min(abs(2 * np.pi * mode.frequency / float(root) - 1) for root in roots)
+        for mode in modes.longitudinal
+    }
+    proven = [error for mode, error in off.items() if mode.proven]
+    measured(f"{len(proven)} of {len(off)} modes proven, relative error {max(proven, default=0.0):.1e}")
+    assert modes.certified == all(mode.proven for mode in modes.modes)
+    for mode, error in off.items():
+        assert error < 3e-12 or not mode.proven, f"relative error {error:.1e} at {mode.frequency} Hz"
+
+
+def test_any_drive_that_can_be_written_down_is_certified_or_honest(measured):
+    """Every figure anywhere between 1e-12 and 1e12: a certified list, one that is not, or one clear line."""
+    outcomes = Counter()
+
+    @settings(max_examples=60, suppress_health_check=[HealthCheck.too_slow])
+    @given(machine=drives())
+    def check(machine):
+        try:
+            modes = cd.modes(machine, count=5)
+        except (InputRefused, NotComputed):
+            outcomes["refused"] += 1
+            return
+        outcomes["certified" if modes.certified else "said not to be certified"] += 1
+        listed = sum(m.multiplicity for m in modes.modes if m.frequency < modes.certificate.below)
+        assert not modes.certified or listed == modes.certificate.count
+        assert all(np.isfinite(mode.frequency) and mode.frequency > 0 for mode in modes.modes)
+
+    check()
+    measured(", ".join(f"{number} {outcome}" for outcome, number in sorted(outcomes.items())))
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_certificate_holds_by_the_eigenvalues_of_the_matrix(seed):
+    """The count in the certificate, by brute force on the assembled stiffness at the certificate's bound."""
+    loop = machine(np.random.default_rng(seed), contrast=1e4)
+    modes = cd.modes(loop, below=float(cd.natural_frequencies(loop, count=8)[-1] * 1.003))
+    omega = 2 * np.pi * modes.certificate.below
+    brute = sum(
+        modes_below_reference(labelled.chain, omega) - labelled.chain.rigid_body_modes
+        for labelled in longitudinal_chains(loop)
+    )
+    assert brute == modes.certificate.longitudinal
+
+
+def test_a_span_as_long_as_a_file_may_say_rings_at_the_tone_of_a_string():
+    """c / (2 L_e) at 1e20 m: the count squares no small number away."""
+    loop = cd.load_drive("dissertation-2")
+    steel = replace(loop.cable, youngs_modulus=200e9, area=6e-7, mass_per_length=4.7e-3, pretension=60.0)
+    loop = replace(loop, cable=steel, layout=replace(loop.layout, span_length=1e20))
+    found = cd.modes(loop, count=1)
+    lowest = min(mode.frequency for mode in found.transverse)
+    expected = loop.cable.transverse_wave_speed / (2 * loop.pulley_distance)
+    assert found.certified
+    assert lowest == pytest.approx(expected, rel=1e-9)

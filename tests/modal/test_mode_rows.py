@@ -1,0 +1,22 @@
+"""Rows of the mode table hold every mode once, whichever span comes out lower by round-off."""
+
+import pytest
+
+from cabledrive.modal import modes
+from cabledrive.modal.mode_rows import mode_rows
+from cabledrive.parameters import load_drive, packaged_drives
+
+
+@pytest.mark.parametrize("name", packaged_drives())
+def test_every_mode_stands_in_one_row_that_says_where_it_is(name):
+    """Equal strings on both spans differ by round-off, so that either may be listed first."""
+    found = modes(load_drive(name), count=12)
+    rows = mode_rows(found)
+    assert sum(row.count for row in rows) == sum(mode.multiplicity for mode in found.modes)
+    for row in rows:
+        spans = {mode.span for mode in row.modes}
+        if row.kind == "transverse":
+            told = "both spans" if len(spans) > 1 or spans == {"both"} else f"{spans.pop()} span"
+            assert row.where.startswith(told)
+        else:
+            assert "%" in row.where

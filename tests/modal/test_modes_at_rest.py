@@ -1,0 +1,333 @@
+"""Transverse modes under the tension that is there, against closed forms and finite elements of the rest."""
+
+from dataclasses import replace
+from itertools import pairwise
+from math import pi, radians, sqrt
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.optimize import brentq
+from scipy.special import j0, j1, y0, y1
+
+import cabledrive as cd
+from cable_elements import Model
+from cabledrive.mechanics import longitudinal_chains, rest_state
+from cabledrive.mechanics.rest import RestingSection, RestingStretch
+from cabledrive.modal.model_range import LARGEST_SAG
+from cabledrive.modal.plane_spectrum import sag_parameter
+from cabledrive.modal.sagging_plane import SaggingPlane
+from cabledrive.modal.section_string import SectionString
+from cabledrive.parameters import Cable, Carriage, Drive, InputRefused, Layout, NotComputed, Pulley
+
+G = 9.81
+HELD = (Pulley(radius=0.1, inertia=0.01, fixed=True),) * 2
+
+
+def line(*, length, density, tension, rigidity, inclination=0.0, pulley=HELD, carriage=(), gravity=G):
+    return Drive(
+        schema=1,
+        name="line",
+        kind="line",
+        cable=Cable(youngs_modulus=rigidity / 1e-6, area=1e-6, mass_per_length=density, pretension=tension),
+        layout=Layout(span_length=length, gravity=gravity, inclination=inclination),
+        pulley=pulley,
+        carriage=carriage,
+    )
+
+
+def across(drive, plane, count=3, **options):
+    found = cd.modes(drive, count=4 * count, **options)
+    return np.array([m.frequency for m in found.transverse if m.plane == plane][:count])
+
+
+def test_hanging_rope_has_the_waves_of_bessel(measured):
+    """80 m of 0.22 kg/m with 300 N below: 0.26008, 0.52041, 0.78068 Hz, the roots of J0 Y0 - J0 Y0."""
+    mean = 300.0 + 0.22 * G * 40.0
+    rope = line(length=80.0, density=0.22, tension=mean, rigidity=1e13, inclination=radians(-90))
+    found = across(rope, "w")
+    ends = [2 * sqrt(tension / 0.22) / G for tension in (300.0, 300.0 + 0.22 * G * 80.0)]
+
+    def determinant(omega):
+        a, b = (omega * end for end in ends)
+        return j0(a) * y0(b) - j0(b) * y0(a)
+
+    exact = [brentq(determinant, 2 * pi * f * (1 - 1e-3), 2 * pi * f * (1 + 1e-3), xtol=1e-15) for f in found]
+    error = np.abs(2 * pi * found / exact - 1).max()
+    measured(f"{', '.join(f'{f:.5f}' for f in found)} Hz, relative error {error:.1e}")
+    assert_allclose(found, [0.26008, 0.52041, 0.78068], atol=5e-6)
+    assert error < 1e-10, f"relative error {error:.2e}"
+    assert {m.model for m in cd.modes(rope, count=4).transverse} == {"heavy string"}
+
+
+def random_rope(rng):
+    """A vertical rope with up to three weights, its tension by plain statics, and its exact determinant."""
+    density, length, low = 10 ** rng.uniform(-2, 1), 10 ** rng.uniform(0, 3), 10 ** rng.uniform(1, 4)
+    places = np.sort(rng.uniform(0.05, 0.95, rng.integers(0, 4))) * length
+    masses = density * length * 10 ** rng.uniform(-2, 1, places.size)
+    stops, stretches, tension = [0.0, *places, length], [], low
+    for number, (a, b) in enumerate(pairwise(stops)):
+        stretches.append(
+            RestingStretch(
+                span="upper",
+                start=a,
+                end=b,
+                force=(tension, 0.0),
+                load=(-density * G, 0.0),
+                axial_rigidity=1e18,
+            )
+        )
+        tension += density * G * (b - a) + (masses[number] * G if number < masses.size else 0.0)
+    section = RestingSection(span="upper", stretches=tuple(stretches), sag=0.0)
+
+    def determinant(omega):
+        """Displacement at the top end per force at the bottom: Bessel waves on every stretch."""
+        z, q = np.zeros_like(omega), np.ones_like(omega)
+        for number, stretch in enumerate(stretches):
+            bottom, top = stretch.tensions
+            a, b = (2 * omega * sqrt(t / density) / G for t in (bottom, top))
+            slopes = [omega * sqrt(density * t) for t in (bottom, top)]
+            # z = A J0 + B Y0 and q = -slope (A J1 + B Y1); J0 Y1 - J1 Y0 = -2 / (pi a)
+            amplitude = -(z * y1(a) + q / slopes[0] * y0(a)) * pi * a / 2
+            other = (z * j1(a) + q / slopes[0] * j0(a)) * pi * a / 2
+            z, q = amplitude * j0(b) + other * y0(b), -slopes[1] * (amplitude * j1(b) + other * y1(b))
+            if number < masses.size:
+                q = q - omega**2 * masses[number] * z
+        return z
+
+    return SectionString(section, masses, density), determinant
+
+
+@pytest.mark.parametrize(
+    "ropes", [50, pytest.param(500, marks=pytest.mark.verify)], ids=["a tenth", "the whole"]
+)
+def test_phase_count_of_the_heavy_string_agrees_with_its_determinant(ropes, measured):
+    """20 counts on each of 500 ropes with up to three weights: sign changes of J0, Y0 determinants."""
+    rng, wrong, counts = np.random.default_rng(4), 0, 0
+    for _ in range(ropes):
+        string, determinant = random_rope(rng)
+        top = 12 * pi / string.travel_time
+        grid = np.linspace(1e-3, 1.0, 6001) * top
+        changes = np.cumsum(np.abs(np.diff(np.sign(determinant(grid)))) > 1)
+        for place in rng.integers(1, grid.size, 20):
+            counts += 1
+            wrong += string.count(float(grid[place])) != changes[place - 1]
+    measured(f"{wrong} of {counts} counts wrong")
+    assert wrong == 0, f"{wrong} of {counts}"
+
+
+def random_machine(rng, *, vertical=False):
+    """Lines and loops with any slope, load, carriages; sag within the range of the shallow theory."""
+    while True:
+        kind = str(rng.choice(["loop", "line"]))
+        tension, length = 10 ** rng.uniform(1, 4), 10 ** rng.uniform(-0.5, 2)
+        weight = 10 ** rng.uniform(-3, -0.7) * tension
+        slope = float(rng.choice([-90.0, 90.0])) if vertical else float(rng.uniform(-75, 75))
+        carriages = tuple(
+            Carriage(
+                mass=weight / G * rng.uniform(0.1, 1.0),
+                span=str(rng.choice(["upper", "lower"] if kind == "loop" else ["upper"])),
+                position=length * (i + rng.uniform(0.2, 0.8)) / 3,
+                guided=bool(rng.integers(2)),
+            )
+            for i in range(rng.integers(0, 3))
+        )
+        rim = weight / G * 10 ** rng.uniform(-0.5, 2) * 0.01
+        drive = Drive(
+            schema=1,
+            name="machine",
+            kind=kind,
+            cable=Cable(
+                youngs_modulus=1e9,
+                area=tension * 10 ** rng.uniform(2, 3.3) / 1e9,
+                mass_per_length=weight / G / length,
+                pretension=tension,
+            ),
+            layout=Layout(span_length=length, inclination=radians(slope), gravity=G),
+            pulley=(
+                Pulley(radius=0.1, inertia=rim),
+                Pulley(radius=0.1, inertia=rim * 10 ** rng.uniform(-1, 1), fixed=bool(rng.integers(2))),
+            ),
+            carriage=carriages,
+        )
+        rest = rest_state(drive)
+        taut = rest.lowest_tension > 0.05 * tension
+        if taut and max(section.sag_ratio for section in rest.sections) < LARGEST_SAG:
+            return drive
+
+
+@pytest.mark.parametrize(
+    "machines", [4, pytest.param(100, marks=pytest.mark.verify)], ids=["a part", "the whole"]
+)
+def test_strings_at_rest_agree_with_finite_elements(machines, measured):
+    """100 random lines and loops, inclined, loaded, heavy: 4 modes out of the plane of gravity each."""
+    worst = 0.0
+    for seed in range(machines):
+        drive = random_machine(np.random.default_rng(seed), vertical=seed % 3 == 0)
+        elements = Model(drive, per_stretch=8, degree=7).solve().frequencies(4)[2]
+        worst = max(worst, np.abs(across(drive, "v", 4) / elements[:4] - 1).max())
+    measured(f"{machines} machines, largest deviation {worst:.1e}")
+    assert worst < 1e-8, f"{worst:.2e}"
+
+
+@pytest.mark.parametrize(
+    "machines", [4, pytest.param(100, marks=pytest.mark.verify)], ids=["a part", "the whole"]
+)
+def test_shallow_sag_agrees_with_finite_elements_of_the_exact_cable(machines, measured):
+    """100 random lines and loops: all in-plane modes to the fourth transverse one, within 1 %."""
+    worst = 0.0
+    for seed in range(machines):
+        drive = random_machine(np.random.default_rng(1000 + seed))
+        mine = across(drive, "w", 4)
+        elements, along, _ = Model(drive, per_stretch=6, degree=6).solve().frequencies(24)
+        transverse = elements[(along < 0.5) & (elements > 1e-3 * mine[0])]
+        worst = max(worst, np.abs(mine / transverse[:4] - 1).max())
+    measured(f"{machines} machines, largest deviation {100 * worst:.2f} %")
+    assert worst < 0.01, f"{worst:.4f}"
+
+
+def irvine_roots(parameter, count):
+    """Symmetric in-plane modes of Irvine and Caughey over the first frequency of the taut string."""
+
+    def equation(x):
+        return np.sin(x / 2) - np.cos(x / 2) * (x / 2 - 4 / parameter * (x / 2) ** 3)
+
+    grid = np.linspace(0.5, 40.0, 40001)
+    signs = np.sign(equation(grid))
+    places = np.flatnonzero(np.diff(signs))[:count]
+    return np.array([brentq(equation, grid[i], grid[i + 1]) for i in places]) / pi
+
+
+@pytest.mark.parametrize("stiffness", [1e4, 1e6, 1e8])
+def test_level_line_has_the_symmetric_modes_of_irvine_and_caughey(stiffness):
+    """Sag of 1e-4 of the span; lambda^2 from below 1 to above 4 pi^2."""
+    drive = line(length=10.0, density=8e-3, tension=1000.0, rigidity=stiffness * 1000.0)
+    (section,) = rest_state(drive).sections
+    found = across(drive, "w", 6)
+    string = across(drive, "v", 1)[0]
+    symmetric = irvine_roots(sag_parameter(section), 3) * string
+    antisymmetric = 2 * string * np.arange(1, 4)
+    expected = np.sort(np.concatenate((symmetric, antisymmetric)))[:6]
+    assert_allclose(found, expected, rtol=1e-7)
+
+
+def test_crossover_lies_at_four_pi_squared():
+    """There the first symmetric mode has the frequency of the first antisymmetric one, and above it more."""
+    tension, weight = 1000.0, 0.05
+    for share in (0.99, 1.0, 1.01):
+        rigidity = share * 4 * pi**2 * tension / (weight * 10.0 / tension) ** 2
+        stretch = RestingStretch(
+            span="upper",
+            start=0.0,
+            end=10.0,
+            force=(tension, 5.0 * weight),
+            load=(0.0, weight),
+            axial_rigidity=rigidity,
+        )
+        section = RestingSection(span="upper", stretches=(stretch,), sag=0.0)
+        string = SectionString(section, np.zeros(0), weight / G)
+        drive = line(length=10.0, density=weight / G, tension=tension, rigidity=rigidity)
+        plane = SaggingPlane(longitudinal_chains(drive), (string,), 4 * string.frequency(1))
+        lowest = [plane.frequency(number, 0.0, 4 * string.frequency(1))[0] for number in (1, 2)]
+        symmetric = irvine_roots(share * 4 * pi**2, 1)[0] * string.frequency(1)
+        expected = sorted([string.frequency(2), symmetric])
+        assert_allclose(lowest, expected, rtol=1e-7)
+
+
+def test_heavy_end_on_a_sagging_cable_swings_on_the_modulus_of_ernst():
+    """EA / (1 + lambda^2 / 12): the static limit of the sagging stretch."""
+    pulley = (Pulley(radius=0.1, inertia=0.01, fixed=True), Pulley(radius=0.1, inertia=1e4))
+    drive = line(length=50.0, density=0.08, tension=600.0, rigidity=1e6, pulley=pulley)
+    (section,) = rest_state(drive).sections
+    found = cd.modes(drive, count=4)
+    (line_of_it,) = [w for w in found.warnings if "listed for the taut cable" in w]
+    with_sag = float(line_of_it.split("moves it to ")[1].split()[0])
+    ernst = 1e6 / (1 + sag_parameter(section) / 12)
+    expected = sqrt(ernst / 50.0 / 1e6) / (2 * pi)
+    assert with_sag == pytest.approx(expected, rel=2e-3), f"{with_sag:.6g} Hz, Ernst {expected:.6g} Hz"
+
+
+def test_sagging_line_rings_where_the_exact_cable_does():
+    """50 m, EA 1 MN, 80 g/m, 312.7 N: 1.10 Hz in the plane of gravity; the straight string has 0.625."""
+    drive = line(length=50.0, density=0.08, tension=312.7, rigidity=1e6)
+    lowest = across(drive, "w", 1)[0]
+    exact = Model(drive).solve().frequencies(3)[0][0]
+    assert lowest == pytest.approx(exact, rel=1e-3)
+    assert lowest == pytest.approx(1.10, abs=0.005)
+
+
+def test_without_gravity_nothing_changes():
+    """The straight string under the pretension, both planes alike, to the last digits."""
+    drive = cd.load_drive("dissertation-1", overrides=["layout.gravity=0"])
+    expected = drive.cable.transverse_wave_speed / (2 * drive.pulley_distance) * np.arange(1, 4)
+    assert_allclose(across(drive, "v", 6)[::2], expected, rtol=1e-13)
+    assert_allclose(across(drive, "w", 6)[::2], expected, rtol=1e-13)
+
+
+def test_both_spans_of_a_light_loop_lock_or_let_go_together():
+    """Swinging down together they stretch the cable; against each other the light pulleys follow."""
+    drive = cd.load_drive("dissertation-1")
+    low, high = across(drive, "w", 2)
+    string = across(drive, "v", 1)[0]
+    parameter = sag_parameter(rest_state(drive).sections[0])
+    together = irvine_roots(parameter, 1)[0] * string
+    assert low < string < high
+    assert high - string == pytest.approx(together - string, rel=0.01)
+    pulleys = cd.natural_frequencies(drive, count=1)[0]
+    softening = (
+        (high - string) * string**2 / (pulleys**2 - string**2)
+    )  # kappa of the pair below the pulley mode
+    assert string - low == pytest.approx(softening, rel=0.05)
+
+
+def test_steady_torque_tunes_the_two_spans_apart():
+    drive = cd.load_drive("dissertation-1", overrides=["layout.gravity=0"])
+    found = cd.modes(drive, count=4, at_torque=0.05).transverse
+    lowest = {m.span: m.frequency for m in reversed(found) if m.plane == "v"}
+    shift = 0.05 / 0.03 / 2
+    for span, tension in (("upper", 5 - shift), ("lower", 5 + shift)):
+        rigidity = tension / (1 + tension / drive.cable.axial_rigidity)
+        expected = sqrt(rigidity / drive.cable.mass_per_length) / 2
+        assert lowest[span] == pytest.approx(expected, rel=1e-12)
+    with pytest.raises(NotComputed, match="slack"):
+        cd.modes(drive, at_torque=0.5)
+    with pytest.raises(InputRefused, match="not finite"):
+        cd.modes(drive, at_torque=float("nan"))
+
+
+def test_each_part_of_a_lift_rope_rings_under_its_own_tension():
+    """Car and counterweight half way: 1.379 Hz above them and 0.508 Hz below."""
+    places = [f"carriage.{n}.position=30" for n in (0, 1)]
+    drive = cd.load_drive("elevator", overrides=["layout.span_length=60", *places])
+    found = cd.modes(drive, below=1.5)
+    assert found.certified
+    own = sorted({round(m.frequency, 3) for m in found.transverse})
+    assert own[0] == pytest.approx(0.508, abs=1e-3)
+    assert own[-1] == pytest.approx(1.379, abs=1e-3)
+
+
+def test_slack_section_is_not_listed_and_the_word_certified_is_withdrawn():
+    drive = cd.load_drive("elevator", overrides=["cable.pretension=12 kN"])
+    found = cd.modes(drive, count=4)
+    assert not found.certified
+    assert "hangs slack at rest" in found.certified_reason
+    assert any("hangs slack" in line for line in found.warnings)
+
+
+def test_deep_sag_withdraws_the_word_certified():
+    soft = line(length=50.0, density=1.5, tension=10.0, rigidity=2e5)
+    found = cd.modes(soft, count=2)
+    assert not found.certified
+    assert "shallow sag is used up to 5%" in found.certified_reason
+    drive = replace(soft, layout=replace(soft.layout, gravity=0.1))
+    assert cd.modes(drive, count=2).certified
+
+
+def test_certificate_counts_what_is_listed_on_sagging_machines():
+    """Every mode of both kinds below the bound, for random machines."""
+    for seed in range(4):
+        drive = random_machine(np.random.default_rng(2000 + seed))
+        found = cd.modes(drive, count=5)
+        below = [m for m in found.modes if m.frequency < found.certificate.below]
+        assert found.certified, (seed, found.certified_reason)
+        assert sum(m.multiplicity for m in below) == found.certificate.count
