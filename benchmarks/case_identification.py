@@ -13,8 +13,8 @@ from harness import duration, side_by_side, table
 from pyarrow import parquet
 
 from cabledrive.identification.excitation import sum_of_sines
-from cabledrive.identification.identify import identify
 from cabledrive.identification.inverse_dynamics import factors_of
+from cabledrive.identification.one_log import identify
 from cabledrive.identification.regression import bootstrap, suited_segments
 from cabledrive.identification.rigid_axis import AxisOptions, channels_of, equation_for, rows_for
 from cabledrive.reduction.friction_march import march_rigid_axis
@@ -31,7 +31,7 @@ sample_rate = "10 kHz"
 """
 ALONE = """
 import json, resource, sys, time
-from cabledrive.identification.identify import identify, load_options
+from cabledrive.identification.one_log import identify, load_options
 start = time.process_time()
 found = identify(sys.argv[1], load_options(sys.argv[2]))
 usage = resource.getrusage(resource.RUSAGE_SELF)

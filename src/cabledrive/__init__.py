@@ -28,23 +28,33 @@ from cabledrive.parameters import (
 from cabledrive.parameters.version import __version__
 
 if TYPE_CHECKING:
-    from cabledrive.identification.identify import identify
+    from cabledrive.identification.log_response import response
     from cabledrive.identification.logs.reading import read_log
+    from cabledrive.identification.one_log import identify
     from cabledrive.report import write_report
+    from cabledrive.rig import track
+    from cabledrive.rig.bench.experiment import experiment
     from cabledrive.simulation import simulate
     from cabledrive.studies import frequency_against, frequency_against_carriage_position
+    from cabledrive.studies.reproduction import reproduce
+    from cabledrive.studies.resonance import resonance
     from cabledrive.studies.study import run_study
 
 keep_old_names()
 
 # Loaded when first asked for, with the libraries they need.
 _ON_DEMAND = {
+    "experiment": "cabledrive.rig.bench.experiment",
     "frequency_against": "cabledrive.studies",
     "frequency_against_carriage_position": "cabledrive.studies",
-    "identify": "cabledrive.identification.identify",
+    "identify": "cabledrive.identification.one_log",
     "read_log": "cabledrive.identification.logs.reading",
+    "reproduce": "cabledrive.studies.reproduction",
+    "resonance": "cabledrive.studies.resonance",
+    "response": "cabledrive.identification.log_response",
     "run_study": "cabledrive.studies.study",
     "simulate": "cabledrive.simulation",
+    "track": "cabledrive.rig",
     "write_report": "cabledrive.report",
 }
 
@@ -68,6 +78,7 @@ __all__ = [
     "content_hash",
     "derived_quantities",
     "drive_schema",
+    "experiment",
     "frequency_against",
     "frequency_against_carriage_position",
     "identify",
@@ -77,9 +88,13 @@ __all__ = [
     "packaged_drives",
     "practitioner_warnings",
     "read_log",
+    "reproduce",
+    "resonance",
+    "response",
     "run_study",
     "save_drive",
     "simulate",
+    "track",
     "write_report",
 ]
 

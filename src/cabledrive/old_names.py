@@ -14,6 +14,7 @@ MOVED = {
     "cabledrive.mechanics.dynamic_stiffness": "cabledrive.mechanics.stiffness_matrix",
     "cabledrive.parameters.content_hash": "cabledrive.parameters.hashing",
     "cabledrive.identification.camera.marker_log": "cabledrive.identification.camera.marker_table",
+    "cabledrive.identification.identify": "cabledrive.identification.one_log",
     "cabledrive.simulation.simulate": "cabledrive.simulation.one_run",
     "cabledrive.studies.frequency_against": "cabledrive.studies.frequency_curves",
     "cabledrive.studies.modal_determinant": "cabledrive.studies.determinant",
@@ -47,7 +48,7 @@ class _OldNames(MetaPathFinder, Loader):
         warn(f"{old} is now {new}; the old path goes with version 0.3", DeprecationWarning, stacklevel=2)
         found = importlib.import_module(new)
         parent, _, leaf = old.rpartition(".")
-        function = vars(sys.modules[parent]).get(leaf)
+        function = getattr(sys.modules[parent], leaf, None)
         if callable(function):  # the import system is about to put the module in its place
             shim = _Moved(old, found.__doc__)
             vars(shim).update({**vars(found), "__name__": old, "_function": staticmethod(function)})

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cabledrive.parameters import load_drive
-from cabledrive.studies.resonance import resonance_summary
+from cabledrive.studies.resonance import resonance
 from command import answer, call, refusal
 
 
@@ -56,7 +56,7 @@ def test_text_for_people_names_pairs_and_remedies():
 @pytest.mark.parametrize("drive", ["dissertation-2", "linear-axis"])
 def test_people_and_programs_are_told_frequencies_in_hz(drive):
     """Distance and half-width of the tongue: the averaged equations have them in rad/s."""
-    standing = resonance_summary(load_drive(drive)).standing
+    standing = resonance(load_drive(drive)).standing
     tongue = answer("resonance", drive)["tongue"]
     for name in ("distance", "half_width"):
         assert tongue[f"{name}_hz"] == pytest.approx(getattr(standing, name) / (2 * np.pi), rel=1e-12)

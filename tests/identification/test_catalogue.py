@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from cabledrive.identification.identify import identify
 from cabledrive.identification.logs.channel_check import quantum_of, saturated
 from cabledrive.identification.logs.log import log_of
+from cabledrive.identification.one_log import identify
 from cabledrive.parameters import InputRefused
 from oracles.axis_catalogue import FAULTS, TRUTHS, made
 

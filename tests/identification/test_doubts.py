@@ -7,8 +7,8 @@ import pytest
 from scipy import signal, stats
 
 from cabledrive.identification.axis_case import case_of
-from cabledrive.identification.identify import IdentifyOptions, identify
 from cabledrive.identification.method_error import _noisier
+from cabledrive.identification.one_log import IdentifyOptions, identify
 from cabledrive.identification.regression import factor, suited_segments
 from cabledrive.identification.rigid_axis import AxisOptions, equation_for
 from cabledrive.reduction.friction_march import march_rigid_axis

@@ -9,8 +9,8 @@ from scipy.stats import binom
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from cabledrive.identification.excitation import low_crest_multisine, multisine_lines, sum_of_sines
-from cabledrive.identification.identify import IdentifyOptions, identify, load_options
 from cabledrive.identification.logs.log import log_of
+from cabledrive.identification.one_log import IdentifyOptions, identify, load_options
 from cabledrive.identification.regression import solve
 from cabledrive.identification.rig_differences import inertias_of_the_rigs
 from cabledrive.parameters import InputRefused, NotComputed

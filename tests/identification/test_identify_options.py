@@ -2,8 +2,8 @@
 
 import pytest
 
-from cabledrive.identification.identify import load_options
 from cabledrive.identification.logs.column_map import load_column_map
+from cabledrive.identification.one_log import load_options
 from cabledrive.parameters import InputRefused
 from cabledrive.rig.bench.experiment import load_excitation
 from cabledrive.studies.study.goals import load_goals

@@ -5,11 +5,11 @@ import pyarrow as pa
 import pytest
 from pyarrow import parquet
 
-from cabledrive.identification.identify import IdentifyOptions, identify
 from cabledrive.identification.logs import reading
 from cabledrive.identification.logs.column_map import ColumnMap
 from cabledrive.identification.logs.reading import open_log
 from cabledrive.identification.long_logs import identify_long_log, is_long
+from cabledrive.identification.one_log import IdentifyOptions, identify
 from cabledrive.identification.rigid_axis import identify_rigid_axis
 from cabledrive.parameters import InputRefused
 from cabledrive.rig.bench.chapter_4 import BENCH_TESTS, bench_command, bench_rig

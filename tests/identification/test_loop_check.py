@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from cabledrive.identification.identify import identify
 from cabledrive.identification.innovation_kernels import observe, shadow
 from cabledrive.identification.innovations import Track, answered, foreseen, held, observer_gains
 from cabledrive.identification.logs.column_map import ColumnMap, with_choices
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.identification.model_check import INNOVATIONS, NOT_MADE
+from cabledrive.identification.one_log import identify
 from cabledrive.identification.rigid_axis import AxisOptions
 from cabledrive.identification.sound_logs import innovation_powers
 from cabledrive.identification.torque_lines import noise_between_lines

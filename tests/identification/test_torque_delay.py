@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cabledrive.identification.identify import identify
+from cabledrive.identification.one_log import identify
 from cabledrive.identification.torque_delay import moved_back
 from cabledrive.rig.bench.chapter_4 import BENCH_TESTS, bench_command, bench_rig
 from cabledrive.rig.bench.virtual_rig import run_rig

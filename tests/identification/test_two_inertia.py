@@ -6,8 +6,8 @@ from math import sin, tanh
 import numpy as np
 import pytest
 
-from cabledrive.identification.identify import identify
 from cabledrive.identification.logs.log import log_of
+from cabledrive.identification.one_log import identify
 
 TRUE = {
     "inertia_motor": 2e-3,

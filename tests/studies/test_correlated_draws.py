@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cabledrive.identification.identify import IdentifyOptions, identify
+from cabledrive.identification.one_log import IdentifyOptions, identify
 from cabledrive.identification.regression import Fit
 from cabledrive.studies.study.chain_regression import NAMES, tell
 from cabledrive.studies.study.correlations import Correlation, among, of_an_axis, of_intervals, root_of

@@ -6,7 +6,7 @@ import pytest
 
 from cabledrive.mechanics.warnings import ELASTIC_RULE, largest_pretension
 from cabledrive.parameters import load_drive
-from cabledrive.studies.resonance import resonance_summary
+from cabledrive.studies.resonance import resonance
 from cabledrive.studies.resonance_remedies import remedies
 from cabledrive.studies.study import Goals, run_study
 from resonance_samples import damped
@@ -44,8 +44,8 @@ def test_a_tuned_pretension_beyond_the_elastic_range_is_said_to_be_out_of_reach(
     """A lift: an empty span would be tuned at 467 kN; its rope bears 246 kN."""
     lift = load_drive("elevator")
     words = "no pretension that it bears, up to 2.46e+05 N"
-    assert any(words in reason for reason in resonance_summary(lift).reasons)
-    assert not any("bears" in reason for reason in resonance_summary(load_drive("dissertation-2")).reasons)
+    assert any(words in reason for reason in resonance(lift).reasons)
+    assert not any("bears" in reason for reason in resonance(load_drive("dissertation-2")).reasons)
 
 
 def test_a_study_does_not_warn_of_a_pretension_that_the_cable_does_not_bear():

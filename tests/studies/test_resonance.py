@@ -12,7 +12,7 @@ from cabledrive.reduction.motion_kernels import exact_stiffness, transitions
 from cabledrive.reduction.threshold import threshold_torque
 from cabledrive.report.resonance_map_page import resonance_map_page
 from cabledrive.studies.map_spot_checks import spot_check_line, spot_checks
-from cabledrive.studies.resonance import resonance_summary
+from cabledrive.studies.resonance import resonance
 from cabledrive.studies.resonance_map import growth_map
 from cabledrive.studies.resonance_remedies import remedies, sensitivity
 from cabledrive.studies.resonance_standing import CLOSE, standing_of
@@ -25,7 +25,7 @@ def at_tension(drive, tension):
 
 
 def test_summary_of_configuration_2():
-    found = resonance_summary(cd.load_drive("dissertation-2"))
+    found = resonance(cd.load_drive("dissertation-2"))
     assert found.frequency_ratio == pytest.approx(50.394 / 81.7421, rel=1e-5)
     assert found.detuning == found.frequency_ratio - 0.5
     assert found.tuned_pretension == pytest.approx(3.28377, abs=5e-6)
@@ -37,8 +37,8 @@ def test_summary_of_configuration_2():
 @pytest.mark.parametrize("share, verdict", [(0.9, "safe"), (1.1, "resonant"), (5.0, "resonant")])
 def test_at_tuning_the_threshold_torque_divides_safe_from_resonant(share, verdict):
     drive = damped(2.0, 5.0)
-    threshold = resonance_summary(drive).threshold_torque
-    assert resonance_summary(drive, torque=share * threshold).verdict == verdict
+    threshold = resonance(drive).threshold_torque
+    assert resonance(drive, torque=share * threshold).verdict == verdict
 
 
 def test_off_tuning_verdicts_change_at_one_and_two_half_widths():
@@ -57,7 +57,7 @@ def test_off_tuning_verdicts_change_at_one_and_two_half_widths():
 def test_held_pulleys_give_nulls_with_reasons_and_a_safe_verdict():
     drive = cd.load_drive("dissertation-2")
     held = replace(drive, pulley=tuple(replace(p, fixed=True) for p in drive.pulley))
-    found = resonance_summary(held)
+    found = resonance(held)
     assert found.verdict == "safe"
     assert found.frequency_ratio is None
     assert "no pulley turns" in found.missing["tuned_pretension"]
@@ -66,7 +66,7 @@ def test_held_pulleys_give_nulls_with_reasons_and_a_safe_verdict():
 
 @pytest.mark.parametrize("name", [*cd.packaged_drives()])
 def test_every_packaged_drive_has_a_summary(name):
-    found = resonance_summary(cd.load_drive(name))
+    found = resonance(cd.load_drive(name))
     assert found.verdict in ("resonant", "close", "safe")
     assert found.frequency_ratio > 0
     assert found.reasons
@@ -74,22 +74,22 @@ def test_every_packaged_drive_has_a_summary(name):
 
 def test_negative_torque_is_refused():
     with pytest.raises(cd.InputRefused, match="negative"):
-        resonance_summary(cd.load_drive("dissertation-2"), torque=-1.0)
+        resonance(cd.load_drive("dissertation-2"), torque=-1.0)
 
 
 def test_each_remedy_makes_the_drive_safe():
     drive, torque = damped(2.0, 5.0), 0.01
-    assert resonance_summary(drive, torque=torque).verdict == "resonant"
+    assert resonance(drive, torque=torque).verdict == "resonant"
     found = {remedy.change: remedy.value for remedy in remedies(drive, torque)}
     for change in ("raise pretension", "lower pretension"):
-        assert resonance_summary(at_tension(drive, found[change]), torque=torque).verdict == "safe"
+        assert resonance(at_tension(drive, found[change]), torque=torque).verdict == "safe"
     load = drive.load_pulley
     heavier = replace(load, inertia=load.inertia + found["add inertia"])
     slower = replace(load, viscous_friction=load.viscous_friction + 1.001 * found["add damping"])
     for pulley in (heavier, slower):
         changed = replace(drive, pulley=(drive.drive_pulley, pulley))
-        assert resonance_summary(changed, torque=torque).verdict == "safe"
-    assert resonance_summary(drive, torque=0.999 * found["limit torque"]).verdict == "safe"
+        assert resonance(changed, torque=torque).verdict == "safe"
+    assert resonance(drive, torque=0.999 * found["limit torque"]).verdict == "safe"
 
 
 def test_sensitivities_are_derivatives():
@@ -206,12 +206,12 @@ def test_a_record_too_short_for_a_decay_is_refused():
 
 def test_where_dampings_are_missing_a_guess_is_told_and_named_as_one():
     """Configuration 2 with one per cent of critical in both modes: 1.712e-3 Gamma c_q / 4."""
-    reasons = resonance_summary(cd.load_drive("dissertation-2")).reasons
+    reasons = resonance(cd.load_drive("dissertation-2")).reasons
     told = next(reason for reason in reasons if "guess" in reason)
     gamma, pulley = guessed_damping(40.871), guessed_damping(81.742)
     expected = 1.712e-3 * gamma / 2 * pulley / 2
     assert float(told.split()[-3]) == pytest.approx(expected, rel=0.03), told
-    assert not any("guess" in reason for reason in resonance_summary(damped(2.0, 5.0)).reasons)
+    assert not any("guess" in reason for reason in resonance(damped(2.0, 5.0)).reasons)
 
 
 def test_guess_is_one_per_cent_of_critical():
@@ -247,7 +247,7 @@ def test_every_place_of_the_lift_has_a_summary_with_finite_numbers_or_reasons(sh
     drive = cd.load_drive("elevator", overrides=[f"layout.span_length={length}"])
     mirrored = replace(drive.carriage[1], position=share * length, coupled="")
     drive = replace(drive, carriage=(replace(drive.carriage[0], position=share * length), mirrored))
-    found = resonance_summary(drive)
+    found = resonance(drive)
     for name in (
         "frequency_ratio",
         "threshold_torque",

@@ -39,7 +39,7 @@ class Request:
     ----------
     axis : AxisOptions
     method : str
-        One of `cabledrive.identification.identify.METHODS`.
+        One of `cabledrive.identification.one_log.METHODS`.
     check : bool
         Whether the model is tested.
     torque : str

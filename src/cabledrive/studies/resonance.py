@@ -34,7 +34,7 @@ __all__ = [
     "ResonanceSummary",
     "Standing",
     "default_torque",
-    "resonance_summary",
+    "resonance",
     "standing_of",
 ]
 
@@ -109,16 +109,28 @@ def default_torque(drive: Drive) -> float:
     return SLACK_SHARE * 2.0 * drive.drive_pulley.radius * drive.cable.pretension
 
 
-def resonance_summary(
-    drive: Drive, *, torque: float | None = None, load_torque: float = 0.0
-) -> ResonanceSummary:
+def resonance(drive: Drive, *, torque: float | None = None, load_torque: float = 0.0) -> ResonanceSummary:
     """Frequency ratio, tuned pretension, threshold torque and verdict of a drive.
 
-    ``torque``: amplitude of the torque at the pulley mode's frequency [N m]; see `default_torque`;
-    ``load_torque``: steady torque on the load pulley [N m]: it pulls the upper span and relaxes the lower
-    one, and splits their tuning. Ratio, tuned pretension and its threshold stay those of the unloaded drive.
-    Raises `InputRefused` if the torque is negative, or the steady one takes a span's tension away;
-    `NotComputed` if a span hangs slack at rest.
+    Parameters
+    ----------
+    drive : Drive
+    torque : float, optional
+        Amplitude of the torque at the pulley mode's frequency [N m]; see `default_torque`.
+    load_torque : float, default 0.0
+        Steady torque on the load pulley [N m]: it pulls the upper span and relaxes the lower one, and splits
+        their tuning. Ratio, tuned pretension and its threshold stay those of the unloaded drive.
+
+    Returns
+    -------
+    ResonanceSummary
+
+    Raises
+    ------
+    InputRefused
+        If the torque is negative, or the steady one takes a span's tension away.
+    NotComputed
+        If a span hangs slack at rest.
     """
     tau = default_torque(drive) if torque is None else torque
     if not tau >= 0.0:

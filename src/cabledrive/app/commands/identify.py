@@ -76,7 +76,7 @@ def command(
     """
     from dataclasses import replace
 
-    from cabledrive.identification.identify import IdentifyOptions, identify, load_options
+    from cabledrive.identification.one_log import IdentifyOptions, identify, load_options
 
     if drive is None:
         refuse_given("span", "plucked", "section", why="belongs to --ping DRIVE: add that, or leave it out")

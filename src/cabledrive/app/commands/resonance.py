@@ -97,7 +97,7 @@ def command(
     )
     from cabledrive.studies.alarm import alarm
     from cabledrive.studies.motion_file import read_motion
-    from cabledrive.studies.resonance import resonance_summary
+    from cabledrive.studies.resonance import resonance
     from cabledrive.studies.resonance_remedies import remedies
     from cabledrive.studies.resonance_standing import BUILD_UP, SAFE
     from cabledrive.studies.steady_motion import steady_branches
@@ -106,7 +106,7 @@ def command(
         refuse_given("floor", "limit", why="belongs to --motion FILE: add that, or leave it out")
     else:
         tell_given("load_torque", why="is not for --motion, which takes that of its file")
-    found = resonance_summary(drive, torque=torque, load_torque=load_torque)
+    found = resonance(drive, torque=torque, load_torque=load_torque)
     changes = () if found.verdict == SAFE else remedies(drive, found.torque, load_torque)
     judged = None
     if motion_file is not None:

@@ -11,7 +11,6 @@ from cabledrive.app.new_file import OBJECT, NewFile, NewFileType
 from cabledrive.app.options import Quantity, Subcommand, answering, force_option
 from cabledrive.app.results import Answer, json_text, provenance
 from cabledrive.parameters import InputRefused
-from cabledrive.parameters.fields import LARGEST
 
 
 class _Response(Subcommand):
@@ -89,9 +88,9 @@ def command(
     Without --input and --response LOG is a measured response itself, a table of frequency, magnitude and
     phase; repeats are averaged robustly.
     """
-    from cabledrive.identification.frequency_response import response_by_segments
-    from cabledrive.identification.identify import IdentifyOptions, load_options
-    from cabledrive.identification.response_inputs import compensated_torque, read_pair, speed_of
+    from cabledrive.identification.log_response import response
+    from cabledrive.identification.one_log import IdentifyOptions, load_options
+    from cabledrive.identification.response_inputs import read_pair
 
     output = column or former
     if input_ is None and output is None:
@@ -100,25 +99,19 @@ def command(
         raise InputRefused("a response needs both --input COL and --response COL: name the columns")
     if coulomb is None:
         refuse_given("offset", why="belongs to --coulomb: add that (0 for none), or leave it out")
-    elif not 0.0 <= coulomb <= LARGEST:
-        raise InputRefused(f"--coulomb = {coulomb:.4g} N m must lie from 0 to {LARGEST:g} N m: correct it")
-    elif not abs(offset) <= LARGEST:
-        raise InputRefused(f"--offset = {offset:.4g} N m must lie within {LARGEST:g} N m: correct it")
     options = IdentifyOptions() if config is None else load_options(config)
     read, source, target = read_pair(log, choose(options.columns), input_, output)
-    values = speed_of(read, target) if differentiate else read.channel(target)
-    drive = read.channel(source)
-    if coulomb is not None:
-        drive = compensated_torque(drive, speed_of(read, target), coulomb, offset)
-    overlap = min(0.2, 0.5 * segment) if overlap is None else overlap
-    found = response_by_segments(
-        drive,
-        values,
-        read.interval,
+    found = response(
+        read,
+        source,
+        target,
         segment=segment,
         overlap=overlap,
         estimator=estimator,
         robust=not keep_all,
+        differentiate=differentiate,
+        coulomb=coulomb,
+        offset=offset,
     )
     fitted, words = _amplifier(read, source, target, segment) if amplifier else ({}, "")
     answer = Answer(

@@ -34,7 +34,7 @@ from cabledrive.studies.chapter_5 import (
 )
 from cabledrive.studies.example_motions import example_motions
 from cabledrive.studies.map_spot_checks import spot_check_line, spot_checks
-from cabledrive.studies.resonance import ResonanceSummary, resonance_summary
+from cabledrive.studies.resonance import ResonanceSummary, resonance
 from cabledrive.studies.resonance_map import growth_map
 from cabledrive.studies.steady_motion import steady_branches
 
@@ -50,7 +50,7 @@ def chapter(context: ReportContext) -> Chapter:
     context.progress("internal resonance")
     digest = content_hash(load_drive(EXAMPLE))
     rig = context.drives[context.hashes.index(digest)] if digest in context.hashes else None
-    found = [(drive, resonance_summary(drive)) for drive in context.drives]
+    found = [(drive, resonance(drive)) for drive in context.drives]
     return Chapter(
         title="Internal resonance",
         anchor="internal-resonance",

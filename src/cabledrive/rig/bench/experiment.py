@@ -176,9 +176,19 @@ def experiment(
 ) -> Log:
     """Run a virtual experiment on a drive and return its log.
 
-    ``excitation``: default: 1, 3 and 5 Hz of 0.1 V for 70 s, as in section 4.2; ``model``, {1, 2, 3, 4}:
-    Model of the plant; default: the highest that the drive's data allow; ``seed``: of phases, noise and
-    encoder phases.
+    Parameters
+    ----------
+    drive : Drive
+    excitation : Excitation, optional
+        Default: 1, 3 and 5 Hz of 0.1 V for 70 s, as in section 4.2.
+    model : {1, 2, 3, 4}, optional
+        Model of the plant; default: the highest that the drive's data allow.
+    seed : int, default 0
+        Of phases, noise and encoder phases.
+
+    Returns
+    -------
+    Log
     """
     rng = random_from(seed)
     rig = rig_of(drive, model)

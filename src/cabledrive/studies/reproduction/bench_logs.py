@@ -6,8 +6,8 @@ from functools import cache
 import numpy as np
 
 from cabledrive.identification.estimates import Identification
-from cabledrive.identification.identify import IdentifyOptions, identify
 from cabledrive.identification.logs.log import Log
+from cabledrive.identification.one_log import IdentifyOptions, identify
 from cabledrive.rig.bench.chapter_4 import BENCH_TESTS, BenchTest, bench_command, bench_rig
 from cabledrive.rig.bench.virtual_rig import run_rig
 

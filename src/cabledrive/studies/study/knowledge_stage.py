@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from cabledrive.identification.estimates import Identification
-from cabledrive.identification.identify import IdentifyOptions, identify
 from cabledrive.identification.logs.log import Log
+from cabledrive.identification.one_log import IdentifyOptions, identify
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.rig.circumstances import control_delay, current_rate
 from cabledrive.studies.study.chain_regression import tell, whole_drive, with_torque_at

@@ -9,7 +9,7 @@ from cabledrive.reduction.quality import with_measured_stiffness
 from cabledrive.rig.setting import Motion
 from cabledrive.studies.alarm import DANGEROUS, SAFE, alarm
 from cabledrive.studies.planned_motion import PlannedMotion
-from cabledrive.studies.resonance import RESONANT, resonance_summary
+from cabledrive.studies.resonance import RESONANT, resonance
 from cabledrive.studies.study.machine import values_of
 
 RIPPLE_SHARE = 0.05
@@ -87,7 +87,7 @@ def resonance_of(drive: Drive, motion: Motion) -> ResonanceResult:
     repeated = replace(motion, pulses=max(motion.pulses, REPEATED))
     time, torque = motion_torque(drive, repeated, samples=8001)
     largest = float(np.abs(torque).max())
-    summary = resonance_summary(machine, torque=RIPPLE_SHARE * largest)
+    summary = resonance(machine, torque=RIPPLE_SHARE * largest)
     try:
         told = alarm(machine, PlannedMotion(time=time, torque=torque))
         word, swing, limit = told.verdict, told.largest_transverse, told.limit
