@@ -28,6 +28,7 @@ from cabledrive.parameters import (
 from cabledrive.parameters.version import __version__
 
 if TYPE_CHECKING:
+    from cabledrive.dissertation import reproduce
     from cabledrive.identification.log_response import response
     from cabledrive.identification.logs.reading import read_log
     from cabledrive.identification.one_log import identify
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
     from cabledrive.rig.bench.experiment import experiment
     from cabledrive.simulation import simulate
     from cabledrive.studies import frequency_against, frequency_against_carriage_position
-    from cabledrive.studies.reproduction import reproduce
     from cabledrive.studies.resonance import resonance
     from cabledrive.studies.study import run_study
 
@@ -49,7 +49,7 @@ _ON_DEMAND = {
     "frequency_against_carriage_position": "cabledrive.studies",
     "identify": "cabledrive.identification.one_log",
     "read_log": "cabledrive.identification.logs.reading",
-    "reproduce": "cabledrive.studies.reproduction",
+    "reproduce": "cabledrive.dissertation",
     "resonance": "cabledrive.studies.resonance",
     "response": "cabledrive.identification.log_response",
     "run_study": "cabledrive.studies.study",

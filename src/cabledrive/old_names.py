@@ -10,6 +10,7 @@ from typing import Any
 from warnings import warn
 
 MOVED = {
+    "cabledrive.studies.reproduction": "cabledrive.dissertation",
     "cabledrive.modes": "cabledrive.modal",
     "cabledrive.mechanics.dynamic_stiffness": "cabledrive.mechanics.stiffness_matrix",
     "cabledrive.parameters.content_hash": "cabledrive.parameters.hashing",

@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from cabledrive.studies.reproduction import registry, run
+from cabledrive.dissertation import registry, run
 from command import call, refusal
 
 CHEAP = ("section-2-4", "table-6-1", "figure-6-1", "table-a-3")

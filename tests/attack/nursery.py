@@ -126,7 +126,7 @@ def _load_everything(np: Any) -> None:
     import cabledrive.report
     import cabledrive.studies.study  # noqa: F401
     from cabledrive.app.main import main
-    from cabledrive.studies.reproduction import run
+    from cabledrive.dissertation import run
 
     wanted, entries = os.environ.get("NURSERY_ENTRIES", "").split(), run.entries()
     if wanted:

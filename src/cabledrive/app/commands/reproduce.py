@@ -44,7 +44,7 @@ def command(quick: bool, only: str | None, resume: bool, force: bool, output: st
     if before is not None:
         return _answer(before, folder)
     _check(folder, force=force or resume)
-    from cabledrive.studies.reproduction.run import chosen_entries
+    from cabledrive.dissertation.run import chosen_entries
 
     chosen_entries(only)
     try:
@@ -58,8 +58,8 @@ def command(quick: bool, only: str | None, resume: bool, force: bool, output: st
 
 
 def _reproduced(quick: bool, only: str | None, folder: Path) -> dict[str, Any]:
-    from cabledrive.report.reproduction_page import reproduction_html
-    from cabledrive.studies.reproduction import reproduce
+    from cabledrive.dissertation import reproduce
+    from cabledrive.dissertation.page import reproduction_html
 
     found = reproduce(quick=quick, only=only, folder=folder / FINISHED, note=note)
     note("report")
@@ -93,7 +93,7 @@ def _finished(folder: Path, quick: bool, only: str | None) -> dict[str, Any] | N
 
 
 def _still_holds(before: dict[str, Any], quick: bool, only: str | None) -> bool:
-    from cabledrive.studies.reproduction.run import source_hash
+    from cabledrive.dissertation.run import source_hash
 
     alike = before["quick"] == quick and before.get("only") == only
     return bool(alike and before["provenance"].get("source_hash") == source_hash())

@@ -3,6 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from cabledrive.dissertation.chapter_5_conditions import figure_5_2, figure_5_3, section_5
+from cabledrive.dissertation.chapter_5_free import CHOSEN, figure_5_7
+from cabledrive.dissertation.item import DIFFERS, Entry, Outcome, outcome
+from cabledrive.dissertation.judge import claimed
+from cabledrive.dissertation.panel import Panel, curve
 from cabledrive.parameters import load_drive
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.studies.chapter_5 import (
@@ -14,11 +19,6 @@ from cabledrive.studies.chapter_5 import (
     swept_response,
     tuned_drive,
 )
-from cabledrive.studies.reproduction.chapter_5_conditions import figure_5_2, figure_5_3, section_5
-from cabledrive.studies.reproduction.chapter_5_free import CHOSEN, figure_5_7
-from cabledrive.studies.reproduction.item import DIFFERS, Entry, Outcome, outcome
-from cabledrive.studies.reproduction.judge import claimed
-from cabledrive.studies.reproduction.panel import Panel, curve
 from cabledrive.studies.resonance_referee import ForcedCase, envelope, exact_motion
 
 Array = NDArray[np.float64]

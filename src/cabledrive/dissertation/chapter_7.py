@@ -4,6 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from cabledrive.dissertation.item import DIFFERS, UNEXPLAINED, Entry, Item, Outcome, outcome
+from cabledrive.dissertation.judge import claimed, unknown
+from cabledrive.dissertation.rig_runs import MOTION, dwell_spectrum, held_frequency, peak_of, run
+from cabledrive.dissertation.table_6_3 import drive_3
 from cabledrive.modal import against_rigid_supports, modes, natural_frequencies
 from cabledrive.parameters import load_drive
 from cabledrive.reduction.autoparametric import autoparametric_model
@@ -12,10 +16,6 @@ from cabledrive.reduction.models import lumped_model
 from cabledrive.reduction.quality import with_measured_stiffness
 from cabledrive.reduction.threshold import threshold_torque
 from cabledrive.studies.chapter_5 import tuned_drive
-from cabledrive.studies.reproduction.item import DIFFERS, UNEXPLAINED, Entry, Item, Outcome, outcome
-from cabledrive.studies.reproduction.judge import claimed, unknown
-from cabledrive.studies.reproduction.rig_runs import MOTION, dwell_spectrum, held_frequency, peak_of, run
-from cabledrive.studies.reproduction.table_6_3 import drive_3
 
 DRASTIC = 3.0
 """Factor from which a frequency counts as drastically reduced."""

@@ -9,11 +9,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from cabledrive.parameters import InputRefused
-from cabledrive.report.errata_text import PAGES, errata_items
-from cabledrive.studies.reproduction import reproduce
-from cabledrive.studies.reproduction.chapter_6_rig import _numbers, _resolution
-from cabledrive.studies.reproduction.item import (
+from cabledrive.dissertation import reproduce
+from cabledrive.dissertation.chapter_6_rig import _numbers, _resolution
+from cabledrive.dissertation.errata_text import PAGES, errata_items
+from cabledrive.dissertation.item import (
     AGREES,
     DIFFERS,
     ERRATUM,
@@ -21,11 +20,12 @@ from cabledrive.studies.reproduction.item import (
     NOT_COMPUTABLE,
     UNEXPLAINED,
 )
-from cabledrive.studies.reproduction.judge import compared, last_place
-from cabledrive.studies.reproduction.panel import curve
-from cabledrive.studies.reproduction.registry import FIGURES, SKETCHES, TABLES, entries
-from cabledrive.studies.reproduction.rig_runs import ENCODER, LAWS
-from cabledrive.studies.reproduction.run import call_of, chosen_entries, mentions
+from cabledrive.dissertation.judge import compared, last_place
+from cabledrive.dissertation.panel import curve
+from cabledrive.dissertation.registry import FIGURES, SKETCHES, TABLES, entries
+from cabledrive.dissertation.rig_runs import ENCODER, LAWS
+from cabledrive.dissertation.run import call_of, chosen_entries, mentions
+from cabledrive.parameters import InputRefused
 
 ROOT = Path(__file__).parents[2]
 PRINT = ROOT.parent / "shared" / "reference" / "dissertation.txt"
@@ -85,8 +85,8 @@ def test_a_number_agrees_inside_the_rounding_of_the_print_and_not_outside():
 @pytest.mark.parametrize("factor", [0.5, 2.0])
 def test_no_printed_accuracy_of_a_lost_pulse_is_judged_whichever_side_the_rig_is_on(law, factor, monkeypatch):
     """Both figures are given; the verdict does not depend on which is the larger."""
-    monkeypatch.setattr("cabledrive.studies.reproduction.chapter_6_rig._slower", lambda law: "none")
-    monkeypatch.setattr("cabledrive.studies.reproduction.chapter_6_rig._origin", lambda law, runs: None)
+    monkeypatch.setattr("cabledrive.dissertation.chapter_6_rig._slower", lambda law: "none")
+    monkeypatch.setattr("cabledrive.dissertation.chapter_6_rig._origin", lambda law, runs: None)
     peaks = np.full(3, factor * LAWS[law][2])
     run = SimpleNamespace(summary={"peak_torque": 0.1})
     (item,) = [one for one in _numbers(law, peaks, [run]) if one is not None and "accuracy" in one.id]
@@ -168,10 +168,10 @@ def test_a_long_curve_keeps_its_peaks():
 
 def test_a_finished_entry_is_taken_from_the_folder(tmp_path, monkeypatch):
     monkeypatch.setattr(
-        "cabledrive.studies.reproduction.run.entries",
+        "cabledrive.dissertation.run.entries",
         lambda: tuple(entry for entry in entries() if entry.name in CHEAP[:2]),
     )
-    monkeypatch.setattr("cabledrive.studies.reproduction.run.source_hash", lambda: "0" * 64)
+    monkeypatch.setattr("cabledrive.dissertation.run.source_hash", lambda: "0" * 64)
     lines = []
     first = reproduce(quick=True, folder=tmp_path, note=lines.append)
     assert len(lines) == 2
@@ -185,12 +185,12 @@ def test_a_finished_entry_is_taken_from_the_folder(tmp_path, monkeypatch):
 
 def test_another_source_is_computed_again(tmp_path, monkeypatch):
     monkeypatch.setattr(
-        "cabledrive.studies.reproduction.run.entries",
+        "cabledrive.dissertation.run.entries",
         lambda: tuple(entry for entry in entries() if entry.name in CHEAP[:1]),
     )
     lines = []
     for source in "010":
-        monkeypatch.setattr("cabledrive.studies.reproduction.run.source_hash", lambda s=source: s * 64)
+        monkeypatch.setattr("cabledrive.dissertation.run.source_hash", lambda s=source: s * 64)
         reproduce(quick=True, folder=tmp_path, note=lines.append)
     assert len(lines) == 3
     assert len(list(tmp_path.iterdir())) == 1

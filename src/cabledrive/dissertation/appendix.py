@@ -2,9 +2,7 @@
 
 from math import pi, sqrt
 
-from cabledrive.parameters import load_drive
-from cabledrive.rig.bench.chapter_4 import BENCH_TESTS
-from cabledrive.studies.reproduction.item import (
+from cabledrive.dissertation.item import (
     DIFFERS,
     Entry,
     Item,
@@ -13,7 +11,9 @@ from cabledrive.studies.reproduction.item import (
     outcome,
     place,
 )
-from cabledrive.studies.reproduction.judge import compared, erratum, taken, unknown
+from cabledrive.dissertation.judge import compared, erratum, taken, unknown
+from cabledrive.parameters import load_drive
+from cabledrive.rig.bench.chapter_4 import BENCH_TESTS
 
 RPM = 2 * pi / 60
 VOLTAGE, RESISTANCE = 24.0, 0.103

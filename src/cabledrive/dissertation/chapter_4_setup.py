@@ -5,10 +5,7 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.identification.camera.spots import levels_of, spots_of
-from cabledrive.parameters import load_drive
-from cabledrive.rig.bench.chapter_4 import TORQUE_PER_VOLT
-from cabledrive.studies.reproduction.appendix import (
+from cabledrive.dissertation.appendix import (
     NOMINAL_SPEED,
     NOMINAL_TORQUE,
     RPM,
@@ -17,9 +14,12 @@ from cabledrive.studies.reproduction.appendix import (
     encoder_counts,
     gear_ratio,
 )
-from cabledrive.studies.reproduction.item import DIFFERS, Entry, Item, Outcome, outcome, place
-from cabledrive.studies.reproduction.judge import claimed, compared, erratum, taken, unknown
-from cabledrive.studies.reproduction.panel import Panel, curve
+from cabledrive.dissertation.item import DIFFERS, Entry, Item, Outcome, outcome, place
+from cabledrive.dissertation.judge import claimed, compared, erratum, taken, unknown
+from cabledrive.dissertation.panel import Panel, curve
+from cabledrive.identification.camera.spots import levels_of, spots_of
+from cabledrive.parameters import load_drive
+from cabledrive.rig.bench.chapter_4 import TORQUE_PER_VOLT
 
 CHOSEN = "a dimension or setting of the rig: nothing in the print gives it again"
 ROWS, COLUMNS = 160, 224

@@ -53,7 +53,7 @@ def errata_items() -> dict[tuple[str, str], ErrataItem]:
 def _text(page: str) -> str:
     """A page as the package holds it when it is installed, else from the folder of its sources."""
     name = Path(page).name
-    inside = resources.files("cabledrive.report") / "errata" / name
+    inside = resources.files("cabledrive.dissertation") / "errata" / name
     if inside.is_file():
         return inside.read_text(encoding="utf-8")
     beside = Path(str(resources.files("cabledrive"))).parents[1] / "docs" / name

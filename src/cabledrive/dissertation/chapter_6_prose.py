@@ -4,10 +4,10 @@ from math import pi
 
 import numpy as np
 
+from cabledrive.dissertation.item import DIFFERS, ERRATUM, Item, Outcome, outcome, place
+from cabledrive.dissertation.judge import claimed, erratum, unknown
+from cabledrive.dissertation.rig_runs import run
 from cabledrive.rig.bench.chapter_4 import BENCH_TESTS
-from cabledrive.studies.reproduction.item import DIFFERS, ERRATUM, Item, Outcome, outcome, place
-from cabledrive.studies.reproduction.judge import claimed, erratum, unknown
-from cabledrive.studies.reproduction.rig_runs import run
 
 
 def prose(quick: bool) -> Outcome:

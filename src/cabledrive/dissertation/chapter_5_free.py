@@ -5,6 +5,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from cabledrive.dissertation.item import DIFFERS, Outcome, outcome, place
+from cabledrive.dissertation.judge import claimed
+from cabledrive.dissertation.panel import Panel, curve
 from cabledrive.parameters import Drive, load_drive
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.studies.chapter_5 import (
@@ -16,9 +19,6 @@ from cabledrive.studies.chapter_5 import (
     free_response,
     tuned_drive,
 )
-from cabledrive.studies.reproduction.item import DIFFERS, Outcome, outcome, place
-from cabledrive.studies.reproduction.judge import claimed
-from cabledrive.studies.reproduction.panel import Panel, curve
 from cabledrive.studies.resonance_referee import ForcedCase, envelope, exact_motion
 
 Array = NDArray[np.float64]

@@ -2,12 +2,10 @@
 
 import numpy as np
 
-from cabledrive.reduction.lumped_chain import natural_frequencies_of
-from cabledrive.reduction.models import lumped_model
-from cabledrive.studies.reproduction.item import DIFFERS, Outcome, outcome, place
-from cabledrive.studies.reproduction.judge import claimed
-from cabledrive.studies.reproduction.panel import Curve, Panel, curve
-from cabledrive.studies.reproduction.rig_runs import (
+from cabledrive.dissertation.item import DIFFERS, Outcome, outcome, place
+from cabledrive.dissertation.judge import claimed
+from cabledrive.dissertation.panel import Curve, Panel, curve
+from cabledrive.dissertation.rig_runs import (
     ENCODER,
     JOINT_BAND,
     MOTION,
@@ -16,7 +14,9 @@ from cabledrive.studies.reproduction.rig_runs import (
     peak_of,
     run,
 )
-from cabledrive.studies.reproduction.table_6_3 import drive_3
+from cabledrive.dissertation.table_6_3 import drive_3
+from cabledrive.reduction.lumped_chain import natural_frequencies_of
+from cabledrive.reduction.models import lumped_model
 
 BANDWIDTHS = (5.0, 6.0, 7.0, 8.0)
 

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from cabledrive.dissertation.item import DIFFERS, Item, Outcome, outcome, place
+from cabledrive.dissertation.judge import claimed
+from cabledrive.dissertation.panel import Panel, curve
 from cabledrive.parameters import load_drive
-from cabledrive.studies.reproduction.item import DIFFERS, Item, Outcome, outcome, place
-from cabledrive.studies.reproduction.judge import claimed
-from cabledrive.studies.reproduction.panel import Panel, curve
 from cabledrive.studies.shapes import mode_shapes
 
 if TYPE_CHECKING:

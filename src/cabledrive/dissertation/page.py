@@ -8,15 +8,15 @@ from itertools import groupby
 
 from markupsafe import Markup
 
+from cabledrive.dissertation import Entry, Item, Outcome, Reproduction
+from cabledrive.dissertation.errata_text import ErrataItem, errata_items
+from cabledrive.dissertation.panel_figures import panels_figure
+from cabledrive.dissertation.run import call_of
 from cabledrive.parameters.version import __version__
 from cabledrive.report.blocks import Block, Cell, Chapter, Column, Paragraph, RowGroup, Section, Table
-from cabledrive.report.errata_text import ErrataItem, errata_items
-from cabledrive.report.figures.panels import panels_figure
 from cabledrive.report.numbers import number
 from cabledrive.report.page import Page, render
 from cabledrive.report.provenance import Provenance
-from cabledrive.studies.reproduction import Entry, Item, Outcome, Reproduction
-from cabledrive.studies.reproduction.run import call_of
 
 Known = dict[tuple[str, str], ErrataItem]
 

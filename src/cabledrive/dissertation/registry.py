@@ -2,7 +2,7 @@
 
 from importlib import import_module
 
-from cabledrive.studies.reproduction.item import Entry
+from cabledrive.dissertation.item import Entry
 
 MODULES = (
     "chapter_2",

@@ -11,15 +11,15 @@ from importlib import import_module, resources
 from pathlib import Path
 from typing import Any
 
+from cabledrive.dissertation.item import AGREES, VERDICTS, Entry, Item, Outcome
+from cabledrive.dissertation.judge import INPUT
+from cabledrive.dissertation.panel import panel_of
+from cabledrive.dissertation.registry import entries
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.files import write_whole
 from cabledrive.parameters.own_hash import intact_object, with_own_hash
 from cabledrive.parameters.version import __version__
-from cabledrive.studies.reproduction.item import AGREES, VERDICTS, Entry, Item, Outcome
-from cabledrive.studies.reproduction.judge import INPUT
-from cabledrive.studies.reproduction.panel import panel_of
-from cabledrive.studies.reproduction.registry import entries
 
 SUFFIXES = (".py", ".toml")
 BEYOND = ("report", "app")
@@ -97,7 +97,7 @@ class Reproduction:
 def call_of(entry: Entry, quick: bool = False) -> str:
     """The call in Python that computes an entry: items and the data of its figures.
 
-    Returns such as ``cabledrive.studies.reproduction.chapter_5_conditions.figure_5_3(quick=False)``.
+    Returns such as ``cabledrive.dissertation.chapter_5_conditions.figure_5_3(quick=False)``.
     """
     made = entry.compute
     values: tuple[Any, ...] = getattr(made, "args", ())
