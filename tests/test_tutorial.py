@@ -19,7 +19,6 @@ COMMANDS = re.findall(r"^\$ cabledrive (.+)\n((?:(?!\$|```).*\n)*)", TUTORIAL, r
 FEW = "\n[acceptance]\ndraws = 300\ncable_draws = 0\n"
 
 
-@pytest.mark.xfail(strict=False, reason="what the page shows of the study is to be made again")
 def test_the_tutorial_runs_from_an_empty_folder_and_prints_what_it_shows(tmp_path, monkeypatch):
     """Fewer plants than a reader's and no drawing; of a study the line with the verdict is compared."""
     monkeypatch.chdir(tmp_path)

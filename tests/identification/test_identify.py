@@ -32,6 +32,8 @@ JOINTED = LumpedChain(
     ratios=((1.0, 1.0),),
 )
 PLAIN = IdentifyOptions(check=False)
+FEW, LOGS = 12, 6
+"""Repeats and logs of each kind in the quick tests, for time."""
 
 
 def printed(test):
@@ -113,11 +115,11 @@ def coverage(test, repeats, seed, method=None):
 
 
 @pytest.mark.parametrize("test", BENCH_TESTS, ids=lambda test: test.name)
-def test_a_tenth_of_the_repeats_does_not_contradict_the_coverage(test, measured):
+def test_a_few_repeats_do_not_contradict_the_coverage(test, measured):
     """So few inside that chance in a thousand allows it at most, were each 93 % right."""
-    inside = 100 * coverage(test, 100, 10_000)
-    measured("J, b, c, d: " + ", ".join(f"{one:.0f} of 100" for one in inside))
-    assert np.all(inside >= binom.ppf(1e-3, 100, 0.93)), f"observed {inside} of 100"
+    inside = FEW * coverage(test, FEW, 10_000)
+    measured("J, b, c, d: " + ", ".join(f"{one:.0f} of {FEW}" for one in inside))
+    assert np.all(inside >= binom.ppf(1e-3, FEW, 0.93)), f"observed {inside} of {FEW}"
 
 
 @pytest.mark.verify
@@ -173,14 +175,14 @@ def alarms_and_named(case, logs):
 
 
 @pytest.mark.parametrize("case", missing("backlash"))
-def test_a_tenth_of_the_logs_of_each_fault(case, measured):
+def test_a_few_logs_of_each_fault(case, measured):
     """No fewer named, and no more false alarms, than chance in a thousand allows for 180 and 16 of 200."""
-    alarms, named = alarms_and_named(case, 20)
-    measured(f"{named} of 20 named, {alarms} with an alarm")
+    alarms, named = alarms_and_named(case, LOGS)
+    measured(f"{named} of {LOGS} named, {alarms} with an alarm")
     if CASES[case][2] is None:
-        assert alarms <= binom.isf(1e-3, 20, 16 / 200), f"{alarms} false alarms"
+        assert alarms <= binom.isf(1e-3, LOGS, 16 / 200), f"{alarms} false alarms"
     else:
-        assert named >= binom.ppf(1e-3, 20, 180 / 200), f"{named} of 20 named"
+        assert named >= binom.ppf(1e-3, LOGS, 180 / 200), f"{named} of {LOGS} named"
 
 
 @pytest.mark.verify

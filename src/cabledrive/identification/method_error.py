@@ -45,6 +45,7 @@ Array = NDArray[np.float64]
 
 FARTHEST = 1e6
 """Strokes of the log beyond which a motion of the fitted axis runs away."""
+RUNS_AWAY = "the fitted axis runs away under the measured torque"
 PHASES = 4
 """Positions of the encoder that are tried."""
 
@@ -149,9 +150,12 @@ def with_own_error(
             start = case_of(log, torque, position, equation).start
             driven = between_samples(log.channel(torque))
             speed, _ = march_rigid_axis(values, driven, log.interval, start=start, slope=slope)
+            farthest = FARTHEST * np.ptp(log.channel(position))
+            if not np.abs(speed).max() * log.interval < farthest:  # before sums of it overflow
+                raise NotComputed(RUNS_AWAY)
             angle = rounded_angles(speed, log.interval, log.report.quantum.get(position, 0.0))
-            if not np.abs(angle).max() < FARTHEST * np.ptp(log.channel(position)):
-                raise NotComputed("the fitted axis runs away under the measured torque")
+            if not np.abs(angle).max() < farthest:
+                raise NotComputed(RUNS_AWAY)
             angles.append(angle)
     except NotComputed as failure:
         return replace(found, method=dict(found.method) | {"own_error": f"not known: {failure}"})

@@ -12,11 +12,14 @@ from cabledrive.rig.circumstances import control_delay, current_rate
 from cabledrive.studies.study.chain_regression import tell, whole_drive, with_torque_at
 from cabledrive.studies.study.correlations import Correlation, among, of_an_axis
 from cabledrive.studies.study.datasheet_bounds import by_datasheet
+from cabledrive.studies.study.drawn_plants import drawn_plant
 from cabledrive.studies.study.log_replay import Replay, replay
 from cabledrive.studies.study.machine import GOAL, LOAD_FRICTIONS, LOG, Quantity, drive_with
 
 UNLISTED = (*LOAD_FRICTIONS, "backlash")
 """What data sheets leave out: where the log bounds it less closely than assumed, nothing is said."""
+LIKELY = 8
+"""Machines drawn from the intervals, to see how much of a log numbers within them explain."""
 PEAK = 2.0**0.5
 """Of a sine over its root mean square."""
 SEEN = 0.2
@@ -138,7 +141,9 @@ def _by_regression(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]
             fresh[name] = replace(known[name], value=value, low=low, high=high, source=LOG)
     fresh |= _quiet(fresh, told.residual_torque)
     machine = drive_with(drive, {name: quantity.value for name, quantity in fresh.items()})
-    replays = tuple(replay(with_torque_at(log, told.lag), machine) for log in logs)
+    correlations = among(told.correlations, fresh)
+    likely = [drive_with(drive, drawn_plant(fresh, 0, 0, draw, correlations)[0]) for draw in range(LIKELY)]
+    replays = tuple(replay(with_torque_at(log, told.lag), machine, likely=likely) for log in logs)
     findings = _against_the_datasheet(fresh, known) + _late_words(told.lag, drive, logs)
     return Knowledge(
         quantities=fresh,
@@ -149,7 +154,7 @@ def _by_regression(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]
         residual=told.residual,
         method=f"sum of torques, load's own equation and twist of the joint; {100 * told.kept:.0f} % of the "
         "samples could be used",
-        correlations=among(told.correlations, fresh),
+        correlations=correlations,
     )
 
 

@@ -36,7 +36,9 @@ REPEATS = 4
 CHANCE = 1e-4
 """Probability that a log of the model itself exceeds its limit in some octave of some encoder."""
 TOLERANCE = 1.5
-"""Power over that of the model that numbers within their intervals may make."""
+"""Power over that of the model that numbers within their intervals may make at least."""
+DEVIATION = 2.0
+"""Largest deviation of the true numbers, over the largest among the machines that are drawn."""
 LOWEST = 1.0
 """Lower end of the first octave [Hz]."""
 DIVERGED = 1e9
@@ -80,11 +82,12 @@ class Replay:
         )
 
 
-def replay(log: Log, drive: Drive, seed: int = 0) -> Replay:
+def replay(log: Log, drive: Drive, seed: int = 0, likely: Sequence[Drive] = ()) -> Replay:
     """Replay a log of a whole drive through the identified model.
 
     ``log``: with torque, motor and load angle; ``drive``: with the identified values; ``seed``: of the
-    encoder phases of the model's own logs.
+    encoder phases of the model's own logs; ``likely``: machines drawn from the values' intervals, whose logs
+    say how much the model may leave of a machine that is as it should be.
     Returns the octave and encoder with the largest ratio to their limit.
     """
     generator = np.random.default_rng(seed)
@@ -104,22 +107,32 @@ def replay(log: Log, drive: Drive, seed: int = 0) -> Replay:
     gears = np.array([load_gear(drive) if name == "load_angle" else 1.0 for name in channels])
     measured = np.column_stack([log.channel(name) for name in channels]) * gears
     seen = octaves(innovations(probe, torque, measured - measured[0]), h)
-    model = np.zeros((REPEATS, *seen.power.shape))
-    play = free_play(drive, chain)
-    try:
-        moved = march_chain(
-            chain, torque, h, gaps=(play, *(0.0,) * (chain.size - 2)), substeps=4, hold="line"
-        ).angles
-    except NotComputed:
-        return Replay(ratio=DIVERGED, limit=1.0, encoder=channels[0], frequency=0.0)
     noise = torque_noise(torque, h)
-    for k in range(REPEATS):
-        phases = generator.uniform(size=len(channels))
+
+    def left(moved: Array) -> Array:
+        """Power that the model leaves of a log of these angles."""
         angles = moved[:, [place(chain, CHANNELS[name]) for name in channels]]
-        read = np.array(counts) * np.floor(angles / counts + phases)
+        read = np.array(counts) * np.floor(angles / counts + generator.uniform(size=len(channels)))
         logged = torque + noise * generator.standard_normal(torque.size)
-        model[k] = octaves(innovations(probe, logged, read - read[0]), h).power
-    return _largest(seen, model.mean(axis=0), channels)
+        return octaves(innovations(probe, logged, read - read[0]), h).power
+
+    own = _moved(drive, torque, h)
+    if own is None:
+        return Replay(ratio=DIVERGED, limit=1.0, encoder=channels[0], frequency=0.0)
+    model = np.mean([left(own) for _ in range(REPEATS)], axis=0)
+    drawn = [left(moved) for machine in likely if (moved := _moved(machine, torque, h)) is not None]
+    excess = np.max([model, *drawn], axis=0) / model - 1.0
+    return _largest(seen, model, np.maximum(TOLERANCE, 1.0 + DEVIATION**2 * excess), channels)
+
+
+def _moved(drive: Drive, torque: Array, interval: float) -> Array | None:
+    """Angles of a machine under a torque, shape (samples, inertias); None where it runs away."""
+    chain = plant_chain(drive, highest_model(drive))
+    gaps = (free_play(drive, chain), *(0.0,) * (chain.size - 2))
+    try:
+        return march_chain(chain, torque, interval, gaps=gaps, substeps=4, hold="line").angles
+    except NotComputed:
+        return None
 
 
 def torque_noise(torque: Array, interval: float) -> float:
@@ -225,11 +238,11 @@ def predict_along(
         predict(model, scalars, motor_speed, estimate, held, torque[k], torque[k], fresh)
 
 
-def _largest(seen: Octaves, model: Array, channels: Sequence[str]) -> Replay:
+def _largest(seen: Octaves, model: Array, allowed: Array, channels: Sequence[str]) -> Replay:
     ratio = seen.power / model
     share = CHANCE / ratio.size
     chance = stats.f.isf(share, 2.0 * seen.lines, 2.0 * REPEATS * seen.lines)
-    limit = TOLERANCE * chance[:, None] * np.ones_like(ratio)
+    limit = allowed * chance[:, None]
     k, j = np.unravel_index(int(np.argmax(ratio / limit)), ratio.shape)
     return Replay(
         ratio=float(ratio[k, j]),
