@@ -67,12 +67,6 @@ CASES = {
 }
 
 
-def missing(case):
-    """All cases, the one marked that fails: its logs are flagged, but called a torque of the position."""
-    mark = pytest.mark.xfail(reason="called a torque of the position, not by its own name")
-    return [pytest.param(one, marks=mark) if one == case else one for one in CASES]
-
-
 def faulty_log(case, seed):
     chain, flaws, _ = CASES[case]
     rng = np.random.default_rng(seed)
@@ -155,7 +149,7 @@ def test_each_friction_is_right_for_its_own_regressor_and_the_other_is_noticed(s
     assert words in other.findings[-1]
 
 
-@pytest.mark.parametrize("case", missing("stribeck"))
+@pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("seed", [1])
 def test_a_wrong_model_is_noticed_and_named(case, seed):
     found = identify(faulty_log(case, seed))
@@ -174,7 +168,7 @@ def alarms_and_named(case, logs):
     return sum(map(bool, found)), len(named)
 
 
-@pytest.mark.parametrize("case", missing("backlash"))
+@pytest.mark.parametrize("case", CASES)
 def test_a_few_logs_of_each_fault(case, measured):
     """No fewer named, and no more false alarms, than chance in a thousand allows for 180 and 16 of 200."""
     alarms, named = alarms_and_named(case, LOGS)

@@ -256,10 +256,21 @@ def _checked(
     chosen = replace(chosen, method=method)
     turns = "inertia" in chosen.parameters
     wave = position_wave(predicted.tracks, predicted.values) if turns else None
-    if wave is not None:
+    if wave is not None and wave.share > _share_by_lines(chosen):
         others = tuple(one for one in chosen.findings if code_of(one) != MISFIT)
         words = f"the model does not fit: {wave.words}"
         return replace(chosen, findings=(*others, Finding(MISFIT, words)))
     if not left.beyond or MISFIT in chosen.codes:
         return chosen
     return replace(chosen, findings=(*chosen.findings, Finding("unexplained-torque", left.words)))
+
+
+def _share_by_lines(found: Identification) -> float:
+    """Largest share of the residual that a fault beyond chance explains, with its family; 0 without one."""
+    tried = found.method.get("suspicions", {}) if MISFIT in found.codes else {}
+    shares = [
+        one["family_share"]
+        for one in tried.values()
+        if "family_share" in one and one["significance"] > one["critical"]
+    ]
+    return max(shares, default=0.0)

@@ -150,11 +150,16 @@ def verdict(found: Sequence[Suspicion], late: bool = False) -> str | None:
     if not beyond:
         return None
     family = max(beyond, key=lambda s: s.family_gain).family
+    if late and any(s.family == "link" for s in beyond):
+        family = "link"  # no friction moves a torque in time
     members = sorted((s for s in found if s.family == family), key=lambda s: -s.gain)
     top = members[0]
     if family == "link":
         lags = late or any(s.fault == "delay" and s.value > 0.0 for s in beyond)
-        springs = top.fault == "flexibility" and not lags
+        fitted = all(
+            s.fault != "delay" for s in found
+        )  # the lag is a parameter: what a spring leaves, free play
+        springs = top.fault == "flexibility" and not lags and not fitted
         return top.fault if springs or top.gain > ALONE * top.family_gain else "backlash"
     if family == "friction":
         law = next((s for s in members if s.from_law), None)

@@ -45,7 +45,13 @@ def checked_by_lines(
         rival = other_law(read, refined, options, found)
         found = found if rival is None else (*found, rival)
     method["suspicions"] = {
-        s.fault: {"significance": s.significance, "critical": s.critical, "value": s.value} for s in found
+        s.fault: {
+            "significance": s.significance,
+            "critical": s.critical,
+            "value": s.value,
+            "family_share": s.family_gain,
+        }
+        for s in found
     }
     answer = replace(answer, checked=True, check_reason=LINES)
     fault = verdict(found, _unexplained_shift(answer, read[0].interval))
