@@ -4,7 +4,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from cabledrive.at_once import LISTENS as _LISTENS  # noqa: F401 (before all others, see there)
-from cabledrive.mechanics import DerivedQuantities, derived_quantities, practitioner_warnings
+from cabledrive.mechanics import (
+    CableLaw,
+    DerivedQuantities,
+    ExactLaw,
+    LinearLaw,
+    derived_quantities,
+    practitioner_warnings,
+)
 from cabledrive.modal import Certificate, Mode, Modes, modes, natural_frequencies
 from cabledrive.old_names import keep_old_names
 from cabledrive.parameters import (
@@ -60,13 +67,16 @@ _ON_DEMAND = {
 
 __all__ = [
     "Cable",
+    "CableLaw",
     "Carriage",
     "Certificate",
     "DerivedQuantities",
     "Drive",
+    "ExactLaw",
     "Goal",
     "InputRefused",
     "Layout",
+    "LinearLaw",
     "Lumped",
     "Mode",
     "Modes",

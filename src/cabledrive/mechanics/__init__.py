@@ -1,5 +1,7 @@
 """What a span, a pulley and a carriage do: dynamic stiffness, equations of motion, the datasheet."""
 
+from cabledrive.mechanics.cable_law import CableLaw
+from cabledrive.mechanics.cable_laws import ExactLaw, LinearLaw
 from cabledrive.mechanics.chain import Chain
 from cabledrive.mechanics.datasheet import DerivedQuantities, derived_quantities
 from cabledrive.mechanics.labelled_chain import LabelledChain
@@ -9,10 +11,13 @@ from cabledrive.mechanics.stiffness_matrix import DynamicStiffness, dynamic_stif
 from cabledrive.mechanics.warnings import practitioner_warnings
 
 __all__ = [
+    "CableLaw",
     "Chain",
     "DerivedQuantities",
     "DynamicStiffness",
+    "ExactLaw",
     "LabelledChain",
+    "LinearLaw",
     "RestState",
     "RestingSection",
     "RestingStretch",

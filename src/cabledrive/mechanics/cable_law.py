@@ -5,152 +5,284 @@ Everything here is a function of the gradients :math:`(u', v', w')` at that poin
 
 .. math:: \rho\,(\ddot u, \ddot v, \ddot w) = \frac{\partial}{\partial x}(T_x, T_y, T_z)
 
-with :math:`\rho` per pretensioned metre. The laws differ in what they keep of the geometry.
+with :math:`\rho` per pretensioned metre. A law is one class with one method, `CableLaw.components`; what else
+the simulation, the statics and the audit need follows from it.
 """
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar, TypeAlias
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-Array: TypeAlias = NDArray[np.float64]
-Components: TypeAlias = tuple[Array, Array, Array]
+from cabledrive.mechanics.law_derivatives import Array as Array
+from cabledrive.mechanics.law_derivatives import Components as Components
+from cabledrive.mechanics.law_derivatives import central_differences, first_slack, work_from_zero
+
+_SOURCES = ("excess_components", "components")
+_DERIVED = (
+    "slack_strain",
+    "strain",
+    "strain_gradient",
+    "tension",
+    "is_slack",
+    "energy_density",
+    "stiffness_matrix",
+    "largest_stiffness",
+)
+_FOLLOW = frozenset({"strain", "tension", "stiffness", "is_slack"})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CableLaw(ABC):
-    r"""What every cable law answers, from the gradients (u', v', w') at any number of points.
+    r"""Relation between the deformation of the cable and the force in it.
 
-    Attributes
+    A subclass defines `components`, or `excess_components` where that avoids cancellation, with numpy on
+    arrays of any shape. Everything else is derived from them and may be overridden by a closed form. A law
+    takes the keywords `pretension` and `axial_rigidity` of the drive's cable; further parameters are fields
+    of a dataclass or attributes of the class. Where numba can compile the formula the steps are compiled,
+    else the run is interpreted and its result says so.
+
+    Parameters
     ----------
     pretension : float
         Pretension :math:`T_0` [N].
     axial_rigidity : float
         Axial rigidity :math:`EA` [N].
-    tension_only : bool, default False
-        The cable goes slack: where the tension would be negative it is zero.
+
+    Attributes
+    ----------
+    name : str
+        Name in results; default: that of the class.
+    source : str
+        Which of `components` and `excess_components` the law defines.
+    has_potential : bool, default True
+        Whether the components are the derivative of an energy.
+
+    Raises
+    ------
+    TypeError
+        When a class is made that changes what only reports the force, such as `tension`, but not the
+        components, from which the motion comes.
+
+    Examples
+    --------
+    >>> class Hardening(CableLaw):
+    ...     def components(self, u_x, v_x, w_x):
+    ...         tension = self.pretension + self.stiffness * u_x * (1.0 + 1e4 * u_x**2)
+    ...         return tension, self.pretension * v_x, self.pretension * w_x
+    >>> law = Hardening(pretension=3.0, axial_rigidity=400.0)
+    >>> float(law.tension(0.01, 0.0, 0.0).round(3))
+    11.06
     """
 
     name: ClassVar[str]
+    source: ClassVar[str]
     has_potential: ClassVar[bool] = True
 
     pretension: float
     axial_rigidity: float
-    tension_only: bool = False
+
+    def __init_subclass__(cls) -> None:
+        """Let nothing that follows from the components of a parent pass for one's own."""
+        own = dict(vars(cls))
+        if "source" in own:  # the same class once more: `dataclass` makes it anew for slots
+            return
+        if "name" not in own:
+            cls.name = cls.__name__
+        defined = [name for name in _SOURCES if name in own]
+        inherits = not getattr(cls.__mro__[1], "__abstractmethods__", ())
+        if not defined:
+            if inherits and (changed := _FOLLOW.intersection(own)):
+                raise TypeError(
+                    f"{cls.__name__} changes {min(changed)}, which only reports the force: define "
+                    "components, from which motion, tension and energy follow"
+                )
+            return
+        cls.source = defined[0]
+        derived = {name: vars(CableLaw)[name] for name in _DERIVED} if inherits else {}
+        if len(defined) == 1:  # each from the other of the same class, so that super() may be called
+            derived |= _other_source(defined[0], own[defined[0]])
+        for name in derived.keys() - own.keys():
+            setattr(cls, name, derived[name])
 
     @property
     def stiffness(self) -> float:
-        r"""Tension per apparent strain, :math:`K = EA\,(1 + \epsilon_0) = EA + T_0` [N]."""
+        r"""Tension per apparent strain of the cable, :math:`K = EA\,(1 + \epsilon_0) = EA + T_0` [N]."""
         return self.axial_rigidity + self.pretension
 
     @property
     def slack_strain(self) -> float:
-        r"""Apparent strain at which the tension vanishes, :math:`-T_0/K` [-]."""
-        return -self.pretension / self.stiffness
+        """Strain of the straight cable at which the tension vanishes [-]; -inf: nowhere down to -1/2."""
+        return first_slack(self.components, -self.pretension / self.stiffness)
 
-    def transverse_stretch(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
-        """Part of the stretch that comes from the slopes.
+    @property
+    def tension_only(self) -> bool:
+        """Whether the cable goes slack where it would have to push."""
+        return False
 
-        ``u_x``, ``v_x``, ``w_x``: displacement gradients [-].
-        Returns what the slopes add to u' in the apparent strain of the energy [-].
+    @abstractmethod
+    def components(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+        """Components of the tension.
+
+        Parameters
+        ----------
+        u_x, v_x, w_x : ndarray
+            Displacement gradients [-], of any one shape.
+
+        Returns
+        -------
+        tuple of ndarray
+            Tx, Ty, Tz [N]; (pretension, 0, 0) for the straight cable.
         """
-        return self._transverse_stretch(u_x, v_x, w_x)
+
+    def excess_components(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+        """Components of the tension above the pretension.
+
+        The pretension pulls equally on both sides of everything; what a chain sums is the rest. Override it
+        instead of `components` to keep it free of cancellation at small displacements.
+
+        Parameters
+        ----------
+        u_x, v_x, w_x : ndarray
+            Displacement gradients [-].
+
+        Returns
+        -------
+        tuple of ndarray
+            Tx - T0, Ty, Tz [N].
+        """
+        return _other_source("components", type(self).components)["excess_components"](self, u_x, v_x, w_x)
 
     def strain(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
         """Apparent strain, measured from the pretensioned cable.
 
-        ``u_x``, ``v_x``, ``w_x``: displacement gradients [-].
-        Returns apparent strain lambda [-]; the tension is T0 + K lambda.
+        Parameters
+        ----------
+        u_x, v_x, w_x : ndarray
+            Displacement gradients [-].
+
+        Returns
+        -------
+        ndarray
+            Stretch of the segment per length [-]; default: that of the exact geometry.
         """
-        return self._strain(u_x, v_x, w_x)
+        return np.sqrt((1.0 + u_x) ** 2 + v_x**2 + w_x**2) - 1.0
 
     def strain_gradient(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
         """Derivative of the apparent strain with respect to (u', v', w').
 
-        ``u_x``, ``v_x``, ``w_x``: displacement gradients [-].
-        Returns its three components [-]; also the direction in which axial damping acts.
+        Parameters
+        ----------
+        u_x, v_x, w_x : ndarray
+            Displacement gradients [-].
+
+        Returns
+        -------
+        tuple of ndarray
+            Its three components [-]; also the direction in which axial damping acts. Default: the unit
+            vector along the segment.
         """
-        return self._strain_gradient(u_x, v_x, w_x)
+        stretch = np.sqrt((1.0 + u_x) ** 2 + v_x**2 + w_x**2)
+        return (1.0 + u_x) / stretch, v_x / stretch, w_x / stretch
 
     def tension(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
-        """Tension T = T0 + K lambda.
+        """Tension.
 
-        ``u_x``, ``v_x``, ``w_x``: displacement gradients [-].
-        Returns tension [N]; negative where the cable would have to push, zero there if `tension_only`.
+        Parameters
+        ----------
+        u_x, v_x, w_x : ndarray
+            Displacement gradients [-].
+
+        Returns
+        -------
+        ndarray
+            Force along the segment [N], negative where the cable has to push. Default: the part of the
+            components along `strain_gradient`.
         """
-        tension = self.pretension + self.stiffness * self.strain(u_x, v_x, w_x)
-        return np.maximum(tension, 0.0) if self.tension_only else tension
+        x, y, z = self.components(u_x, v_x, w_x)
+        along, v_along, w_along = self.strain_gradient(u_x, v_x, w_x)
+        return np.asarray(x * along + y * v_along + z * w_along)
 
-    def excess_components(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
-        """Components of the tension above the pretension, free of cancellation at small displacements.
+    def is_slack(self, u_x: Array, v_x: Array, w_x: Array) -> NDArray[np.bool_]:
+        """Where the cable would have to push.
 
-        The pretension pulls equally on both sides of everything; what a chain sums is the rest.
+        Parameters
+        ----------
+        u_x, v_x, w_x : ndarray
+            Displacement gradients [-].
 
-        ``u_x``, ``v_x``, ``w_x``: displacement gradients [-].
-        Returns tx - T0, Ty, Tz [N].
+        Returns
+        -------
+        ndarray of bool
         """
-        excess = self._taut_excess(u_x, v_x, w_x)
-        if not self.tension_only:
-            return excess
-        slack = self.strain(u_x, v_x, w_x) < self.slack_strain
-        x, y, z = excess
-        return np.where(slack, -self.pretension, x), np.where(slack, 0.0, y), np.where(slack, 0.0, z)
-
-    def components(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
-        """Components of the tension.
-
-        ``u_x``, ``v_x``, ``w_x``: displacement gradients [-].
-        Returns tx, Ty, Tz [N].
-        """
-        x, y, z = self.excess_components(u_x, v_x, w_x)
-        return self.pretension + x, y, z
+        return self.tension(u_x, v_x, w_x) < 0.0
 
     def energy_density(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
-        r"""Elastic energy per pretensioned metre, above the straight pretensioned cable.
+        """Elastic energy per pretensioned metre, above the straight pretensioned cable.
 
-        .. math:: e = T_0\,(\lambda - u') + \tfrac12 K \lambda^2
+        The work of the pretension on the ends, T0 u', is left out: it cancels round a loop.
 
-        It is zero, and least, for the straight cable; its derivative is `excess_components`. The work of
-        the pretension on the ends, :math:`T_0 u'`, is left out: it cancels round a loop. A law without a
-        potential answers with that of the truncation nearest to it.
+        Parameters
+        ----------
+        u_x, v_x, w_x : ndarray
+            Displacement gradients [-].
 
-        ``u_x``, ``v_x``, ``w_x``: displacement gradients [-].
-        Returns energy density [J/m].
+        Returns
+        -------
+        ndarray
+            Energy density [J/m]. Default: work of `excess_components` on the straight path from zero to the
+            gradients, by 16 points of Gauss: exact for smooth laws; an error in it shows in the energy
+            budget of a run.
         """
-        strain = self.strain(u_x, v_x, w_x)
-        slopes = self.transverse_stretch(u_x, v_x, w_x)
-        taut = self.pretension * slopes + 0.5 * self.stiffness * strain**2
-        if not self.tension_only:
-            return taut
-        slack = -self.pretension * (0.5 * self.pretension / self.stiffness + u_x)
-        return np.where(strain < self.slack_strain, slack, taut)
+        return work_from_zero(self.excess_components, u_x, v_x, w_x)
 
     def stiffness_matrix(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
         """Derivative of the components with respect to (u', v', w').
 
-        ``u_x``, ``v_x``, ``w_x``: displacement gradients [-].
-        Returns shape (..., 3, 3): row: component of the tension, column: gradient [N]. Symmetric if the law
-        has a potential.
+        Parameters
+        ----------
+        u_x, v_x, w_x : ndarray
+            Displacement gradients [-].
+
+        Returns
+        -------
+        ndarray, shape (..., 3, 3)
+            Row: component of the tension, column: gradient [N]; symmetric if the law has a potential.
+            Default: central differences, good to about 1e-9 of the stiffness. Newton's method of the statics
+            uses it as its slope, not in what it solves.
         """
-        matrix = self._stiffness_matrix(u_x, v_x, w_x)
-        if not self.tension_only:
-            return matrix
-        slack = self.strain(u_x, v_x, w_x) < self.slack_strain
-        return np.where(slack[..., None, None], 0.0, matrix)
+        return central_differences(self.excess_components, u_x, v_x, w_x)
 
-    def _strain(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
-        return u_x + self._transverse_stretch(u_x, v_x, w_x)
+    def largest_stiffness(self) -> float:
+        """Largest slope of the tension that the time step is chosen for.
 
-    @abstractmethod
-    def _transverse_stretch(self, u_x: Array, v_x: Array, w_x: Array) -> Array: ...
+        Returns
+        -------
+        float
+            [N]. Default: the largest found between the strain at which the tension vanishes and its
+            opposite. A run under a law that grows stiffer than its step allows stops and says so.
+        """
+        reach = -self.slack_strain
+        reach = reach if np.isfinite(reach) else self.pretension / self.stiffness
+        strain = np.linspace(-reach, reach, 65)
+        matrix = self.stiffness_matrix(strain, 0.0 * strain, 0.0 * strain)
+        return float(np.max(np.linalg.norm(matrix, ord=2, axis=(-2, -1))))
 
-    @abstractmethod
-    def _strain_gradient(self, u_x: Array, v_x: Array, w_x: Array) -> Components: ...
 
-    @abstractmethod
-    def _taut_excess(self, u_x: Array, v_x: Array, w_x: Array) -> Components: ...
+def _other_source(name: str, given: Callable[..., Components]) -> dict[str, Callable[..., Components]]:
+    """The method that follows from `components` or from `excess_components`, by its name."""
 
-    @abstractmethod
-    def _stiffness_matrix(self, u_x: Array, v_x: Array, w_x: Array) -> Array: ...
+    def components(self: CableLaw, u_x: Array, v_x: Array, w_x: Array) -> Components:
+        """Components of the tension [N], see `CableLaw.components`."""
+        x, y, z = given(self, u_x, v_x, w_x)
+        return self.pretension + x, y, z
+
+    def excess_components(self: CableLaw, u_x: Array, v_x: Array, w_x: Array) -> Components:
+        """Components above the pretension [N], see `CableLaw.excess_components`."""
+        x, y, z, _ = np.broadcast_arrays(*given(self, u_x, v_x, w_x), u_x)
+        return x - self.pretension, y, z
+
+    return {"components": components} if name != "components" else {"excess_components": excess_components}

@@ -1,17 +1,92 @@
 r"""The four cable laws: exact geometry, weakly nonlinear as printed and with a potential, linear."""
 
+from abc import abstractmethod
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cabledrive.mechanics.cable_law import Array, CableLaw, Components
+from cabledrive.mechanics.own_model import Model, check_law, made_law
+from cabledrive.mechanics.tension_only import without_pushing
 from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.fields import nearest
+
+
+class _Hookean(CableLaw):
+    r"""Hooke's law, :math:`T = T_0 + K\lambda`, in the closed forms of one strain or another."""
+
+    __slots__ = ()
+
+    @property
+    def slack_strain(self) -> float:
+        r"""Apparent strain at which the tension vanishes, :math:`-T_0/K` [-]."""
+        return -self.pretension / self.stiffness
+
+    def components(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+        """Components of the tension [N]."""
+        x, y, z = self._excess(u_x, v_x, w_x)
+        return self.pretension + x, y, z
+
+    def excess_components(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+        """Components above the pretension, free of cancellation at small displacements [N]."""
+        return self._excess(u_x, v_x, w_x)
+
+    def strain(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
+        """Apparent strain lambda [-]; the tension is T0 + K lambda."""
+        return self._strain(u_x, v_x, w_x)
+
+    def strain_gradient(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+        """Derivative of the apparent strain with respect to (u', v', w') [-]."""
+        return self._strain_gradient(u_x, v_x, w_x)
+
+    def tension(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
+        """Tension T = T0 + K lambda [N]; negative where the cable would have to push."""
+        return self.pretension + self.stiffness * self._strain(u_x, v_x, w_x)
+
+    def is_slack(self, u_x: Array, v_x: Array, w_x: Array) -> NDArray[np.bool_]:
+        """Where the cable would have to push."""
+        return np.asarray(self._strain(u_x, v_x, w_x) < self.slack_strain)
+
+    def energy_density(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
+        r"""Elastic energy per pretensioned metre, above the straight pretensioned cable [J/m].
+
+        .. math:: e = T_0\,(\lambda - u') + \tfrac12 K \lambda^2
+
+        It is zero, and least, for the straight cable; its derivative is `excess_components`. A law without a
+        potential answers with that of the truncation nearest to it.
+        """
+        slopes = self._transverse_stretch(u_x, v_x, w_x)
+        return self.pretension * slopes + 0.5 * self.stiffness * self._strain(u_x, v_x, w_x) ** 2
+
+    def stiffness_matrix(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
+        """Derivative of the components with respect to (u', v', w'), shape (..., 3, 3) [N]."""
+        return self._stiffness_matrix(u_x, v_x, w_x)
+
+    def largest_stiffness(self) -> float:
+        """K [N]."""
+        return self.stiffness
+
+    def _strain(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
+        return u_x + self._transverse_stretch(u_x, v_x, w_x)
+
+    @abstractmethod
+    def _transverse_stretch(self, u_x: Array, v_x: Array, w_x: Array) -> Array: ...
+
+    @abstractmethod
+    def _strain_gradient(self, u_x: Array, v_x: Array, w_x: Array) -> Components: ...
+
+    @abstractmethod
+    def _excess(self, u_x: Array, v_x: Array, w_x: Array) -> Components: ...
+
+    @abstractmethod
+    def _stiffness_matrix(self, u_x: Array, v_x: Array, w_x: Array) -> Array: ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ExactLaw(CableLaw):
+class ExactLaw(_Hookean):
     r"""Exact geometry and Hooke's law, Eqs. (2.7), (2.10) and (2.13).
 
     .. math:: 1 + \lambda = \sqrt{(1 + u')^2 + v'^2 + w'^2}, \qquad T = T_0 + K\lambda, \qquad
@@ -28,7 +103,7 @@ class ExactLaw(CableLaw):
         stretch = np.sqrt((1.0 + u_x) ** 2 + v_x**2 + w_x**2)
         return (1.0 + u_x) / stretch, v_x / stretch, w_x / stretch
 
-    def _taut_excess(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+    def _excess(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
         z = u_x * (2.0 + u_x) + v_x**2 + w_x**2  # (1 + lambda)^2 - 1
         gain = self.axial_rigidity * z / (1.0 + z + np.sqrt(1.0 + z))  # T / (1 + lambda) - T0
         across = self.pretension + gain
@@ -43,7 +118,7 @@ class ExactLaw(CableLaw):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class WeakLaw(CableLaw):
+class WeakLaw(_Hookean):
     r"""Weakly nonlinear form as printed: truncated strain, exact directions. Eqs. (2.19) and (2.21).
 
     .. math:: \lambda = u' + \tfrac12 (v'^2 + w'^2), \qquad T = T_0 + K\lambda, \qquad
@@ -63,7 +138,7 @@ class WeakLaw(CableLaw):
     def _strain_gradient(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
         return np.ones_like(u_x), v_x, w_x
 
-    def _taut_excess(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+    def _excess(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
         strain = self._strain(u_x, v_x, w_x)
         gain = self.axial_rigidity * strain / (1.0 + strain)  # T / (1 + lambda) - T0
         across = self.pretension + gain
@@ -79,7 +154,7 @@ class WeakLaw(CableLaw):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ConsistentWeakLaw(CableLaw):
+class ConsistentWeakLaw(_Hookean):
     r"""Weakly nonlinear form with a potential: the truncated strain in the energy.
 
     .. math:: \lambda = u' + \tfrac12 (v'^2 + w'^2), \qquad T = T_0 + K\lambda, \qquad
@@ -94,7 +169,7 @@ class ConsistentWeakLaw(CableLaw):
     def _strain_gradient(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
         return np.ones_like(u_x), v_x, w_x
 
-    def _taut_excess(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+    def _excess(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
         excess = self.stiffness * self._strain(u_x, v_x, w_x)
         tension = self.pretension + excess
         return excess, tension * v_x, tension * w_x
@@ -107,7 +182,7 @@ class ConsistentWeakLaw(CableLaw):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LinearLaw(CableLaw):
+class LinearLaw(_Hookean):
     r"""Linear cable, whose two kinds of wave do not see each other, Eqs. (3.3) and (3.4).
 
     .. math:: T = T_0 + K u', \qquad (T_x, T_y, T_z) = (T,\; T_0 v',\; T_0 w')
@@ -126,7 +201,7 @@ class LinearLaw(CableLaw):
     def _strain_gradient(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
         return np.ones_like(u_x), np.zeros_like(v_x), np.zeros_like(w_x)
 
-    def _taut_excess(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
+    def _excess(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
         return self.stiffness * u_x, self.pretension * v_x, self.pretension * w_x
 
     def _stiffness_matrix(self, u_x: Array, v_x: Array, w_x: Array) -> Array:
@@ -137,19 +212,23 @@ class LinearLaw(CableLaw):
 LAWS: dict[str, type[CableLaw]] = {law.name: law for law in (ExactLaw, WeakLaw, ConsistentWeakLaw, LinearLaw)}
 
 
-def cable_law(cable: Cable, model: str = "exact", *, tension_only: bool = False) -> CableLaw:
-    """Law of a cable, by name.
+def cable_law(cable: Cable, model: Model = "exact", *, tension_only: bool = False) -> CableLaw:
+    """Law of a cable.
 
-    ``model``, {"exact", "weak", "weak-consistent", "linear"}: what is kept of the geometry; ``tension_only``:
-    whether the cable goes slack instead of pushing.
-    Raises `InputRefused` if the model is unknown, or the linear one is asked to go slack.
+    ``model``: "exact", "weak", "weak-consistent" or "linear"; or one's own law: a subclass of `CableLaw`, any
+    callable that makes one from the keywords `pretension` and `axial_rigidity`, or one made for this cable;
+    ``tension_only``: whether the cable goes slack instead of pushing.
+    Raises `InputRefused` if the model is unknown or does not fit the cable, or the linear one is asked to go
+    slack.
     """
-    if model not in LAWS:
-        raise InputRefused(f'model = "{model}" is no cable law: write {", ".join(LAWS)}')
-    if model == "linear" and tension_only:
-        raise InputRefused(
-            'model = "linear" cannot go slack, being linear: write "exact" or "weak-consistent"'
-        )
-    return LAWS[model](
-        pretension=cable.pretension, axial_rigidity=cable.axial_rigidity, tension_only=tension_only
-    )
+    if isinstance(model, str):
+        if model not in LAWS:
+            raise InputRefused(f'model = "{model}" is no cable law{nearest(model, LAWS)}')
+        if model == "linear" and tension_only:
+            raise InputRefused(
+                'model = "linear" cannot go slack, being linear: write "exact" or "weak-consistent"'
+            )
+    law = made_law(LAWS[model] if isinstance(model, str) else model, cable)
+    if type(law) not in LAWS.values() or not isinstance(model, str):
+        check_law(law, cable, LAWS)
+    return without_pushing(law) if tension_only else law

@@ -5,10 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
+from cabledrive.mechanics.cable_laws import LAWS
 from cabledrive.mechanics.mesh import Mesh
 from cabledrive.mechanics.mesh_forces import strain_energy, weight_energy
 from cabledrive.mechanics.sag import parabola_sag
 from cabledrive.mechanics.statics import equilibrium, rotor_stiffness
+from cabledrive.mechanics.tension_only import taut_law
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused, NotComputed
 from cabledrive.simulation.case import Case
@@ -91,7 +93,7 @@ def rest_energy(drive: Drive, mesh: Mesh, law: CableLaw) -> float:
     if not drive.layout.gravity:
         return 0.0
     spring = rotor_stiffness(mesh)
-    if not drive.carriage and not spring:
+    if not drive.carriage and not spring and type(taut_law(law)) in LAWS.values():
         return len(mesh.spans) * _parabola_energy(drive, mesh, law)
     try:
         rest = equilibrium(mesh, law).displacement

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from hashlib import sha256
 from math import isfinite
@@ -13,8 +13,10 @@ import numpy as np
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import cable_law
+from cabledrive.mechanics.compiled import numba_at_hand
 from cabledrive.mechanics.mesh import Mesh, mesh_of
 from cabledrive.mechanics.sources import digest_with_imports
+from cabledrive.mechanics.tension_only import taut_law
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.hashing import content_hash
@@ -22,7 +24,8 @@ from cabledrive.parameters.version import __version__
 from cabledrive.simulation.channels import WIDTH
 from cabledrive.simulation.method import Method
 from cabledrive.simulation.methods import method_named
-from cabledrive.simulation.plan import Plan, plan_of
+from cabledrive.simulation.own_law import NO_NUMBA, law_fingerprint, why_interpreted
+from cabledrive.simulation.plan import OWN, Plan, plan_of
 from cabledrive.simulation.readable.beginning import half_step_before
 from cabledrive.simulation.scheme import Scheme
 from cabledrive.simulation.signals import Function, Signal, check_lasts, signal_of
@@ -128,6 +131,18 @@ class Case:
         """Whole fields that are kept."""
         return 0 if self.recording.fields == 0 else self.grid.records // self.recording.fields + 1
 
+    @property
+    def law_name(self) -> str:
+        """Name of the cable law."""
+        return taut_law(self.law).name
+
+    @cached_property
+    def interpreted(self) -> str | None:
+        """Why the steps are not compiled, in one line; None if they are."""
+        if self.plan.law == OWN:
+            return why_interpreted(self.plan, self.law)
+        return None if numba_at_hand() else NO_NUMBA
+
     @cached_property
     def fingerprint(self) -> dict[str, Any]:
         """What a resumed run must have in common with the interrupted one; plain data."""
@@ -135,7 +150,8 @@ class Case:
         content = {
             "cabledrive": __version__,
             "drive_hash": content_hash(self.drive),
-            "scheme": asdict(self.scheme),
+            "scheme": asdict(replace(self.scheme, model=self.law_name)),
+            "law": law_fingerprint(self.law),
             "recording": asdict(self.recording),
             "grid": asdict(self.grid),
             "torque": self.torque.fingerprint,
@@ -164,7 +180,7 @@ class Case:
         rotor, speed = self.rotor, float(self.velocity[0, 0])
         torque, forces = self.inputs(0, 1)
         before, motor_speed = half_step_before(
-            self.plan, self.displacement, self.velocity, (rotor, speed), float(torque[0]), forces[0]
+            self.plan, self.displacement, self.velocity, (rotor, speed), float(torque[0]), forces[0], self.law
         )
         state = new_state(self.displacement, before, (rotor, motor_speed))
         extra = self.method.extra(self.plan, state)
@@ -188,9 +204,9 @@ def case_of(
     Raises `InputRefused` if anything about it cannot be run.
     """
     start, scheme, recording = start or Start(), scheme or Scheme(), recording or Recording()
-    method = method_named(scheme.method)
     mesh = mesh_of(drive, scheme.segments)
     law = cable_law(drive.cable, scheme.model, tension_only=scheme.slack == "tension-only")
+    method = replace(method_named(scheme.method), law=law)
     largest = method.largest_step(mesh, law)
     grid = time_grid(
         duration, largest, step=scheme.step, cfl=scheme.cfl, rate=recording.rate, nodes=mesh.nodes

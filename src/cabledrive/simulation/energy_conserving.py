@@ -4,11 +4,10 @@ from dataclasses import dataclass
 from typing import ClassVar, final
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.cable_laws import LAWS
 from cabledrive.mechanics.compiled import numba_at_hand
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.simulation.method import Method
-from cabledrive.simulation.plan import Plan
+from cabledrive.simulation.method import Method, refuse_own_law
+from cabledrive.simulation.plan import KERNEL_LAWS, Plan
 from cabledrive.simulation.readable.energy_conserving import extra_at_start
 from cabledrive.simulation.state import State
 from cabledrive.simulation.workspace import Workspace
@@ -34,10 +33,11 @@ class EnergyConserving(Method):
     def check(self, plan: Plan) -> None:
         """Refuse what has no energy to conserve, see `Method.check`.
 
-        Raises `InputRefused` for the weak law as printed, which has no potential, and for a cable that goes
-        slack, whose energy beyond the linear one has no lower bound.
+        Raises `InputRefused` for an own law, for the weak law as printed, which has no potential, and for a
+        cable that goes slack, whose energy beyond the linear one has no lower bound.
         """
-        law = list(LAWS.values())[plan.law]
+        refuse_own_law(plan, self.name)
+        law = KERNEL_LAWS[plan.law]
         if not law.has_potential:
             raise InputRefused(
                 f'model = "{law.name}" has no potential energy that method = "{self.name}" could conserve: '

@@ -252,7 +252,13 @@ def _labelled(results: list[SimulationResult], values: dict[str, Array]) -> "xar
     }
     coordinates["time"] = "time", time, {"units": "s"}
     return xarray.Dataset(
-        content, coords=coordinates, attrs={"cabledrive": results[0].provenance["cabledrive"]}
+        content,
+        coords=coordinates,
+        attrs={
+            "cabledrive": results[0].provenance["cabledrive"],
+            "model": results[0].provenance["method"]["model"],
+            "interpreted": results[0].interpreted or "",
+        },
     )
 
 

@@ -97,6 +97,8 @@ def attributes(result: SimulationResult) -> dict[str, Any]:
     whole = {**result.provenance, **result.summary()}
     del whole["wall_time"], whole["error_estimate"]
     return {
-        key: value if isinstance(value, int | float | str) else json.dumps(value)
+        key: value
+        if isinstance(value, int | float | str) and value is not True and value is not False
+        else json.dumps(value)
         for key, value in whole.items()
     }

@@ -1,27 +1,34 @@
 """What every method of marching the cable in time offers; the run around it is the same for all."""
 
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
 from typing import ClassVar
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.mesh import Mesh
-from cabledrive.simulation.plan import Plan
+from cabledrive.parameters.errors import InputRefused
+from cabledrive.simulation.plan import OWN, Plan
 from cabledrive.simulation.state import State
 from cabledrive.simulation.step_size import largest_stable_step
 from cabledrive.simulation.workspace import Workspace
 
-DONE, SLACK, NOT_FINITE = range(3)
+DONE, SLACK, NOT_FINITE, TOO_STIFF = range(4)
 
 
+@dataclass(frozen=True, slots=True)
 class Method(ABC):
     """A way to march the cable in time.
 
     A method keeps displacements at the times of steps and velocities half a step before them in a `State`,
     and whatever else it needs in ``State.extra``. It records through `cabledrive.simulation.kernels.observe`,
     and counts works and losses so that the balance of its record closes as well as the method allows.
+
+    ``law``: cable law of the run; None: that of the plan.
     """
 
     name: ClassVar[str]
+
+    law: CableLaw | None = None
 
     @abstractmethod
     def march(
@@ -43,7 +50,8 @@ class Method(ABC):
         shape (records, columns): gets the records, see `cabledrive.simulation.channels`; ``fields``, shape
         (records, 3, nodes): gets the displacements of all nodes.
         Returns DONE; SLACK if a span is slack at the start of a step and that is to stop the run, before the
-        step; NOT_FINITE after the record in which the energy is not finite.
+        step; NOT_FINITE after the record in which the energy is not finite; TOO_STIFF before the step of a
+        record at which an own law has grown too stiff for the step.
         """
 
     def check(self, plan: Plan) -> None:
@@ -68,3 +76,12 @@ class Method(ABC):
         """
         del plan, state
         return None
+
+
+def refuse_own_law(plan: Plan, method: str) -> None:
+    """Refuse a law for which a method has no equations.
+
+    Raises `InputRefused` if the law is none of the kernels'.
+    """
+    if plan.law == OWN:
+        raise InputRefused(f'method = "{method}" does not know laws of one\'s own: use "verlet"')

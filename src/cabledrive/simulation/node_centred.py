@@ -6,7 +6,7 @@ from typing import ClassVar, final
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import numba_at_hand
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.simulation.method import Method
+from cabledrive.simulation.method import Method, refuse_own_law
 from cabledrive.simulation.plan import Plan
 from cabledrive.simulation.state import State
 from cabledrive.simulation.workspace import Workspace
@@ -27,8 +27,10 @@ class NodeCentred(Method):
     def check(self, plan: Plan) -> None:
         """Refuse what the scheme has no equation for, see `Method.check`.
 
-        Raises `InputRefused` for carriages, axial damping, forces on carriages, and a cable that goes slack.
+        Raises `InputRefused` for an own law, carriages, axial damping, forces on carriages, and a cable that
+        goes slack.
         """
+        refuse_own_law(plan, self.name)
         beyond = {
             "carriages or unequal segments": not plan.uniform and plan.axial_damping == 0.0,
             "axial damping": plan.axial_damping > 0.0,

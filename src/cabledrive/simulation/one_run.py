@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
+from cabledrive.mechanics.own_model import Model
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused, NotComputed
 from cabledrive.parameters.files import check_writable
@@ -39,6 +40,7 @@ def simulate(
     start: Start | None = None,
     scheme: Scheme | None = None,
     recording: Recording | None = None,
+    model: Model | None = None,
     error_estimate: bool = False,
     output: str | Path | None = None,
     force: bool = False,
@@ -63,6 +65,8 @@ def simulate(
         Cable law, method, resolution, friction, what slack means.
     recording : Recording, optional
         What is kept, and how often.
+    model : str or subclass of CableLaw, optional
+        Cable law, in place of that of `scheme`, see `Scheme`.
     error_estimate : bool, default False
         Whether to estimate the discretisation error from a second run with half as many segments.
     output : path-like, optional
@@ -90,6 +94,8 @@ def simulate(
         On Ctrl-C. It carries the result so far.
     """
     scheme = scheme or Scheme()
+    if model is not None:
+        scheme = replace(scheme, model=model)
     prepare = partial(
         case_of, drive, duration, torque=torque, forces=forces, start=start, recording=recording
     )
@@ -228,7 +234,9 @@ def _provenance(case: Case) -> dict[str, Any]:
         "drive_hash": case.fingerprint["drive_hash"],
         "method": {
             "name": scheme.method,
-            "model": scheme.model,
+            "model": case.law_name,
+            "compiled": case.interpreted is None,
+            "interpreted": case.interpreted,
             "segments": case.mesh.segments,
             "step": case.grid.step,
             "largest_step": case.grid.largest_step,

@@ -6,11 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
-from cabledrive.mechanics.cable_laws import LAWS
+from cabledrive.mechanics.cable_laws import ConsistentWeakLaw, ExactLaw, LinearLaw, WeakLaw
 from cabledrive.mechanics.mesh import Mesh
+from cabledrive.mechanics.tension_only import taut_law
 
 Integers = NDArray[np.int64]
 
+
+# The laws that the kernels know, by the numbers of `kernels.segments`, and what stands for any other.
+KERNEL_LAWS: tuple[type[CableLaw], ...] = (ExactLaw, WeakLaw, ConsistentWeakLaw, LinearLaw)
+OWN = -1
 
 # Rows of the tables in a plan.
 SPACING, INVERSE_SPACING, COMPLIANCE = range(3)
@@ -35,7 +40,7 @@ class Plan(NamedTuple):
     [N/m].
     """
 
-    law: int  # position in LAWS
+    law: int  # position in KERNEL_LAWS; OWN: none of them
     tension_only: bool
     stop_when_slack: bool
     pretension: float  # [N]
@@ -82,7 +87,7 @@ def plan_of(
     damper = axial_damping * (1.0 + law.pretension / law.axial_rigidity)
     stiffness, damping = _joint(mesh)
     return Plan(
-        law=list(LAWS).index(law.name),
+        law=kernel_number(law),
         tension_only=law.tension_only,
         stop_when_slack=stop_when_slack,
         pretension=law.pretension,
@@ -107,6 +112,21 @@ def plan_of(
         probe=_probes(mesh, (*_midpoints(mesh), *probes)),
         force=np.array(forces, dtype=np.int64).reshape(-1, 2),
     )
+
+
+def kernel_number(law: CableLaw) -> int:
+    """Number of a law in the kernels; a subclass of a law they know is not that law."""
+    kind = type(taut_law(law))
+    return KERNEL_LAWS.index(kind) if kind in KERNEL_LAWS else OWN
+
+
+def check_kernel_law(plan: Plan) -> None:
+    """Refuse to compile a law as another.
+
+    Raises `ValueError` if the kernels do not know the plan's law.
+    """
+    if plan.law not in range(len(KERNEL_LAWS)):
+        raise ValueError(f"no kernel knows the cable law with number {plan.law}")
 
 
 def _nodes(mesh: Mesh, step: float, transverse_damping: float) -> Array:

@@ -8,17 +8,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
+from cabledrive.parameters.result_card import ResultCard
 from cabledrive.simulation.audit import SlackEvent
 from cabledrive.simulation.channels import COLUMN, probe_columns
 
 if TYPE_CHECKING:
     import xarray
+    from matplotlib.figure import Figure
 
     from cabledrive.simulation.error_estimate import ErrorEstimate
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class SimulationResult:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class SimulationResult(ResultCard):
     r"""A run with its audit.
 
     Attributes
@@ -153,6 +155,53 @@ class SimulationResult:
 
         return dataset_of(self)
 
+    def to_xarray(self) -> "xarray.Dataset":
+        """Everything as one labelled dataset.
+
+        Returns
+        -------
+        xarray.Dataset
+            `load_angle(time)` and all other channels, `displacement(time, probe, plane)`, whole fields where
+            they were kept; every array with `units` and `long_name`.
+        """
+        return self.dataset
+
+    def plot(self) -> "Figure":
+        """Draw load angle and midpoints over time.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        from cabledrive.simulation.result_plot import result_figure
+
+        return result_figure(self)
+
+    @property
+    def interpreted(self) -> str | None:
+        """Why the steps were not compiled, in one line; None if they were."""
+        reason: str | None = self.provenance["method"].get("interpreted")
+        return reason
+
+    def _card(self) -> list[tuple[str, str]]:
+        method, found = self.provenance["method"], self.summary()
+        budget = found["energy_budget_error"]
+        rows = [
+            ("cable law", f"{method['model']}, {method['name']}"),
+            ("steps", f"{self.steps} of {self.step:.4g} s, {100.0 * self.cfl:.0f} % of the stable one"),
+            ("load angle, peak to peak", f"{found['load_angle']['peak_to_peak']:.6g} rad"),
+            *(
+                (f"{span} midpoint, peak |w|", f"{found[f'{span}_midpoint']['peak']:.6g} m")
+                for span in self.spans
+            ),
+            ("energy budget error", "no record" if budget is None else f"{budget:.2e}"),
+            ("slack events", str(len(self.slack_events))),
+        ]
+        flags = {"stopped": self.stopped, "interpreted": self.interpreted}
+        rows += [(name, words) for name, words in flags.items() if words]
+        title = f"{self.provenance['drive']}, {self.steps * self.step:.6g} s, {len(self.rows)} records"
+        return [("SimulationResult", title), *rows]
+
     def summary(self) -> dict[str, Any]:
         """What the command answers with: plain data, SI.
 
@@ -173,6 +222,8 @@ class SimulationResult:
             **{f"{span}_midpoint": {"peak": extremes[f"{span}_w_peak"]} for span in self.spans},
             "least_tension": self._least_tension(),
             "stopped": self.stopped,
+            "compiled": self.interpreted is None,
+            "interpreted": self.interpreted,
             "error_estimate": asdict(self.error_estimate) if self.error_estimate else None,
             "wall_time": self.wall_time,
         }

@@ -9,7 +9,8 @@ import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.simulation.case import Case
-from cabledrive.simulation.method import DONE, SLACK
+from cabledrive.simulation.method import DONE, SLACK, TOO_STIFF
+from cabledrive.simulation.own_law import stiffness_over_limit
 from cabledrive.simulation.progress import Progress
 from cabledrive.simulation.records import Records
 from cabledrive.simulation.state import STEPS, State, copy_state, set_state
@@ -126,6 +127,8 @@ def _chunk(
     stopped = None
     if code == SLACK:
         stopped = slack_line(case, state)
+    elif code == TOO_STIFF:
+        stopped = _too_stiff_line(case, state)
     elif code != DONE:
         whole -= 1
         set_state(state, before)
@@ -152,6 +155,8 @@ def _last_record(case: Case, records: Records, state: State, work: Workspace) ->
     state.counts[1:] = beyond.counts[1:]
     if code == SLACK:
         return slack_line(case, state)
+    if code == TOO_STIFF:
+        return _too_stiff_line(case, state)
     if code != DONE:
         return _not_finite_line(case, state, work, torque, forces)
     return _written(records.append, rows, fields)
@@ -164,6 +169,18 @@ def slack_line(case: Case, state: State) -> str:
     return (
         f"the {case.mesh.spans[int(span)]} span goes slack at t = {step * case.grid.step:.6g} s, "
         f"x = {place:.4g} m ({tension:.3g} N): raise cable.pretension, lower the input or allow slack"
+    )
+
+
+def _too_stiff_line(case: Case, state: State) -> str:
+    """One line about the segment that is too stiff for the step."""
+    over = stiffness_over_limit(case.plan, case.law, state.x)
+    span, segment = divmod(int(np.argmax(over)), case.mesh.segments)
+    return (
+        f"the law {case.law_name} is too stiff for the step of {case.grid.step:.4g} s at "
+        f"t = {state.counts[STEPS] * case.grid.step:.6g} s in the {case.mesh.spans[span]} span at "
+        f"{case.mesh.position[span, segment]:.4g} m: give a step of at most "
+        f"{case.grid.step / np.sqrt(over.max()):.4g} s"
     )
 
 

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from math import isfinite
 
+from cabledrive.mechanics.own_model import Model
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import nearest
 
@@ -16,8 +17,10 @@ class Scheme:
 
     Attributes
     ----------
-    model : {"exact", "weak", "weak-consistent", "linear"}, default "exact"
-        Cable law, see `cabledrive.mechanics.cable_laws`.
+    model : str or subclass of CableLaw, default "exact"
+        Cable law: "exact", "weak", "weak-consistent", "linear", or one's own: a subclass of
+        `cabledrive.CableLaw`, a function that makes one from the keywords `pretension` and `axial_rigidity`,
+        or a law made for this cable. What cannot be compiled runs interpreted, and the result says so.
     method : {"verlet", "node-centred", "energy-conserving"}, default "verlet"
         Name of the method, see `cabledrive.simulation.methods`.
     segments : int, default 200
@@ -36,7 +39,7 @@ class Scheme:
         Angular speed over which friction is smoothed [rad/s].
     """
 
-    model: str = "exact"
+    model: Model = "exact"
     method: str = "verlet"
     segments: int = 200
     step: float | None = None

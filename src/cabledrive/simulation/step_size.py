@@ -73,7 +73,7 @@ def largest_stable_step(mesh: Mesh, law: CableLaw) -> float:
         mobility[node] *= 0.0 if shaft.fixed else 1.0
     if mesh.closed:
         mobility[-1] = mobility[0]
-    root = np.sqrt(law.stiffness / mesh.spacing)
+    root = np.sqrt(law.largest_stiffness() / mesh.spacing)
     before, after = np.roll(root, 1), np.roll(root, -1)
     if not mesh.closed:
         before[0] = after[-1] = 0.0

@@ -6,7 +6,8 @@ from typing import ClassVar, final
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import numba_at_hand
 from cabledrive.simulation.method import Method
-from cabledrive.simulation.plan import Plan
+from cabledrive.simulation.own_law import march_own
+from cabledrive.simulation.plan import OWN, Plan
 from cabledrive.simulation.state import State
 from cabledrive.simulation.workspace import Workspace
 
@@ -41,6 +42,9 @@ class StoermerVerlet(Method):
         `Method.march`.
         Returns see `Method.march`.
         """
+        if plan.law == OWN:
+            assert self.law is not None  # given with the run, see `cabledrive.simulation.case`
+            return march_own(plan, self.law, state, work, torque, forces, every, rows, fields)
         if numba_at_hand():
             from cabledrive.simulation.kernels.verlet import march
         else:

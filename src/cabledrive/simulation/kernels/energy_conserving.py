@@ -42,7 +42,7 @@ from cabledrive.simulation.kernels.stored_energy import (
     raised_shift,
     sum_with_loss,
 )
-from cabledrive.simulation.plan import INVERSE_SPACING, RADIUS, Plan
+from cabledrive.simulation.plan import INVERSE_SPACING, RADIUS, Plan, check_kernel_law
 from cabledrive.simulation.state import LOWER_SLACK, STEPS, UPPER_SLACK, State
 from cabledrive.simulation.workspace import Workspace
 
@@ -65,6 +65,7 @@ def march(
     `cabledrive.simulation.method.Method.march`.
     Returns DONE, SLACK or NOT_FINITE.
     """
+    check_kernel_law(plan)
     j, finite, quick = 0, True, plan.uniform and plan.law == EXACT
     lines = rows_of(state)
     rest, lost = np.zeros(work.p.shape), np.zeros((2, TALLIES))

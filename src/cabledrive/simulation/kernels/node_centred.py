@@ -30,6 +30,7 @@ from cabledrive.simulation.plan import (
     KICK_U,
     RADIUS,
     Plan,
+    check_kernel_law,
 )
 from cabledrive.simulation.state import LOWER_SLACK, STEPS, UPPER_SLACK, State
 from cabledrive.simulation.workspace import Workspace
@@ -37,7 +38,6 @@ from cabledrive.simulation.workspace import Workspace
 DONE, SLACK, NOT_FINITE = range(3)
 
 
-@njit_in_place
 def march(
     plan: Plan,
     state: State,
@@ -49,6 +49,22 @@ def march(
     fields: Array,
 ) -> int:
     """Take a step per entry of ``torque``; as `cabledrive.simulation.kernels.verlet.march`."""
+    check_kernel_law(plan)
+    return march_nodes(plan, state, work, torque, forces, every, rows, fields)
+
+
+@njit_in_place
+def march_nodes(
+    plan: Plan,
+    state: State,
+    work: Workspace,
+    torque: Array,
+    forces: Array,
+    every: int,
+    rows: Array,
+    fields: Array,
+) -> int:
+    """As `march`, compiled."""
     step, closed, n = plan.step, plan.closed, plan.segments
     x, x_t, motor, tallies, p, shaft = state.x, state.x_t, state.motor, state.tallies, work.p, work.shaft
     matrix, back = plan.shaft_matrices[0], plan.shaft_matrices[1]

@@ -6,7 +6,7 @@ else takes the long one.
 """
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import njit_in_place
+from cabledrive.mechanics.compiled import for_kernels, njit_in_place
 from cabledrive.simulation.channels import BALANCE
 from cabledrive.simulation.kernels.equal_segments import march_equal_segments, rows_of
 from cabledrive.simulation.kernels.nodes import damp_axially, kick_nodes, tally_nodes, turn
@@ -24,6 +24,7 @@ from cabledrive.simulation.plan import (
     INVERSE_SPACING,
     RADIUS,
     Plan,
+    check_kernel_law,
 )
 from cabledrive.simulation.state import LOWER_SLACK, STEPS, UPPER_SLACK, State
 from cabledrive.simulation.workspace import Workspace
@@ -48,6 +49,7 @@ def march(
     Returns DONE, SLACK (before the step at whose start a span is slack) or NOT_FINITE (after the record that
     shows it).
     """
+    check_kernel_law(plan)
     if not plan.uniform or plan.law != EXACT:
         return march_any(plan, state, work, torque, forces, every, rows, fields)
     lines = rows_of(state)
@@ -97,7 +99,7 @@ def march_any(
             plan.closed, plan.segments, plan.joint_stiffness, plan.shaft, plan.node, x, x_t, motor, work.p,
             plan.driven, push, shaft,
         )  # fmt: skip
-        _move_each(plan, x, x_t, motor, tallies, forces[j], work)
+        move_each(plan, x, x_t, motor, tallies, forces[j], work)
         tally_shafts(plan.step, plan.joint_damping, plan.shaft, plan.driven, push, shaft, tallies)
         state.counts[STEPS] += 1
         if recording:
@@ -111,7 +113,8 @@ def march_any(
 
 
 @njit_in_place
-def _move_each(
+@for_kernels
+def move_each(
     plan: Plan, x: Array, x_t: Array, motor: Array, tallies: Array, forces: Array, work: Workspace
 ) -> None:
     """Kick and drift with every node's own mass, carriages, forces on them and axial damping."""

@@ -13,9 +13,7 @@ def damper_directions(plan: Plan, law: CableLaw, x: Array) -> Array:
     Returns shape (3, segments): derivative of each segment's strain; zero where the cable is slack.
     """
     gradients = np.diff(x, axis=1) * plan.segment[INVERSE_SPACING]
-    direction = np.stack(law.strain_gradient(*gradients))
-    slack = law.strain(*gradients) < law.slack_strain
-    return np.where(slack & law.tension_only, 0.0, direction)
+    return np.stack(law.strain_gradient(*gradients))
 
 
 def damped_span_reference(

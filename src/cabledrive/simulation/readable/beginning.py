@@ -6,7 +6,7 @@ same formula as all others; Eq. (2.39) with the term the print drops.
 
 import numpy as np
 
-from cabledrive.mechanics.cable_law import Array
+from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.simulation.plan import (
     COMPLIANCE,
     COULOMB,
@@ -28,17 +28,23 @@ from cabledrive.simulation.readable.verlet import law_of
 
 
 def half_step_before(
-    plan: Plan, x: Array, x_t: Array, motor: tuple[float, float], torque: float, forces: Array
+    plan: Plan,
+    x: Array,
+    x_t: Array,
+    motor: tuple[float, float],
+    torque: float,
+    forces: Array,
+    law: CableLaw | None = None,
 ) -> tuple[Array, float]:
     """Velocities half a step before the start, Eq. (2.39).
 
     ``x``, ``x_t``, shape (3, nodes): displacements [m] and velocities [m/s] at t = 0; ``motor``: displacement
     [m] and velocity [m/s] of the motor at the rim; ``torque``: torque at t = 0 [N m]; ``forces``: forces at t
-    = 0 [N].
+    = 0 [N]; ``law``: cable law; None: that of the plan.
     Returns ``velocities``, shape (3, nodes): velocities of the nodes [m/s]; ``motor``: velocity of the motor
     at the rim [m/s].
     """
-    law = law_of(plan)
+    law = law or law_of(plan)
     gradients = np.diff(x, axis=1) * plan.segment[INVERSE_SPACING]
     pull = np.stack(law.excess_components(*gradients))
     if plan.axial_damping > 0.0:

@@ -12,7 +12,7 @@ with Coulomb friction f in :math:`c\,\mathrm{Sgn}(\dot x_{j+1/2})`.
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
-from cabledrive.mechanics.cable_laws import LAWS
+from cabledrive.mechanics.tension_only import taut_law, without_pushing
 from cabledrive.simulation.channels import (
     AXIAL_LOSS,
     BALANCE,
@@ -31,12 +31,14 @@ from cabledrive.simulation.plan import (
     HOLDING,
     INVERSE_SPACING,
     KEEP_T,
+    KERNEL_LAWS,
     KICK_T,
     KICK_U,
     RADIUS,
     VISCOUS,
     WEIGHT_U,
     Plan,
+    check_kernel_law,
 )
 from cabledrive.simulation.readable.axial_damping import damped_span_reference, damper_directions
 from cabledrive.simulation.readable.observe import observe_reference
@@ -56,9 +58,10 @@ DONE, SLACK, NOT_FINITE = range(3)
 
 
 def law_of(plan: Plan) -> CableLaw:
-    """The cable law of a plan."""
-    law = list(LAWS.values())[plan.law]
-    return law(pretension=plan.pretension, axial_rigidity=plan.rigidity, tension_only=plan.tension_only)
+    """The cable law of a plan, which is one of those that the kernels know."""
+    check_kernel_law(plan)
+    law = KERNEL_LAWS[plan.law](pretension=plan.pretension, axial_rigidity=plan.rigidity)
+    return without_pushing(law) if plan.tension_only else law
 
 
 def march_reference(
@@ -70,9 +73,10 @@ def march_reference(
     every: int,
     rows: Array,
     fields: Array,
+    law: CableLaw | None = None,
 ) -> int:
-    """Twin of `cabledrive.simulation.kernels.verlet.march`; needs no work space."""
-    law = law_of(plan)
+    """Twin of `cabledrive.simulation.kernels.verlet.march`, for any law; needs no work space."""
+    law = law or law_of(plan)
     for j in range(torque.size):
         keep_extremes_reference(plan, state)
         before = copy_state(state)
@@ -225,13 +229,13 @@ def keep_extremes_reference(plan: Plan, state: State) -> None:
 
 def note_slack_reference(plan: Plan, law: CableLaw, state: State, gradients: Array) -> bool:
     """Note where and when a span goes slack that was taut at the step before; whether one is slack now."""
-    strain = law.strain(*gradients).reshape(plan.spans, -1)
-    slack = np.min(strain, axis=1) < law.slack_strain
+    pushes = law.is_slack(*gradients).reshape(plan.spans, -1)
+    slack = pushes.any(axis=1)
     for span in np.flatnonzero(slack & (state.counts[UPPER_SLACK:][: plan.spans] == 0)):
         if state.counts[EVENTS] < MOST_EVENTS:
-            place = int(np.argmin(strain[span]))
-            tension = law.pretension + law.stiffness * strain[span, place]
-            state.events[state.counts[EVENTS]] = state.counts[STEPS], span, place, tension
+            tension = taut_law(law).tension(*gradients).reshape(plan.spans, -1)[span]
+            place = int(np.argmin(tension))
+            state.events[state.counts[EVENTS]] = state.counts[STEPS], span, place, tension[place]
         state.counts[EVENTS] += 1
     state.counts[UPPER_SLACK : LOWER_SLACK + 1][: plan.spans] = slack
     return bool(slack.any())

@@ -1,0 +1,355 @@
+"""Cable laws of one's own: run as they are, compiled where that is possible, and never as another law.
+
+`cabledrive.simulation.own_law` compiles the formula, `cabledrive.simulation.kernels.own_law` takes the steps.
+"""
+
+import json
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+import pytest
+import xarray
+from scipy.integrate import solve_ivp
+
+import cabledrive as cd
+from cabledrive.mechanics.cable_laws import LAWS, cable_law
+from cabledrive.mechanics.compiled import numba_at_hand
+from cabledrive.mechanics.mesh import mesh_of
+from cabledrive.mechanics.statics import equilibrium
+from cabledrive.simulation import (
+    CarriageForce,
+    Pluck,
+    Recording,
+    Scheme,
+    SimulationStopped,
+    Sine,
+    Start,
+    simulate_ensemble,
+)
+from cabledrive.simulation.case import case_of
+from cabledrive.simulation.kernels import energy_conserving, node_centred, verlet
+from cabledrive.simulation.kernels.own_law import steps_under
+from cabledrive.simulation.own_law import NO_NUMBA, compiled_law
+from cabledrive.simulation.readable.verlet import march_reference
+from cabledrive.simulation.step_size import largest_stable_step
+from cabledrive.simulation.workspace import new_workspace
+
+DRIVE = cd.load_drive("dissertation-2")
+RUN = {
+    "torque": Sine(amplitude=0.02, frequency=81.6),
+    "start": Start(plucks=(Pluck(height=1e-3, shape="half-sine"),)),
+    "scheme": Scheme(segments=12),
+    "recording": Recording(rate=2000.0),
+}
+
+
+class OwnLinear(cd.CableLaw):
+    def components(self, u_x, v_x, w_x):
+        return self.pretension + self.stiffness * u_x, self.pretension * v_x, self.pretension * w_x
+
+
+class OwnExact(cd.CableLaw):
+    def components(self, u_x, v_x, w_x):
+        stretch = np.sqrt((1.0 + u_x) ** 2 + v_x**2 + w_x**2)
+        tension = self.pretension + self.stiffness * (stretch - 1.0)
+        return tension * (1.0 + u_x) / stretch, tension * v_x / stretch, tension * w_x / stretch
+
+
+class Interpreted(cd.ExactLaw):
+    """`super` is beyond numba."""
+
+    def components(self, u_x, v_x, w_x):
+        return super().components(u_x, v_x, w_x)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Duffing(cd.CableLaw):
+    cubic: float = 2e4
+    softer: float = 1.0
+
+    def components(self, u_x, v_x, w_x):
+        stretch = np.sqrt((1.0 + u_x) ** 2 + v_x**2 + w_x**2)
+        strain = np.where(stretch > 1.0, stretch - 1.0, self.softer * (stretch - 1.0))
+        tension = self.pretension + self.stiffness * strain * (1.0 + self.cubic * strain**2)
+        return tension * (1.0 + u_x) / stretch, tension * v_x / stretch, tension * w_x / stretch
+
+
+def run(model, duration=0.02, **options):
+    return cd.simulate(DRIVE, duration, model=model, **{**RUN, **options})
+
+
+@pytest.mark.parametrize("own, name", [(OwnLinear, "linear"), (OwnExact, "exact"), (Interpreted, "exact")])
+def test_a_law_of_the_same_formula_gives_the_same_motion_to_round_off(own, name):
+    ours, theirs = run(own), run(name)
+    for quantity in ("load_angle", "drive_angle"):
+        a, b = getattr(ours, quantity), getattr(theirs, quantity)
+        error = np.max(np.abs(a - b)) / np.max(np.abs(b))
+        assert error < 1e-11, f"{quantity}: {error:.1e}"
+    error = np.max(np.abs(ours.midpoint() - theirs.midpoint())) / 1e-3
+    assert error < 1e-10, f"midpoint: {error:.1e}"
+    assert abs(ours.energy_budget_error - theirs.energy_budget_error) < 1e-9
+
+
+def chain_by_solve_ivp(law, angles, times):
+    """The free loop as differential equations in u of its nodes, gravity off, its pulleys on the rims."""
+    mesh = mesh_of(WEIGHTLESS, 12)
+    n = mesh.segments
+    mass = np.array(mesh.axial_mass[:-1])
+
+    def rates(_, state):
+        u, speed = np.split(state, 2)
+        ring = np.append(u, u[0])
+        zero = np.zeros(2 * n)
+        pull = law.components(np.diff(ring) / mesh.spacing, zero, zero)[0]
+        return np.concatenate([speed, (pull - np.roll(pull, 1)) / mass])
+
+    share = mesh.position[0] / mesh.position[0, -1]
+    rims = [angle * shaft.radius for angle, shaft in zip(angles, mesh.shafts, strict=False)]
+    u = np.concatenate([rims[0] + (rims[1] - rims[0]) * share, (rims[1] + (rims[0] - rims[1]) * share)[1:-1]])
+    found = solve_ivp(
+        rates, (0.0, times[-1]), np.concatenate([u, 0.0 * u]), t_eval=times, rtol=1e-10, atol=1e-14
+    )
+    return found.y[n] / mesh.shafts[1].radius
+
+
+WEIGHTLESS = replace(DRIVE, layout=replace(DRIVE.layout, gravity=0.0))
+
+
+@pytest.mark.parametrize("law", [Duffing, partial(Duffing, cubic=0.0, softer=0.5)], ids=["cubic", "bilinear"])
+def test_a_nonlinear_law_follows_the_differential_equations(law):
+    """Released from a twist of 0.1 rad; of second order: with a quarter of the step 16 times nearer."""
+    start, errors = Start(load_angle=0.1), []
+    for step in (8e-6, 2e-6):
+        ours = cd.simulate(
+            WEIGHTLESS, 0.01, model=law, start=start, scheme=Scheme(segments=12, step=step),
+            recording=Recording(rate=5000.0),
+        )  # fmt: skip
+        theirs = chain_by_solve_ivp(cable_law(DRIVE.cable, law), (0.0, 0.1), ours.time)
+        errors.append(np.max(np.abs(ours.load_angle - theirs)) / 0.1)
+    linear = cd.simulate(
+        WEIGHTLESS,
+        0.01,
+        model="linear",
+        start=start,
+        scheme=Scheme(segments=12),
+        recording=Recording(rate=5000.0),
+    )
+    apart = np.max(np.abs(linear.load_angle - theirs)) / 0.1
+    assert ours.interpreted == (None if numba_at_hand() else NO_NUMBA)
+    assert errors[1] < 1e-4, errors
+    assert errors[0] > 6.0 * errors[1], errors
+    assert apart > 100.0 * errors[1], f"the linear law is only {apart:.1e} apart"
+
+
+def test_a_law_entered_in_the_table_runs_as_itself(monkeypatch):
+    """Before, it was compiled as the linear law: a load angle of -7e-6 rad instead of 1.4e-3 rad."""
+    monkeypatch.setitem(LAWS, "duffing", Duffing)
+    by_name, by_class, linear = run("duffing"), run(Duffing), run("linear")
+    np.testing.assert_array_equal(by_name.rows, by_class.rows)
+    apart = np.max(np.abs(by_name.load_angle - linear.load_angle)) / np.max(np.abs(linear.load_angle))
+    assert apart > 1e-3, f"{apart:.1e}"
+
+
+@pytest.mark.kernel
+def test_the_compiled_steps_under_a_law_equal_the_readable_ones():
+    """Forty steps, with damping, friction and forces; up to the first segment that is slack."""
+    drive = replace(DRIVE, carriage=(cd.Carriage(mass=2e-3, position=0.3, guided=False),))
+    push = CarriageForce(signal=Sine(amplitude=0.01, frequency=50.0))
+    case = case_of(drive, 0.01, **{**RUN, "scheme": Scheme(model=OwnExact, segments=12)}, forces=[push])
+    ours, theirs, slack = (case.first_state() for _ in range(3))
+    torque, forces = case.inputs(0, 40)
+    compiled = compiled_law(case.plan, case.law)
+    formula, numbers = (by_python, np.zeros(1)) if isinstance(compiled, str) else compiled
+    work = new_workspace(case.plan)
+    assert steps_under(formula, numbers, case.plan, ours, work, torque, forces) == 40
+    rows = np.zeros((1, case.width))
+    march_reference(case.plan, theirs, work, torque, forces, 40, rows, np.zeros((0, 3, 25)), case.law)
+    for name in ("x", "x_t", "motor", "extremes"):
+        a, b = getattr(ours, name), getattr(theirs, name)
+        np.testing.assert_allclose(a, b, atol=1e-11 * np.max(np.abs(b), initial=1e-300), err_msg=name)
+    slack.x[0, 3] += 0.1
+    assert steps_under(formula, numbers, case.plan, slack, work, torque, forces) == 0
+
+
+def by_python(numbers, x, inverse_spacing, p):
+    """`OwnExact` for the kernel where nothing is compiled."""
+    law = cable_law(DRIVE.cable, OwnExact)
+    gradients = np.diff(x, axis=1) * inverse_spacing
+    p[:] = law.excess_components(*gradients)
+    return int(np.sum(law.is_slack(*gradients)))
+
+
+@pytest.mark.kernel
+@pytest.mark.parametrize("march", [verlet.march, node_centred.march, energy_conserving.march])
+@pytest.mark.parametrize("number", [-1, 4])
+def test_kernels_refuse_a_law_that_they_do_not_know(march, number):
+    case = case_of(DRIVE, 0.001, scheme=Scheme(segments=12))
+    plan, state = case.plan._replace(law=number), case.first_state()
+    inputs = np.zeros(1), np.zeros((1, 0)), 1, np.zeros((1, case.width)), np.zeros((0, 3, 25))
+    with pytest.raises(ValueError, match="no kernel knows"):
+        march(plan, state, new_workspace(plan), *inputs)
+
+
+def test_what_is_interpreted_says_so_everywhere(tmp_path):
+    path = tmp_path / "run.nc"
+    result = run(Interpreted, 0.002, output=path)
+    assert "numba cannot compile it" in result.interpreted
+    assert result.interpreted in repr(result)
+    summary = json.loads(json.dumps(result.summary()))
+    assert summary["compiled"] is False
+    assert summary["interpreted"] == result.interpreted
+    with xarray.open_dataset(path, engine="h5netcdf") as data:
+        method = json.loads(data.attrs["method"])
+    assert method["model"] == "Interpreted"
+    assert (method["compiled"], method["interpreted"]) == (False, result.interpreted)
+    assert run("exact", 0.002).interpreted is None
+
+
+def test_axial_damping_under_an_own_law_is_interpreted_and_equals_the_known_law():
+    drive = replace(DRIVE, cable=replace(DRIVE.cable, axial_damping=0.5))
+    ours, theirs = (cd.simulate(drive, 0.002, model=model, **RUN) for model in (OwnExact, "exact"))
+    assert "axial damping" in ours.interpreted
+    np.testing.assert_allclose(ours.load_angle, theirs.load_angle, atol=1e-11 * np.ptp(theirs.load_angle))
+
+
+def test_statics_and_a_start_from_equilibrium_take_an_own_law():
+    drive = replace(DRIVE, carriage=(cd.Carriage(mass=2e-3, position=0.3, guided=False),))
+    mesh = mesh_of(drive, 20)
+    ours, theirs = (equilibrium(mesh, cable_law(drive.cable, model)) for model in (OwnExact, "exact"))
+    error = np.max(np.abs(ours.displacement - theirs.displacement)) / theirs.largest_sag
+    assert error < 1e-9, f"{error:.1e}"
+    start = Start(from_equilibrium=True)
+    rest = cd.simulate(drive, 0.005, model=OwnExact, start=start, scheme=Scheme(segments=20))
+    assert np.ptp(rest.midpoint()[:, 2]) < 1e-9 * theirs.largest_sag
+    assert rest.energy_handled < 1e-3 * abs(rest.channel("weight_energy")[0])
+
+
+def test_the_step_is_chosen_for_the_stiffest_part_of_the_law():
+    """Twice as stiff where it shortens: half the square of the stable step, though Hooke's elsewhere."""
+    mesh = mesh_of(DRIVE, 20)
+    hooke, own = (
+        cable_law(DRIVE.cable, "exact"),
+        cable_law(DRIVE.cable, partial(Duffing, cubic=0.0, softer=2.0)),
+    )
+    ratio = largest_stable_step(mesh, hooke) / largest_stable_step(mesh, own)
+    assert ratio == pytest.approx(np.sqrt(2.0), rel=1e-6)
+
+
+def test_a_law_that_outgrows_its_step_ends_the_run():
+    """Stiff only beyond twice the pretension, where the step was not chosen for it."""
+
+    class Hardens(cd.CableLaw):
+        def components(self, u_x, v_x, w_x):
+            over = np.maximum(u_x - 1.2 * self.pretension / self.stiffness, 0.0)
+            tension = self.pretension + self.stiffness * (u_x + 8.0 * over)
+            return tension, self.pretension * v_x, self.pretension * w_x
+
+    with pytest.raises(SimulationStopped, match="too stiff for the step") as stopped:
+        cd.simulate(
+            DRIVE,
+            0.02,
+            model=Hardens,
+            torque=0.4,
+            scheme=Scheme(segments=12, slack="record"),
+        )
+    assert "give a step of at most" in stopped.value.result.stopped
+
+
+def test_an_own_law_goes_slack_as_the_known_one():
+    options = {"scheme": Scheme(segments=12, slack="tension-only"), "start": Start(load_angle=0.5)}
+    ours, theirs = (run(model, 0.005, **options) for model in (OwnExact, "exact"))
+    assert [e.time for e in ours.slack_events] == [e.time for e in theirs.slack_events]
+    assert ours.slack_events, "the case meant to go slack did not"
+    error = np.max(np.abs(ours.load_angle - theirs.load_angle)) / 0.5
+    assert error < 1e-10, f"{error:.1e}"
+    assert abs(ours.energy_budget_error - theirs.energy_budget_error) < 1e-6
+
+
+def test_derived_quantities_equal_the_closed_forms():
+    ours, theirs = (cable_law(DRIVE.cable, model) for model in (OwnExact, "exact"))
+    at = np.random.default_rng(2).uniform(-3e-3, 3e-3, (3, 100))
+    for name in ("strain", "tension", "energy_density", "stiffness_matrix", "strain_gradient"):
+        a, b = (np.stack([getattr(law, name)(*at)]) for law in (ours, theirs))
+        error = np.max(np.abs(a - b)) / np.max(np.abs(b))
+        assert error < (1e-8 if name == "stiffness_matrix" else 1e-11), f"{name}: {error:.1e}"
+    assert ours.slack_strain == pytest.approx(theirs.slack_strain, rel=1e-9)
+
+
+def test_an_edited_formula_is_another_run():
+    """A resumed run must not go on under another formula of the same name."""
+
+    def named(factor):
+        class Law(cd.CableLaw):
+            def components(self, u_x, v_x, w_x):
+                return (
+                    self.pretension + factor * self.stiffness * u_x,
+                    self.pretension * v_x,
+                    self.pretension * w_x,
+                )
+
+        return case_of(DRIVE, 0.001, scheme=Scheme(model=Law, segments=12)).fingerprint["law"]
+
+    assert named(1.0) == named(1.0)
+    assert named(1.0) != named(1.001)
+
+
+def test_an_ensemble_takes_an_own_law():
+    scheme = Scheme(segments=12)
+    ours, theirs = (
+        simulate_ensemble(
+            DRIVE, 0.004, {"pretension": [3.0, 4.0]}, common=None, scheme=replace(scheme, model=model)
+        )
+        for model in (OwnLinear, "linear")
+    )
+    np.testing.assert_allclose(ours["load_angle"], theirs["load_angle"], atol=1e-15)
+    assert ours.attrs["model"] == "OwnLinear"
+
+
+def test_laws_that_cannot_be_run_are_refused():
+    class Loose(cd.CableLaw):
+        def components(self, u_x, v_x, w_x):
+            return self.stiffness * u_x, self.pretension * v_x, self.pretension * w_x
+
+    class Needs(OwnLinear):
+        def __init__(self, wire, **cable):
+            super().__init__(**cable)
+
+    class Both(OwnLinear):
+        def components(self, u_x, v_x, w_x):
+            return self.pretension + u_x, v_x, w_x
+
+        def excess_components(self, u_x, v_x, w_x):
+            return 2.0 * u_x, v_x, w_x
+
+    for model, words in (
+        (Loose, "the straight cable carries"),
+        (Needs, "cannot be made from pretension"),
+        (Both, "disagree"),
+        (3.0, "give the name of a law"),
+        (dict, "return a CableLaw"),
+        (OwnLinear(pretension=1.0, axial_rigidity=300.0), "has pretension = 1 N"),
+    ):
+        with pytest.raises(cd.InputRefused, match=words):
+            run(model)
+    for method in ("node-centred", "energy-conserving"):
+        with pytest.raises(cd.InputRefused, match="does not know laws"):
+            run(OwnLinear, scheme=Scheme(method=method))
+    with pytest.raises(TypeError, match="define components"):
+
+        class Report(cd.ExactLaw):
+            def tension(self, u_x, v_x, w_x):
+                return 0.0 * u_x
+
+
+def test_a_result_shows_itself():
+    result = run("exact", 0.005)
+    data = result.to_xarray()
+    assert data["load_angle"].dims == ("time",)
+    np.testing.assert_array_equal(data["load_angle"], result.load_angle)
+    assert "load angle, peak to peak" in repr(result)
+    assert len(repr(result).splitlines()) < 12
+    assert "<table>" in result._repr_html_()
+    axes = result.plot().axes
+    np.testing.assert_allclose(axes[0].lines[0].get_ydata(), np.degrees(result.load_angle))
+    np.testing.assert_allclose(axes[1].lines[0].get_ydata(), 1e3 * result.midpoint()[:, 2])
