@@ -190,7 +190,7 @@ def test_a_disk_that_is_full_at_the_last_moment_loses_nothing(tmp_path, monkeypa
     """The result itself cannot be written: the records stay, and a second try needs no step."""
     path = tmp_path / "run.nc"
     with monkeypatch.context() as patched:
-        patched.setattr(sys.modules["cabledrive.simulation.simulate"], "write_netcdf", disk_full)
+        patched.setattr(sys.modules["cabledrive.simulation.one_run"], "write_netcdf", disk_full)
         with pytest.raises(
             SimulationStopped, match=r"cannot be written \(No space left on device\): free space and resume"
         ):
@@ -298,7 +298,7 @@ def test_what_was_written_since_the_last_commit_may_be_lost(stopped):
 def test_settings_edited_by_hand_do_not_take_the_records_of_another_run(stopped):
     setting = stopped.with_name("run.nc.part") / "run.json"
     other = {**OPTIONS, "torque": Sine(amplitude=0.03, frequency=81.7)}
-    case = sys.modules["cabledrive.simulation.simulate"].case_of(
+    case = sys.modules["cabledrive.simulation.one_run"].case_of(
         DRIVE, DURATION, **{k: other[k] for k in ("torque", "start", "scheme", "recording")}
     )
     setting.write_text(json.dumps(case.fingerprint))
