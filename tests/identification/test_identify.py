@@ -32,7 +32,7 @@ JOINTED = LumpedChain(
     ratios=((1.0, 1.0),),
 )
 PLAIN = IdentifyOptions(check=False)
-FEW, LOGS = 12, 6
+FEW, LOGS = 8, 4
 """Repeats and logs of each kind in the quick tests, for time."""
 
 

@@ -152,7 +152,7 @@ def test_any_drive_that_can_be_written_down_is_certified_or_honest(measured):
     """Every figure anywhere between 1e-12 and 1e12: a certified list, one that is not, or one clear line."""
     outcomes = Counter()
 
-    @settings(max_examples=60, suppress_health_check=[HealthCheck.too_slow])
+    @settings(max_examples=25, suppress_health_check=[HealthCheck.too_slow])
     @given(machine=drives())
     def check(machine):
         try:

@@ -235,5 +235,7 @@ class StringMotion:
         return out
 
     def slopes_at(self, joint: str) -> tuple[Array, Array]:
-        """Slopes are given of modes along the cable only."""
-        raise NotImplementedError(f"slopes at {joint} of a transverse mode")
+        """Slopes are given of longitudinal modes only."""
+        raise InputRefused(
+            f"slopes at {joint}: of a transverse mode none are computed: take a longitudinal mode"
+        )
