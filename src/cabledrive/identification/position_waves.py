@@ -19,6 +19,8 @@ OVERTONE = 0.03
 """The same for its overtones."""
 ABOVE = 40.0
 """Of the middle one of all waves, at least."""
+RESOLVED = 0.15
+"""Of a count of the encoder: a smaller innovation may be the counts' own where a motion repeats itself."""
 EVERY = 4
 """Samples between those that are used."""
 
@@ -94,6 +96,9 @@ def _wave_of(track: Track, values: Array) -> PositionWave | None:
     rate = difference(speed.real, track.interval) + 1j * difference(speed.imag, track.interval)
     asked = values[0] * rate + values[1] * speed
     share, size = _explained(left, asked[edge : added.size - late : EVERY][slipping], power)
+    moved = float(np.sqrt(max(share, shares[best]) * np.mean(run.innovation**2)))
+    if moved < RESOLVED * track.quantum:
+        return None
     if share > max(EXPLAINED, shares[best]):
         return PositionWave(kind="eccentricity", counts=(1,), amplitude=size, share=share)
     if shares[best] < EXPLAINED or shares[best] < ABOVE * float(np.median(shares)):

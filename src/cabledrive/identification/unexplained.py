@@ -13,6 +13,8 @@ Array = NDArray[np.float64]
 
 LARGE, SMALL, COLOURED = 0.04, 0.002, 3.0
 """Shares of the torque, and the rise, from which it is more than noise."""
+ROUNDED = 0.1
+"""Rise below which it is the rounding of the encoder's angle, whatever its share."""
 LOWEST = 0.3
 """[Hz]."""
 LONGEST_SEGMENT = 8.0
@@ -41,7 +43,7 @@ class Unexplained:
     @property
     def beyond(self) -> bool:
         """Whether it is more than noise of the torque and of the encoder make."""
-        return self.share > LARGE or (self.share > SMALL and self.rise > COLOURED)
+        return (self.share > LARGE and self.rise > ROUNDED) or (self.share > SMALL and self.rise > COLOURED)
 
     @property
     def words(self) -> str:
