@@ -4,6 +4,7 @@ import importlib
 import pkgutil
 import subprocess
 import sys
+from pathlib import Path
 from types import ModuleType
 
 import pytest
@@ -48,3 +49,9 @@ def test_a_function_keeps_its_name_where_the_module_of_that_name_moved():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.stdout.strip() == "True", done.stderr
+
+
+def test_the_page_on_migration_lists_what_moved():
+    page = (Path(__file__).resolve().parent.parent / "docs" / "migration.md").read_text(encoding="utf-8")
+    for old, new in MOVED.items():
+        assert f"| `{old}` | `{new}` |" in page, old
