@@ -6,9 +6,8 @@ import numpy as np
 from harness import duration, side_by_side, table
 
 import cabledrive as cd
-from cabledrive.control.law_kernels import law_step
+from cabledrive.control.controller_kernels import controller_step
 from cabledrive.control.numbers import LawNumbers
-from cabledrive.control.observer_kernels import correct, predict
 from cabledrive.control.observer_numbers import ObserverNumbers
 from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.rig import Motion, RigOptions
@@ -40,20 +39,7 @@ def steps(
     for k in range(readings.shape[0]):
         for j in range(s.readings.size):
             s.readings[j] = readings[k, j]
-        correct(
-            observer.kind, observer.chosen, observer.output, observer.gains, observer.scalars, k,
-            s.estimate, s.readings, s.states, s.work,
-        )  # fmt: skip
-        wanted, _, _ = law_step(
-            law.kind, law.matrix, law.rows, law.learning, law.scalars, s.parameters, s.memory, s.states,
-            reference, k, s.held[1], s.regressor, s.work, s.table,
-        )  # fmt: skip
-        s.held[1] = wanted
-        command = min(max(wanted, -limit), limit)
-        predict(
-            observer.model, observer.scalars, observer.places[0], s.estimate, s.held, command, command,
-            s.work,
-        )  # fmt: skip
+        _, command, _, _ = controller_step(observer, law, limit, s.controller, s.readings, reference, k)
         total += command
     return total
 

@@ -35,12 +35,14 @@ from cabledrive.parameters import (
 from cabledrive.parameters.version import __version__
 
 if TYPE_CHECKING:
+    from cabledrive.control import OwnController
     from cabledrive.dissertation import reproduce
     from cabledrive.identification.log_response import response
     from cabledrive.identification.logs.reading import read_log
     from cabledrive.identification.one_log import identify
+    from cabledrive.reduction import LumpedChain
     from cabledrive.report import write_report
-    from cabledrive.rig import track
+    from cabledrive.rig import OwnPlant, track
     from cabledrive.rig.bench.experiment import experiment
     from cabledrive.simulation import simulate
     from cabledrive.studies import frequency_against, frequency_against_carriage_position
@@ -51,6 +53,9 @@ keep_old_names()
 
 # Loaded when first asked for, with the libraries they need.
 _ON_DEMAND = {
+    "LumpedChain": "cabledrive.reduction",
+    "OwnController": "cabledrive.control",
+    "OwnPlant": "cabledrive.rig",
     "experiment": "cabledrive.rig.bench.experiment",
     "frequency_against": "cabledrive.studies",
     "frequency_against_carriage_position": "cabledrive.studies",
@@ -78,10 +83,13 @@ __all__ = [
     "Layout",
     "LinearLaw",
     "Lumped",
+    "LumpedChain",
     "Mode",
     "Modes",
     "Motor",
     "NotComputed",
+    "OwnController",
+    "OwnPlant",
     "Pulley",
     "Sensors",
     "__version__",

@@ -111,6 +111,8 @@ def law_step(
         if not isfinite(states[j]):
             return last, 0.0, False
     sigma = 0.0
+    if kind > 2:  # the user's own, which only the loops made for it can step
+        return last, sigma, False
     if kind == 0:
         u, sigma = darc_command(matrix, rows, learning, scalars, estimate, states, reference, k, regressor)
         if isfinite(u):

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-DARC, LINEAR, BACKSTEPPING = 0, 1, 2
+DARC, LINEAR, BACKSTEPPING, OWN = 0, 1, 2, 3
 SURFACE, ELASTIC, INERTIAL = 0, 1, 2
 NOMINAL, LOW, HIGH, GAIN, LIMIT = 0, 1, 2, 3, 4
 INTERVAL, K_SIGMA, SLOPE, BY_REFERENCE, DESIRED, MU, BETA = 0, 1, 2, 3, 4, 5, 6
@@ -21,7 +21,7 @@ class LawNumbers(NamedTuple):
     Attributes
     ----------
     kind : int
-        DARC, LINEAR or BACKSTEPPING.
+        DARC, LINEAR or BACKSTEPPING; OWN: a controller of the user's own, whose numbers are elsewhere.
     matrix : ndarray
         DARC: (2n, 2n), from angles and speeds to z and its derivatives. Linear: (m, m + 2n + 1), the
         memory's next value from itself, the errors of angles and speeds, and the last command. Backstepping:

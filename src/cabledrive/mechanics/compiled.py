@@ -55,6 +55,18 @@ def njit_in_place(function: F) -> F:
     return _compile(function, FAST_MATH, **_uncounted())
 
 
+def njit_part(function: F) -> F:
+    """As `njit_in_place`, compiled into each of its callers: for parts of a loop that take large tuples.
+
+    A call passes every array of a tuple by its seven numbers, which takes longer than a short part. Python
+    may call it as well.
+
+    ``function``: loops over floats and arrays.
+    Returns as `njit`.
+    """
+    return _compile(function, FAST_MATH, forceinline=True, **_uncounted())
+
+
 def njit_strict(function: F) -> F:
     """Compile a kernel whose rounding matters: no arithmetic is reordered.
 
@@ -110,7 +122,8 @@ def _compile(function: F, fast_math: Any, **options: Any) -> F:
     config: Any = numba.config
     options |= {"error_model": "numpy", "fastmath": fast_math, "nogil": True}
     inside = function.__name__.startswith("_") or "for_kernels" in function.__dict__
-    options |= {"no_cpython_wrapper": inside, "forceinline": inside, "no_cfunc_wrapper": True}
+    options |= {"no_cpython_wrapper": inside, "no_cfunc_wrapper": True}
+    options["forceinline"] = inside or options.get("forceinline", False)
     compiled: Any = numba.njit(**options)(function)
     folder = _cache_folder(Path(function.__code__.co_filename), config.CACHE_DIR)
     if folder:

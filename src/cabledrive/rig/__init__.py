@@ -2,6 +2,7 @@
 
 from cabledrive.rig.carriage.carriage_move import CarriageMove, CarriageRun
 from cabledrive.rig.carriage.transporter import move_carriage
+from cabledrive.rig.closed_loop.own_plant import OwnPlant, PlantProtocol
 from cabledrive.rig.setting import Disturbance, Motion, RigOptions
 from cabledrive.rig.tracking import Tracking
 from cabledrive.rig.trial import track
@@ -11,6 +12,8 @@ __all__ = [
     "CarriageRun",
     "Disturbance",
     "Motion",
+    "OwnPlant",
+    "PlantProtocol",
     "RigOptions",
     "Tracking",
     "move_carriage",

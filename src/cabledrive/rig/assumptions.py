@@ -14,6 +14,7 @@ from cabledrive.parameters import Drive
 from cabledrive.reduction.models import lumped_model
 from cabledrive.rig.closed_loop.loop import Loop, Run, plant_chain
 from cabledrive.rig.closed_loop.loop_numbers import WENT_SLACK, Array
+from cabledrive.rig.closed_loop.user_plant import models_of
 from cabledrive.rig.laws.fitting import load_gear
 from cabledrive.rig.setting import Motion, RigOptions
 
@@ -57,7 +58,12 @@ def departures(
         *(Departure(words=words) for words in _structure(loop)),
         *(Departure(words=words) for words in _disturbing(loop, done)),
     ]
-    if unmatched(drive, actual):
+    if loop.own_plant is not None:
+        words = f'plant "{loop.own_plant.name}" is your own: its parameters are not known'
+        found.append(Departure(words=words, definite=True))
+    elif foreign(loop, drive):
+        found.append(Departure(words=f"unmatched: the plant is a {loop.named}", plant=True))
+    elif unmatched(drive, actual):
         words = "unmatched: what the cable drives differs from what the law believes"
         found.append(Departure(words=words, plant=True))
     rough = _smoothness(loop, motion)
@@ -79,8 +85,11 @@ def _beyond_bounds(loop: Loop, actual: Drive) -> list[str]:
     """Parameters and disturbances of the motor beyond what the law was told."""
     made = loop.controller
     found: list[str] = []
-    if made.law.kind != DARC:
+    if made.law.kind != DARC or loop.own_plant is not None:
         return found
+    if foreign(loop, actual) and loop.chain.names != plant_chain(actual, made.model).names:
+        return [f"the law of Model {made.model} has other inertias than the {loop.named}: its bounds of the "
+                "parameters cannot be checked"]  # fmt: skip
     truth, learning = true_parameters(loop, actual), made.law.learning
     slack = 1e-9 * np.maximum(np.abs(learning[LOW]), np.abs(learning[HIGH]))
     outside = (truth < learning[LOW] - slack) | (truth > learning[HIGH] + slack)
@@ -93,6 +102,11 @@ def _beyond_bounds(loop: Loop, actual: Drive) -> list[str]:
     return found
 
 
+def foreign(loop: Loop, drive: Drive) -> bool:
+    """Whether the plant is a lumped chain of the user's own that is none of the drive's models."""
+    return bool(loop.named) and loop.own_plant is None and loop.chain not in models_of(drive)
+
+
 def true_parameters(loop: Loop, actual: Drive) -> Array:
     """Inertia, viscous and Coulomb friction and offset torque of the first inertia of the law's model.
 
@@ -100,6 +114,8 @@ def true_parameters(loop: Loop, actual: Drive) -> Array:
     Returns shape (4,).
     """
     chain = plant_chain(actual, loop.controller.model)
+    if foreign(loop, actual) and loop.chain.names == chain.names:
+        chain = loop.chain
     return np.array([chain.inertias[0], chain.viscous[0], chain.coulomb[0], chain.offsets[0]])
 
 
@@ -111,7 +127,7 @@ def _failures(loop: Loop, done: Run) -> list[str]:
         found.append("a sensor failed")
     if loop.kinks.play > 0.0:
         found.append("free play in the gearhead")
-    if done.state.summary[9] > 0 or done.state.discrete[2] == WENT_SLACK:
+    if done.state.summary[9] > 0 or done.state.discrete[1] == WENT_SLACK:
         found.append("a span went slack")
     return found
 
@@ -134,6 +150,8 @@ def _sensing(loop: Loop, actual: Drive, options: RigOptions) -> list[str]:
 def _structure(loop: Loop) -> list[str]:
     """What the row of inertias that the law is made for leaves out of the plant."""
     made, found = loop.controller, []
+    if made.own is not None or loop.own_plant is not None:  # neither is made for a model
+        return ["the cable has mass: the law leaves its own modes out"] if loop.cable is not None else []
     ours, theirs = set(FLEXIBLE[made.model]), set(FLEXIBLE[plant_model(loop)])
     if theirs - ours:
         lacking = " and the ".join(sorted(theirs - ours))

@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cabledrive.parameters import Drive, NotComputed
+from cabledrive.control.own_controller import ControllerProtocol
+from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.rig.circumstances import torque_limit
 from cabledrive.rig.closed_loop.loop import Loop, close_loop
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
@@ -18,6 +19,7 @@ from cabledrive.rig.draws import Draws, run_draws
 from cabledrive.rig.laws.baselines import BASELINES, lqg
 from cabledrive.rig.laws.best_gains import best_chain_law, best_gains
 from cabledrive.rig.laws.controllers import Controller, Wish
+from cabledrive.rig.laws.own_law import own_law
 from cabledrive.rig.setting import Motion, RigOptions
 
 SETTINGS: dict[str, tuple[float, ...]] = {
@@ -38,7 +40,8 @@ class Compared:
     ----------
     law, feedforward : str
     setting : float
-        Bandwidth [Hz]; of lqg the torque that weighs as one count [N m].
+        Bandwidth [Hz]; of lqg the torque that weighs as one count [N m]; nan: a controller of the user's own,
+        which has none.
     draws : Draws
     """
 
@@ -61,11 +64,17 @@ def loops_of(wish: Wish, motion: Motion, options: RigOptions) -> Callable[[Contr
     """Puts any of the laws into the same loop: one plant, one filter, one set of encoders.
 
     Returns from Controller to Loop.
+    Raises `InputRefused` later, for a law that takes other shafts.
     """
     first = replace(best_chain_law(wish, "darc-4-damped"), tuning=best_gains(wish).tuning)
     base = close_loop(wish.drive, wish.drive, first, motion, options, np.random.default_rng(0))
 
     def put(made: Controller) -> Loop:
+        if made.shafts != first.shafts:
+            raise InputRefused(
+                f'controller "{made.name}": shafts = {made.shafts}, but all laws compared take the states of '
+                f"{', '.join(first.shafts)}: take these"
+            )
         scalars = base.observer.scalars.copy()
         scalars[8] = made.tuning.cancels
         return replace(base, controller=made, observer=base.observer._replace(scalars=scalars))
@@ -107,7 +116,7 @@ def tuned(
 
 def compared(
     drive: Drive,
-    names: Sequence[str],
+    names: Sequence[str | ControllerProtocol],
     feedforwards: Sequence[str],
     draws: int,
     seed: int,
@@ -119,7 +128,8 @@ def compared(
 ) -> list[Compared]:
     """Every law with every feedforward over the same draws.
 
-    ``names``: of baselines; ``settings``: settings by law and feedforward; tuned where one is missing.
+    ``names``: of baselines, or controllers of the user's own, which run as they are. ``settings``:
+    settings by law and feedforward; tuned where one is missing.
     """
     options, known = options or RigOptions(forbid_slack=False), settings or {}
     wish = replace(wish, drive=drive)
@@ -127,6 +137,11 @@ def compared(
     for name in names:
         for kind in feedforwards:
             one = replace(wish, feedforward=kind)
+            if not isinstance(name, str):
+                made = own_law(name, one)
+                result = run_draws(put(made), options, draws, seed)
+                found.append(Compared(law=made.name, feedforward=kind, setting=float("nan"), draws=result))
+                continue
             setting = known.get((name, kind))
             setting = tuned(name, one, put, options) if setting is None else setting
             result = run_draws(put(controller(name, one, setting)), options, draws, seed)

@@ -8,9 +8,10 @@ from cabledrive.control.bound import robust_conditions
 from cabledrive.control.numbers import DARC, HIGH, LawNumbers
 from cabledrive.mechanics.holding import FREE, left_out_under_torque
 from cabledrive.parameters import Drive
+from cabledrive.rig.assumptions import plant_model
 from cabledrive.rig.closed_loop.loop import Loop, Run
 from cabledrive.rig.closed_loop.loop_numbers import WENT_SLACK, Array
-from cabledrive.rig.setting import RigOptions
+from cabledrive.rig.setting import CABLE, RigOptions
 
 
 def why_ended(loop: Loop, done: Run) -> str | None:
@@ -18,13 +19,35 @@ def why_ended(loop: Loop, done: Run) -> str | None:
     if not done.failed:
         return None
     time = done.ended * loop.rig.interval
-    if done.state.discrete[2] == WENT_SLACK:
+    if done.state.discrete[1] == WENT_SLACK:
         torque = loop.slack * loop.chain.stiffness[-1]
         return (
             f"a span went slack at t = {time:.4g} s: the cable carried over {torque:.4g} N m; slow down, "
             "raise cable.pretension, or take --tension-only"
         )
     return f"the plant diverged at t = {time:.4g} s: lower the bandwidth, or feed back the motor's encoder"
+
+
+def plant_words(loop: Loop, options: RigOptions) -> dict[str, Any]:
+    """What the plant is, its friction, backlash and slack.
+
+    Of a plant of the user's own neither friction nor backlash nor slack is known.
+    """
+    if loop.own_plant is not None:
+        reason = "the plant is your own: slack of its spans and backlash are not looked at"
+        return {
+            "plant": loop.named,
+            "friction": "the plant's own",
+            "backlash": None,
+            "backlash_reason": reason,
+            "slack_rule": reason,
+        }
+    return {
+        "plant": CABLE if loop.cable is not None else loop.named or f"model-{plant_model(loop)}",
+        "friction": "smooth, c tanh(50 w)" if options.smooth_friction else "stick-slip Coulomb",
+        "backlash": 2.0 * loop.kinks.play,
+        "slack_rule": "ends the run" if options.forbid_slack else "a slack span carries nothing",
+    }
 
 
 def span_tensions(loop: Loop, actual: Drive, log: Array) -> Array | None:
@@ -34,7 +57,7 @@ def span_tensions(loop: Loop, actual: Drive, log: Array) -> Array | None:
     Returns shape (samples, 2) [N], never below zero; None where the plant's cable is rigid or no loop.
     """
     n, chain = loop.chain.size, loop.chain
-    if "load" not in chain.names or actual.kind != "loop":
+    if "load" not in chain.names or actual.kind != "loop" or loop.own_plant is not None:
         return None
     twist = log[:, n - 2] - log[:, n - 1]
     share = chain.stiffness[-1] * twist / (2.0 * actual.drive_pulley.radius)

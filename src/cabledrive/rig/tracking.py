@@ -7,7 +7,7 @@ import numpy as np
 
 from cabledrive.control.numbers import HIGH, LOW
 from cabledrive.parameters import Drive
-from cabledrive.rig.assumptions import broken_assumptions, departures, plant_model
+from cabledrive.rig.assumptions import broken_assumptions, departures
 from cabledrive.rig.backstepping_condition import margin_words
 from cabledrive.rig.closed_loop.cable_plant import cable_words
 from cabledrive.rig.closed_loop.loop import Loop, Run
@@ -18,10 +18,11 @@ from cabledrive.rig.run_facts import (
     circumstance_words,
     condition_words,
     motor_words,
+    plant_words,
     span_tensions,
     why_ended,
 )
-from cabledrive.rig.setting import CABLE, DEGREE, Motion, RigOptions
+from cabledrive.rig.setting import DEGREE, Motion, RigOptions
 from cabledrive.rig.theorem import bound_words, check_theorem
 
 OBSERVERS = {0: "none, ideal states", 1: "filtered difference", 2: "Kalman filter"}
@@ -60,6 +61,9 @@ class Tracking:
         The tube of the theorem for the error [rad].
     incomplete : str or None
         Why the run ended early.
+    interpreted : tuple of str
+        What ran as plain Python, sample by sample, and slower for it: "controller", "plant", or "loop" around
+        compiled parts of your own. Empty: everything was compiled.
     """
 
     summary: dict[str, Any]
@@ -79,6 +83,7 @@ class Tracking:
     tensions: Array | None
     bound: Array | None
     incomplete: str | None
+    interpreted: tuple[str, ...] = ()
 
 
 def told(
@@ -129,6 +134,7 @@ def told(
         tensions=done.tensions[:ended] if done.tensions is not None else span_tensions(loop, actual, log),
         bound=None if check is None else check.bound.tube / loop.gear,
         incomplete=incomplete,
+        interpreted=done.interpreted,
     )
 
 
@@ -149,10 +155,8 @@ def summary_of(
     return {
         "controller": loop.controller.name,
         "gains": loop.controller.gains,
-        "plant": CABLE if loop.cable is not None else f"model-{plant_model(loop)}",
-        "friction": "smooth, c tanh(50 w)" if options.smooth_friction else "stick-slip Coulomb",
-        "backlash": 2.0 * loop.kinks.play,
-        "slack_rule": "ends the run" if options.forbid_slack else "a slack span carries nothing",
+        **plant_words(loop, options),
+        "interpreted": list(done.interpreted),
         "slack_samples": int(score["slack"]),
         "free_play_samples": int(score["loose"]),
         "observer": OBSERVERS[loop.observer.kind],

@@ -1,17 +1,23 @@
 """`track`: run a control law on the virtual rig and say how well the load followed."""
 
 from dataclasses import replace
+from os import PathLike
 from typing import Any
 
 import numpy as np
 
+from cabledrive.control.own_controller import ControllerProtocol, checked_controller
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
+from cabledrive.rig.closed_loop.other_plants import check_drawable
+from cabledrive.rig.closed_loop.own_plant import PlantProtocol
 from cabledrive.rig.draws import draw_words, run_draws
 from cabledrive.rig.expected_bound import bound_over_draws
 from cabledrive.rig.laws.controllers import Wish
 from cabledrive.rig.laws.indirect import NAME, run_indirect
-from cabledrive.rig.laws.registry import design, known_name, needed_order
+from cabledrive.rig.laws.own_law import own_law
+from cabledrive.rig.laws.registry import CONTROLLERS, design, known_name, needed_order
 from cabledrive.rig.learning_draws import run_learning_draws
 from cabledrive.rig.setting import CABLE, DEGREE, Motion, RigOptions, sample_interval
 from cabledrive.rig.tracking import Tracking, told
@@ -26,9 +32,9 @@ GAINS = {"best": True, "dissertation": False, "printed": False}
 def track(
     drive: Drive,
     *,
-    controller: str | None = None,
+    controller: str | PathLike[str] | ControllerProtocol | None = None,
     bandwidth: float | None = None,
-    plant: str | None = None,
+    plant: str | LumpedChain | PlantProtocol | None = None,
     motion: Motion | None = None,
     options: RigOptions | None = None,
     plant_drive: Drive | None = None,
@@ -44,12 +50,15 @@ def track(
     ----------
     drive : Drive
         As the law believes it to be.
-    controller : str, optional
-        Name of the law; by default the one that the drive's joint calls for.
+    controller : str or ControllerProtocol, optional
+        Name of the law, or a controller of your own (`OwnController`); by default the law that the drive's
+        joint calls for. One in plain Python runs sample by sample, and the result says so.
     bandwidth : float, optional
         lambda/(2 pi) [Hz] instead of that of ``gains``.
-    plant : {"model-1", "model-2", "model-3", "model-4", "cable"}, optional
-        Default: the highest model that the drive's data allow. "cable": the nonlinear distributed cable.
+    plant : {"model-1", "model-2", "model-3", "model-4", "cable"}, LumpedChain or PlantProtocol, optional
+        Default: the highest model that the drive's data allow. "cable": the nonlinear distributed cable. Any
+        lumped chain from "motor" to "load", or a plant of your own (`OwnPlant`); encoders, torque limit,
+        delay and torque loop stay those of the drive.
     motion : Motion, optional
         Default: one pulse of 45 deg in 0.5 s with 0.5 s dwell.
     options : RigOptions, optional
@@ -83,7 +92,8 @@ def track(
         raise InputRefused(f"seed = {seed} must not be negative: give 0 or more")
     if gains not in GAINS:
         raise InputRefused(f"gains = {gains!r} is not known: take best or dissertation")
-    name = known_name(controller, drive)
+    own = controller is not None and not isinstance(controller, str)
+    name = controller_name(controller, drive)
     if motion.order is None:
         motion = replace(motion, order=needed_order(name, drive))
     check_motion(actual, motion)
@@ -99,7 +109,7 @@ def track(
         options=options,
         plant=plant_drive,
     )
-    made = design(name, wish)
+    made = own_law(controller, wish) if own else design(name, wish)
     loop = close_loop(
         drive,
         actual,
@@ -107,20 +117,24 @@ def track(
         motion,
         options,
         np.random.default_rng(seed),
-        plant_model=plant_number(plant),
-        cable=plant == CABLE,
+        plant_model=plant_number(plant) if isinstance(plant, str) else None,
+        cable=isinstance(plant, str) and plant == CABLE,
+        plant=None if isinstance(plant, str) else plant,
     )
     if draws < 0:
         raise InputRefused(f"draws = {draws} must not be negative: ask for 0 or more")
+    if draws:
+        check_drawable(loop)
     first, learnt = loop, None
-    if made.name == NAME:
+    learns = made.name == NAME and not own
+    if learns:
         loop, done, learnt = run_indirect(wish, loop, options)
     else:
         done = run(loop)
     found = told(loop, done, drive, actual, motion, options, seed)
     if learnt is not None:
         found = judged_apart(found, first, loop, done)
-    if made.name == NAME:
+    if learns:
         found.summary["learnt"] = None if learnt is None else learnt.words
     if draws:
         found.summary["over_draws"] = over_draws(first, wish, motion, options, draws, seed)
@@ -134,7 +148,7 @@ def over_draws(
 
     ``loop``: as it begins.
     """
-    if loop.controller.name == NAME and motion.pulses > 1:
+    if loop.controller.name == NAME and loop.controller.own is None and motion.pulses > 1:
         words = run_learning_draws(loop, wish, options, draws, seed).words
     else:
         words = draw_words(run_draws(loop, options, draws, seed))
@@ -154,7 +168,20 @@ def wish_for(drive: Drive, motion: Motion, **choices: Any) -> Wish:
     )
 
 
-def plant_number(plant: str | None) -> int | None:
+def controller_name(controller: Any, drive: Drive) -> str:
+    """Name of a law, or of a controller of the user's own.
+
+    Raises `InputRefused` if it is neither, or takes the name of a packaged law.
+    """
+    if controller is None or isinstance(controller, str):
+        return known_name(controller, drive)
+    name = checked_controller(controller).name
+    if name in CONTROLLERS:
+        raise InputRefused(f'controller "{name}" has the name of a packaged law: give it another')
+    return name
+
+
+def plant_number(plant: Any) -> int | None:
     """Number of the model that is the plant.
 
     Returns none: the highest that the drive's data allow, or the distributed cable.

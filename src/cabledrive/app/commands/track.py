@@ -183,6 +183,8 @@ def _text(drive: Drive, said: dict[str, Any]) -> str:
         lines.append(f"  bound           {said['theory_bound_deg']:9.4f} deg")
     if said["broken_assumptions"]:
         lines.append("  the theorem's assumptions do not hold: " + "; ".join(said["broken_assumptions"]))
+    if said["interpreted"]:
+        lines.append(f"  ran as plain Python, slower: {', '.join(said['interpreted'])}")
     lines += _circumstances(said)
     if "motor_reason" in said:
         lines.append(f"  {said['motor_reason']}")

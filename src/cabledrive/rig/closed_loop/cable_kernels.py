@@ -8,7 +8,7 @@ from cabledrive.control.observer_numbers import ObserverNumbers
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.rig.closed_loop.loop_numbers import DIVERGED, WENT_SLACK, LoopState, RigNumbers
-from cabledrive.rig.closed_loop.sample_kernels import decide, farthest, keep_score, write_row
+from cabledrive.rig.closed_loop.sample_kernels import decide, farthest, finish_sample
 from cabledrive.simulation.channels import MEAN_TENSION
 from cabledrive.simulation.kernels.verlet import march_any
 from cabledrive.simulation.plan import WEIGHT_U, Plan
@@ -111,6 +111,51 @@ def acting_torques(
 
 
 @njit_in_place
+def cable_ends(plan: Plan, cable: State, numbers: CableNumbers, gone: float, s: LoopState) -> int:
+    """Read the shafts and look at the cable at a sample; why the run ends here, 0 where it goes on."""
+    x, n = s.x, numbers.shafts
+    read_shafts(plan, cable, numbers, x)
+    if not isfinite(x[n - 1]) or abs(x[n - 1]) > gone:
+        return DIVERGED
+    look_at_cable(plan, cable, numbers, x, s.summary)
+    return 0
+
+
+@njit_in_place
+def move_cable(
+    plan: Plan,
+    cable: State,
+    work: Workspace,
+    numbers: CableNumbers,
+    rig: RigNumbers,
+    k: int,
+    s: LoopState,
+    tensions: Array,
+    row: Array,
+    torques: Array,
+    forces: Array,
+    fields: Array,
+) -> int:
+    """Move the cable to the next sample; why the run ends after it, 0 where it goes on."""
+    x, n, commands = s.x, numbers.shafts, s.controller.commands
+    push = numbers.offset + rig.forces[k, 0]
+    x[2 * n] = acting_torques(numbers, rig, commands[0], commands[1], x[2 * n], push, torques)
+    plan.node[WEIGHT_U, plan.segments] = numbers.weight + rig.forces[k, 1] / numbers.radius
+    code = march_any(plan, cable, work, torques, forces, numbers.steps, row, fields)
+    plan.node[WEIGHT_U, plan.segments] = numbers.weight
+    if tensions.shape[0] > 0:
+        tensions[k, 0], tensions[k, 1] = row[0, MEAN_TENSION], row[0, MEAN_TENSION + 1]
+    least = HANGS * plan.pretension
+    if row[0, MEAN_TENSION] < least or (plan.closed and row[0, MEAN_TENSION + 1] < least):
+        s.summary[9] += 1.0
+        if plan.stop_when_slack:
+            code = 1
+    if code == 0:
+        return 0
+    return WENT_SLACK if code == 1 else DIVERGED
+
+
+@njit_in_place
 def run_cable_loop(
     plan: Plan,
     cable: State,
@@ -138,36 +183,16 @@ def run_cable_loop(
     """
     x, n = s.x, numbers.shafts
     gone = farthest(target)
-    own_offset = rig.counts[rig.counts.size - 1] * rig.phases[rig.phases.size - 1]
-    ended = last
     for k in range(first, last):
-        read_shafts(plan, cable, numbers, x)
-        if not isfinite(x[n - 1]) or abs(x[n - 1]) > gone:
-            s.discrete[2] = DIVERGED
-            ended = k
-            break
-        look_at_cable(plan, cable, numbers, x, s.summary)
+        s.discrete[1] = cable_ends(plan, cable, numbers, gone, s)
+        if s.discrete[1] != 0:
+            return k
         wanted, command, sigma = decide(observer, law, rig, reference, k, x, s)
-        error = x[n - 1] - target[k]
-        keep_score(s.summary, k < rig.first_end, error, error + own_offset, wanted, command)
-        if log.shape[0] > 0:
-            slip = 0 if x[n] == 0.0 else 1
-            shafts = x[: 2 * n + 1]
-            write_row(log[k], shafts, s.readings, command, slip, sigma, s.parameters, s.regressor, s.states)
-        push = numbers.offset + rig.forces[k, 0]
-        x[2 * n] = acting_torques(numbers, rig, s.commands[0], s.commands[1], x[2 * n], push, torques)
-        plan.node[WEIGHT_U, plan.segments] = numbers.weight + rig.forces[k, 1] / numbers.radius
-        code = march_any(plan, cable, work, torques, forces, numbers.steps, row, fields)
-        if tensions.shape[0] > 0:
-            tensions[k, 0], tensions[k, 1] = row[0, MEAN_TENSION], row[0, MEAN_TENSION + 1]
-        least = HANGS * plan.pretension
-        if row[0, MEAN_TENSION] < least or (plan.closed and row[0, MEAN_TENSION + 1] < least):
-            s.summary[9] += 1.0
-            if plan.stop_when_slack:
-                code = 1
-        if code != 0:
-            s.discrete[2] = WENT_SLACK if code == 1 else DIVERGED
-            ended = k + 1
-            break
-    plan.node[WEIGHT_U, plan.segments] = numbers.weight
-    return ended
+        slip = 0 if x[n] == 0.0 else 1
+        finish_sample(rig, target, k, s, log, x[: 2 * n + 1], wanted, command, sigma, slip)
+        s.discrete[1] = move_cable(
+            plan, cable, work, numbers, rig, k, s, tensions, row, torques, forces, fields
+        )
+        if s.discrete[1] != 0:
+            return k + 1
+    return last

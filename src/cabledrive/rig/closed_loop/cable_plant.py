@@ -19,7 +19,7 @@ from cabledrive.rig.setting import RigOptions
 from cabledrive.simulation import Recording, Scheme, Start
 from cabledrive.simulation.case import Case, case_of
 from cabledrive.simulation.state import State, new_state
-from cabledrive.simulation.workspace import new_workspace
+from cabledrive.simulation.workspace import Workspace, new_workspace
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -126,19 +126,12 @@ def run_cable(
     sample, if it has rows; ``tensions``, shape (samples or 0, 2): gets the mean tension of each span [N].
     Returns sample at which the run ended.
     """
-    case, nodes = cable.case, cable.case.mesh.nodes
-    kept = state.x[2 * cable.numbers.shafts + 1 :]
-    fresh = new_state(np.zeros((3, nodes)), np.zeros((3, nodes)), (0.0, 0.0))
-    moving = fresh._replace(
-        x=kept[: 3 * nodes].reshape(3, nodes),
-        x_t=kept[3 * nodes : 6 * nodes].reshape(3, nodes),
-        motor=kept[6 * nodes :],
-    )
+    moving, work, space = cable_parts(cable, state)
     return int(
         run_cable_loop(
-            case.plan,
+            cable.case.plan,
             moving,
-            new_workspace(case.plan),
+            work,
             cable.numbers,
             observer,
             law,
@@ -150,12 +143,24 @@ def run_cable(
             state,
             log,
             tensions,
-            np.zeros((1, case.width)),
-            np.zeros(case.grid.every),
-            np.zeros((case.grid.every, 0)),
-            np.zeros((0, 3, nodes)),
+            *space,
         )
     )
+
+
+def cable_parts(cable: CablePlant, state: LoopState) -> tuple[State, Workspace, tuple[Array, ...]]:
+    """The cable's nodes in the state of a loop, and work space: row of records, torques, forces, fields."""
+    case, nodes = cable.case, cable.case.mesh.nodes
+    kept = state.x[2 * cable.numbers.shafts + 1 :]
+    fresh = new_state(np.zeros((3, nodes)), np.zeros((3, nodes)), (0.0, 0.0))
+    moving = fresh._replace(
+        x=kept[: 3 * nodes].reshape(3, nodes),
+        x_t=kept[3 * nodes : 6 * nodes].reshape(3, nodes),
+        motor=kept[6 * nodes :],
+    )
+    every = case.grid.every
+    space = (np.zeros((1, case.width)), np.zeros(every), np.zeros((every, 0)), np.zeros((0, 3, nodes)))
+    return moving, new_workspace(case.plan), space
 
 
 def drive_like(drive: Drive, chain: LumpedChain) -> Drive:

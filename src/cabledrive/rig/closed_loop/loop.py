@@ -6,6 +6,7 @@ import numpy as np
 
 from cabledrive.control.kalman import Sampling
 from cabledrive.control.observer_numbers import ObserverNumbers
+from cabledrive.control.own_controller import is_compiled
 from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive
 from cabledrive.reduction.lumped_chain import LumpedChain
@@ -22,12 +23,16 @@ from cabledrive.rig.circumstances import (
     slack_twist,
     torque_limit,
 )
+from cabledrive.rig.closed_loop.by_sample import run_by_sample
 from cabledrive.rig.closed_loop.cable_plant import CablePlant, cable_plant, run_cable
 from cabledrive.rig.closed_loop.kink_kernels import KinkNumbers
 from cabledrive.rig.closed_loop.loop_kernels import run_loop
 from cabledrive.rig.closed_loop.loop_numbers import ESTIMATES, Array, LoopState, RigNumbers, new_state
 from cabledrive.rig.closed_loop.loop_plants import plant_parts
+from cabledrive.rig.closed_loop.own_loop import run_own
+from cabledrive.rig.closed_loop.own_plant import OwnPlant, PlantProtocol
 from cabledrive.rig.closed_loop.plant_kernels import PlantNumbers
+from cabledrive.rig.closed_loop.user_plant import user_plant
 from cabledrive.rig.laws.controllers import Controller
 from cabledrive.rig.laws.fitting import fit_observer, fitted_encoders, load_gear
 from cabledrive.rig.setting import Motion, RigOptions, sample_interval
@@ -59,6 +64,12 @@ class Loop:
         Free play and slack of the row.
     cable : CablePlant or None
         The distributed cable, where that is the plant; ``chain`` is then its row of inertias.
+    own_plant : OwnPlant or None
+        A plant of the user's own; ``chain`` is then the drive's lumped model with its shafts.
+    named : str
+        What the plant is where it is none of the drive's own models.
+    pieces : int
+        Least number of steps of a plant of the user's own in a sample.
     """
 
     plant: PlantNumbers
@@ -73,6 +84,9 @@ class Loop:
     encoder_shafts: tuple[str, ...]
     kinks: KinkNumbers
     cable: CablePlant | None = None
+    own_plant: OwnPlant | None = None
+    named: str = ""
+    pieces: int = 1
 
     def load_error(self, log: Array) -> Array:
         """Error of the load over a whole run.
@@ -95,17 +109,20 @@ class Run:
     log : ndarray, shape (samples or 0, columns)
     tensions : ndarray, shape (samples, 2), or None
         Mean tension of upper and lower span, where the distributed cable was the plant [N].
+    interpreted : tuple of str
+        What ran as plain Python, sample by sample: "controller", "plant", or "loop" around compiled parts.
     """
 
     ended: int
     state: LoopState
     log: Array
     tensions: Array | None = None
+    interpreted: tuple[str, ...] = ()
 
     @property
     def failed(self) -> bool:
         """Whether the plant diverged or a span went slack, be it at the last sample."""
-        return bool(self.state.discrete[2])
+        return bool(self.state.discrete[1])
 
 
 def plant_chain(drive: Drive, model: int | None) -> LumpedChain:
@@ -126,14 +143,18 @@ def close_loop(
     *,
     plant_model: int | None = None,
     cable: bool = False,
+    plant: LumpedChain | PlantProtocol | None = None,
 ) -> Loop:
     """Put a loop together.
 
     ``design_drive``: as the observer believes it to be; ``plant_drive``: as it is; ``generator``: for encoder
-    phases and jitter; ``plant_model``, {1, 2, 3, 4}; ``cable``: whether the plant is the distributed cable.
+    phases and jitter; ``plant_model``, {1, 2, 3, 4}; ``cable``: whether the plant is the distributed cable;
+    ``plant``: the user's own, instead of the drive's.
     """
     interval = sample_interval(plant_drive)
-    chain = plant_chain(plant_drive, plant_model)
+    chain, own_plant, named = plant_chain(plant_drive, plant_model), None, ""
+    if plant is not None:
+        chain, own_plant, named = user_plant(plant_drive, plant, options)
     centred = options.encoder_phase == "centred"
     tuning = replace(controller.tuning, offsets=()) if centred else controller.tuning
     own = controller.filter_model if not options.ideal_sensors and options.observer == "kalman" else None
@@ -170,7 +191,10 @@ def close_loop(
         first_end=round(2.0 * (motion.rise + motion.dwell) / interval),
         blind=blind_encoder(plant_drive, options, interval, shown),
     )
-    loop = Loop(
+    links = (free_play(plant_drive, chain), slack_twist(plant_drive, chain))
+    if own_plant is not None:  # nothing is known of its links
+        links = (0.0, float("inf"))
+    return Loop(
         observer=observer,
         controller=controller,
         rig=rig,
@@ -178,19 +202,22 @@ def close_loop(
         gear=gear,
         encoder_shafts=tuple(s for i, s in enumerate(fitted_encoders(plant_drive)) if i in shown),
         cable=cable_plant(plant_drive, chain, interval, options) if cable else None,
-        **plant_parts(
-            chain, interval, rate, options, free_play(plant_drive, chain), slack_twist(plant_drive, chain)
-        ),
+        own_plant=own_plant,
+        named=named,
+        pieces=options.substeps,
+        **plant_parts(chain, interval, rate, options, *links),
     )
-    return loop
 
 
 def loop_at_rest(loop: Loop) -> LoopState:
     """State in which a run begins."""
     states = 2 * loop.chain.size + 1
     kept = np.zeros(0) if loop.cable is None else loop.cable.start
+    if loop.own_plant is not None:
+        kept = np.asarray(loop.own_plant.initial_state, dtype=np.float64)
     made = loop.controller
-    state = new_state(states + len(kept), loop.observer, made.law, loop.rig, made.start)
+    memory = None if made.own is None else np.asarray(made.own.initial_state, dtype=np.float64)
+    state = new_state(states + len(kept), loop.observer, made.law, loop.rig, made.start, memory)
     state.x[states:] = kept
     return state
 
@@ -208,12 +235,29 @@ def run(
     end = samples if last is None else last
     kept = np.zeros((samples if log else 0, log_width(loop)))
     made = (loop.observer, controller.law, loop.rig, controller.reference, loop.target)
+    if controller.own is not None or loop.own_plant is not None:
+        return run_users(loop, first, end, state, kept)
     if loop.cable is not None:
         tensions = np.zeros((samples if log else 0, 2))
         ended = run_cable(loop.cable, *made, first, end, state, kept, tensions)
         return Run(ended=ended, state=state, log=kept, tensions=tensions)
     ended = run_loop(loop.plant, *made, first, end, loop.twist_limit, state, kept, loop.kinks)
     return Run(ended=int(ended), state=state, log=kept)
+
+
+def run_users(loop: Loop, first: int, last: int, state: LoopState, log: Array) -> Run:
+    """Run a loop with a controller or a plant of the user's own; compiled where both can be."""
+    own, plant = loop.controller.own, loop.own_plant
+    if own is not None and is_compiled(own.step) and plant is None and loop.cable is None:
+        done = run_own(loop, first, last, state, log)
+        if done is not None:
+            return Run(ended=done, state=state, log=log)
+    parts = (("controller", own), ("plant", plant))
+    plain = tuple(name for name, part in parts if part is not None and not is_compiled(part.step))
+    tensions = np.zeros((len(log), 2)) if loop.cable is not None else None
+    space = np.zeros((0, 2)) if tensions is None else tensions
+    ended = run_by_sample(loop, first, last, state, log, space)
+    return Run(ended=ended, state=state, log=log, tensions=tensions, interpreted=plain or ("loop",))
 
 
 def log_width(loop: Loop) -> int:

@@ -4,14 +4,14 @@ from math import isfinite
 
 from cabledrive.control.numbers import LawNumbers
 from cabledrive.control.observer_numbers import ObserverNumbers
-from cabledrive.mechanics.compiled import njit_in_place
+from cabledrive.mechanics.compiled import njit_in_place, njit_part
 from cabledrive.rig.closed_loop.kink_kernels import KinkNumbers, advance_kinked
 from cabledrive.rig.closed_loop.loop_numbers import DIVERGED, WENT_SLACK, Array, LoopState, RigNumbers
 from cabledrive.rig.closed_loop.plant_kernels import PlantNumbers, advance
-from cabledrive.rig.closed_loop.sample_kernels import decide, farthest, keep_score, write_row
+from cabledrive.rig.closed_loop.sample_kernels import decide, farthest, finish_sample
 
 
-@njit_in_place
+@njit_part
 def move(
     plant: PlantNumbers, kinks: KinkNumbers, s: LoopState, u: float, motor: float, load: float, time: float
 ) -> None:
@@ -47,6 +47,30 @@ def look_at(kinks: KinkNumbers, x: Array, twist: float, score: Array) -> None:
             score[10] += 1.0
 
 
+@njit_part
+def row_ends(kinks: KinkNumbers, twist_limit: float, gone: float, s: LoopState) -> int:
+    """Look at the lumped chain at a sample; why the run ends here, 0 where it goes on."""
+    x = s.x
+    n = x.size // 2
+    twist = abs(x[n - 2] - x[n - 1]) if n > 1 else 0.0
+    look_at(kinks, x, twist, s.summary)
+    if not isfinite(x[n - 1]) or abs(x[n - 1]) > gone or twist > twist_limit:
+        return WENT_SLACK if isfinite(twist) and twist > twist_limit else DIVERGED
+    return 0
+
+
+@njit_part
+def move_row(plant: PlantNumbers, kinks: KinkNumbers, rig: RigNumbers, k: int, s: LoopState) -> None:
+    """Move the lumped chain to the next sample, the older command first as long as the delay lasts."""
+    span, commands = rig.interval, s.controller.commands
+    if rig.jitter.size > 0:
+        span += rig.jitter[k + 1] - rig.jitter[k]
+    motor, load = rig.forces[k, 0], rig.forces[k, 1]
+    if rig.late_part > 0.0:
+        move(plant, kinks, s, commands[0], motor, load, rig.late_part)
+    move(plant, kinks, s, commands[1], motor, load, span - rig.late_part)
+
+
 @njit_in_place
 def run_loop(
     plant: PlantNumbers,
@@ -68,26 +92,13 @@ def run_loop(
     angles and speeds, shaft torque, readings, limited command, slip, sigma, estimates (12), regressor (12),
     states of the law.
     """
-    x, n = s.x, s.x.size // 2
     gone = farthest(target)
-    own_offset = rig.counts[rig.counts.size - 1] * rig.phases[rig.phases.size - 1]
     for k in range(first, last):
-        twist = abs(x[n - 2] - x[n - 1]) if n > 1 else 0.0
-        look_at(kinks, x, twist, s.summary)
-        if not isfinite(x[n - 1]) or abs(x[n - 1]) > gone or twist > twist_limit:
-            s.discrete[2] = WENT_SLACK if isfinite(twist) and twist > twist_limit else DIVERGED
+        code = row_ends(kinks, twist_limit, gone, s)
+        if code != 0:
+            s.discrete[1] = code
             return k
-        wanted, command, sigma = decide(observer, law, rig, reference, k, x, s)
-        error = x[n - 1] - target[k]
-        keep_score(s.summary, k < rig.first_end, error, error + own_offset, wanted, command)
-        if log.shape[0] > 0:
-            slip = s.discrete[0]
-            write_row(log[k], x, s.readings, command, slip, sigma, s.parameters, s.regressor, s.states)
-        span = rig.interval
-        if rig.jitter.size > 0:
-            span += rig.jitter[k + 1] - rig.jitter[k]
-        motor, load = rig.forces[k, 0], rig.forces[k, 1]
-        if rig.late_part > 0.0:
-            move(plant, kinks, s, s.commands[0], motor, load, rig.late_part)
-        move(plant, kinks, s, s.commands[1], motor, load, span - rig.late_part)
+        wanted, command, sigma = decide(observer, law, rig, reference, k, s.x, s)
+        finish_sample(rig, target, k, s, log, s.x, wanted, command, sigma, s.discrete[0])
+        move_row(plant, kinks, rig, k, s)
     return last

@@ -5,14 +5,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.control.backstepping_recursion import work_shape
-from cabledrive.control.numbers import BACKSTEPPING, LINEAR, LawNumbers
-from cabledrive.control.observer_numbers import DIFFERENCE, ObserverNumbers
+from cabledrive.control.controller_kernels import ESTIMATES, ControllerState, new_controller_state
+from cabledrive.control.numbers import LawNumbers
+from cabledrive.control.observer_numbers import ObserverNumbers
 from cabledrive.rig.closed_loop.plant_kernels import MOST_TERMS
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
-ESTIMATES = 12
+__all__ = ["ESTIMATES", "SUMMARY", "Array", "ControllerState", "Integers", "LoopState", "RigNumbers"]
 DIVERGED, WENT_SLACK = 1, 2
 SUMMARY = (
     "peak",
@@ -58,53 +58,39 @@ class RigNumbers(NamedTuple):
 class LoopState(NamedTuple):
     """Everything that moves, and scratch; arrays, so that a run can go on where another ended.
 
-    ``x``: angles, speeds and shaft torque, then whatever else the plant keeps. ``discrete``: slip, sample of
-    the observer's schedule, why the run ended (`DIVERGED`, `WENT_SLACK`; 0: it did not). ``held``: torque of
-    the observer's shaft, last command. ``commands``: those not yet at the motor, oldest first.
+    ``x``: angles, speeds and shaft torque, then whatever else the plant keeps. ``discrete``: slip, and why
+    the run ended (`DIVERGED`, `WENT_SLACK`; 0: it did not). ``controller``: what the controller keeps.
     """
 
     x: Array
     discrete: Integers
-    estimate: Array
-    held: Array
-    parameters: Array
-    memory: Array
-    commands: Array
-    states: Array
+    controller: ControllerState
     readings: Array
-    regressor: Array
     terms: Array
     work: Array
-    table: Array
     summary: Array
 
 
 def new_state(
-    plant_states: int, observer: ObserverNumbers, law: LawNumbers, rig: RigNumbers, start: Array
+    plant_states: int,
+    observer: ObserverNumbers,
+    law: LawNumbers,
+    rig: RigNumbers,
+    start: Array,
+    memory: Array | None = None,
 ) -> LoopState:
     """A loop at rest at angle zero.
 
     ``plant_states``: number of states of the plant; ``start``, shape (<= 12,): parameter estimates to begin
-    with.
+    with; ``memory``, shape (m,): of a controller of the user's own.
     """
-    memory = law.matrix.shape[0] if law.kind == LINEAR else 0
-    parameters = np.zeros(ESTIMATES)
-    parameters[: len(start)] = start
-    observed = max(observer.model.shape[0], 2 * len(rig.encoders) if observer.kind == DIFFERENCE else 0)
-    scratch = max(plant_states, observed, memory, ESTIMATES)
+    readings, own = len(rig.encoders), np.zeros(0) if memory is None else memory
     return LoopState(
         x=np.zeros(plant_states),
-        discrete=np.zeros(3, dtype=np.int64),
-        estimate=np.zeros(observed),
-        held=np.zeros(2),
-        parameters=parameters,
-        memory=np.zeros(memory),
-        commands=np.zeros(rig.late_samples + 2),
-        states=np.zeros(len(observer.chosen)),
-        readings=np.zeros(len(rig.encoders)),
-        regressor=np.zeros(ESTIMATES),
+        discrete=np.zeros(2, dtype=np.int64),
+        controller=new_controller_state(observer, law, readings, rig.late_samples, start, own),
+        readings=np.zeros(readings),
         terms=np.zeros((MOST_TERMS, plant_states)),
-        work=np.zeros(scratch),
-        table=np.zeros(work_shape(len(law.matrix) // 2) if law.kind == BACKSTEPPING else (0, 0)),
+        work=np.zeros(plant_states),
         summary=np.zeros(len(SUMMARY)),
     )

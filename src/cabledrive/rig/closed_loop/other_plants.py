@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from cabledrive.parameters import InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.cable_plant import cable_plant, drive_like
 from cabledrive.rig.closed_loop.loop import Loop
@@ -16,7 +17,9 @@ def with_plant(loop: Loop, chain: LumpedChain, options: RigOptions, play: float 
 
     ``chain``: at the first shaft; ``play``: free play of the first link [rad]; default: that of the loop. The
     distributed cable has none.
+    Raises `InputRefused` if the plant is the user's own.
     """
+    check_drawable(loop)
     interval, rate = loop.rig.interval, float(loop.plant.scalars[6])
     slack = loop.slack
     if np.isfinite(slack):
@@ -27,3 +30,15 @@ def with_plant(loop: Loop, chain: LumpedChain, options: RigOptions, play: float 
     if cable is not None:
         cable = cable_plant(drive_like(cable.drive, chain), chain, interval, options, measured=False)
     return replace(loop, cable=cable, **parts)
+
+
+def check_drawable(loop: Loop) -> None:
+    """Refuse to vary a plant whose parameters are not known.
+
+    Raises `InputRefused` if the plant is the user's own.
+    """
+    if loop.own_plant is not None:
+        raise InputRefused(
+            f'plant "{loop.own_plant.name}" is your own, and its parameters are not known: draws take the '
+            "drive's models, lumped chains and the cable"
+        )

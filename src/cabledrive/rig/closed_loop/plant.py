@@ -29,9 +29,11 @@ def plant_numbers(
     Raises `InputRefused` if an inertia between motor and load has Coulomb friction of its own.
     """
     n = chain.size
-    if any(c > 0.0 for c in chain.coulomb[1:-1]):
+    inner = [(c, name) for c, name in zip(chain.coulomb[1:-1], chain.names[1:-1], strict=True) if c > 0.0]
+    part = "".join(f"{name} pulley" if name == "drive" else name for _, name in inner[:1])
+    if inner:
         raise InputRefused(
-            f"Coulomb friction {max(chain.coulomb[1:-1]):.4g} N m of the {chain.names[1]} pulley "
+            f"Coulomb friction {inner[0][0]:.4g} N m of the {part} "
             "beside a flexible joint is not followed here: add it to the motor's, or make the joint rigid"
         )
     rates = _rates(chain, current_rate)

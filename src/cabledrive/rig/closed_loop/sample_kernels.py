@@ -4,11 +4,10 @@ from math import isfinite, nan
 
 import numpy as np
 
-from cabledrive.control.law_kernels import law_step
+from cabledrive.control.controller_kernels import ControllerState, controller_step
 from cabledrive.control.numbers import LawNumbers
-from cabledrive.control.observer_kernels import correct, predict
 from cabledrive.control.observer_numbers import ObserverNumbers
-from cabledrive.mechanics.compiled import njit_in_place
+from cabledrive.mechanics.compiled import njit_in_place, njit_part
 from cabledrive.rig.closed_loop.loop_numbers import Array, Integers, LoopState, RigNumbers
 
 
@@ -51,23 +50,15 @@ def keep_score(score: Array, early: bool, error: float, own: float, wanted: floa
 
 @njit_in_place
 def write_row(
-    row: Array,
-    x: Array,
-    readings: Array,
-    command: float,
-    slip: int,
-    sigma: float,
-    parameters: Array,
-    regressor: Array,
-    states: Array,
+    row: Array, x: Array, readings: Array, command: float, slip: int, sigma: float, c: ControllerState
 ) -> None:
     """One row of the log."""
-    c = _put(row, 0, x)
-    c = _put(row, c, readings)
-    row[c], row[c + 1], row[c + 2] = command, slip, sigma
-    c = _put(row, c + 3, parameters)
-    c = _put(row, c, regressor)
-    _put(row, c, states)
+    i = _put(row, 0, x)
+    i = _put(row, i, readings)
+    row[i], row[i + 1], row[i + 2] = command, slip, sigma
+    i = _put(row, i + 3, c.parameters)
+    i = _put(row, i, c.regressor)
+    _put(row, i, c.states)
 
 
 @njit_in_place
@@ -77,7 +68,46 @@ def _put(row: Array, start: int, values: Array) -> int:
     return start + values.size
 
 
-@njit_in_place
+@njit_part
+def finish_sample(
+    rig: RigNumbers,
+    target: Array,
+    k: int,
+    s: LoopState,
+    log: Array,
+    shafts: Array,
+    wanted: float,
+    command: float,
+    sigma: float,
+    slip: int,
+) -> None:
+    """Score and log of a sample whose command is known.
+
+    ``shafts``: angles, speeds and shaft torque.
+    """
+    own = rig.counts[rig.counts.size - 1] * rig.phases[rig.phases.size - 1]
+    error = shafts[shafts.size // 2 - 1] - target[k]
+    keep_score(s.summary, k < rig.first_end, error, error + own, wanted, command)
+    if log.shape[0] > 0:
+        write_row(log[k], shafts, s.readings, command, slip, sigma, s.controller)
+
+
+@njit_part
+def sense(observer: ObserverNumbers, rig: RigNumbers, k: int, x: Array, s: LoopState) -> None:
+    """Read the encoders at angles (and speeds) ``x``; ideal sensors write the controller's states at once.
+
+    An encoder that drops out leaves those without a number as well.
+    """
+    read_encoders(rig.encoders, rig.counts, rig.phases, rig.blind, x, k, s.readings)
+    if observer.kind == 0:
+        seen, states = True, s.controller.states
+        for j in range(s.readings.size):
+            seen = seen and isfinite(s.readings[j])
+        for i in range(states.size):
+            states[i] = x[observer.chosen[i]] if seen else nan
+
+
+@njit_part
 def decide(
     observer: ObserverNumbers,
     law: LawNumbers,
@@ -87,44 +117,16 @@ def decide(
     x: Array,
     s: LoopState,
 ) -> tuple[float, float, float]:
-    """One sample of the controller, from angles (and speeds) ``x``: command wanted, limited command, sigma.
+    """One sample, from angles (and speeds) ``x``: command wanted, limited command, sigma.
 
-    The commands on their way to the motor move up by one, and the filter is carried to the next sample. Where
-    the law has no states it keeps its last command.
+    Where the law has no states it keeps its last command, and the sample is counted.
     """
-    read_encoders(rig.encoders, rig.counts, rig.phases, rig.blind, x, k, s.readings)
-    if observer.kind == 0:
-        seen = True
-        for j in range(s.readings.size):
-            seen = seen and isfinite(s.readings[j])
-        for i in range(s.states.size):
-            s.states[i] = x[observer.chosen[i]] if seen else nan
-    else:
-        correct(
-            observer.kind, observer.chosen, observer.output, observer.gains, observer.scalars, s.discrete[1],
-            s.estimate, s.readings, s.states, s.work,
-        )  # fmt: skip
-    s.discrete[1] += 1
-    wanted, sigma, valid = law_step(
-        law.kind, law.matrix, law.rows, law.learning, law.scalars, s.parameters, s.memory, s.states,
-        reference, k, s.held[1], s.regressor, s.work, s.table,
-    )  # fmt: skip
-    if valid:
-        if observer.scalars[8] > 0.0:
-            wanted -= s.estimate[observer.places[1]]
-        s.held[1] = wanted
-    else:
+    sense(observer, rig, k, x, s)
+    wanted, command, sigma, valid = controller_step(
+        observer, law, rig.torque_limit, s.controller, s.readings, reference, k
+    )
+    if not valid:
         s.summary[6] += 1.0
-    command = min(max(wanted, -rig.torque_limit), rig.torque_limit)
-    newest = s.commands.size - 1
-    for i in range(newest):
-        s.commands[i] = s.commands[i + 1]
-    s.commands[newest] = command
-    if observer.kind == 2:
-        predict(
-            observer.model, observer.scalars, observer.places[0], s.estimate, s.held, s.commands[0],
-            s.commands[1], s.work,
-        )  # fmt: skip
     return wanted, command, sigma
 
 

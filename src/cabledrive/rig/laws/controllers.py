@@ -12,6 +12,7 @@ from cabledrive.control.darc_gains import Bounds, darc_gains, printed_bounds
 from cabledrive.control.flat_output import FlatOutput, flat_output
 from cabledrive.control.kalman import QUIET, KalmanTuning
 from cabledrive.control.numbers import LawNumbers
+from cabledrive.control.own_controller import OwnController
 from cabledrive.control.reference import flat_reference
 from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive
@@ -53,6 +54,8 @@ class Controller:
     filter_model : int or None
         Model of the Kalman filter; None: the highest that the drive's data allow, with every encoder. A
         filter of the law's own model reads only the encoders that the law takes.
+    own : OwnController or None
+        The user's own, which runs instead of ``law``.
     """
 
     name: str
@@ -67,6 +70,7 @@ class Controller:
     bandwidth: float | None = None
     flat: FlatOutput | None = None
     filter_model: int | None = None
+    own: OwnController | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -50,6 +50,9 @@ def pole_words(loop: Loop) -> dict[str, Any]:
 
     Returns none with a reason for laws of another kind.
     """
+    if loop.own_plant is not None:
+        reason = f'plant "{loop.own_plant.name}" is your own: its equations are not known'
+        return {"closed_loop_poles": None, "closed_loop_poles_reason": reason}
     try:
         poles = poles_of(loop.chain, loop.controller)
     except InputRefused as refusal:

@@ -199,7 +199,7 @@ def run_indirect(wish: Wish, loop: Loop, options: RigOptions) -> tuple[Loop, Run
     later = loop
     if found.load.excited:
         later = rebuilt(loop, wish, found, options)
-        early.state.parameters[:4] = later.controller.start
+        early.state.controller.parameters[:4] = later.controller.start
     return later, _rest(later, early, pause), found
 
 

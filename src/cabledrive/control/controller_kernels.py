@@ -1,0 +1,138 @@
+"""The sampled controller as it would run on a target, compiled: filter, law, torque limit.
+
+One state, one step: readings and a reference in, a torque out. The rig reads the encoders and moves
+the plant.
+"""
+
+from math import isfinite
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.control.backstepping_recursion import work_shape
+from cabledrive.control.law_kernels import law_step
+from cabledrive.control.numbers import BACKSTEPPING, LINEAR, LawNumbers
+from cabledrive.control.observer_kernels import correct, predict
+from cabledrive.control.observer_numbers import DIFFERENCE, ObserverNumbers
+from cabledrive.mechanics.compiled import njit_part
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+ESTIMATES = 12
+
+
+class ControllerState(NamedTuple):
+    """Everything that a controller keeps from sample to sample, and scratch.
+
+    ``sample`` (1,): of the filter's schedule. ``held``: torque of the observer's shaft, last command before
+    the limit. ``memory``: of a linear law, or of a controller of the user's own. ``commands``: limited, those
+    not yet at the motor, oldest first. ``states``: angles and speeds that the law takes.
+    """
+
+    sample: Integers
+    estimate: Array
+    held: Array
+    parameters: Array
+    memory: Array
+    commands: Array
+    states: Array
+    regressor: Array
+    work: Array
+    table: Array
+
+
+def new_controller_state(
+    observer: ObserverNumbers, law: LawNumbers, readings: int, late_samples: int, start: Array, memory: Array
+) -> ControllerState:
+    """A controller at rest at angle zero.
+
+    ``readings``: number of encoders; ``late_samples``: whole samples of the delay; ``start``, shape (<= 12,):
+    parameter estimates to begin with; ``memory``, shape (m,): of a controller of the user's own.
+    """
+    size = law.matrix.shape[0] if law.kind == LINEAR else 0
+    parameters = np.zeros(ESTIMATES)
+    parameters[: len(start)] = start
+    observed = max(observer.model.shape[0], 2 * readings if observer.kind == DIFFERENCE else 0)
+    return ControllerState(
+        sample=np.zeros(1, dtype=np.int64),
+        estimate=np.zeros(observed),
+        held=np.zeros(2),
+        parameters=parameters,
+        memory=np.concatenate((np.zeros(size), memory)),
+        commands=np.zeros(late_samples + 2),
+        states=np.zeros(len(observer.chosen)),
+        regressor=np.zeros(ESTIMATES),
+        work=np.zeros(max(observed, size, ESTIMATES)),
+        table=np.zeros(work_shape(len(law.matrix) // 2) if law.kind == BACKSTEPPING else (0, 0)),
+    )
+
+
+@njit_part
+def observe(observer: ObserverNumbers, c: ControllerState, readings: Array) -> bool:
+    """Angles and speeds from the readings; false where one of them is not a number.
+
+    With ideal sensors the states are those that the rig has written.
+    """
+    if observer.kind != 0:
+        correct(
+            observer.kind, observer.chosen, observer.output, observer.gains, observer.scalars, c.sample[0],
+            c.estimate, readings, c.states, c.work,
+        )  # fmt: skip
+    c.sample[0] += 1
+    seen = True
+    for i in range(c.states.size):
+        seen = seen and isfinite(c.states[i])
+    return seen
+
+
+@njit_part
+def issue(
+    observer: ObserverNumbers, limit: float, c: ControllerState, torque: float, valid: bool
+) -> tuple[float, float]:
+    """Limit the law's torque and carry the filter on: command wanted, limited command.
+
+    Without a valid torque the last command is held.
+    """
+    wanted = torque
+    if valid:
+        if observer.scalars[8] > 0.0:
+            wanted -= c.estimate[observer.places[1]]
+        c.held[1] = wanted
+    else:
+        wanted = c.held[1]
+    command = min(max(wanted, -limit), limit)
+    newest = c.commands.size - 1
+    for i in range(newest):
+        c.commands[i] = c.commands[i + 1]
+    c.commands[newest] = command
+    if observer.kind == 2:
+        predict(
+            observer.model, observer.scalars, observer.places[0], c.estimate, c.held, c.commands[0],
+            c.commands[1], c.work,
+        )  # fmt: skip
+    return wanted, command
+
+
+@njit_part
+def controller_step(
+    observer: ObserverNumbers,
+    law: LawNumbers,
+    limit: float,
+    c: ControllerState,
+    readings: Array,
+    reference: Array,
+    k: int,
+) -> tuple[float, float, float, bool]:
+    """One sample: command wanted, limited command, sigma, and whether the law had states.
+
+    ``reference[k]`` is the row of this sample. The commands on their way to the motor move up by one, and the
+    filter is carried to the next sample.
+    """
+    observe(observer, c, readings)
+    torque, sigma, valid = law_step(
+        law.kind, law.matrix, law.rows, law.learning, law.scalars, c.parameters, c.memory, c.states,
+        reference, k, c.held[1], c.regressor, c.work, c.table,
+    )  # fmt: skip
+    wanted, command = issue(observer, limit, c, torque, valid)
+    return wanted, command, sigma, valid

@@ -1,0 +1,221 @@
+"""A controller of the user's own: the protocol that the rig runs, and its checks."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cabledrive.mechanics.compiled import numba_at_hand
+from cabledrive.parameters import InputRefused
+
+Array = NDArray[np.float64]
+MEASURES = {"states": "angles, then speeds, of its shafts", "readings": "angles of every encoder"}
+REFERENCES = {
+    "inverse": "wanted angles, then speeds, of its shafts, then the motor's torque",
+    "motion": "wanted load angle and its derivatives",
+}
+SHAFTS = ("motor", "drive", "load")
+
+
+@runtime_checkable
+class ControllerProtocol(Protocol):
+    """What an object needs so that `cabledrive.track` runs it as the controller.
+
+    Attributes
+    ----------
+    name : str
+        Any but that of a packaged law.
+    gains : object
+        Handed to every step as it is: numbers, an array, a NamedTuple.
+    initial_state : array_like, shape (m,)
+        Memory of the controller before the first sample.
+    sample_time : float or None
+        That it was designed for [s]; None: that of the rig.
+    shafts : tuple of str
+        Shafts whose motion it takes, from the motor to the load, of "motor", "drive", "load"; empty: every
+        inertia of the highest model that the drive's data allow.
+    measures : {"states", "readings"}
+        What a measurement is: angles [rad], then speeds [rad/s], of its shafts, from the rig's filter; or the
+        angle of every encoder [rad], without filter.
+    follows : {"inverse", "motion"}
+        What a reference is: wanted angles [rad], then speeds [rad/s], of its shafts, then the motor's torque
+        [N m], from the inverse of the lumped chain; or the wanted load angle with its 2n derivatives.
+
+    Notes
+    -----
+    All angles are at the first shaft: the load pulley's times r2 / r1. The controller gives the torque of the
+    motor [N m]. Encoders, filter, torque limit, delay, torque loop and the plant are the rig's.
+    """
+
+    name: str
+    gains: Any
+    initial_state: ArrayLike
+    sample_time: float | None
+    shafts: tuple[str, ...]
+    measures: str
+    follows: str
+
+    def step(self, gains: Any, state: Array, measurement: Array, reference: Array) -> tuple[ArrayLike, float]:
+        """One sample.
+
+        Parameters
+        ----------
+        gains : object
+        state : ndarray, shape (m,)
+        measurement : ndarray
+        reference : ndarray
+
+        Returns
+        -------
+        state : array_like, shape (m,)
+            Memory for the next sample.
+        command : float
+            Torque of the motor [N m].
+        """
+        ...  # pragma: no cover
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class OwnController:
+    """A controller of the user's own, for `cabledrive.track`.
+
+    Attributes
+    ----------
+    step : callable
+        ``step(gains, state, measurement, reference) -> (state, command)``: plain Python, or compiled by
+        ``numba.njit``, in which case the whole loop is compiled with it.
+    gains : object, optional
+        Handed to every step.
+    initial_state : array_like, shape (m,), optional
+        Default: no memory.
+    name : str, default "own controller"
+    sample_time : float, optional
+        That it was designed for [s]; default: that of the rig.
+    shafts : tuple of str, optional
+        Shafts whose motion it takes; default: every inertia of the highest model.
+    measures : {"states", "readings"}, default "states"
+        What a measurement is, see `ControllerProtocol`.
+    follows : {"inverse", "motion"}, default "inverse"
+        What a reference is, see `ControllerProtocol`.
+    """
+
+    step: Callable[[Any, Any, Any, Any], tuple[Any, Any]]
+    gains: Any = 0.0
+    initial_state: ArrayLike = field(default=())
+    name: str = "own controller"
+    sample_time: float | None = None
+    shafts: tuple[str, ...] = ()
+    measures: str = "states"
+    follows: str = "inverse"
+
+
+def checked_controller(given: Any) -> OwnController:
+    """The user's controller as frozen data.
+
+    ``given``: an object of `ControllerProtocol`; shafts, sample_time, measures and follows may be absent.
+    Raises `InputRefused` if a part is missing or of the wrong kind.
+    """
+    if not callable(getattr(given, "step", None)) or isinstance(given, type):
+        raise InputRefused(
+            f"controller = {_shown(given)} is no name, no path of a controller.json and no controller: give "
+            "an object with step(gains, state, measurement, reference), such as cabledrive.OwnController"
+        )
+    name = getattr(given, "name", "own controller")
+    if not isinstance(name, str) or not name.strip():
+        raise InputRefused(f"controller.name = {name!r} is no name: give a text")
+    state = getattr(given, "initial_state", ())
+    try:
+        start = np.array(state, dtype=np.float64)
+    except (TypeError, ValueError):
+        start = np.full(1, np.nan)
+    if start.ndim != 1 or not np.all(np.isfinite(start)):
+        raise InputRefused(
+            f'controller "{name}": initial_state = {_shown(state)} must be a list of finite numbers: give '
+            "() where the controller has no memory"
+        )
+    time = getattr(given, "sample_time", None)
+    if time is not None and not (isinstance(time, float | int) and 0.0 < time < float("inf")):
+        raise InputRefused(f'controller "{name}": sample_time = {time!r} must be a time in s above 0')
+    return OwnController(
+        step=given.step,
+        gains=getattr(given, "gains", 0.0),
+        initial_state=start,
+        name=name,
+        sample_time=time,
+        shafts=_known_shafts(name, getattr(given, "shafts", ())),
+        measures=_one_of(name, "measures", getattr(given, "measures", "states"), MEASURES),
+        follows=_one_of(name, "follows", getattr(given, "follows", "inverse"), REFERENCES),
+    )
+
+
+def _shown(value: Any) -> str:
+    words = " ".join(repr(value).split())
+    return words if len(words) <= 60 else f"{words[:57]}..."
+
+
+def _known_shafts(name: str, shafts: Any) -> tuple[str, ...]:
+    given = tuple(shafts) if isinstance(shafts, tuple | list) else (shafts,)
+    if list(given) != [shaft for shaft in SHAFTS if shaft in given]:
+        raise InputRefused(
+            f'controller "{name}": shafts = {_shown(shafts)} must name shafts from the motor to the load: '
+            f"take some of {', '.join(SHAFTS)}, in this order"
+        )
+    return given
+
+
+def _one_of(name: str, key: str, value: Any, known: dict[str, str]) -> str:
+    if not isinstance(value, str) or value not in known:
+        words = ", ".join(f"{word} ({meaning})" for word, meaning in known.items())
+        raise InputRefused(f'controller "{name}": {key} = {_shown(value)} is not known: take {words}')
+    return value
+
+
+def is_compiled(step: Any) -> bool:
+    """Whether a step is compiled by numba, so that compiled loops can call it."""
+    if not numba_at_hand():
+        return False
+    from numba.core.dispatcher import Dispatcher
+
+    return isinstance(step, Dispatcher)
+
+
+def stepped(
+    own: OwnController, state: Array, measurement: Array, reference: Array, place: str
+) -> tuple[Array, float]:
+    """One sample of the user's controller, checked.
+
+    ``state``, shape (m,); ``place``: when, in words.
+    Returns ``state``, shape (m,); ``command`` [N m].
+    Raises `InputRefused` if the step returns anything but a state of that shape and a finite torque.
+    """
+    found: Any = own.step(own.gains, state, measurement, reference)
+    if not isinstance(found, tuple) or len(found) != 2:
+        raise InputRefused(
+            f'controller "{own.name}" returned {_shown(found)} {place}: return (state, command)'
+        )
+    try:
+        fresh, command = np.asarray(found[0], dtype=np.float64), np.asarray(found[1], dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputRefused(
+            f'controller "{own.name}" returned {_shown(found)} {place}: return numbers'
+        ) from None
+    if fresh.shape != state.shape:
+        raise InputRefused(
+            f'controller "{own.name}" returned a state of shape {fresh.shape} {place}, its initial_state has '
+            f"{state.shape}: return as many numbers"
+        )
+    if command.size != 1:
+        raise InputRefused(
+            f'controller "{own.name}" returned a command of shape {command.shape} {place}: return one torque '
+            "in N m"
+        )
+    torque = float(command.reshape(()))
+    if not np.isfinite(torque):
+        raise InputRefused(
+            f'controller "{own.name}" returned {torque} N m {place}: a command must be a finite torque'
+        )
+    if not np.all(np.isfinite(fresh)):
+        raise InputRefused(f'controller "{own.name}" returned a state that is not finite {place}')
+    return fresh, torque

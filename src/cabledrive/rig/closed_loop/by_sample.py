@@ -1,0 +1,124 @@
+"""The loop of the rig sample by sample from Python: for a controller or a plant of the user's own.
+
+Encoders, filter, limit, delay and the packaged plants are the compiled parts of the other loops; only what
+the user gives runs as it is given.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from cabledrive.control.controller_kernels import controller_step, issue, observe
+from cabledrive.control.own_controller import OwnController, stepped
+from cabledrive.rig.closed_loop.cable_kernels import cable_ends, move_cable
+from cabledrive.rig.closed_loop.cable_plant import cable_parts
+from cabledrive.rig.closed_loop.loop_kernels import move_row, row_ends
+from cabledrive.rig.closed_loop.loop_numbers import DIVERGED, Array, LoopState
+from cabledrive.rig.closed_loop.own_plant import moved
+from cabledrive.rig.closed_loop.sample_kernels import farthest, finish_sample, sense
+
+Decide = Callable[[int], tuple[float, float, float]]
+Ends = Callable[[], int]
+Moves = Callable[[int], int]
+
+
+def run_by_sample(loop: Any, first: int, last: int, state: LoopState, log: Array, tensions: Array) -> int:
+    """Run samples ``first`` to ``last`` - 1 of a loop.
+
+    ``state``: moved on; ``log``: gets a row per sample, if it has rows; ``tensions``, shape (samples or 0,
+    2): of the spans of the distributed cable [N].
+    Returns sample at which the run ended.
+    Raises `InputRefused` if a part of the user's returns what it must not.
+    """
+    ends, moves = _plant(loop, state, tensions)
+    decides, shafts = _controller(loop, state), state.x[: 2 * loop.chain.size + 1]
+    for k in range(first, last):
+        state.discrete[1] = ends()
+        if state.discrete[1]:
+            return k
+        wanted, command, sigma = decides(k)
+        slip = int(state.discrete[0]) if loop.cable is None else int(shafts[loop.chain.size] != 0.0)
+        finish_sample(loop.rig, loop.target, k, state, log, shafts, wanted, command, sigma, slip)
+        state.discrete[1] = moves(k)
+        if state.discrete[1]:
+            return k + 1
+    return last
+
+
+def _when(loop: Any, k: int) -> str:
+    return f"at t = {k * loop.rig.interval:.6g} s (sample {k})"
+
+
+def _controller(loop: Any, s: LoopState) -> Decide:
+    """One sample of the controller: command wanted, limited command, sigma."""
+    made, rig, observer, c = loop.controller, loop.rig, loop.observer, s.controller
+    own: OwnController | None = made.own
+
+    def packaged(k: int) -> tuple[float, float, float]:
+        sense(observer, rig, k, s.x, s)
+        wanted, command, sigma, valid = controller_step(
+            observer, made.law, rig.torque_limit, c, s.readings, made.reference, k
+        )
+        s.summary[6] += not valid
+        return wanted, command, sigma
+
+    def users(k: int) -> tuple[float, float, float]:
+        assert own is not None
+        sense(observer, rig, k, s.x, s)
+        valid, torque = observe(observer, c, s.readings), 0.0
+        measurement = s.readings if own.measures == "readings" else c.states
+        valid = valid and bool(np.all(np.isfinite(s.readings)))
+        if valid:
+            given = (c.memory.copy(), measurement.copy(), made.reference[k].copy())
+            c.memory[:], torque = stepped(own, *given, _when(loop, k))
+        s.summary[6] += not valid
+        wanted, command = issue(observer, rig.torque_limit, c, torque, valid)
+        return wanted, command, 0.0
+
+    return packaged if own is None else users
+
+
+def _plant(loop: Any, s: LoopState, tensions: Array) -> tuple[Ends, Moves]:
+    """Why the plant ends the run at a sample, 0 where it goes on; and its motion to the next."""
+    rig, gone = loop.rig, farthest(loop.target)
+    if loop.own_plant is not None:
+        return _own_plant(loop, s, gone)
+    if loop.cable is not None:
+        cable = loop.cable
+        moving, work, space = cable_parts(cable, s)
+        parts = (cable.case.plan, moving)
+        return (
+            lambda: cable_ends(*parts, cable.numbers, gone, s),
+            lambda k: move_cable(*parts, work, cable.numbers, rig, k, s, tensions, *space),
+        )
+
+    def moves(k: int) -> int:
+        move_row(loop.plant, loop.kinks, rig, k, s)
+        return 0
+
+    return lambda: row_ends(loop.kinks, loop.twist_limit, gone, s), moves
+
+
+def _own_plant(loop: Any, s: LoopState, gone: float) -> tuple[Ends, Moves]:
+    rig, n, rate = loop.rig, loop.chain.size, float(loop.plant.scalars[6])
+    kept = s.x[2 * n + 1 :]
+
+    def ends() -> int:
+        s.x[: 2 * n] = kept[: 2 * n]
+        if n > 1:
+            s.summary[7] = max(s.summary[7], abs(s.x[n - 2] - s.x[n - 1]))
+        return DIVERGED if abs(s.x[n - 1]) > gone else 0
+
+    def moves(k: int) -> int:
+        span = rig.interval + (rig.jitter[k + 1] - rig.jitter[k] if rig.jitter.size else 0.0)
+        push, shaft = (float(rig.forces[k, 0]), float(rig.forces[k, 1])), float(s.x[2 * n])
+        state, place = kept.copy(), _when(loop, k)
+        for command, time in zip(s.controller.commands, (rig.late_part, span - rig.late_part), strict=False):
+            if time > 0.0:
+                asked = (shaft, float(command))
+                state, shaft = moved(loop.own_plant, state, asked, push, time, rate, loop.pieces, place)
+        kept[:], s.x[2 * n] = state, shaft
+        return 0
+
+    return ends, moves

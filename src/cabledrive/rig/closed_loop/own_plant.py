@@ -1,0 +1,158 @@
+"""A plant of the user's own in the rig's loop: its protocol, its checks, a step behind the torque loop."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import exp
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cabledrive.parameters import InputRefused
+
+Array = NDArray[np.float64]
+PIECE = 0.25
+"""Longest time of a constant torque in a step of the plant, over the time constant of the torque loop."""
+
+
+@runtime_checkable
+class PlantProtocol(Protocol):
+    """What an object needs so that `cabledrive.track` runs it as the plant.
+
+    Attributes
+    ----------
+    name : str
+    parameters : object
+        Handed to every step as it is.
+    initial_state : array_like, shape (m,)
+        Angles of the shafts [rad], then their speeds [rad/s], then whatever else the plant keeps.
+    shafts : tuple of str
+        What the first angles are, from the motor to the load: ("motor", "load"), or with a flexible joint
+        ("motor", "drive", "load").
+
+    Notes
+    -----
+    All angles are at the first shaft: the load pulley's times r2 / r1; inertias there are divided by the
+    square. Encoders, filter, controller, torque limit, delay and torque loop are the rig's.
+    """
+
+    name: str
+    parameters: Any
+    initial_state: ArrayLike
+    shafts: tuple[str, ...]
+
+    def step(self, parameters: Any, state: Array, torques: Array, time: float) -> ArrayLike:
+        """The state after a time under constant torques.
+
+        Parameters
+        ----------
+        parameters : object
+        state : ndarray, shape (m,)
+        torques : ndarray, shape (2,)
+            On motor and load [N m].
+        time : float
+            Any part of a sample [s].
+
+        Returns
+        -------
+        array_like, shape (m,)
+        """
+        ...  # pragma: no cover
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class OwnPlant:
+    """A plant of the user's own, for `cabledrive.track`.
+
+    Attributes
+    ----------
+    step : callable
+        ``step(parameters, state, torques, time) -> state``: plain Python or compiled.
+    initial_state : array_like, shape (m,)
+        Angles of the shafts [rad], their speeds [rad/s], then whatever else the plant keeps.
+    shafts : tuple of str, default ("motor", "load")
+    parameters : object, optional
+        Handed to every step.
+    name : str, default "own plant"
+    """
+
+    step: Callable[[Any, Any, Any, float], Any]
+    initial_state: ArrayLike
+    shafts: tuple[str, ...] = ("motor", "load")
+    parameters: Any = 0.0
+    name: str = "own plant"
+
+
+def checked_plant(given: Any) -> OwnPlant:
+    """The user's plant as frozen data.
+
+    ``given``: an object of `PlantProtocol`; parameters may be absent.
+    Raises `InputRefused` if a part is missing or of the wrong kind.
+    """
+    words = " ".join(repr(given).split())
+    if not callable(getattr(given, "step", None)) or isinstance(given, type):
+        raise InputRefused(
+            f"plant = {words[:60]} is no name, no LumpedChain and no plant: give an object with "
+            "step(parameters, state, torques, time), such as cabledrive.OwnPlant"
+        )
+    name, shafts = getattr(given, "name", "own plant"), tuple(getattr(given, "shafts", ("motor", "load")))
+    try:
+        start = np.array(getattr(given, "initial_state", ()), dtype=np.float64)
+    except (TypeError, ValueError):
+        start = np.zeros(0)
+    if start.ndim != 1 or start.size < 2 * len(shafts) or not np.all(np.isfinite(start)):
+        raise InputRefused(
+            f'plant "{name}": initial_state must hold {len(shafts)} angles, then {len(shafts)} speeds, '
+            f"all finite, and holds {start.size} numbers: give a list of numbers"
+        )
+    return OwnPlant(
+        step=given.step,
+        initial_state=start,
+        shafts=shafts,
+        parameters=getattr(given, "parameters", 0.0),
+        name=str(name),
+    )
+
+
+def moved(
+    plant: OwnPlant,
+    state: Array,
+    asked: tuple[float, float],
+    push: tuple[float, float],
+    time: float,
+    rate: float,
+    pieces: int,
+    place: str,
+) -> tuple[Array, float]:
+    """The state after a time under a constant command, behind the torque loop.
+
+    In each piece the plant gets the mean torque of the loop: its momentum is exact.
+
+    ``state``, shape (m,); ``asked``: torque at the motor's shaft, and the one asked for [N m];
+    ``push``: further torque on motor and load [N m]; ``time`` [s]; ``rate``: bandwidth of the torque loop
+    [rad/s]; 0: none; ``pieces``: least number of them; ``place``: when, in words.
+    Returns ``state``, shape (m,); ``shaft``: torque of the loop at the end [N m].
+    Raises `InputRefused` if the plant returns anything but a finite state of that shape.
+    """
+    count = max(pieces, int(np.ceil(rate * time / PIECE)))
+    part, (shaft, command) = time / count, asked
+    for _ in range(count):
+        mean = command
+        if rate > 0.0:
+            keep = exp(-rate * part)
+            mean = command + (shaft - command) * (1.0 - keep) / (rate * part)
+            shaft = command + (shaft - command) * keep
+        else:
+            shaft = command
+        torques = np.array([mean + push[0], push[1]])
+        try:
+            fresh = np.array(plant.step(plant.parameters, state, torques, part), dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise InputRefused(f'plant "{plant.name}" failed {place}: {error}') from error
+        if fresh.shape != state.shape or not np.all(np.isfinite(fresh)):
+            what = "a state that is not finite" if fresh.shape == state.shape else f"shape {fresh.shape}"
+            raise InputRefused(
+                f'plant "{plant.name}" returned {what} {place}: return {state.size} finite numbers'
+            )
+        state = fresh
+    return state, shaft

@@ -1,0 +1,74 @@
+"""A controller of the user's own, made ready for a drive, a motion and the rig's sensors."""
+
+from typing import Any
+
+import numpy as np
+
+from cabledrive.control.kalman import QUIET
+from cabledrive.control.numbers import OWN, LawNumbers
+from cabledrive.control.own_controller import OwnController, checked_controller
+from cabledrive.parameters import InputRefused
+from cabledrive.reduction.models import highest_model
+from cabledrive.rig.closed_loop.loop_numbers import Array
+from cabledrive.rig.laws.baselines import FEEDFORWARDS, feedforward_table
+from cabledrive.rig.laws.controllers import Controller, Wish
+from cabledrive.rig.laws.fitting import place
+
+
+def own_law(given: Any, wish: Wish) -> Controller:
+    """The user's controller with its reference along the motion.
+
+    ``given``: an object of `cabledrive.control.ControllerProtocol`.
+    Raises `InputRefused` if it does not fit: its name, shafts, sample time, or settings of packaged laws.
+    """
+    own = checked_controller(given)
+    _check(own, wish)
+    number = highest_model(wish.drive)
+    chain = wish.model(number)
+    shafts = own.shafts or (("motor", "drive", "load") if chain.size == 3 else ("motor", "load"))
+    if "drive" in shafts and chain.size == 2 and "motor" in shafts:
+        raise InputRefused(
+            f'controller "{own.name}": shafts = {shafts}, but motor and drive pulley of {wish.drive.name} '
+            "turn as one: take motor and load, or give motor.joint_stiffness"
+        )
+    gains = {"measures": own.measures, "follows": own.follows}
+    if own.follows == "inverse":
+        gains["feedforward"] = FEEDFORWARDS[wish.feedforward]
+    return Controller(
+        name=own.name,
+        law=LawNumbers(OWN, np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((5, 0)), np.zeros(7)),
+        reference=np.ascontiguousarray(_reference(own, wish, shafts)),
+        shafts=shafts,
+        start=np.zeros(0),
+        tuning=QUIET,
+        gains=gains,
+        model=number,
+        damped=True,
+        own=own,
+    )
+
+
+def _reference(own: OwnController, wish: Wish, shafts: tuple[str, ...]) -> Array:
+    """What the controller follows, shape (samples, columns)."""
+    chain = wish.model(highest_model(wish.drive))
+    wanted = wish.wanted(2 * chain.size)
+    if own.follows == "motion":
+        return wanted.T
+    table = feedforward_table(wish, chain, wanted)
+    places = [place(chain, shaft) for shaft in shafts]
+    return table[:, [*places, *(chain.size + i for i in places), 2 * chain.size]]
+
+
+def _check(own: OwnController, wish: Wish) -> None:
+    if own.sample_time is not None and abs(own.sample_time - wish.interval) > 1e-9 * wish.interval:
+        raise InputRefused(
+            f'controller "{own.name}": sample_time = {own.sample_time:.6g} s is not that of the rig, '
+            f"{wish.interval:.6g} s: design it for that, or change sensors.sample_rate"
+        )
+    if wish.bandwidth is not None:
+        raise InputRefused(
+            f'bandwidth = {wish.bandwidth:.4g} Hz is a setting of the packaged laws; "{own.name}" has gains '
+            "of its own: leave it out"
+        )
+    if not wish.adapt:
+        raise InputRefused(f'adapt = False is a setting of the packaged laws: leave it out for "{own.name}"')
