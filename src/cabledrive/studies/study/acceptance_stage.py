@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -127,13 +127,15 @@ def accept(
 ) -> AcceptanceResult:
     """Run a law on many plants, block by block; each finished block is kept.
 
-    A law that has missed the goal more often than all the runs allow is not run further.
+    A law that has missed the goal more often than all the runs allow is not run further. Blocks of a controller
+    of the user's own are not kept: a changed step could not be told from the one before.
 
     ``drive``: with the best values; ``torque``, ``error``: goals [N m], [rad]; ``cable``: whether the plants
     are distributed nonlinear cables; ``inputs``: all that the stage depends on, for the blocks' keys;
     ``bound``: stated for the law [rad].
     """
     loop = joined_loop(drive, drive, law, motion, torque, cable=cable)
+    cache = cache if law.own is None else replace(cache, folder=None)
     plant, size = ("cable", CABLE_BLOCK) if cable else ("lumped", BLOCK)
     blocks: list[DrawBlock] = []
     for first in range(0, draws, size):
