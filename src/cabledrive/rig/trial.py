@@ -14,6 +14,12 @@ from cabledrive.rig.closed_loop.other_plants import check_drawable
 from cabledrive.rig.closed_loop.own_plant import PlantProtocol
 from cabledrive.rig.draws import draw_words, run_draws
 from cabledrive.rig.expected_bound import bound_over_draws
+from cabledrive.rig.laws.controller_file import (
+    is_controller_path,
+    law_from_file,
+    read_controller,
+    with_filter,
+)
 from cabledrive.rig.laws.controllers import Wish
 from cabledrive.rig.laws.indirect import NAME, run_indirect
 from cabledrive.rig.laws.own_law import own_law
@@ -50,9 +56,10 @@ def track(
     ----------
     drive : Drive
         As the law believes it to be.
-    controller : str or ControllerProtocol, optional
-        Name of the law, or a controller of your own (`OwnController`); by default the law that the drive's
-        joint calls for. One in plain Python runs sample by sample, and the result says so.
+    controller : str, path or ControllerProtocol, optional
+        Name of the law, the controller.json of a study or its folder, or a controller of your own
+        (`OwnController`); by default the law that the drive's joint calls for. One in plain Python runs
+        sample by sample, and the result says so.
     bandwidth : float, optional
         lambda/(2 pi) [Hz] instead of that of ``gains``.
     plant : {"model-1", "model-2", "model-3", "model-4", "cable"}, LumpedChain or PlantProtocol, optional
@@ -92,8 +99,13 @@ def track(
         raise InputRefused(f"seed = {seed} must not be negative: give 0 or more")
     if gains not in GAINS:
         raise InputRefused(f"gains = {gains!r} is not known: take best or dissertation")
-    own = controller is not None and not isinstance(controller, str)
-    name = controller_name(controller, drive)
+    file = read_controller(controller) if is_controller_path(controller) else None
+    own = file is None and controller is not None and not isinstance(controller, str)
+    name = controller_name(controller if file is None else file.name, drive)
+    if (file is not None or own) and gains != "best":
+        raise InputRefused(f'gains = "{gains}" is a setting of the packaged laws: leave it out')
+    if file is not None:
+        options = replace(options, feedback=file.feedback)
     if motion.order is None:
         motion = replace(motion, order=needed_order(name, drive))
     check_motion(actual, motion)
@@ -109,7 +121,10 @@ def track(
         options=options,
         plant=plant_drive,
     )
-    made = own_law(controller, wish) if own else design(name, wish)
+    if file is not None:
+        made = law_from_file(file, wish)
+    else:
+        made = own_law(controller, wish) if own else design(name, wish)
     loop = close_loop(
         drive,
         actual,
@@ -121,6 +136,8 @@ def track(
         cable=isinstance(plant, str) and plant == CABLE,
         plant=None if isinstance(plant, str) else plant,
     )
+    if file is not None:
+        loop = with_filter(loop, file, options)
     if draws < 0:
         raise InputRefused(f"draws = {draws} must not be negative: ask for 0 or more")
     if draws:

@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +12,12 @@ from cabledrive.parameters.drive_file import drive_text
 from cabledrive.parameters.files import write_whole
 from cabledrive.parameters.own_hash import with_own_hash
 from cabledrive.parameters.version import __version__
+from cabledrive.rig.laws.controller_file import controller_numbers as law_and_filter
+from cabledrive.rig.laws.controller_file import plain_numbers
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult
 from cabledrive.studies.study.candidates import LawScore
 from cabledrive.studies.study.carriage_case import case_of, loop_at
-from cabledrive.studies.study.closed_loop import joined_loop
+from cabledrive.studies.study.closed_loop import joined_loop, near_encoder
 from cabledrive.studies.study.error_units import error_unit, goal_of
 from cabledrive.studies.study.goals import Goals
 from cabledrive.studies.study.law_settings import law_of
@@ -135,16 +136,9 @@ def controller_numbers(result: StudyResult) -> dict[str, Any] | None:
     law = law_of(chosen, result.known, goals.motion, result.knowledge)
     bounded = chosen.model is not None and result.controller is not None
     loop = joined_loop(result.known, result.known, law, goals.motion, goals.torque)
-    return {
-        "about": "See cabledrive.control.numbers.LawNumbers and cabledrive.control.observer_numbers",
-        "name": chosen.controller,
+    numbers = law_and_filter(loop, result.known, near_encoder(result.known))
+    return numbers | {
         "setting": chosen.words,
-        "bandwidth_hz": law.gains.get("bandwidth_hz"),
-        "shafts": list(law.shafts),
-        "encoders": list(loop.encoder_shafts),
-        "torque_limit": loop.rig.torque_limit if np.isfinite(loop.rig.torque_limit) else None,
-        "law": _numbers(law.law._asdict()),
-        "filter": _numbers(loop.observer._asdict() | {"gains": loop.observer.gains[-1]}),
         "stated_bound": result.controller.bound if bounded and result.controller is not None else None,
     }
 
@@ -165,17 +159,9 @@ def _carriage_numbers(result: StudyResult) -> dict[str, Any] | None:
         "count": case.count,
         "encoders": ["drive", "load"] if found.both else ["drive"],
         "torque_limit": case.limit * case.design.radius if np.isfinite(case.limit) else None,
-        "law": _numbers(law._asdict()),
+        "law": plain_numbers(law._asdict()),
         "stated_bound": None,
     }
-
-
-def _numbers(fields: Mapping[str, Any]) -> dict[str, Any]:
-    def plain(value: Any) -> Any:
-        listed = value.tolist() if hasattr(value, "tolist") else value
-        return json.loads(json.dumps(listed).replace("-Infinity", "null").replace("Infinity", "null"))
-
-    return {name: plain(value) for name, value in fields.items()}
 
 
 def write_files(result: StudyResult, folder: Path, report: str, *, asked: str, code: str) -> dict[str, Any]:
