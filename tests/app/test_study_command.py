@@ -64,6 +64,16 @@ def test_the_controller_stands_in_numbers(finished):
     assert len(numbers["law"]["rows"][0]) == 4, "angles and speeds of two inertias"
 
 
+def test_track_runs_the_controller_of_a_study_again(finished):
+    """On the drive as identified; on another the hash refuses it."""
+    _, out, found = finished
+    motion = ("--angle", "30", "--rise", "0.3", "--dwell", "0.1")
+    said = answer("track", out / "drive.toml", "--controller", out / "controller.json", *motion)
+    assert said["controller"] == found["stages"]["laws"]["chosen"]["controller"]
+    assert said["peak_error_deg"] < 0.5
+    assert "another drive" in refusal("track", "dissertation-3", "--controller", out / "controller.json")
+
+
 @pytest.fixture
 def undrawn(monkeypatch):
     """Studies without the drawing of their reports, which others test."""

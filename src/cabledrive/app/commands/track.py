@@ -24,9 +24,9 @@ METHOD = "hybrid simulation: exact between samples, stick-slip events on the exa
 @drive_argument
 @click.option(
     "--controller",
-    metavar="NAME",
+    metavar="NAME|FILE",
     shell_complete=complete_controller,
-    help="Control law; by default what the drive's joint calls for.",
+    help="Control law, or the controller.json of a study; by default what the drive's joint calls for.",
 )
 @click.option("--bandwidth", type=float, metavar="HZ", help="lambda/(2 pi) instead of that of --gains.")
 @click.option(
