@@ -94,7 +94,7 @@ def test_table_tells_where_a_mode_lives():
     assert re.search(
         r"111\.68464\d +1 +longitudinal +pulleys out of phase +load pulley 59%, drive pulley 30%", text
     )
-    assert "Certified: 7 modes below 120 Hz (1 longitudinal, 6 transverse), none is missing." in text
+    assert re.search(r"120 Hz \(certified\): 7 modes \(1 longitudinal, 6 transverse\)", text)
 
 
 def test_command_and_python_show_the_same_table():

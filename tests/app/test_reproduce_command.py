@@ -36,7 +36,7 @@ def test_items_and_page_are_written_and_a_second_run_takes_what_is_finished(tmp_
     for item in data["items"]:
         assert item["verdict"] in page
     assert "Fig. 6.1" in page
-    assert "nothing has changed" in again.stderr
+    assert "finished run" in again.stderr
     assert json.loads(again.stdout)["items"] == data["items"]
     assert "1/4" not in anew.stderr
     assert json.loads(anew.stdout)["items"] == data["items"]

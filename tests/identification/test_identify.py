@@ -145,7 +145,7 @@ def test_each_friction_is_right_for_its_own_regressor_and_the_other_is_noticed(s
     for name, value in printed(TEST).items():
         estimate = own.parameters[name]
         assert abs(estimate.value - value) < 3.5 * estimate.standard_error, f"{name}: {estimate}"
-    words = {"coulomb": "friction jumps", "tanh": "friction rises with speed"}[model]
+    words = {"coulomb": "friction jumps", "tanh": "c tanh(K w)"}[model]
     assert words in other.findings[-1]
 
 

@@ -52,7 +52,7 @@ def test_the_page_is_sound_and_says_what_was_found(log, found, tmp_path):
     assert page.faults == []
     assert sum("table" not in f.attributes.get("class", "") for f in page.root.all("figure")) == 2
     words = page.root.text
-    for expected in ("coulomb friction", "12000 rows", "nothing repaired", "a.csv", "Residual"):
+    for expected in ("coulomb friction", "12000 rows", "no repairs", "a.csv", "Residual"):
         assert expected in words, expected
     with pytest.raises(InputRefused, match="exists"):
         write_log_report(log, found, tmp_path / "a.html")

@@ -75,7 +75,7 @@ def test_a_friction_that_comes_out_negative_is_told_and_not_cut_in_silence():
     known = slight.quantities["viscous_friction"]
     assert (known.value, known.source) == (0.0, LOG)
     assert known.low < 0.0 < known.high
-    assert any("taken as none" in words for words in slight.undetermined), slight.undetermined
+    assert any("taken as 0" in words for words in slight.undetermined), slight.undetermined
     wrong = know(drive, [with_less_friction(log, 3.0 * value)], SPREADS)
     assert "viscous_friction" in ESSENTIAL
     assert wrong.open_names == ("viscous_friction",)

@@ -62,7 +62,7 @@ def none():
 def tried(runs):
     """The law of these runs, as a study holds it."""
     one = score(LAW.controller, LAW.words, "lumped", runs.peaks, runs.draws, ASKED.error)
-    cable = replace(runs, plant="cable", draws=0, peaks=(), failed=0, reason="not asked for")
+    cable = replace(runs, plant="cable", draws=0, peaks=(), failed=0, reason="not requested")
     return TriedLaws(scores=(one,), cable_scores=(), chosen=LAW, lumped=runs, cable=cable)
 
 

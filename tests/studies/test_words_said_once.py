@@ -28,7 +28,7 @@ def test_missing_data_are_told_once():
         assert text_of(found.verdict).count(reason) == 1, found.verdict
     assert any(words.startswith("acceptance was not run: ") for words in found.verdict.cautions)
     page = " ".join(str(getattr(block, "text", "")) for block in modes_chapter(found).blocks)
-    assert "the verdict says why" in page
+    assert "see the verdict" in page
     assert not any(reason in page for reason in found.check.missing)
 
 

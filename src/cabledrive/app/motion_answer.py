@@ -33,7 +33,7 @@ def alarm_data(judged: AlarmResult) -> dict[str, Any]:
 
 def _or_beyond(value: float | None) -> Any:
     if value is None or not np.isfinite(value):
-        return Absent(reason="the motion leaves the finite numbers")
+        return Absent(reason="the motion diverges")
     return value
 
 

@@ -37,14 +37,16 @@ def resonance_data(
         "coulomb_onset_torque": _number(found, "coulomb_onset"),
     }
     if standing is not None:
-        data["tongue"] = {
-            "distance_hz": standing.distance / (2 * np.pi),
+        data["instability_region"] = {
+            "detuning_hz": standing.distance / (2 * np.pi),
             "half_width_hz": standing.half_width / (2 * np.pi),
             "growth_rate": standing.growth,
             "pulley_amplitude": standing.amplitude,
             "slack": standing.slack,
             "required_detuning_hz": _required(drive, found, load_torque),
         }
+        region = dict(data["instability_region"])
+        data["tongue"] = {"distance_hz": region.pop("detuning_hz"), **region}  # the names of version 0.1
         data["sensitivity"] = _sensitivity_data(drive, found.torque, load_torque)
     if found.split:
         data["load_torque"] = load_torque
@@ -121,7 +123,7 @@ def branch_data(branch: SteadyBranch) -> dict[str, Any]:
     """
     return {
         "spans": branch.spans,
-        "onset": Absent(reason="it does not leave the state of rest")
+        "onset": Absent(reason="the branch is not connected to the state of rest")
         if branch.onset is None
         else branch.onset,
         "folds": branch.folds,
@@ -138,7 +140,7 @@ def branch_data(branch: SteadyBranch) -> dict[str, Any]:
 def branches_text(branches: tuple[SteadyBranch, ...], torque: float) -> str:
     """Branches of steady motion for people.
 
-    ``torque``: where amplitudes are told [N m].
+    ``torque``: where amplitudes are given [N m].
     """
     from cabledrive.report.numbers import quantity
 
@@ -157,7 +159,7 @@ def branches_text(branches: tuple[SteadyBranch, ...], torque: float) -> str:
                 f"    upper {quantity(upper, 'm')}, lower {quantity(lower, 'm')}, q {quantity(pulley, 'm')}: "
                 + ("stable" if growth < 0 else f"unstable, {growth:.3g} 1/s")
             )
-    return "\n".join(lines if branches else [*lines, "  none but rest"])
+    return "\n".join(lines if branches else [*lines, "  only the state of rest"])
 
 
 def _number(found: ResonanceSummary, name: str) -> Any:
@@ -183,9 +185,9 @@ def resonance_text(drive: Drive, found: ResonanceSummary, changes: tuple[Remedy,
         ("pulley mode", found.pulley_frequency, "Hz"),
         ("tuned pretension", found.tuned_pretension, "N"),
         ("threshold torque, tuned", found.threshold_torque, "N m"),
-        ("threshold torque, as it is", found.threshold_here, "N m"),
+        ("threshold torque, as given", found.threshold_here, "N m"),
         ("tenfold growth in 1 s, tuned", found.growth_torque, "N m"),
-        ("Coulomb friction holds below", found.coulomb_onset, "N m"),
+        ("no growth below (Coulomb)", found.coulomb_onset, "N m"),
         ("torque of the verdict", found.torque, "N m"),
     )
     lines += ["", *(f"{label:<30}{_shown(value, unit, quantity)}" for label, value, unit in named)]
@@ -204,7 +206,9 @@ def resonance_text(drive: Drive, found: ResonanceSummary, changes: tuple[Remedy,
         tuned = ", ".join(f"{span} {_shown(value, 'N', quantity)}" for span, value in found.split.items())
         lines += ["", f"under the steady load each span is tuned at its own pretension: {tuned}"]
     if changes:
-        lines += ["", "what would make it safe, each by itself:", *(f"  {change.text}" for change in changes)]
+        lines += ["", "changes that make it safe, each alone:"]
+        lines += [f"  {change.text}" for change in changes if change.enough] or ["  none found"]
+        lines += [f"  {change.text}" for change in changes if not change.enough]
     lines += [f"Warning: {line}." for line in warnings_of_rest(drive)]
     return "\n".join(lines)
 

@@ -69,7 +69,7 @@ def _check_draws(draws: int, samples: float) -> None:
 def _check_times(options: RigOptions, duration: float) -> None:
     starts = [(f"disturbance on the {step.on}", step.start) for step in options.disturbances]
     if options.blind is not None:
-        starts.append((f"blind {options.blind[0]} encoder", options.blind[1]))
+        starts.append((f"dropout of the {options.blind[0]} encoder", options.blind[1]))
     for what, start in starts:
         if start >= duration:
             raise InputRefused(

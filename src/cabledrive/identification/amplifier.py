@@ -38,7 +38,7 @@ GROUP = 4
 """Lines at least whose scores are summed; a line shares its noise with its neighbours alone."""
 MOST_GROUPS = 30
 FARTHEST = 300.0
-"""Bandwidth over the highest line above which it cannot be told."""
+"""Bandwidth over the highest line above which it is not identifiable."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -26,9 +26,9 @@ from cabledrive.parameters import NotComputed
 
 CHECKED = ("coulomb", "tanh")
 AGREED = 0.5
-"""Share of the difference of two methods that counts as a standard error of the one that answers."""
+"""Share of the difference of two methods that counts as a standard error of the one reported."""
 REFUSING = (MISFIT, NOT_FOLLOWED, "unexplained-torque", "methods-contradict", "logs-contradict", "negative")
-"""Codes of findings beside which no interval stands."""
+"""Codes of findings with which no interval is given."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -160,7 +160,7 @@ def _by_methods(
 
 def _reason(request: Request, options: AxisOptions) -> str:
     if not request.check:
-        return "not asked for"
+        return "not requested"
     return f"not made: no check for friction {options.friction.kind}"
 
 
@@ -188,7 +188,10 @@ def _not_followed(found: Identification, failure: str, request: Request) -> Iden
     """A finding where an observer with the axis's own figures loses the log."""
     if not failure or not request.check or "follow" not in failure:
         return found
-    words = "a rigid axis with constant friction does not follow the log: another model, or a disturbance"
+    words = (
+        "a rigid axis with constant friction does not reproduce the log: another model is needed, or a "
+        "disturbance acts"
+    )
     return replace(found, findings=(*found.findings, Finding(NOT_FOLLOWED, words)))
 
 
@@ -242,9 +245,9 @@ def _checked(
 ) -> Identification:
     """With what the check of the model found."""
     if not request.check:
-        return replace(chosen, check_reason="not asked for")
+        return replace(chosen, check_reason="not requested")
     if NOT_FOLLOWED in chosen.codes:
-        return replace(chosen, checked=True, check_reason="the model does not follow the log")
+        return replace(chosen, checked=True, check_reason="the model does not reproduce the log")
     if refined is not None:
         chosen = checked_by_lines(moved, chosen, refined, request.axis)
     else:

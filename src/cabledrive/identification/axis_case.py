@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 BANDWIDTH = 50.0
 """Of the compared speeds [Hz]."""
 FORGOTTEN = 1e-3
-"""Rest of a change of the speed at the start, as the comparison begins, that tells nothing about it."""
+"""Remainder of an initial change of the speed, when the comparison begins, below which it has no effect."""
 LATER = 0.05
 """Step of the torque's instant by which its sensitivity is taken [intervals]."""
 CORNER, CORNER_DOUBT = 6 / 48, 2 / 48
@@ -163,7 +163,7 @@ def simulated(case: Case, values: Array, start: float) -> tuple[Array, Array]:
     filtered = case.filtered(np.column_stack(columns))
     rows = case.compared(np.column_stack([case.speed - filtered[:, 0], filtered[:, 1:]]))
     if not np.all(np.isfinite(rows)):
-        raise NotComputed("the model does not follow the log by itself: its motion leaves the finite numbers")
+        raise NotComputed("the model does not reproduce the log in open loop: its motion diverges")
     return rows[:, 0], rows[:, 1:]
 
 

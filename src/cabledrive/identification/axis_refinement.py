@@ -34,8 +34,8 @@ SLACK = 1e-3
 """Growth of the residual that a step may make: near the end the sensitivities are not quite its gradient."""
 LARGEST_RESIDUAL = 0.5
 NOT_FOLLOWING = (
-    "the model does not follow the log by itself (residual {share:.0f} % of the speed): a feedback loop "
-    "holds the axis, or the model is wrong"
+    "the model does not reproduce the log in open loop (residual {share:.0f} % of the speed): a feedback "
+    "loop controls the axis, or the model is wrong"
 )
 NOT_FOLLOWED = "not-followed"
 QUANTITIES = ("inertia", "viscous", "coulomb", "offset")

@@ -16,7 +16,7 @@ from cabledrive.identification.regression import Factors, Fit, only, solve, tria
 Array = NDArray[np.float64]
 
 LEAST_TOLD = 2.0
-"""Standard error of the torque's instant, over its doubt, from which the log is said not to tell it."""
+"""Standard error of the torque's instant, over its systematic error, above which it is not identifiable."""
 
 
 def concluded(
@@ -88,7 +88,9 @@ def implausible(parameters: dict[str, Estimate]) -> tuple[str, ...]:
             if name not in ("inertia", "mass") and not against:
                 hint = "the friction model does not fit this axis"
             size = f"{estimate.value:.4g} {estimate.unit}"
-            found.append(Finding("negative", f"{told.readable(name)} comes out negative ({size}): {hint}"))
+            found.append(
+                Finding("negative", f"{told.readable(name)} is identified as negative ({size}): {hint}")
+            )
     return tuple(found)
 
 
@@ -101,7 +103,7 @@ def _estimate(fit: Fit, k: int, half: float, unit: str, unknown: bool) -> Estima
             standard_error=infinite,
             low=-infinite,
             high=infinite,
-            reason="the log does not tell",
+            reason="not identifiable from the log",
         )
     value = float(fit.values[k])
     error = float(np.sqrt(fit.covariance[k, k]))

@@ -30,19 +30,19 @@ STRIBECK_SHARES = (0.01, 0.03, 0.1, 0.3)
 SLOPE_SHARES = (1.0, 4.0)
 """Slopes K of a smooth friction that are tried, over the root mean square speed."""
 GAPS = (0.005, 0.0175)
-"""Free plays that are tried [rad or m]."""
+"""Backlash widths that are tried [rad or m]."""
 BASE = ("inertia", "viscous", "coulomb", "offset")
 
 FALSE_ALARMS = 0.001
-"""Chance that a sound log raises any alarm: shared out among all disturbances that are tried (Bonferroni)."""
+"""Probability that a log without faults raises an alarm, shared by all disturbances tried (Bonferroni)."""
 FAMILIES = {
     "friction": ("stribeck", "slope", "jump"),
     "link": ("delay", "flexibility", "backlash"),
     "asymmetry": ("asymmetry",),
 }
-"""Faults that a log tells apart least."""
+"""Faults that a log separates least."""
 ALONE = 0.9
-"""Share of its family's explanation that a spring, or a delay, reaches alone; free play does not."""
+"""Share of its family's explanation that a spring, or a delay, reaches alone; backlash does not."""
 
 HALF = 0.5
 
@@ -51,9 +51,9 @@ FAULTS = {
     "flexibility": "the apparent inertia rises with frequency: a flexible joint or belt, not one rigid axis",
     "asymmetry": "viscous friction differs between both directions",
     "stribeck": "friction is higher near standstill than the model says: Stribeck friction",
-    "jump": "friction jumps where the speed turns: Coulomb's law instead of c tanh(K w)",
-    "slope": "friction rises with speed instead of jumping: a smooth law c tanh(K w)",
-    "backlash": "the inertia is smaller while the load changes sides: backlash",
+    "jump": "friction jumps where the speed changes sign: Coulomb friction instead of c tanh(K w)",
+    "slope": "friction rises smoothly with speed instead of jumping: c tanh(K w)",
+    "backlash": "the apparent inertia is smaller while the load crosses a gap: backlash",
 }
 
 

@@ -96,7 +96,7 @@ class Identification:
     reports: tuple[DataReport, ...] = field(default_factory=tuple)
     notes: tuple[str, ...] = ()
     checked: bool = False
-    check_reason: str = "not asked for"
+    check_reason: str = "not requested"
 
     @property
     def refused(self) -> bool:

@@ -6,19 +6,19 @@ from dataclasses import dataclass
 from cabledrive.identification.diagnosis import FAULTS as LINE_FAULTS
 
 ONE_SIDED = ("stribeck", "slope", "quadratic", "load", "flexibility", "backlash")
-"""Faults that only a positive factor shows."""
+"""Faults that only a positive factor indicates."""
 MATERIAL = 0.7
 """Share of half an interval by which a fault must change a parameter to be stated as a fault."""
 NOTABLE = 0.02
 """Share of the innovations' power from which it is stated whatever it changes."""
 CLOSE = 0.8
-"""Share of the best explanation from which on another fault cannot be told from it."""
+"""Share of the best explanation from which on another fault cannot be distinguished from it."""
 
 FAULTS = LINE_FAULTS | {
     "quadratic": "friction rises faster than in proportion to the speed",
     "load": "friction grows with the torque that is carried",
     "position": "a torque depends on the position: cogging, a screw's or guide's error, a weight",
-    "backlash": "the inertia is smaller while the torque changes sign: backlash",
+    "backlash": "the apparent inertia is smaller while the torque changes sign: backlash",
 }
 SHORT = {
     "stribeck": "Stribeck friction",
@@ -110,4 +110,4 @@ def told(faults: Sequence[Evidence], first: str | None = None) -> str:
     first = FAULTS[faults[0].fault].format(value=faults[0].value) if first is None else first
     words = f"the model does not fit: {first}"
     others = ", ".join(SHORT[one.fault] for one in faults[1:])
-    return f"{words}; this log does not tell it from {others}" if others else words
+    return f"{words}; this log cannot distinguish it from {others}" if others else words

@@ -107,8 +107,8 @@ def doubts_of(fit: RowFit, records: Sequence[Record], first_lag: int = 1) -> tup
         found.append(
             (
                 "residual-not-white",
-                f"the residual is correlated with its past (up to {largest:.2f}): something moves the "
-                "machine that the model lacks, and the intervals hold only for the model as it is",
+                f"the residual is correlated with its past (up to {largest:.2f}): an effect that the model "
+                "lacks acts on the machine, and the intervals are valid only for the model as given",
             )
         )
     return tuple(found)

@@ -1,4 +1,4 @@
-"""What a log cannot tell, in words."""
+"""Parameters that are not identifiable from a log, in words."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,12 +8,15 @@ from cabledrive.identification.regression import Fit
 Array = NDArray[np.float64]
 
 NOTICED = 0.05
+SIDES = {"near_inertia": "motor-side inertia"}
+"""Words for parameters whose key is older than the words."""
+
 WEAK_SHARE = 0.1
 """Share of the measured torque that a parameter's uncertainty may make before it counts as undetermined."""
 
 
 def blind_words(fit: Fit) -> tuple[str, ...]:
-    """Name each direction about which the log says nothing."""
+    """Name each direction about which the log has no information."""
     return tuple(_direction_words(fit.names, direction) for direction in fit.blind)
 
 
@@ -43,7 +46,7 @@ def readable(name: str) -> str:
     for side in ("positive", "negative"):
         if name.endswith(f"_{side}"):
             return f"{name.removesuffix(f'_{side}').replace('_', ' ')} ({side} speed)"
-    return name.replace("_", " ")
+    return SIDES.get(name, name.replace("_", " "))
 
 
 def _members(direction: Array) -> list[int]:
@@ -54,10 +57,11 @@ def _members(direction: Array) -> list[int]:
 def _direction_words(names: tuple[str, ...], direction: Array) -> str:
     members = sorted(_members(direction))
     if len(members) == 1:
-        return f"{readable(names[members[0]])} cannot be told: the log never moves what it acts on"
+        return f"{readable(names[members[0]])} is not identifiable: the log does not excite it"
     lead = direction[members[-1]]
     moves = [f"{'+' if direction[k] / lead > 0 else '-'} {readable(names[k])}" for k in members]
     listed = ", ".join(readable(names[k]) for k in members)
     return (
-        f"{listed} cannot be told apart: moving them together ({' '.join(moves)}) changes nothing in the log"
+        f"{listed} are not identifiable separately: a joint change ({' '.join(moves)}) has no effect on "
+        "the log"
     )

@@ -141,7 +141,9 @@ def refitted(tracks: Sequence[Track], values: Array, bandwidths: Sequence[float]
     for _ in range(ROUNDS):
         values = values + solve(joint_factors(tracks, values, bandwidths)).values[: len(BASE)]
         if not np.all(np.isfinite(values)) or values[0] <= 0.0 or values[2] < 0.0:
-            raise NotComputed("an observer with the axis's inertia and friction does not follow the log")
+            raise NotComputed(
+                "an observer with the inertia and friction of the axis does not reproduce the log"
+            )
     return values
 
 

@@ -25,11 +25,11 @@ RESONANCES = (25.0, 50.0, 100.0)
 """Of a joint, that are tried [Hz]."""
 RESONANCE_DAMPING = 0.1
 GAPS = (0.25, 1.0)
-"""Free plays that are tried, in degrees for an axis that turns."""
+"""Backlash widths that are tried, in degrees for a rotating axis."""
 LINEAR_GAPS = (0.0005, 0.005)
-"""The same for an axis that slides, in strokes."""
+"""The same for a linear axis, in strokes."""
 CONTACT = 0.005
-"""Time in which free play's two sides come to one speed [s]."""
+"""Time in which both sides of a backlash reach one speed [s]."""
 
 
 def base_torques(run: Foreseen, track: Track) -> dict[str, Array]:

@@ -44,8 +44,8 @@ from cabledrive.reduction.friction_march import march_rigid_axis
 Array = NDArray[np.float64]
 
 FARTHEST = 1e6
-"""Strokes of the log beyond which a motion of the fitted axis runs away."""
-RUNS_AWAY = "the fitted axis runs away under the measured torque"
+"""Strokes of the log beyond which a motion of the fitted axis counts as diverging."""
+RUNS_AWAY = "the motion of the fitted axis diverges under the measured torque"
 PHASES = 4
 """Positions of the encoder that are tried."""
 

@@ -20,16 +20,17 @@ from cabledrive.identification.torque_timing import TorqueTiming
 from cabledrive.parameters import NotComputed
 
 NOT_MADE = {
-    "saturated": "not made: the torque saturates, so that what acts on the axis is not known",
-    "smooth": "not made: where the torque is no sum of lines only Coulomb's law is checked",
+    "saturated": "not made: the torque saturates, so the torque on the axis is not known",
+    "smooth": "not made: the torque is not a sum of lines, and for such logs only Coulomb friction can be "
+    "checked",
     "long": "not made: the log is read in blocks",
-    "parameters": "not made: the log does not tell inertia and friction",
+    "parameters": "not made: inertia and friction are not identifiable from the log",
 }
 MISFIT = "model-misfit"
-LINES = "disturbances of known faults beside the refined model"
+LINES = "disturbances of known faults added to the refined model"
 INNOVATIONS = "innovations of an observer"
 NOISE_SEED = 4016
-"""Of the noise in the sound logs that a log is held against: the same log gives the same answer."""
+"""Seed of the noise in the simulated logs for comparison: the same log gives the same result."""
 
 
 def checked_by_lines(
@@ -94,7 +95,7 @@ def checked_by_innovations(
     faults = named(material(found, half_widths))
     small = [FAULT_NAMES[one.fault] for one in found if one.alarms] if not faults else []
     if small:
-        words = f"beyond chance, but no parameter changes by as much as its interval: {', '.join(small)}"
+        words = f"significant, but no parameter changes by as much as its interval: {', '.join(small)}"
         answer = replace(answer, notes=(*answer.notes, words))
     if not faults:
         return replace(answer, method=method)
@@ -114,7 +115,7 @@ def _delay_told(
     try:
         delay = torque_delay(read, options, first, left_in)
     except NotComputed as failure:
-        return f"the motion lags behind the torque, and not by a delay alone: {failure}", {}
+        return f"the motion lags the torque, by more than a delay: {failure}", {}
     return FAULTS["delay"].format(value=delay), {"torque_delay": delay}
 
 

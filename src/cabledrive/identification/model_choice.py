@@ -68,7 +68,7 @@ def choose_model(
     chosen = min(near or [min(errors, key=lambda m: errors[m])], key=lambda m: len(fits[m].names))
     told = ", ".join(f"Model {m}: {errors[m]:.3g}" for m in sorted(errors))
     alike = chosen in (2, 3) and not inertias_known
-    doubt = "; Models 2 and 3 are alike from the motor's side unless inertias are known" if alike else ""
+    doubt = "; from the motor side Models 2 and 3 are equivalent unless inertias are known" if alike else ""
     return ModelChoice(
         chosen=chosen, fits=fits, cross_validation=errors, reason=f"errors on unseen lines: {told}{doubt}"
     )

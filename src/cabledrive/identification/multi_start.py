@@ -78,7 +78,7 @@ def fit_from_many_starts(
             except NotComputed:
                 continue
     if not fits:
-        raise NotComputed(f"none of {len(starts)} starts leads to a model that follows the log")
+        raise NotComputed(f"none of {len(starts)} starts leads to a model that reproduces the log")
     best = min(fits, key=lambda fit: fit.residual)
     own = [fit for fit in fits if fit.model is best.model]
     near = sum(fit.residual < best.residual * (1.0 + ALIKE) for fit in own)

@@ -111,7 +111,8 @@ def fit_output_error(
     )
     if found.status == 0:
         raise NotComputed(
-            f"output error has not settled after {most_evaluations} evaluations: start nearer, or allow more"
+            f"output error has not converged after {most_evaluations} evaluations: start nearer, or allow "
+            "more"
         )
     return _concluded(records, model, found)
 

@@ -18,7 +18,7 @@ STEP = 1e-5
 LOUD = 0.01
 """Lines below this share of the largest are not looked at."""
 NEAR = 0.25
-"""Lines within this share of the pulley mode's frequency are held against the threshold."""
+"""Lines within this share of the pulley mode's frequency are compared with the threshold."""
 
 
 def predicted_response_errors(
@@ -76,7 +76,7 @@ def resonance_warnings(drive: Drive, torque: Array, sample_rate: float) -> tuple
     try:
         model = autoparametric_model(drive)
     except InputRefused as refusal:
-        return (f"the 1:2 resonance was not looked at: {refusal}",)
+        return (f"the 1:2 resonance was not checked: {refusal}",)
     frequency = np.asarray(np.fft.rfftfreq(torque.size, 1.0 / sample_rate)[1:], dtype=float)
     size = 2.0 * np.abs(np.fft.rfft(torque))[1:] / torque.size
     pulley = float(model.natural) / (2 * pi)
@@ -91,8 +91,8 @@ def resonance_warnings(drive: Drive, torque: Array, sample_rate: float) -> tuple
         return ()
     worst = int(np.argmax(np.where(over, sizes / np.maximum(thresholds, 1e-300), 0.0)))
     return (
-        f"would drive the 1:2 resonance: {sizes[worst]:.3g} N m at {lines[worst]:.5g} Hz, from "
-        f"{thresholds[worst]:.3g} N m on a span grows (pulley mode {pulley:.5g} Hz): leave that line out, "
+        f"would drive the 1:2 resonance: {sizes[worst]:.3g} N m at {lines[worst]:.5g} Hz, a span is "
+        f"unstable above {thresholds[worst]:.3g} N m (pulley mode {pulley:.5g} Hz): leave that line out, "
         "lower it, or change the pretension",
     )
 

@@ -122,7 +122,7 @@ def plan_test(
         if peaks[name] > limit
     ]
     findings += [
-        f"{name} will not be told: its standard error is {100 * share:.3g} % of it"
+        f"{name} will not be identifiable: its standard error is {100 * share:.3g} % of it"
         for name, share in relative.items()
         if share > 0.5 and isfinite(share)
     ]

@@ -46,7 +46,7 @@ Array = NDArray[np.float64]
 NAME = "prediction error, observer with set-valued friction, started from inverse dynamics"
 NOISE_SEED = 4017
 SLOWEST = 0.15
-"""Of the best observer's bandwidth: the slower, the less of the encoder's rounding is in what it foresees."""
+"""Of the best observer's bandwidth: a slower one has less of the encoder quantisation in its prediction."""
 PASSES = 16
 FULL_STEPS, DAMPING = 3, 0.6
 """Steps made whole; later ones are shortened: the sign of a noisy speed makes them overshoot."""
@@ -144,7 +144,10 @@ def _refined(
             break
         timing = replace(timing, shift=timing.shift - late, error=error, told=True)
         if abs(timing.shift) > FARTHEST * interval:
-            raise NotComputed("the torque's instant that the innovations ask for is no matter of time stamps")
+            raise NotComputed(
+                "the time shift of the torque found from the innovations is too large for an "
+                "error of time stamps"
+            )
     runs = [foreseen(*one) for one in zip(tracks, [values] * len(tracks), bandwidths, strict=True)]
     white = [autoregression(run.innovation[run.innovation.size // 20 :])[0] for run in runs]
     power = float(np.mean([1.0 / one**2 for one in white]))
@@ -193,13 +196,13 @@ def settled(
             return values, fit
         if number >= FULL_STEPS:
             damped = DAMPING
-    raise NotComputed("an observer with the axis's inertia and friction does not follow the log")
+    raise NotComputed("an observer with the inertia and friction of the axis does not reproduce the log")
 
 
 def _fitted(tracks: Sequence[Track], values: Array, bandwidths: Sequence[float], lag: bool) -> Fit:
     factors: Factors = joint_factors(tracks, values, bandwidths)
     if not np.all(np.isfinite(factors.triangles)):
-        raise NotComputed("an observer with the axis's inertia and friction does not follow the log")
+        raise NotComputed("an observer with the inertia and friction of the axis does not reproduce the log")
     return solve(suited_segments(factors if lag else only(factors, BASE), each=True))
 
 

@@ -43,7 +43,7 @@ CONVENTIONS = {"held": 0.5, "interpolated": 0.0, "before": -0.5}
 """Time by which the torque acts later than it is logged [intervals]."""
 TIMINGS = ("found", *CONVENTIONS)
 WORDS = {
-    "held": "the torque is held from the tick at which it is logged",
+    "held": "the torque is held from the sample at which it is logged",
     "interpolated": "the torque is logged at the instant at which it acts",
     "before": "the logged torque is that of the interval before",
 }

@@ -117,13 +117,15 @@ def _answer(
     differenced = any(not name.endswith("velocity") for name in channels.outputs)
     doubts = list(doubts_of(fit, records, DIFFERENCED if differenced else 1))
     if not follows:
-        message = f"the model does not follow the log: it explains {min(explained):.3g} % of a measured speed"
+        message = (
+            f"the model does not reproduce the log: it explains {min(explained):.3g} % of a measured speed"
+        )
         doubts.insert(0, ("model-misfit", f"{message}, less than {FOLLOWS:g} %: no intervals are given"))
     if found.agreeing < 2 <= found.settled:
         doubts.append(
             (
                 "one-start-only",
-                f"only one of {found.settled} fits ends at this residual: another may be better",
+                f"only one of {found.settled} fits reaches this residual: a better one may exist",
             )
         )
     open_ = [name for name in undetermined(fit) if name in NEEDED]
@@ -171,7 +173,7 @@ def _estimate(
     if name in open_:
         return Estimate(
             value=float("nan"), unit=unit, standard_error=infinite, low=-infinite, high=infinite,
-            reason="the log does not tell",
+            reason="not identifiable from the log",
         )  # fmt: skip
     low, high = interval_of(fit, name) if follows and name not in at_bounds(fit) else (-infinite, infinite)
     return Estimate(value=fit.values[name], unit=unit, standard_error=fit.errors[name], low=low, high=high)
@@ -201,7 +203,7 @@ def _notes(channels: TwoInertiaChannels, fit: RowFit) -> tuple[str, ...]:
     late = ", one sample late" if fit.model.delay else ""
     found = [f"the {readable(channels.input)} {how}{late}"]
     if channels.rectified:
-        found.append("the speed is never negative: taken for that of a sensor that shows its absolute value")
+        found.append("the speed is never negative: assumed to be its absolute value")
     if channels.input.rpartition("_")[2] in ("voltage", "current"):
         found.append(f"parameters are in the unit of the {readable(channels.input)}: the gain is not known")
     if channels.motor is None:

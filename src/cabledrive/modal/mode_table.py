@@ -21,26 +21,25 @@ def mode_table(found: Modes) -> str:
 
 
 def certificate_line(found: Modes) -> str:
-    """What is certified of a list of modes, in one sentence."""
+    """Completeness of a list of modes, in one sentence."""
     proof = found.certificate
-    held = f"{proof.count} modes below {proof.below:.8g} Hz ({proof.longitudinal} longitudinal, "
-    held += f"{proof.transverse} transverse)"
+    held = f"{proof.count} modes ({proof.longitudinal} longitudinal, {proof.transverse} transverse)"
     if found.certified:
-        return f"Certified: {held}, none is missing."
+        return f"Complete up to {proof.below:.8g} Hz (certified): {held}."
     if found.certified_reason != INCOMPLETE:
-        return f"Not certified: {found.certified_reason}. The count of this model is {held}."
-    return f"NOT certified: the count gives {held}; the list does not hold them all."
+        return f"Not certified: {found.certified_reason}. Count up to {proof.below:.8g} Hz: {held}."
+    return f"NOT complete: {held} exist up to {proof.below:.8g} Hz; the list lacks some of them."
 
 
 def _remarks(found: Modes) -> Iterator[str]:
-    """What the rows do not tell."""
-    above = {mode.kind for mode in found.modes if mode.frequency > found.certificate.below}
+    """What the rows do not show."""
+    above = sorted({mode.kind for mode in found.modes if mode.frequency > found.certificate.below})
     if above:
-        yield f"Above that frequency the list holds {' and '.join(sorted(above))} modes only."
+        yield f"Above that, the list holds {' and '.join(above)} modes; others may lie between them."
     yield from (f"Transverse modes: {line}." for line in [_models(found)] if line)
     yield from (f"Warning: {line}." for line in found.warnings)
     if found.rigid_body_modes:
-        yield f"Not listed: motions of the whole drive that strain nothing ({found.rigid_body_modes})."
+        yield f"Rigid-body modes not listed: {found.rigid_body_modes}."
 
 
 def _models(found: Modes) -> str:

@@ -1,4 +1,4 @@
-"""The natural modes of a drive: every one below a frequency, with a certificate that none is missing."""
+"""The natural modes of a drive: every one below a frequency, with a certificate of completeness."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -263,7 +263,7 @@ def _check_below(below: float, count: int | None, *bands: Band) -> None:
     if not LOWEST_BELOW <= below <= HIGHEST_BELOW:
         raise InputRefused(
             f"below = {below:.9g} Hz must lie between {LOWEST_BELOW:g} and {HIGHEST_BELOW:g} Hz: "
-            "no machine rings there"
+            "outside the range of machines"
         )
     held = sum(band.count(2 * pi * below) for band in bands)
     if held > MOST_MODES:

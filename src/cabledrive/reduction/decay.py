@@ -63,7 +63,7 @@ def damping_from_decay(time: ArrayLike, signal: ArrayLike, frequency: float) -> 
     kept = size > max(3.0 * float(np.min(size)), 1e-12) if np.min(size) < 0.05 * size[0] else size > 0.0
     last = int(np.argmin(kept)) if not kept.all() else kept.size
     if last < 6 or not size[0] > 0.0:
-        raise NotComputed(f"decay: no mode near {frequency:.4g} Hz rings long enough above the floor")
+        raise NotComputed(f"decay: no mode near {frequency:.4g} Hz stays above the noise floor long enough")
     centre, turned = centre[:last], turned[:last]
     line, covariance = np.polyfit(centre, np.log(np.abs(turned)), 1, cov=True)
     halves = slice(last // 2), slice(last // 2, None)

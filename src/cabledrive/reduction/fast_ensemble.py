@@ -152,7 +152,7 @@ def _reason(model: UniformTensionModel, peak: Array) -> str:
         if model.pretension + change < 0.0:
             return f"the {span} span goes slack"
     slope = float(model.wave_numbers[0] * peak[:, 1].max())
-    return f"slope of {slope:.3g}, the fast model holds below {STEEPEST}"
+    return f"slope of {slope:.3g}, the fast model is valid below {STEEPEST}"
 
 
 def _labelled(

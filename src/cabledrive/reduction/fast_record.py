@@ -142,10 +142,10 @@ def _limits(
             line = f"the {span} span goes slack at t = {times[first]:.6g} s"
             return (event,), f"{line}: lower the torque or use --model exact"
     if diverged:
-        line = f"the motion outgrows the span after t = {times[-1]:.6g} s"
+        line = f"the displacement exceeds the span after t = {times[-1]:.6g} s"
         return (), f"{line}: lower the torque or use --model exact"
     if slope > STEEPEST:
-        line = f"the cable reaches a slope of {slope:.3g}, the fast model holds below {STEEPEST}"
+        line = f"the cable reaches a slope of {slope:.3g}, the fast model is valid below {STEEPEST}"
         return (), f"{line}: use --model exact"
     return (), None
 

@@ -49,10 +49,13 @@ class LumpedChain:
     def __post_init__(self) -> None:
         n = len(self.inertias)
         if n == 0 or any(len(x) != n for x in (self.names, self.viscous, self.coulomb, self.offsets)):
-            raise InputRefused(f"a row of {n} inertias needs {n} names, frictions and offsets: give as many")
+            raise InputRefused(
+                f"a lumped chain of {n} inertias needs {n} names, frictions and offsets: give as many"
+            )
         if any(len(x) != n - 1 for x in (self.stiffness, self.damping, self.ratios)):
             raise InputRefused(
-                f"a row of {n} inertias needs {n - 1} links: give stiffness, damping and ratios of each"
+                f"a lumped chain of {n} inertias needs {n - 1} links: give stiffness, damping and ratios "
+                "of each"
             )
         if min(self.inertias) <= 0.0:
             raise InputRefused(

@@ -97,10 +97,11 @@ def _check(drive: Drive, model: int) -> None:
         )
     if drive.carriage:
         raise InputRefused(
-            f"models 1 to 4 hold no carriages, the drive has {len(drive.carriage)}: simulate the cable"
+            f"the lumped models do not support carriages, the drive has {len(drive.carriage)}: use `study` "
+            "(guided carriage) or `simulate`"
         )
     fixed = [name for name, pulley in zip(("drive", "load"), drive.pulley, strict=True) if pulley.fixed]
     if fixed:
         raise InputRefused(
-            f"models 1 to 4 turn both pulleys, the {fixed[0]} pulley is fixed: simulate the cable"
+            f"the lumped models need two rotating pulleys, the {fixed[0]} pulley is fixed: use `simulate`"
         )

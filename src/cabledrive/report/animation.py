@@ -61,7 +61,7 @@ def animation_page(drive: Drive, result: SimulationResult) -> str:
             switch=switch,
             wide=wide,
             narrow=narrow,
-            alt="The cable loop in motion: both spans swing, the pulleys turn to and fro.",
+            alt="The cable loop in motion: both spans vibrate, the pulleys oscillate.",
         )
     )
 

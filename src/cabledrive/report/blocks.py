@@ -71,7 +71,7 @@ class Figure:
 
     def __post_init__(self) -> None:
         if not self.alt.strip():
-            raise ValueError(f"figure {self.name} has no alt text: say what is seen")
+            raise ValueError(f"figure {self.name} has no alt text: describe the picture")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -41,8 +41,8 @@ def on_cable_table(drive: Drive, runs: Mapping[str, Sequence[Tracking]]) -> Tabl
         )
     cable = on_cable[0]["cable"]
     return Table(
-        caption="Peak error on the nonlinear distributed cable with its motor joint, beside its row of "
-        "inertias.",
+        caption="Peak error on the nonlinear distributed cable with its motor joint, compared with the "
+        "lumped model.",
         columns=(
             Column(title="Law"),
             Column(title="Median, row", unit="deg", numeric=True),
@@ -53,7 +53,7 @@ def on_cable_table(drive: Drive, runs: Mapping[str, Sequence[Tracking]]) -> Tabl
         ),
         groups=(RowGroup(rows=tuple(rows)),),
         note=f"Of {CABLE_SEEDS} encoder phases; {cable['segments']} segments per span of "
-        f"{number(cable['stiffness'], 3)} N/m. Spillover: how far the middle of a span moves against its "
-        f"ends, whose own mode is at {number(cable['span_mode_hz'], 3)} Hz. The lowest transverse mode is at "
+        f"{number(cable['stiffness'], 3)} N/m. Spillover: motion of the middle of a span against its ends; "
+        f"its own mode is at {number(cable['span_mode_hz'], 3)} Hz. The lowest transverse mode is at "
         f"{number(cable['frequency_ratio'], 3)} times the pulley mode; coupling 1:2: {cable['one_to_two']}.",
     )

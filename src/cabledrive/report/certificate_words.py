@@ -36,21 +36,21 @@ def certificate_words(modes: Modes) -> str:
     proof = modes.certificate
     below = f"{number(proof.below, 6)} Hz"
     held = (
-        f"Below {below} this machine has exactly {count_words(proof.count, 'natural mode')}: "
-        f"{proof.longitudinal} along the cable and {proof.transverse} across it, both planes counted"
+        f"Up to {below} this machine has exactly {count_words(proof.count, 'natural mode')}: "
+        f"{proof.longitudinal} longitudinal and {proof.transverse} transverse, both planes counted"
     )
     rigid = (
-        "Besides them it has one motion that strains nothing, at 0 Hz: everything turns together."
+        "It also has one rigid-body mode (0 Hz), in which all parts turn together."
         if modes.rigid_body_modes
-        else "No motion leaves the cable unstrained: an end is held."
+        else "It has no rigid-body mode: an end is held."
     )
     if modes.certified:
         return (
-            f"{held}. The list holds all of them. That number comes from a count that does not look at the "
-            f"list, and two such counts, {number(proof.enclosure, 1)} of the frequency to either side, "
-            f"enclose every mode. {rigid}"
+            f"{held}. All are listed. The number comes from a count that is independent of the list; two "
+            f"such counts, {number(proof.enclosure, 1)} of the frequency to either side, enclose each "
+            f"mode. {rigid}"
         )
     if modes.certified_reason != INCOMPLETE:
-        return f"{held}, by the model taken for it. It is not certified: {modes.certified_reason}. {rigid}"
-    doubt = "The list could not be proven to hold all of them; do not rely on its being complete."
+        return f"{held}, according to the model used. Not certified: {modes.certified_reason}. {rigid}"
+    doubt = "The list may be incomplete: the count could not be reached."
     return f"{held}. {doubt} {rigid}"

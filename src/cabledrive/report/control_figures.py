@@ -34,7 +34,7 @@ def pulse_figure(name: str, motion: Motion) -> Figure:
         alt="Angle of one pulse over time and its first five derivatives; the fifth jumps at the ends of "
         "each move.",
         caption=f"The pulse, as Fig. 6.1: {motion.angle:g} deg in {motion.rise:g} s and back. Of order "
-        f"{motion.rise_order}: the fifth derivative jumps where a move begins and ends.",
+        f"{motion.rise_order}: the fifth derivative jumps at the ends of each move.",
         wide=picture.wide,
         narrow=picture.narrow,
     )
@@ -55,7 +55,7 @@ def record_figure(name: str, run: Tracking) -> Figure:
         f"{said['peak_error_deg']:.3f} deg, {surface}, torque of at most {said['peak_torque']:.2f} N m, "
         "estimates.",
         caption=f"{law}{like}, seed 0: {surface}, the torque and the estimates, which stay within their "
-        "bounds and need not come to rest at what is true.",
+        "bounds and need not converge to the true values.",
         wide=picture.wide,
         narrow=picture.narrow,
     )
@@ -70,11 +70,11 @@ def vibration_figures(drive: Drive, name: str) -> tuple[Figure, Figure]:
         Figure(
             name=f"vibrations-{name}",
             alt="Deviation of drive pulley and load from the reference over time under the laws of Models "
-            "1, 2 and 3: the load rings for a second after each move; at high bandwidth the drive pulley "
-            "shakes without end.",
+            "1, 2 and 3: the load oscillates for a second after each move; at high bandwidth the drive "
+            "pulley oscillates permanently.",
             caption="Drive pulley (solid) and load (dashed) against the reference, as Figs. 6.5, 6.7 and "
-            "6.9; at the bottom the law of Model 3 closed on the drive pulley's encoder, a cycle at the "
-            "limit of the torque.",
+            "6.9; at the bottom the law of Model 3 closed on the drive pulley's encoder, a limit cycle at "
+            "the torque limit.",
             wide=over_time.wide,
             narrow=over_time.narrow,
         ),
@@ -83,8 +83,8 @@ def vibration_figures(drive: Drive, name: str) -> tuple[Figure, Figure]:
             alt="Amplitude spectra of drive pulley and load in the rest after a pulse: a line near the "
             "anti-resonance of the cable, and on the drive pulley's encoder another of the joint.",
             caption="Their spectra in the rest after a pulse, as Figs. 6.6, 6.8 and 6.10. The low line is "
-            "the load ringing against a held pulley, not the natural frequency of the free drive; the high "
-            "one the joint's.",
+            "the load oscillating against a held pulley, not the natural frequency of the free drive; "
+            "the high one is the joint.",
             wide=spectra.wide,
             narrow=spectra.narrow,
         ),
@@ -133,7 +133,7 @@ def curves_figure(drive: Drive, name: str) -> Figure:
         alt="Peak error over rise time, angle and bandwidth of four laws, at most "
         f"{_largest(curves):.1f} deg; "
         f"at 45 deg in 0.5 s: {words}.",
-        caption="Where the printed errors could have come from: peak error of "
+        caption="Possible origin of the printed errors: peak error of "
         + ", ".join(
             f"{law} ({style})"
             for law, style in zip(CURVED, ("solid", "dashed", "dash-dotted", "dotted"), strict=True)

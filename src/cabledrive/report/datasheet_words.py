@@ -7,13 +7,13 @@ DATASHEET: dict[str, tuple[tuple[str, str, str], ...]] = {
         ("cable_stiffness", "Stiffness of one span, EA/L", "N/m"),
         ("cable_mass", "Mass of the whole cable", "kg"),
         ("pulley_distance", "Span under pretension, Lₑ", "m"),
-        ("axial_wave_speed", "Speed of waves along the cable", "m/s"),
-        ("transverse_wave_speed", "Speed of waves across it", "m/s"),
+        ("axial_wave_speed", "Longitudinal wave speed", "m/s"),
+        ("transverse_wave_speed", "Transverse wave speed", "m/s"),
     ),
     "Torque": (
-        ("slack_torque", "Torque at the drive pulley at which a span goes slack", "N m"),
-        ("no_slip_torque_drive", "Torque at which the cable slips on the drive pulley", "N m"),
-        ("no_slip_torque_load", "Torque at which the cable slips on the load pulley", "N m"),
+        ("slack_torque", "Slack torque at the drive pulley", "N m"),
+        ("no_slip_torque_drive", "Slip torque at the drive pulley", "N m"),
+        ("no_slip_torque_load", "Slip torque at the load pulley", "N m"),
     ),
     "At rest": (
         ("lowest_static_tension", "Lowest tension at rest", "N"),
@@ -25,7 +25,7 @@ DATASHEET: dict[str, tuple[tuple[str, str, str], ...]] = {
         ("chi2", "Load pulley over cable, χ₂ = J₂/(r₂² m)", "1"),
         ("reflected_rotor_inertia", "Rotor through the gear, at the output shaft", "kg m^2"),
     ),
-    "Estimates without the cable's mass": (
+    "Estimates with a massless cable": (
         ("cable_mode_frequency_hz", "Lowest mode of pulleys and carriages, motor joint rigid", "Hz"),
         ("joint_mode_frequency_hz", "Motor against drive pulley", "Hz"),
     ),

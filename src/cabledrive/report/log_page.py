@@ -79,7 +79,7 @@ def _numbers(found: Identification) -> list[Block]:
         told = (number(one.value), interval) if known else ("none", "")
         rows.append((name.replace("_", " "), *told, unit_name(one.unit)))
     table = Table(
-        caption="What the log tells.",
+        caption="Identified parameters.",
         columns=(
             Column(title="Parameter"),
             Column(title="Value", numeric=True),
@@ -96,7 +96,7 @@ def _numbers(found: Identification) -> list[Block]:
 
 def _data(log: Log) -> list[Block]:
     report = log.report
-    said = [*report.repaired, *report.findings] or ["nothing repaired, nothing found"]
+    said = [*report.repaired, *report.findings] or ["no repairs, no findings"]
     text = (
         f"{report.rows} rows, {number(report.duration, 4)} s at {number(1.0 / report.interval, 4)} Hz. "
         f"Data check: {'; '.join(said)}."
@@ -146,8 +146,8 @@ def _response(
         "log-response",
         measured_picture("log-response", measured.between(0.0, 0.4 * log.sample_rate), model, unit),
         "Magnitude and phase from torque to speed with their band, and the identified model.",
-        f"As Fig. 4.17: from torque to speed, windows of {number(window, 3)} s. It means something only at "
-        "the frequencies that the log excites, where the band is narrow.",
+        f"As Fig. 4.17: from torque to speed, windows of {number(window, 3)} s. Valid only at the "
+        "frequencies excited in the log, where the band is narrow.",
     )
 
 

@@ -40,7 +40,9 @@ def resonance_map_page(growth: GrowthMap, referee: str = "") -> str:
 def summary_line(growth: GrowthMap) -> str:
     """The map in one sentence."""
     finite = growth.growth[np.isfinite(growth.growth)]
-    reach = f"grows up to {number(float(finite.max()))} times" if finite.size else "is slack everywhere"
+    reach = (
+        f"grows by up to a factor of {number(float(finite.max()))}" if finite.size else "is slack everywhere"
+    )
     slack = (
         f"; a span goes slack in {100 * float(np.mean(growth.slack)):.3g} % of it"
         if growth.slack.any()

@@ -99,7 +99,4 @@ def _title(drives: Sequence[Drive]) -> str:
 def _subtitle(drives: Sequence[Drive]) -> str:
     if len(drives) == 1:
         return drives[0].title
-    return (
-        "What each machine is made of, at which frequencies it vibrates, how its cable moves, and which "
-        "control law holds which error"
-    )
+    return "Data, natural frequencies, cable motion and tracking errors of each machine"

@@ -135,7 +135,7 @@ def alarm(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5, limit: fl
     bound = MARGIN * max(largest, *(float(run.displacement.max()) for run in varied))
     if not np.isfinite(largest):
         raise NotComputed(
-            "the planned motion excites a span beyond any number: plan a smaller or a slower one"
+            "the vibration along the planned motion diverges: plan a smaller or a slower motion"
         )
     tension = min(run.tension for run in (driven, *grown))
     slack = tension < 0.0
@@ -190,13 +190,14 @@ def _doubts(prepared: PreparedMotion, slack: bool) -> list[str]:
     """Where the model's own range ends."""
     found = []
     if slack:
-        found.append("a span loses its tension on the way; the model ends there")
+        found.append("a span goes slack along the motion; the model is not valid from there on")
     steepest = max(state.steepest for state in prepared.states)
     if steepest > STEEPEST:
-        found.append(f"the sag is as steep as {steepest:.3g} at rest; the model holds up to {STEEPEST:g}")
+        found.append(f"the slope of the sag is {steepest:.3g} at rest; the model is valid up to {STEEPEST:g}")
     if not prepared.complete:
         found.append(
-            f"it can excite more than {MOST_MODES} transverse modes of a stretch; the rest is left out"
+            f"the motion can excite more than {MOST_MODES} transverse modes of a stretch; the others are "
+            "neglected"
         )
     return found
 
@@ -212,7 +213,7 @@ def _reasons(verdict: str, largest: float, bound: float, limit: float, doubts: l
 
 
 def _assumptions(drive: Drive, motion: PlannedMotion) -> tuple[str, ...]:
-    found = ["Coulomb friction of the shafts is that of the drive file"] if _rubs(drive) else []
+    found = ["Coulomb friction of the shafts: as in the drive file"] if _rubs(drive) else []
     if motion.changes:
         found.append("pretension, carriages and load torque change slowly against the transverse modes")
     return tuple(found)

@@ -37,7 +37,7 @@ class SpotCheck:
 def spot_checks(
     drive: Drive, growth: GrowthMap, rng: np.random.Generator, points: int = POINTS
 ) -> tuple[SpotCheck, ...]:
-    """Run the exact loop at random points of a map where nothing is slack, most of them inside the tongue.
+    """Run the exact loop at random taut points of a map, most of them inside the instability region.
 
     Without weight and Coulomb friction, which the map leaves out as well.
 
@@ -90,13 +90,14 @@ def spot_check_line(checks: tuple[SpotCheck, ...]) -> str:
     """What the spot checks say, for a caption."""
     if not checks:
         return (
-            "No spot check: the exact loop is compared where spans are plain and vibrate in their first mode."
+            "No spot check: the comparison with the full nonlinear model needs spans without carriages "
+            "that vibrate in their first mode."
         )
     taut = [check for check in checks if check.exact is not None]
     worst = max((abs(check.growth / check.exact - 1.0) for check in taut if check.exact), default=0.0)
     slack = f", {len(checks) - len(taut)} of them slack there" if len(taut) < len(checks) else ""
     grown = sum(check.growth > GROWN for check in checks)
     return (
-        f"The exact loop at {len(checks)} random points, {grown} of them inside the tongue{slack}: growth "
-        f"differs by up to {100 * worst:.2g} %."
+        f"Full nonlinear model at {len(checks)} random points, {grown} of them inside the instability "
+        f"region{slack}: the growth differs by up to {100 * worst:.2g} %."
     )

@@ -30,7 +30,7 @@ def measured_growth(drive: Drive, torque: float, forcing: float, segments: int =
     """
     gamma = drive.cable.transverse_damping
     if gamma == 0.0:
-        raise NotComputed("growth is not measured without transverse damping: its transients do not die out")
+        raise NotComputed("the growth needs transverse damping: without it the transients do not decay")
     model = autoparametric_model(drive)
     rim_speed = -torque * model.rigid_arm / (model.rigid_mass * forcing)
     result = simulate(

@@ -255,13 +255,13 @@ def _reasons(
         )
     if model.transverse_damping == 0.0:
         found.append(
-            "the cable is undamped across: at exact tuning any motion of the pulley mode makes it grow"
+            "the cable has no transverse damping: at exact tuning any motion of the pulley mode excites it"
         )
     undamped = at_tuning is not None and 0.0 in (at_tuning.modal_damping, at_tuning.transverse_damping)
     if at_tuning is not None and undamped and np.isfinite(_guessed_threshold(at_tuning)):
         found.append(
-            "dampings missing in the drive file are not known: with a guess of one per cent of critical for "
-            f"them the threshold at tuning would be {_guessed_threshold(at_tuning):.4g} N m"
+            "the drive file lacks a damping: with an assumed one per cent of critical damping the "
+            f"threshold at tuning would be {_guessed_threshold(at_tuning):.4g} N m"
         )
     if standing.slack:
         found.append(
@@ -270,14 +270,14 @@ def _reasons(
     onset = coulomb_onset_torque(model)
     if onset > 0.0:
         found.append(
-            f"Coulomb friction keeps the pulley mode from growing below {onset:.4g} N m, unless the drive "
-            "turns one way faster than it vibrates"
+            f"below {onset:.4g} N m, Coulomb friction prevents growth of the pulley mode (unless the mean "
+            "speed exceeds the vibration speed)"
         )
     limit, rigidity = largest_pretension(drive), drive.cable.axial_rigidity
     if tuned is not None and tuned > limit:
         found.append(
             f"the tuned pretension strains the cable by {tuned / rigidity:.3g}, above its elastic range "
-            f"{limit / rigidity:.3g}: no pretension that it bears, up to {limit:.4g} N, tunes an empty span"
+            f"{limit / rigidity:.3g}: no pretension within it, up to {limit:.4g} N, tunes an empty span"
         )
     if at_tuning is not None and max(abs(2 * at_tuning.transverse / at_tuning.natural - 1)) > 1e-6:
         found.append(

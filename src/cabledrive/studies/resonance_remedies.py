@@ -1,4 +1,4 @@
-"""What would bring a drive out of its internal resonance, and how much of it."""
+"""Changes that bring a drive out of its internal resonance: which, and how much of each."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -16,7 +16,9 @@ from cabledrive.studies.resonance_standing import CLOSE, SAFE, standing_of
 Array = NDArray[np.float64]
 
 REACH = 1.0
-"""Pretension and inertia are sought up to so many times their value away."""
+"""Largest relative change of pretension and inertia that is tried."""
+
+FAILED = "tried without success"
 
 _TRIALS = 48
 _HALVINGS = 24
@@ -24,14 +26,14 @@ _HALVINGS = 24
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Remedy:
-    """One change that makes the verdict safe.
+    """One change that was tried to make the verdict safe.
 
     Attributes
     ----------
     change : {"raise pretension", "lower pretension", "add inertia", "add damping", "limit torque"}
     value : float or None
         New pretension [N], inertia to add at the load pulley [kg m^2], viscous friction to add there [N m
-        s/rad], or largest torque [N m]; None where none does within reach.
+        s/rad], or largest torque [N m]; None where no value within reach is enough.
     relative : float or None
         Change of the quantity, relative to its value.
     text : str
@@ -42,6 +44,11 @@ class Remedy:
     value: float | None
     relative: float | None
     text: str
+
+    @property
+    def enough(self) -> bool:
+        """Whether this change alone makes the verdict safe."""
+        return self.value is not None and (self.change != "limit torque" or self.value > 0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -157,10 +164,10 @@ def _pretension(drive: Drive, safe: Callable[[Drive], bool], sign: int) -> Remed
     word, limit = "raise" if sign > 0 else "lower", largest_pretension(drive)
     share = _first_safe(_trial, lambda trial: trial.cable.pretension <= limit and safe(trial))
     if share is None:
-        reach = f"within a factor {1 + REACH:.3g}"
+        reach = f"to x{(1 + REACH) ** sign:.3g}"
         if _trial(REACH).cable.pretension > limit:
-            reach = elastic_range(drive)
-        text = f"no {word.removesuffix('e')}ed pretension {reach} makes it safe"
+            reach = elastic_range(drive).rstrip(",")
+        text = f"{FAILED}: {'higher' if sign > 0 else 'lower'} pretension {reach}"
         return Remedy(change=f"{word} pretension", value=None, relative=None, text=text)
     new = _trial(share).cable.pretension
     relative = new / cable.pretension - 1.0
@@ -181,7 +188,7 @@ def _inertia(drive: Drive, safe: Callable[[Drive], bool]) -> Remedy:
 
     share = None if load.fixed else _first_safe(_trial, safe)
     if share is None:
-        text = f"no inertia up to {REACH:.3g} times the load pulley's own, added to it, makes it safe"
+        text = f"{FAILED}: inertia added to the load pulley, up to x{REACH:.3g} of its own"
         return Remedy(change="add inertia", value=None, relative=None, text=text)
     added = load.inertia * share
     text = f"add {added:.4g} kg m^2 to the load pulley (+{100 * share:.3g} %)"
@@ -194,7 +201,7 @@ def _damping(drive: Drive, model: AutoparametricModel, torque: float) -> Remedy:
     with np.errstate(divide="ignore"):
         needed = np.max(np.abs(c.force) * np.abs(c.pump) / _safe_pumping(c))
     if drive.load_pulley.fixed or not np.isfinite(needed):
-        text = "no friction at the load pulley makes it safe: the cable is undamped at exact tuning"
+        text = f"{FAILED}: friction at the load pulley (the cable is undamped at exact tuning)"
         return Remedy(change="add damping", value=None, relative=None, text=text)
     wanted = 2.0 * float(np.sqrt(max(needed**2 - float(c.detuning) ** 2, 0.0)))
     friction = max(0.0, wanted - model.modal_damping) / _damping_per_friction(drive, model)
@@ -208,7 +215,7 @@ def _torque(model: AutoparametricModel) -> Remedy:
     limit = float(np.min(_safe_pumping(c) * resistance / (np.abs(c.force) * np.abs(c.pump))))
     text = f"keep the torque at the pulley mode's frequency below {limit:.3g} N m"
     if limit == 0.0:
-        text = "no torque at the pulley mode's frequency is small enough: the threshold is zero"
+        text = f"{FAILED}: a smaller torque (the threshold at the pulley mode's frequency is zero)"
     return Remedy(change="limit torque", value=limit, relative=None, text=text)
 
 

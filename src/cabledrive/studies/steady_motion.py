@@ -109,7 +109,7 @@ def steady_branches(
     model = autoparametric_model(drive, load_torque=load_torque)
     if model.coupling.size != 2:
         raise NotComputed(
-            f"{model.coupling.size} sections of cable vibrate: branches are followed where there are two"
+            f"{model.coupling.size} sections of cable vibrate: branches can be followed for two"
         )
     c = averaged_coefficients(model, torque=torque, forcing=forcing, drift=False)
     if float(c.damping) <= 0.0 and float(np.abs(c.detuning)) < 1e-9 * model.natural:

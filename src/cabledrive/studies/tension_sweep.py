@@ -49,7 +49,7 @@ class Sweep:
         if not self.pumping > 0.5 * self.damping:
             raise InputRefused(
                 f"pumping = {self.pumping:.4g} rad/s does not exceed half of Gamma = {self.damping:.4g} 1/s: "
-                "there is no tongue to sweep through; raise the torque"
+                "there is no instability region to sweep through; raise the torque"
             )
         if not (self.rate > 0.0 and 0.0 < self.floor < self.level):
             raise InputRefused(
@@ -96,7 +96,7 @@ def onset_by_growth_integral(sweep: Sweep) -> float:
     reached = np.flatnonzero(grown >= needed)
     if reached.size == 0:
         raise NotComputed(
-            f"the sweep leaves the tongue before the amplitude reaches {sweep.level:.4g} m: "
+            f"the sweep leaves the instability region before the amplitude reaches {sweep.level:.4g} m: "
             f"{grown.max() / sweep.rate:.3g} of {needed / sweep.rate:.3g} in its logarithm"
         )
     low, high = place[reached[0] - 1], place[reached[0]]

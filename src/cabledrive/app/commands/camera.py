@@ -72,7 +72,7 @@ def command(
     return Answer(
         data=data,
         text="\n".join(words),
-        provenance=provenance(method="threshold, unwanted spots left out, centroid in a soft window"),
+        provenance=provenance(method="threshold, unwanted spots excluded, centroid in a soft window"),
     )
 
 

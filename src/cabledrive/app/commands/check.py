@@ -19,7 +19,7 @@ METHOD = "closed formulas of the datasheet; lowest frequencies by the exact dyna
 @saves_answer
 @drive_argument
 def command(drive: Drive) -> Answer:
-    """Check DRIVE: is the file valid, what follows from it, and what would a practitioner look at twice."""
+    """Validate DRIVE; print derived quantities and warnings."""
     derived = derived_with_lowest(drive)
     warnings = practitioner_warnings(drive)
     return Answer(
@@ -36,7 +36,7 @@ def command(drive: Drive) -> Answer:
 
 def _text(drive: Drive, derived: dict[str, Any], warnings: tuple[str, ...]) -> str:
     head = f"{drive.title or drive.name}\nvalid; content hash {content_hash(drive)}"
-    findings = [f"Warning: {line}." for line in warnings] or ["Nothing stands out."]
+    findings = [f"Warning: {line}." for line in warnings] or ["No warnings."]
     return "\n\n".join([head, *_sections(derived), "\n".join(findings)])
 
 

@@ -11,7 +11,8 @@ from cabledrive.app.results import Absent, Answer, provenance
 from cabledrive.parameters import Drive, InputRefused
 
 METHOD = (
-    "row of inertias with set-valued friction, Runge-Kutta of order 4 with turns located; sampled instruments"
+    "multi-inertia model with set-valued friction, Runge-Kutta of order 4 with velocity reversals located; "
+    "sampled instruments"
 )
 
 
@@ -26,7 +27,11 @@ METHOD = (
 @click.option("--excitation", type=click.Path(), metavar="FILE", help="TOML file of the command.")
 @click.option("--model", type=click.IntRange(1, 4), help="Plant: Model 1 to 4; by default the highest.")
 @click.option("--seed", type=int, default=0, show_default=True, metavar="N", help="Of noise and phases.")
-@click.option("--plan", is_flag=True, help="Run nothing: tell what the test would tell, and ask for.")
+@click.option(
+    "--plan",
+    is_flag=True,
+    help="Run nothing: predict the standard errors, and the peaks of torque, speed and stroke.",
+)
 @click.option("--stroke", type=Quantity("rad"), help="With --plan: largest travel from end to end.")
 @click.option("-o", "--output", type=NewFileType(".csv"), metavar="LOG.csv", help="The log to write.")
 def command(
@@ -82,7 +87,7 @@ def _planned(drive: Drive, excitation: Any, model: int | None, stroke: float | N
     found = plan_experiment(drive, excitation, model=model, stroke=stroke, seed=seed)
     errors = found["relative_standard_error"]
     lines = [
-        f"{name}: standard error " + ("not told" if value is None else f"{100 * value:.3g} %")
+        f"{name}: standard error " + ("not identifiable" if value is None else f"{100 * value:.3g} %")
         for name, value in errors.items()
     ]
     peaks = found["peaks"]
@@ -90,15 +95,21 @@ def _planned(drive: Drive, excitation: Any, model: int | None, stroke: float | N
         f"peaks: {peaks['torque']:.4g} N m, {peaks['speed']:.4g} rad/s, stroke {peaks['stroke']:.4g} rad"
     )
     if found["amplitude_factor"] is not None:
-        lines.append(f"the torque may be raised {found['amplitude_factor']:.3g} times before a limit is met")
+        lines.append(
+            f"the torque can be raised by a factor of {found['amplitude_factor']:.3g} before a "
+            "limit is reached"
+        )
     lines += [f"warning: {warning}" for warning in found["warnings"]]
     found["relative_standard_error"] = {
-        name: Absent(reason="this test does not tell it") if value is None else value
+        name: Absent(reason="not identifiable from this test") if value is None else value
         for name, value in errors.items()
     }
     if found["amplitude_factor"] is None:
-        found["amplitude_factor"] = Absent(reason="the drive states no limit")
-    method = "moved with its own figures; noise of torque and encoder through the regression"
+        found["amplitude_factor"] = Absent(reason="the drive file has no limit")
+    method = (
+        "motion simulated with the parameters of the drive file; noise of torque and encoder "
+        "propagated through the regression"
+    )
     found |= motor_words(drive)
     lines += [found["motor_reason"]] if "motor_reason" in found else []
     return Answer(data=found, text="\n".join(lines), provenance=provenance(drive, method=method, seed=seed))

@@ -34,12 +34,12 @@ from cabledrive.parameters import InputRefused, load_drive
     "--ping",
     "drive",
     metavar="DRIVE",
-    help="Tell the tension of each span of DRIVE from the recording of a ping, a log or a .wav file.",
+    help="Identify the tension of each span of DRIVE from the recording of a pluck, a log or a .wav file.",
 )
 @click.option(
     "--span",
     type=click.Choice(["upper", "lower", "both"]),
-    help="Which span of the ping was plucked; both: both sound in the one recording.",
+    help="Span that was plucked; both: both spans vibrate in one recording.",
 )
 @click.option(
     "--plucked",
@@ -50,7 +50,7 @@ from cabledrive.parameters import InputRefused, load_drive
     "--section",
     type=click.IntRange(0),
     default=0,
-    help="Of the ping: between which guided carriages, from 0.",
+    help="Section of the plucked span between guided carriages, counted from 0.",
 )
 @click.option(
     "--report", "page", type=NewFileType(*PAGE), metavar="FILE", help="Write a page with the log's figures."
@@ -174,7 +174,7 @@ def _only(logs: tuple[str, ...]) -> str:
 
 
 def _incomplete(found: Any) -> str | None:
-    negative = [finding for finding in found.findings if "comes out negative" in finding]
+    negative = [finding for finding in found.findings if "is identified as negative" in finding]
     if not found.identifiable:
         return f"not identifiable: {'; '.join(found.unidentifiable)}{_swapped(found)}"
     return negative[0] + ("" if "swapped" in negative[0] else _swapped(found)) if negative else None

@@ -26,7 +26,7 @@ METHOD = "exact dynamic stiffness, Wittrick-Williams count, inverse iteration"
 @saves_answer
 @drive_argument
 @click.option("--below", type=Quantity("Hz"), metavar="HZ", help="Every mode below this frequency.")
-@click.option("--count", type=int, metavar="N", help="The first N of each kind instead; 10 unless told.")
+@click.option("--count", type=int, metavar="N", help="The first N of each kind instead; default: 10.")
 @click.option(
     "--motor",
     type=click.Choice(CONDITIONS),
@@ -60,7 +60,7 @@ def command(
     at_torque: float,
     plot: NewFile | None,
 ) -> Answer:
-    """List all natural modes of DRIVE, both kinds, with a certificate that none is missing."""
+    """List all natural modes of DRIVE, both kinds, with a certificate of completeness."""
     found = modes(drive, below=below, count=count, motor=motor, hold=hold, at_torque=at_torque)
     if plot is not None:
         from cabledrive.report.mode_figure import mode_picture

@@ -21,14 +21,14 @@ RESULTS, REPORT, FINISHED = "results.json", "report.html", "entries"
 @click.command(
     cls=Subcommand,
     example="cabledrive reproduce --quick -o dissertation",
-    short_help="The dissertation behind the packaged drives, computed anew item by item.",
+    short_help="Recompute the results of the dissertation and compare them with the printed values.",
 )
 @answering
 @click.option("--quick", is_flag=True, help="Fewer runs of the rig and a coarser loop.")
 @click.option(
     "--only", metavar="TEXT", help='What to compute: "Fig. 5.3", "Table 3.2", "Section 6.5.1"; default: all.'
 )
-@click.option("--resume", is_flag=True, help="Go on where an interrupted run ended; done by itself as well.")
+@click.option("--resume", is_flag=True, help="Resume an interrupted run (also without this option).")
 @click.option("--force", is_flag=True, help="Replace results in DIR.")
 @click.option("-o", "--output", required=True, metavar="DIR", help="Folder for report.html and results.json.")
 def command(quick: bool, only: str | None, resume: bool, force: bool, output: str) -> Answer:
@@ -88,7 +88,7 @@ def _finished(folder: Path, quick: bool, only: str | None) -> dict[str, Any] | N
         return None
     if not same or not _still_holds(data, quick, only):
         return None
-    note("nothing has changed: served from the finished run")
+    note("no input has changed: results of the finished run")
     return data
 
 

@@ -17,7 +17,7 @@ SEED = 0
 @click.command(
     cls=Subcommand,
     example="cabledrive resonance dissertation-2 --torque 10mN*m --map map.html",
-    short_help="How near DRIVE is to the internal resonance of chapter 5, and what would help.",
+    short_help="Distance of DRIVE from the 1:2 internal resonance, threshold torques and remedies.",
 )
 @answering
 @saves_answer
@@ -26,21 +26,21 @@ SEED = 0
     "--torque",
     type=Quantity("N m"),
     metavar="NM",
-    help="Amplitude of the torque that the verdict is about; the torque limit, else 1 % of the slack torque.",
+    help="Torque amplitude of the verdict; default: the torque limit, else 1 % of the slack torque.",
 )
 @click.option(
     "--load-torque",
     type=Quantity("N m"),
     default=0.0,
     metavar="NM",
-    help="Steady torque on the load pulley, which splits the tuning of the two spans.",
+    help="Steady torque on the load pulley: the spans are then tuned at different pretensions.",
 )
 @click.option(
     "--motion",
     "motion_file",
     type=click.Path(),
     metavar="FILE",
-    help="Judge a planned motion: a CSV file with time [s], torque [N m] and, where they change, pretension "
+    help="Assess a planned motion: a CSV file with time [s], torque [N m] and, where they change, pretension "
     "[N], carriage [m] (of the first; coupled ones follow), load torque [N m].",
 )
 @click.option(
@@ -48,14 +48,14 @@ SEED = 0
     type=Quantity("m"),
     default=FLOOR,
     metavar="M",
-    help="Amplitude of every transverse mode that is always there, for --motion; default 10 um.",
+    help="Amplitude below which no transverse mode falls, for --motion; default: 10 um.",
 )
 @click.option(
     "--limit",
     type=Quantity("m"),
     default=LIMIT,
     metavar="M",
-    help="Largest transverse displacement from rest allowed, for --motion; default 0.5 mm.",
+    help="Largest transverse displacement from rest allowed, for --motion; default: 0.5 mm.",
 )
 @click.option(
     "--branches",

@@ -48,10 +48,12 @@ class _OutputPath(click.Option):
     "--segment", type=Quantity("s"), default=1.0, show_default=True, help="Length of the Hann windows."
 )
 @click.option(
-    "--overlap", type=Quantity("s"), help="Of neighbouring windows; 0.2 s, at most half of one, unless told."
+    "--overlap",
+    type=Quantity("s"),
+    help="Overlap of neighbouring windows; default: 0.2 s, at most half a window.",
 )
 @click.option("--estimator", type=click.Choice(["H1", "H2", "Hv"]), default="H1", show_default=True)
-@click.option("--keep-all", is_flag=True, help="Leave no record out, whatever happens in it.")
+@click.option("--keep-all", is_flag=True, help="Keep all records, also those with a disturbance.")
 @click.option("--differentiate", is_flag=True, help="The speed of the output, an angle or position.")
 @click.option("--coulomb", type=Quantity("N m"), help="Coulomb friction to take off the input first.")
 @click.option("--offset", type=Quantity("N m"), default=0.0, help="Offset to add to the input first.")
@@ -129,7 +131,7 @@ def command(
         }
         | fitted,
         text=f"{found.frequency.size} lines up to {found.frequency[-1]:g} Hz, {found.averages:.1f} averages"
-        + "".join(f"\nleft out, {b.start:.4g} to {b.end:.4g} s: {b.reason}" for b in found.blows)
+        + "".join(f"\nexcluded, {b.start:.4g} to {b.end:.4g} s: {b.reason}" for b in found.blows)
         + words,
         provenance=provenance(method=f"{estimator}, Hann windows of {segment:g} s"),
     )

@@ -31,7 +31,7 @@ FEWEST_RECORDS = 16
     cls=Subcommand,
     example="cabledrive simulate dissertation-2 --duration 1 --torque-amplitude 0.02 --torque-frequency 81.7 "
     "--pluck-upper '1 mm' -o run.nc",
-    short_help="March the nonlinear cable loop in time.",
+    short_help="Integrate the nonlinear cable loop in time.",
 )
 @answering
 @force_option
@@ -58,22 +58,22 @@ FEWEST_RECORDS = 16
     type=click.Choice(["exact", "weak", "weak-consistent", "linear", "fast"]),
     default="exact",
     show_default=True,
-    help="What is kept of the cable's geometry; fast: modes of uniform tension instead of the divided cable.",
+    help="Cable law; fast: transverse modes under uniform tension instead of cable segments.",
 )
 @click.option(
     "--method",
     default="verlet",
     show_default=True,
-    help="How it is marched: verlet, node-centred, energy-conserving.",
+    help="Time integrator: verlet, node-centred, energy-conserving.",
 )
 @click.option("--segments", type=int, default=Scheme().segments, show_default=True, help="Segments per span.")
-@click.option("--step", type=Quantity("s"), metavar="S", help="Time step; chosen by stability unless told.")
+@click.option("--step", type=Quantity("s"), metavar="S", help="Time step; default: chosen by stability.")
 @click.option(
     "--rate",
     type=Quantity("Hz"),
     default=10_000.0,
     metavar="HZ",
-    help="Records per second; 10 kHz unless told.",
+    help="Records per second; default: 10 kHz.",
 )
 @click.option("--fields", type=int, default=0, metavar="N", help="Keep all nodes at every N-th record.")
 @click.option("--from-equilibrium", is_flag=True, help="Start from where the cable hangs.")
@@ -90,9 +90,9 @@ FEWEST_RECORDS = 16
     "--animate",
     type=NewFileType(".gif", ".html"),
     metavar="FILE",
-    help="Animate the first swings of the loop: .gif, or .html with a switch. Not with --model fast.",
+    help="Animate the first periods of the loop: .gif, or .html with a switch. Not with --model fast.",
 )
-@click.option("--resume", is_flag=True, help="Go on with an interrupted run.")
+@click.option("--resume", is_flag=True, help="Resume an interrupted run.")
 def command(
     drive: Drive, output: NewFile | None, plot: NewFile | None, animate: NewFile | None, **options: Any
 ) -> Answer:
@@ -245,7 +245,8 @@ def _answer(drive: Drive, result: SimulationResult, undrawn: str | None) -> Answ
 def _method(result: SimulationResult) -> str:
     method = result.provenance["method"]
     if method["model"] == "fast":
-        return f"{method['name']}, {method['sines']} sines per span, good below {method['ends_at_hz']:.4g} Hz"
+        sines = f"{method['sines']} sines per span"
+        return f"{method['name']}, {sines}, valid below {method['ends_at_hz']:.4g} Hz"
     words = f"{method['name']}, {method['model']} cable, {method['segments']} segments per span"
     return f"{words}, {method['friction']} friction"
 

@@ -15,7 +15,7 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.one_process import one_process
 
 QUICK = {"draws": 400, "cable_draws": 0, "carriage_draws": 400}
-SERVED = "nothing has changed: served from the finished study"
+SERVED = "no input has changed: results of the finished study"
 
 
 @click.command(
@@ -37,11 +37,9 @@ SERVED = "nothing has changed: served from the finished study"
 @click.option(
     "--quick",
     is_flag=True,
-    help="Fewer plants: 400 lumped or with a carriage, none on the distributed cable.",
+    help="Fewer samples: 400 lumped plants or plants with a carriage, none on the distributed cable.",
 )
-@click.option(
-    "--resume", is_flag=True, help="Go on where an interrupted study ended; done by itself as well."
-)
+@click.option("--resume", is_flag=True, help="Resume an interrupted study (also without this option).")
 @click.option("--force", is_flag=True, help="Replace the report of another study.")
 @click.option(
     "-o", "--output", type=click.Path(), required=True, metavar="DIR", help="Folder of report and results."
@@ -143,7 +141,7 @@ def _candidates(found: list[dict[str, Any]]) -> list[str]:
         words = one["reason"] if not one["runs"] else f"worst of {one['runs']} plants "
         if one["runs"]:
             worst = one[f"worst_{unit}"]
-            words += "none lasted" if worst is None else f"{worst:.3g} {unit}"
+            words += "all runs ended early" if worst is None else f"{worst:.3g} {unit}"
             low = one["share_low"]
             words += "" if low is None else f", at least {floor(1e3 * low) / 10:g} % of all within the goal"
         lines.append(f"  {one['controller']:<16} {words}")

@@ -26,7 +26,7 @@ METHOD = "hybrid simulation: exact between samples, stick-slip events on the exa
     "--controller",
     metavar="NAME|FILE",
     shell_complete=complete_controller,
-    help="Control law, or the controller.json of a study; by default what the drive's joint calls for.",
+    help="Control law, or the controller.json of a study; default: chosen by the motor joint.",
 )
 @click.option("--bandwidth", type=float, metavar="HZ", help="lambda/(2 pi) instead of that of --gains.")
 @click.option(
@@ -64,10 +64,10 @@ METHOD = "hybrid simulation: exact between samples, stick-slip events on the exa
 @click.option(
     "--encoder-phase", type=click.Choice(["random", "centred"]), default="random", show_default=True
 )
-@click.option("--ideal-sensors", is_flag=True, help="The law sees true angles and speeds.")
+@click.option("--ideal-sensors", is_flag=True, help="The law receives true angles and speeds.")
 @click.option("--smooth-friction", is_flag=True, help="c tanh(50 w) in the plant instead of stick-slip.")
-@click.option("--no-adaptation", is_flag=True, help="Estimates stay where they start.")
-@click.option("--tension-only", is_flag=True, help="Go on where a span goes slack; it carries nothing then.")
+@click.option("--no-adaptation", is_flag=True, help="Estimates keep their initial values.")
+@click.option("--tension-only", is_flag=True, help="Continue where a span goes slack (tension zero).")
 @click.option(
     "--as-printed",
     is_flag=True,
@@ -86,22 +86,20 @@ METHOD = "hybrid simulation: exact between samples, stick-slip events on the exa
     metavar="SHAFT:NM:START:END",
     help="Torque on motor or load, as load:0.05:0.3:0.6; without an end it stays.",
 )
-@click.option(
-    "--blind", metavar="SHAFT:START:END", help="An encoder that gives no number for a while, as load:0.1:0.2."
-)
+@click.option("--blind", metavar="SHAFT:START:END", help="Encoder dropout, as load:0.1:0.2.")
 @click.option(
     "--check-conditions", is_flag=True, help="Check the conditions on the robust term along the run."
 )
 @click.option(
     "--plant-set", "plant_settings", multiple=True, metavar="KEY=VALUE", help="As --set, of the plant only."
 )
-@click.option("--draws", type=int, default=0, metavar="N", help="Plants to draw from the bounds as well.")
+@click.option("--draws", type=int, default=0, metavar="N", help="Number of plants sampled from the bounds.")
 @click.option(
     "--log",
     "log_file",
     type=NewFileType(".csv"),
     metavar="FILE",
-    help="Write what the encoders saw to FILE.csv.",
+    help="Write the encoder readings to FILE.csv.",
 )
 def command(drive: Drive, log_file: NewFile | None, plant_settings: tuple[str, ...], **wish: Any) -> Answer:
     """Let a control law follow pulses of the load pulley of DRIVE, on a rig with encoders and friction."""
@@ -195,7 +193,7 @@ def _text(drive: Drive, said: dict[str, Any]) -> str:
             f"worst {over['worst_peak_error_deg']:.4f} deg"
         )
         if over["expected_bound_deg"] is not None:
-            lines.append(f"  bound of all that is uncertain {over['expected_bound_deg']:.4f} deg")
+            lines.append(f"  bound for all uncertainties together {over['expected_bound_deg']:.4f} deg")
     lines += [f"  {reason}" for reason in said["gains"].get("reasons", ())]
     return "\n".join(lines)
 
@@ -213,9 +211,7 @@ def _circumstances(said: dict[str, Any]) -> list[str]:
     if said["slack_samples"]:
         lines.append(f"  a span was slack at {said['slack_samples']} samples; {said['slack_rule']}")
     if said["invalid_samples"]:
-        lines.append(
-            f"  the last command was held at {said['invalid_samples']} samples for want of a reading"
-        )
+        lines.append(f"  the last command was held at {said['invalid_samples']} samples without a reading")
     if "cable" in said:
         cable = said["cable"]
         lines.append(

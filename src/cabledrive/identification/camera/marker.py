@@ -86,7 +86,7 @@ def track_marker(
     levels = levels_of([frame for _, frame in _sampled(clip)])
     if not levels.marked:
         raise InputRefused(
-            f"{clip.source}: no marker: nothing stands {STANDS_OUT:g} deviations of the noise above the "
+            f"{clip.source}: no marker: nothing is {STANDS_OUT:g} deviations of the noise above the "
             "background: light it, or paint it white"
         )
     place, spots, repeated = _go_through(clip, levels, None)

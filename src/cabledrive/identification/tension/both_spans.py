@@ -178,7 +178,8 @@ def _two_families(heard: Heard, pairs: tuple[Proposal, ...], plucked: str | None
             return rivals[0]
     raise NotComputed(
         f"{heard.channel}: two assignments of the partials fit equally well, {_told(heard, first)} or "
-        f"{_told(heard, second)}: pluck so that more partials sound, or say which span was plucked"
+        f"{_told(heard, second)}: pluck so that more partials are excited, or name the plucked span "
+        "(--plucked)"
     )
 
 

@@ -43,9 +43,9 @@ def of_two_families(
     lines: tuple[str, ...] = ()
     if names is None:
         why = (
-            "both sound about equally loud, pluck that one harder"
+            "both are about equally loud: pluck that one harder"
             if plucked
-            else "say which was plucked harder (--plucked)"
+            else "name the one plucked harder (--plucked)"
         )
         lines = (f"which of both tensions is the upper span's: the spans have the same modes; {why}",)
     return BothTensions(
@@ -91,20 +91,21 @@ def of_one_family(
     if overlapping and heard.alike:
         line = (
             f"two families of partials within a line width ({tone}): both tensions lie within {within:.2g} N "
-            "and cannot be told apart; record longer, or damp one span and read the other alone"
+            "and cannot be separated; record longer, or damp one span and record the other alone"
         )
     elif overlapping:
         line = (
-            f"the partials ({tone}) are those of the {span} span, but something sounds within a line width "
-            f"of them: the {other} span cannot be told; record longer, or damp one and read the other alone"
+            f"the partials ({tone}) are those of the {span} span, but another tone lies within a line "
+            f"width of them: the {other} span is not identifiable; record longer, or damp one and record "
+            "the other alone"
         )
     elif heard.alike:
         line = (
-            f"one family of partials only ({tone}): either one span sounds alone, or both have the same "
+            f"one family of partials only ({tone}): either only one span vibrates, or both have the same "
             f"tension within {within:.2g} N; pluck the other span and record again"
         )
     else:
-        line = f"the {other} span is not heard beside the {span} one ({tone}): pluck it and record again"
+        line = f"the {other} span is not detected beside the {span} one ({tone}): pluck it and record again"
     unknown = Estimate(value=nan, unit="N", standard_error=np.inf, low=-np.inf, high=np.inf, reason=line)
     return BothTensions(
         families={name: one},
@@ -135,10 +136,11 @@ def _findings(families: dict[str, FamilyTension]) -> list[str]:
         if len(one.partials) == 1:
             number = one.partials[0].number
             found.append(
-                f"{name}: rests on one partial, taken for mode {number}: an overtone or hum would mislead"
+                f"{name}: from a single partial, assumed to be mode {number}: an overtone or hum would "
+                "give a wrong tension"
             )
         if not any(partial.decays for partial in one.partials):
-            found.append(f"{name}: the ping hardly decays: its frequency is that of its amplitude")
+            found.append(f"{name}: the ping hardly decays: its frequency holds for its amplitude only")
     return found
 
 

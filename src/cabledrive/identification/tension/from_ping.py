@@ -30,10 +30,10 @@ from cabledrive.parameters import Drive, InputRefused, NotComputed
 Array = NDArray[np.float64]
 
 SQUARED = ("angle", "torque", "tension", "force", "current")
-"""Channels that feel the stretch of a swinging span, which has twice its frequency."""
+"""Channels that measure the stretch of a vibrating span, which has twice its frequency."""
 PARTIALS = 6
 SEARCHED = 4.0
-"""Tensions are sought from the drive's over this to the drive's times this."""
+"""Tensions are searched from the drive's over this to the drive's times this."""
 INCONSISTENT = 3.0
 NO_TONE = (
     "no tone between {low:.4g} and {high:.4g} Hz: pluck again, or correct the drive's length and tension"
@@ -104,7 +104,7 @@ def _channels(log: Log) -> list[str]:
         if name in log.channels:
             return [name]
     raise InputRefused(
-        f"{log.source}: no channel that hears a ping (has {', '.join(log.channels)}): name one"
+        f"{log.source}: no channel that can contain a ping (has {', '.join(log.channels)}): name one"
     )
 
 
@@ -145,8 +145,8 @@ def _one_span(log: Log, drive: Drive, span: str, channel: str, section: int) -> 
     if other is None or squared:
         return found
     words = (
-        f"{channel}: another tone at {other:.4g} Hz beside {peak:.4g} Hz: is the other span sounding? "
-        "Damp it, or read both (--span both)"
+        f"{channel}: another tone at {other:.4g} Hz beside {peak:.4g} Hz: does the other span vibrate? "
+        "Damp it, or identify both (--span both)"
     )
     return replace(found, findings=(*found.findings, words))
 
@@ -221,11 +221,11 @@ def _tension(
     bare = 4.0 * drive.cable.mass_per_length * (drive.span_length * first) ** 2
     findings = []
     if not all(p.decays for p in partials):
-        findings.append(f"{channel}: the ping hardly decays: its frequency is that of its amplitude")
+        findings.append(f"{channel}: the ping hardly decays: its frequency holds for its amplitude only")
     if freedom and sqrt(chi) > INCONSISTENT and np.ptp(values) > 0.01 * tension:
         findings.append(
-            f"{channel}: partials disagree by {100 * np.ptp(values) / tension:.2g} % of the tension: a stiff "
-            "cable, a load on it, or two spans sounding"
+            f"{channel}: partials disagree by {100 * np.ptp(values) / tension:.2g} % of the tension: a "
+            "stiff cable, a load on it, or two vibrating spans"
         )
     return SpanTension(
         span=span,

@@ -89,7 +89,7 @@ def tensions_from_load_cell(
     """
     if drive.kind != "loop":
         raise InputRefused(
-            f'{drive.name}: kind = "{drive.kind}" has one span, whose tension the cell reads: give a loop'
+            f'{drive.name}: kind = "{drive.kind}" has one span, whose tension is the reading: give a loop'
         )
     bandwidth = min(bandwidth, 0.2 * log.sample_rate)
     force = force if force in log.channels else "force"
@@ -101,7 +101,9 @@ def tensions_from_load_cell(
     edge = min(len(log) // 4, round(1.0 / (bandwidth * log.interval)))
     part = slice(edge, len(log) - edge)
     findings = (
-        [] if angle in log.channels else ["no angle of the load pulley: taken to rest, both spans alike"]
+        []
+        if angle in log.channels
+        else ["no angle of the load pulley: assumed at rest, equal tensions in both spans"]
     )
     if min(float((mean - half)[part].min()), float((mean + half)[part].min())) <= 0.0:
         findings.append("a tension falls to zero: a span goes slack, or the cell's zero is wrong")

@@ -58,19 +58,17 @@ def chapter(context: ReportContext) -> Chapter | None:
         anchor="control",
         blocks=(
             Paragraph(
-                text="Each law meets a rig that it does not know: a motor that sticks and slips, encoders "
-                "that count and start anywhere within a count, a torque loop, a torque limit. The "
+                text="The laws are tested on a simulated rig: stick-slip friction of the motor, encoder "
+                "quantisation with random phases within a count, a torque loop, a torque limit. The "
                 "load follows pulses of 45 deg in 0.5 s with 0.5 s rest, of order 9, at the gains of "
-                "the dissertation; the error is that of the "
-                "true load angle against the reference at the same instant. The pulses of the "
-                "printed figures are not known, so that a printed figure beside a computed one is a "
-                "comparison and not a check."
+                "the dissertation; the error is the true load angle minus the reference. The pulses of the "
+                "printed figures are not known, so printed and computed figures can be compared, not checked."
             ),
         ),
         sections=tuple(sections),
         methods=(
-            "Control: hybrid simulation, exact between samples; starts, stops and turns of the motor "
-            f"found on the exact motion; {len(SEEDS)} runs of each law with encoder phases at random.",
+            f"Control: hybrid simulation, exact between samples; stick-slip events located on the exact "
+            f"motion; {len(SEEDS)} runs of each law with random encoder phases.",
         ),
         headline=" ".join(said),
     )
@@ -80,8 +78,9 @@ def _headline(drive: Drive, runs: dict[str, list[Tracking]]) -> str:
     worst = {law: max(run.summary["peak_error_deg"] for run in found) for law, found in runs.items()}
     best = min(worst, key=worst.__getitem__)
     return (
-        f"{drive.name}: {best} errs least, by at most {number(worst[best], 2)} deg in {len(SEEDS)} runs; "
-        f"the printed law of Model 4, darc-4, by {number(worst['darc-4'], 2)} deg."
+        f"{drive.name}: {best} has the smallest error, at most {number(worst[best], 2)} deg in "
+        f"{len(SEEDS)} runs; darc-4, the law of Model 4 in the dissertation, at most "
+        f"{number(worst['darc-4'], 2)} deg."
     )
 
 
@@ -145,7 +144,7 @@ def _comparison(runs: dict[str, list[Tracking]]) -> Table:
         ),
         groups=(RowGroup(rows=tuple(rows)),),
         note="PD and LQG follow with the damped inverse as feedforward, friction by the speed of the "
-        "reference. Assumptions of the bound that are not met: "
+        "reference. Assumptions of the bound that do not hold: "
         + "; ".join(f"{letter}, {words}" for words, letter in letters.items())
         + ".",
     )
@@ -159,8 +158,7 @@ def _errors(name: str, runs: Sequence[Tracking]) -> Figure:
     return Figure(
         name=f"errors-{name}",
         alt=f"Error of the load over time in one pulse, a panel for each law; peaks: {words}.",
-        caption="Error of the load in one pulse, seed 0. Dotted: the bound of the theorem, run along the "
-        "motion.",
+        caption="Error of the load in one pulse, seed 0. Dotted: the bound of the theorem along the motion.",
         wide=picture.wide,
         narrow=picture.narrow,
     )
@@ -181,6 +179,5 @@ def _poles(drive: Drive) -> Table:
             Column(title="Poles"),
         ),
         groups=(RowGroup(rows=tuple(rows)),),
-        note="A law designed without the dampers has its poles elsewhere than designed; that explains its "
-        "error.",
+        note="A law designed without the dampers has other poles than designed; this explains its error.",
     )

@@ -1,4 +1,4 @@
-"""Chapter "Control at the sensor's limit": learning in the loop, the bound, feedforward and feedback."""
+"""Chapter "Control at the resolution of the sensor": learning, the bound, feedforward and feedback."""
 
 from dataclasses import replace
 from functools import cache
@@ -30,9 +30,9 @@ ONE, TWO = Motion(order=11), Motion(pulses=2, order=11)
 SETTINGS = {"pd": 20.0, "pid": 2.0, "lqg": 0.2, "dob": 11.0, "shaper": 11.0}
 SAID = {
     "matched": "motor: inertia, friction and offset within their bounds",
-    "friction": "friction that sticks, in plant and filter",
-    "unmatched": "cable, load and joint within their spreads",
-    "counts": "counts of the encoders and their unknown zeros",
+    "friction": "stick-slip friction, in plant and filter",
+    "unmatched": "cable, load and joint within their tolerances",
+    "counts": "encoder quantisation and unknown zeros",
 }
 
 
@@ -48,20 +48,21 @@ def chapter(context: ReportContext) -> Chapter | None:
             Section(title=drive.name, anchor=f"control-learning-{name}", blocks=_about(drive, name))
         )
     return Chapter(
-        title="Control at the sensor's limit",
+        title="Control at the resolution of the sensor",
         anchor="control-learning",
         blocks=(
             Paragraph(
-                text="The parameters that the printed laws adapt are not those that limit them. Stiffness "
-                "over load inertia, which no motor torque can stand in for, is learnt here from one pulse "
-                "of two encoders, and law, reference and filter are made anew while the load rests. "
-                "Baselines follow with the same feedforwards, so that what feedback adds can be seen."
+                text="The parameters that the laws of the dissertation adapt are not those that limit "
+                "their error. The ratio of stiffness to load inertia, an unmatched uncertainty, is "
+                "identified here from one pulse and two encoders; law, reference and filter are "
+                "redesigned while the load rests. Baselines use the same feedforwards, which shows the "
+                "contribution of the feedback."
             ),
         ),
         sections=tuple(sections),
         methods=(
-            f"Control, learning: {DRAWS} plants drawn from the bounds and spreads of the drive, encoder "
-            "phases at random; intervals by rounding the smoothed motion again with other phases.",
+            f"Control, learning: {DRAWS} plants sampled from the bounds and tolerances of the drive, "
+            "random encoder phases; intervals by rounding the smoothed motion again with other phases.",
         ),
     )
 
@@ -92,7 +93,7 @@ def _about(drive: Drive, name: str) -> tuple[Block, ...]:
         _baselines(drive),
         _causes(drive),
         _bound(loop),
-        Paragraph(text="Gains chosen for it: " + "; ".join(loop.controller.gains["reasons"]) + "."),
+        Paragraph(text="Gains: " + "; ".join(loop.controller.gains["reasons"]) + "."),
     )
 
 
@@ -115,11 +116,11 @@ def _errors(name: str, runs: list[Tracking]) -> Figure:
     later = [run.summary["later_pulses_error_deg"] for run in runs]
     return Figure(
         name=f"learning-{name}",
-        alt="Error of the load over two pulses on a cable a tenth softer than believed: in the second pulse "
+        alt="Error of the load over two pulses on a cable 10 % softer than assumed: in the second pulse "
         f"{number(later[1], 2)} deg with learning, {number(later[0], 2)} deg without.",
-        caption="Two pulses on a cable a tenth softer than the design believes. Above: the damping-aware law "
-        "without learning. Below: everything made anew in the rest after the first pulse. Dotted: the "
-        "theorem's bound, which holds for true states and a known cable only.",
+        caption="Two pulses on a cable 10 % softer than assumed in the design. Above: the damping-aware law "
+        "without learning. Below: redesigned in the rest after the first pulse. Dotted: the bound of the "
+        "theorem, valid for true states and a known cable only.",
         wide=picture.wide,
         narrow=picture.narrow,
     )
@@ -139,7 +140,7 @@ def _learnt(said: dict[str, Any]) -> Table:
         ),
     ]
     units = {
-        "inertia": ("whole inertia", "kg m²"),
+        "inertia": ("total inertia", "kg m²"),
         "viscous_friction": ("viscous friction", "N m s/rad"),
         "coulomb_friction": ("Coulomb friction", "N m"),
         "offset_torque": ("offset torque", "N m"),
@@ -147,7 +148,7 @@ def _learnt(said: dict[str, Any]) -> Table:
     for key, (words, unit) in units.items():
         rows.append((words, unit, *(number(said[key][k], 3) for k in ("value", "low", "high"))))
     return Table(
-        caption="Learnt from the first pulse of the lower run, with 95 % intervals.",
+        caption="Identified from the first pulse of the lower run, with 95 % intervals.",
         columns=(
             Column(title="Quantity"),
             Column(title="Unit"),
@@ -175,8 +176,7 @@ def _draws(drive: Drive, loop: Loop) -> Table:
     )
     count = np.degrees(loop.rig.counts[-1] / loop.gear)
     return Table(
-        caption=f"Peak error over {DRAWS} plants drawn at random; a count of the load's encoder is "
-        f"{count:.3f} deg.",
+        caption=f"Peak error over {DRAWS} sampled plants; one count of the load encoder is {count:.3f} deg.",
         columns=(
             Column(title="Law, best gains"),
             Column(title="Median", unit="deg", numeric=True),
@@ -184,7 +184,8 @@ def _draws(drive: Drive, loop: Loop) -> Table:
             Column(title="Worst, encoder's zero", unit="deg", numeric=True),
         ),
         groups=(RowGroup(rows=rows),),
-        note="The encoder's own zero is all that a rig can see; it is up to half a count off the true one.",
+        note="A rig measures angles from the zero of its encoder, which differs from the true one by up to "
+        "half a count.",
     )
 
 
@@ -199,7 +200,7 @@ def _baselines(drive: Drive) -> Table:
         words = ["ended early" if one.failed else f"{one.degrees('peak').max():.3f}" for one in peaks]
         rows.append((law, f"{setting:g} {'N m' if law == 'lqg' else 'Hz'}", *words))
     return Table(
-        caption="Worst peak error of four drawn plants: each feedback behind each feedforward.",
+        caption="Worst peak error of four sampled plants: each feedback with each feedforward.",
         columns=(
             Column(title="Feedback"),
             Column(title="Setting"),
@@ -209,8 +210,8 @@ def _baselines(drive: Drive) -> Table:
             ),
         ),
         groups=(RowGroup(rows=tuple(rows)),),
-        note="All with friction by the reference's speed and the same filter. The documentation's page on "
-        "which controller to take has each pair tuned by one rule, over more draws.",
+        note="All with friction compensation by the reference speed and the same filter. The page on the "
+        "choice of a controller in the documentation has each pair tuned by one rule, over more samples.",
     )
 
 
@@ -219,9 +220,10 @@ def _causes(drive: Drive) -> Table:
     for one in causes(drive, "darc-4-damped", ONE, SEEDS):
         rows.append((one.away, *(f"{value:.4f}" for value in in_degrees(one))))
     return Table(
-        caption=f"What limits the damping-aware law: one cause taken away at a time, {SEEDS} encoder phases.",
+        caption=f"Error budget of the damping-aware law: one disturbance removed at a time, {SEEDS} "
+        "encoder phases.",
         columns=(
-            Column(title="Taken away"),
+            Column(title="Removed"),
             Column(title="Median", unit="deg", numeric=True),
             Column(title="Worst", unit="deg", numeric=True),
             Column(title="Worst, encoder's zero", unit="deg", numeric=True),
@@ -238,10 +240,10 @@ def _bound(loop: Loop) -> Table:
         parts = said["expected_bound_parts_deg"]
         rows = (
             *((SAID[part], f"{parts[part]:.3f}") for part in PARTS),
-            ("together, where the sum is largest", f"{said['expected_bound_deg']:.3f}"),
+            ("all together, where the sum is largest", f"{said['expected_bound_deg']:.3f}"),
         )
     return Table(
-        caption="Bound of the error for everything uncertain at once, filter and counts included.",
+        caption="Bound of the error for all uncertainties together, filter and quantisation included.",
         columns=(Column(title="From"), Column(title="Bound", unit="deg", numeric=True)),
         groups=(RowGroup(rows=rows),),
     )

@@ -42,8 +42,8 @@ def chapter(context: ReportContext) -> Chapter | None:
         blocks=(
             Paragraph(
                 text=Markup(
-                    "Chapter 3 of the source of three of these machines, <cite>{}</cite>, computed anew with "
-                    "the parameters of its Table 3.1. Where the print differs, the cause is given."
+                    "Chapter 3 of the source of three of these machines, <cite>{}</cite>, recomputed with "
+                    "the parameters of its Table 3.1. Where the print differs, the reason is given."
                 ).format(SOURCE)
             ),
         ),
@@ -77,8 +77,8 @@ def _table() -> tuple[Block, ...]:
     items = Markup("").join(Markup("<li><strong>{}:</strong> {}.</li>").format(*reason) for reason in reasons)
     return (
         Table(
-            caption="Table 3.2 as printed, as computed here, and as the conventions mixed in the print give "
-            "it.",
+            caption="Table 3.2: printed values, values computed here, and values under the conventions "
+            "that the print mixes.",
             columns=(
                 Column(title="Quantity"),
                 Column(title="Printed", unit="Hz", numeric=True),
@@ -104,10 +104,11 @@ def _determinants() -> tuple[Block, ...]:
     blocks: list[Block] = [
         Paragraph(
             text="The print looks for zeros of a determinant. There are two of them near 750 Hz, "
-            f"{gaps[0]} Hz apart in configuration 1 and {gaps[1]} Hz in configuration 2; over 3000 Hz the "
-            "curve seems only to touch the axis there. The print lists the upper one as its second "
-            "frequency. The lower one is the true second mode: both spans move together, the pulleys rest, "
-            "as its Fig. 3.5(b) draws it."
+            f"{gaps[0]} Hz apart in configuration 1 and {gaps[1]} Hz in configuration 2; on a plot up to "
+            "3000 Hz the curve appears only to touch the axis there. The print lists the upper one as its "
+            "second "
+            "frequency. The lower one is the true second mode: both spans move together, the pulleys are "
+            "at rest, as in its Fig. 3.5(b)."
         )
     ]
     for number_, windows in enumerate(both, start=1):
@@ -118,8 +119,8 @@ def _determinants() -> tuple[Block, ...]:
                 name=f"determinant-{number_}",
                 alt=f"Determinant of the modal matrix against frequency in three ranges; zeros at {zeros}.",
                 caption=f"Fig. 3.{number_}: determinant of (3.13) for configuration {number_}. Dots are the "
-                "certified modes. The ranges of the print are lost; the first two are chosen like them, the "
-                "third is new.",
+                "certified modes. The ranges of the print are not given; the first two are chosen like "
+                "them, the third is new.",
                 wide=picture.wide,
                 narrow=picture.narrow,
             )
@@ -142,7 +143,8 @@ def _shapes() -> tuple[Block, ...]:
             alt="Fundamental displacement of upper and lower span against position: nearly straight lines of "
             "opposite slope; with a carriage at midspan of configuration 1 they cross zero at the carriage.",
             caption="Figs. 3.3, 3.4 and 3.9: fundamental shapes, each span over its own coordinate. The "
-            "carriage of the third, five times the cable’s mass, sits in a node; the print’s mass is lost.",
+            "carriage of the third, five times the cable’s mass, is at a node; the mass in the print is "
+            "not given.",
             wide=picture.wide,
             narrow=picture.narrow,
         ),
@@ -163,18 +165,21 @@ def _carriage() -> tuple[Block, ...]:
         Paragraph(
             text="A carriage lowers the fundamental of configuration 1 most where it sits on a rim. At "
             "midspan, the print says, it changes nothing. That holds for the out-of-phase mode, which has "
-            "its node there; but the mode that carries the mass falls as the mass grows, crosses it at "
+            "its node there; but the frequency of the mode that moves the carriage falls as the mass "
+            "grows, crosses it at "
             f"{ratio} times the cable’s mass, and is the fundamental from there on: {heaviest} Hz instead of "
             f"{fundamental} Hz at {number(MASS_RATIOS[-1])} times."
         ),
         Figure(
             name="carriage-on-its-way",
             alt=f"Left: fundamental frequency against the place of a carriage for {len(MASS_RATIOS)} masses; "
-            f"all curves but the heaviest two meet at midspan at {fundamental} Hz. Right: both lowest modes "
+            f"all curves but the heaviest two coincide at midspan at {fundamental} Hz. Right: both lowest "
+            "modes "
             f"with the carriage at midspan against its mass; they cross at {ratio} times the mass of the "
             "cable.",
-            caption="Fig. 3.8 and what it overlooks. Numbers on the curves: mass of the carriage over mass "
-            "of the cable, chosen here; those of the print are lost.",
+            caption="Fig. 3.8, and the second mode that it lacks. Numbers on the curves: mass of the "
+            "carriage over mass "
+            "of the cable, chosen here; those of the print are not given.",
             wide=picture.wide,
             narrow=picture.narrow,
         ),

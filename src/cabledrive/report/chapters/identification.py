@@ -27,9 +27,9 @@ def chapter(context: ReportContext) -> Chapter | None:
         anchor="identification",
         blocks=(
             Paragraph(
-                text="The experiments of chapter 4, run on a virtual rig: it has the printed figures, "
-                "friction that sticks, an encoder of 2,600 counts, torque read with a noise of 6 mN m, and "
-                "phases at random. What is identified should be what the rig was made of."
+                text="The experiments of chapter 4, run on a virtual rig with the printed parameters, "
+                "stick-slip friction, an encoder of 2,600 counts, a torque noise of 6 mN m and random "
+                "encoder phases. The identified parameters are compared with those of the rig."
             ),
             _bench_table(found.experiments),
             _second_table(found),
@@ -69,18 +69,19 @@ def _bench_table(experiments: Sequence[Experiment]) -> Table:
         ]
         groups.append(RowGroup(title=one.title, rows=tuple(rows)))
     return Table(
-        caption="What the rig was made of (Table 4.1, in thousandths of its SI units), what the log tells.",
+        caption="Parameters of the rig (Table 4.1, in thousandths of SI units), and those identified from "
+        "the log.",
         columns=(
             Column(title="Parameter"),
             Column(title="Rig", numeric=True),
             Column(title="Identified, 95 %", numeric=True),
-            Column(title="Holds it"),
+            Column(title="Covered"),
             Column(title="With tanh(0.5 w)", numeric=True),
         ),
         groups=tuple(groups),
-        note="One in twenty intervals may miss. The last column is the print's own regressor on the same "
-        "log: so wide a smoothing cannot part viscous from Coulomb friction, least of all where the axis "
-        "moves slowly.",
+        note="One in twenty intervals may miss the true value. The last column uses the regressor of the "
+        "print on the same log: such wide smoothing cannot separate viscous from Coulomb friction, "
+        "least of all at low speed.",
     )
 
 
@@ -123,8 +124,8 @@ def _bench(experiments: Sequence[Experiment]) -> Section:
                 "torque and the much smaller modelling error.",
                 f"As Figs. {one.figures}: {one.title}. Filtered: causal, 20 Hz, which lags. Modelling error "
                 f"{number(100 * one.curves.error_share, 3)} % of the torque with tanh(0.5 w), "
-                f"{number(100 * one.error_share, 3)} % with the sign of the speed; most of it is the "
-                "encoder's rounding in the acceleration.",
+                f"{number(100 * one.error_share, 3)} % with the sign of the speed; most of it is encoder "
+                "quantisation in the acceleration.",
             )
         )
     return Section(title="Bench tests", anchor="identification-bench", blocks=tuple(blocks))
@@ -138,14 +139,15 @@ def _responses(found: Chapter4) -> Section:
             response_picture("identification-motor", found.motor),
             "Magnitude and phase from torque to motor speed: an integrator.",
             "As Fig. 4.17: motor alone, friction and offset taken off the torque. Dashed: 1/(Js + b) of the "
-            "rig. Below 10 Hz the turns of the friction make it rough; above 200 Hz the encoder does.",
+            "rig. Deviations: below 10 Hz by reversals of the friction, above 200 Hz by encoder "
+            "quantisation.",
         ),
         _figure(
             "identification-coupled",
             response_picture("identification-coupled", found.coupled),
-            "Magnitude and phase with a shallow dip and a peak where the coupling swings.",
-            "As Fig. 4.19: with the drive pulley on its coupling, (4.19) dashed. Matched by weighted least "
-            f"squares instead of by hand: k_m = {number(coupled['joint_stiffness'], 4)} N m/rad, b_m = "
+            "Magnitude and phase with a shallow dip and a peak at the resonance of the coupling.",
+            f"As Fig. 4.19: with the drive pulley on its coupling, (4.19) dashed. Fitted by weighted least "
+            f"squares: k_m = {number(coupled['joint_stiffness'], 4)} N m/rad, b_m = "
             f"{number(coupled['joint_damping'], 3)} N m s/rad.",
         ),
         _figure(
@@ -154,8 +156,8 @@ def _responses(found: Chapter4) -> Section:
                 "identification-amplifier", found.amplifier_response, found.amplifier, 1.0 / RATE
             ),
             "Magnitude and phase from command to torque: constant, then a slow fall.",
-            f"As Fig. 4.21: {number(found.amplifier.decibels, 3)} dB. The fall towards 300 Hz is the current "
-            "loop, and the command that stands for a sample.",
+            f"As Fig. 4.21: {number(found.amplifier.decibels, 3)} dB. The fall towards 300 Hz is due to "
+            "the current loop and the zero-order hold of the command.",
         ),
     )
     return Section(title="Responses", anchor="identification-responses", blocks=blocks)

@@ -56,17 +56,17 @@ def chapter(context: ReportContext) -> Chapter:
         anchor="internal-resonance",
         blocks=(
             Paragraph(
-                text="Where the pulleys' own mode has twice the frequency of a mode across the cable, "
-                "torque at the pulleys pumps the cable, and the two exchange energy. The verdict is about "
-                "a torque at the pulley mode's frequency: the motor's limit, else one hundredth of what "
-                "makes a span slack."
+                text="Where the pulley mode has twice the frequency of a transverse mode, a torque at the "
+                "pulleys excites the transverse mode parametrically, and the two exchange energy. The "
+                "verdict is for a torque at the pulley mode's frequency: the torque limit of the "
+                "motor, else one hundredth of the slack torque."
             ),
             _standings(found),
         ),
         sections=() if rig is None else (_parameters(rig), *_responses(rig), _steady(rig), _motions(rig)),
         methods=(
             "Internal resonance: coupling by exact integrals over certified modes, averaged equations to "
-            "second order, maps by the oscillators themselves, responses by the exact nonlinear loop.",
+            "second order, maps by integration of the oscillators, responses by the full nonlinear model.",
         ),
         headline=_headline(found),
     )
@@ -83,7 +83,7 @@ def _headline(found: list[tuple[Drive, ResonanceSummary]]) -> str:
 
 def _standings(found: list[tuple[Drive, ResonanceSummary]]) -> Table:
     return Table(
-        caption="How near each machine is to its internal resonance.",
+        caption="Detuning of each machine from its internal resonance.",
         columns=(
             Column(title="Machine"),
             Column(title="Verdict"),
@@ -93,9 +93,8 @@ def _standings(found: list[tuple[Drive, ResonanceSummary]]) -> Table:
             Column(title="Torque", unit="N m", numeric=True),
         ),
         groups=(RowGroup(rows=tuple(_standing(drive, summary) for drive, summary in found)),),
-        note="Ratio: lowest transverse mode of an empty span over the pulley mode; one half is the "
-        "resonance. The threshold is zero where the pulley mode or the cable has no damping in the drive "
-        "file.",
+        note="Ratio: lowest transverse mode of an empty span over the pulley mode; 1/2 is the resonance. "
+        "The threshold is zero where the drive file gives the pulley mode or the cable no damping.",
     )
 
 
@@ -132,12 +131,12 @@ def _parameters(rig: Drive) -> Section:
         _figure(
             "resonance-map",
             map_picture("resonance-map", growth),
-            "Contours of growth over pretension and torque: a tongue that opens upwards at the tuned "
-            "pretension.",
+            "Contours of growth over pretension and torque: an instability region that opens upwards at "
+            "the tuned pretension.",
             f"Growth of a small pluck in {number(growth.duration)} s: contours of 1.5, 3 and 10 times. "
             "Dashed: threshold. Ring: the forced response below. "
             f"Dampings of {number(GAMMA)} 1/s across and {number(PULLEY_DAMPING)} 1/s of the pulley mode "
-            f"are guesses. {referee}",
+            f"are estimates. {referee}",
         ),
     )
     return Section(title="When", anchor="resonance-when", blocks=blocks)
@@ -150,7 +149,8 @@ def _responses(rig: Drive) -> tuple[Section, ...]:
         (
             "Fig. 5.4",
             "strong coupling of load pulley and cable, energy exchanged",
-            f"the load grows, then falls to {number(100 * forced.fallen, 2)} % of its peak as the cable "
+            f"the load angle grows, then falls to {number(100 * forced.fallen, 2)} % of its peak as the "
+            "cable "
             "takes over",
         ),
         (
@@ -162,12 +162,12 @@ def _responses(rig: Drive) -> tuple[Section, ...]:
         ("Fig. 5.6", "growth of both amplitudes, a kind of beats", "as Fig. 5.4"),
         (
             "Fig. 5.7",
-            "pulley largest when the upper span is least, dies out after 1 s",
-            f"spans swap through the pulleys, undamped period {quantity(free.period, 's')}",
+            "pulley amplitude largest when the upper span is smallest, decayed after 1 s",
+            f"spans exchange energy through the pulleys, undamped period {quantity(free.period, 's')}",
         ),
     )
     table = Table(
-        caption="What the captions and the text of chapter 5 claim, and what is found.",
+        caption="Statements of chapter 5 and results computed here.",
         columns=(Column(title="Figure"), Column(title="Claim"), Column(title="Found")),
         groups=(RowGroup(rows=claims),),
     )
@@ -178,29 +178,31 @@ def _responses(rig: Drive) -> tuple[Section, ...]:
         forced_picture("resonance-forced", forced),
         "Load angle and midpoint over time: both grow and exchange energy.",
         f"As Figs. 5.4 and 5.6: torque of {quantity(TORQUE, 'N m')} at the pulley mode's frequency, "
-        f"triangular plucks of {plucks} mm, exact loop. The averaged equations differ by "
+        f"triangular plucks of {plucks} mm, full nonlinear model. The averaged equations differ by "
         f"{number(100 * forced.errors[0], 2)} % in the load angle and {number(100 * forced.errors[1], 2)} "
         "% at midspan.",
     )
     swept_figure = _figure(
         "resonance-swept",
         swept_picture("resonance-swept", swept),
-        "Amplitude over the frequency ratio: steep growth inside the tongue.",
+        "Amplitude over the frequency ratio: steep growth inside the instability region.",
         "As Fig. 5.5: tension rising so that the detuning changes by "
         f"{number(SWEEP_RATE / (2 * np.pi), 2)} Hz per second, from a floor of {number(1e6 * FLOOR)} um at "
-        "the edge of the tongue; Hill's equation. Back-action of the cable is left out.",
+        "the edge of the instability region; Hill's equation of the transverse mode, without back-action "
+        "on the pulleys.",
     )
     free_figure = _figure(
         "resonance-free",
         free_picture("resonance-free", free),
-        "Load angle, upper midpoint and shares of energy: the spans swap their energy through the pulleys.",
-        f"As Fig. 5.7: triangular plucks of {free_plucks} mm, no torque, exact loop. Closed form without "
+        "Load angle, upper midpoint and shares of energy: the spans exchange energy through the pulleys.",
+        f"As Fig. 5.7: triangular plucks of {free_plucks} mm, no torque, full nonlinear model. Closed form "
+        "without "
         f"damping: period {quantity(free.period, 's')}, largest load angle "
         f"{number(free.stroke * 57.29578, 3)} deg.",
     )
     return (
         Section(
-            title="How far",
+            title="Amplitude",
             anchor="resonance-how-far",
             blocks=(table, forced_figure, swept_figure, free_figure),
         ),
@@ -213,18 +215,20 @@ def _steady(rig: Drive) -> Section:
     branches = steady_branches(drive, 2 * TORQUE, np.random.default_rng(SEED), forcing=forcing)
     single = branches[0]
     told = (
-        f"They leave rest at {quantity(single.onset, 'N m')}, the threshold" if single.onset else "They rise"
+        f"They branch from the state of rest at {quantity(single.onset, 'N m')}, the threshold"
+        if single.onset
+        else "They rise"
     )
     if single.folds:
-        told += f", and turn back at {quantity(single.folds[0], 'N m')}: below, a large motion dies out"
+        told += f", with a fold at {quantity(single.folds[0], 'N m')}: below it a large motion decays"
     figure = _figure(
         "resonance-steady",
         steady_picture("resonance-steady", branches),
         "Steady amplitude over the torque: one branch for one span alone, one for both.",
         f"Steady motions at {number(100 * STEADY_SHIFT, 3)} % of the pulley mode's frequency, continued. "
-        f"Full: stable; dashed: not. {told}. A steady load of 0.1 mN m already parts the spans.",
+        f"Full: stable; dashed: not. {told}. A steady load of 0.1 mN m is enough to separate the spans.",
     )
-    return Section(title="Where it settles", anchor="resonance-steady-states", blocks=(figure,))
+    return Section(title="Steady motion", anchor="resonance-steady-states", blocks=(figure,))
 
 
 def _motions(rig: Drive) -> Section:
@@ -244,7 +248,7 @@ def _motions(rig: Drive) -> Section:
             )
         )
     table = Table(
-        caption="The alarm on four motions of configuration 2 at its tuned pretension.",
+        caption="Assessment of four motions of configuration 2 at its tuned pretension.",
         columns=(
             Column(title="Motion"),
             Column(title="Verdict"),
@@ -256,6 +260,6 @@ def _motions(rig: Drive) -> Section:
         groups=(RowGroup(rows=tuple(rows)),),
         note="Every transverse mode has a floor of 0.01 mm, the limit is 0.5 mm. Direct excitation goes "
         'through the sag; parametric excitation is of one mode (1:2) or of two. "unknown": a small change of '
-        "the frequencies and the torque would pass the limit, or the model ends.",
+        "the frequencies and the torque would exceed the limit, or the model is not valid.",
     )
-    return Section(title="Along a motion", anchor="resonance-motions", blocks=(table,))
+    return Section(title="Planned motions", anchor="resonance-motions", blocks=(table,))

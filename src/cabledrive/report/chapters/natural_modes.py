@@ -58,18 +58,18 @@ def _introduction() -> tuple[Block, ...]:
     omega = f.inline("ω")
     return (
         Paragraph(
-            text="Along the cable, every span carries waves, every pulley enters with its inertia and every "
-            "carriage with its mass; nothing is divided into elements. Across the cable, a span is a string "
-            "under the tension that weights and slope leave it, held at the pulleys and at guided carriages. "
-            "In the plane of gravity its sag counts too: a motion that stretches the sagging cable raises "
-            "its tension, and with it the frequency."
+            text="Longitudinal: every span is a wave guide, pulleys enter with their inertia and carriages "
+                "with their mass; there is no discretisation. Transverse: a span is a string under its "
+                "static tension (weight and slope included), fixed at the pulleys and at guided carriages. "
+                "In the plane of gravity the sag is included: a motion that stretches the sagging cable "
+                "raises its tension and thus the frequency."
         ),
         Paragraph(
             text=Markup(
-                "A list of frequencies is complete only if something other than the search says how long it "
-                "must be. That is the count of Wittrick and Williams: the number of natural frequencies "
-                "below {} is the number of negative eigenvalues of the dynamic stiffness {}, plus those that "
-                "the segments of length {} have between held ends, where waves run at speed {}:"
+                "Completeness needs a count that is independent of the search, the count of Wittrick and "
+                "Williams: the number of natural frequencies "
+                "below {} is the number of negative eigenvalues of the dynamic stiffness {}, plus those "
+                "of the segments of length {} between fixed ends, with wave speed {}:"
             ).format(omega, f.inline("K"), f.inline(f.sub("l", "i")), f.inline("c"))
         ),
         Equation(
@@ -81,15 +81,15 @@ def _introduction() -> tuple[Block, ...]:
             "part of omega times the length of the segment over pi times the wave speed",
         ),
         Paragraph(
-            text="It misses no mode and counts a double one twice. In the staircases below the line is this "
-            "count and the dots are the list: a mode that the search had missed would leave a step without "
-            "its dot. The rungs across the cable, on the ladder under each staircase, are those of the plane "
-            "of gravity."
+            text="It counts every mode, double ones twice. In the staircases below the line is this count "
+                "and the dots are the list: a missed mode would be a step without a dot. The transverse "
+                "rungs of the ladder under each staircase are those of the plane of gravity."
         ),
         Paragraph(
-            text="Shapes are drawn with the cable unrolled. Dots are the rims of the pulleys, squares the "
-            "carriages; displacements count in the direction of each span, and the largest is scaled to one. "
-            "Modes are named by what moves: the pulleys against each other (out of phase), with each other "
+            text="Shapes are drawn along the unrolled cable. Dots are the rims of the pulleys, squares the "
+                "carriages; displacements are positive in the direction of each span, and the largest is "
+                "scaled to one. Modes are named by the parts that move: the pulleys against each other "
+                "(out of phase), with each other "
             "(in phase) or not at all (at rest), mainly a carriage, or mainly the motor against its joint."
         ),
     )  # fmt: skip
@@ -97,7 +97,9 @@ def _introduction() -> tuple[Block, ...]:
 
 def _about(drive: Drive, name: str, modes: Modes) -> tuple[Block, ...]:
     tone = "good" if modes.certified else "warning"
-    head = Markup("<strong>{}</strong> ").format("Complete." if modes.certified else "Not proven complete.")
+    head = Markup("<strong>{}</strong> ").format(
+        "Complete." if modes.certified else "Not certified as complete."
+    )
     blocks: list[Block] = [
         Note(text=head + certificate_words(modes), tone=tone),
         Paragraph(text=f"{lowest_frequencies(drive).line} {how_held(modes)}"),
@@ -127,10 +129,10 @@ def _ladder(drive: Drive, name: str, modes: Modes) -> Figure:
     below = f"{number(bound)} Hz"
     return Figure(
         name=f"ladder-{name}",
-        alt=f"Staircase of the number of modes along the cable below a frequency, up to {below}; it rises at "
-        f"{steps}. Below it every mode as a rung, {len(modes.transverse)} of them across the cable.",
-        caption=f"{drive.name}: modes along the cable, counted up to {below} (line) and listed (dots); "
-        "below, every mode of both kinds as a rung.",
+        alt=f"Staircase of the number of longitudinal modes below a frequency, up to {below}; it rises at "
+        f"{steps}. Under it each mode as a rung, {len(modes.transverse)} of them transverse.",
+        caption=f"{drive.name}: longitudinal modes, counted up to {below} (line) and listed (dots); under "
+        "it, each mode of both kinds as a rung.",
         wide=picture.wide,
         narrow=picture.narrow,
     )
@@ -149,7 +151,7 @@ def _along(modes: Modes) -> Table:
         for mode, shares in rows
     ]
     return Table(
-        caption="Modes along the cable, and where their kinetic energy is.",
+        caption="Longitudinal modes and their kinetic energy.",
         columns=(
             Column(title="Frequency", unit="Hz", numeric=True),
             Column(title="What moves"),
@@ -178,7 +180,7 @@ def _across(modes: Modes) -> Table:
     decimals = _decimals([row.frequency for row in rows[:SHOWN_ACROSS]])
     more = f"The lowest {SHOWN_ACROSS} of {len(rows)} frequencies." if len(rows) > SHOWN_ACROSS else ""
     return Table(
-        caption="Modes across the cable.",
+        caption="Transverse modes.",
         columns=(
             Column(title="Frequency", unit="Hz", numeric=True),
             Column(title="Modes", numeric=True),
@@ -191,7 +193,7 @@ def _across(modes: Modes) -> Table:
 
 
 def _across_cells(row: ModeRow, decimals: int) -> tuple[Cell, ...]:
-    carried = "the carriages swing; " if row.family == "carriage-dominated" else ""
+    carried = "the carriages move; " if row.family == "carriage-dominated" else ""
     models = sorted({mode.model or "" for mode in row.modes})
     return fixed(row.frequency, decimals), str(row.count), carried + row.where, " and ".join(models)
 
@@ -205,7 +207,8 @@ def _shapes(drive: Drive, name: str, modes: Modes) -> Figure:
     return Figure(
         name=f"shapes-{name}",
         alt=f"Displacement along the unrolled cable in {len(shown)} modes: {seen}.",
-        caption=f"{drive.name}: shapes of the lowest modes along and across, the cable unrolled ({what}).",
+        caption=f"{drive.name}: shapes of the lowest longitudinal and transverse modes along the unrolled "
+        f"cable ({what}).",
         wide=picture.wide,
         narrow=picture.narrow,
     )

@@ -42,10 +42,9 @@ def chapter(context: ReportContext) -> Chapter | None:
         anchor="reduced-models",
         blocks=(
             Paragraph(
-                text="A control law needs a model of few equations. Models 1 to 4 are rows of one to "
-                "three inertias: the joint behind the motor and the cable are each rigid or a spring "
-                "with a damper. What the springs lack is the cable's own mass; what a rigid part "
-                "lacks is a whole mode."
+                text="A control law needs a model of low order. Models 1 to 4 are lumped chains of one to "
+                "three inertias: the motor joint and the cable are each rigid or a spring with a "
+                "damper. The springs neglect the mass of the cable; a rigid part neglects a whole mode."
             ),
         ),
         sections=tuple(
@@ -94,8 +93,8 @@ def _table(quality: tuple[ModelQuality, ...]) -> Table:
         for one in quality
     ]
     return Table(
-        caption="Natural frequencies beside those of the distributed cable, and up to which frequency the "
-        "response from motor torque to load angle is right to 1 % and to 5 %.",
+        caption="Natural frequencies compared with the distributed cable, and frequency up to which the "
+        "response from motor torque to load angle is accurate to 1 % and to 5 %.",
         columns=(
             Column(title="Model"),
             Column(title="Frequencies", unit="Hz"),
@@ -112,8 +111,7 @@ def _figure(drive: Drive, name: str, quality: tuple[ModelQuality, ...]) -> Figur
     return Figure(
         name=f"responses-{name}",
         alt=f"Magnitude of the response from motor torque to load angle over frequency for {len(quality)} "
-        "models and the distributed cable; each model follows it up to the first mode that it leaves "
-        "out.",
+        "models and the distributed cable; each model agrees with it up to the first neglected mode.",
         caption="Load angle per motor torque. Grey: distributed cable; numbered lines: the models.",
         wide=picture.wide,
         narrow=picture.narrow,
@@ -128,7 +126,8 @@ def _motor_speed(drive: Drive, name: str, printed: bool) -> Figure:
     return Figure(
         name=f"motor-speed-{name}",
         alt="Magnitude of the response from motor torque to motor speed: a dip and a peak of the cable, and "
-        "with a flexible joint a second pair; the distributed cable lies on the model with both springs.",
+        "with a flexible joint a second pair; the distributed cable coincides with the model with both "
+        "springs.",
         caption=f"Motor speed per motor torque{like}: {models}, the distributed cable in grey.{dotted}",
         wide=picture.wide,
         narrow=picture.narrow,

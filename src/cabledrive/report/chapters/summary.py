@@ -1,4 +1,4 @@
-"""Chapter "In short": the answer before the reasons."""
+"""Chapter "Summary": the answer before the reasons."""
 
 from markupsafe import Markup
 
@@ -20,17 +20,17 @@ def chapter(context: ReportContext) -> Chapter:
     blocks: list[Block] = [Paragraph(text=_verdict(context.modes))]
     if len(context.drives) > 1:
         blocks.append(_overview(context))
-    return Chapter(title="In short", anchor="in-short", blocks=(*blocks, _table(context)))
+    return Chapter(title="Summary", anchor="in-short", blocks=(*blocks, _table(context)))
 
 
 def _verdict(all_modes: tuple[Modes, ...]) -> Markup:
     listed = sum(modes.certificate.count for modes in all_modes)
     open_lists = sum(not modes.certified for modes in all_modes)
     machines = "this machine" if len(all_modes) == 1 else f"these {count_words(len(all_modes), 'machine')}"
-    head = f"{listed} natural modes of {machines} were computed, along the cable and across it."
+    head = f"{listed} natural modes of {machines} were computed, longitudinal and transverse."
     if not open_lists:
-        return Markup("{} <strong>Every list is proven complete: no mode is missing.</strong>").format(head)
-    return Markup("{} <strong>{} not proven complete; see below.</strong>").format(
+        return Markup("{} <strong>All lists are certified complete.</strong>").format(head)
+    return Markup("{} <strong>{} not certified; see below.</strong>").format(
         head, count_words(open_lists, "list") + (" is" if open_lists == 1 else " are")
     )
 
@@ -40,10 +40,10 @@ def _overview(context: ReportContext) -> Figure:
     picture = overview_picture("overview", names, context.modes)
     return Figure(
         name="overview",
-        alt="Lowest frequency along and across the cable for each machine on a logarithmic axis; the numbers "
-        "are in the table below.",
-        caption="The lowest mode along the cable and the lowest across it. Where the second lies near half "
-        "the first, motion along the cable can feed motion across it.",
+        alt="Lowest longitudinal and transverse frequency of each machine on a logarithmic axis; the "
+        "numbers are in the table below.",
+        caption="The lowest longitudinal and the lowest transverse mode. Where the second is near half the "
+        "first, longitudinal motion can excite transverse motion parametrically.",
         wide=picture.wide,
         narrow=picture.narrow,
     )
@@ -52,7 +52,7 @@ def _overview(context: ReportContext) -> Figure:
 def _table(context: ReportContext) -> Table:
     parts = zip(context.drives, context.anchors, context.modes, strict=True)
     return Table(
-        caption="Lowest natural frequencies; each machine leads to its modes.",
+        caption="Lowest natural frequencies; each name links to the modes of the machine.",
         columns=(
             Column(title="Machine"),
             Column(title="Along", unit="Hz", numeric=True),
@@ -63,8 +63,8 @@ def _table(context: ReportContext) -> Table:
             Column(title="Remarks", numeric=True),
         ),
         groups=(RowGroup(rows=tuple(_row(drive, name, modes) for drive, name, modes in parts)),),
-        note="Across: lowest mode of all spans. Modes: along and across, both planes. Remarks: what a "
-        "practitioner would look at twice, told with each machine's data.",
+        note="Transverse: lowest mode of all spans. Modes: longitudinal and transverse, both planes. "
+        "Warnings: listed with the data of each machine.",
     )
 
 

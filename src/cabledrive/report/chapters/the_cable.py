@@ -59,21 +59,22 @@ def chapter(context: ReportContext) -> Chapter | None:
         anchor="the-cable",
         blocks=(
             Paragraph(
-                text=f"{drive.name}: the exact nonlinear loop in time. Both spans are plucked at midspan, "
+                text=f"{drive.name}: time simulation of the nonlinear loop. Both spans are plucked at "
+                "midspan, "
                 f"the upper one by {quantity(PLUCKS[0], 'm')} and the lower one by "
-                f"{quantity(PLUCKS[1], 'm')}, from where they hang. While a span swings, its "
-                "tension rises and falls twice per swing; the two spans pull unequally, and the pulleys turn."
+                f"{quantity(PLUCKS[1], 'm')}, from equilibrium. The tension of a vibrating span rises and "
+                "falls twice per period; the two spans pull unequally, and the pulleys turn."
             ),
             _animation(drive, close),
         ),
         sections=(_at_rest(drive), _free(drive, close), _forced(drive), _slack(drive), _ways(drive)),
         methods=(
-            "The cable in time: leapfrog on a conservative chain with the exact geometry of the cable, "
-            f"{SEGMENTS} segments per span unless told otherwise; every figure is drawn from a run "
-            "made for it.",
+            f"The cable in time: leapfrog on a conservative chain with the exact geometry of the cable, "
+            f"{SEGMENTS} segments per span unless stated otherwise; each figure is drawn from a run of its "
+            "own.",
         ),
-        headline=f"{drive.name} plucked and forced on the exact nonlinear loop; the energy budget of the "
-        f"first run is wrong by at most {number(close.energy_budget_error, 2)}.",
+        headline=f"{drive.name} plucked and forced on the exact nonlinear loop; largest error of the "
+        f"energy balance of the first run: {number(close.energy_budget_error, 2)}.",
     )
 
 
@@ -85,9 +86,9 @@ def _animation(drive: Drive, run: SimulationResult) -> Figure:
     switch, wide, narrow = animation_svg("cable-animation", drive, run)
     return Figure(
         name="cable-animation",
-        alt="The loop in motion: the corners of both plucks part and run to and fro along the spans, and the "
-        "light load pulley turns to and fro in time with them.",
-        caption="The loop in slow motion, deflections and turns drawn larger by the factors that it says.",
+        alt="The loop in motion: the corners of both plucks split and travel along the spans, and the "
+        "light load pulley oscillates in time with them.",
+        caption="The loop in slow motion, deflections and angles magnified by the stated factors.",
         switch=switch,
         wide=wide,
         narrow=narrow,
@@ -117,7 +118,7 @@ def _at_rest(drive: Drive) -> Section:
                 )
             ),
         ),
-        note="The catenary is exact for a cable of Hooke's law; the chain has the same geometry.",
+        note="The catenary is exact for a linearly elastic cable; the chain has the same geometry.",
     )
     return Section(title="At rest", anchor="cable-at-rest", blocks=(table,))
 
@@ -139,9 +140,9 @@ def _free(drive: Drive, close: SimulationResult) -> Section:
             _figure(
                 "cable-histories",
                 histories_picture("cable-histories", close),
-                "Three curves over time: the angle of the load pulley beats, both midpoints swing up and "
-                "down in straight lines.",
-                "Load pulley and midpoints after the plucks. Energy budget: wrong by at most "
+                "Three curves over time: the angle of the load pulley shows beats, both midpoints vibrate "
+                "in a plane.",
+                f"Load pulley and midpoints after the plucks. Largest error of the energy balance: "
                 f"{number(close.energy_budget_error, 2)} of the largest energy handled.",
             ),
             _figure(
@@ -150,39 +151,39 @@ def _free(drive: Drive, close: SimulationResult) -> Section:
                 "Amplitude spectrum of the load angle on a logarithmic scale, with peaks at the lowest "
                 "pulley mode, and at one and two times the frequency of the spans.",
                 f"As Fig. 3.6, amplitude spectrum of the load angle over {number(long.time[-1])} s (Hann "
-                f"window). The load pulley's own peak stands at {number(peak, 4)} Hz, printed "
-                f"{number(PRINTED_PEAK)} Hz, certified {number(mode, 5)} Hz; peaks are told apart from "
-                f"{number(2 * spectrum.resolution, 2)} Hz on. The peak at {number(twice, 4)} Hz, "
+                f"window). The peak of the pulley mode is at {number(peak, 4)} Hz (printed: "
+                f"{number(PRINTED_PEAK)} Hz, certified mode: {number(mode, 5)} Hz); peaks are resolved from "
+                f"{number(2 * spectrum.resolution, 2)} Hz apart. The peak at {number(twice, 4)} Hz, "
                 f"{number(twice_height / height, 2)} times as high, is twice the frequency of the spans: "
-                "their tension pulls at the pulley twice per swing. Ticks: certified modes, long ones "
+                "their tension acts on the pulley twice per period. Ticks: certified modes, long ones "
                 "longitudinal.",
             ),
             _figure(
                 "cable-space-time",
                 space_time_picture("cable-space-time", close),
                 "Map of the upper span over time: nested boxes, blue and orange by turns.",
-                "The upper span in space and time, w: the corner of the pluck parts in two, which run to the "
-                f"pulleys at {number(_wave_speed(drive), 3)} m/s and come back turned over; between them the "
-                "span is flat.",
+                f"The upper span in space and time, w: the corner of the pluck splits in two, which travel "
+                f"to the pulleys at {number(_wave_speed(drive), 3)} m/s and return inverted; between them "
+                "the span is straight.",
             ),
             _figure(
                 "cable-tension",
                 tension_picture("cable-tension", drive, close),
-                "Map of the tension along the upper and then the lower span over time: upright stripes, "
-                "others in each span.",
-                "Tension along the cable, upper span below the dashed line, less the pretension of "
+                "Map of the tension along the upper and then the lower span over time: vertical stripes, "
+                "different in each span.",
+                "Tension along the cable, upper span below the dashed line, minus the pretension of "
                 f"{quantity(drive.cable.pretension, 'N')}; it stays between {number(tension.min(), 4)} and "
-                f"{number(tension.max(), 4)} N. Waves along the cable are {number(_ratio(drive), 2)} times "
-                "as quick as the corners, so over a span the tension is nearly the same everywhere, which is "
-                "what the fast model assumes.",
+                f"{number(tension.max(), 4)} N. Longitudinal waves are {number(_ratio(drive), 2)} times as "
+                "fast as transverse ones, so the tension is nearly uniform along a span, as the fast model "
+                "assumes.",
             ),
             _figure(
                 "cable-orbit",
                 orbit_picture("cable-orbit", whirl),
-                "Orbit of the midpoint in the plane of v and w: an ellipse whose axes turn slowly.",
+                "Orbit of the midpoint in the plane of v and w: an ellipse whose axes rotate slowly.",
                 f"Whirl: midpoint of the upper span over {number(whirl.time[-1], 2)} s after a half-sine "
-                f"pluck of {quantity(WHIRL, 'm')} in w and a kick in v. The stretch of the cable turns the "
-                "ellipse.",
+                f"pluck of {quantity(WHIRL, 'm')} in w and a kick in v. The stretch of the cable rotates "
+                "the ellipse.",
             ),
         ),
     )
@@ -205,19 +206,19 @@ def _forced(drive: Drive) -> Section:
         _figure(
             "cable-forced",
             histories_picture("cable-forced", run),
-            "Three curves over time: the load angle and both midpoints swing wider and wider.",
+            "Three curves over time: the amplitudes of the load angle and of both midpoints grow.",
             f"Torque of {quantity(TORQUE, 'N m')} at the frequency of the lowest longitudinal mode, from "
             "rest. The midpoints follow the tension, which changes the sag; "
-            f"nothing damps the motion, and the load angle reaches {quantity(peak, 'rad', 3)} in "
+            f"the motion is undamped, and the load angle reaches {quantity(peak, 'rad', 3)} in "
             f"{number(run.time[-1], 2)} s.",
         ),
         _figure(
             "cable-energy",
             energy_picture("cable-energy", run),
             "Above, energies over time with the work of the torque as their envelope; below, the error of "
-            "the budget, very small.",
-            "Where the work of the torque goes, in microjoules, and the error of the budget over the largest "
-            f"energy handled: at most {number(run.energy_budget_error, 2)} over {run.steps} steps.",
+            "the energy balance, very small.",
+            f"Energies and the work of the torque, in microjoules, and the error of the balance over the "
+            f"largest energy handled: at most {number(run.energy_budget_error, 2)} over {run.steps} steps.",
         ),
     )
     return Section(title="Forced", anchor="cable-forced-response", blocks=figures)
@@ -237,9 +238,9 @@ def _slack(drive: Drive) -> Section:
                 slack_picture("cable-slack-torque", run),
                 "Least tension of both spans over the torque: two straight lines, one rising, one falling to "
                 "zero.",
-                "Load pulley held, torque on the drive pulley raised slowly, weight left out: the "
+                f"Load pulley held, torque on the drive pulley raised slowly, without weight: the "
                 f"{event.span} span goes slack at {number(found, 5)} N m, where 2 r T₀ is "
-                f"{number(expected, 5)} N m, and the run stops and says so.",
+                f"{number(expected, 5)} N m, and the run stops with a message.",
             ),
         ),
     )
@@ -260,20 +261,20 @@ def _ways(drive: Drive) -> Section:
         for model, method, run in runs
     )
     table = Table(
-        caption="The same plucks by several cable laws and methods, 0.3 s, 60 segments per span.",
+        caption="The same plucks with several cable laws and integrators, 0.3 s, 60 segments per span.",
         columns=(
             Column(title="Law, method"),
             Column(title="Steps", numeric=True),
             Column(title="CFL", numeric=True),
-            Column(title="Budget error", numeric=True),
-            Column(title="Off the first", unit="%", numeric=True),
+            Column(title="Energy error", numeric=True),
+            Column(title="Difference", unit="%", numeric=True),
             Column(title="Load, p-p", unit="mrad", numeric=True),
         ),
         groups=(RowGroup(rows=rows),),
-        note="CFL: step over the largest stable one. Off the first: largest difference of the upper midpoint "
-        "over its largest deflection. The linear law leaves the pulleys at rest: it knows nothing of the "
-        "tension that a deflection makes. The weak law, as printed, has no potential, so its budget does not "
-        "close to the order of the step alone. The fast model marches 16 sines per span, and the corners of "
-        "a triangle are where it differs.",
+        note="CFL: step over the largest stable one. Difference: largest difference of the upper midpoint "
+        "over its largest deflection. With the linear law the pulleys stay at rest, since it neglects the "
+        "tension caused by a deflection. The weak law, as printed, has no potential, so its energy balance "
+        "does not close to the order of the step alone. The fast model integrates 16 sines per span and "
+        "differs at the corners of a triangle.",
     )
-    return Section(title="By every way", anchor="cable-by-every-way", blocks=(table,))
+    return Section(title="Comparison of models and integrators", anchor="cable-comparison", blocks=(table,))

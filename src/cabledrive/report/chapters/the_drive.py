@@ -41,22 +41,21 @@ def chapter(context: ReportContext) -> Chapter:
         anchor="the-drive",
         blocks=(
             Paragraph(
-                text="A drive file states every quantity with its unit; here they are as the computation "
-                "took them. Lengths, densities and positions are those of the unstretched cable unless said "
-                "otherwise. What follows from the data by closed formulas stands in the second table of each "
-                "machine."
+                text="The quantities of each drive file as used in the computation. Lengths, densities and "
+                "positions refer to the unstretched cable unless stated otherwise. The second table of "
+                "each machine lists quantities derived by closed formulas."
             ),
             Paragraph(
-                text="In the drawings, spans and the places of carriages are to scale; motor, rails and "
-                "boxes are symbols. The arrows on the spans show the direction in which positions and "
-                "displacements count."
+                text="In the drawings, spans and positions of carriages are to scale; motor, rails and "
+                "boxes are symbols. Arrows on the spans show the positive direction of positions and "
+                "displacements."
             ),
         ),
         sections=tuple(
             Section(title=drive.name, anchor=f"drive-{name}", blocks=_about(drive, name, digest))
             for drive, name, digest in parts
         ),
-        methods=("Datasheet quantities and warnings: closed formulas, no calculation of modes.",),
+        methods=("Derived quantities and warnings: closed formulas, no computation of modes.",),
     )
 
 
@@ -66,7 +65,7 @@ def _about(drive: Drive, name: str, digest: str) -> tuple[Block, ...]:
         blocks.append(Paragraph(text=f"{drive.title.rstrip('.')}."))
     blocks += [_drawing(drive, name), *_warnings(drive), Beside(blocks=(_data(drive), _derived(drive)))]
     if drive.source:
-        blocks.append(Details(summary="Where these figures come from", paragraphs=_paragraphs(drive.source)))
+        blocks.append(Details(summary="Sources of these figures", paragraphs=_paragraphs(drive.source)))
     hashed = Markup('Content hash <code title="{}">{}…</code>').format(digest, digest[:16])
     return (*blocks, Paragraph(text=hashed))
 
@@ -82,7 +81,7 @@ def _drawing(drive: Drive, name: str) -> Figure:
     return Figure(
         name=f"machine-{name}",
         alt=_seen(drive),
-        caption=f"{drive.name}, spans and places of carriages to scale.",
+        caption=f"{drive.name}, spans and positions of carriages to scale.",
         wide=picture.wide,
         narrow=picture.narrow,
     )
@@ -112,9 +111,7 @@ def _warnings(drive: Drive) -> list[Note]:
     if not lines:
         return []
     items = Markup("").join(Markup("<li>{}.</li>").format(_capital(line.rstrip("."))) for line in lines)
-    return [
-        Note(text=Markup("<strong>Worth a second look</strong><ul>{}</ul>").format(items), tone="warning")
-    ]
+    return [Note(text=Markup("<strong>Warnings</strong><ul>{}</ul>").format(items), tone="warning")]
 
 
 def _data(drive: Drive) -> Table:
@@ -190,4 +187,4 @@ def _derived(drive: Drive) -> Table:
         ]
         if rows:
             groups.append(RowGroup(title=title, rows=tuple(rows)))
-    return Table(caption="What follows from the data.", columns=_QUANTITY, groups=tuple(groups))
+    return Table(caption="Derived quantities.", columns=_QUANTITY, groups=tuple(groups))

@@ -28,8 +28,8 @@ def chapter(context: ReportContext) -> Chapter | None:
         anchor="transporter",
         blocks=(
             Paragraph(
-                text="The dissertation ends with what it leaves open: a transporter whose stiffness changes "
-                "as the carriage travels, with a load that swings below it in the wind. Here the "
+                text="The dissertation leaves open a transporter whose stiffness changes as the carriage "
+                "travels, with a hanging payload in the wind. Here the "
                 f"transporter of {EXAMPLE} is scaled to carry 0.5 kg with 0.25 kg on a line of 0.25 m "
                 "over 1 m: span 1.5 m, pretension 10 N, damping of the cable over its stiffness 0.5 ms "
                 "(a guess), and the motor of configuration 3. Law and observer see the encoders of the "
@@ -38,8 +38,8 @@ def chapter(context: ReportContext) -> Chapter | None:
         ),
         sections=(_moves(drive), _way(drive)),
         methods=(
-            "Transporter: strands whose length changes with the carriage, nonlinear swing, sticking motor; "
-            "fourth-order steps of 40 us, encoders with phases at random.",
+            "Transporter: strands whose length changes with the carriage, nonlinear pendulum, motor with "
+            "stick-slip friction; fourth-order steps of 40 us, encoders with random phases.",
         ),
     )
 
@@ -57,9 +57,9 @@ def _moves(drive: Drive) -> Section:
         blocks=(
             Figure(
                 name="carriage-moves",
-                alt="Distance of the payload from its place of rest under four laws; largest in still air: "
+                alt="Distance of the payload from its rest position under four laws; largest in still air: "
                 f"{words}.",
-                caption="Distance of the hanging mass from where it is to rest. Dotted: end of the motion, "
+                caption="Distance of the payload from its target position. Dotted: end of the motion, "
                 "the shaper's included. Below, a gust of 0.2 N on the mass.",
                 wide=picture.wide,
                 narrow=picture.narrow,
@@ -90,9 +90,9 @@ def _table(drive: Drive) -> Table:
             Column(title="2 s later", unit="mm", numeric=True),
         ),
         groups=(RowGroup(rows=tuple(rows)),),
-        note="Feedback: of the first law tabled over the place, else PD on the motor at 5 Hz. "
-        f"{RUNS} runs each. Drawn: payload 10 %, line and cable 5 %, friction 6 %. In still air the "
-        "feedforward does it; a gust is damped by feedback alone.",
+        note="Feedback: of the first law scheduled over the position, else PD on the motor at 5 Hz. "
+        f"{RUNS} runs each. Sampled: payload 10 %, line and cable 5 %, friction 6 %. In still air the "
+        "feedforward suffices; a gust is damped by feedback only.",
     )
 
 
@@ -101,23 +101,24 @@ def _way(drive: Drive) -> Section:
     picture = way_picture("carriage-way", way)
     worst = {law: number(float(growth.max()), 2) for law, growth in way.growth.items()}
     return Section(
-        title="Stable at every place",
+        title="Stability along the way",
         anchor="transporter-way",
         blocks=(
             Paragraph(
-                text="At each place the poles of law, observer and plant together are computed with the "
-                "carriage frozen there. The law that is tabled over the place is stable everywhere "
-                f"(largest real part {worst['scheduled']} per second); the same design made once, for the "
-                f"middle of the way, grows by up to {worst['frozen']} per second near the ends: in a run it "
-                "ends with a slack strand."
+                text="The poles of law, observer and plant are computed at each position with the carriage "
+                "frozen there. The law scheduled over the position is stable everywhere "
+                f"(largest real part {worst['scheduled']} per second); a single design for the middle of "
+                f"the way has growth rates up to {worst['frozen']} per second near the ends: in a run a "
+                "strand goes slack."
             ),
             Figure(
                 name="carriage-way",
-                alt="Above, natural frequencies of swing and carriage over the carriage's place; below, the "
+                alt="Above, natural frequencies of payload and carriage over the position of the carriage; "
+                "below, the "
                 f"largest real part of a closed-loop pole: scheduled at most {worst['scheduled']} per "
                 f"second, frozen up to {worst['frozen']} per second.",
                 caption="Natural frequencies, and the largest real part of a closed-loop pole, over the "
-                "place of the carriage.",
+                "position of the carriage.",
                 wide=picture.wide,
                 narrow=picture.narrow,
             ),

@@ -1,4 +1,4 @@
-"""Chapter "What moves the frequencies": pretension, inertia and the place of a carriage."""
+"""Chapter "Effect of parameters on the frequencies": pretension, inertia and the place of a carriage."""
 
 from collections.abc import Iterator
 
@@ -23,12 +23,12 @@ def chapter(context: ReportContext) -> Chapter:
     travelled = _packaged(context, TRAVELLED)
     blocks = [*_of_one(drive), *(_travel(travelled) if travelled else ())]
     return Chapter(
-        title="What moves the frequencies",
+        title="Effect of parameters on the frequencies",
         anchor="what-moves-them",
         blocks=tuple(blocks),
         methods=(
-            "Frequencies against a quantity: certified modes at every value, followed by the overlap of "
-            "their shapes; steps are halved until there is no doubt which is which.",
+            "Frequencies against a quantity: certified modes at each value, tracked by the overlap of "
+            "their shapes; steps are halved until the assignment is unique.",
         ),
     )
 
@@ -43,8 +43,8 @@ def _of_one(drive: Drive) -> Iterator[Block]:
     """Pretension and load inertia; what cannot be followed is said and left out."""
     if len(drive.carriage) > MOST_CARRIAGES:
         yield Note(
-            text=f"{drive.name} has more than {MOST_CARRIAGES} carriages: following its modes would take "
-            "minutes and is left out here; cabledrive.studies.frequency_against does it."
+            text=f"{drive.name} has more than {MOST_CARRIAGES} carriages: tracking its modes would take "
+            "minutes and is omitted here; use cabledrive.studies.frequency_against."
         )
         return
     try:
@@ -66,15 +66,15 @@ def _pretension(drive: Drive) -> Iterator[Block]:
     data = frequency_against(drive, "cable.pretension", values, modes=3)
     picture = followed_picture("against-pretension", data, "pretension", unit="N", here=tension)
     yield Paragraph(
-        text="Tightening the cable raises the modes across it, nearly as the square root of the pretension, "
-        f"and leaves those along it where they are. In {drive.name} the lowest mode across so passes one "
-        "frequency ratio after another; where it is half the lowest along, the motion of the pulleys can "
-        "feed it."
+        text=f"A higher pretension raises the transverse frequencies, nearly with its square root, and "
+        f"does not change the longitudinal ones. In {drive.name} the lowest transverse mode crosses "
+        "several frequency ratios; at half the lowest longitudinal frequency, the motion of the "
+        "pulleys can excite it parametrically."
     )
     yield Figure(
         name="against-pretension",
-        alt="Frequencies against pretension: the modes along the cable are level lines, the lowest across "
-        "rises.",
+        alt="Frequencies against pretension: the longitudinal modes are horizontal lines, the lowest "
+        "transverse one rises.",
         caption=f"{drive.name}: frequencies against pretension, from a tenth to ten times its "
         f"{quantity(tension, 'N')}.",
         wide=picture.wide,
@@ -93,7 +93,7 @@ def _inertia(drive: Drive) -> Iterator[Block]:
         name="against-inertia",
         alt=f"Frequencies of {data.sizes['mode']} modes against the inertia of the load pulley; the lowest "
         f"goes from {number(ends[0], 3)} Hz to {number(ends[-1], 3)} Hz.",
-        caption=f"{drive.name}: {data.sizes['mode']} modes followed by their shapes while the load pulley "
+        caption=f"{drive.name}: {data.sizes['mode']} modes tracked by their shapes while the load pulley "
         "grows from a hundredth to a hundred times its inertia.",
         wide=picture.wide,
         narrow=picture.narrow,
@@ -114,16 +114,16 @@ def _travel(drive: Drive) -> Iterator[Block]:
         across=False,
     )
     yield Paragraph(
-        text="A machine whose carriage travels has other frequencies at every place. Where two curves come "
-        "near, they veer: they exchange their shapes and go on without touching. Without a symmetry "
-        "they do not cross."
+        text="With a travelling carriage the frequencies depend on its position. Where two curves approach "
+        "each other they veer: they exchange their shapes without touching. Without a symmetry they do "
+        "not cross."
     )
     yield Figure(
         name="against-position",
         alt=f"Frequencies of {data.sizes['mode']} modes against the position of the carriage, with "
-        f"{data.sizes['meeting']} places where two curves come near marked.",
-        caption=f"{drive.name}: modes followed by their shapes while the carriage goes from one pulley to "
-        "the other. Colours tell what moves; rings mark veerings.",
+        f"{data.sizes['meeting']} near-crossings marked.",
+        caption=f"{drive.name}: modes tracked by their shapes while the carriage goes from one pulley to "
+        "the other. Colours: parts that move; rings: veerings.",
         wide=picture.wide,
         narrow=picture.narrow,
     )

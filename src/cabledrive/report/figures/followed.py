@@ -74,10 +74,10 @@ def _draw_across(
         words = (
             f"1:2 at {number(place, 3)} {unit}"
             if narrow
-            else f"half the lowest along: {number(place, 3)} {unit}"
+            else f"half the lowest longitudinal: {number(place, 3)} {unit}"
         )
         label(axes, words, (place, height), (-10, 6), ha="right")
-    return float(across[-1]), "across" if narrow else "lowest across", INK
+    return float(across[-1]), "across" if narrow else "lowest transverse", INK
 
 
 def _draw_curve(axes: "Axes", x: Array, data: "xr.Dataset", curve: int) -> tuple[float, str, str]:

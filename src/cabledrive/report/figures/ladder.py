@@ -108,7 +108,7 @@ def _draw_staircase(axes: "Axes", steps: Staircase, modes: Modes, narrow: bool, 
     if not narrow:
         label(axes, f"counted to {number(below)} Hz", (below, 0.0), (-5, 5), ha="right", color=QUIET)
     axes.set_ylim(-0.15, max(steps.count[-1], 2) + 0.6)
-    axes.set_ylabel("modes below f" if narrow else "modes along the cable\nbelow f")
+    axes.set_ylabel("modes below f" if narrow else "longitudinal modes\nbelow f")
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     axes.tick_params(axis="x", which="both", length=0)
     axes.spines["bottom"].set_visible(False)

@@ -13,15 +13,16 @@ NAMES = {"lumped": "lumped plants", "cable": "plants on the distributed cable"}
 
 
 def acceptance_chapter(result: StudyResult) -> Chapter | None:
-    """What the runs said, if there is a controller."""
+    """Results of the runs, if there is a controller."""
     if result.laws is None:
         return None
     runs = [one for one in (result.lumped, result.cable) if one.draws]
     blocks: list[Block] = [
         Paragraph(
-            text="Every law meets the same plants, drawn from what is known above: encoders at random "
-            "phases, friction that sticks, a torque loop, the torque limit, the delay of the drive file. A "
-            "law that misses the goal too often is not run to the end. Figures below are of "
+            text="All laws are tested on the same plants, sampled from the parameters above: encoders at "
+            "random phases, stick-slip friction, a torque loop, the torque limit, the delay of the "
+            "drive file. A law that misses the goal too often is stopped early. The figures below are "
+            "for "
             f"{_chosen(result)}."
         )
     ]
@@ -43,10 +44,11 @@ def acceptance_chapter(result: StudyResult) -> Chapter | None:
         anchor="acceptance",
         blocks=tuple(blocks),
         methods=(
-            "Acceptance: hybrid simulation, exact between samples; the cable as a nonlinear mesh; every draw "
-            f"has a generator of its own from seed {result.goals.seed}. Numbers from a log are drawn normal "
-            "with the interval's width, correlated as their regression has it; what an interval has beyond "
-            "the regression's own width counts as independent. Others are uniform and independent.",
+            f"Acceptance: hybrid simulation, exact between samples; the cable as a nonlinear mesh; each "
+            f"sample has its own random generator from seed {result.goals.seed}. Parameters from a log are "
+            "sampled from normal distributions of the interval's width, with the correlations of the "
+            "regression; the part of an interval beyond the width of the regression is independent. Others "
+            "are uniform and independent.",
         ),
     )
 
@@ -99,19 +101,19 @@ def _table(runs: list[AcceptanceResult]) -> Table:
 def _early(one: AcceptanceResult) -> str:
     """What runs that ended early mean for a row of the table."""
     if not one.peaks:
-        return f"All {one.draws} runs on {NAMES[one.plant]} ended early: there is no error to tell."
+        return f"All {one.draws} runs on {NAMES[one.plant]} ended early: there is no error to report."
     return (
         f"{one.failed} of {one.draws} runs on {NAMES[one.plant]} ended early and count as missed; the "
-        f"largest error of the others is {number(one.peaks[-1] / DEGREE, 3)} deg. A field is empty where so "
-        "many ended early that no error stands for that share of all runs."
+        f"largest error of the others is {number(one.peaks[-1] / DEGREE, 3)} deg. A field is empty where "
+        "too many runs ended early for that share of all runs."
     )
 
 
 def _below(one: AcceptanceResult) -> str:
     """A curve of the figure in words."""
     median = one.quantile(0.5)
-    half = "fewer than half lasted" if median is None else f"half below {median / DEGREE:.3g} deg"
-    lasting = "all" if not one.failed else f"the {len(one.peaks)} of {one.draws} that lasted"
+    half = "more than half ended early" if median is None else f"half below {median / DEGREE:.3g} deg"
+    lasting = "all" if not one.failed else f"the {len(one.peaks)} of {one.draws} complete runs"
     return f"{NAMES[one.plant]}: {half}, {lasting} below {one.peaks[-1] / DEGREE:.3g} deg"
 
 
@@ -123,8 +125,8 @@ def _peaks(result: StudyResult, runs: list[AcceptanceResult]) -> Figure:
         name="peaks",
         alt=f"Share of the runs below an error. {words}."
         + ("" if bound is None else f" The stated bound is {bound / DEGREE:.3g} deg."),
-        caption="Share of all runs that lasted and whose largest error stays below the value on the axis; "
-        "the stated bound and the goal, where there is one, are upright lines.",
+        caption="Share of all runs that are complete and whose largest error is below the value on the "
+        "axis; vertical lines: the stated bound and the goal, if any.",
         wide=picture.wide,
         narrow=picture.narrow,
     )
@@ -137,7 +139,7 @@ def _worst(result: StudyResult, worst: WorstCase) -> Figure:
         name="worst",
         alt="Reference, error and torque over time in the worst lumped run; the largest error is "
         f"{largest:.3g} deg.",
-        caption=f"The worst lumped run, draw {worst.draw}: the motion, the error of the load, the torque.",
+        caption=f"The worst lumped run, sample {worst.draw}: the motion, the error of the load, the torque.",
         wide=picture.wide,
         narrow=picture.narrow,
     )

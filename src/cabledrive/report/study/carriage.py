@@ -29,7 +29,7 @@ def carriage_controller_chapter(result: StudyResult) -> Chapter | None:
     if model.reason:
         blocks.append(Note(text=sentences((model.reason,)), tone="warning"))
     elif found is None:
-        blocks.append(Note(text="No law was designed: the motion asks for more than the drive has."))
+        blocks.append(Note(text="No law was designed: the motion exceeds the limits of the drive."))
     elif found.bandwidth is None:
         blocks.append(Note(text=sentences((found.reason,)), tone="warning"))
     else:
@@ -46,9 +46,9 @@ def carriage_controller_chapter(result: StudyResult) -> Chapter | None:
         blocks=tuple(blocks),
         methods=(
             "Controller: linear-quadratic feedback and Kalman filter at twelve places of the carriage; "
-            "the feedforward is the flat output's. Estimated error: the run at the best values, plus "
-            "what each number does at the worse of its bounds, by the root of the squares' sum, plus the "
-            "encoders' counts, plus what the model leaves out. Stable: no pole of law, observer and plant "
+            "the feedforward is the flat output's. Estimated error: the run at the best values, plus the "
+            "root sum of squares of the effects of each parameter at the worse of its bounds, plus encoder "
+            "quantisation, plus the neglected dynamics. Stable: no pole of law, observer and plant "
             "grows at nine places, the cable at its best value and both bounds.",
         ),
     )
@@ -71,15 +71,15 @@ def _model(model: CarriageModel) -> Table:
         groups=(RowGroup(rows=rows),),
         note=""
         if model.left_out == 0.0
-        else f"The motor joint is taken as rigid; {1e3 * model.left_out:.3g} mm for its windup and free play "
-        "are added to every error.",
+        else f"The motor joint is taken as rigid; {1e3 * model.left_out:.3g} mm for its windup and "
+        "backlash are added to every error.",
     )
 
 
 def _words(found: CarriageController) -> Paragraph:
-    heard = "of both pulleys" if found.both else "at the motor's side alone"
+    heard = "of both pulleys" if found.both else "at the motor side only"
     return Paragraph(
-        text=f"The law is tabled over the place of the carriage, its bandwidth {found.bandwidth:g} Hz, "
+        text=f"The law is scheduled over the position of the carriage, its bandwidth {found.bandwidth:g} Hz, "
         f"states by a Kalman filter from the encoders {heard}. {sentences((found.reason,))} The tables stand "
         "as numbers in controller.json beside this page."
     )
@@ -89,7 +89,7 @@ def _candidates(found: CarriageController) -> Table:
     rows: tuple[tuple[Cell, ...], ...] = tuple(_row(one, found.chosen) for one in found.candidates)
     refused = [f"{one.bandwidth:g} Hz refused: {one.refused}" for one in found.candidates if one.refused]
     return Table(
-        caption="The bandwidths that were tried, and the parts of the estimated error in millimetres.",
+        caption="Bandwidths tried, and the parts of the estimated error in millimetres.",
         columns=(
             Column(title="Bandwidth"),
             Column(title="Best values", numeric=True),
@@ -131,7 +131,7 @@ def _bandwidths(found: CarriageController) -> Figure:
 
 
 def _shares(found: CarriageController) -> Table:
-    caption = "What each number can add to the error within its bounds, at the chosen bandwidth."
+    caption = "Effect of each parameter on the error within its bounds, at the chosen bandwidth."
     return shares_table(caption, found.shares, "mm", 1e-3)
 
 
@@ -142,9 +142,9 @@ def carriage_acceptance_chapter(result: StudyResult) -> Chapter | None:
         return None
     blocks: list[Block] = [
         Paragraph(
-            text="The sampled law meets plants drawn from what is known above: strands that lengthen as the "
-            "carriage travels, encoders at random phases, a motor that sticks, the torque limit. A strand "
-            "that goes slack ends a run."
+            text="The sampled law is tested on plants sampled from the parameters above: strands that "
+            "lengthen as the carriage travels, encoders at random phases, a motor with stick-slip "
+            "friction, the torque limit. A run ends when a strand goes slack."
         ),
         laws_table(result.scores, "mm", 1e-3),
         _runs(runs),
@@ -161,8 +161,8 @@ def carriage_acceptance_chapter(result: StudyResult) -> Chapter | None:
         anchor="acceptance",
         blocks=tuple(blocks),
         methods=(
-            f"Acceptance: {runs.draws} runs of the transporter's plant, every number drawn anywhere within "
-            f"its bounds, every draw with a generator of its own from seed {result.goals.seed}.",
+            f"Acceptance: {runs.draws} runs of the transporter's plant, every parameter sampled uniformly "
+            f"within its bounds, each sample with its own random generator from seed {result.goals.seed}.",
         ),
     )
 
@@ -198,9 +198,9 @@ def _peaks(result: StudyResult, runs: CarriageAcceptance) -> Figure:
     return Figure(
         name="peaks",
         alt=f"Share of the runs below an error: half below {1e3 * runs.peaks[len(runs.peaks) // 2]:.3g} mm, "
-        f"all that lasted below {1e3 * runs.peaks[-1]:.3g} mm.{stated}",
+        f"all complete runs below {1e3 * runs.peaks[-1]:.3g} mm.{stated}",
         caption="Share of the runs whose largest error stays below the value on the axis, all the way and at "
-        "rest; the goal, where there is one, is an upright line.",
+        "rest; the goal, where there is one, is an vertical line.",
         wide=picture.wide,
         narrow=picture.narrow,
     )
@@ -210,9 +210,9 @@ def _worst(worst: CarriageWorst) -> Figure:
     picture = carriage_worst_picture("worst", worst)
     return Figure(
         name="worst",
-        alt="Course, error and torque over time in the worst run; the largest error is "
+        alt="Position, error and torque over time in the worst run; the largest error is "
         f"{1e3 * max(abs(e) for e in worst.error):.3g} mm.",
-        caption=f"The worst run, draw {worst.draw}: the course, the error, the torque.",
+        caption=f"The worst run, sample {worst.draw}: position, error, torque.",
         wide=picture.wide,
         narrow=picture.narrow,
     )

@@ -4,9 +4,7 @@ from cabledrive.report.blocks import Cell, Column, RowGroup, Table
 from cabledrive.report.numbers import number, quantity
 from cabledrive.studies.study import Goals
 
-CARRIAGE_METHODS = (
-    "No theorem bounds the error of the scheduled law: what stands here is what the runs showed.",
-)
+CARRIAGE_METHODS = ("No theorem bounds the error of the scheduled law: the figures are results of the runs.",)
 
 
 def asked_of_carriage(goals: Goals) -> Table:
@@ -14,19 +12,19 @@ def asked_of_carriage(goals: Goals) -> Table:
     error, hung = goals.carriage_error, goals.hanging_mass
     assert goals.travel is not None
     rows: list[tuple[Cell, ...]] = [
-        ("Error of the carriage", quantity(error, "m", 3) if error else "none is stated"),
+        ("Error of the carriage", quantity(error, "m", 3) if error else "none given"),
         (
             "Each move",
             f"{quantity(goals.travel, 'm', 4)} in {goals.duration:g} s, {goals.dwell:g} s rest, and back",
         ),
         ("Pulses", f"{goals.pulses}, rises of order {goals.order}"),
         ("Largest torque", quantity(goals.torque, "N m", 3) if goals.torque else "the motor's limit"),
-        ("Below the carriage", _hung(goals) if hung else "nothing hangs"),
+        ("Below the carriage", _hung(goals) if hung else "no hanging mass"),
         ("Load pulley", _load(goals)),
         ("Test", f"{goals.carriage_draws} plants with a carriage, seed {goals.seed}"),
     ]
     return Table(
-        caption="What was asked.",
+        caption="Goals.",
         columns=(Column(title="Goal"), Column(title="Value")),
         groups=(RowGroup(rows=tuple(rows)),),
     )

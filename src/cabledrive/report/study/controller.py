@@ -43,7 +43,9 @@ def controller_chapter(result: StudyResult) -> Chapter | None:
     if found.shares:
         blocks.append(_shares(found))
     if found.broken:
-        blocks.append(Note(text=listed("The theorem assumes more than the rig grants:", found.broken)))
+        blocks.append(
+            Note(text=listed("Assumptions of the theorem that do not hold on the rig:", found.broken))
+        )
     return Chapter(
         title="Controller",
         anchor="controller",
@@ -51,9 +53,10 @@ def controller_chapter(result: StudyResult) -> Chapter | None:
         methods=(
             "Controller: damped direct adaptive robust law of the chain, estimates projected onto twice the "
             "95 % intervals. Stated bound: the theorem's tube along the motion (matched uncertainty, "
-            "friction), plus what springs, dampers and the load do at the worse of their bounds with the "
-            "filter in the loop, each by itself, summed, or all at once, whichever is more (computed, not "
-            "proven), plus the encoders' counts and phases through the linear loop's impulse responses.",
+            "friction), plus the effect of springs, dampers and the load at the worse of their bounds with "
+            "the filter in the loop, each alone and summed, or all together, whichever is larger "
+            "(computed, not proven), plus encoder quantisation and phases through the impulse responses of "
+            "the linear loop.",
         ),
     )
 
@@ -64,8 +67,8 @@ def _words(found: ControllerResult) -> Paragraph:
     return Paragraph(
         text=f"The law is {found.name} at λ/2π = {found.bandwidth:g} Hz, K_σ/(2πμ) = "
         f"{found.sliding_rate:.4g} Hz, states by a Kalman filter from the encoders. Stated bound of the "
-        f"load's error: {found.bound / DEGREE:.3g} deg. {sentences((found.reason,))} The law and its filter "
-        "stand as numbers in controller.json beside this page."
+        f"load's error: {found.bound / DEGREE:.3g} deg. {sentences((found.reason,))} The numbers of the "
+        "law and its filter are in controller.json beside this page."
     )
 
 
@@ -112,7 +115,7 @@ def _candidates(found: ControllerResult) -> Table:
         for one in found.candidates
     )
     return Table(
-        caption="The laws and bandwidths that were tried, and the parts of the bound in degrees.",
+        caption="Laws and bandwidths tried, and the parts of the bound in degrees.",
         columns=(
             Column(title="Law"),
             Column(title="Theorem", numeric=True),
@@ -158,5 +161,5 @@ def _picture(found: ControllerResult) -> Figure:
 
 
 def _shares(found: ControllerResult) -> Table:
-    caption = "What each number that the law does not adapt adds to the bound, at the chosen bandwidth."
+    caption = "Contribution of each parameter that is not adapted to the bound, at the chosen bandwidth."
     return shares_table(caption, found.shares, "deg", DEGREE)

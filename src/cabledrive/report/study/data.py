@@ -13,9 +13,9 @@ def data_chapter(result: StudyResult) -> Chapter:
     found = result.check
     blocks: list[Block] = [_datasheet(found.derived)]
     if found.missing:
-        blocks.insert(0, Note(text=listed("Missing for a controller:", found.missing), tone="warning"))
+        blocks.insert(0, Note(text=listed("Needed for a controller:", found.missing), tone="warning"))
     if found.warnings:
-        blocks.append(Note(text=listed("A practitioner would look twice:", found.warnings), tone="warning"))
+        blocks.append(Note(text=listed("Warnings:", found.warnings), tone="warning"))
     if found.logs:
         blocks.append(_logs(found.logs))
         said = tuple(f"{log.name}: {words}" for log in found.logs for words in (*log.repaired, *log.findings))

@@ -14,14 +14,16 @@ SOURCES = {LOG: "log", DATASHEET: "data sheet", GOAL: "goal", GUESS: "guess"}
 
 
 def knowledge_chapter(result: StudyResult) -> Chapter:
-    """What the logs told, and what stayed with the data sheet."""
+    """Identified parameters, and parameters from the data sheet."""
     known = result.knowledge
-    told = sum(q.source == LOG for q in known.quantities.values())
-    blocks: list[Block] = [Paragraph(text=_words(result, told))]
+    identified = sum(q.source == LOG for q in known.quantities.values())
+    blocks: list[Block] = [Paragraph(text=_words(result, identified))]
     if known.undetermined:
-        blocks.append(Note(text=listed("The logs cannot tell:", known.undetermined), tone="warning"))
+        blocks.append(
+            Note(text=listed("Not identifiable from the logs:", known.undetermined), tone="warning")
+        )
     if known.findings:
-        blocks.append(Note(text=listed("Against the data sheet:", known.findings)))
+        blocks.append(Note(text=listed("Log and data sheet disagree:", known.findings)))
     blocks.append(_table(result))
     blocks.append(_picture(result))
     return Chapter(
@@ -32,22 +34,21 @@ def knowledge_chapter(result: StudyResult) -> Chapter:
     )
 
 
-def _words(result: StudyResult, told: int) -> str:
+def _words(result: StudyResult, identified: int) -> str:
     known = result.knowledge
-    if known.residual is None and not told:
+    if known.residual is None and not identified:
         return (
-            "No log told anything, so every number is the data sheet's or the goals', with the relative "
-            "uncertainty that the study was given. The controller has to live with all of it."
+            "No parameter was identified from a log: all values are from the data sheet or the goals, with "
+            "the relative uncertainty stated in the goals. The controller must tolerate all of it."
         )
+    count = len(known.quantities)
+    head = f"All {count} parameters" if identified == count else f"{identified} of {count} parameters"
     residual = (
-        ""
-        if known.residual is None
-        else f" They leave {100 * known.residual:.2g} % of the torque unexplained."
+        "" if known.residual is None else f" {100 * known.residual:.2g} % of the torque remains unexplained."
     )
     return (
-        f"The logs told {told} of {len(known.quantities)} numbers.{residual} An interval holds 95 % of what "
-        "the noise allows, what the choice of the filter moves, and what the unexplained torque would do "
-        "if all of it hid in that one number."
+        f"{head} were identified.{residual} An interval covers 95 % of the noise, the effect of the choice "
+        "of the filter, and the error if the whole unexplained torque acted on this one parameter."
     )
 
 
@@ -73,7 +74,7 @@ def _table(result: StudyResult) -> Table:
         for name, q in result.knowledge.quantities.items()
     )
     return Table(
-        caption="The numbers that the controller rests on.",
+        caption="Parameters that the controller is designed for.",
         columns=(
             Column(title="Quantity"),
             Column(title="Data sheet", numeric=True),
@@ -98,10 +99,10 @@ def _picture(result: StudyResult) -> Figure:
     )
     return Figure(
         name="intervals",
-        alt="Each number's interval over its data sheet value, beside the data sheet's own uncertainty. "
+        alt="Interval of each parameter over its data-sheet value, beside the uncertainty of the data sheet. "
         f"Half widths: {words}.",
-        caption="Every number over its data sheet value: a broad grey bar for what the data sheet leaves "
-        "open, a dot with whiskers for what is known now.",
+        caption="Parameters over their data-sheet values: grey bars show the uncertainty of the data "
+        "sheet, dots with whiskers the values used.",
         wide=picture.wide,
         narrow=picture.narrow,
     )

@@ -15,7 +15,7 @@ def laws_table(scores: Sequence[LawScore], unit: str, size: float) -> Table:
     """
     rows: tuple[tuple[Cell, ...], ...] = tuple(_row(one, size) for one in scores)
     return Table(
-        caption="Laws that were tried, simplest first.",
+        caption="Laws tried, simplest first.",
         columns=(
             Column(title="Law"),
             Column(title="Setting"),

@@ -22,7 +22,7 @@ def loop_in_motion(result: StudyResult) -> Block:
     duration = motion.trajectory.duration
     waves = (machine.cable.axial_rigidity / machine.cable.mass_per_length) ** 0.5 / machine.span_length
     if duration * waves * SEGMENTS > MOST_STEPS:
-        return Paragraph(text="The loop is not shown in motion: its cable is too stiff for a quick run.")
+        return Paragraph(text="No animation: the cable is too stiff for a short run.")
     time, torque = motion_torque(machine, motion)
     try:
         run = simulate(
@@ -34,13 +34,13 @@ def loop_in_motion(result: StudyResult) -> Block:
         )
         switch, wide, narrow = animation_svg("loop-in-motion", machine, run)
     except (InputRefused, NotComputed) as failure:
-        return Paragraph(text=f"The loop is not shown in motion: {failure}.")
+        return Paragraph(text=f"No animation: {failure}.")
     return Figure(
         name="loop-in-motion",
-        alt="The loop in slow motion under the torque that the planned motion needs: the drive pulley leads, "
-        "the load pulley follows, the spans between them stretch and shake.",
+        alt="The loop in slow motion under the torque that the planned motion needs: the drive pulley "
+        "leads, the load pulley follows, the spans between them stretch and vibrate.",
         caption="The nonlinear loop under the torque that the planned motion needs, without feedback; "
-        "deflections and turns are drawn larger by the factors that it says.",
+        "deflections and angles are magnified by the stated factors.",
         switch=switch,
         wide=wide,
         narrow=narrow,

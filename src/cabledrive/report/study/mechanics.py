@@ -7,11 +7,12 @@ from cabledrive.report.study.loop_in_motion import loop_in_motion
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import StudyResult
 from cabledrive.studies.study.modes_stage import MODEL_WORDS
+from cabledrive.studies.study.resonance_stage import REPEATED
 
 VERDICTS = {"safe": "good", "close": "warning", "resonant": "warning"}
 ALARMS = {
     "safe": "The planned motion does not excite the transverse modes beyond the limit.",
-    "unknown": "Whether the planned motion excites the transverse modes beyond the limit is not decided.",
+    "unknown": "Undecided: whether the planned motion excites the transverse modes beyond the limit.",
     "dangerous": "The planned motion excites the transverse modes beyond the limit.",
 }
 
@@ -22,9 +23,9 @@ def modes_chapter(result: StudyResult) -> Chapter:
     complete = "is proven complete" if found.certified else "is not certified"
     blocks: list[Block] = [
         Paragraph(
-            text=f"The first modes along the cable and across it; the list {complete} by counting. The "
-            "stiffness is "
-            "the one known above, not EA/L of the data sheet where a log or [lumped] says otherwise."
+            text=f"The lowest longitudinal and transverse modes; the list {complete} by counting. The "
+            "stiffness is the value given above, which replaces EA/L of the data sheet where a log or "
+            "[lumped] gives another."
         ),
         _rows(result),
     ]
@@ -36,7 +37,7 @@ def modes_chapter(result: StudyResult) -> Chapter:
             blocks.append(Note(text=f"Chosen for the controller: {result.model.reason}."))
     else:
         told = bool(result.check.missing) and set(result.check.missing) <= set(result.verdict.reasons)
-        why = "the verdict says why" if told else found.why_no_models
+        why = "see the verdict" if told else found.why_no_models
         blocks.append(Paragraph(text=f"The reduced models do not apply: {why}."))
     return Chapter(
         title="Modes and models",
@@ -44,8 +45,9 @@ def modes_chapter(result: StudyResult) -> Chapter:
         blocks=tuple(blocks),
         methods=(
             "Modes: counted on the exact dynamic stiffness, each enclosed by two counts. Models: response "
-            "from motor torque to load angle beside the distributed cable's; the simplest is taken whose "
-            "neglected springs wind up, along the motion, by less than a tenth of the error allowed.",
+            "from motor torque to load angle compared with the distributed cable; the simplest model is "
+            "taken whose neglected springs wind up, along the motion, by less than a tenth of the error "
+            "goal.",
         ),
     )
 
@@ -84,16 +86,16 @@ def _models(result: StudyResult) -> Table:
         for q in result.modes.models
     )
     return Table(
-        caption="The lumped models beside the distributed cable.",
+        caption="Lumped models compared with the distributed cable.",
         columns=(
             Column(title="Model"),
             Column(title="Its modes", unit="Hz", numeric=True),
             Column(title="Exact", unit="Hz", numeric=True),
             Column(title="Right to 5 % up to", unit="Hz", numeric=True),
-            Column(title="Leaves out", unit="deg", numeric=True),
+            Column(title="Neglected", unit="deg", numeric=True),
         ),
         groups=(RowGroup(rows=rows),),
-        note="Leaves out: the largest twist of the springs that the model takes as rigid, along the motion.",
+        note="Neglected: the largest twist of the springs that the model takes as rigid, along the motion.",
     )
 
 
@@ -103,28 +105,34 @@ def _responses(result: StudyResult) -> Figure:
     held = ", ".join(f"Model {q.model} to {q.holds_5:.3g} Hz" for q in result.modes.models)
     return Figure(
         name="responses",
-        alt="Magnitude of the response from motor torque to load angle over frequency: the distributed "
-        f"cable as a broad line and the models as thin ones. Right to 5 %: {held}.",
-        caption="Response from motor torque to load angle. Broad: the distributed cable; thin: the models by "
-        "number.",
+        alt=f"Magnitude of the response from motor torque to load angle over frequency: the distributed "
+        f"cable as a thick line and the models as thin ones. Right to 5 %: {held}.",
+        caption="Response from motor torque to load angle. Thick: the distributed cable; thin: the models "
+        "by number.",
         wide=picture.wide,
         narrow=picture.narrow,
     )
 
 
 def resonance_chapter(result: StudyResult) -> Chapter:
-    """Where the drive stands against the 1:2 resonance, and whether the motion excites it."""
+    """Detuning of the drive from the 1:2 resonance, and whether the motion excites it."""
     found = result.resonance
-    head = ALARMS.get(found.alarm or "", "The motion along the spans could not be computed.")
+    head = ALARMS.get(found.alarm or "", "The transverse vibration along the motion could not be computed.")
     tone = "warning" if found.refuses or found.alarm == "unknown" else VERDICTS[found.verdict]
     rows: list[tuple[Cell, ...]] = [
-        ("Span's lowest frequency over the pulley mode's", _maybe(found.frequency_ratio, "1")),
-        ("Away from one half by", _maybe(found.detuning, "1")),
+        (
+            "Frequency ratio: lowest transverse mode of a span over the pulley mode",
+            _maybe(found.frequency_ratio, "1"),
+        ),
+        ("Detuning: ratio - 1/2", _maybe(found.detuning, "1")),
         ("Pulley mode", _maybe(found.pulley_frequency, "Hz")),
-        ("Pretension of exact tuning", _maybe(found.tuned_pretension, "N")),
-        ("Steady torque from which on the spans grow, at that tuning", _maybe(found.threshold_torque, "N m")),
+        ("Tuned pretension (ratio 1/2)", _maybe(found.tuned_pretension, "N")),
+        ("Threshold torque at the tuned pretension", _maybe(found.threshold_torque, "N m")),
         ("Largest torque of the motion", quantity(found.torque, "N m", 4)),
-        ("A twentieth of it, as ripple at the pulley mode", quantity(found.ripple, "N m", 3)),
+        (
+            "Assumed ripple at the pulley mode's frequency, a twentieth of it",
+            quantity(found.ripple, "N m", 3),
+        ),
         ("Verdict for that ripple", found.verdict),
     ]
     if found.alarm is not None:
@@ -137,7 +145,7 @@ def resonance_chapter(result: StudyResult) -> Chapter:
         blocks=(
             Note(text=head, tone=tone),
             Table(
-                caption="Distance, threshold and alarm.",
+                caption="Detuning, threshold and response to the motion.",
                 columns=(Column(title="Figure"), Column(title="Value", numeric=True)),
                 groups=(RowGroup(rows=tuple(rows)),),
             ),
@@ -145,9 +153,12 @@ def resonance_chapter(result: StudyResult) -> Chapter:
             loop_in_motion(result),
         ),
         methods=(
-            "Resonance: tongue of the averaged equations; alarm: Hill's equation of every transverse mode "
-            "along the motion repeated four times, nonlinear where that says danger, from a floor of 0.01 "
-            "mm.",
+            f"Resonance: the principal instability region (parametric tongue) of the 1:2 autoparametric "
+            f"resonance, where the forced pulley mode modulates the tension at twice the frequency of a "
+            f"transverse mode; from the averaged equations to first order. Motion: time integration of the "
+            f"coupled nonlinear equations (A.36) of longitudinal and transverse modes, sag, back-action "
+            f"and Coulomb friction included, over at least {REPEATED} repetitions, with no transverse "
+            "amplitude below 0.01 mm; 'safe' also under changed frequencies, torque and floor.",
         ),
     )
 

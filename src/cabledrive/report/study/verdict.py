@@ -13,17 +13,17 @@ VERDICT_METHODS = (
     "Verdict: yes if a law keeps within the error goal on at least 99 % of the lumped plants (or plants with "
     "a carriage) and 95 % of the plants on the distributed cable, each as the lower end of a one-sided 95 % "
     "Clopper-Pearson interval; of several such laws the simplest. No if torque, speed, a slack span or "
-    "resonance refuse the motion. Unknown in all other cases: without an error goal, if no law that was "
-    "tried holds it, if the log contradicts the data sheet or the model, or if data are missing.",
+    "resonance exclude the motion. Unknown in all other cases: without an error goal, if none of the tried "
+    "laws meets it, if the log contradicts the data sheet or the model, or if data are missing.",
 )
 TONES = {"yes": "good", "no": "warning", "unknown": "warning"}
 HEADS = {"yes": "Yes.", "no": "No.", "unknown": "Unknown."}
 MARGINS = {
     "torque": "Torque of the motion, without feedback",
     "speed": "Speed of the pulley",
-    "lost tension": "Tension that a strand loses along the motion, against the pretension",
+    "lost tension": "Largest loss of tension of a strand along the motion, against the pretension",
     "error, carriage": "Error that 99 % of the plants keep below, 95 % confidence, against the goal",
-    "slack_torque": "Torque through the cable, before a span goes slack",
+    "slack_torque": "Torque transmitted by the cable, against the slack torque",
     "error, lumped": "Error that 99 % of the lumped plants keep below, 95 % confidence, against the goal",
     "error, cable": "Error that 95 % of the cable plants keep below, 95 % confidence, against the goal",
     "bound": "Stated bound of the chosen law, against the goal",
@@ -36,13 +36,13 @@ def verdict_chapter(result: StudyResult) -> Chapter:
     answer = Markup("<strong>{}</strong> {}").format(HEADS[verdict.answer], sentences(verdict.reasons[:1]))
     blocks: list[Block] = [Note(text=answer, tone=TONES[verdict.answer])]
     if verdict.reasons[1:]:
-        blocks.append(points("Besides:", verdict.reasons[1:]))
+        blocks.append(points("Further reasons:", verdict.reasons[1:]))
     if verdict.remedies:
-        blocks.append(points("What would help:", verdict.remedies))
+        blocks.append(points("Recommended changes:", verdict.remedies))
     if verdict.margins:
         blocks.append(_margins(verdict.margins))
     if verdict.cautions:
-        blocks.append(points("To be known:", verdict.cautions))
+        blocks.append(points("Notes:", verdict.cautions))
     carried = result.carriage is not None
     travels = result.goals.travel is not None
     blocks.append(asked_of_carriage(result.goals) if travels else _asked(result.goals))
@@ -85,7 +85,7 @@ def _margins(margins: tuple[Margin, ...]) -> Table:
         for m in margins
     )
     return Table(
-        caption="What is used of what is allowed.",
+        caption="Margins.",
         columns=(
             Column(title="Figure"),
             Column(title="Value", numeric=True),
@@ -106,7 +106,7 @@ def _asked(goals: Goals) -> Table:
         ("Test", f"{goals.draws} lumped plants, {goals.cable_draws} on the cable, seed {goals.seed}"),
     ]
     return Table(
-        caption="What was asked.",
+        caption="Goals.",
         columns=(Column(title="Goal"), Column(title="Value")),
         groups=(RowGroup(rows=tuple(rows)),),
     )

@@ -34,7 +34,7 @@ def goals_for(drive: Drive, goals: Goals) -> Goals:
     if drive.carriage:
         if travel is None:
             travel = angle * radius if angle is not None else _half_of_the_way(drive)
-            assumed += [] if angle is not None else [f"{travel:.4g} m, half of the way that is left"]
+            assumed += [] if angle is not None else [f"{travel:.4g} m, half of the remaining travel"]
         if not missing_for_carriage(drive):
             _check_way(drive, travel)
         angle = travel / radius
@@ -60,7 +60,9 @@ def _check_words(drive: Drive, goals: Goals) -> None:
     for name in ("travel", "carriage_error", "hanging_mass", "rail_friction"):
         if getattr(goals, name) is not None:
             word = "error, a length," if name == "carriage_error" else name
-            raise InputRefused(f"{word} is of a carriage, and the drive has none: state it of the load")
+            raise InputRefused(
+                f"{word} refers to a carriage, but the drive has none: give the goal of the load"
+            )
 
 
 def _check_way(drive: Drive, travel: float) -> None:
@@ -69,7 +71,7 @@ def _check_way(drive: Drive, travel: float) -> None:
     if not least < start < start + travel < most:
         raise InputRefused(
             f"travel = {travel:.4g} m takes the carriage from {start:.4g} m to {start + travel:.4g} m, and "
-            f"{least:.4g} m to {most:.4g} m of its span can be used: shorten it, or move the carriage"
+            f"{least:.4g} m to {most:.4g} m of its span are free: shorten the travel, or move the carriage"
         )
 
 

@@ -119,11 +119,13 @@ def evaluate(
         return replace(empty, refused=why), {}
     found = unmatched_part(smooth, drive, quantities)
     if found is None:
-        return replace(empty, refused="within its bounds the drive diverges, or a span goes slack"), {}
+        return replace(
+            empty, refused="for some parameters within their bounds the drive diverges, or a span goes slack"
+        ), {}
     for values in found.ends:
         cost = sensor_bound(with_values(real, drive, values, None))
         if cost is None:
-            why = "within its bounds the loop with encoders and filter is unstable"
+            why = "for some parameters within their bounds the loop with encoders and filter is unstable"
             return replace(empty, refused=why), {}
         sensors = max(sensors, cost)
     excess = np.maximum(np.abs(found.nominal) - nominal.bound, 0.0)

@@ -32,7 +32,7 @@ SWINGS = (1.0, 1.5, 2.0, 3.0, 4.5)
 """The same over the frequency of the swing, where a mass hangs below the carriage."""
 CENTRED = np.zeros(2)
 OFF = np.array([0.25, -0.25])
-"""Encoder phases of the run that tells what counting costs, in counts."""
+"""Encoder phases of the run that measures the effect of quantisation, in counts."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -148,7 +148,7 @@ def _tried(
         calm = min(calm, found.torque if found.torque is not None else calm)
         loud = found.torque is not None and found.torque > RIPPLE * calm
         if loud and not found.refused:
-            found = replace(found, refused="encoder counts raise the torque by half and more")
+            found = replace(found, refused="quantisation raises the torque by half and more")
         yield found, shares
         if loud:
             return
@@ -167,7 +167,7 @@ def evaluate(
     try:
         ideal, real = (loop_at(case, hertz, ideal=kind) for kind in (True, False))
     except LinAlgError as failure:
-        return replace(empty, refused=f"no feedback or observer was found: {failure}"), {}
+        return replace(empty, refused=f"no feedback or observer exists: {failure}"), {}
     rate, place, bound = _growth_within_bounds(case, real, quantities)
     empty = replace(empty, growth=rate)
     if rate >= 0.0:
@@ -177,7 +177,10 @@ def evaluate(
         return replace(empty, refused="a strand goes slack, or the carriage leaves its span"), {}
     shares, moved = _moved(case, ideal, quantities, errors(case, clean))
     if moved is None:
-        return replace(empty, refused="within its bounds the drive diverges, or a strand goes slack"), {}
+        return replace(
+            empty,
+            refused="for some parameters within their bounds the drive diverges, or a strand goes slack",
+        ), {}
     nominal = np.abs(errors(case, clean))
     sensors = float(np.abs(errors(case, seen) - errors(case, clean)).max())
     torque, saturated = torque_of(case, seen)
@@ -197,7 +200,7 @@ def _growth_within_bounds(
 ) -> tuple[float, float, str]:
     """Of the best value and both bounds of the cable, the worst."""
     best, cable = carriage_values(case.drive, case.goals), quantities["cable_stiffness"]
-    tried = {"the cable as it is known": cable.value}
+    tried = {"the cable at its best value": cable.value}
     tried |= dict(zip(("the cable at its softest", "the cable at its stiffest"), cable.outer, strict=True))
     found = []
     for words, stiffness in tried.items():
@@ -236,7 +239,7 @@ def _reason(
         return f"no bandwidth can be used: {why}"
     assert best.estimate is not None
     return (
-        f"{best.bandwidth:g} Hz has the smallest estimated error, {1e3 * best.estimate:.3g} mm, of those "
-        "that stay stable along the way with the cable at either of its bounds and whose torque encoder "
-        f"counts leave calm; the carriage swings on its cable at {lowest:.3g} Hz and more"
+        f"{best.bandwidth:g} Hz gives the smallest estimated error, {1e3 * best.estimate:.3g} mm, while "
+        f"stable along the way with the cable at both of its bounds and without excessive torque ripple "
+        f"from quantisation; the carriage vibrates on its cable at {lowest:.3g} Hz and more"
     )

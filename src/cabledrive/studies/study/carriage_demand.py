@@ -63,9 +63,9 @@ def carriage_model(drive: Drive, goals: Goals) -> CarriageModel:
         return found
     return replace(
         found,
-        reason=f"the model of the carriage takes the cable as massless, and its frequency is "
-        f"{100 * found.deviation:.2g} % from the distributed cable's; {100 * RIGHT:g} % are allowed: it "
-        "would need a model with the cable's mass",
+        reason=f"the carriage model has a massless cable, and its frequency is "
+        f"{100 * found.deviation:.2g} % from the distributed cable's; {100 * RIGHT:g} % are allowed: a "
+        "model with the cable's mass is needed",
     )
 
 
@@ -94,7 +94,9 @@ def carriage_demand(drive: Drive, goals: Goals) -> DemandResult:
     assert goals.duration is not None
     long = LONGEST * goals.duration
     if not _possible(drive, goals, long):
-        return DemandResult(demands=demands, shortest=None, binding="no duration that was tried is enough")
+        return DemandResult(
+            demands=demands, shortest=None, binding="none of the tried durations is long enough"
+        )
     short = goals.duration
     for _ in range(HALVINGS):
         middle = (short * long) ** 0.5

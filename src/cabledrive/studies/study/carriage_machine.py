@@ -54,7 +54,7 @@ def missing_for_carriage(drive: Drive) -> tuple[str, ...]:
     """
     found, sensors = _other_machine(drive), drive.sensors
     if drive.motor is None:
-        found.append("motor is missing, and the carriage is to be moved: add motor.inertia")
+        found.append("motor is missing, but the carriage has to be moved: add motor.inertia")
     if sensors is None or sensors.sample_rate is None:
         found.append('sensors.sample_rate is missing: give it, such as "5 kHz"')
     if sensors is None or (sensors.motor_encoder is None and sensors.drive_encoder is None):
@@ -65,26 +65,22 @@ def missing_for_carriage(drive: Drive) -> tuple[str, ...]:
 def _other_machine(drive: Drive) -> list[str]:
     found, first = [], drive.carriage[0]
     if drive.kind != "loop" or any(pulley.fixed for pulley in drive.pulley):
+        machine = "an open line" if drive.kind != "loop" else "a loop with a fixed pulley"
         found.append(
-            "the law of a carriage is for a loop round two pulleys that turn, and this is none: "
-            "it would need a closed loop, both pulleys on bearings"
+            f"carriage control needs a closed loop with two rotating pulleys; this drive is {machine}"
         )
     if len(drive.carriage) > 1:
-        found.append(
-            f"the cable carries {len(drive.carriage)} masses, and the law of a carriage knows one: it would "
-            "need a model with all of them"
-        )
+        found.append(f"carriage control supports one carriage; this drive has {len(drive.carriage)}")
     elif first.span != "upper" or not first.guided:
         found.append(
-            "the carriage hangs on the cable or rides on the lower span, and the law is for one on a guide "
-            'of the upper span: it would need guided = true and span = "upper"'
+            'carriage control needs a guided carriage on the upper span: set guided = true and span = "upper"'
         )
     if drive.layout.gravity <= 0.0:
-        found.append("layout.gravity is 0, and a mass may hang below the carriage: it would need its value")
+        found.append("layout.gravity = 0, but a hanging mass needs it: give its value")
     if drive.layout.inclination != 0.0:
         found.append(
-            f"layout.inclination = {drive.layout.inclination / DEGREE:.4g} deg, and the law knows no weight "
-            "along the way: it would need a level span"
+            f"layout.inclination = {drive.layout.inclination / DEGREE:.4g} deg, but carriage control needs "
+            "a level span"
         )
     return found
 
@@ -100,16 +96,18 @@ def _too_soft_or_late(drive: Drive) -> tuple[str, ...]:
         cable = 1.0 / float(compliance(machine, machine.start)[0])  # type: ignore[arg-type]
         if joint < STIFF_JOINT * cable:
             found.append(
-                f"motor.joint_stiffness is {joint / cable:.3g} times the cable's between motor and carriage, "
-                f"and the law of a carriage takes the joint as rigid: it would need {STIFF_JOINT:g} times"
+                f"motor.joint_stiffness is {joint / cable:.3g} times the cable's between motor and "
+                f"carriage; carriage control takes the joint as rigid and needs at least {STIFF_JOINT:g} "
+                "times"
             )
     loop = drive.motor.current_bandwidth
     lag = drive.sensors.delay + (0.0 if loop is None else 1.0 / (2.0 * pi * loop))
     frequency = cable_frequency(machine, machine.start)
     if lag * frequency > LATE:
         found.append(
-            f"delay and torque loop come {1e3 * lag:.3g} ms late, more than a twentieth of a period of the "
-            f"carriage on its cable ({frequency:.3g} Hz), and the runs hold no delay: lower sensors.delay"
+            f"delay and torque loop add a lag of {1e3 * lag:.3g} ms, more than a twentieth of a period of "
+            f"the carriage on its cable ({frequency:.3g} Hz), and the runs contain no delay: lower "
+            "sensors.delay"
         )
     return tuple(found)
 

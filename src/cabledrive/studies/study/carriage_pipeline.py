@@ -14,8 +14,8 @@ from cabledrive.studies.study.goals import Goals
 from cabledrive.studies.study.knowledge_stage import Knowledge, with_load
 from cabledrive.studies.study.stage_cache import StageCache
 
-NO_MODELS = "a carriage divides the span; its own model stands below"
-UNUSED = "the regressions hold no carriage, so the logs were not used: every value is the data sheet's"
+NO_MODELS = "a carriage divides the span; see the model of the carriage below"
+UNUSED = "the regression models have no carriage: the logs were not used, all values are from the data sheet"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,7 +55,7 @@ def know_carriage(drive: Drive, goals: Goals, logs: Sequence[str]) -> Knowledge:
         open_names=(),
         findings=(),
         residual=None,
-        method="no log: datasheet values with stated uncertainty",
+        method="no log: data-sheet values with stated uncertainty",
     )
     return found if goals.load_inertia is None else with_load(found, goals.load_inertia)
 
@@ -87,7 +87,7 @@ def carriage_stages(
     model = cache.staged("model", CarriageModel, inputs, lambda: carriage_model(drive, goals))
     if model.reason or not possible:
         return CarriageStages(model=model, controller=None, acceptance=None)
-    cache.note(f"[6/{stages}] controller: the bandwidth of the scheduled law")
+    cache.note(f"[6/{stages}] controller: bandwidth of the scheduled law")
     inputs |= {"known": known.quantities, "left_out": model.left_out}
     controller = cache.staged(
         "controller",

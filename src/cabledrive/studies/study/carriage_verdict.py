@@ -5,8 +5,8 @@ from cabledrive.studies.study.carriage_pipeline import CarriageStages
 from cabledrive.studies.study.goals import Goals
 from cabledrive.studies.study.machine import WORDS
 
-NO_BOUND = "no theorem bounds the error of the scheduled law: what stands here is what the runs showed"
-LONGER = "take longer for the move: the force falls with the square of its duration"
+NO_BOUND = "no theorem bounds the error of the scheduled law: the error is a result of the runs"
+LONGER = "lengthen the move: the force falls with the square of its duration"
 
 
 def _millimetres(value: float) -> str:
@@ -23,12 +23,14 @@ def carriage_remedies(control: CarriageController) -> list[str]:
     parts = {"sensors": chosen.sensors or 0.0, "uncertain": chosen.uncertain or 0.0}
     words = []
     if parts["sensors"] > max(parts["uncertain"], chosen.nominal or 0.0):
-        words.append("fit finer encoders: counts make the largest part of the error")
+        words.append("fit finer encoders: quantisation is the largest part of the error")
     elif control.shares:
         name = max(control.shares, key=lambda key: control.shares[key])
-        words.append(f"know the {WORDS[name]} better: it makes the largest part of the error")
+        words.append(f"identify the {WORDS[name]} more accurately: it causes the largest part of the error")
     if not control.both:
-        words.append("fit sensors.load_encoder with the count of the drive pulley's: the law then sees more")
+        words.append(
+            "fit sensors.load_encoder with the resolution of the drive pulley's: the law then uses both"
+        )
     return [*words, LONGER]
 
 
@@ -40,21 +42,22 @@ def carriage_cautions(found: CarriageStages, goals: Goals, current_loop: bool) -
     words = [NO_BOUND] if found.acceptance is not None else []
     if goals.rail_friction is None:
         words.append(
-            "friction of the carriage on its guide is guessed, 0 to 1 N s/m: state rail_friction "
+            "friction of the carriage on its guide is an estimate, 0 to 1 N s/m: state rail_friction "
             "in [carriage]"
         )
     if found.model.left_out > 0.0:
         words.append(
-            "the motor joint is taken as rigid: its windup and free play, "
+            "the motor joint is taken as rigid: its windup and backlash, "
             f"{_millimetres(found.model.left_out)} at the carriage, are added to every error"
         )
     if current_loop:
         words.append(
-            "the runs hold neither delay nor torque loop; both are short beside the carriage's period"
+            "the runs contain neither delay nor torque loop; both are short compared with the period of "
+            "the carriage"
         )
     if found.controller is not None and not found.controller.both:
-        words.append("the law listens to the motor's side alone: no like encoder on the load pulley")
+        words.append("the law uses the motor-side encoder only: the load pulley has no equal encoder")
     if found.acceptance is not None and found.acceptance.saturated:
         runs = found.acceptance
-        words.append(f"{runs.saturated} of {runs.draws} runs met the torque limit")
+        words.append(f"{runs.saturated} of {runs.draws} runs reached the torque limit")
     return words

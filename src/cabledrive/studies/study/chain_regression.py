@@ -157,9 +157,9 @@ def _possible(found: dict[str, Interval]) -> tuple[dict[str, Interval], tuple[st
         elif rubs and high > 0.0:
             kept[name] = 0.0, low, high
             if name in FRICTIONS:
-                words += (f"{said} comes out negative, by less than its interval: it is taken as none",)
+                words += (f"{said} is identified as negative, by less than its interval: taken as 0",)
         else:
-            words += (f"{said} comes out negative: is a sign or a unit wrong?",)
+            words += (f"{said} is identified as negative: check signs and units",)
     return kept, words
 
 
@@ -200,7 +200,7 @@ def _sum_rows(
     columns = np.column_stack([acceleration, load / gear, speed, sign, -np.ones(len(log))])
     keep, step = _usable(log, quick, band)
     if keep.sum() < 200:
-        why = "it hardly turns, or its torque saturates"
+        why = "little rotation, or saturated torque"
         raise InputRefused(
             f"{log.source}: {keep.sum()} samples can be used ({why}): record again, move it more"
         )

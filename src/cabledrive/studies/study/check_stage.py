@@ -50,7 +50,7 @@ class CheckResult:
     derived : dict of str to float or None
         Closed formulas of the datasheet, SI.
     warnings : tuple of str
-        What a practitioner would look at twice.
+        Warnings about the drive.
     missing : tuple of str
         What a controller needs and the file does not give, with the remedy.
     logs : tuple of LogWords
@@ -88,11 +88,13 @@ def missing_for_control(drive: Drive) -> tuple[str, ...]:
     if sensors is None or sensors.sample_rate is None:
         found.append('sensors.sample_rate is missing: give it, such as "5 kHz"')
     if sensors is None or sensors.load_encoder is None:
-        found.append("sensors.load_encoder is missing, and the load's angle is what is controlled: fit one")
+        found.append(
+            "sensors.load_encoder is missing, but the load angle is the controlled variable: fit one"
+        )
     if sensors is not None and all(getattr(sensors, f"{shaft}_encoder") is None for shaft in SHAFTS[:2]):
         found.append("neither sensors.motor_encoder nor sensors.drive_encoder is given: fit one")
     if any(pulley.fixed for pulley in drive.pulley):
-        found.append("a pulley is fixed, so nothing turns at that end: the controller stages need two")
+        found.append("a pulley is fixed: the controller stages need two rotating pulleys")
     return tuple(found)
 
 

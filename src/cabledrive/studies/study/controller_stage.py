@@ -15,7 +15,7 @@ from cabledrive.studies.study.machine import Quantity
 
 BANDWIDTHS = (5.0, 7.5, 10.0, 14.0, 19.0, 23.0, 27.0, 32.0, 38.0, 45.0, 55.0, 70.0, 90.0)
 RIPPLE = 1.5
-"""Largest torque, over that of the calmest bandwidth, that encoder counts may cost."""
+"""Largest torque from quantisation, over that of the bandwidth with the least."""
 
 SAMPLES_PER_PERIOD = 40.0
 
@@ -115,7 +115,7 @@ def _tried(
         calm = min(calm, found.torque if found.torque is not None else calm)
         loud = found.torque is not None and found.torque > RIPPLE * calm
         if loud and not found.refused:
-            found = replace(found, refused="encoder counts raise the torque by half and more")
+            found = replace(found, refused="quantisation raises the torque by half and more")
         yield found, shares
         if loud:
             return
@@ -132,7 +132,7 @@ def _without(models: Mapping[int, float], candidates: tuple[Candidate, ...], rat
     limit = f"a fortieth of the sample rate, {rate:.3g} Hz"
     if holds < rate:
         limit = f"where Model {model} is right to 5 %, {holds:.3g} Hz"
-    why = f"the lowest that is tried, {BANDWIDTHS[0]:g} Hz, lies above {limit}"
+    why = f"the lowest one tried, {BANDWIDTHS[0]:g} Hz, lies above {limit}"
     why = candidates[0].refused if candidates else why
     return ControllerResult(
         model=model,
@@ -161,12 +161,12 @@ def _reason(best: Candidate, models: Mapping[int, float], rate: float) -> str:
     holds, first = models[best.model], next(iter(models))
     limit, highest = ("the model's validity", holds) if holds <= rate else ("the sample rate", rate)
     words = (
-        f"{best.bandwidth:g} Hz has the smallest bound, {best.bound / DEGREE:.3g} deg, of those whose torque "
-        f"encoder counts leave calm; {limit} would let pass {highest:.3g} Hz"
+        f"{best.bandwidth:g} Hz gives the smallest bound ({best.bound / DEGREE:.3g} deg) without excessive "
+        f"torque ripple from quantisation; {limit} permits up to {highest:.3g} Hz"
     )
     if best.model != first:
         words += (
             f"; the law of Model {best.model} has a smaller bound than that of Model {first}, whose springs "
         )
-        words += "it leaves out, counted in the unmatched part"
+        words += "it neglects (counted in the unmatched part)"
     return words

@@ -14,7 +14,7 @@ from cabledrive.studies.study.correlations import Correlation, among, of_an_axis
 from cabledrive.studies.study.datasheet_bounds import by_datasheet
 from cabledrive.studies.study.drawn_plants import drawn_plant
 from cabledrive.studies.study.log_replay import Replay, replay
-from cabledrive.studies.study.machine import GOAL, LOAD_FRICTIONS, LOG, Quantity, drive_with
+from cabledrive.studies.study.machine import GOAL, LOAD_FRICTIONS, LOG, WORDS, Quantity, drive_with
 
 UNLISTED = (*LOAD_FRICTIONS, "backlash")
 """What data sheets leave out: where the log bounds it less closely than assumed, nothing is said."""
@@ -25,7 +25,7 @@ PEAK = 2.0**0.5
 SEEN = 0.2
 """Share of the largest eccentricity that the replay of a log may overlook."""
 ESSENTIAL = ("near_inertia", "load_inertia", "viscous_friction", "coulomb_friction", "cable_stiffness")
-"""What a log of the whole drive is recorded for; where it cannot tell one of them, the study says so."""
+"""Parameters that a log of the whole drive should identify; the study reports those it does not."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,7 +88,7 @@ def know(
             open_names=(),
             findings=(),
             residual=None,
-            method="no log: datasheet values with stated uncertainty",
+            method="no log: data-sheet values with stated uncertainty",
         )
     elif any(whole_drive(log) for log in logs):
         found = _by_regression(drive, [log for log in logs if whole_drive(log)], known)
@@ -136,7 +136,10 @@ def _by_regression(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]
         apart = low > sheet.high or high < sheet.low
         if high - low > sheet.high - sheet.low and not apart:
             if name not in UNLISTED:
-                words += (f"{name.replace('_', ' ')} is told less well than by the datasheet, which is kept",)
+                words += (
+                    f"{WORDS[name]}: the log is less accurate than the data sheet; the data-sheet "
+                    "value is kept",
+                )
         else:
             fresh[name] = replace(known[name], value=value, low=low, high=high, source=LOG)
     fresh |= _quiet(fresh, told.residual_torque)
@@ -172,8 +175,8 @@ def _late_words(lag: float, drive: Drive, logs: Sequence[Log]) -> tuple[str, ...
         return ()
     allowed = 1e3 * (1.5 * interval + known)
     return (
-        f"the angles are {1e3 * lag:.3g} ms later than the torque; sampling and the lags of the drive file "
-        f"allow {-1e3 * interval:.3g} to {allowed:.3g} ms",
+        f"the angles lag the torque by {1e3 * lag:.3g} ms; sampling and the lags of the drive file allow "
+        f"{-1e3 * interval:.3g} to {allowed:.3g} ms",
     )
 
 
@@ -191,7 +194,7 @@ def _as_one_axis(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]) 
         fresh |= _rigid_quantities(found, known, parts)
         together = of_an_axis(found, parts, fresh)
     words = found.unidentifiable + tuple(wrong)
-    words += ("the log shows no load angle: stiffness, damping and load stay the datasheet's",)
+    words += ("the log has no load angle: stiffness, damping and load are from the data sheet",)
     return Knowledge(
         quantities=fresh,
         undetermined=words,
@@ -200,7 +203,7 @@ def _as_one_axis(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]) 
         ),
         findings=tuple(f for f in found.findings if f not in wrong),
         residual=float(found.residual["relative"]),
-        method="one rigid axis, inverse dynamics; the split between motor and load is the datasheet's",
+        method="one rigid axis, inverse dynamics; the split between motor and load is from the data sheet",
         correlations=among(together, fresh),
     )
 
@@ -236,7 +239,7 @@ def _told_nothing(known: dict[str, Quantity], why: str) -> Knowledge:
         open_names=ESSENTIAL,
         findings=(),
         residual=None,
-        method="datasheet values with stated uncertainty, since the logs could not be used",
+        method="data-sheet values with stated uncertainty, since the logs could not be used",
     )
 
 
@@ -259,7 +262,7 @@ def _against_the_datasheet(fresh: dict[str, Quantity], known: dict[str, Quantity
         sheet = known[name]
         if quantity.source == LOG and (quantity.low > sheet.high or quantity.high < sheet.low):
             words.append(
-                f"{name.replace('_', ' ')} is {quantity.value:.4g} {quantity.unit} by the log, outside the "
-                f"datasheet's {sheet.low:.4g} to {sheet.high:.4g}"
+                f"{WORDS[name]}: {quantity.value:.4g} {quantity.unit} from the log, outside the data-sheet "
+                f"interval {sheet.low:.4g} to {sheet.high:.4g} {quantity.unit}"
             )
     return tuple(words)

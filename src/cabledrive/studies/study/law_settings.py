@@ -132,7 +132,7 @@ def _tuned(
     empty = LawSetting(controller=name, model=None, value=None)
     if not offered:
         rate = 1.0 / wish.interval
-        return replace(empty, reason=f"the sample rate, {rate:.4g} Hz, is too low for any of its bandwidths")
+        return replace(empty, reason=f"the sample rate of {rate:.4g} Hz is too low for all of its bandwidths")
     tried = [replace(empty, value=value, filter=kind) for value in offered for kind in (QUIET, UNCERTAIN)]
     try:
         worst = [_worst(one, drive, motion, known, torque) for one in tried]

@@ -76,7 +76,7 @@ class Replay:
         """The replay in a sentence."""
         name = self.encoder.replace("_", " ")
         return (
-            f"replayed over the log, the identified model leaves {self.ratio:.3g} times the power in the "
+            f"in a replay of the log, the identified model leaves {self.ratio:.3g} times the power in the "
             f"{name} near {self.frequency:.3g} Hz that it leaves over its own logs; chance and the intervals "
             f"allow {self.limit:.3g} times"
         )

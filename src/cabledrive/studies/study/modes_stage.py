@@ -14,7 +14,7 @@ from cabledrive.rig.setting import DEGREE, Motion
 
 SHOWN = 4
 NEGLIGIBLE = 0.1
-"""Share of the error goal that a spring left out may cost."""
+"""Share of the error goal that a neglected spring may cause."""
 
 MODEL_WORDS = {
     1: "rigid joint, rigid cable",
@@ -155,9 +155,9 @@ def choose_reduced_model(
     chosen = fitting[0].model if fitting else highest_model(drive)
     simpler = [one for one in evidence if one.model < chosen]
     least = ", ".join(f"Model {one.model} {one.windup / DEGREE:.3g} deg" for one in simpler)
-    reason = f"Model {chosen} ({MODEL_WORDS[chosen]}) leaves out {windups[chosen] / DEGREE:.3g} deg"
+    reason = f"Model {chosen} ({MODEL_WORDS[chosen]}) neglects {windups[chosen] / DEGREE:.3g} deg"
     reason += (
-        f"; simpler ones leave out more than the {tolerance / DEGREE:.3g} deg allowed: {least}"
+        f"; simpler models neglect more than the {tolerance / DEGREE:.3g} deg allowed: {least}"
         if least
         else ""
     )

@@ -77,7 +77,7 @@ def run_study(
     run = _Run(drive, goals, hashes, cache, reader)
     note(f"[1/{STAGES}] check of drive and data")
     checked = run.stage("check", CheckResult, run.about_logs, lambda: check(drive, reader.read(), hashes))
-    note(f"[2/{STAGES}] what the logs tell")
+    note(f"[2/{STAGES}] identification from the logs")
     known = run.stage("knowledge", Knowledge, run.about_knowledge, run.identify)
     machine = released(drive if checked.missing or drive.carriage else known_drive(drive, known))
     return _judged(run, checked, known, machine)
@@ -159,7 +159,7 @@ def _judged(run: _Run, checked: CheckResult, known: Knowledge, machine: Drive) -
     if carried:
         possible = not demand.exceeded
         carriage = carriage_stages(run.cache, machine, goals, known, possible=possible, stages=STAGES)
-    asked = "the motion asks for more than the drive has"
+    asked = "the motion exceeds the limits of the drive"
     not_run = alone if checked.missing or carried else asked
     lumped, cable = no_runs("lumped", not_run), no_runs("cable", not_run)
     if not (checked.missing or carried or demand.exceeded):
@@ -209,7 +209,7 @@ def _controlled(
     model: ModelResult = run.stage(
         "model", ModelResult, inputs, lambda: choose_reduced_model(machine, motion, goals.error, modes.models)
     )
-    note(f"[6/{STAGES}] controllers: the setting of each law")
+    note(f"[6/{STAGES}] controllers: settings of each law")
     models = models_for_the_law(model.chosen, modes)
     del inputs["error"]
     inputs |= {"models": models, "known": known.quantities, "torque": goals.torque}

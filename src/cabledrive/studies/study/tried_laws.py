@@ -12,8 +12,8 @@ from cabledrive.studies.study.knowledge_stage import Knowledge
 from cabledrive.studies.study.law_settings import LawSetting, law_of
 from cabledrive.studies.study.stage_cache import StageCache
 
-NONE_ASKED = "no cable plants were asked for"
-NOT_HELD = "no law holds the goal on the lumped plants"
+NONE_ASKED = "no runs on the distributed cable were requested"
+NOT_HELD = "none of the laws meets the goal on the lumped plants"
 FIRST = 50
 """Plants that every law meets."""
 NEAR = 1.5
@@ -84,7 +84,7 @@ def try_laws(trial: Trial, settings: Sequence[LawSetting]) -> TriedLaws:
     scores = [_scored(one, result, goals.error) for one, result in zip(settings, runs, strict=True)]
     if closest(scores) is None:
         why = "; ".join(f"{one.controller}: {one.reason}" for one in settings)
-        nothing = no_runs("lumped", f"no law can be used: {why}")
+        nothing = no_runs("lumped", f"no law is applicable: {why}")
         return TriedLaws(
             scores=tuple(scores), cable_scores=(), chosen=None, lumped=nothing, cable=no_runs("cable", why)
         )
@@ -140,8 +140,8 @@ def _left_off(one: LawScore, goals: Goals) -> LawScore:
     missed = one.share is not None and lost(_missed(one), goals.draws, "lumped")
     if missed or not 0 < one.runs < goals.draws:
         return one
-    why = "a simpler law holds the goal" if goals.error is not None else "another law comes closer"
-    return replace(one, holds=None, reason=f"not run to the end: {why}")
+    why = "a simpler law meets the goal" if goals.error is not None else "another law has a smaller error"
+    return replace(one, holds=None, reason=f"stopped early: {why}")
 
 
 def _missed(one: LawScore) -> int:

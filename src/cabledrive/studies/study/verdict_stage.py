@@ -28,14 +28,17 @@ from cabledrive.studies.study.verdict_words import (
 )
 
 YES, NO, UNKNOWN = "yes", "no", "unknown"
-OTHER = "give the carriage what is needed where the machine allows it; modes, resonance and torque hold as is"
-ENDS = {"slack torque": "carry before a span goes slack", "lost tension": "are the pretension"}
-COMPLETE = "complete the drive file; what stands here of modes, resonance and torque holds without it"
-CORRECT = (
-    "find out which is right, data sheet or log; then correct the drive file (drive.toml in the output "
-    "folder has the identified values) or widen [uncertainty], and study again"
+OTHER = (
+    "complete what the carriage controller needs, where the machine allows it; modes, resonance and torque "
+    "are valid without it"
 )
-SHEET = "it depends on which of the plants that the data sheet allows this one is"
+ENDS = {"slack torque": "carry before a span goes slack", "lost tension": "are the pretension"}
+COMPLETE = "complete the drive file; modes, resonance and torque are valid without it"
+CORRECT = (
+    "decide between data sheet and log; then correct the drive file (drive.toml in the output folder has "
+    "the identified values) or widen [uncertainty], and run the study again"
+)
+SHEET = "the verdict differs between plants within the tolerances of the data sheet"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,16 +110,16 @@ def judge(found: Findings) -> Verdict:
 
 
 def _refusals(found: Findings) -> tuple[list[str], list[str]]:
-    """Torque, speed, slack and resonance: what no controller mends."""
+    """Torque, speed, slack and resonance: limits that no controller removes."""
     reasons, remedies = [], []
     for demand in found.demand.exceeded:
         name = demand.name.replace("_", " ")
         assert demand.limit is not None
         asked, limit = (f"{rounded(value, 4)} {demand.unit}" for value in (demand.asked, demand.limit))
-        reasons.append(f"{name}: the motion asks for {asked}, and {limit} {ENDS.get(name, 'is the limit')}")
+        reasons.append(f"{name}: the motion needs {asked}, and {limit} {ENDS.get(name, 'is the limit')}")
         if found.demand.shortest is not None:
             remedies.append(
-                f"take {found.demand.shortest:.3g} s for the move instead of {found.goals.duration:.3g} s"
+                f"lengthen the move from {found.goals.duration:.3g} s to {found.demand.shortest:.3g} s"
             )
         if name in ENDS:
             remedies.append("raise cable.pretension")
@@ -171,7 +174,7 @@ def _by_acceptance(found: Findings, chosen: LawScore) -> tuple[str, list[str], l
 def _doubts(found: Findings) -> list[str]:
     """What makes the plants of the acceptance other than the machine that was logged."""
     known = found.knowledge
-    words = [f"the log contradicts what is assumed: {finding}" for finding in known.findings]
+    words = [f"the log contradicts the assumptions: {finding}" for finding in known.findings]
     open_words = [WORDS[name] for name in known.open_names]
     if open_words:
         words += [f"the log does not determine {', '.join(open_words)}", *known.undetermined]
@@ -181,15 +184,15 @@ def _doubts(found: Findings) -> list[str]:
 def _state_a_goal(chosen: LawScore, unit: ErrorUnit) -> str:
     error = chosen.reached.error if chosen.reached else None
     if error is None:
-        return "state error in [goals]"
+        return "set error in [goals] to get a verdict"
     proposed = f"{rounded_up(unit.of(error)):g} {unit.name}"
-    return f'state error in [goals] to get a verdict, such as error = "{proposed}"'
+    return f'set error in [goals] to get a verdict, such as error = "{proposed}"'
 
 
 def _remedies(found: Findings, chosen: LawScore) -> list[str]:
     if chosen.share_low is not None and chosen.share == 1.0:
         key = "carriage_draws" if chosen.plant == "carriage" else "draws"
-        return [f"run more plants: raise {key} in [acceptance], or leave --quick out"]
+        return [f"run more plants: raise {key} in [acceptance], or omit --quick"]
     if found.carriage is not None:
         assert found.carriage.controller is not None
         return carriage_remedies(found.carriage.controller)
@@ -226,21 +229,23 @@ def _cautions(found: Findings, reasons: Sequence[str]) -> tuple[str, ...]:
     words += found.knowledge.undetermined if not found.knowledge.open_names else ()
     if found.knowledge.residual is None:
         given = "could be used" if found.check.logs else "was given"
-        words.append(f"no log {given}: every value is the data sheet's, with the uncertainty stated")
+        words.append(f"no log {given}: all values are from the data sheet, with the stated uncertainty")
     if found.resonance.alarm == "unknown":
-        words.append("whether the motion excites the transverse modes beyond the limit is not decided")
+        words.append("undecided: whether the motion excites the transverse modes beyond the limit")
     if found.resonance.verdict == "close":
         words.append(
             "a twentieth of the torque as ripple at the pulley mode would bring a span close to resonance"
         )
     if found.resonance.slack:
-        words.append("the pulley mode's response to the motion takes a span's tension away for a moment")
+        words.append(
+            "the response of the pulley mode to the motion takes a span's tension to zero for a moment"
+        )
     if found.carriage is not None:
         return (*words, *carriage_cautions(found.carriage, found.goals, _late(found.drive)))
     words += unrun(found, reasons)
     for one in (found.lumped, found.cable):
         if one.saturated:
-            words.append(f"{one.saturated} of {one.draws} {one.plant} runs met the torque limit")
+            words.append(f"{one.saturated} of {one.draws} {one.plant} runs reached the torque limit")
     words += _on_the_bound(found)
     return tuple(words)
 

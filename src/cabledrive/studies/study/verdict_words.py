@@ -20,7 +20,7 @@ PLANTS = {
 }
 
 FAR = 0.2
-"""From one half: then it is no lowest mode that resonates."""
+"""Distance of the ratio from one half beyond which a higher mode is the resonant one."""
 
 RECORD = (
     "record a log of the whole drive with torque, motor, drive and load angle, excited from 0.25 to 10 Hz "
@@ -29,25 +29,26 @@ RECORD = (
 
 
 def resonance_words(resonance: ResonanceResult) -> str:
-    """Where the drive stands against its resonance, in one line.
+    """Detuning of the drive from its resonance, in one line.
 
     ``resonance``: one that refuses.
     """
     ratio, pulley = resonance.frequency_ratio, resonance.pulley_frequency
-    where = f"a span swings at {ratio:.4g} of the pulley mode's {pulley:.4g} Hz"
+    mode = f"pulley mode's frequency ({pulley:.4g} Hz)"
+    where = f"the lowest transverse mode of a span has {ratio:.4g} of the {mode}"
     if ratio is not None and abs(ratio - 0.5) > FAR:
-        where = f"a higher mode of a span lies at half the pulley mode's {pulley:.4g} Hz"
+        where = f"a higher transverse mode of a span lies at half the {mode}"
     if resonance.alarm == "dangerous":
         largest, limit = _millimetres(resonance.largest), _millimetres(resonance.limit)
-        return f"resonance: {where}, and the motion excites it to {largest}; {limit} are allowed"
+        return f"resonance: {where}, and the motion excites it to {largest} (limit: {limit})"
     return (
-        f"resonance: {where}, so near 1/2 that {resonance.ripple:.4g} N m of ripple, a twentieth of the "
-        "motion's torque, feed its swing"
+        f"resonance: {where}, inside the 1:2 instability region of a torque ripple of "
+        f"{resonance.ripple:.4g} N m, a twentieth of the motion's torque"
     )
 
 
 def _millimetres(amplitude: float | None) -> str:
-    return "any amplitude" if amplitude is None else f"{rounded(1e3 * amplitude, 2)} mm"
+    return "an unbounded amplitude" if amplitude is None else f"{rounded(1e3 * amplitude, 2)} mm"
 
 
 def move_words(goals: Goals) -> str:
@@ -77,7 +78,7 @@ def reached_words(chosen: LawScore, cable: LawScore | None, goals: Goals, unit: 
     """What is reached without a goal."""
     move, reached = move_words(goals), chosen.reached
     if reached is None or reached.error is None:
-        early = f"{chosen.failed} of {chosen.runs} runs ended early, so that no error can be named"
+        early = f"{chosen.failed} of {chosen.runs} runs ended early, so no error can be stated"
         return f"no error goal given; {chosen.controller} at {move}: {early}"
     words = f"no error goal given; {chosen.controller} follows {move} within {unit.words(reached.error)}"
     words += f" in {percent(reached.share)} of the plants, {100 * reached.confidence:g} % confidence"
@@ -100,11 +101,7 @@ def held_words(chosen: LawScore, cable: LawScore | None, goals: Goals, unit: Err
 
 
 def _only(chosen: LawScore) -> str:
-    return (
-        "; this speaks of lumped plants only, none on the distributed cable"
-        if chosen.plant == "lumped"
-        else ""
-    )
+    return "; tested on lumped plants only, not on the distributed cable" if chosen.plant == "lumped" else ""
 
 
 def _share_words(one: LawScore) -> str:
@@ -125,10 +122,10 @@ def short_of(one: LawScore, goal: float, unit: ErrorUnit) -> list[str]:
     enough = ENOUGH[one.plant]
     if one.share == 1.0:
         why = f"all of {one.runs} {PLANTS[one.plant]} keep within {unit.words(goal)} under {one.controller}"
-        few = f"so few runs show {percent(one.share_low or 0.0)} only; {percent(enough)} are asked"
+        few = f"so few runs prove only {percent(one.share_low or 0.0)}; {percent(enough)} are required"
         return [f"{why}, but {few}"]
-    words = f"no law that was tried holds the goal of {unit.words(goal)}; closest is {one.controller}: "
-    words += f"{_share_words(one)}; {percent(enough)} are asked"
+    words = f"none of the tried laws meets the goal of {unit.words(goal)}; closest is {one.controller}: "
+    words += f"{_share_words(one)}; {percent(enough)} are required"
     if one.reached is not None and one.reached.error is not None:
         kept = f"{percent(one.reached.share)} keep within {unit.words(one.reached.error)}"
         words += f"; {kept}"
@@ -139,7 +136,7 @@ def short_of(one: LawScore, goal: float, unit: ErrorUnit) -> list[str]:
 
 
 def unrun(found: Findings, reasons: Sequence[str]) -> list[str]:
-    """Why plants were not run; what stands among the reasons of the verdict is not said once more.
+    """Why plants were not run; what is among the reasons of the verdict is not repeated.
 
     ``reasons``: of the verdict.
     """
@@ -157,11 +154,11 @@ def unrun(found: Findings, reasons: Sequence[str]) -> list[str]:
 
 
 def remedies_for(found: Findings) -> list[str]:
-    """What would let the runs last, or else make the bound smaller."""
-    slower = "take longer for the move: acceleration falls with its square"
+    """Changes that keep the runs from ending early, or else make the bound smaller."""
+    slower = "lengthen the move: the acceleration falls with the square of its duration"
     if found.lumped.failed:
-        unstable = f"where the loop is unstable know the drive better; {RECORD}"
-        return ["raise cable.pretension, so that no span goes slack", slower, unstable]
+        unstable = f"where the loop is unstable, identify the drive more accurately: {RECORD}"
+        return ["raise cable.pretension to keep the spans from going slack", slower, unstable]
     controller = found.controller
     if controller is None or controller.chosen is None:
         return [slower, RECORD]
@@ -173,10 +170,12 @@ def remedies_for(found: Findings) -> list[str]:
     }
     largest = max(parts, key=lambda name: parts[name])
     if largest == "sensors":
-        words.append("fit finer encoders: counts make the largest part of the bound")
+        words.append("fit finer encoders: quantisation is the largest part of the bound")
     elif largest == "unmatched" and controller.shares:
         name = max(controller.shares, key=lambda key: controller.shares[key])
-        words.append(f"know the {WORDS[name]} better: it makes the largest part of the bound; {RECORD}")
+        words.append(f"identify the {WORDS[name]} more accurately, the largest part of the bound: {RECORD}")
     else:
-        words.append(f"know friction and inertia of the motor better, or sample faster; {RECORD}")
+        words.append(
+            f"identify friction and inertia of the motor more accurately, or sample faster: {RECORD}"
+        )
     return [*words, slower]
