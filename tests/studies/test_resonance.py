@@ -177,7 +177,7 @@ def test_a_sweep_too_fast_for_the_level_is_told():
 
 
 def test_a_sweep_below_the_threshold_is_refused():
-    with pytest.raises(cd.InputRefused, match="pumping = 1 rad/s.*Gamma = 2"):
+    with pytest.raises(cd.InputRefused, match=r"pumping = 1 rad/s.*Gamma = 2"):
         Sweep(pumping=1.0, damping=2.0, rate=1.0, floor=1e-5, level=1e-3, half_forcing=256.8)
 
 

@@ -1,4 +1,4 @@
-"""Chapter "What is known": every number with its interval, by the log or by the data sheet."""
+"""Chapter "Parameters": every number with its interval, by the log or by the data sheet."""
 
 from cabledrive.report.blocks import Block, Cell, Chapter, Column, Figure, Note, Paragraph, RowGroup, Table
 from cabledrive.report.figures.study_runs import intervals_picture
@@ -27,7 +27,7 @@ def knowledge_chapter(result: StudyResult) -> Chapter:
     blocks.append(_table(result))
     blocks.append(_picture(result))
     return Chapter(
-        title="What is known",
+        title="Parameters",
         anchor="known",
         blocks=tuple(blocks),
         methods=(f"Identification: {known.method}.",),
