@@ -1,4 +1,4 @@
-"""Describe a drive in a file of your own, and ask for every frequency at which it rings.
+"""Describe a drive in a file of your own, and compute all its natural frequencies.
 
 The figures are those of the dissertation's second configuration, so that the answer can be compared with a
 measurement: J. R. Bhardhwaj (Purdue University, 2015), Table 3.2 and Fig. 3.6, a peak

@@ -139,7 +139,7 @@ def test_motion_in_one_direction_cannot_part_coulomb_friction_and_offset(tmp_pat
     status, out, err = identify(capsys, tmp_path / "one.csv")
     answer = json.loads(out)
     assert status == 3
-    assert "coulomb friction, offset torque cannot be told apart" in err
+    assert "coulomb friction, offset torque are not identifiable separately" in err
     assert err.count("\n") == 1
     assert answer["parameters"]["coulomb_friction"]["value"] is None
     assert answer["parameters"]["inertia"]["value"] == pytest.approx(0.001742, rel=0.05)

@@ -74,7 +74,7 @@ def test_not_identifiable_is_status_3_with_the_object_still_printed(log, capsys)
     assert status == 3
     assert json.loads(out)["identifiable"] is False
     assert json.loads(out)["parameters"]["offset_torque"]["value"] is None
-    assert "cannot be told apart" in err
+    assert "are not identifiable separately" in err
     assert err.count("\n") == 1
 
 

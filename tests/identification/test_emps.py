@@ -62,7 +62,7 @@ def test_asymmetric_friction_beside_an_offset_is_not_identifiable_and_the_direct
     assert not found.identifiable
     words = found.unidentifiable[0]
     assert "coulomb friction (positive speed), coulomb friction (negative speed), offset force" in words
-    assert "cannot be told apart" in words
+    assert "are not identifiable separately" in words
     for name in ("coulomb_friction_positive", "coulomb_friction_negative", "offset_force"):
         assert np.isnan(found[name])
         assert found.parameters[name].high == float("inf")

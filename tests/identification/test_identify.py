@@ -216,7 +216,7 @@ def test_motion_in_one_direction_is_not_identifiable_and_says_why():
     log = replace(log.part(start=2.0))
     found = identify(log)
     assert not found.identifiable
-    assert "coulomb friction, offset torque cannot be told apart" in found.unidentifiable[0]
+    assert "coulomb friction, offset torque are not identifiable separately" in found.unidentifiable[0]
     assert any("one direction" in finding for finding in found.findings)
 
 

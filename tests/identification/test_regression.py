@@ -77,10 +77,9 @@ def test_two_regressors_that_are_one_are_named_and_get_no_number():
     phi[:, 2] = 3 * phi[:, 1]
     fit = solve(factor(phi, y, NAMES, 9))
     assert blind_parameters(fit) == {"viscous_friction", "coulomb_friction"}
-    assert blind_words(fit) == (
-        "viscous friction, coulomb friction cannot be told apart: moving them together "
-        "(- viscous friction + coulomb friction) changes nothing in the log",
-    )
+    (words,) = blind_words(fit)
+    assert words.startswith("viscous friction, coulomb friction ")
+    assert "(- viscous friction + coulomb friction)" in words
     assert fit.condition == float("inf")
     assert fit.values[0] == pytest.approx(TRUE[0], rel=0.05)
 
@@ -89,7 +88,7 @@ def test_a_parameter_that_nothing_moves_is_named():
     phi, y = coloured(np.random.default_rng(7))
     phi[:, 1] = 0.0
     fit = solve(factor(phi, y, NAMES, 9))
-    assert "viscous friction cannot be told" in blind_words(fit)[0]
+    assert blind_words(fit)[0].startswith("viscous friction is not identifiable")
 
 
 def test_a_parameter_is_weak_only_if_its_uncertainty_matters():

@@ -158,6 +158,6 @@ def test_a_model_that_does_not_follow_has_no_interval(run):
     other = np.random.default_rng(3).normal(size=SAMPLES).cumsum() * 0.3
     channels = dict(recorded.channels) | {"load_velocity": other}
     found = identify(log_of(recorded.time, channels, recorded.units), model="two-inertia")
-    assert any("does not follow the log" in finding for finding in found.findings), found.findings
+    assert any("does not reproduce the log" in finding for finding in found.findings), found.findings
     entries = found.as_dict()["parameters"].values()
     assert all(entry["low"] is None and entry["high"] is None for entry in entries)
