@@ -36,8 +36,9 @@ def modes_chapter(result: StudyResult) -> Chapter:
         if result.model is not None:
             blocks.append(Note(text=f"Chosen for the controller: {result.model.reason}."))
     else:
-        told = bool(result.check.missing) and set(result.check.missing) <= set(result.verdict.reasons)
-        why = "see the verdict" if told else found.why_no_models
+        stated = " ".join((*result.verdict.reasons, *result.verdict.cautions))
+        repeated = bool(result.check.missing) and all(line in stated for line in result.check.missing)
+        why = "see the verdict" if repeated else found.why_no_models
         blocks.append(Paragraph(text=f"The reduced models do not apply: {why}."))
     return Chapter(
         title="Modes and models",
