@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from cabledrive.identification.log_response import response
     from cabledrive.identification.logs.reading import read_log
     from cabledrive.identification.one_log import identify
+    from cabledrive.identification.printer_shaper import shaper
     from cabledrive.reduction import LumpedChain
     from cabledrive.report import write_report
     from cabledrive.rig import OwnPlant, track
@@ -65,6 +66,7 @@ _ON_DEMAND = {
     "resonance": "cabledrive.studies.resonance",
     "response": "cabledrive.identification.log_response",
     "run_study": "cabledrive.studies.study",
+    "shaper": "cabledrive.identification.printer_shaper",
     "simulate": "cabledrive.simulation",
     "track": "cabledrive.rig",
     "write_report": "cabledrive.report",
@@ -111,6 +113,7 @@ __all__ = [
     "response",
     "run_study",
     "save_drive",
+    "shaper",
     "simulate",
     "track",
     "write_report",

@@ -28,7 +28,7 @@ SECTIONS = {
     "The whole job": ("study", "reproduce", "report"),
     "The drive": ("drives", "check", "schema"),
     "Vibration": ("modes", "resonance", "simulate"),
-    "Measurement": ("experiment", "identify", "response", "camera"),
+    "Measurement": ("experiment", "identify", "response", "shaper", "camera"),
     "Control": ("track",),
 }
 """Commands by what they are for; one that is in none stands under "More"."""

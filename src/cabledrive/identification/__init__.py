@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from cabledrive.identification.logs.reading import read_log
     from cabledrive.identification.one_log import identify
     from cabledrive.identification.planning import plan_test
+    from cabledrive.identification.printer_shaper import shaper
     from cabledrive.identification.tension import read_ping, tension_from_ping, tensions_from_load_cell
 
 # Loaded when first asked for: each brings libraries of its own.
@@ -22,6 +23,7 @@ _ON_DEMAND = {
     "read_log": "logs.reading",
     "read_ping": "tension",
     "response": "log_response",
+    "shaper": "printer_shaper",
     "tension_from_ping": "tension",
     "tensions_from_load_cell": "tension",
     "track_marker": "camera",
@@ -36,6 +38,7 @@ __all__ = [
     "read_log",
     "read_ping",
     "response",
+    "shaper",
     "tension_from_ping",
     "tensions_from_load_cell",
     "track_marker",

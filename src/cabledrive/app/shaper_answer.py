@@ -1,0 +1,113 @@
+"""What `cabledrive shaper` says of a printer's axis: as JSON in SI, and in the units of printers for people."""
+
+from typing import Any
+
+from cabledrive.app.results import Absent
+from cabledrive.identification.printer_shaper import PrinterShaper
+from cabledrive.identification.shaper_choice import ShaperFit
+from cabledrive.identification.spectrum_peaks import SpectrumPeak
+
+NO_NAME = "neither given by --axis nor in the name of a log"
+NO_DAMPING = "no peak has a damping ratio"
+NO_BAND = "it leaves more than 5 % at its own frequency"
+
+
+def shaper_data(found: PrinterShaper) -> dict[str, Any]:
+    """The JSON object: frequencies in Hz, smoothing in m, acceleration in m/s^2."""
+    best = found.recommended
+    return {
+        "axis": found.axis or Absent(reason=NO_NAME),
+        "peaks": [_peak_data(found, peak) for peak in found.peaks],
+        "spread_hz": Absent(reason="no peak") if found.spread is None else list(found.spread),
+        "shapers": [_fit_data(fit) for fit in found.shapers],
+        "recommended": best.type,
+        "recommended_shaper": _fit_data(best),
+        "recommended_vibration_at_measured_damping": (
+            Absent(reason=NO_DAMPING) if found.measured_vibration is None else found.measured_vibration
+        ),
+        "configuration": found.configuration,
+        "damping": found.damping,
+        "corner_speed": found.corner_speed,
+        "logs": [spectrum.source for spectrum in found.spectra],
+        "findings": [finding.as_dict() for finding in found.findings],
+        "notes": list(found.notes),
+    }
+
+
+def _peak_data(found: PrinterShaper, peak: SpectrumPeak) -> dict[str, Any]:
+    none = Absent(reason=peak.reason or "")
+    return {
+        "frequency_hz": peak.frequency,
+        "frequency_low_hz": none if peak.frequency_low is None else peak.frequency_low,
+        "frequency_high_hz": none if peak.frequency_high is None else peak.frequency_high,
+        "damping": none if peak.damping is None else peak.damping,
+        "damping_low": none if peak.damping_low is None else peak.damping_low,
+        "damping_high": none if peak.damping_high is None else peak.damping_high,
+        "height": peak.height,
+        "kept": found.kept(peak),
+        "log": peak.source,
+    }
+
+
+def _fit_data(fit: ShaperFit) -> dict[str, Any]:
+    return {
+        "type": fit.type,
+        "frequency_hz": fit.frequency,
+        "vibration": fit.vibration,
+        "smoothing": fit.smoothing,
+        "max_acceleration": fit.max_acceleration,
+        "score": fit.score,
+        "band_hz": Absent(reason=NO_BAND) if fit.band is None else list(fit.band),
+        "times": fit.shaper.times,
+        "amplitudes": fit.shaper.amplitudes,
+    }
+
+
+def shaper_text(found: PrinterShaper) -> str:
+    """The same for people, in mm and mm/s^2 as printers' configurations have it."""
+    best = found.recommended
+    axis = f"Axis {found.axis}" if found.axis else "Axis not known"
+    lines = [f"{axis}, {', '.join(spectrum.source for spectrum in found.spectra)}", ""]
+    if found.peaks:
+        lines.append("peak [Hz]         damping ratio [%]     height   kept behind the shaper")
+        lines += [_peak_line(found, peak) for peak in found.peaks]
+    else:
+        lines.append("No peak stands out.")
+    lines += ["", "shaper     at [Hz]   vibration   smoothing   max_accel [mm/s^2]   within 5 %"]
+    lines += [_fit_line(fit, best) for fit in found.shapers]
+    if not any(fit is best for fit in found.shapers):
+        lines.append(_fit_line(best, best))
+    lines += ["", f"Recommended: {best.type} at {best.frequency:.1f} Hz."]
+    if found.spread is not None and best.band is not None:
+        low, high = found.spread
+        lines.append(
+            f"Peaks from {low:.1f} to {high:.1f} Hz; it leaves 5 % of the amplitude at most "
+            f"from {best.band[0]:.1f} to {best.band[1]:.1f} Hz."
+        )
+    if found.measured_vibration is not None:
+        lines.append(
+            f"At the measured damping it leaves {100 * found.measured_vibration:.1f} % of the vibration."
+        )
+    lines += ["", found.configuration]
+    lines += ["", *(f"finding: {finding}" for finding in found.findings)] if found.findings else []
+    lines += ["", *(f"note: {note}" for note in found.notes)] if found.notes else []
+    return "\n".join(lines)
+
+
+def _peak_line(found: PrinterShaper, peak: SpectrumPeak) -> str:
+    kept = f"{100 * peak.height:6.0f} %   {100 * found.kept(peak):6.1f} %"
+    if peak.damping is None or peak.damping_low is None or peak.damping_high is None:
+        return f"{peak.frequency:6.1f}            not known             {kept}   ({peak.reason})"
+    assert peak.frequency_low is not None
+    wide = peak.frequency - peak.frequency_low
+    ratio = f"{100 * peak.damping:5.2f} ({100 * peak.damping_low:.2f} to {100 * peak.damping_high:.2f})"
+    return f"{peak.frequency:6.1f} +- {wide:<6.2f}  {ratio:<21} {kept}"
+
+
+def _fit_line(fit: ShaperFit, best: ShaperFit) -> str:
+    band = "nowhere" if fit.band is None else f"{fit.band[0]:.1f} to {fit.band[1]:.1f} Hz"
+    return (
+        f"{fit.type:<9} {fit.frequency:8.1f} {100 * fit.vibration:9.1f} % {1e3 * fit.smoothing:8.3f} mm "
+        f"{100 * round(10 * fit.max_acceleration):14d}         {band}"
+        + ("   <- recommended" if fit is best else "")
+    )

@@ -1,0 +1,219 @@
+"""Vibration of a printer's head against frequency, from the files that Klipper's resonance test writes.
+
+Three kinds of file are read: ``resonances_x_*.csv`` (power spectral densities psd_x, psd_y, psd_z, psd_xyz),
+``calibration_data_x_*.csv`` (the same, already normalised to the excitation, with columns of shapers), and the
+accelerometer's samples (``#time,accel_x,accel_y,accel_z``). Spectra of samples are made as in Klipper's
+documentation: Welch's method, windows of half a second or more, a Kaiser window of shape 6, half overlapped.
+"""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal
+
+from cabledrive.identification.logs.opening import open_table
+from cabledrive.identification.logs.table import Table
+from cabledrive.identification.logs.time_check import check_time
+from cabledrive.parameters import InputRefused
+
+Array = NDArray[np.float64]
+
+WINDOW = 0.5
+"""Shortest window of a spectrum [s]."""
+KAISER = 6.0
+"""Shape of the Kaiser window."""
+LOWEST, HIGHEST = 5.0, 200.0
+"""Frequencies of a resonance test [Hz]; what lies above is not used."""
+LOWEST_RATE = 50.0  # Hz
+MOST_SAMPLES, MOST_LINES = 10_000_000, 5_000
+FEWEST_LINES = 8
+_DIRECTIONS = ("x", "y", "z")
+_NAMED = re.compile(r"(?:^|[_-])([xyz])(?=[_.-]|$)", re.IGNORECASE)
+_LISTED = 90
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PrinterSpectrum:
+    """Power spectral density of a head's acceleration while one axis is excited.
+
+    Attributes
+    ----------
+    source : str
+        Name of the file.
+    axis : str or None
+        "x", "y" or "z" after the name of the file.
+    frequency : ndarray, shape (n,)
+        From 0 to 200 Hz at most [Hz].
+    density : ndarray, shape (n,)
+        Sum over the three directions, divided by the frequency, as the test excites higher frequencies more;
+        any unit, the largest is 1.
+    even : bool
+        Whether the frequencies are those of a Fourier transform.
+    notes : tuple of str
+    """
+
+    source: str
+    axis: str | None
+    frequency: Array
+    density: Array
+    even: bool
+    notes: tuple[str, ...] = ()
+
+    @property
+    def measured(self) -> Array:
+        """The density before its division by the frequency, shape (n,); of use from 10 Hz on."""
+        return self.density * (self.frequency + 0.1)
+
+    @property
+    def interval(self) -> float:
+        """Distance of neighbouring frequencies [Hz]."""
+        return float(np.median(np.diff(self.frequency)))
+
+
+def read_printer_spectrum(path: str | Path) -> PrinterSpectrum:
+    """Read a spectrum, or make it from samples of an accelerometer.
+
+    ``path``: a text table, or any other format of logs, with columns of the names above.
+    Raises `InputRefused` if it is none of these, is damaged, or holds no vibration.
+    """
+    table = open_table(path)
+    heads = {name.lower().strip(): name for name in table.names}
+    if "freq" in heads and any(f"psd_{name}" in heads for name in (*_DIRECTIONS, "xyz")):
+        frequency, density, even, notes = _of_densities(table, heads)
+    elif "time" in heads and any(f"accel_{name}" in heads for name in _DIRECTIONS):
+        frequency, density, notes = _of_samples(table, heads)
+        even = True
+    else:
+        raise InputRefused(
+            f"{table.source}: no columns freq and psd_xyz, nor time and accel_x, accel_y, accel_z (found: "
+            f"{', '.join(table.names)[:_LISTED]}): give a file of Klipper's TEST_RESONANCES"
+        )
+    used = frequency <= HIGHEST
+    frequency, density = frequency[used], density[used]
+    if not FEWEST_LINES <= frequency.size <= MOST_LINES:
+        raise InputRefused(
+            f"{table.source}: {frequency.size} frequencies up to {HIGHEST:g} Hz, not from {FEWEST_LINES} to "
+            f"{MOST_LINES}: give a spectrum as Klipper writes it"
+        )
+    largest = float(density.max())
+    if not 1e-290 < largest < 1e290:
+        raise InputRefused(
+            f"{table.source}: the largest density is {largest:.3g}: no vibration was measured; check the sensor"
+        )
+    return PrinterSpectrum(
+        source=table.source,
+        axis=_axis_of(table.source),
+        frequency=frequency,
+        density=density / largest,
+        even=even,
+        notes=notes,
+    )
+
+
+def normalized(frequency: Array, density: Array) -> Array:
+    """A measured density over the frequency, and little of it below 10 Hz, as Klipper normalises it."""
+    low = np.minimum(0.0, 1.0 - (2.0 * LOWEST / (frequency + 0.1)) ** 2)
+    return density / (frequency + 0.1) * np.exp(low)
+
+
+def _axis_of(source: str) -> str | None:
+    found = {name.lower() for name in _NAMED.findall(source.rpartition(".")[0] or source)}
+    return found.pop() if len(found) == 1 else None
+
+
+def _columns(table: Table, names: list[str], most: int) -> list[Array]:
+    """Whole columns; refused before they fill the memory."""
+    parts: dict[str, list[Array]] = {name: [] for name in names}
+    rows = 0
+    for block in table.read(tuple(names)):
+        rows += block[names[0]].size
+        if rows > most:
+            raise InputRefused(f"{table.source}: more than {most} rows: cut the file to one test of one axis")
+        for name in names:
+            parts[name].append(block[name])
+    if rows < FEWEST_LINES:
+        raise InputRefused(f"{table.source}: only {rows} rows of numbers: a test has {FEWEST_LINES} or more")
+    return [np.concatenate(parts[name]) for name in names]
+
+
+def _of_densities(table: Table, heads: dict[str, str]) -> tuple[Array, Array, bool, tuple[str, ...]]:
+    """Frequency, normalised density, whether the grid is even, notes."""
+    if "psd_xyz" in heads:
+        names = ["psd_xyz"]
+    else:
+        names = [f"psd_{name}" for name in _DIRECTIONS if f"psd_{name}" in heads]
+    frequency, *parts = _columns(table, [heads["freq"], *(heads[name] for name in names)], MOST_SAMPLES)
+    for name, values in (("freq", frequency), *zip(names, parts, strict=True)):
+        wrong = ~np.isfinite(values) | (values < 0.0)
+        if wrong.any():
+            row = int(np.argmax(wrong))
+            raise InputRefused(
+                f"{table.source}: row {row + 1}: {name} = {values[row]:.4g} must be a number from 0: correct it"
+            )
+    frequency, even = _put_back(frequency, table.source)
+    with np.errstate(over="ignore"):  # an infinite sum is refused as a density
+        density = np.sum(parts, axis=0)
+    notes = () if names == ["psd_xyz"] else (f"no psd_xyz: the sum of {', '.join(names)} is used",)
+    if any("shapers" in head for head in heads):  # written after the normalisation
+        return frequency, density, even, notes
+    return frequency, normalized(frequency, density), even, notes
+
+
+def _put_back(frequency: Array, source: str) -> tuple[Array, bool]:
+    """The even grid of a Fourier transform, of which one decimal was written; others as they are."""
+    steps = np.diff(frequency)
+    even = np.linspace(frequency[0], frequency[-1], frequency.size)
+    if frequency[-1] > frequency[0] and np.abs(frequency - even).max() < min(
+        0.101, 0.3 * (even[1] - even[0])
+    ):
+        return even, True
+    if (steps <= 0.0).any():
+        row = int(np.argmax(steps <= 0.0))
+        raise InputRefused(
+            f"{source}: row {row + 2}: freq = {frequency[row + 1]:.4g} Hz does not follow "
+            f"{frequency[row]:.4g} Hz: sort the rows, or give the file of one test"
+        )
+    return frequency, False
+
+
+def _of_samples(table: Table, heads: dict[str, str]) -> tuple[Array, Array, tuple[str, ...]]:
+    """Frequency, normalised density, notes, by Welch's method."""
+    names = [f"accel_{name}" for name in _DIRECTIONS if f"accel_{name}" in heads]
+    time, *parts = _columns(table, [heads["time"], *(heads[name] for name in names)], MOST_SAMPLES)
+    check = check_time(time, table.source)
+    if check.uneven:  # the clock of the sensor drifts against that of the host
+        check = check_time(time, table.source, resample=True)
+    rate = 1.0 / check.interval
+    if rate < LOWEST_RATE:
+        raise InputRefused(
+            f"{table.source}: {rate:.4g} samples per second are below {LOWEST_RATE:g}: check the time, in s"
+        )
+    grid = check.grid
+    length = 1 << int(rate * WINDOW - 1.0).bit_length()
+    if grid.size <= length:
+        raise InputRefused(
+            f"{table.source}: {grid.size / rate:.3g} s are shorter than a window of {length / rate:.3g} s: "
+            "record the whole test"
+        )
+    if grid.size > 2 * MOST_SAMPLES:
+        raise InputRefused(f"{table.source}: has gaps longer than its samples: record it again")
+    total = np.zeros(length // 2 + 1)
+    for name, values in zip(names, parts, strict=True):
+        if not np.isfinite(values).all() or np.abs(values).max() > 1e100:
+            raise InputRefused(
+                f"{table.source}: {name} has values missing or beyond 1e100: record the test again"
+            )
+        even = np.interp(grid, check.stamps, values[check.keep])
+        frequency, density = signal.welch(
+            even, rate, ("kaiser", KAISER), nperseg=length, noverlap=length // 2, detrend="constant"
+        )
+        total += density
+    notes = [*check.repaired]
+    if rate < 2.0 * HIGHEST:
+        notes.append(f"{rate:.4g} samples per second show nothing above {rate / 2:.4g} Hz")
+    if len(names) < len(_DIRECTIONS):
+        notes.append(f"the sum of {', '.join(names)} is used")
+    return np.asarray(frequency, dtype=float), normalized(frequency, total), tuple(notes)
