@@ -68,6 +68,8 @@ def test_an_option_of_the_agreed_ones_without_effect_is_told(arguments, words):
         ("check elevator -o c.html", "c.html: does not end in .json: rename it"),
         ("identify log.csv -o i.csv", "does not end in .json"),
         ("response log.csv --input torque --output angle -o r.csv", "does not end in .json"),
+        ("shaper log.csv -o s.csv", "does not end in .json"),
+        ("shaper log.csv --plot s.html", "does not end in .png or .svg or .pdf"),
         ("track dissertation-3 -o t.csv", "does not end in .json"),
         ("experiment dissertation-3 -o e.json", "does not end in .csv"),
         ("simulate dissertation-2 --duration 1 -o r.h5", "does not end in .nc"),

@@ -15,6 +15,7 @@ WRITERS = {
     "configuration": "identify log.csv --config {}",
     "excitation": "experiment dissertation-2 --excitation {}",
     "response": "response {} --input torque --response angle",
+    "resonance test": "shaper {}",
     "ping": "identify {} --ping dissertation-2 --span upper",
 }
 

@@ -18,6 +18,7 @@ import cabledrive as cd
 from cabledrive.app.main import main
 from cabledrive.rig.bench.virtual_camera import VirtualCamera, filmed
 from command import answer, call, object_of, refusal, run
+from printer_logs import samples, write_densities
 
 COMMANDS = main.list_commands(Context(main))
 EXAMPLES = {name: main.get_command(Context(main), name).epilog.split("Example:\n")[1] for name in COMMANDS}
@@ -32,6 +33,7 @@ CONTRACT = {
     "simulate",
     "identify",
     "response",
+    "shaper",
     "experiment",
     "track",
     "study",
@@ -66,6 +68,8 @@ def test_help_has_one_example_and_it_runs(name, tmp_path, monkeypatch):
         assert call(*shlex.split(EXAMPLES["experiment"])[1:]).exit_code == 0
     if name == "study":  # its drawing is tested elsewhere
         monkeypatch.setattr("cabledrive.report.study_page.study_html", lambda result: result.drive.name)
+    if name == "shaper":
+        write_densities(tmp_path / arguments[1], samples([(48.3, 0.06, 1.0)], np.random.default_rng(0)))
     if "clip.avi" in arguments:
         film(tmp_path / "clip.avi")
     done = call(*arguments)

@@ -25,6 +25,7 @@ if __package__ in (None, ""):
 from attack import ledger
 
 ROWS = 240
+PRINTER_LOGS = ("resonances_x.csv", "calibration_data_y.csv", "raw_data_x.csv")
 SECONDS, BYTES = 5.0, 2 << 30
 TIME = 1e-3 * np.arange(ROWS)
 TORQUE, ANGLE = np.sin(40 * TIME), np.cumsum(np.sin(37 * TIME))
@@ -64,6 +65,14 @@ def sound_logs(folder: Path) -> list[Path]:
         "white.txt": text.replace(" [", "[").replace("N m", "Nm").replace(",", " ").encode(),
         "wide.tsv": text.replace(",", "\t").encode("utf-16"),
         "scope.csv": ("Model,X,\nRecord Length,240,\n,,\n" + text).encode("cp1252"),
+    }
+    lines = [f"{1.5625 * k:.1f}" + 3 * f",{1e3 / (1 + (k - 30) ** 2):.3e}" for k in range(129)]
+    moved = [f"{0.625e-3 * k:.6f}" + 2 * f",{9810 + 99 * (-1) ** (k // 9):.6f}" for k in range(1200)]
+    heads_of_a_test = ("freq,psd_x,psd_y,psd_xyz", "freq,psd_x,psd_y,psd_xyz,shapers:,zv(59.0)")
+    written |= {
+        "resonances_x.csv": "\n".join([heads_of_a_test[0], *lines]).encode(),
+        "calibration_data_y.csv": "\n".join([heads_of_a_test[1], *(f"{x},,0.5" for x in lines)]).encode(),
+        "raw_data_x.csv": "\n".join(["#time,accel_x,accel_y", *moved]).encode(),
     }
     for name, content in written.items():
         (folder / name).write_bytes(content)
@@ -166,10 +175,12 @@ def damaged(content: bytes, text: bool, rng: np.random.Generator) -> bytes:
     return bytes(data)
 
 
-def outcome_of(path: Path) -> tuple[str, str]:
+def outcome_of(path: Path, of_a_printer: bool = False) -> tuple[str, str]:
     """How reading ends: "read", "refused", or "defect" with what was raised."""
     from cabledrive.identification.logs.column_map import ColumnMap, with_choices
     from cabledrive.identification.logs.reading import read_log
+    from cabledrive.identification.printer_spectrum import read_printer_spectrum
+    from cabledrive.identification.spectrum_peaks import spectrum_peaks
     from cabledrive.parameters import InputRefused, NotComputed
 
     maps = {
@@ -177,7 +188,10 @@ def outcome_of(path: Path) -> tuple[str, str]:
         ".mcap": ["time=a.time", "torque=a.torque", "angle=a.angle"],
     }
     try:
-        read_log(path, with_choices(ColumnMap(), maps.get(path.suffix, [])))
+        if of_a_printer:
+            spectrum_peaks(read_printer_spectrum(path))
+        else:
+            read_log(path, with_choices(ColumnMap(), maps.get(path.suffix, [])))
     except (InputRefused, NotComputed) as refusal:
         return ("refused", "") if "\n" not in str(refusal) else ("defect", "two lines")
     except BaseException as defect:
@@ -201,7 +215,7 @@ def _batch(seed: int, numbers: list[int], folder: Path, report: Path) -> None:
             file.flush()
             began = time.process_time()
             signal.alarm(60)
-            outcome, what = outcome_of(mutant)
+            outcome, what = outcome_of(mutant, source.name in PRINTER_LOGS)
             signal.alarm(0)
             seconds = time.process_time() - began
             if seconds > SECONDS:

@@ -1,4 +1,4 @@
-"""What `cabledrive shaper` says of a printer's axis: as JSON in SI, and in the units of printers for people."""
+"""What `cabledrive shaper` finds for a printer's axis: JSON in SI, text in the units of printers."""
 
 from typing import Any
 

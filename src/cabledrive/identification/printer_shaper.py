@@ -16,7 +16,7 @@ from cabledrive.identification.shaper_choice import (
 )
 from cabledrive.identification.spectrum_peaks import SpectrumPeak, spectrum_peaks
 from cabledrive.parameters import InputRefused
-from cabledrive.trajectories.input_shaping import LARGEST_DAMPING, TOLERANCE, input_shaper, residual_vibration
+from cabledrive.trajectories.input_shaping import LARGEST_DAMPING, input_shaper, residual_vibration
 from cabledrive.trajectories.shaped_corner import CORNER_SPEED
 
 DAMPING = 0.1
@@ -24,7 +24,7 @@ DAMPING = 0.1
 MOST_LOGS = 100
 AXES = ("x", "y", "z")
 TOO_MUCH = 0.1
-"""Remaining vibration above which no shaper is called sufficient."""
+"""Remaining vibration, of all or of one peak, above which a shaper is not called sufficient."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -178,7 +178,7 @@ def _axis(spectra: Sequence[PrinterSpectrum], given: str | None, findings: list[
         return given
     if len(named) > 1:
         raise InputRefused(
-            f"logs of the axes {', '.join(sorted(named))}: give those of one axis at a time, or name it by --axis"
+            f"logs of the axes {', '.join(sorted(named))}: give those of one axis, or name it by --axis"
         )
     if not named:
         message = "the name of the log does not say which axis was excited: give --axis x or --axis y"
@@ -194,10 +194,10 @@ def _judged(found: PrinterShaper, findings: list[Finding]) -> PrinterShaper:
         findings.append(Finding("no-peak", message))
     for peak in found.peaks:
         kept = found.kept(peak)
-        if kept * peak.height > TOLERANCE + 0.005:
+        if kept * peak.height > TOO_MUCH:
             message = (
-                f"{peak.source}: the peak at {peak.frequency:.1f} Hz ({100 * peak.height:.0f} % of the largest "
-                f"density) keeps {100 * kept:.0f} % of its amplitude behind {best.type} at {best.frequency:.1f} Hz"
+                f"{peak.source}: the peak at {peak.frequency:.1f} Hz ({100 * peak.height:.0f} % of the "
+                f"largest) keeps {100 * kept:.0f} % of it behind {best.type} {best.frequency:.1f} Hz"
             )
             findings.append(Finding("peak-remains", message))
     worst = max(best.vibration, found.measured_vibration or 0.0)

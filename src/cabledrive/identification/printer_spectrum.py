@@ -1,8 +1,8 @@
 """Vibration of a printer's head against frequency, from the files that Klipper's resonance test writes.
 
 Three kinds of file are read: ``resonances_x_*.csv`` (power spectral densities psd_x, psd_y, psd_z, psd_xyz),
-``calibration_data_x_*.csv`` (the same, already normalised to the excitation, with columns of shapers), and the
-accelerometer's samples (``#time,accel_x,accel_y,accel_z``). Spectra of samples are made as in Klipper's
+``calibration_data_x_*.csv`` (the same, already normalised to the excitation, with columns of shapers), and
+accelerometer samples (``#time,accel_x,accel_y,accel_z``). Spectra of samples are made as in Klipper's
 documentation: Welch's method, windows of half a second or more, a Kaiser window of shape 6, half overlapped.
 """
 
@@ -100,9 +100,7 @@ def read_printer_spectrum(path: str | Path) -> PrinterSpectrum:
         )
     largest = float(density.max())
     if not 1e-290 < largest < 1e290:
-        raise InputRefused(
-            f"{table.source}: the largest density is {largest:.3g}: no vibration was measured; check the sensor"
-        )
+        raise InputRefused(f"{table.source}: the largest density is {largest:.3g}: no vibration was measured")
     return PrinterSpectrum(
         source=table.source,
         axis=_axis_of(table.source),
@@ -151,7 +149,7 @@ def _of_densities(table: Table, heads: dict[str, str]) -> tuple[Array, Array, bo
         if wrong.any():
             row = int(np.argmax(wrong))
             raise InputRefused(
-                f"{table.source}: row {row + 1}: {name} = {values[row]:.4g} must be a number from 0: correct it"
+                f"{table.source}: row {row + 1}: {name} = {values[row]:.4g} must be a number from 0"
             )
     frequency, even = _put_back(frequency, table.source)
     with np.errstate(over="ignore"):  # an infinite sum is refused as a density

@@ -1,10 +1,10 @@
 r"""The input shaper that a measured vibration asks for, by the rules of Klipper's calibration.
 
 Of a shaper, the remaining vibration is the part of the density, above 5 % of its largest, that passes it:
-:math:`\sum\max(V\,S - S_{max}/20, 0) / \sum\max(S - S_{max}/20, 0)`, the worst of damping ratios 0.075, 0.1 and
-0.15, as the printer's is not known to the firmware. See "Measuring resonances" of Klipper's documentation,
-https://www.klipper3d.org/Measuring_Resonances.html; the weights of the score are Klipper's, without a meaning
-of their own.
+:math:`\sum\max(V\,S - S_{max}/20, 0) / \sum\max(S - S_{max}/20, 0)`, the worst of the damping
+ratios 0.075, 0.1 and 0.15, as the printer's is not known to the firmware. See "Measuring resonances" of
+Klipper's documentation, https://www.klipper3d.org/Measuring_Resonances.html; the weights of the score are
+Klipper's, without a meaning of their own.
 """
 
 from collections.abc import Sequence
@@ -85,19 +85,21 @@ def remaining_vibration(
 ) -> Array:
     """Share of the vibration above 5 % of its largest that passes a type, the worst of spectra and dampings.
 
-    ``unit``: shaper of the type for 1 Hz; ``frequencies``, shape (n,): of the designs [Hz]; ``ratios``: damping
-    ratios of the mode. Returns shape (n,).
+    ``unit``: shaper of the type for 1 Hz; ``frequencies``, shape (n,): of the designs [Hz]; ``ratios``:
+    damping ratios of the mode.
+    Returns shape (n,).
     """
     worst = np.zeros(frequencies.size)
     for spectrum in spectra:
-        density = spectrum.density
-        floor = TOLERANCE * density.max()
-        whole = np.maximum(density - floor, 0.0).sum()
+        floor = TOLERANCE * spectrum.density.max()
+        counts = spectrum.density > floor  # no shaper raises an amplitude: the others remain below
+        lines, density = spectrum.frequency[counts], spectrum.density[counts]
+        whole = (density - floor).sum()
         parts = -(-frequencies.size * density.size // CELLS)
         start = 0
         for designs in np.array_split(frequencies, parts):
             # Residual vibration depends on the frequency of the mode over that of the design only.
-            passed = residual_vibration(unit, spectrum.frequency / designs[:, None], ratios[:, None, None])
+            passed = residual_vibration(unit, lines / designs[:, None], ratios[:, None, None])
             kept = np.maximum(passed * density - floor, 0.0).sum(axis=2).max(axis=0) / whole
             place = slice(start, start + designs.size)
             worst[place] = np.maximum(worst[place], kept)
@@ -155,6 +157,8 @@ def _tried(
     shapers = [input_shaper(type, float(frequency), damping) for frequency in frequencies]
     rounding = np.array([smoothing(shaper, corner_speed=corner_speed) for shaper in shapers])
     allowed = np.flatnonzero(rounding <= (np.inf if max_smoothing is None else max_smoothing))
+    if allowed.size == 0:
+        return []
     left = remaining_vibration(input_shaper(type, 1.0, damping), frequencies[allowed], spectra)
     return [
         ShaperFit(

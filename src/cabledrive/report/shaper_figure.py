@@ -62,7 +62,7 @@ def shaper_figure(found: PrinterShaper) -> "Figure":
         below.set_xlim(0.0, frequency[-1])
         below.set_ylabel("amplitude kept [%]")
         below.set_xlabel("frequency [Hz]")
-        below.legend(loc="upper right", frameon=False, fontsize=9)
+        below.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=5, frameon=False, fontsize=8)
     return figure
 
 

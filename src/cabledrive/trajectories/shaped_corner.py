@@ -1,8 +1,9 @@
 r"""How far a shaper rounds the corners of a path: its smoothing, and the acceleration that keeps it small.
 
-After Klipper's documentation [1]_: the motion about its mean delay :math:`\bar t` deviates from the path, at a
-reversal under the acceleration a by :math:`\tfrac a2\sum A_i(t_i - \bar t)^2`, at a right angle passed at the
-square-corner speed v by :math:`\sqrt2\sum_{t_i>\bar t} A_i\,(v + \tfrac a2 (t_i - \bar t))(t_i - \bar t)`.
+After Klipper's documentation [1]_: the motion about its mean delay :math:`\bar t` deviates from the path, at
+a reversal under the acceleration a by :math:`\tfrac a2\sum A_i(t_i - \bar t)^2`, at a right angle passed at
+the square-corner speed v by
+:math:`\sqrt2\sum_{t_i>\bar t} A_i\,(v + \tfrac a2 (t_i - \bar t))(t_i - \bar t)`.
 
 .. [1] Klipper documentation, "Measuring resonances", https://www.klipper3d.org/Measuring_Resonances.html
 """
