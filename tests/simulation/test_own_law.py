@@ -108,7 +108,13 @@ def chain_by_solve_ivp(law, angles, times):
     rims = [angle * shaft.radius for angle, shaft in zip(angles, mesh.shafts, strict=False)]
     u = np.concatenate([rims[0] + (rims[1] - rims[0]) * share, (rims[1] + (rims[0] - rims[1]) * share)[1:-1]])
     found = solve_ivp(
-        rates, (0.0, times[-1]), np.concatenate([u, 0.0 * u]), t_eval=times, rtol=1e-10, atol=1e-14
+        rates,
+        (0.0, times[-1]),
+        np.concatenate([u, 0.0 * u]),
+        t_eval=times,
+        rtol=1e-9,
+        atol=1e-13,
+        method="DOP853",
     )
     return found.y[n] / mesh.shafts[1].radius
 
@@ -119,22 +125,13 @@ WEIGHTLESS = replace(DRIVE, layout=replace(DRIVE.layout, gravity=0.0))
 @pytest.mark.parametrize("law", [Duffing, partial(Duffing, cubic=0.0, softer=0.5)], ids=["cubic", "bilinear"])
 def test_a_nonlinear_law_follows_the_differential_equations(law):
     """Released from a twist of 0.1 rad; of second order: with a quarter of the step 16 times nearer."""
-    start, errors = Start(load_angle=0.1), []
+    run = {"start": Start(load_angle=0.1), "recording": Recording(rate=5000.0)}
+    scheme, errors = Scheme(segments=12), []
+    linear = cd.simulate(WEIGHTLESS, 0.004, model="linear", scheme=scheme, **run)
+    theirs = chain_by_solve_ivp(cable_law(DRIVE.cable, law), (0.0, 0.1), linear.time)
     for step in (8e-6, 2e-6):
-        ours = cd.simulate(
-            WEIGHTLESS, 0.01, model=law, start=start, scheme=Scheme(segments=12, step=step),
-            recording=Recording(rate=5000.0),
-        )  # fmt: skip
-        theirs = chain_by_solve_ivp(cable_law(DRIVE.cable, law), (0.0, 0.1), ours.time)
+        ours = cd.simulate(WEIGHTLESS, 0.004, model=law, scheme=replace(scheme, step=step), **run)
         errors.append(np.max(np.abs(ours.load_angle - theirs)) / 0.1)
-    linear = cd.simulate(
-        WEIGHTLESS,
-        0.01,
-        model="linear",
-        start=start,
-        scheme=Scheme(segments=12),
-        recording=Recording(rate=5000.0),
-    )
     apart = np.max(np.abs(linear.load_angle - theirs)) / 0.1
     assert ours.interpreted == (None if numba_at_hand() else NO_NUMBA)
     assert errors[1] < 1e-4, errors

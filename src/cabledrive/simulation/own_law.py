@@ -60,7 +60,7 @@ def compiled_law(plan: Plan, law: CableLaw) -> CompiledLaw | str:
     taut = taut_law(law)
     kind = type(taut)
     if kind.tension is not CableLaw.tension or kind.is_slack is not CableLaw.is_slack:
-        return f"{kind.__name__} has its own tension, which is not compiled"
+        return f"{kind.__name__} gives its tension in closed form, which is not compiled"
     own_excess = kind.source == "excess_components"
     source: Any = getattr(kind, kind.source)
     if not isinstance(source, FunctionType):
