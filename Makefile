@@ -37,9 +37,9 @@ demo: $(VENV)/run.stamp
 	@echo "The report is in $(REPORT), the dissertation item by item in $(DISSERTATION)/report.html"
 
 test: lint
-	$(BIN)/python -m pytest -n 2
+	$(BIN)/python -m pytest -n 2 --dist loadfile
 ifneq ($(KERNEL_MODULES),)
-	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -n 2 -m "kernel and not verify"
+	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -n 2 --dist loadfile -m "kernel and not verify"
 endif
 
 lint: $(VENV)/test.stamp
