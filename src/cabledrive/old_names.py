@@ -10,6 +10,10 @@ from typing import Any
 from warnings import warn
 
 MOVED = {
+    "cabledrive.reduction.fast_ensemble": "cabledrive.reduction.fast_members",
+    "cabledrive.reduction.to_control": "cabledrive.reduction.python_control",
+    "cabledrive.studies.beats": "cabledrive.studies.envelopes",
+    "cabledrive.identification.published_recipe": "cabledrive.identification.recipe",
     "cabledrive.studies.reproduction": "cabledrive.dissertation",
     "cabledrive.modes": "cabledrive.modal",
     "cabledrive.mechanics.dynamic_stiffness": "cabledrive.mechanics.stiffness_matrix",

@@ -7,7 +7,7 @@ from scipy import io, signal
 from cabledrive.identification.friction_regressors import FrictionModel
 from cabledrive.identification.logs.column_map import ColumnMap, with_choices
 from cabledrive.identification.logs.reading import read_log
-from cabledrive.identification.published_recipe import cross_test, published_recipe, recipe_regressor
+from cabledrive.identification.recipe import cross_test, published_recipe, recipe_regressor
 from cabledrive.identification.rigid_axis import AxisOptions, identify_rigid_axis
 from cabledrive.reduction.position_loop import PositionLoop, march_open_loop, march_position_loop_of
 

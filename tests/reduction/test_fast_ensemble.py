@@ -5,7 +5,7 @@ import pytest
 
 import cabledrive as cd
 from cabledrive.parameters import InputRefused
-from cabledrive.reduction.fast_ensemble import fast_ensemble
+from cabledrive.reduction.fast_members import fast_ensemble
 from cabledrive.reduction.fast_simulation import FastScheme, simulate_fast
 from cabledrive.simulation import Pluck, Recording, Setting, Sine, Start
 

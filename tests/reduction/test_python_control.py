@@ -8,8 +8,8 @@ import pytest
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.reduction.lumped_chain import natural_frequencies_of
 from cabledrive.reduction.models import lumped_model
+from cabledrive.reduction.python_control import speed_to_control, to_control
 from cabledrive.reduction.quality import model_response
-from cabledrive.reduction.to_control import speed_to_control, to_control
 
 DRIVE = load_drive("dissertation-3")
 OMEGA = 2.0 * np.pi * np.array([0.3, 3.0, 8.0, 90.0, 300.0])

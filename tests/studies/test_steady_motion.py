@@ -11,10 +11,10 @@ from cabledrive.reduction.averaging import averaged_coefficients
 from cabledrive.reduction.branches import fold, jacobian, steady_amplitudes, steady_state
 from cabledrive.reduction.threshold import threshold_torque
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, simulate
-from cabledrive.studies.beats import beats
-from cabledrive.studies.measured_threshold import demodulated
+from cabledrive.studies.envelopes import beats
 from cabledrive.studies.resonance_referee import averaged_history
 from cabledrive.studies.steady_motion import steady_branches
+from oracles.measured_threshold import demodulated
 from resonance_samples import at_detunings, damped, one_span, settings, settings_pair
 
 DRIVE = replace(damped(2.0, 6.0), cable=replace(damped(2.0, 6.0).cable, pretension=3.36))

@@ -22,8 +22,8 @@ from alarm_samples import (
 )
 from cabledrive.parameters import InputRefused
 from cabledrive.studies.alarm import DANGEROUS, SAFE, UNKNOWN, AlarmResult, alarm
-from cabledrive.studies.alarm_validation import TrueMotion, true_motion
 from cabledrive.studies.planned_motion import PlannedMotion
+from oracles.alarm_validation import TrueMotion, true_motion
 
 SEED, RANDOM, ADVERSARIAL = 1, 150, 50
 QUICK_STEPS, ALL_STEPS = 1.2e7, 3e7

@@ -12,7 +12,6 @@ from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
 from cabledrive.simulation.case import case_of
 from cabledrive.simulation.records import RecordsInMemory
 from cabledrive.simulation.run import march_through
-from cabledrive.studies.measured_threshold import demodulated, measured_threshold
 from cabledrive.studies.resonance_referee import (
     ForcedCase,
     averaged_motion,
@@ -20,6 +19,7 @@ from cabledrive.studies.resonance_referee import (
     exact_motion,
     own_sensitivity,
 )
+from oracles.measured_threshold import demodulated, measured_threshold
 from resonance_samples import TUNED, at_detunings, damped
 
 SHARP = 0.01

@@ -1,40 +1,61 @@
-"""From logs to parameters with intervals: logs, excitation, regression, responses, cameras, tensions."""
+"""From logs to parameters with intervals: logs, excitation, regression, responses, cameras, tensions.
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+What are inertia and friction, how stiff is the cable, what is its tension, and how sure is each number?
+Begin with `read_log` and `identify`; `plan_test` says before a test what it would tell.
+"""
+
+from typing import TYPE_CHECKING
+
+from cabledrive.parameters.on_demand import on_demand
 
 if TYPE_CHECKING:
     from cabledrive.identification.amplifier import identify_amplifier
     from cabledrive.identification.camera import marker_log, open_clip, track_marker
     from cabledrive.identification.log_response import response
+    from cabledrive.identification.logs.log import log_of
     from cabledrive.identification.logs.reading import read_log
-    from cabledrive.identification.one_log import identify
+    from cabledrive.identification.model_choice import choose_model
+    from cabledrive.identification.one_log import IdentifyOptions, identify
     from cabledrive.identification.planning import plan_test
+    from cabledrive.identification.posed_axis import identify_posed_axis
     from cabledrive.identification.printer_shaper import shaper
+    from cabledrive.identification.recipe import published_recipe
     from cabledrive.identification.tension import read_ping, tension_from_ping, tensions_from_load_cell
 
-# Loaded when first asked for: each brings libraries of its own.
-_ON_DEMAND = {
-    "identify": "one_log",
-    "identify_amplifier": "amplifier",
-    "marker_log": "camera",
-    "open_clip": "camera",
-    "plan_test": "planning",
-    "read_log": "logs.reading",
-    "read_ping": "tension",
-    "response": "log_response",
-    "shaper": "printer_shaper",
-    "tension_from_ping": "tension",
-    "tensions_from_load_cell": "tension",
-    "track_marker": "camera",
-}
+__getattr__ = on_demand(
+    __name__,
+    {
+        "IdentifyOptions": "one_log",
+        "choose_model": "model_choice",
+        "identify": "one_log",
+        "identify_amplifier": "amplifier",
+        "identify_posed_axis": "posed_axis",
+        "log_of": "logs.log",
+        "marker_log": "camera",
+        "open_clip": "camera",
+        "plan_test": "planning",
+        "published_recipe": "recipe",
+        "read_log": "logs.reading",
+        "read_ping": "tension",
+        "response": "log_response",
+        "shaper": "printer_shaper",
+        "tension_from_ping": "tension",
+        "tensions_from_load_cell": "tension",
+        "track_marker": "camera",
+    },
+)
 
 __all__ = [
+    "IdentifyOptions",
+    "choose_model",
     "identify",
     "identify_amplifier",
+    "identify_posed_axis",
+    "log_of",
     "marker_log",
     "open_clip",
     "plan_test",
+    "published_recipe",
     "read_log",
     "read_ping",
     "response",
@@ -43,9 +64,3 @@ __all__ = [
     "tensions_from_load_cell",
     "track_marker",
 ]
-
-
-def __getattr__(name: str) -> Any:
-    if name in _ON_DEMAND:
-        return getattr(import_module(f"{__name__}.{_ON_DEMAND[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -49,10 +49,23 @@ def choose_model(
     From the motor's side Models 2 and 3 are one and the same two inertias; only known inertias tell them
     apart.
 
-    ``start``: rough values for Model 4; the others lump them; ``radius`` [m]; ``inertias_known``: whether the
-    inertias of ``start`` are known, from bench tests, and held; ``folds``: of the cross-validation.
-    Returns the simplest model whose cross-validation error is within 2 % of the best, if Akaike's criterion
-    does not prefer a higher one by more than 10.
+    Parameters
+    ----------
+    measured : FrequencyResponse
+    start : mapping of str to float
+        Rough values for Model 4; the others lump them.
+    radius : float, default 1.0
+        [m].
+    inertias_known : bool, default False
+        Whether the inertias of ``start`` are known, from bench tests, and held.
+    folds : int, default 5
+        Of the cross-validation.
+
+    Returns
+    -------
+    ModelChoice
+        The simplest model whose cross-validation error is within 2 % of the best, if Akaike's criterion
+        does not prefer a higher one by more than 10.
     """
     fits, errors = {}, {}
     for model in PARAMETERS:

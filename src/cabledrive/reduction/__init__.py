@@ -1,5 +1,40 @@
-"""Models of few equations that keep what matters, each with the limits within which it may be trusted."""
+"""Models of few equations that keep what matters, and what they neglect.
 
-from cabledrive.reduction.lumped_chain import LumpedChain
+Which lumped chain has the lowest modes of the machine, how does a pulley's vibration excite a string at half
+its frequency, and how fast can a cable be simulated? Begin with `lumped_model` and `simulate_fast`.
+"""
 
-__all__ = ["LumpedChain"]
+from typing import TYPE_CHECKING
+
+from cabledrive.parameters.on_demand import on_demand
+
+if TYPE_CHECKING:
+    from cabledrive.reduction.decay import damping_from_decay
+    from cabledrive.reduction.fast_members import fast_ensemble
+    from cabledrive.reduction.fast_simulation import simulate_fast
+    from cabledrive.reduction.lumped_chain import LumpedChain
+    from cabledrive.reduction.models import lumped_model
+    from cabledrive.reduction.python_control import speed_to_control, to_control
+
+__getattr__ = on_demand(
+    __name__,
+    {
+        "LumpedChain": "lumped_chain",
+        "damping_from_decay": "decay",
+        "fast_ensemble": "fast_members",
+        "lumped_model": "models",
+        "simulate_fast": "fast_simulation",
+        "speed_to_control": "python_control",
+        "to_control": "python_control",
+    },
+)
+
+__all__ = [
+    "LumpedChain",
+    "damping_from_decay",
+    "fast_ensemble",
+    "lumped_model",
+    "simulate_fast",
+    "speed_to_control",
+    "to_control",
+]

@@ -45,10 +45,25 @@ class DecayEstimate:
 def damping_from_decay(time: ArrayLike, signal: ArrayLike, frequency: float) -> DecayEstimate:
     """Viscous damping of a mode from its free decay, Eq. (A.35).
 
-    ``time``, shape (n,): at equal intervals [s]; ``signal``, shape (n,): displacement or angle, in any unit;
-    ``frequency``: of the mode, roughly [Hz].
-    Raises `InputRefused` if the times are not equally spaced, or the record holds fewer than 30 periods;
-    `NotComputed` if the mode is not there.
+    Parameters
+    ----------
+    time : array_like, shape (n,)
+        At equal intervals [s].
+    signal : array_like, shape (n,)
+        Displacement or angle, in any unit.
+    frequency : float
+        Of the mode, roughly [Hz].
+
+    Returns
+    -------
+    DecayEstimate
+
+    Raises
+    ------
+    InputRefused
+        If the times are not equally spaced, or the record holds fewer than 30 periods.
+    NotComputed
+        If the mode is not there.
     """
     t, x = np.asarray(time, dtype=float), np.asarray(signal, dtype=float)
     steps = np.diff(t)

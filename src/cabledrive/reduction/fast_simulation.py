@@ -67,12 +67,34 @@ def simulate_fast(
     slopes below 0.05 and without questions of wave fronts; the first three limits are checked. All losses of
     the longitudinal modes are in the channel "viscous_loss".
 
-    ``drive``: a loop without carriages, held pulleys and Coulomb friction; ``duration``: length of the run
-    [s]; ``torque``: torque of the motor, of the drive pulley where there is none [N m]; ``start``: plucks in
-    v and w, angles and speeds at t = 0; by default the straight cable at rest; ``recording``: only its rate
-    is used; ``output``: NetCDF file to write; ``force``: whether an existing file may be replaced.
-    Raises `InputRefused` if the drive, the start or the torque does not fit the model; `SimulationStopped` if
-    a span would go slack or the cable gets too steep; it carries the result.
+    Parameters
+    ----------
+    drive : Drive
+        A loop without carriages, held pulleys and Coulomb friction.
+    duration : float
+        Length of the run [s].
+    torque : Signal, float or callable, default 0.0
+        Torque of the motor, of the drive pulley where there is none [N m].
+    start : Start, optional
+        Plucks in v and w, angles and speeds at t = 0; by default the straight cable at rest.
+    scheme : FastScheme, optional
+    recording : Recording, optional
+        Only its rate is used.
+    output : path-like, optional
+        NetCDF file to write.
+    force : bool, default False
+        Whether an existing file may be replaced.
+
+    Returns
+    -------
+    SimulationResult
+
+    Raises
+    ------
+    InputRefused
+        If the drive, the start or the torque does not fit the model.
+    SimulationStopped
+        If a span would go slack or the cable gets too steep; it carries the result.
     """
     began = time.perf_counter()
     path = None if output is None else check_writable(output, force=force)

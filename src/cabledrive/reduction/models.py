@@ -36,11 +36,22 @@ def highest_model(drive: Drive) -> int:
 def lumped_model(drive: Drive, model: int | None = None) -> LumpedChain:
     """One of the Models 1 to 4 of a drive, Eqs. (6.9), (6.10), (6.11), (6.13), for any two radii.
 
-    ``model``, {1, 2, 3, 4}: 1: rigid joint and cable; 2: flexible joint; 3: flexible cable; 4: both. Default:
-    `highest_model`.
-    Returns inertias in the order motor (with the drive pulley where the joint is rigid), drive, load; the
-    motor on its holding stiffness where the drive has one.
-    Raises `InputRefused` if the drive lacks what the model needs, or carries masses on its cable.
+    Parameters
+    ----------
+    drive : Drive
+    model : {1, 2, 3, 4}, optional
+        1: rigid joint and cable; 2: flexible joint; 3: flexible cable; 4: both. Default: `highest_model`.
+
+    Returns
+    -------
+    LumpedChain
+        Inertias in the order motor (with the drive pulley where the joint is rigid), drive, load; the motor
+        on its holding stiffness where the drive has one.
+
+    Raises
+    ------
+    InputRefused
+        If the drive lacks what the model needs, or carries masses on its cable.
     """
     model = highest_model(drive) if model is None else model
     _check(drive, model)

@@ -25,10 +25,20 @@ COLUMNS = {
 def read_motion(path: str | Path) -> PlannedMotion:
     """Read a planned motion from a CSV or TSV file.
 
-    ``path``: with a head such as ``time [s], torque [N m], pretension [N], carriage [mm], load torque [N
-    m]``. Time and torque are needed; time starts at 0 and ascends. A column without a unit is in SI.
-    Raises `InputRefused` if the file cannot be read, a column is unknown, missing or there twice, or a number
-    is missing.
+    Parameters
+    ----------
+    path : path-like
+        With a head such as ``time [s], torque [N m], pretension [N], carriage [mm], load torque [N m]``. Time
+        and torque are needed; time starts at 0 and ascends. A column without a unit is in SI.
+
+    Returns
+    -------
+    PlannedMotion
+
+    Raises
+    ------
+    InputRefused
+        If the file cannot be read, a column is unknown, missing or there twice, or a number is missing.
     """
     path = Path(path)
     require_regular(path, "name a CSV file with time and torque")

@@ -23,6 +23,8 @@ from cabledrive.studies.planned_motion import PlannedMotion, drive_along
 
 Array = NDArray[np.float64]
 
+MOST_FAMILY = 500.0
+"""Content of a torque, over the lowest longitudinal frequency, up to which modes are searched for."""
 KNOTS = 17
 PARTS = 8
 """Places of a changing motion at which modes are computed, and steps between two of them."""
@@ -96,12 +98,18 @@ def prepare(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5) -> Prep
     drives = [drive_along(drive, motion, t) for t in knots]
     first = _state(drives[0], motion, 0.0, COARSE)
     content = _content(motion)
+    lowest = float(longitudinal_modes(drives[0], first, 0.0, 2).natural.max())
+    fast = content > MOST_FAMILY * lowest
+    if fast:  # before so many modes are searched for
+        _grid(motion, lowest)
+        _grid(motion, content)
+        content = MOST_FAMILY * lowest
     modes = longitudinal_modes(drives[0], first, 1.5 * content)
     h, time = _grid(motion, max(float(modes.natural[-1]), content))
     torque = _above_holding(drives[0], motion, time, [first.holding_torque])
     chosen = excited_modes(drives[0], first, _tensions(drives[0], first, modes, torque, h), floor)
     numbers = [own[:MOST_MODES] for own in chosen]
-    complete = all(len(own) <= MOST_MODES for own in chosen)
+    complete = not fast and all(len(own) <= MOST_MODES for own in chosen)
     numbers = [sorted(own) for own in numbers]
     segments = int(np.clip(SEGMENTS_PER_MODE * _needed(drives[0], first, numbers), COARSE, MOST_SEGMENTS))
     states = [_state(d, motion, t, segments) for d, t in zip(drives, knots, strict=True)]

@@ -100,11 +100,28 @@ def steady_branches(
 ) -> tuple[SteadyBranch, ...]:
     """Every branch of steady motion that exists under some torque, followed down and up to three times it.
 
-    ``drive``: a loop of two plain spans; ``torque``: amplitude at which steady motions are sought [N m];
-    ``rng``: for the starts of the search; ``load_torque``: steady torque on the load pulley [N m]; it pulls
-    the upper span and relaxes the lower one; ``forcing``: omega [rad/s]; the pulley mode's own unless given.
-    Returns first of single spans, then of both.
-    Raises `NotComputed` if the drive has not two vibrating sections, or nothing damps the pulley mode.
+    Parameters
+    ----------
+    drive : Drive
+        A loop of two plain spans.
+    torque : float
+        Amplitude at which steady motions are sought [N m].
+    rng : numpy.random.Generator
+        For the starts of the search.
+    load_torque : float, default 0.0
+        Steady torque on the load pulley [N m]; it pulls the upper span and relaxes the lower one.
+    forcing : float, optional
+        Omega [rad/s]; the pulley mode's own unless given.
+
+    Returns
+    -------
+    tuple of SteadyBranch
+        First of single spans, then of both.
+
+    Raises
+    ------
+    NotComputed
+        If the drive has not two vibrating sections, or nothing damps the pulley mode.
     """
     model = autoparametric_model(drive, load_torque=load_torque)
     if model.coupling.size != 2:

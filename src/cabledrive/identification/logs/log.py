@@ -120,8 +120,22 @@ class Log:
 def log_of(time: Array, channels: Mapping[str, Array], units: Mapping[str, str], source: str = "log") -> Log:
     """Put channels that are in memory, and known to be even, together.
 
-    ``time``, shape (samples,) [s], even.
-    Raises `InputRefused` if the channels differ in length.
+    Parameters
+    ----------
+    time : ndarray, shape (samples,)
+        [s], even.
+    channels : mapping of str to ndarray
+    units : mapping of str to str
+    source : str
+
+    Returns
+    -------
+    Log
+
+    Raises
+    ------
+    InputRefused
+        If the channels differ in length.
     """
     if any(np.shape(values) != np.shape(time) for values in channels.values()) or time.size < 3:
         raise InputRefused(f"{source}: needs at least 3 samples and channels as long as the time")

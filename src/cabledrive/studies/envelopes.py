@@ -37,9 +37,25 @@ def beats(
 ) -> Beats:
     """Envelope and period of permanent beats, by integration of the averaged equations.
 
-    ``c``: without drift; ``start``, shape (1 + J,): slow amplitudes [m]; ``settle``, ``watch``: time that is
-    let pass, and time that is judged [s]; ``second``: to second order.
-    Raises `NotComputed` if the motion has become steady, or less than three beats were seen.
+    Parameters
+    ----------
+    c : AveragedCoefficients
+        Without drift.
+    start : ndarray of complex, shape (1 + J,)
+        Slow amplitudes [m].
+    settle, watch : float
+        Time that is let pass, and time that is judged [s].
+    second : bool, default True
+        To second order.
+
+    Returns
+    -------
+    Beats
+
+    Raises
+    ------
+    NotComputed
+        If the motion has become steady, or less than three beats were seen.
     """
     _, before = averaged_history(c, start, settle, second=second, step=BEAT_STEP)
     time, states = averaged_history(c, before[:, -1], watch, second=second, step=BEAT_STEP)

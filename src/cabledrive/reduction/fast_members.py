@@ -56,16 +56,37 @@ def fast_ensemble(
 
     Models are made once per drive, not once per member: vary torques and plucks at will.
 
-    ``drive``: as for `simulate_fast`; ``duration``: length of the runs [s]; ``axes``: values of each
-    parameter that is varied, by its name in `Setting`; ``common``: parameters that are not varied;
-    ``pluck_shape``: shape of the plucks; ``scheme``: one step serves all: the one told, or the finest that a
-    member wants; ``rate``: least number of records per second [Hz]; ``threads``: drives at a time; by default
-    one per processor.
-    Returns dimensions: those of `axes` in their order, then time. Angles and midpoint displacements; the
-    least tension over all steps. `stopped` says for which members the model does not hold, and why; their
-    motion is NaN.
-    Raises `InputRefused` if an axis is unknown or empty, a member does not fit the model, or the result does
-    not fit into memory.
+    Parameters
+    ----------
+    drive : Drive
+        As for `simulate_fast`.
+    duration : float
+        Length of the runs [s].
+    axes : mapping of str to sequence of float
+        Values of each parameter that is varied, by its name in `Setting`.
+    common : Setting, optional
+        Parameters that are not varied.
+    pluck_shape : str, default "half-sine"
+        Shape of the plucks.
+    scheme : FastScheme, optional
+        One step serves all: the one told, or the finest that a member wants.
+    rate : float, default 100.0
+        Least number of records per second [Hz].
+    threads : int, optional
+        Drives at a time; by default one per processor.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions: those of `axes` in their order, then time. Angles and midpoint displacements; the least
+        tension over all steps. `stopped` says for which members the model does not hold, and why; their
+        motion is NaN.
+
+    Raises
+    ------
+    InputRefused
+        If an axis is unknown or empty, a member does not fit the model, or the result does not fit into
+        memory.
     """
     scheme = scheme or FastScheme()
     values, members = members_of(axes, common or Setting(), duration * rate)

@@ -11,8 +11,19 @@ from cabledrive.reduction.lumped_chain import LumpedChain, speed_transfer_functi
 def to_control(chain: LumpedChain) -> Any:
     """A row of inertias as a state-space object of python-control.
 
-    Returns torque on the first inertia in, angles of all inertias out; both and the states with their names.
-    Raises `InputRefused` if python-control is not installed.
+    Parameters
+    ----------
+    chain : LumpedChain
+
+    Returns
+    -------
+    control.StateSpace
+        Torque on the first inertia in, angles of all inertias out; both and the states with their names.
+
+    Raises
+    ------
+    InputRefused
+        If python-control is not installed.
     """
     a, b = state_space(chain)
     n = chain.size
@@ -31,8 +42,20 @@ def to_control(chain: LumpedChain) -> Any:
 def speed_to_control(chain: LumpedChain, torque_on: int = 0, speed_of: int = 0) -> Any:
     """A transfer function from torque to speed as an object of python-control.
 
-    ``torque_on``, ``speed_of``: numbers of the inertias, from the motor.
-    Raises `InputRefused` if python-control is not installed.
+    Parameters
+    ----------
+    chain : LumpedChain
+    torque_on, speed_of : int, default 0
+        Numbers of the inertias, from the motor.
+
+    Returns
+    -------
+    control.TransferFunction
+
+    Raises
+    ------
+    InputRefused
+        If python-control is not installed.
     """
     return _control().tf(*speed_transfer_function(chain, torque_on, speed_of))
 

@@ -50,10 +50,27 @@ def published_recipe(
     Butterworth of order 4 forwards and backwards on the position, two differences, every column decimated by
     a Chebyshev filter of order 8 (0.05 dB, 0.8/factor) forwards and backwards, ordinary least squares.
 
-    ``position``, shape (samples,) [m]; ``force``, shape (samples,) [N]; ``interval`` [s]; ``asymmetric``:
-    columns [a, v+, 1+, v-, -1-] instead of [a, v, sign v, 1]; ``cutoff`` [Hz]; ``dropped``: first samples
-    left out; ``factor``: of the decimation, which starts at the second row.
-    Returns the offset with the authors' sign: force = M a + Fv v + Fc sign(v) + offset.
+    Parameters
+    ----------
+    position : ndarray, shape (samples,)
+        [m].
+    force : ndarray, shape (samples,)
+        [N].
+    interval : float
+        [s].
+    asymmetric : bool, default False
+        Columns [a, v+, 1+, v-, -1-] instead of [a, v, sign v, 1].
+    cutoff : float, default 100.0
+        [Hz].
+    dropped : int, default 49
+        First samples left out.
+    factor : int, default 10
+        Of the decimation, which starts at the second row.
+
+    Returns
+    -------
+    RecipeResult
+        The offset with the authors' sign: force = M a + Fv v + Fc sign(v) + offset.
 
     References
     ----------
