@@ -253,3 +253,23 @@ def test_the_protocol_is_structural():
     assert (own.name, own.shafts, own.follows) == ("mine", ("load",), "motion")
     assert isinstance(Mine(), ControllerProtocol)
     assert track(DRIVE, controller=Mine(), motion=SHORT).summary["controller"] == "mine"
+
+
+def test_a_run_is_a_table_a_picture_and_a_few_lines(tmp_path):
+    run_ = track(
+        DRIVE, controller=cd.OwnController(step=feedback, gains=np.zeros(6), name="<own>"), motion=SHORT
+    )
+    table = run_.to_dataframe()
+    assert list(table) == [
+        *("reference", "load_angle", "error", "torque"),
+        *("motor_encoder", "drive_encoder", "load_encoder"),
+    ]
+    assert np.degrees(table["error"].abs().max()) == pytest.approx(run_.summary["peak_error_deg"])
+    np.testing.assert_array_equal(table.index, run_.time)
+    figure = run_.plot()
+    assert len(figure.axes) == 3
+    assert figure.axes[1].lines[0].get_ydata().max() == pytest.approx(np.degrees(run_.error.max()))
+    assert f"{run_.summary['peak_error_deg']:.4f} deg" in repr(run_)
+    assert "plain Python" in repr(run_)
+    assert "&lt;own&gt;" in run_._repr_html_()
+    assert len(repr(run_)) < 600

@@ -1,12 +1,13 @@
 """What a run of the rig says: peaks, the bound of the theorem, and the assumptions that did not hold."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from cabledrive.control.numbers import HIGH, LOW
 from cabledrive.parameters import Drive
+from cabledrive.parameters.result_card import ResultCard
 from cabledrive.rig.assumptions import broken_assumptions, departures
 from cabledrive.rig.backstepping_condition import margin_words
 from cabledrive.rig.closed_loop.cable_plant import cable_words
@@ -25,11 +26,14 @@ from cabledrive.rig.run_facts import (
 from cabledrive.rig.setting import DEGREE, Motion, RigOptions
 from cabledrive.rig.theorem import bound_words, check_theorem
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 OBSERVERS = {0: "none, ideal states", 1: "filtered difference", 2: "Kalman filter"}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Tracking:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class Tracking(ResultCard):
     """A run of the rig.
 
     Attributes
@@ -84,6 +88,53 @@ class Tracking:
     bound: Array | None
     incomplete: str | None
     interpreted: tuple[str, ...] = ()
+
+    def to_dataframe(self) -> Any:
+        """The run as a table over time.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Index time [s]; reference, load_angle, error [rad], torque [N m], then the angle of each encoder
+            at its own shaft [rad].
+        """
+        from xarray import Dataset
+
+        columns = {name: getattr(self, name) for name in ("reference", "load_angle", "error", "torque")}
+        readings = zip(self.summary["encoders"], self.encoder_angles.T, strict=True)
+        columns |= {f"{shaft}_encoder": values for shaft, values in readings}
+        data = {name: ("time", values) for name, values in columns.items()}
+        return Dataset(data, coords={"time": self.time}).to_dataframe()
+
+    def plot(self) -> "Figure":
+        """Draw reference and load angle, error, and torque over time.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        from cabledrive.rig.tracking_plot import tracking_figure
+
+        return tracking_figure(self)
+
+    def _card(self) -> list[tuple[str, str]]:
+        said = self.summary
+        bound = said["theory_bound_deg"]
+        rows = [
+            ("peak error", f"{said['peak_error_deg']:.4f} deg"),
+            ("rms error", f"{said['rms_error_deg']:.4f} deg"),
+            ("peak torque", f"{said['peak_torque']:.4g} N m"),
+            ("at the torque limit", f"{100.0 * said['saturated_fraction']:.1f} % of the samples"),
+            ("bound", "none" if bound is None else f"{bound:.4f} deg"),
+            ("bound kept", {None: "assumptions do not hold", True: "yes", False: "no"}[said["within_bound"]]),
+        ]
+        if bound is None:
+            rows.pop()
+        if self.interpreted:
+            rows.append(("plain Python", ", ".join(self.interpreted)))
+        if self.incomplete:
+            rows.append(("ended early", self.incomplete))
+        return [("Tracking", f"{said['controller']} on {said['plant']}"), *rows]
 
 
 def told(
