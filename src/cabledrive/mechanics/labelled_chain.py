@@ -19,6 +19,7 @@ class Stretch:
     Attributes
     ----------
     span : {"upper", "lower"}
+        Of a chain that is built in Python, "segment 0" and on.
     start, end : float
         Unstretched positions from the pulley where the span starts [m].
     """
@@ -39,7 +40,7 @@ class LabelledChain:
         "drive pulley", "load pulley", "carriage 3" (its number in the file); last "motor", if it has a joint.
     stretches : tuple of Stretch
         One for each segment.
-    ground : {"", "motor joint", "holding stiffness"}, default ""
+    ground : {"", "motor joint", "holding stiffness", "spring to the ground"}, default ""
         What its springs to the ground are.
     """
 
@@ -53,3 +54,19 @@ class LabelledChain:
         """Which of the joints are carriages."""
         carried = [number for number, name in enumerate(self.joints) if name.startswith("carriage")]
         return np.array(carried, dtype=np.intp)
+
+
+def own_chain(chain: Chain) -> LabelledChain:
+    """A chain built in Python: joints "joint 0", ..., and each segment a span of its own, "segment 0", ..."""
+    joints = tuple(f"joint {i}" for i in range(chain.masses.size))
+    stretches = tuple(
+        Stretch(span=f"segment {i}", start=0.0, end=float(length)) for i, length in enumerate(chain.lengths)
+    )
+    pendant = ("motor",) if chain.pendant is not None else ()
+    sprung = chain.pendant_ground > 0.0 or bool(np.any(chain.ground_springs))
+    return LabelledChain(
+        chain=chain,
+        joints=joints + pendant,
+        stretches=stretches,
+        ground="spring to the ground" if sprung else "",
+    )

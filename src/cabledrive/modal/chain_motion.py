@@ -162,6 +162,8 @@ def _pulley_family(chain: LabelledChain, shapes: Array) -> str:
     rims = {
         name: shapes[chain.joints.index(name)] for name in (DRIVE_PULLEY, LOAD_PULLEY) if name in chain.joints
     }
+    if not rims:
+        return "chain"
     turning = [name for name, u in rims.items() if np.sum(u**2) * mass > _AT_REST**2]
     if not turning:
         return "pulleys at rest"

@@ -7,7 +7,9 @@ from math import isfinite, pi
 import numpy as np
 from numpy.typing import NDArray
 
+from cabledrive.mechanics.chain import Chain
 from cabledrive.mechanics.holding import clamped, held_joints, motor_condition
+from cabledrive.mechanics.labelled_chain import own_chain
 from cabledrive.mechanics.spans import longitudinal_chains
 from cabledrive.modal.band import Band, order_of
 from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE, Mode
@@ -65,7 +67,7 @@ class Modes:
     rigid_body_modes : int
         Motions that strain nothing.
     drive_hash : str
-        Content hash of the drive.
+        Content hash of the drive; empty for a chain.
     motor : {"free", "held", "holding"}
         How the rotor is held.
     hold : tuple of str
@@ -95,7 +97,7 @@ class Modes:
 
 
 def modes(
-    drive: Drive,
+    drive: Drive | Chain,
     *,
     below: float | None = None,
     count: int | None = None,
@@ -111,7 +113,9 @@ def modes(
 
     Parameters
     ----------
-    drive : Drive
+    drive : Drive or Chain
+        A `cabledrive.mechanics.Chain` has the modes of its one direction of motion, listed as longitudinal;
+        its own springs and fixed ends say how it is held.
     below : float, optional
         Upper end [Hz].
     count : int, optional
@@ -142,6 +146,8 @@ def modes(
     ----------
     .. [1] Eqs. (3.10)-(3.13), (3.17)-(3.20), (3.24)-(3.26), (3.27), (3.37)-(3.38), generalised.
     """
+    if isinstance(drive, Chain):
+        return _of_chain(drive, below, count, motor is not None or bool(hold) or at_torque != 0.0)
     chains = longitudinal_chains(drive, motor=motor, hold=hold)
     along, across = Band(chains, LONGITUDINAL), transverse_band(clamped(drive, hold), chains, at_torque)
     if below is not None:
@@ -173,6 +179,36 @@ def modes(
         drive_hash=content_hash(drive),
         motor=motor_condition(drive, motor),
         hold=tuple(sorted(held_joints(drive, hold))),
+    )
+
+
+def _of_chain(chain: Chain, below: float | None, count: int | None, held: bool) -> Modes:
+    """Modes of a chain that is built in Python, certified by the same count."""
+    if held:
+        raise InputRefused(
+            "motor, hold and at_torque are about drives; a chain has its own fixed, grounds and pendant_ground"
+        )
+    band = Band([own_chain(chain)], LONGITUDINAL)
+    if below is not None:
+        _check_below(below, count, band)
+        found, bound = band.below(2 * pi * below)
+    else:
+        found, bound = band.first(_checked_count(DEFAULT_COUNT if count is None else count))
+    number = band.count(bound)
+    listed = sum(mode.multiplicity for mode in found if 2 * pi * mode.frequency < bound)
+    proven = listed == number and all(mode.proven for mode in found)
+    clear = below if below is not None and bound == 2 * pi * below else bound / (2 * pi)
+    return Modes(
+        modes=tuple(found),
+        certified=proven,
+        certified_reason=None if proven else INCOMPLETE,
+        warnings=(),
+        at_torque=0.0,
+        certificate=Certificate(below=clear, count=number, longitudinal=number, transverse=0),
+        rigid_body_modes=band.rigid_body_modes,
+        drive_hash="",
+        motor="free",
+        hold=(),
     )
 
 
