@@ -68,7 +68,7 @@ def test_a_chain_has_the_frequencies_of_finite_elements(name, measured):
     frequencies = [mode.frequency for mode in found.modes for _ in range(mode.multiplicity)][:6]
     gap = float(np.abs(np.array(frequencies) / truth - 1.0).max())
     measured(f"{gap:.1e}")
-    assert gap < 1e-6, f"observed {gap:.1e}"
+    assert gap < 3e-6, f"observed {gap:.1e}"
     assert found.certified
     assert found.certificate.count == found.certificate.longitudinal == 6
     assert found.rigid_body_modes == (1 if name in ("line", "ring with a motor on a joint") else 0)

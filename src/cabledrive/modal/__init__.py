@@ -1,11 +1,12 @@
 """Natural modes of cable drives, every one of them, with proof."""
 
+from cabledrive.modal.certified import Certificate, Modes
 from cabledrive.modal.hanging_equilibrium import HangingEquilibrium, elastic_equilibrium, linear_equilibrium
 from cabledrive.modal.hanging_mass import DrivenMass, driven_mass
 from cabledrive.modal.lateral import LateralMode, lateral_mode
 from cabledrive.modal.lumped import against_lumped_springs
 from cabledrive.modal.mode import Mode
-from cabledrive.modal.natural import Certificate, Modes, longitudinal_modes, modes, natural_frequencies
+from cabledrive.modal.natural import longitudinal_modes, modes, natural_frequencies
 from cabledrive.modal.rigid_supports import Comparison, against_rigid_supports
 
 __all__ = [

@@ -7,7 +7,8 @@ import numpy as np
 
 from cabledrive.mechanics import derived_quantities
 from cabledrive.mechanics.holding import CONDITIONS, FREE, HELD, HOLDING, motor_condition
-from cabledrive.modal.natural import Modes, natural_frequencies
+from cabledrive.modal.certified import Modes
+from cabledrive.modal.natural import natural_frequencies
 from cabledrive.parameters import Drive, NotComputed
 
 NAMES = {motor: f"lowest_frequency_{motor}_hz" for motor in CONDITIONS}

@@ -4,8 +4,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY
+from cabledrive.modal.certified import Modes
 from cabledrive.modal.mode import BOTH, LONGITUDINAL, Mode
-from cabledrive.modal.natural import Modes
 
 SAME = 1e-9  # relative; multiple roots are known to this
 _WORTH_TELLING = 0.01

@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator, Sequence
 
+from cabledrive.modal.certified import Modes
 from cabledrive.modal.mode_rows import ModeRow, mode_rows
 from cabledrive.modal.model_range import INCOMPLETE
-from cabledrive.modal.natural import Modes
 
 HEADER = ("frequency [Hz]", "modes", "kind", "family", "where")
 
