@@ -13,8 +13,8 @@ import cabledrive as cd
 from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig.closed_loop.lanes import lane_of, march_alone, reference_table
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
-from cabledrive.rig.draws import run_draws
 from cabledrive.rig.laws.registry import design
+from cabledrive.rig.plant_samples import run_samples
 from cabledrive.rig.trial import wish_for
 
 TITLE = "Closed loop: Model 4 under its adaptive robust law, 5 kHz"
@@ -107,8 +107,8 @@ def drawn():
     cores = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else {0}
     for name, (options, count) in DRAWS.items():
         loop = loop_of(options, LONG)
-        run_draws(loop, options, 4, 0, threads=1)
+        run_samples(loop, options, 4, 0, threads=1)
         start = time.process_time()
-        run_draws(loop, options, count, 0, threads=len(cores))
+        run_samples(loop, options, count, 0, threads=len(cores))
         spent = (time.process_time() - start) * 10_000 / count
         yield name, count, f"{spent:.3g} s", f"{spent / 2:.3g} s"

@@ -17,7 +17,7 @@ from cabledrive.identification.inverse_dynamics import factors_of
 from cabledrive.identification.one_log import identify
 from cabledrive.identification.regression import bootstrap, suited_segments
 from cabledrive.identification.rigid_axis import AxisOptions, channels_of, equation_for, rows_for
-from cabledrive.reduction.friction_march import march_rigid_axis
+from cabledrive.reduction.friction_integration import integrate_rigid_axis
 from cabledrive.rig.bench.chapter_4 import BENCH_TESTS, bench_command, bench_rig
 from cabledrive.rig.bench.virtual_rig import run_rig
 
@@ -78,7 +78,7 @@ def written(folder: Path) -> Path:
     schema = pa.schema([("torque [N m]", pa.float64()), ("angle [rad]", pa.float64())])
     with parquet.ParquetWriter(path, schema) as writer:
         for _ in range(MINUTES):
-            moved, _ = march_rigid_axis(values, np.append(torque, torque[0]), 1 / RATE, start=speed)
+            moved, _ = integrate_rigid_axis(values, np.append(torque, torque[0]), 1 / RATE, start=speed)
             rise = np.cumsum(0.5 * (moved[1:] + moved[:-1])) / RATE
             exact = angle + np.concatenate([[0.0], rise[:-1]])
             measured = torque + 0.006 * rng.normal(size=MINUTE)

@@ -115,7 +115,7 @@ def adversarial_wish(rng: np.random.Generator) -> tuple[Drive, dict[str, Any]]:
         "motion": motion,
         "bandwidth": bandwidth,
         "options": drawn_options(drive, motion, rng),
-        "plant_drive": drawn_plant(drive, law, rng),
+        "plant_drive": sampled_plant(drive, law, rng),
         "seed": int(rng.integers(1_000)),
         "adapt": bool(rng.random() < 0.9),
     }
@@ -197,7 +197,7 @@ def drawn_options(drive: Drive, motion: Motion, rng: np.random.Generator) -> Rig
     )
 
 
-def drawn_plant(drive: Drive, law: str, rng: np.random.Generator) -> Drive:
+def sampled_plant(drive: Drive, law: str, rng: np.random.Generator) -> Drive:
     """The drive as it is: the motor within a law's bounds or on them, sometimes beyond, or another cable."""
     motor = drive.motor
     assert motor is not None

@@ -58,10 +58,10 @@ def test_text_for_people_names_pairs_and_remedies():
 @pytest.mark.parametrize("drive", ["dissertation-2", "linear-axis"])
 def test_people_and_programs_are_told_frequencies_in_hz(drive):
     """Detuning and half-width of the instability region: the averaged equations have them in rad/s."""
-    standing = resonance(load_drive(drive)).standing
+    instability = resonance(load_drive(drive)).instability
     found = answer("resonance", drive)
     region, old = found["instability_region"], found["tongue"]
-    for key, value in (("detuning_hz", standing.distance), ("half_width_hz", standing.half_width)):
+    for key, value in (("detuning_hz", instability.distance), ("half_width_hz", instability.half_width)):
         assert region[key] == pytest.approx(value / (2 * np.pi), rel=1e-12)
     assert old["distance_hz"] == region["detuning_hz"], "the key of version 0.1"
     assert {**region, "distance_hz": 0, "detuning_hz": 0} == {**old, "distance_hz": 0, "detuning_hz": 0}

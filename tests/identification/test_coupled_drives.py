@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from scipy import io, optimize, signal
 
+from cabledrive.identification.chain_model import FreeParameter, ChainModel
 from cabledrive.identification.fit_doubts import doubts_of
 from cabledrive.identification.output_error import fit_output_error, rms_of
 from cabledrive.identification.record import Record
-from cabledrive.identification.row_model import RowModel, Sought
 from cabledrive.identification.sensor import Sensor
 
 FILE = "ced/DATAPRBS.MAT"
@@ -28,18 +28,18 @@ START = {
     "sensor lag": 0.02,
     "sensor threshold": 0.1,
 }
-BELT = RowModel(
+BELT = ChainModel(
     inertias=2,
     sought=(
-        Sought(name="motor inertia", quantity="inertia", low=1e-4, high=1.0),
-        Sought(name="pulley inertia", quantity="inertia", number=1, low=1e-4, high=1.0),
-        Sought(name="motor friction", quantity="viscous", low=1e-5, high=10.0),
-        Sought(name="pulley friction", quantity="viscous", number=1, low=1e-5, high=10.0),
-        Sought(name="coulomb friction", quantity="coulomb", low=1e-5, high=1.0),
-        Sought(name="belt stiffness", quantity="stiffness", low=1e-2, high=1e2),
-        Sought(name="belt damping", quantity="damping", low=1e-5, high=10.0),
-        Sought(name="sensor lag", quantity="lag", low=1e-4, high=0.2),
-        Sought(name="sensor threshold", quantity="threshold", low=1e-4, high=1.0),
+        FreeParameter(name="motor inertia", quantity="inertia", low=1e-4, high=1.0),
+        FreeParameter(name="pulley inertia", quantity="inertia", number=1, low=1e-4, high=1.0),
+        FreeParameter(name="motor friction", quantity="viscous", low=1e-5, high=10.0),
+        FreeParameter(name="pulley friction", quantity="viscous", number=1, low=1e-5, high=10.0),
+        FreeParameter(name="coulomb friction", quantity="coulomb", low=1e-5, high=1.0),
+        FreeParameter(name="belt stiffness", quantity="stiffness", low=1e-2, high=1e2),
+        FreeParameter(name="belt damping", quantity="damping", low=1e-5, high=10.0),
+        FreeParameter(name="sensor lag", quantity="lag", low=1e-4, high=0.2),
+        FreeParameter(name="sensor threshold", quantity="threshold", low=1e-4, high=1.0),
     ),
     measured=(1,),
     given={},
@@ -133,7 +133,7 @@ def linear_errors(records, belt, order, signed):
 
 def turning(belt, record):
     """Angle of the pulley, whose rise has the sign of its speed."""
-    plain = RowModel(
+    plain = ChainModel(
         inertias=2, sought=BELT.sought[:7], measured=(1,), given={}, delay=1, substeps=BELT.substeps
     )
     values = {s.name: belt.values[s.name] for s in plain.sought}

@@ -11,7 +11,7 @@ from cabledrive.identification.method_error import _noisier
 from cabledrive.identification.one_log import IdentifyOptions, identify
 from cabledrive.identification.regression import factor, suited_segments
 from cabledrive.identification.rigid_axis import AxisOptions, equation_for
-from cabledrive.reduction.friction_march import march_rigid_axis
+from cabledrive.reduction.friction_integration import integrate_rigid_axis
 from cabledrive.rig.bench.chapter_4 import BENCH_TESTS, bench_command, bench_rig
 from cabledrive.rig.bench.virtual_rig import Imperfections, run_rig
 
@@ -68,7 +68,7 @@ def test_noise_of_the_torque_moves_the_mean_of_a_motion_with_friction_only(frict
     log = run_rig(bench_rig(test), bench_command(test, rng), rng)
     case = case_of(log, "torque", "angle", equation_for([log], "torque", "angle", AxisOptions()))
     values = np.array([test.inertia, test.viscous, friction, test.offset])
-    moved, _ = march_rigid_axis(values, case.torque, case.interval, start=case.start)
+    moved, _ = integrate_rigid_axis(values, case.torque, case.interval, start=case.start)
     changed = float(np.std(_noisier(case, values, case.start, moved)))
     assert (changed < 1e-10) if least == 0.0 else (changed > least), f"observed {changed:.3g} rad/s"
 

@@ -9,7 +9,7 @@ from cabledrive.identification.logs.column_map import ColumnMap, with_choices
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.identification.recipe import cross_test, published_recipe, recipe_regressor
 from cabledrive.identification.rigid_axis import AxisOptions, identify_rigid_axis
-from cabledrive.reduction.position_loop import PositionLoop, march_open_loop, march_position_loop_of
+from cabledrive.reduction.position_loop import PositionLoop, integrate_open_loop, integrate_position_loop_of
 
 FILE = "emps/DATA_EMPS.mat"
 COLUMNS = with_choices(ColumnMap(), ["time=t", "position=qm", "force=vir:N*gtau"])
@@ -101,7 +101,7 @@ def test_the_identified_model_in_its_loop_follows_the_measured_motion(log, share
     )
     record = log.channel("position")
     start = (record[0], (record[1] - record[0]) / 1e-3)
-    position, _, _ = march_position_loop_of(values, loop, data["qg"], 1e-3, start=start)
+    position, _, _ = integrate_position_loop_of(values, loop, data["qg"], 1e-3, start=start)
     errors = {"position": share(record, position)}
     errors["raw"] = share(np.gradient(record, 1e-3), np.gradient(position, 1e-3))
     errors["recipe"] = share(recipe_velocity(record), recipe_velocity(position))
@@ -149,7 +149,7 @@ def test_a_constant_force_and_a_disturbance_move_a_free_axis_along_a_parabola():
     """2 kg under 3 N and -1 N from outside: exact, since the speed is linear in time."""
     time = 1e-3 * np.arange(2001)
     values = np.array([2.0, 0.0, 0.0, 0.0])
-    position, speed = march_open_loop(
+    position, speed = integrate_open_loop(
         values, np.full(2001, 3.0), 1e-3, start=(0.5, 0.1), disturbance=np.full(2001, -1.0)
     )
     np.testing.assert_allclose(position, 0.5 + 0.1 * time + 0.5 * time**2, rtol=1e-12)
@@ -159,11 +159,11 @@ def test_a_constant_force_and_a_disturbance_move_a_free_axis_along_a_parabola():
 def test_a_disturbance_against_the_offset_leaves_the_loop_as_it_would_be_without_one():
     loop = PositionLoop(position_gain=20.0, speed_gain=40.0, force_per_volt=2.0)
     reference = np.sin(2 * np.pi * 0.5e-3 * np.arange(3000))
-    without = march_position_loop_of(np.array([2.0, 5.0, 1.0, 0.0]), loop, reference, 1e-3)[0]
+    without = integrate_position_loop_of(np.array([2.0, 5.0, 1.0, 0.0]), loop, reference, 1e-3)[0]
     values = np.array([2.0, 5.0, 1.0, 0.7])
-    against = march_position_loop_of(values, loop, reference, 1e-3, disturbance=np.full(3000, -0.7))[0]
+    against = integrate_position_loop_of(values, loop, reference, 1e-3, disturbance=np.full(3000, -0.7))[0]
     np.testing.assert_allclose(against, without, atol=1e-12)
-    assert np.abs(march_position_loop_of(values, loop, reference, 1e-3)[0] - without).max() > 1e-4
+    assert np.abs(integrate_position_loop_of(values, loop, reference, 1e-3)[0] - without).max() > 1e-4
 
 
 def test_the_open_loop_needs_a_small_disturbance_to_follow(log, measured):
@@ -178,7 +178,7 @@ def test_the_open_loop_needs_a_small_disturbance_to_follow(log, measured):
 
     def off(disturbance):
         more = np.full(500, disturbance)
-        position, _ = march_open_loop(values, force, 1e-3, start=start, disturbance=more)
+        position, _ = integrate_open_loop(values, force, 1e-3, start=start, disturbance=more)
         return float(np.abs(position - record).max() / np.ptp(record))
 
     best = min(np.linspace(-4.0, 4.0, 81), key=off)

@@ -5,9 +5,9 @@ import pytest
 from scipy import io
 from scipy.interpolate import CubicSpline
 
+from cabledrive.identification.chain_model import FreeParameter, ChainModel
 from cabledrive.identification.output_error import fit_of, fit_output_error
 from cabledrive.identification.record import Record
-from cabledrive.identification.row_model import RowModel, Sought
 
 TRAINING = ("1_5", "2", "sine_1", "sine_3")
 MOVING = ("0_5", "1_5", "2", "2_5", "3_5", "4", "4_5")
@@ -15,17 +15,17 @@ MOVING = ("0_5", "1_5", "2", "2_5", "3_5", "4", "4_5")
 SWEEP = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5)
 SETTLED = 2000
 
-CARTS = RowModel(
+CARTS = ChainModel(
     inertias=2,
     sought=(
-        Sought(name="motor cart", quantity="inertia", low=1e-5, high=1.0),
-        Sought(name="load cart", quantity="inertia", number=1, low=1e-5, high=1.0),
-        Sought(name="motor viscous", quantity="viscous", low=1e-6, high=1.0),
-        Sought(name="load viscous", quantity="viscous", number=1, low=1e-7, high=1.0),
-        Sought(name="motor coulomb", quantity="coulomb", low=1e-4, high=3.0),
-        Sought(name="load coulomb", quantity="coulomb", number=1, low=1e-4, high=3.0),
-        Sought(name="spring", quantity="stiffness", low=1e-3, high=1e2),
-        Sought(name="offset", quantity="offset", low=-1.0, high=1.0),
+        FreeParameter(name="motor cart", quantity="inertia", low=1e-5, high=1.0),
+        FreeParameter(name="load cart", quantity="inertia", number=1, low=1e-5, high=1.0),
+        FreeParameter(name="motor viscous", quantity="viscous", low=1e-6, high=1.0),
+        FreeParameter(name="load viscous", quantity="viscous", number=1, low=1e-7, high=1.0),
+        FreeParameter(name="motor coulomb", quantity="coulomb", low=1e-4, high=3.0),
+        FreeParameter(name="load coulomb", quantity="coulomb", number=1, low=1e-4, high=3.0),
+        FreeParameter(name="spring", quantity="stiffness", low=1e-3, high=1e2),
+        FreeParameter(name="offset", quantity="offset", low=-1.0, high=1.0),
     ),
     measured=(0, 1),
     given={},

@@ -7,13 +7,13 @@ import pytest
 from scipy import stats
 
 from cabledrive.identification.innovation_kernels import observe, shadow
-from cabledrive.identification.innovations import Track, answered, foreseen, held, observer_gains
+from cabledrive.identification.innovations import Track, answered, held, observer_gains, predicted_angles
 from cabledrive.identification.logs.column_map import ColumnMap, with_choices
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.identification.model_check import INNOVATIONS, NOT_MADE
 from cabledrive.identification.one_log import identify
+from cabledrive.identification.reference_logs import innovation_powers
 from cabledrive.identification.rigid_axis import AxisOptions
-from cabledrive.identification.sound_logs import innovation_powers
 from cabledrive.identification.torque_lines import noise_between_lines
 from cabledrive.rig.bench.servo import Servo, run_servo
 from cabledrive.rig.bench.virtual_rig import Imperfections, VirtualRig
@@ -62,9 +62,11 @@ def test_the_answer_to_a_disturbance_is_the_derivative_of_the_innovation():
     torque = np.full(800, 0.1)
     track = Track(torque=torque, position=free_motion(torque), start=0.0, interval=STEP, quantum=0.0)
     extra = 1e-7 * np.sin(0.05 * np.arange(800.0))
-    run = foreseen(track, VALUES, 60.0)
+    run = predicted_angles(track, VALUES, 60.0)
     made = free_motion(torque + extra)
-    other = foreseen(Track(torque=torque, position=made, start=0.0, interval=STEP, quantum=0.0), VALUES, 60.0)
+    other = predicted_angles(
+        Track(torque=torque, position=made, start=0.0, interval=STEP, quantum=0.0), VALUES, 60.0
+    )
     expected = answered(track, run, {"extra": extra})[0]
     off = np.abs(other.innovation - run.innovation - expected).max() / np.abs(expected).max()
     assert off < 2e-3, f"observed {off:.2g}"  # the answer takes viscous decay to the first order in the step
@@ -75,7 +77,7 @@ def test_the_power_of_innovations_under_noise_is_the_calculated_one():
     rng, torque = np.random.default_rng(5), np.full(20_000, 0.1)
     noise = 1e-3 * rng.normal(size=torque.size)
     track = Track(torque=torque, position=free_motion(torque) + noise, start=0.0, interval=STEP, quantum=0.0)
-    power = np.mean(foreseen(track, VALUES, 60.0).innovation[1000:] ** 2)
+    power = np.mean(predicted_angles(track, VALUES, 60.0).innovation[1000:] ** 2)
     by_angle, _ = innovation_powers(VALUES[0], 60.0, STEP)
     assert power == pytest.approx(1e-6 * by_angle, rel=0.05)
 

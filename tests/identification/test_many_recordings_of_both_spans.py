@@ -71,8 +71,10 @@ def of_nearly_equal(seeds):
         if found.told:
             worst = max([worst, *map(abs, errors(found, one).values())])
         else:
-            heard = found.families["heard"].tension
-            missed += not heard.low < min(one.upper, one.lower) <= max(one.upper, one.lower) < heard.high
+            prepared = found.families["heard"].tension
+            missed += (
+                not prepared.low < min(one.upper, one.lower) <= max(one.upper, one.lower) < prepared.high
+            )
     return told, missed, worst
 
 

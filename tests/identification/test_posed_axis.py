@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import io
 
+from cabledrive.identification.axis_problem import axis_problem, solve_axis_problem
 from cabledrive.identification.logs.log import log_of
-from cabledrive.identification.posed_axis import identify_posed_axis, posed_axis
 
 FILE = "kuka_kr300/run_a.mat"
 AUTHORS = {"viscous_friction": 2050.35, "coulomb_friction": 285.36}
@@ -22,7 +22,7 @@ def test_friction_is_found_where_the_inertia_moves_with_the_pose():
     torque = np.gradient(inertia * speed, 1e-3) + 3.0 * speed + 1.5 * np.sign(speed) - 0.2
     channels = {"torque": torque, "angle": theta, "second_angle": q2, "third_angle": q3}
     log = log_of(t, channels, {"torque": "N m", "angle": "rad", "second_angle": "rad", "third_angle": "rad"})
-    found = identify_posed_axis(log, ("second_angle", "third_angle"))
+    found = solve_axis_problem(log, ("second_angle", "third_angle"))
     assert found["viscous_friction"] == pytest.approx(3.0, rel=0.01)
     assert found["coulomb_friction"] == pytest.approx(1.5, rel=0.03)
     assert found["offset_torque"] == pytest.approx(0.2, abs=0.02)
@@ -50,7 +50,7 @@ OTHERS = ("second_angle", "third_angle")
 
 @pytest.mark.parametrize("second", [swinging(-0.8, 0.5, 0.37), swinging(-0.8, 0.0, 1.0)], ids=["one", "none"])
 def test_friction_is_told_where_axes_that_stand_leave_the_inertia_open(second):
-    found = identify_posed_axis(posed_log(second, swinging(0.4, 0.0, 1.0)), OTHERS)
+    found = solve_axis_problem(posed_log(second, swinging(0.4, 0.0, 1.0)), OTHERS)
     assert not found.identifiable
     assert found["viscous_friction"] == pytest.approx(3.0, rel=0.01)
     assert found["coulomb_friction"] == pytest.approx(1.5, rel=0.03)
@@ -59,7 +59,7 @@ def test_friction_is_told_where_axes_that_stand_leave_the_inertia_open(second):
 
 def test_a_prediction_holds_where_the_axes_moved_before_and_is_missing_elsewhere(measured):
     """Learnt with the third axis at rest: another run like it to 3 %, nothing where the third axis moves."""
-    axis = posed_axis(posed_log(swinging(-0.8, 0.5, 0.37), swinging(0.4, 0.0, 1.0)), OTHERS)
+    axis = axis_problem(posed_log(swinging(-0.8, 0.5, 0.37), swinging(0.4, 0.0, 1.0)), OTHERS)
     alike = axis.predict(posed_log(swinging(-0.7, 0.5, 0.29), swinging(0.4, 0.0, 1.0), seed=5))
     other = axis.predict(posed_log(swinging(-0.8, 0.5, 0.37), swinging(0.4, 0.7, 0.23), seed=5))
     measured(
@@ -81,7 +81,7 @@ def test_axis_1_of_the_robot_has_the_friction_of_its_authors(shared_data, measur
         channels,
         {"torque": "N m", "angle": "rad", "second_angle": "rad", "third_angle": "rad"},
     )
-    found = identify_posed_axis(log, ("second_angle", "third_angle"))
+    found = solve_axis_problem(log, ("second_angle", "third_angle"))
     off = {name: found[name] / value - 1 for name, value in AUTHORS.items()}
     coulomb = found.parameters["coulomb_friction"]
     measured(

@@ -78,8 +78,8 @@ def test_tensions_within_a_line_width_are_not_told_apart_and_both_lie_in_the_int
     one = played(10_021, pretension=7.0, share=0.0015, damping=4.0, rate=1000.0)
     found = tension_of_both(one.log, one.drive)
     assert not found.told, errors(found, one)
-    heard = found.families["heard"].tension
-    assert heard.low < min(one.upper, one.lower) < max(one.upper, one.lower) < heard.high, heard
+    prepared = found.families["heard"].tension
+    assert prepared.low < min(one.upper, one.lower) < max(one.upper, one.lower) < prepared.high, prepared
 
 
 def test_a_span_that_sounds_alone_is_one_family():

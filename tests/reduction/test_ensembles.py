@@ -15,7 +15,7 @@ from cabledrive.reduction.ensembles import (
 from cabledrive.reduction.oscillators import oscillator_coefficients
 from cabledrive.reduction.start_map import plucked
 from cabledrive.reduction.uniform_tension import uniform_tension_model
-from cabledrive.reduction.uniform_tension_march import coefficients, march
+from cabledrive.reduction.uniform_tension_integration import coefficients, march
 from resonance_samples import damped
 
 

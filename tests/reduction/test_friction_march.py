@@ -1,6 +1,6 @@
 """Set-valued friction against closed forms, and sensitivities against differences.
 
-Compiled modules under test: cabledrive.reduction.chain_kernels, cabledrive.reduction.row_motion_kernels,
+Compiled modules under test: cabledrive.reduction.chain_kernels, cabledrive.reduction.chain_motion_kernels,
 cabledrive.reduction.axis_kernels.
 """
 
@@ -9,9 +9,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cabledrive.reduction.friction_march import FrictionLaw, direction, march_chain, march_rigid_axis
+from cabledrive.reduction.friction_integration import (
+    FrictionLaw,
+    direction,
+    integrate_chain,
+    integrate_rigid_axis,
+)
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.reduction.position_loop import PositionLoop, march_position_loop_of
+from cabledrive.reduction.position_loop import PositionLoop, integrate_position_loop_of
 
 pytestmark = pytest.mark.kernel
 
@@ -35,7 +40,7 @@ def wave(samples, interval):
 
 def test_an_axis_slides_to_rest_as_the_closed_form_says():
     """J w' = -b w - c: w = (w0 + c/b) exp(-b t/J) - c/b until it reaches zero, and stays there."""
-    speeds = march_chain(ONE, np.zeros(400), 1e-3, start=np.array([0.0, 5.0])).speeds[:, 0]
+    speeds = integrate_chain(ONE, np.zeros(400), 1e-3, start=np.array([0.0, 5.0])).speeds[:, 0]
     t = 1e-3 * np.arange(400)
     exact = (5.0 + 0.04 / 0.003) * np.exp(-0.003 * t / 0.002) - 0.04 / 0.003
     assert np.abs(speeds - np.maximum(exact, 0.0)).max() < 1e-9
@@ -43,7 +48,7 @@ def test_an_axis_slides_to_rest_as_the_closed_form_says():
 
 
 def test_torque_below_the_friction_moves_nothing():
-    found = march_chain(ONE, np.full(50, 0.0399), 1e-3)
+    found = integrate_chain(ONE, np.full(50, 0.0399), 1e-3)
     assert np.all(found.angles == 0.0)
 
 
@@ -52,14 +57,14 @@ def test_an_axis_at_rest_breaks_away_within_a_step(way):
     """Under u = r t it stands until r t = c; then J w' = r (t - c/r) - b w, whatever the steps."""
     inertia, viscous, coulomb, rise = 0.002, 0.003, 0.04, 1.7
     t = 0.01 * np.arange(12)
-    speeds, _ = march_rigid_axis(np.array([inertia, viscous, coulomb, 0.0]), way * rise * t, 0.01)
+    speeds, _ = integrate_rigid_axis(np.array([inertia, viscous, coulomb, 0.0]), way * rise * t, 0.01)
     later, lag = np.maximum(t - coulomb / rise, 0.0), inertia / viscous
     exact = way * rise / viscous * (later - lag * (1.0 - np.exp(-later / lag)))
     np.testing.assert_allclose(speeds, exact, atol=1e-9)
 
 
 def test_steady_speed_is_torque_less_friction_over_viscous():
-    speeds = march_chain(ONE, np.full(8000, 0.1), 1e-3).speeds[:, 0]
+    speeds = integrate_chain(ONE, np.full(8000, 0.1), 1e-3).speeds[:, 0]
     assert speeds[-1] == pytest.approx((0.1 - 0.04) / 0.003, rel=1e-4)
 
 
@@ -67,7 +72,7 @@ def test_energy_taken_equals_energy_lost():
     """Work of the torque = kinetic energy + losses of both frictions, to the order of the quadrature."""
     dt = 1e-4
     u = wave(6000, dt)
-    found = march_chain(ONE, u, dt)
+    found = integrate_chain(ONE, u, dt)
     w = found.speeds[:, 0]
     work, loss = np.trapezoid(u * w, dx=dt), np.trapezoid(0.003 * w**2 + 0.04 * np.abs(w), dx=dt)
     kinetic = 0.5 * 0.002 * w[-1] ** 2
@@ -78,8 +83,8 @@ def test_turning_points_do_not_lower_the_order():
     """Halving the step quarters the error or better, with sticking and turning in the run."""
     dt = 4e-3
     coarse = wave(300, dt)
-    fine = march_chain(TWO, coarse, dt, substeps=32).angles[-1]
-    error = [np.abs(march_chain(TWO, coarse, dt, substeps=k).angles[-1] - fine).max() for k in (1, 2, 4)]
+    fine = integrate_chain(TWO, coarse, dt, substeps=32).angles[-1]
+    error = [np.abs(integrate_chain(TWO, coarse, dt, substeps=k).angles[-1] - fine).max() for k in (1, 2, 4)]
     assert error[1] < error[0] / 2.5, f"errors {error}"
     assert error[2] < error[1] / 2.5, f"errors {error}"
 
@@ -103,10 +108,12 @@ def test_sensitivities_are_the_derivatives_of_the_motion(quantity, number, field
     def moved(sign):
         values = list(getattr(TWO, field))
         values[number] += sign * step
-        return march_chain(replace(TWO, **{field: tuple(values)}), u, dt).speeds
+        return integrate_chain(replace(TWO, **{field: tuple(values)}), u, dt).speeds
 
     difference = (moved(1) - moved(-1)) / (2 * step)
-    found = march_chain(TWO, u, dt, directions=direction(2, quantity, number)[:, None]).speed_sensitivities
+    found = integrate_chain(
+        TWO, u, dt, directions=direction(2, quantity, number)[:, None]
+    ).speed_sensitivities
     error = np.abs(found[..., 0] - difference)
     scale = np.abs(difference).max()
     # Around a turn the two derivatives jump at instants that differ by the step of the difference.
@@ -115,7 +122,7 @@ def test_sensitivities_are_the_derivatives_of_the_motion(quantity, number, field
 
 def test_free_play_transmits_nothing_inside_the_gap():
     gap = 0.5
-    found = march_chain(
+    found = integrate_chain(
         replace(TWO, coulomb=(0.0, 0.0), offsets=(0.0, 0.0)), np.full(100, 0.01), 1e-3, gaps=(gap,)
     )
     inside = np.abs(found.angles[:, 0]) < gap / 2
@@ -127,15 +134,17 @@ def test_smooth_friction_at_low_speed_is_viscous():
     """c tanh(K w) with K w << 1 acts as c K w."""
     law = FrictionLaw(excess=(0.0,), fading=(1.0,), slope=(0.5,))
     u = 1e-6 * wave(1000, 1e-3)
-    smooth = march_chain(ONE, u, 1e-3, law=law).angles[:, 0]
-    viscous = march_chain(replace(ONE, viscous=(0.003 + 0.5 * 0.04,), coulomb=(0.0,)), u, 1e-3).angles[:, 0]
+    smooth = integrate_chain(ONE, u, 1e-3, law=law).angles[:, 0]
+    viscous = integrate_chain(replace(ONE, viscous=(0.003 + 0.5 * 0.04,), coulomb=(0.0,)), u, 1e-3).angles[
+        :, 0
+    ]
     np.testing.assert_allclose(smooth, viscous, atol=1e-9 * np.abs(viscous).max())
 
 
 def test_friction_at_rest_holds_more_than_friction_in_motion():
     law = FrictionLaw(excess=(0.02,), fading=(0.1,), slope=(0.0,))
-    assert np.all(march_chain(ONE, np.full(100, 0.059), 1e-3, law=law).angles == 0.0)
-    assert march_chain(ONE, np.full(100, 0.061), 1e-3, law=law).angles[-1, 0] > 0.0
+    assert np.all(integrate_chain(ONE, np.full(100, 0.059), 1e-3, law=law).angles == 0.0)
+    assert integrate_chain(ONE, np.full(100, 0.061), 1e-3, law=law).angles[-1, 0] > 0.0
 
 
 @pytest.mark.parametrize("slope", [0.0, 0.5])
@@ -144,8 +153,8 @@ def test_one_axis_alone_moves_as_a_row_of_one(slope):
     ways = [direction(1, name) for name in ("inertia", "viscous", "coulomb", "offset", "speed")]
     law = FrictionLaw(excess=(0.0,), fading=(1.0,), slope=(slope,))
     start = np.array([0.0, 1.0])
-    row = march_chain(ONE, u, 1e-3, law=law, start=start, directions=np.column_stack(ways))
-    speeds, sensitivities = march_rigid_axis(
+    row = integrate_chain(ONE, u, 1e-3, law=law, start=start, directions=np.column_stack(ways))
+    speeds, sensitivities = integrate_rigid_axis(
         np.array([0.002, 0.003, 0.04, 0.0]), u, 1e-3, start=1.0, slope=slope
     )
     np.testing.assert_allclose(speeds, row.speeds[:, 0], atol=1e-8)
@@ -158,7 +167,7 @@ def test_an_axis_in_its_loop_stops_within_the_friction_band_of_a_step():
     """Also of cabledrive.reduction.loop_kernels: at rest the command's force is below the friction."""
     loop = PositionLoop(position_gain=20.0, speed_gain=0.1, force_per_volt=1.0)
     reference = np.concatenate([np.zeros(10), np.ones(1500)])
-    position, speed, command = march_position_loop_of(
+    position, speed, command = integrate_position_loop_of(
         np.array([0.002, 0.003, 0.04, 0.0]), loop, reference, 1e-3
     )
     assert speed[-1] == 0.0

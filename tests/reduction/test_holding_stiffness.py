@@ -11,7 +11,7 @@ from cabledrive.modal.tuning import pulley_mode
 from cabledrive.parameters import InputRefused
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.fast_simulation import FastScheme, simulate_fast
-from cabledrive.reduction.friction_march import march_chain
+from cabledrive.reduction.friction_integration import integrate_chain
 from cabledrive.reduction.lumped_chain import natural_frequencies_of, speed_transfer_function, state_space
 from cabledrive.reduction.models import lumped_model
 from cabledrive.reduction.quality import distributed_response, model_response
@@ -103,7 +103,10 @@ def test_fast_model_follows_the_full_model_on_the_holding_stiffness(joint, measu
 
 def test_what_has_no_holding_stiffness_refuses_it_in_one_line():
     chain = lumped_model(SMOOTH)
-    for refused in (lambda: march_chain(chain, np.zeros(5), 1e-3), lambda: speed_transfer_function(chain)):
+    for refused in (
+        lambda: integrate_chain(chain, np.zeros(5), 1e-3),
+        lambda: speed_transfer_function(chain),
+    ):
         with pytest.raises(InputRefused, match="holding stiffness = 25 N m/rad") as raised:
             refused()
         assert "\n" not in str(raised.value)

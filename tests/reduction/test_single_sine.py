@@ -5,8 +5,8 @@ import pytest
 
 import cabledrive as cd
 from cabledrive.reduction.uniform_tension import uniform_tension_model
+from cabledrive.reduction.uniform_tension_integration import coefficients
 from cabledrive.reduction.uniform_tension_kernels import march_reference
-from cabledrive.reduction.uniform_tension_march import coefficients
 from cabledrive.reduction.uniform_tension_single import single_sine_kernel
 
 DAMPED = ["cable.transverse_damping=2", "pulley.1.viscous_friction=2e-5", "cable.pretension=3.26"]

@@ -15,10 +15,10 @@ from cabledrive.reduction.threshold import (
     critical_pumping,
     growth_rates,
     growth_torque,
+    instability_half_width,
     pulley_amplitude,
     required_detuning,
     threshold_torque,
-    tongue_half_width,
 )
 from resonance_samples import TUNED, bare_model, damped
 
@@ -104,7 +104,7 @@ def test_tongue_opens_at_the_threshold_and_widens_with_the_torque():
     widths = []
     for share in (0.99, 1.01, 2.0, 4.0):
         c = averaged_coefficients(model, torque=share * threshold)
-        widths.append(float(np.max(tongue_half_width(c, pulley_amplitude(c)))))
+        widths.append(float(np.max(instability_half_width(c, pulley_amplitude(c)))))
     assert widths[0] == 0.0
     assert widths[1] > 0.0
     assert widths[3] == pytest.approx(np.sqrt(16 - 1), rel=1e-3)

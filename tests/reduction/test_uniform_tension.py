@@ -8,8 +8,8 @@ from scipy.special import ellipk
 
 import cabledrive as cd
 from cabledrive.reduction.uniform_tension import uniform_tension_model
-from cabledrive.reduction.uniform_tension_kernels import march_kernel, march_reference
-from cabledrive.reduction.uniform_tension_march import coefficients, march
+from cabledrive.reduction.uniform_tension_integration import coefficients, march
+from cabledrive.reduction.uniform_tension_kernels import integration_kernel, march_reference
 
 TUNED = cd.load_drive(
     "dissertation-2",
@@ -63,7 +63,7 @@ def test_compiled_march_equals_its_readable_twin(planes):
     state = tuple(1e-4 * rng.standard_normal(part.shape) for part in rest(model, planes))
     torque = 0.02 * rng.standard_normal(401)
     runs = []
-    for method in (march_kernel, march_reference):
+    for method in (integration_kernel, march_reference):
         start = [part.copy() for part in state]
         runs.append((*method(coefficients(model, step), *start, torque, step, 4), *start))
     for compiled, readable in zip(*runs, strict=True):

@@ -13,10 +13,10 @@ from scipy.stats import binom
 from cabledrive.parameters import load_drive
 from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
-from cabledrive.rig.draws import drawn_loops, run_draws
 from cabledrive.rig.expected_bound import expected_bound
 from cabledrive.rig.laws.registry import design
-from cabledrive.rig.learning_draws import RUBBING_LOAD, LearningDraws, run_learning_draws
+from cabledrive.rig.learning_samples import RUBBING_LOAD, LearningSamples, run_learning_samples
+from cabledrive.rig.plant_samples import run_samples, sampled_loops
 from cabledrive.rig.trial import wish_for
 from dissertation_runs import track
 
@@ -30,10 +30,10 @@ def loop_of(name: str, motion: Motion, *, best: bool) -> Loop:
 
 
 @cache
-def learning(best: bool, draws: int, seed: int, *, rubbing: bool = False) -> LearningDraws:
+def learning(best: bool, draws: int, seed: int, *, rubbing: bool = False) -> LearningSamples:
     loop, wish = loop_of("darc-indirect", TWO, best=best), wish_for(DRIVE, TWO, best=best)
     spreads = RUBBING_LOAD if rubbing else None
-    return run_learning_draws(loop, wish, RigOptions(), draws, seed, spreads=spreads)
+    return run_learning_samples(loop, wish, RigOptions(), draws, seed, spreads=spreads)
 
 
 def beyond(angles: np.ndarray, limit: float) -> int:
@@ -94,7 +94,7 @@ def test_backstepping_over_20_draws(measured):
 
 def test_backstepping_of_six_states_over_100_draws(measured):
     """Of a thousand all within 0.15 deg, and half of them below a median of 0.045 to 0.053 deg."""
-    found = run_draws(loop_of("backstepping-6", Motion(), best=False), RigOptions(), 100, 2026)
+    found = run_samples(loop_of("backstepping-6", Motion(), best=False), RigOptions(), 100, 2026)
     peaks = found.degrees("peak")
     measured(f"median {np.median(peaks):.4f}, worst {peaks.max():.4f} deg, {found.failed} failed")
     most = binom.isf(RARE, 100, 0.5)
@@ -152,7 +152,7 @@ def test_bound_holds_in_100_of_a_hundred(best, measured):
     """None of a thousand outside, so none of these; how near the worst comes needs the thousand."""
     loop = loop_of("darc-4-damped", Motion(), best=best)
     bound, shares = expected_bound(loop).total, []
-    for one in drawn_loops(loop, RigOptions(), 100, 2028):
+    for one in sampled_loops(loop, RigOptions(), 100, 2028):
         shares.append(np.max(np.abs(run(one).log[:, 2] - one.target) / bound))
     measured(f"largest error over bound {max(shares):.3f}, {sum(s > 1.0 for s in shares)} of 100 outside")
     assert max(shares) <= 1.0

@@ -9,9 +9,9 @@ from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig.closed_loop.loop import close_loop, run
 from cabledrive.rig.closed_loop.other_plants import with_plant
-from cabledrive.rig.draws import Spreads, drawn_chain
 from cabledrive.rig.laws.backstepping_laws import backstepping_6
 from cabledrive.rig.laws.eigenvalues import closed_loop_poles
+from cabledrive.rig.plant_samples import Spreads, sampled_chain
 from cabledrive.rig.trial import wish_for
 from dissertation_runs import track
 
@@ -127,7 +127,7 @@ def worst_errors(draws):
     for name, spreads in SPREADS.items():
         peaks = []
         for generator in np.random.default_rng(3).spawn(draws):
-            chain, sure = drawn_chain(loop.chain, generator, spreads), loop.chain
+            chain, sure = sampled_chain(loop.chain, generator, spreads), loop.chain
             if "alone" in name:
                 motor = {part: getattr(sure, part) for part in ("viscous", "coulomb", "offsets")}
                 chain = replace(chain, inertias=(sure.inertias[0], *chain.inertias[1:]), **motor)

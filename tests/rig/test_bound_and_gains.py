@@ -9,11 +9,11 @@ import pytest
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.rig.closed_loop.linear_loop import linear_loop, response
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
-from cabledrive.rig.draws import Spreads, drawn_loops
 from cabledrive.rig.expected_bound import expected_bound, residual_response, tube
 from cabledrive.rig.laws.best_gains import best_gains, torque_noise
 from cabledrive.rig.laws.registry import design
 from cabledrive.rig.laws.trial_runs import needed_torque
+from cabledrive.rig.plant_samples import Spreads, sampled_loops
 from cabledrive.rig.setting import Motion, RigOptions
 from cabledrive.rig.trial import track as best_track
 from cabledrive.rig.trial import wish_for
@@ -76,7 +76,7 @@ def test_residual_vanishes_on_the_plant_the_law_is_made_for():
 def test_expected_bound_holds_over_draws_and_is_within_three_of_the_worst():
     """Everything drawn at once, encoder phases random; the worst of a thousand is in the statistics."""
     worst = 0.0
-    for one in drawn_loops(loop(), OPTIONS, 12, 5):
+    for one in sampled_loops(loop(), OPTIONS, 12, 5):
         error = np.abs(run(one).log[:, 2] - one.target)
         assert np.all(error <= bound())
         worst = max(worst, error.max())

@@ -13,8 +13,8 @@ from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.rig import Disturbance, Motion, RigOptions
 from cabledrive.rig.closed_loop.cable_plant import drive_like
 from cabledrive.rig.closed_loop.loop import close_loop, plant_chain, run
-from cabledrive.rig.draws import drawn_chain
 from cabledrive.rig.laws.registry import design
+from cabledrive.rig.plant_samples import sampled_chain
 from cabledrive.rig.run_facts import why_ended
 from cabledrive.rig.trial import wish_for
 from dissertation_runs import track
@@ -148,7 +148,7 @@ def test_cable_keeps_its_own_modes_small_at_two_phases(law, choices, measured):
 
 
 def test_a_drawn_row_of_inertias_has_a_drive_of_its_own():
-    chain = drawn_chain(plant_chain(DRIVE, 4), np.random.default_rng(1))
+    chain = sampled_chain(plant_chain(DRIVE, 4), np.random.default_rng(1))
     again = plant_chain(drive_like(DRIVE, chain), 4)
     for name in ("inertias", "stiffness", "damping", "coulomb", "viscous", "offsets"):
         assert getattr(again, name) == pytest.approx(getattr(chain, name))

@@ -16,7 +16,7 @@ from cabledrive.rig.closed_loop.kink_kernels import advance_kinked
 from cabledrive.rig.closed_loop.plant import kink_numbers, plant_numbers
 from cabledrive.rig.closed_loop.plant_kernels import MOST_TERMS
 from cabledrive.rig.log_file import log_text
-from cabledrive.rig.spoken_options import spoken_blindness, spoken_disturbance
+from cabledrive.rig.parsed_options import parse_disturbance, parse_encoder_dropout
 from control_chains import INTERVAL, model
 from dissertation_runs import track
 
@@ -217,13 +217,13 @@ def test_the_log_holds_a_load_cell_that_identification_reads(tmp_path, measured)
 )
 def test_disturbances_that_cannot_be_are_refused(words, refusal):
     with pytest.raises(InputRefused, match=refusal):
-        spoken_disturbance(words)
+        parse_disturbance(words)
 
 
 def test_disturbances_and_failures_are_read_with_their_units():
-    assert spoken_disturbance("motor:20 mN m:0.1 s:200 ms") == Disturbance(
+    assert parse_disturbance("motor:20 mN m:0.1 s:200 ms") == Disturbance(
         torque=0.02, start=0.1, end=0.2, on="motor"
     )
-    assert spoken_blindness("load:0.1:0.2") == ("load", 0.1, 0.2)
+    assert parse_encoder_dropout("load:0.1:0.2") == ("load", 0.1, 0.2)
     with pytest.raises(InputRefused, match="swap"):
-        spoken_blindness("load:0.2:0.1")
+        parse_encoder_dropout("load:0.2:0.1")

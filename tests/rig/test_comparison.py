@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from cabledrive.parameters import InputRefused, NotComputed, load_drive
-from cabledrive.rig.causes import causes, in_degrees
 from cabledrive.rig.comparison import compared, controller, loops_of, tuned
+from cabledrive.rig.error_budget import causes, in_degrees
 from cabledrive.rig.setting import Motion, RigOptions
 from cabledrive.rig.trial import wish_for
 

@@ -16,8 +16,8 @@ from cabledrive.rig.closed_loop.lane_tables import exponentials, free_transition
 from cabledrive.rig.closed_loop.lanes import fits_lanes, run_one
 from cabledrive.rig.closed_loop.loop import close_loop, run
 from cabledrive.rig.closed_loop.plant import plant_numbers
-from cabledrive.rig.draws import drawn_chain, drawn_loops, run_draws
 from cabledrive.rig.laws.registry import design
+from cabledrive.rig.plant_samples import run_samples, sampled_chain, sampled_loops
 from cabledrive.rig.trial import wish_for
 
 DRIVE = load_drive("dissertation-3")
@@ -39,8 +39,8 @@ def test_lanes_score_what_single_runs_score(law, plant, measured):
     """Twenty plants: two groups of lanes, the second with lanes to spare."""
     loop = loop_of(law, plant_model=plant)
     assert fits_lanes(loop)
-    lanes = run_draws(loop, SMOOTH, 20, 5).scores[:, :6]
-    single = np.array([run(one, log=False).state.summary[:6] for one in drawn_loops(loop, SMOOTH, 20, 5)])
+    lanes = run_samples(loop, SMOOTH, 20, 5).scores[:, :6]
+    single = np.array([run(one, log=False).state.summary[:6] for one in sampled_loops(loop, SMOOTH, 20, 5)])
     off, size = np.abs(lanes - single).max(axis=0), np.abs(single).max(axis=0)
     measured(f"within {(off[size > 0.0] / size[size > 0.0]).max():.1e} of each score")
     np.testing.assert_allclose(lanes, single, rtol=1e-8, atol=1e-11)
@@ -66,7 +66,7 @@ def test_smooth_sign_is_the_hyperbolic_tangent():
 
 def test_transitions_made_at_once_are_those_made_singly():
     chain = loop_of("darc-4").chain
-    chains = [drawn_chain(chain, np.random.default_rng(seed)) for seed in range(5)]
+    chains = [sampled_chain(chain, np.random.default_rng(seed)) for seed in range(5)]
     together = free_transitions(chains, 2e-4, 6000.0)
     for made, row in zip(together, chains, strict=True):
         alone = plant_numbers(row, 2e-4, current_rate=6000.0).tables[1]
@@ -95,4 +95,4 @@ def test_what_lanes_cannot_follow_runs_one_by_one(options):
 
 def test_a_slack_span_fails_the_draw_in_its_lane():
     loop = replace(loop_of("darc-4"), twist_limit=0.02)
-    assert run_draws(loop, SMOOTH, 18, 1).failed == 18
+    assert run_samples(loop, SMOOTH, 18, 1).failed == 18

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cabledrive.parameters import InputRefused
-from cabledrive.reduction.friction_march import march_chain
+from cabledrive.reduction.friction_integration import integrate_chain
 from cabledrive.rig.closed_loop.plant import plant_numbers
 from cabledrive.rig.closed_loop.plant_kernels import MOST_TERMS, advance
 from control_chains import INTERVAL, model
@@ -47,7 +47,7 @@ def test_motion_does_not_depend_on_the_internal_step(rate, measured):
 
 def test_motion_is_that_of_small_runge_kutta_steps(measured):
     u = wave(1500)
-    fine = march_chain(CHAIN, np.append(u, 0.0), INTERVAL, substeps=8, hold="step")
+    fine = integrate_chain(CHAIN, np.append(u, 0.0), INTERVAL, substeps=8, hold="step")
     worst = np.abs(fine.angles[1:] - motion(u)[:, :3]).max()
     measured(f"{worst:.1e} rad")
     assert worst < 1e-8, f"observed {worst:.2e} rad"

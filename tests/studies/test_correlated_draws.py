@@ -10,10 +10,10 @@ from cabledrive.identification.regression import Fit
 from cabledrive.studies.study.chain_regression import NAMES, tell
 from cabledrive.studies.study.correlations import Correlation, among, of_an_axis, of_intervals, root_of
 from cabledrive.studies.study.datasheet_bounds import by_datasheet
-from cabledrive.studies.study.drawn_plants import TWO_SIDED_95, drawn_plant
 from cabledrive.studies.study.goals import SPREADS
 from cabledrive.studies.study.knowledge_stage import know, with_load
 from cabledrive.studies.study.machine import LOG, UNITS, Quantity
+from cabledrive.studies.study.sampled_plants import TWO_SIDED_95, sampled_plant
 from study_drives import drive_of, log_with
 
 VALUES = np.array([4e-4, 0.02, 1e-3, 0.02, 1e-3])
@@ -52,7 +52,7 @@ def quantities(told):
 def drawn(told, correlations, seed=5):
     """Plants as rows of numbers, in the order of the alphabet."""
     known = quantities(told)
-    plants = [drawn_plant(known, 2, seed, draw, correlations)[0] for draw in range(DRAWS)]
+    plants = [sampled_plant(known, 2, seed, draw, correlations)[0] for draw in range(DRAWS)]
     return np.array([[plant[name] for name in sorted(known)] for plant in plants])
 
 
@@ -117,7 +117,7 @@ def test_the_same_seed_draws_the_same_bits_and_data_sheets_are_drawn_as_ever():
     sheet = by_datasheet(drive_of("wrist"), SPREADS)
     generator = np.random.default_rng([3, 8])
     expected = {name: generator.uniform(sheet[name].low, sheet[name].high) for name in sorted(sheet)}
-    found = drawn_plant(sheet, 3, 3, 8)[0]
+    found = sampled_plant(sheet, 3, 3, 8)[0]
     assert {name: found[name] for name in sheet} == expected
     assert set(found) - set(sheet) == {"ripple_order", "ripple_phase"}
 

@@ -8,10 +8,10 @@ import pytest
 from cabledrive.identification.filters import difference, zero_phase
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.studies.study.chain_regression import tell
-from cabledrive.studies.study.drawn_plants import drawn_plant
 from cabledrive.studies.study.goals import SPREADS
 from cabledrive.studies.study.knowledge_stage import ESSENTIAL, know
 from cabledrive.studies.study.machine import LOG, Quantity, drive_with, values_of
+from cabledrive.studies.study.sampled_plants import sampled_plant
 from study_drives import drive_of, log_with
 
 RUBBING = load_drive("dissertation-3")
@@ -56,7 +56,7 @@ def test_bounds_hold_twice_the_interval():
 def test_a_plant_within_twice_the_interval_is_within_the_bounds(name):
     known = quantity(name, 1e-3, 0.9e-3)
     low, high = known.outer
-    values = np.array([drawn_plant({name: known}, 2, 1, k)[0][name] for k in range(500)])
+    values = np.array([sampled_plant({name: known}, 2, 1, k)[0][name] for k in range(500)])
     near = values[np.abs(values - known.value) <= 2.0 * known.half_width]
     assert len(near) > 490
     assert low <= near.min() < known.value < near.max() <= high, f"{near.min():.3g} of {low:.3g}"

@@ -13,9 +13,9 @@ from cabledrive.reduction.threshold import threshold_torque
 from cabledrive.report.resonance_map_page import resonance_map_page
 from cabledrive.studies.map_spot_checks import spot_check_line, spot_checks
 from cabledrive.studies.resonance import resonance
+from cabledrive.studies.resonance_detuning import CLOSE, instability_margin
 from cabledrive.studies.resonance_map import growth_map
 from cabledrive.studies.resonance_remedies import remedies, sensitivity
-from cabledrive.studies.resonance_standing import CLOSE, standing_of
 from cabledrive.studies.tension_sweep import Sweep, onset, onset_by_growth_integral, swept_amplitude
 from resonance_samples import damped
 
@@ -45,12 +45,12 @@ def test_off_tuning_verdicts_change_at_one_and_two_half_widths():
     drive, torque = damped(2.0, 5.0), 0.02
     seen = []
     for tension in np.linspace(3.29, 3.9, 60):
-        standing = standing_of(autoparametric_model(at_tension(drive, tension)), torque)
-        share = standing.distance / standing.half_width
-        seen.append(standing.verdict)
+        instability = instability_margin(autoparametric_model(at_tension(drive, tension)), torque)
+        share = instability.distance / instability.half_width
+        seen.append(instability.verdict)
         expected = "resonant" if share < 1 else "close" if share < CLOSE else "safe"
-        assert standing.verdict == expected
-        assert (standing.growth > 0) == (standing.verdict == "resonant")
+        assert instability.verdict == expected
+        assert (instability.growth > 0) == (instability.verdict == "resonant")
     assert set(seen) == {"resonant", "close", "safe"}
 
 

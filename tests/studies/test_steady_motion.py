@@ -12,7 +12,7 @@ from cabledrive.reduction.branches import fold, jacobian, steady_amplitudes, ste
 from cabledrive.reduction.threshold import threshold_torque
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, simulate
 from cabledrive.studies.envelopes import beats
-from cabledrive.studies.resonance_referee import averaged_history
+from cabledrive.studies.resonance_validation import averaged_history
 from cabledrive.studies.steady_motion import steady_branches
 from oracles.measured_threshold import demodulated
 from resonance_samples import at_detunings, damped, one_span, settings, settings_pair

@@ -13,7 +13,6 @@ from cabledrive.studies.study.chain_regression import tell
 from cabledrive.studies.study.closed_loop import joined_loop, make_law, rig_options
 from cabledrive.studies.study.datasheet_bounds import by_datasheet
 from cabledrive.studies.study.demand_stage import demand_of
-from cabledrive.studies.study.drawn_plants import drawn_plant
 from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.goals import SPREADS, goals_of
 from cabledrive.studies.study.knowledge_stage import know
@@ -21,6 +20,7 @@ from cabledrive.studies.study.machine import drive_with, values_of
 from cabledrive.studies.study.plain_data import as_plain, revived
 from cabledrive.studies.study.resonance_stage import resonance_of
 from cabledrive.studies.study.result import StudyResult
+from cabledrive.studies.study.sampled_plants import sampled_plant
 from cabledrive.studies.study.sensor_gain import closed_loop_matrix, sensor_bound
 from cabledrive.studies.study.verdict_stage import judge
 from study_drives import CASES, datasheet_of, drive_of, goals, log_with, written_log
@@ -227,10 +227,10 @@ def test_a_drive_keeps_the_quantities_it_is_given():
 
 def test_draws_are_alike_for_alike_seeds_and_numbers():
     known = by_datasheet(drive_of("wrist"), SPREADS)
-    (one, phases), (same, again) = drawn_plant(known, 3, 7, 41), drawn_plant(known, 3, 7, 41)
+    (one, phases), (same, again) = sampled_plant(known, 3, 7, 41), sampled_plant(known, 3, 7, 41)
     assert one == same
     assert list(phases) == list(again)
-    assert drawn_plant(known, 3, 7, 42)[0] != one
+    assert sampled_plant(known, 3, 7, 42)[0] != one
     assert all(known[name].low <= one[name] <= known[name].high for name in known)
 
 
@@ -245,7 +245,7 @@ def test_a_range_of_loads_is_drawn_and_designed_for_its_middle():
     drive = drive_of("turntable")
     known = know(drive, [], SPREADS, (0.015, 0.025)).quantities["load_inertia"]
     assert (known.low, known.value, known.high, known.source) == (0.015, 0.02, 0.025, "goal")
-    drawn = [drawn_plant({"load_inertia": known}, 2, 0, k)[0]["load_inertia"] for k in range(200)]
+    drawn = [sampled_plant({"load_inertia": known}, 2, 0, k)[0]["load_inertia"] for k in range(200)]
     assert 0.015 <= min(drawn) < 0.016 < 0.024 < max(drawn) <= 0.025
 
 

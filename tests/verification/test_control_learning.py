@@ -7,13 +7,13 @@ import pytest
 
 from cabledrive.parameters import load_drive
 from cabledrive.rig import Motion, RigOptions
-from cabledrive.rig.causes import causes, in_degrees
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
 from cabledrive.rig.comparison import Compared, compared
-from cabledrive.rig.draws import drawn_loops, run_draws
+from cabledrive.rig.error_budget import causes, in_degrees
 from cabledrive.rig.expected_bound import expected_bound
 from cabledrive.rig.laws.registry import design
-from cabledrive.rig.learning_draws import RUBBING_LOAD, LearningDraws, run_learning_draws
+from cabledrive.rig.learning_samples import RUBBING_LOAD, LearningSamples, run_learning_samples
+from cabledrive.rig.plant_samples import run_samples, sampled_loops
 from cabledrive.rig.trial import wish_for
 from dissertation_runs import track
 
@@ -31,11 +31,11 @@ def loop_of(name: str, motion: Motion, **choices) -> Loop:
 
 
 @cache
-def learning(rubbing: bool = False) -> LearningDraws:
+def learning(rubbing: bool = False) -> LearningSamples:
     wish = wish_for(DRIVE, TWO, best=True)
     loop = loop_of("darc-indirect", TWO, best=True)
     spreads = RUBBING_LOAD if rubbing else None
-    return run_learning_draws(loop, wish, RigOptions(), DRAWS, SEED, spreads=spreads)
+    return run_learning_samples(loop, wish, RigOptions(), DRAWS, SEED, spreads=spreads)
 
 
 def errors_in(said: dict) -> str:
@@ -126,7 +126,7 @@ def test_damped_law_over_32_phases(gains, median, worst, measured):
 def test_law_that_learns_at_the_printed_gains(measured):
     """A hundred draws at 23/25 Hz: 0.036 deg of the encoder's zero is missed by a sixtieth, see the docs."""
     wish = wish_for(DRIVE, TWO)
-    said = run_learning_draws(loop_of("darc-indirect", TWO), wish, RigOptions(), 100, SEED + 3).words
+    said = run_learning_samples(loop_of("darc-indirect", TWO), wish, RigOptions(), 100, SEED + 3).words
     measured(f"{said['draws']} draws: {errors_in(said)}")
     assert said["encoder_error_99_deg"] <= 0.038
     assert said["peak_error_99_deg"] <= 0.050
@@ -137,7 +137,7 @@ def test_law_that_learns_at_the_printed_gains(measured):
 def test_bound_holds_in_a_thousand_of_a_thousand_and_is_within_three(best, measured):
     loop = loop_of("darc-4-damped", Motion(), best=best)
     bound, worst, outside = expected_bound(loop).total, 0.0, 0
-    for one in drawn_loops(loop, RigOptions(), DRAWS, SEED + 1):
+    for one in sampled_loops(loop, RigOptions(), DRAWS, SEED + 1):
         error = np.abs(run(one).log[:, 2] - one.target)
         worst, outside = max(worst, float(error.max())), outside + bool(np.any(error > bound))
     words = f"bound {np.degrees(bound.max()):.3f}, worst {np.degrees(worst):.3f} deg"
@@ -149,7 +149,7 @@ def test_bound_holds_in_a_thousand_of_a_thousand_and_is_within_three(best, measu
 def damped_law() -> float:
     """Worst error of the damped law, nothing learnt, over the draws of the baselines [deg]."""
     loop = loop_of("darc-4-damped", Motion(), best=True)
-    return float(run_draws(loop, RigOptions(), 100, SEED + 2).degrees("peak").max())
+    return float(run_samples(loop, RigOptions(), 100, SEED + 2).degrees("peak").max())
 
 
 @cache

@@ -12,7 +12,7 @@ from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
 from cabledrive.simulation.case import case_of
 from cabledrive.simulation.records import RecordsInMemory
 from cabledrive.simulation.run import march_through
-from cabledrive.studies.resonance_referee import (
+from cabledrive.studies.resonance_validation import (
     ForcedCase,
     averaged_motion,
     disagreement,

@@ -27,7 +27,7 @@ def resonance_data(
     ``load_torque``: steady torque on the load pulley [N m].
     Returns SI; frequencies in Hz where the key says so.
     """
-    standing = found.standing
+    instability = found.instability
     data: dict[str, Any] = {name: _number(found, name) for name in NUMBERS}
     data |= {"verdict": found.verdict, "reasons": found.reasons, "torque": found.torque}
     data |= {"pulley_frequency_hz": _number(found, "pulley_frequency")}
@@ -36,13 +36,13 @@ def resonance_data(
         "tenfold_growth_torque": _number(found, "growth_torque"),
         "coulomb_onset_torque": _number(found, "coulomb_onset"),
     }
-    if standing is not None:
+    if instability is not None:
         data["instability_region"] = {
-            "detuning_hz": standing.distance / (2 * np.pi),
-            "half_width_hz": standing.half_width / (2 * np.pi),
-            "growth_rate": standing.growth,
-            "pulley_amplitude": standing.amplitude,
-            "slack": standing.slack,
+            "detuning_hz": instability.distance / (2 * np.pi),
+            "half_width_hz": instability.half_width / (2 * np.pi),
+            "growth_rate": instability.growth,
+            "pulley_amplitude": instability.amplitude,
+            "slack": instability.slack,
             "required_detuning_hz": _required(drive, found, load_torque),
         }
         region = dict(data["instability_region"])

@@ -19,7 +19,7 @@ from cabledrive.studies.chapter_5 import (
     free_response,
     tuned_drive,
 )
-from cabledrive.studies.resonance_referee import ForcedCase, envelope, exact_motion
+from cabledrive.studies.resonance_validation import ForcedCase, envelope, exact_motion
 
 Array = NDArray[np.float64]
 CHOSEN = (

@@ -13,7 +13,7 @@ from cabledrive.identification.logs.log import Log
 from cabledrive.identification.torque_lines import spectral_lines
 from cabledrive.identification.whitening import whitened, whitener
 from cabledrive.parameters import NotComputed
-from cabledrive.reduction.friction_march import march_rigid_axis
+from cabledrive.reduction.friction_integration import integrate_rigid_axis
 
 Array = NDArray[np.float64]
 
@@ -138,7 +138,7 @@ def simulated_speed(case: Case, values: Array) -> Array:
     ``values``, shape (4,).
     Returns shape (samples,).
     """
-    return march_rigid_axis(values, case.lines, case.interval, start=case.start, slope=case.slope)[0]
+    return integrate_rigid_axis(values, case.lines, case.interval, start=case.start, slope=case.slope)[0]
 
 
 def simulated(case: Case, values: Array, start: float) -> tuple[Array, Array]:
@@ -150,14 +150,14 @@ def simulated(case: Case, values: Array, start: float) -> tuple[Array, Array]:
     the axis stops before the comparison begins, since what is left of it then is the filter's tail alone.
     Raises `NotComputed` if the motion or a sensitivity leaves the finite numbers.
     """
-    moved, _ = march_rigid_axis(values, case.torque, case.interval, start=start, slope=case.slope)
-    before, along = march_rigid_axis(values, case.lines, case.interval, start=start, slope=case.slope)
+    moved, _ = integrate_rigid_axis(values, case.torque, case.interval, start=start, slope=case.slope)
+    before, along = integrate_rigid_axis(values, case.lines, case.interval, start=start, slope=case.slope)
     if np.abs(along[case.inner, 4]).max() < FORGOTTEN:
         along[:, 4] = 0.0
     columns = [moved, along]
     if case.lag:
         later = case.lines - LATER * np.gradient(case.lines)
-        after, _ = march_rigid_axis(values, later, case.interval, start=start, slope=case.slope)
+        after, _ = integrate_rigid_axis(values, later, case.interval, start=start, slope=case.slope)
         with np.errstate(invalid="ignore", over="ignore"):  # a motion that runs away: refused below
             columns.append((after - before) / (LATER * case.interval))
     filtered = case.filtered(np.column_stack(columns))

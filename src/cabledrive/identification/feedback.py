@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.identification.innovations import Foreseen, Track, autoregression
+from cabledrive.identification.innovations import Prediction, Track, autoregression
 from cabledrive.identification.torque_lines import spectral_lines
 
 Array = NDArray[np.float64]
@@ -16,7 +16,7 @@ BEYOND = 6.0
 """Standard errors of a correlation that are beyond chance."""
 
 
-def feedback_significance(torque: Array, run: Foreseen, late: int) -> float:
+def feedback_significance(torque: Array, run: Prediction, late: int) -> float:
     """Largest correlation of the torque with innovations before it, in standard errors.
 
     ``torque``, shape (samples,): as logged; ``run``: of an observer along the same samples; ``late``: samples
@@ -35,7 +35,7 @@ def feedback_significance(torque: Array, run: Foreseen, late: int) -> float:
 
 
 def inside_a_loop(
-    torques: Sequence[Array], tracks: Sequence[Track], runs: Sequence[Foreseen], shift: float
+    torques: Sequence[Array], tracks: Sequence[Track], runs: Sequence[Prediction], shift: float
 ) -> bool:
     """Whether the torque of any log answers to the angle.
 

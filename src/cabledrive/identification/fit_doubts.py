@@ -31,7 +31,7 @@ def interval_of(fit: RowFit, name: str, level: float = 0.95) -> tuple[float, flo
     """Interval of one parameter."""
     t = float(stats.t.ppf(0.5 + level / 2, max(1, fit.freedom)))
     value, error = fit.values[name], fit.errors[name]
-    positive = next(s.positive for s in fit.model.sought if s.name == name)
+    positive = next(s.positive for s in fit.model.free if s.name == name)
     if not positive:
         return value - t * error, value + t * error
     share = min(t * error / value, 700.0)
@@ -44,7 +44,7 @@ def at_bounds(fit: RowFit) -> dict[str, float]:
     Returns the bound of each.
     """
     found: dict[str, float] = {}
-    for s in fit.model.sought:
+    for s in fit.model.free:
         value = fit.values[s.name]
         for bound in (s.low, s.high):
             reach = NEAR * bound if s.positive else NEAR * (s.high - s.low)
@@ -59,7 +59,7 @@ def undetermined(fit: RowFit) -> tuple[str, ...]:
     Returns offsets and initial values are not among them: they may be zero.
     """
     return tuple(
-        s.name for s in fit.model.sought if s.positive and not fit.errors[s.name] <= abs(fit.values[s.name])
+        s.name for s in fit.model.free if s.positive and not fit.errors[s.name] <= abs(fit.values[s.name])
     )
 
 

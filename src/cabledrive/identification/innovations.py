@@ -70,7 +70,7 @@ class Track:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Foreseen:
+class Prediction:
     """The observer's run along a track.
 
     Attributes
@@ -103,7 +103,7 @@ def held(torque: Array, share: float = HELD) -> Array:
     return mean
 
 
-def foreseen(track: Track, values: Array, bandwidth: float) -> Foreseen:
+def predicted_angles(track: Track, values: Array, bandwidth: float) -> Prediction:
     """Run the observer.
 
     ``values``, shape (4,); ``bandwidth`` [rad/s].
@@ -112,7 +112,7 @@ def foreseen(track: Track, values: Array, bandwidth: float) -> Foreseen:
     out = np.empty((5, track.position.size))
     start = np.array([track.position[0], track.start])
     observe(np.array(values, dtype=float), gains, track.torque, track.position, start, track.interval, out)
-    return Foreseen(
+    return Prediction(
         values=values,
         gains=gains,
         innovation=out[0],
@@ -142,13 +142,13 @@ def best_bandwidth(track: Track, values: Array) -> float:
     top = min(FASTEST, 0.05 / track.interval)
     tried = 2 * np.pi * np.geomspace(SLOWEST, top, TRIED)
     edge = settling(SLOWEST, track.interval) if track.position.size > 4000 else 0
-    sizes = np.array([np.mean(foreseen(track, values, w).innovation[edge:] ** 2) for w in tried])
+    sizes = np.array([np.mean(predicted_angles(track, values, w).innovation[edge:] ** 2) for w in tried])
     if not np.isfinite(sizes).any():
         raise NotComputed("an observer with the inertia and friction of the axis does not reproduce the log")
     return float(tried[int(np.nanargmin(sizes))])
 
 
-def answered(track: Track, run: Foreseen, torques: Mapping[str, Array]) -> Array:
+def answered(track: Track, run: Prediction, torques: Mapping[str, Array]) -> Array:
     """What disturbing torques add to the innovation, shape (disturbances, samples)."""
     out = np.empty((len(torques), track.position.size))
     columns = np.array(list(torques.values()))
@@ -169,7 +169,7 @@ def autoregression(values: Array, order: int = ORDER) -> Array:
     return weights / np.sqrt(max(float(weights @ products), 1e-300))
 
 
-def regression(track: Track, run: Foreseen, torques: Mapping[str, Array], segments: int) -> Factors:
+def regression(track: Track, run: Prediction, torques: Mapping[str, Array], segments: int) -> Factors:
     """Whitened innovations against what each disturbance would add, by segments of time.
 
     Raises `NotComputed` if the log is too short, or the observer leaves the finite numbers.
@@ -185,7 +185,7 @@ def regression(track: Track, run: Foreseen, torques: Mapping[str, Array], segmen
     return factor(white[:-1].T, white[-1], tuple(torques), segments)
 
 
-def settled(run: Foreseen, interval: float) -> int:
+def settled(run: Prediction, interval: float) -> int:
     """Samples after which the observer has forgotten its start.
 
     ``interval`` [s].

@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.identification.conclusion import concluded
 from cabledrive.identification.estimates import Identification
 from cabledrive.identification.inverse_dynamics import Rows, factors_of, settling
 from cabledrive.identification.logs.log import DataReport, Log
 from cabledrive.identification.logs.reading import MOST_VALUES, Recording, checked_log
 from cabledrive.identification.logs.table import BLOCK_ROWS
 from cabledrive.identification.regression import Factors, joined, merged, suited_segments
+from cabledrive.identification.regression_result import regression_result
 from cabledrive.identification.rigid_axis import (
     AxisOptions,
     axis_method,
@@ -75,7 +75,7 @@ def identify_long_log(
     factors = suited_segments(joined(parts))
     method = axis_method(equation, options, factors) | {"blocks": len(reports)}
     report = _whole(recording, reports, sum(still))
-    return concluded(factors, equation, np.sqrt(squares / rows), method, (), (report,))
+    return regression_result(factors, equation, np.sqrt(squares / rows), method, (), (report,))
 
 
 def _checked_blocks(recording: Recording, progress: Callable[[str], None] | None) -> Iterator[Log]:

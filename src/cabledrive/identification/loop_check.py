@@ -28,8 +28,8 @@ from cabledrive.identification.innovations import (
     SLOWER,
     Track,
     best_bandwidth,
-    foreseen,
     held,
+    predicted_angles,
     regression,
 )
 from cabledrive.identification.logs.log import Log
@@ -40,6 +40,7 @@ from cabledrive.identification.loop_disturbances import (
     base_torques,
     fault_torques,
 )
+from cabledrive.identification.reference_logs import reference_tracks
 from cabledrive.identification.regression import (
     FEWEST_SEGMENTS,
     MOST_SEGMENTS,
@@ -51,7 +52,6 @@ from cabledrive.identification.regression import (
 )
 from cabledrive.identification.repetition import design_effect
 from cabledrive.identification.rigid_axis import AxisOptions, channels_of, equation_for
-from cabledrive.identification.sound_logs import sound_tracks
 from cabledrive.parameters import NotComputed
 
 Array = NDArray[np.float64]
@@ -81,7 +81,7 @@ def evidence(
     values[1] = np.nan_to_num(values[1])
     slow = [SLOWER * best_bandwidth(track, values) for track in tracks]
     values = refitted(tracks, values, slow)
-    gaps = free_plays(logs[0], options)
+    gaps = backlash_widths(logs[0], options)
     factors = joint_factors(tracks, values, slow, gaps)
     names = tuple(name for name in factors.names if name not in (*NUISANCE, HOLD))
     tried = len(names) + 1
@@ -90,9 +90,11 @@ def evidence(
     if abs(delay.value) > tracks[0].interval:
         found_first = (*found_first, delay)
     if any(e.alarms for e in found_first):
-        sound = [joint_factors(made, values, slow, gaps) for made in sound_tracks(tracks, values, slow, rng)]
+        sound = [
+            joint_factors(made, values, slow, gaps) for made in reference_tracks(tracks, values, slow, rng)
+        ]
         found_first = tuple(_doubted(e, factors, sound) for e in found_first)
-    runs = [foreseen(*one) for one in zip(tracks, [values] * len(tracks), slow, strict=True)]
+    runs = [predicted_angles(*one) for one in zip(tracks, [values] * len(tracks), slow, strict=True)]
     repeated = float(np.sqrt(design_effect(tracks, runs)))
     found_first = tuple(replace(e, error=repeated * e.error) for e in found_first)
     best: dict[str, Evidence] = {}
@@ -120,7 +122,7 @@ def tracks_of(logs: Sequence[Log], options: AxisOptions, share: float = HELD) ->
     ]
 
 
-def free_plays(log: Log, options: AxisOptions) -> tuple[float, ...]:
+def backlash_widths(log: Log, options: AxisOptions) -> tuple[float, ...]:
     """Free plays that are tried.
 
     Returns [rad or m].
@@ -163,7 +165,7 @@ def joint_factors(
     """
     parts = []
     for track, bandwidth in zip(tracks, bandwidths, strict=True):
-        run = foreseen(track, values, bandwidth)
+        run = predicted_angles(track, values, bandwidth)
         torques = base_torques(run, track)
         if gaps is not None:
             torques |= fault_torques(run, track, gaps)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from cabledrive.identification.innovation_kernels import loosen
-from cabledrive.identification.innovations import Foreseen, Track
+from cabledrive.identification.innovations import Prediction, Track
 
 Array = NDArray[np.float64]
 
@@ -32,7 +32,7 @@ CONTACT = 0.005
 """Time in which both sides of a backlash reach one speed [s]."""
 
 
-def base_torques(run: Foreseen, track: Track) -> dict[str, Array]:
+def base_torques(run: Prediction, track: Track) -> dict[str, Array]:
     """What an error of the parameters would add, and of the instant at which the torque was measured.
 
     Returns those of `BASE`, and "lag".
@@ -46,7 +46,7 @@ def base_torques(run: Foreseen, track: Track) -> dict[str, Array]:
     }
 
 
-def fault_torques(run: Foreseen, track: Track, gaps: tuple[float, ...]) -> dict[str, Array]:
+def fault_torques(run: Prediction, track: Track, gaps: tuple[float, ...]) -> dict[str, Array]:
     """What each fault would add.
 
     ``gaps``: free plays [rad or m].

@@ -39,7 +39,7 @@ from cabledrive.identification.rigid_axis import (
     identify_rigid_axis,
 )
 from cabledrive.parameters import NotComputed
-from cabledrive.reduction.friction_march import march_rigid_axis
+from cabledrive.reduction.friction_integration import integrate_rigid_axis
 
 Array = NDArray[np.float64]
 
@@ -70,7 +70,7 @@ def error_of_refinement(cases: Sequence[Case], values: Array, speeds: Array) -> 
     lefts, rights, doubts = [], [], []
     for number, case in enumerate(cases):
         _, sensitivities = simulated(case, values, speeds[number])
-        moved, _ = march_rigid_axis(
+        moved, _ = integrate_rigid_axis(
             values, case.torque, case.interval, start=speeds[number], slope=case.slope
         )
         shown = rounded_angles(moved, case.interval, case.quantum)
@@ -99,7 +99,7 @@ def error_of_refinement(cases: Sequence[Case], values: Array, speeds: Array) -> 
 def _between(case: Case, values: Array, start: float, moved: Array) -> Array:
     """What it changes in the speed whether the torque channel holds samples, means or means of steps."""
     changed = between_samples(case.torque, CORNER_DOUBT)
-    return march_rigid_axis(values, changed, case.interval, start=start, slope=case.slope)[0] - moved
+    return integrate_rigid_axis(values, changed, case.interval, start=start, slope=case.slope)[0] - moved
 
 
 def _noisier(case: Case, values: Array, start: float, moved: Array) -> Array:
@@ -110,7 +110,9 @@ def _noisier(case: Case, values: Array, start: float, moved: Array) -> Array:
     """
     noise = (case.torque - case.lines)[::-1]
     either = [
-        march_rigid_axis(values, case.torque + sign * noise, case.interval, start=start, slope=case.slope)[0]
+        integrate_rigid_axis(
+            values, case.torque + sign * noise, case.interval, start=start, slope=case.slope
+        )[0]
         for sign in (1.0, -1.0)
     ]
     return 0.5 * (either[0] + either[1]) - moved
@@ -149,7 +151,7 @@ def with_own_error(
         for log in logs:
             start = case_of(log, torque, position, equation).start
             driven = between_samples(log.channel(torque))
-            speed, _ = march_rigid_axis(values, driven, log.interval, start=start, slope=slope)
+            speed, _ = integrate_rigid_axis(values, driven, log.interval, start=start, slope=slope)
             farthest = FARTHEST * np.ptp(log.channel(position))
             if not np.abs(speed).max() * log.interval < farthest:  # before sums of it overflow
                 raise NotComputed(RUNS_AWAY)

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize
 
+from cabledrive.identification.chain_model import ChainModel
 from cabledrive.identification.output_error import RowFit, fit_output_error
 from cabledrive.identification.record import Record
-from cabledrive.identification.row_model import RowModel
 from cabledrive.parameters import InputRefused, NotComputed
 
 Array = NDArray[np.float64]
@@ -47,7 +47,7 @@ class StartedFit:
 @np.errstate(over="ignore", invalid="ignore")  # of starts from which the motion grows beyond all bounds
 def fit_from_many_starts(
     records: Sequence[Record],
-    models: Sequence[RowModel],
+    models: Sequence[ChainModel],
     starts: Sequence[Mapping[str, float]],
     *,
     full: int = 2,
@@ -86,7 +86,7 @@ def fit_from_many_starts(
 
 
 def _tried(
-    records: Sequence[Record], model: RowModel, start: Mapping[str, float], evaluations: int
+    records: Sequence[Record], model: ChainModel, start: Mapping[str, float], evaluations: int
 ) -> tuple[float, dict[str, float]] | None:
     """Residual and parameters after some evaluations, settled or not."""
     try:
@@ -124,10 +124,10 @@ def _tried(
     return float(found.cost), model.values_at(found.x)
 
 
-def _inside(model: RowModel, start: Mapping[str, float]) -> dict[str, float]:
+def _inside(model: ChainModel, start: Mapping[str, float]) -> dict[str, float]:
     """A start strictly within the bounds."""
     inside = {}
-    for s in model.sought:
+    for s in model.free:
         margin = (1.0 + 1e-6) if s.positive else 1e-9 * (s.high - s.low)
         low, high = (s.low * margin, s.high / margin) if s.positive else (s.low + margin, s.high - margin)
         inside[s.name] = float(np.clip(start[s.name], low, high))

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize
 
+from cabledrive.identification.chain_model import ChainModel
 from cabledrive.identification.record import Record
 from cabledrive.identification.regression import factor, joined, solve, suited_segments
-from cabledrive.identification.row_model import RowModel
 from cabledrive.parameters import InputRefused, NotComputed
 
 Array = NDArray[np.float64]
@@ -35,7 +35,7 @@ class RowFit:
 
     Attributes
     ----------
-    model : RowModel
+    model : ChainModel
     values : dict of str to float
     errors : dict of str to float
         Standard errors from scores of segments of time, so that coloured residuals count.
@@ -49,7 +49,7 @@ class RowFit:
         Of the model, until the fit had settled.
     """
 
-    model: RowModel
+    model: ChainModel
     values: dict[str, float]
     errors: dict[str, float]
     covariance: Array
@@ -67,7 +67,7 @@ class RowFit:
 
 def fit_output_error(
     records: Sequence[Record],
-    model: RowModel,
+    model: ChainModel,
     start: Mapping[str, float],
     *,
     most_evaluations: int = MOST_EVALUATIONS,
@@ -117,7 +117,7 @@ def fit_output_error(
     return _concluded(records, model, found)
 
 
-def _concluded(records: Sequence[Record], model: RowModel, found: optimize.OptimizeResult) -> RowFit:
+def _concluded(records: Sequence[Record], model: ChainModel, found: optimize.OptimizeResult) -> RowFit:
     count = max(12, SEGMENTS // len(records))
     parts = []
     for record in records:

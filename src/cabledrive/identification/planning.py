@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from cabledrive.identification.predicted_errors import NAMES, AxisGuess, Instruments, predicted_errors
 from cabledrive.parameters import InputRefused
-from cabledrive.reduction.friction_march import march_rigid_axis
+from cabledrive.reduction.friction_integration import integrate_rigid_axis
 
 Array = NDArray[np.float64]
 
@@ -67,7 +67,7 @@ def planned_motion(torque: Array, interval: float, guess: AxisGuess) -> PlannedM
     ``torque``, shape (samples,) [N m]; ``interval`` [s].
     """
     values = np.array([guess.inertia, guess.viscous, guess.coulomb, guess.offset])
-    speed, _ = march_rigid_axis(values, np.asarray(torque, dtype=float), interval)
+    speed, _ = integrate_rigid_axis(values, np.asarray(torque, dtype=float), interval)
     steps = 0.5 * (speed[1:] + speed[:-1]) * interval
     return PlannedMotion(angle=np.concatenate([[0.0], np.cumsum(steps)]), speed=speed)
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.identification.filters import difference, zero_phase
-from cabledrive.identification.innovations import Track, best_bandwidth, foreseen
+from cabledrive.identification.innovations import Track, best_bandwidth, predicted_angles
 
 Array = NDArray[np.float64]
 
@@ -73,7 +73,7 @@ def position_wave(tracks: Sequence[Track], values: Array) -> PositionWave | None
 
 def _wave_of(track: Track, values: Array) -> PositionWave | None:
     width = best_bandwidth(track, values)
-    run = foreseen(track, values, width)
+    run = predicted_angles(track, values, width)
     hertz = width / (2.0 * np.pi)
     angle = zero_phase(track.position, track.interval, min(2.0 * hertz, 0.2 / track.interval))
     # The observer's correction lags behind what it corrects by about one radian of its bandwidth.

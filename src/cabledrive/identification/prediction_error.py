@@ -18,20 +18,20 @@ from cabledrive.identification.estimates import Identification
 from cabledrive.identification.finding import code_of
 from cabledrive.identification.innovations import (
     SLOWER,
-    Foreseen,
+    Prediction,
     Track,
     autoregression,
     best_bandwidth,
-    foreseen,
+    predicted_angles,
 )
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.loop_check import NUISANCE, joint_factors, tracks_of
 from cabledrive.identification.loop_disturbances import BASE
 from cabledrive.identification.method_error import unseen, widened
+from cabledrive.identification.reference_logs import reference_tracks
 from cabledrive.identification.regression import Factors, Fit, only, solve, suited_segments, triangle
 from cabledrive.identification.repetition import design_effect
 from cabledrive.identification.rigid_axis import AxisOptions, channels_of
-from cabledrive.identification.sound_logs import sound_tracks
 from cabledrive.identification.torque_timing import (
     FARTHEST,
     NEAR,
@@ -108,7 +108,7 @@ class Predicted:
     identification: Identification
     timing: TorqueTiming
     tracks: list[Track]
-    runs: list[Foreseen]
+    runs: list[Prediction]
     values: Array
 
 
@@ -121,7 +121,7 @@ class _Refined:
     bandwidths: list[float]
     values: Array
     fit: Fit
-    runs: list[Foreseen]
+    runs: list[Prediction]
     power: float
 
 
@@ -148,7 +148,7 @@ def _refined(
                 "the time shift of the torque found from the innovations is too large for an "
                 "error of time stamps"
             )
-    runs = [foreseen(*one) for one in zip(tracks, [values] * len(tracks), bandwidths, strict=True)]
+    runs = [predicted_angles(*one) for one in zip(tracks, [values] * len(tracks), bandwidths, strict=True)]
     white = [autoregression(run.innovation[run.innovation.size // 20 :])[0] for run in runs]
     power = float(np.mean([1.0 / one**2 for one in white]))
     return _Refined(
@@ -209,7 +209,7 @@ def _fitted(tracks: Sequence[Track], values: Array, bandwidths: Sequence[float],
 def _own_error(tracks: Sequence[Track], values: Array, bandwidths: Sequence[float], lag: bool) -> Array:
     """What scores do not show of the errors, from logs of a sound axis."""
     misses, claimed = [], []
-    for made in sound_tracks(tracks, values, bandwidths, np.random.default_rng(NOISE_SEED)):
+    for made in reference_tracks(tracks, values, bandwidths, np.random.default_rng(NOISE_SEED)):
         fit = _fitted(made, values, bandwidths, lag)
         misses.append(fit.values[: len(BASE)])
         claimed.append(fit.covariance[: len(BASE), : len(BASE)])

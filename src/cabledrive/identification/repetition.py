@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from cabledrive.identification.innovations import ORDER, Foreseen, Track, autoregression
+from cabledrive.identification.innovations import ORDER, Prediction, Track, autoregression
 
 Array = NDArray[np.float64]
 
@@ -41,7 +41,7 @@ def period_of(values: Array, interval: float) -> int:
     return int(lags[near[0] + int(np.argmax(alike[near[0] : near[0] + 20]))])
 
 
-def design_effect(tracks: Sequence[Track], runs: Sequence[Foreseen]) -> float:
+def design_effect(tracks: Sequence[Track], runs: Sequence[Prediction]) -> float:
     r"""Factor of the variances of a log that repeats: :math:`1 + (n - 1)\rho`.
 
     ``runs``: of the observer.

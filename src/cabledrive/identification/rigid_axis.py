@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.identification.axis_equation import AxisEquation
-from cabledrive.identification.conclusion import concluded
 from cabledrive.identification.estimates import Identification
 from cabledrive.identification.filters import chosen_bandwidth
 from cabledrive.identification.finding import Finding
@@ -16,6 +15,7 @@ from cabledrive.identification.friction_regressors import FrictionModel
 from cabledrive.identification.inverse_dynamics import Rows, factors_of, rows_of
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.regression import Factors, joined, solve, suited_segments
+from cabledrive.identification.regression_result import regression_result
 from cabledrive.parameters import InputRefused
 
 Array = NDArray[np.float64]
@@ -70,7 +70,7 @@ def identify_rigid_axis(logs: Sequence[Log], options: AxisOptions | None = None)
     reports = tuple(log.report for log in logs)
     doubt = 0.5 * max(log.interval for log in logs)
     method = axis_method(equation, options, factors)
-    return concluded(factors, equation, sizes, method, _findings(parts), reports, doubt)
+    return regression_result(factors, equation, sizes, method, _findings(parts), reports, doubt)
 
 
 def rows_of_logs(

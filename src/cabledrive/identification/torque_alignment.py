@@ -28,7 +28,7 @@ from cabledrive.identification.torque_timing import (
 
 Array = NDArray[np.float64]
 
-UNTOLD = TorqueTiming(shift=0.0, error=0.0, told=False)
+UNDETERMINED = TorqueTiming(shift=0.0, error=0.0, told=False)
 
 
 def timing_of(logs: Sequence[Log], options: AxisOptions) -> TorqueTiming:
@@ -41,10 +41,10 @@ def timing_of(logs: Sequence[Log], options: AxisOptions) -> TorqueTiming:
     interval = max(log.interval for log in logs)
     _, parts = rows_of_logs(logs, torque, position, equation)
     if solve(_factors(parts, [(p.left, p.regressors[:, -1]) for p in parts])).blind.size:
-        return UNTOLD
+        return UNDETERMINED
     plain = _settled(parts, logs, "shift")
     if plain is None:
-        return UNTOLD
+        return UNDETERMINED
     if plain[0].shift < -NEAR * interval:
         behind = _settled(parts, logs, "low-pass")
         if behind is not None and behind[1] < plain[1]:

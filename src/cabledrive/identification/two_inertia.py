@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from cabledrive.identification.chain_model import FreeParameter, ChainModel
 from cabledrive.identification.estimates import Estimate, Identification
 from cabledrive.identification.finding import Finding
 from cabledrive.identification.fit_doubts import at_bounds, doubts_of, interval_of, undetermined
@@ -17,7 +18,6 @@ from cabledrive.identification.logs.log import Log
 from cabledrive.identification.multi_start import StartedFit, fit_from_many_starts
 from cabledrive.identification.output_error import RowFit, fit_of
 from cabledrive.identification.record import Record
-from cabledrive.identification.row_model import RowModel, Sought
 from cabledrive.identification.sensor import Sensor
 from cabledrive.identification.two_inertia_channels import (
     INPUTS,
@@ -64,15 +64,15 @@ def _conventions(input_: str) -> tuple[tuple[str, int], ...]:
     return ("line", 0), ("step", 0)
 
 
-def _model(channels: TwoInertiaChannels, scale: dict[str, float], hold: str, delay: int) -> RowModel:
+def _model(channels: TwoInertiaChannels, scale: dict[str, float], hold: str, delay: int) -> ChainModel:
     """The chain with bounds far on both sides of the scales of the log."""
 
-    def wide(name: str, quantity: str, number: int, unit: str, reach: float = 1e4) -> Sought:
-        return Sought(
+    def wide(name: str, quantity: str, number: int, unit: str, reach: float = 1e4) -> FreeParameter:
+        return FreeParameter(
             name=name, quantity=quantity, number=number, low=scale[unit] / reach, high=scale[unit] * reach
         )
 
-    sought = [
+    free = [
         wide("inertia_motor", "inertia", 0, "inertia"),
         wide("inertia_load", "inertia", 1, "inertia"),
         wide("stiffness", "stiffness", 0, "stiffness", 1e6),
@@ -81,16 +81,18 @@ def _model(channels: TwoInertiaChannels, scale: dict[str, float], hold: str, del
         wide("viscous_friction_load", "viscous", 1, "viscous", 1e5),
         wide("coulomb_friction_motor", "coulomb", 0, "input"),
         wide("coulomb_friction_load", "coulomb", 1, "input"),
-        Sought(name="offset", quantity="offset", low=-10.0 * scale["input"], high=10.0 * scale["input"]),
+        FreeParameter(
+            name="offset", quantity="offset", low=-10.0 * scale["input"], high=10.0 * scale["input"]
+        ),
     ]
     if channels.rectified:
-        sought.append(Sought(name="sensor_lag", quantity="lag", low=1e-5, high=1.0))
+        free.append(FreeParameter(name="sensor_lag", quantity="lag", low=1e-5, high=1.0))
     measured = tuple(
         number for number, name in enumerate((channels.motor, channels.load)) if name is not None
     )
-    return RowModel(
+    return ChainModel(
         inertias=2,
-        sought=tuple(sought),
+        free=tuple(free),
         measured=measured,
         given={},
         sensor=Sensor(rectified=channels.rectified),
@@ -129,7 +131,7 @@ def _answer(
             )
         )
     open_ = [name for name in undetermined(fit) if name in NEEDED]
-    parameters = {s.name: _estimate(fit, s.name, follows, channels, logs[0], open_) for s in fit.model.sought}
+    parameters = {s.name: _estimate(fit, s.name, follows, channels, logs[0], open_) for s in fit.model.free}
     size = float(np.sqrt(np.mean(np.concatenate([r.output.ravel() for r in records]) ** 2)))
     return Identification(
         model=NAME,

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
-from cabledrive.identification.innovations import Track, best_bandwidth, foreseen
+from cabledrive.identification.innovations import Track, best_bandwidth, predicted_angles
 
 Array = NDArray[np.float64]
 
@@ -63,7 +63,7 @@ def unexplained_torque(tracks: Sequence[Track], values: Array) -> Unexplained:
     found = []
     for track in tracks:
         width = best_bandwidth(track, values)
-        run = foreseen(track, values, width)
+        run = predicted_angles(track, values, width)
         added = values[0] * run.gains[1] / track.interval * run.innovation[track.position.size // 20 :]
         hertz = width / (2.0 * np.pi)
         length = min(round(LONGEST_SEGMENT / track.interval), added.size)

@@ -70,7 +70,7 @@ def release(load: float, rise: float, friction: float, done: float, interval: fl
 
 
 @njit
-def march_axis(
+def integrate_axis(
     p: Array, slope: float, torque: Array, interval: float, start: float, speeds: Array, out: Array
 ) -> None:
     """Speed and sensitivities at every sample; the torque runs on straight lines between samples."""

@@ -3,14 +3,14 @@
 Between events the row is smooth and one Runge-Kutta step of order 4 carries state and sensitivities. An
 inertia whose speed reaches zero is followed to that instant; there it sticks, or slips on the other way, and
 the sensitivity of its speed jumps by the ratio of its accelerations after and before. The readable door is
-`cabledrive.reduction.friction_march`.
+`cabledrive.reduction.friction_integration`.
 """
 
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import njit
-from cabledrive.reduction.row_motion_kernels import (
+from cabledrive.reduction.chain_motion_kernels import (
     COULOMB,
     EXCESS,
     INERTIA,

@@ -48,7 +48,7 @@ def first_order_rates(damp, tune, fr, fi, decay, t1, t2, back1, back2, k1, k2, e
 
 
 @njit
-def march_averaged(cells, first, last, steps, h):
+def integrate_averaged(cells, first, last, steps, h):
     """Runge-Kutta steps of fourth order on blocks `first` to `last` of the averaged equations."""
     for block in range(first, last):
         o = block * AVERAGED_ROWS * LANES
@@ -108,7 +108,7 @@ def march_averaged(cells, first, last, steps, h):
 
 
 @njit
-def march_oscillators(cells, first, last, steps):
+def integrate_oscillators(cells, first, last, steps):
     """Steps of the oscillators on blocks `first` to `last`: half a kick, exact flow, half a kick."""
     for block in range(first, last):
         o = block * OSCILLATOR_ROWS * LANES

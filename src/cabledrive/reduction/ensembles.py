@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from cabledrive.parameters import InputRefused
 from cabledrive.reduction import ensemble_kernels as k
 from cabledrive.reduction.averaging import AveragedCoefficients, averaged_rates
-from cabledrive.reduction.oscillators import OscillatorCoefficients, march_oscillators_reference
+from cabledrive.reduction.oscillators import OscillatorCoefficients, integrate_oscillators_reference
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -81,7 +81,7 @@ def averaged_ensemble(
         z = start[1 + j]
         rows |= {k.A_RE + 2 * j: z.real, k.A_IM + 2 * j: z.imag, k.MOST_A + j: np.abs(z) ** 2}
     put.all(rows)
-    _on_threads(lambda a, b: k.march_averaged(cells, a, b, steps, h), put.blocks, threads)
+    _on_threads(lambda a, b: k.integrate_averaged(cells, a, b, steps, h), put.blocks, threads)
     complex_rows = [k.Q_RE, *(k.A_RE + 2 * j for j in two)]
     state = np.array([put.row(row) + 1j * put.row(row + 1) for row in complex_rows])
     spans = np.sqrt([put.row(k.MOST_A + j) for j in two])
@@ -137,14 +137,14 @@ def oscillator_ensemble(
     rows |= {k.CUBE_11 + 2 * i + j: c.cubic[i, j] for i in two for j in two}
     rows |= {k.A + 2 * j: start[j] for j in two}
     put.all(rows)
-    _on_threads(lambda a, b: k.march_oscillators(cells, a, b, steps), put.blocks, threads)
+    _on_threads(lambda a, b: k.integrate_oscillators(cells, a, b, steps), put.blocks, threads)
     state = np.array([put.row(row) for row in (k.PLACE, *(k.A + 2 * j for j in two))])
     return Largest(put.row(k.TOP_Q), np.array([put.row(k.TOP_A + j) for j in two]), state)
 
 
 def oscillator_ensemble_reference(c: OscillatorCoefficients, plucks: ArrayLike, steps: int) -> Largest:
     """Readable twin of `oscillator_ensemble`, for any number of transverse modes."""
-    records = march_oscillators_reference(c, np.asarray(plucks, dtype=float), steps, 1)
+    records = integrate_oscillators_reference(c, np.asarray(plucks, dtype=float), steps, 1)
     return Largest(
         np.abs(records[:, 0]).max(axis=0), np.abs(records[:, 2:]).max(axis=0), np.delete(records[-1], 1, 0)
     )

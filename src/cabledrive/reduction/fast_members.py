@@ -16,7 +16,7 @@ from cabledrive.parameters.version import __version__
 from cabledrive.reduction.fast_record import STEEPEST
 from cabledrive.reduction.fast_simulation import FastScheme, check_band, grid_of, start_amplitudes
 from cabledrive.reduction.uniform_tension import UniformTensionModel, uniform_tension_model
-from cabledrive.reduction.uniform_tension_march import coefficients, march
+from cabledrive.reduction.uniform_tension_integration import coefficients, march
 from cabledrive.simulation import Pluck, Recording, Setting, Start
 from cabledrive.simulation.ensemble import UNITS, members_of
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from cabledrive.parameters import Drive, content_hash
 from cabledrive.parameters.version import __version__
 from cabledrive.reduction.uniform_tension import HIGHEST_SHARE, UniformTensionModel
-from cabledrive.reduction.uniform_tension_march import March
+from cabledrive.reduction.uniform_tension_integration import March
 from cabledrive.simulation import SimulationResult, SlackEvent
 from cabledrive.simulation.channels import COLUMN, WIDTH
 

@@ -5,7 +5,7 @@ from cabledrive.mechanics.compiled import njit
 
 
 @njit
-def march_position_loop(
+def integrate_position_loop(
     p: Array,
     loop: Array,
     reference: Array,

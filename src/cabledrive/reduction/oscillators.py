@@ -107,7 +107,9 @@ def linear_flow(natural: Array, damping: Array, step: float) -> Array:
     return np.array([turn + 0.5 * damping * push, push, -(natural**2) * push, turn - 0.5 * damping * push])
 
 
-def march_oscillators_reference(c: OscillatorCoefficients, plucks: Array, steps: int, stride: int) -> Array:
+def integrate_oscillators_reference(
+    c: OscillatorCoefficients, plucks: Array, steps: int, stride: int
+) -> Array:
     """Readable twin of the compiled march, for any number of transverse modes and lanes.
 
     ``plucks``, shape (J, ...): amplitudes at t = 0, at rest [m]; ``stride``: steps between two records.

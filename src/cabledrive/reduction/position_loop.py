@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.reduction.loop_kernels import march_position_loop
+from cabledrive.reduction.loop_kernels import integrate_position_loop
 
 Array = NDArray[np.float64]
 
@@ -32,7 +32,7 @@ class PositionLoop:
     largest_command: float = float("inf")
 
 
-def march_position_loop_of(
+def integrate_position_loop_of(
     values: Array,
     loop: PositionLoop,
     reference: Array,
@@ -52,7 +52,7 @@ def march_position_loop_of(
     out = np.empty((3, reference.size))
     numbers = np.array([loop.position_gain, loop.speed_gain, loop.force_per_volt, loop.largest_command])
     begin = np.array((reference[0], 0.0) if start is None else start, dtype=float)
-    march_position_loop(
+    integrate_position_loop(
         np.array(values, dtype=float),
         numbers,
         np.ascontiguousarray(reference, dtype=float),
@@ -65,7 +65,7 @@ def march_position_loop_of(
     return out[0], out[1], out[2]
 
 
-def march_open_loop(
+def integrate_open_loop(
     values: Array,
     force: Array,
     interval: float,
@@ -83,7 +83,7 @@ def march_open_loop(
     """
     given = force if disturbance is None else force + disturbance
     still = PositionLoop(position_gain=0.0, speed_gain=0.0, force_per_volt=0.0)
-    position, speed, _ = march_position_loop_of(
+    position, speed, _ = integrate_position_loop_of(
         values, still, np.zeros(force.size), interval, substeps, start, given
     )
     return position, speed

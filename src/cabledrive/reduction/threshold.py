@@ -100,7 +100,7 @@ def growth_rates(c: AveragedCoefficients, amplitude: ArrayLike) -> Array:
     return np.sqrt(np.maximum(pumping**2 - shifted**2, 0.0)) - 0.5 * c.transverse_damping
 
 
-def tongue_half_width(c: AveragedCoefficients, amplitude: ArrayLike) -> Array:
+def instability_half_width(c: AveragedCoefficients, amplitude: ArrayLike) -> Array:
     r"""Half-width of the tongue of instability in :math:`\delta_j`, :math:`\sqrt{\mu^2 - \Gamma^2/4}`.
 
     ``amplitude``, shape (...): size of Q [m].
@@ -117,7 +117,7 @@ def required_detuning(model: AutoparametricModel, torque: float, forcing: float 
     Returns largest half-width of the tongue [rad/s]; infinite where the pulley mode is undamped.
     """
     c = averaged_coefficients(model, torque=torque, forcing=forcing, drift=False)
-    return float(np.max(tongue_half_width(c, pulley_amplitude(c))))
+    return float(np.max(instability_half_width(c, pulley_amplitude(c))))
 
 
 def growth_torque(

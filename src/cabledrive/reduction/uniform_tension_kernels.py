@@ -20,7 +20,7 @@ def march_reference(
     (planes, 2, m): transverse amplitudes of planes w (and v) and their rates; changed in place; ``torque``,
     shape (steps + 1,): at the ends of the steps [N m]; ``h``: step [s]; ``stride``: steps between two
     recorded instants.
-    Returns ``along, across, tallies, peaks``: as in `cabledrive.reduction.uniform_tension_march.March`.
+    Returns ``along, across, tallies, peaks``: as in `cabledrive.reduction.uniform_tension_integration.March`.
     """
     steps = torque.size - 1
     along, across, tallies = [], [], []
@@ -60,7 +60,7 @@ def march_reference(
 
 
 @njit
-def march_kernel(
+def integration_kernel(
     c: Any, q: Array, p: Array, a: Array, b: Array, torque: Array, h: float, stride: int
 ) -> Arrays:
     """Arithmetic of the march; arguments and results as `march_reference`."""

@@ -15,10 +15,10 @@ from cabledrive.studies.resonance_map import GrowthMap
 _TEMPLATES = resources.files("cabledrive.report") / "templates"
 
 
-def resonance_map_page(growth: GrowthMap, referee: str = "") -> str:
+def resonance_map_page(growth: GrowthMap, validation: str = "") -> str:
     """Set the map as a page.
 
-    ``referee``: what the exact loop says at some points of the map; put into the caption.
+    ``validation``: what the exact loop says at some points of the map; put into the caption.
     Returns HTML.
     """
     from cabledrive.parameters.version import __version__
@@ -30,7 +30,7 @@ def resonance_map_page(growth: GrowthMap, referee: str = "") -> str:
         css=Markup(theme_css() + (_TEMPLATES / "report.css").read_text(encoding="utf-8")),
         data=Markup(_data(growth).replace("<", "\\u003c")),
         summary=summary_line(growth),
-        referee=referee,
+        validation=validation,
         number=number,
         version=__version__,
     )

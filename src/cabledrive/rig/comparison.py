@@ -12,14 +12,14 @@ import numpy as np
 
 from cabledrive.control.own_controller import ControllerProtocol
 from cabledrive.parameters import Drive, InputRefused, NotComputed
-from cabledrive.rig.circumstances import torque_limit
 from cabledrive.rig.closed_loop.loop import Loop, close_loop
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
-from cabledrive.rig.draws import Draws, run_draws
+from cabledrive.rig.disturbances import torque_limit
 from cabledrive.rig.laws.baselines import BASELINES, lqg
 from cabledrive.rig.laws.best_gains import best_chain_law, best_gains
 from cabledrive.rig.laws.controllers import Controller, Wish
 from cabledrive.rig.laws.own_law import own_law
+from cabledrive.rig.plant_samples import PlantSamples, run_samples
 from cabledrive.rig.setting import Motion, RigOptions
 
 SETTINGS: dict[str, tuple[float, ...]] = {
@@ -48,7 +48,7 @@ class Compared:
     law: str
     feedforward: str
     setting: float
-    draws: Draws
+    draws: PlantSamples
 
 
 def controller(name: str, wish: Wish, setting: float | None = None) -> Controller:
@@ -100,7 +100,7 @@ def tuned(
     most = TORQUE_SHARE * torque_limit(wish.drive)
     best, least = None, np.inf
     for setting in offered:
-        found = run_draws(put(controller(name, wish, setting)), options, draws, TUNING_SEED)
+        found = run_samples(put(controller(name, wish, setting)), options, draws, TUNING_SEED)
         worst = float(found.degrees("peak").max())
         torque = float(found.scores[:, SUMMARY.index("peak_torque")].max())
         if not found.failed and torque <= most and worst < least:
@@ -139,11 +139,11 @@ def compared(
             one = replace(wish, feedforward=kind)
             if not isinstance(name, str):
                 made = own_law(name, one)
-                result = run_draws(put(made), options, draws, seed)
+                result = run_samples(put(made), options, draws, seed)
                 found.append(Compared(law=made.name, feedforward=kind, setting=float("nan"), draws=result))
                 continue
             setting = known.get((name, kind))
             setting = tuned(name, one, put, options) if setting is None else setting
-            result = run_draws(put(controller(name, one, setting)), options, draws, seed)
+            result = run_samples(put(controller(name, one, setting)), options, draws, seed)
             found.append(Compared(law=name, feedforward=kind, setting=setting, draws=result))
     return found

@@ -23,7 +23,7 @@ from cabledrive.rig.closed_loop.linear_loop import LinearLoop, driven, linear_lo
 from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.closed_loop.plant import plant_numbers
-from cabledrive.rig.draws import Spreads
+from cabledrive.rig.plant_samples import Spreads
 from cabledrive.rig.setting import DEGREE
 
 MEMORY, LONG_MEMORY = 0.8, 4.0
@@ -65,7 +65,7 @@ def expected_bound(loop: Loop, spreads: Spreads | None = None) -> ExpectedBound:
     """Bound of the load's error over everything uncertain.
 
     ``loop``: a damping-aware law of the chain on its own nominal plant, encoders with unknown phases;
-    ``spreads``: of cable, load and joint; by default those of `cabledrive.rig.draws`.
+    ``spreads``: of cable, load and joint; by default those of `cabledrive.rig.plant_samples`.
     """
     linear = linear_loop(loop)
     short = round(MEMORY / loop.rig.interval)

@@ -65,7 +65,7 @@ def span_tensions(loop: Loop, actual: Drive, log: Array) -> Array | None:
     return np.maximum(both, 0.0)
 
 
-def circumstance_words(loop: Loop, actual: Drive, options: RigOptions) -> dict[str, Any]:
+def disturbance_facts(loop: Loop, actual: Drive, options: RigOptions) -> dict[str, Any]:
     """What was asked of the rig beside its plant.
 
     ``actual``: as it is.

@@ -16,8 +16,8 @@ from cabledrive.rig.closed_loop.loop_numbers import ESTIMATES, SUMMARY, Array
 from cabledrive.rig.laws.controllers import Controller
 from cabledrive.rig.laws.eigenvalues import pole_words
 from cabledrive.rig.run_facts import (
-    circumstance_words,
     condition_words,
+    disturbance_facts,
     motor_words,
     plant_words,
     span_tensions,
@@ -159,7 +159,7 @@ def told(
     summary = summary_of(loop, done, error, motion, options, seed)
     summary |= bound_words(check, error, broken, loop.gear)
     summary["departures"] = [one.words for one in departed]
-    summary |= pole_words(loop) | {"circumstances": circumstance_words(loop, actual, options)}
+    summary |= pole_words(loop) | {"circumstances": disturbance_facts(loop, actual, options)}
     if options.check_conditions:
         summary |= condition_words(loop, log[:, 2 * n], log[:, column], log[:, column + 2], regressor)
         summary |= margin_words(loop, estimates, log[:, column + 3 + 2 * ESTIMATES :])

@@ -12,8 +12,8 @@ from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
 from cabledrive.rig.closed_loop.other_plants import check_drawable
 from cabledrive.rig.closed_loop.own_plant import PlantProtocol
-from cabledrive.rig.draws import draw_words, run_draws
 from cabledrive.rig.expected_bound import bound_over_draws
+from cabledrive.rig.law_change import judged_apart
 from cabledrive.rig.laws.controller_file import (
     is_controller_path,
     law_from_file,
@@ -24,10 +24,10 @@ from cabledrive.rig.laws.controllers import Wish
 from cabledrive.rig.laws.indirect import NAME, run_indirect
 from cabledrive.rig.laws.own_law import own_law
 from cabledrive.rig.laws.registry import CONTROLLERS, design, known_name, needed_order
-from cabledrive.rig.learning_draws import run_learning_draws
+from cabledrive.rig.learning_samples import run_learning_samples
+from cabledrive.rig.plant_samples import draw_words, run_samples
 from cabledrive.rig.setting import CABLE, DEGREE, Motion, RigOptions, sample_interval
 from cabledrive.rig.tracking import Tracking, told
-from cabledrive.rig.two_laws import judged_apart
 from cabledrive.trajectories import move_limits, peak_demand
 
 PLANTS: dict[str, int | None] = {f"model-{number}": number for number in (1, 2, 3, 4)} | {CABLE: None}
@@ -166,9 +166,9 @@ def over_draws(
     ``loop``: as it begins.
     """
     if loop.controller.name == NAME and loop.controller.own is None and motion.pulses > 1:
-        words = run_learning_draws(loop, wish, options, draws, seed).words
+        words = run_learning_samples(loop, wish, options, draws, seed).words
     else:
-        words = draw_words(run_draws(loop, options, draws, seed))
+        words = draw_words(run_samples(loop, options, draws, seed))
     return words | bound_over_draws(loop)
 
 

@@ -12,7 +12,7 @@ from cabledrive.reduction.averaging import averaged_coefficients
 from cabledrive.reduction.exchange import exchange_period, largest_exchange
 from cabledrive.reduction.threshold import pulley_amplitude
 from cabledrive.simulation import Pluck, Recording, Scheme, SimulationResult, Sine, Start, simulate
-from cabledrive.studies.resonance_referee import (
+from cabledrive.studies.resonance_validation import (
     ForcedCase,
     averaged_motion,
     disagreement,

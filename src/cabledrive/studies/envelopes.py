@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from cabledrive.parameters import NotComputed
 from cabledrive.reduction.averaging import AveragedCoefficients
-from cabledrive.studies.resonance_referee import averaged_history
+from cabledrive.studies.resonance_validation import averaged_history
 
 Complex = NDArray[np.complex128]
 

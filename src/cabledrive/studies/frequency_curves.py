@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from cabledrive.mechanics.chain import Array
 from cabledrive.modal import modes as certified_modes
 from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.studies.crossings import Crossing, crossings
 from cabledrive.studies.following import Follower, Station
 from cabledrive.studies.labels import stamped
-from cabledrive.studies.meetings import Meeting, meetings
 from cabledrive.studies.varied_drive import quantity_of, varied
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def frequency_against(
     -------
     xarray.Dataset
         Over ``mode`` (the curves, numbered by frequency at the smallest value) and ``value``: ``frequency``
-        [Hz], ``family``; over ``value``: ``lowest_transverse`` [Hz]; over ``meeting``: ``meeting_kind``
+        [Hz], ``family``; over ``value``: ``lowest_transverse`` [Hz]; over ``crossing``: ``meeting_kind``
         ("crossing" or "veering"), ``meeting_value``, ``meeting_frequency`` [Hz], ``meeting_gap`` [Hz],
         ``meeting_first`` and ``meeting_second`` (the two curves).
 
@@ -68,7 +68,7 @@ def frequency_against(
         shown=shown,
         curves=curves,
         transverse=[_lowest_transverse(drives[float(value)]) for value in ordered],
-        meetings=[m for m in meetings(follower, path) if set(m.curves) <= set(curves)],
+        crossings=[m for m in crossings(follower, path) if set(m.curves) <= set(curves)],
     )
 
 
@@ -116,7 +116,7 @@ def _dataset(
     shown: list[Station],
     curves: list[int],
     transverse: list[float],
-    meetings: list[Meeting],
+    crossings: list[Crossing],
 ) -> "xr.Dataset":
     import xarray as xr
 
@@ -132,12 +132,12 @@ def _dataset(
             np.array(transverse)[place],
             {"units": "Hz", "long_name": "lowest transverse frequency"},
         ),
-        "meeting_kind": ("meeting", np.array([m.kind for m in meetings], dtype=object)),
-        "meeting_value": ("meeting", np.array([m.value for m in meetings]), {"units": unit}),
-        "meeting_frequency": ("meeting", np.array([m.frequency for m in meetings]), {"units": "Hz"}),
-        "meeting_gap": ("meeting", np.array([m.gap for m in meetings]), {"units": "Hz"}),
-        "meeting_first": ("meeting", np.array([number[m.curves[0]] for m in meetings], dtype=int)),
-        "meeting_second": ("meeting", np.array([number[m.curves[1]] for m in meetings], dtype=int)),
+        "meeting_kind": ("meeting", np.array([m.kind for m in crossings], dtype=object)),
+        "meeting_value": ("meeting", np.array([m.value for m in crossings]), {"units": unit}),
+        "meeting_frequency": ("meeting", np.array([m.frequency for m in crossings]), {"units": "Hz"}),
+        "meeting_gap": ("meeting", np.array([m.gap for m in crossings]), {"units": "Hz"}),
+        "meeting_first": ("meeting", np.array([number[m.curves[0]] for m in crossings], dtype=int)),
+        "meeting_second": ("meeting", np.array([number[m.curves[1]] for m in crossings], dtype=int)),
     }
     coordinates = {
         "mode": np.arange(len(curves)),

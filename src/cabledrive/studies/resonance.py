@@ -17,14 +17,14 @@ from cabledrive.reduction.threshold import (
     threshold_torque,
 )
 from cabledrive.studies.pair_thresholds import CoupledPair, coupled_pairs
-from cabledrive.studies.resonance_standing import (
+from cabledrive.studies.resonance_detuning import (
     BUILD_UP,
     NEAR,
     RESONANT,
     SAFE,
-    Standing,
+    InstabilityMargin,
+    instability_margin,
     split_tunings,
-    standing_of,
 )
 
 __all__ = [
@@ -32,10 +32,10 @@ __all__ = [
     "RESONANT",
     "SAFE",
     "ResonanceSummary",
-    "Standing",
+    "InstabilityMargin",
     "default_torque",
     "resonance",
-    "standing_of",
+    "instability_margin",
 ]
 
 SLACK_SHARE = 0.01
@@ -90,7 +90,7 @@ class ResonanceSummary:
     threshold_here: float | None
     growth_torque: float | None
     coulomb_onset: float | None
-    standing: Standing | None
+    instability: InstabilityMargin | None
     pairs: tuple[Pair, ...]
     coupled: tuple[CoupledPair, ...]
     reasons: tuple[str, ...]
@@ -142,7 +142,7 @@ def resonance(drive: Drive, *, torque: float | None = None, load_torque: float =
     except InputRefused as refusal:
         return _without_pulley_mode(tau, str(refusal))
     model = autoparametric_model(drive, load_torque=load_torque, at_rest=True)
-    standing = standing_of(model, tau)
+    instability = instability_margin(model, tau)
     tuned, missing = _tuned(drive)
     missing = _unreached(drive) | missing
     at_tuning = (
@@ -154,16 +154,16 @@ def resonance(drive: Drive, *, torque: float | None = None, load_torque: float =
         detuning=ratio - 0.5,
         tuned_pretension=tuned,
         threshold_torque=_finite(_tuned_threshold(at_tuning)),
-        verdict=standing.verdict,
+        verdict=instability.verdict,
         pulley_frequency=pulley,
         torque=tau,
         threshold_here=_finite(float(threshold_torque(model))),
         growth_torque=_finite(growth_torque(at_tuning, GROWTH_FACTOR, GROWTH_TIME)) if at_tuning else None,
         coulomb_onset=coulomb_onset_torque(model),
-        standing=standing,
+        instability=instability,
         pairs=resonant_pairs(drive),
         coupled=coupled_pairs(drive, model.natural),
-        reasons=_reasons(drive, model, at_tuning, standing, tau, tuned),
+        reasons=_reasons(drive, model, at_tuning, instability, tau, tuned),
         missing=missing,
         split=split_tunings(model) if load_torque else {},
     )
@@ -223,7 +223,7 @@ def _without_pulley_mode(torque: float, why: str) -> ResonanceSummary:
         threshold_here=None,
         growth_torque=None,
         coulomb_onset=None,
-        standing=None,
+        instability=None,
         pairs=(),
         coupled=(),
         reasons=(f"no 1:2 pair in range: {why}",),
@@ -235,14 +235,14 @@ def _reasons(
     drive: Drive,
     model: AutoparametricModel,
     at_tuning: AutoparametricModel | None,
-    standing: Standing,
+    instability: InstabilityMargin,
     torque: float,
     tuned: float | None,
 ) -> tuple[str, ...]:
     """The verdict in words, and every rule that bears on it."""
-    mode = model.modes[standing.mode]
+    mode = model.modes[instability.mode]
     ends = f"{mode.section[0]:.4g} m to {mode.section[1]:.4g} m"
-    detuned, width = standing.distance / (2 * pi), standing.half_width / (2 * pi)
+    detuned, width = instability.distance / (2 * pi), instability.half_width / (2 * pi)
     found = [
         f"at {torque:.4g} N m and {model.natural / (2 * pi):.4g} Hz (pulley mode): transverse mode "
         f"{mode.number} of the {mode.span} span, {ends}, is detuned from 1:2 by {detuned:.4g} Hz; its "
@@ -263,9 +263,9 @@ def _reasons(
             "the drive file lacks a damping: with an assumed one per cent of critical damping the "
             f"threshold at tuning would be {_guessed_threshold(at_tuning):.4g} N m"
         )
-    if standing.slack:
+    if instability.slack:
         found.append(
-            f"a span goes slack at q = {standing.amplitude:.4g} m before the pulley mode is built up"
+            f"a span goes slack at q = {instability.amplitude:.4g} m before the pulley mode is built up"
         )
     onset = coulomb_onset_torque(model)
     if onset > 0.0:

@@ -11,7 +11,7 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension, autoparametric_model
 from cabledrive.reduction.averaging import AveragedCoefficients, averaged_coefficients
 from cabledrive.reduction.threshold import threshold_torque
-from cabledrive.studies.resonance_standing import CLOSE, SAFE, standing_of
+from cabledrive.studies.resonance_detuning import CLOSE, SAFE, instability_margin
 
 Array = NDArray[np.float64]
 
@@ -82,7 +82,7 @@ def remedies(drive: Drive, torque: float, load_torque: float = 0.0) -> tuple[Rem
     def _safe(trial: Drive) -> bool:
         try:
             return (
-                standing_of(
+                instability_margin(
                     autoparametric_model(trial, load_torque=load_torque, at_rest=True), torque
                 ).verdict
                 == SAFE
@@ -106,7 +106,7 @@ def sensitivity(drive: Drive, torque: float, load_torque: float = 0.0) -> Sensit
     pulley [N m].
     """
     model = autoparametric_model(drive, load_torque=load_torque, at_rest=True)
-    mode = standing_of(model, torque).mode
+    mode = instability_margin(model, torque).mode
     step = 1e-4 * model.pretension
     above, below = (at_pretension(model, model.pretension + sign * step) for sign in (1, -1))
     slope = (above.transverse[mode] - below.transverse[mode]) / (2 * step)

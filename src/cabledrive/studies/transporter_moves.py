@@ -72,7 +72,7 @@ def residual_motion(
     nominal = transporter_of(drive, payload_mass=move.payload_mass, line_length=move.line_length)
     found: list[CarriageRun] = []
     for i, generator in enumerate(np.random.default_rng(seed).spawn(runs)):
-        plant = drawn_transporter(nominal, generator) if drawn else nominal
+        plant = sampled_transporter(nominal, generator) if drawn else nominal
         found.append(move_carriage(drive, law, move=move, plant=plant, seed=seed + i))
     return ResidualMotion(
         law=law,
@@ -81,7 +81,7 @@ def residual_motion(
     )
 
 
-def drawn_transporter(transporter: Transporter, generator: np.random.Generator) -> Transporter:
+def sampled_transporter(transporter: Transporter, generator: np.random.Generator) -> Transporter:
     """A random plant: payload 10 %, line, cable 5 %, friction 6 %, rail 20 %, carriage 2 %, offset 0.3 N."""
     spreads = {
         "payload_mass": 0.10,

@@ -98,8 +98,8 @@ def command(
     from cabledrive.studies.alarm import alarm
     from cabledrive.studies.motion_file import read_motion
     from cabledrive.studies.resonance import resonance
+    from cabledrive.studies.resonance_detuning import BUILD_UP, SAFE
     from cabledrive.studies.resonance_remedies import remedies
-    from cabledrive.studies.resonance_standing import BUILD_UP, SAFE
     from cabledrive.studies.steady_motion import steady_branches
 
     if motion_file is None:

@@ -106,7 +106,7 @@ def command(drive: Drive, log_file: NewFile | None, plant_settings: tuple[str, .
     from cabledrive.app.run_limits import check_run
     from cabledrive.rig import Motion, RigOptions, track
     from cabledrive.rig.log_file import log_text
-    from cabledrive.rig.spoken_options import spoken_blindness, spoken_disturbance
+    from cabledrive.rig.parsed_options import parse_disturbance, parse_encoder_dropout
 
     _check_combination(wish)
     given = click.get_current_context().params
@@ -125,8 +125,8 @@ def command(drive: Drive, log_file: NewFile | None, plant_settings: tuple[str, .
         segments=wish["segments"],
         check_conditions=wish["check_conditions"],
         jitter=wish["jitter"],
-        disturbances=tuple(spoken_disturbance(words) for words in wish["disturbances"]),
-        blind=spoken_blindness(wish["blind"]),
+        disturbances=tuple(parse_disturbance(words) for words in wish["disturbances"]),
+        blind=parse_encoder_dropout(wish["blind"]),
     )
     check_run(actual or drive, motion, options, draws=wish["draws"], cable=wish["plant"] == "cable")
     found = track(
@@ -183,7 +183,7 @@ def _text(drive: Drive, said: dict[str, Any]) -> str:
         lines.append("  the theorem's assumptions do not hold: " + "; ".join(said["broken_assumptions"]))
     if said["interpreted"]:
         lines.append(f"  ran as plain Python, slower: {', '.join(said['interpreted'])}")
-    lines += _circumstances(said)
+    lines += _disturbances(said)
     if "motor_reason" in said:
         lines.append(f"  {said['motor_reason']}")
     if "over_draws" in said:
@@ -198,7 +198,7 @@ def _text(drive: Drive, said: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def _circumstances(said: dict[str, Any]) -> list[str]:
+def _disturbances(said: dict[str, Any]) -> list[str]:
     lines = []
     if said["closed_loop_poles"]:
         poles = ", ".join(

@@ -17,8 +17,8 @@ from cabledrive.identification.tension.from_ping import (
     SEARCHED,
     _channels,
 )
-from cabledrive.identification.tension.heard import Heard, heard_in
-from cabledrive.identification.tension.telling_apart import (
+from cabledrive.identification.tension.prepared_recording import PreparedRecording, prepared_recording
+from cabledrive.identification.tension.span_assignment import (
     LOUDER,
     SPANS,
     apart,
@@ -94,41 +94,41 @@ def tension_of_both(
     if plucked is not None and plucked not in drive.spans:
         raise InputRefused(f'plucked = "{plucked}": {drive.name} has {", ".join(drive.spans)}: choose one')
     name = channel or _channels(log)[0]
-    heard = heard_in(log, drive, name, section)
-    single, pairs = proposals(heard.peaks, heard.teeth, heard.factor, sqrt(SEARCHED))
+    prepared = prepared_recording(log, drive, name, section)
+    single, pairs = proposals(prepared.peaks, prepared.teeth, prepared.factor, sqrt(SEARCHED))
     if single is None:
-        low, high = heard.band
+        low, high = prepared.band
         raise NotComputed(f"{log.source}: {name}: " + NO_TONE.format(low=low, high=high))
-    fitted = _two_families(heard, pairs, plucked)
+    fitted = _two_families(prepared, pairs, plucked)
     errors = (length_error, density_error)
     if fitted is None:
-        one = _fit(heard, single.families)
+        one = _fit(prepared, single.families)
         if one is None:
-            low, high = heard.band
+            low, high = prepared.band
             raise NotComputed(f"{log.source}: {name}: " + NO_TONE.format(low=low, high=high))
-        doubtful = excess(fit=one, family=0, heard=heard) > SPLIT_EXCESS
-        split = _split(heard, single.families[0], one) if doubtful and heard.alike else None
-        if split is None or not apart(heard, split, SPANS):
-            overlapping = split.residual < BETTER * one.residual if split else doubtful and not heard.alike
+        doubtful = excess(fit=one, family=0, prepared=prepared) > SPLIT_EXCESS
+        split = _split(prepared, single.families[0], one) if doubtful and prepared.alike else None
+        if split is None or not apart(prepared, split, SPANS):
+            overlapping = split.residual < BETTER * one.residual if split else doubtful and not prepared.alike
             span = single.families[0].span
-            return of_one_family(heard, log, drive, span, one, overlapping, plucked, errors)
+            return of_one_family(prepared, log, drive, span, one, overlapping, plucked, errors)
         fitted = split
-    return of_two_families(heard, log, drive, fitted, label(heard, fitted, plucked), plucked, errors)
+    return of_two_families(prepared, log, drive, fitted, label(prepared, fitted, plucked), plucked, errors)
 
 
-def _tones(heard: Heard, families: tuple[Family, ...]) -> Tones:
+def _tones(prepared: PreparedRecording, families: tuple[Family, ...]) -> Tones:
     """The tones to begin with: modes that have a peak, and the loudest peaks that belong to none."""
-    rows, explained = [], np.zeros(heard.peaks.frequency.size, dtype=bool)
+    rows, explained = [], np.zeros(prepared.peaks.frequency.size, dtype=bool)
     for place, one in enumerate(families):
-        teeth = heard.factor * heard.teeth[one.span]
-        taken = matched(heard.peaks, one.scale * teeth)
+        teeth = prepared.factor * prepared.teeth[one.span]
+        taken = matched(prepared.peaks, one.scale * teeth)
         taken = taken[:PARTIALS]
         explained[taken[taken >= 0]] = True
         rows += [(place, teeth[k], k + 1) for k in range(PARTIALS) if taken[k] >= 0]
     others = np.flatnonzero(~explained)
-    others = others[np.argsort(heard.peaks.amplitude[others])[::-1][:MOST_OTHERS]]
+    others = others[np.argsort(prepared.peaks.amplitude[others])[::-1][:MOST_OTHERS]]
     scale = [one.scale for one in families] + [1.0] * others.size
-    rows += [(len(families) + k, heard.peaks.frequency[p], 0) for k, p in enumerate(others)]
+    rows += [(len(families) + k, prepared.peaks.frequency[p], 0) for k, p in enumerate(others)]
     family, tooth, number = zip(*rows, strict=True)
     return Tones(
         family=np.array(family, dtype=np.intp),
@@ -140,15 +140,19 @@ def _tones(heard: Heard, families: tuple[Family, ...]) -> Tones:
     )
 
 
-def _fit(heard: Heard, families: tuple[Family, ...], tones: Tones | None = None) -> TonesFit | None:
+def _fit(
+    prepared: PreparedRecording, families: tuple[Family, ...], tones: Tones | None = None
+) -> TonesFit | None:
     """Fit of families, without tones that drown in the noise; None where one of them falls silent."""
-    start = with_decays(heard.values, heard.interval, tones or _tones(heard, families), heard.power)
-    fit = fit_tones(heard.values, heard.interval, start, heard.power)
+    start = with_decays(
+        prepared.values, prepared.interval, tones or _tones(prepared, families), prepared.power
+    )
+    fit = fit_tones(prepared.values, prepared.interval, start, prepared.power)
     clear = fit.amplitude > AUDIBLE * fit.amplitude_error
     if not clear.all():
         if not all(np.any(clear & (fit.tones.family == k)) for k in range(len(families))):
             return None
-        fit = fit_tones(heard.values, heard.interval, fit.tones.only(clear), heard.power)
+        fit = fit_tones(prepared.values, prepared.interval, fit.tones.only(clear), prepared.power)
     return fit if all(_is_a_ping(fit, k) for k in range(len(families))) else None
 
 
@@ -158,17 +162,19 @@ def _is_a_ping(fit: TonesFit, family: int) -> bool:
     return bool(np.sum(own) > 1 or fit.telling[own].any())
 
 
-def _two_families(heard: Heard, pairs: tuple[Proposal, ...], plucked: str | None) -> TonesFit | None:
+def _two_families(
+    prepared: PreparedRecording, pairs: tuple[Proposal, ...], plucked: str | None
+) -> TonesFit | None:
     """The best of some assignments; None where there is none whose families are apart."""
-    tried = [(_fit(heard, pair.families), pair.score) for pair in pairs]
+    tried = [(_fit(prepared, pair.families), pair.score) for pair in pairs]
     clear = [
-        (_criterion(fit, heard.interval) - MISSING_PRICE * score, fit)
+        (_criterion(fit, prepared.interval) - MISSING_PRICE * score, fit)
         for fit, score in tried
-        if fit is not None and apart(heard, fit, SPANS) and not has_tone_below(heard, fit)
+        if fit is not None and apart(prepared, fit, SPANS) and not has_tone_below(prepared, fit)
     ]
     clear.sort(key=lambda one: one[0])
     rivals = [fit for cost, fit in clear if cost < clear[0][0] + CLEARLY]
-    if heard.alike or len(rivals) < 2:
+    if prepared.alike or len(rivals) < 2:
         return clear[0][1] if clear else None
     first, second = rivals[:2]
     if plucked is not None:
@@ -177,14 +183,14 @@ def _two_families(heard: Heard, pairs: tuple[Proposal, ...], plucked: str | None
         if len(rivals) == 1:
             return rivals[0]
     raise NotComputed(
-        f"{heard.channel}: two assignments of the partials fit equally well, {_told(heard, first)} or "
-        f"{_told(heard, second)}: pluck so that more partials are excited, or name the plucked span "
+        f"{prepared.channel}: two assignments of the partials fit equally well, {_told(prepared, first)} or "
+        f"{_told(prepared, second)}: pluck so that more partials are excited, or name the plucked span "
         "(--plucked)"
     )
 
 
-def _told(heard: Heard, fit: TonesFit) -> str:
-    first = [fit.tones.scale[k] * heard.factor * heard.teeth[span][0] for k, span in enumerate(SPANS)]
+def _told(prepared: PreparedRecording, fit: TonesFit) -> str:
+    first = [fit.tones.scale[k] * prepared.factor * prepared.teeth[span][0] for k, span in enumerate(SPANS)]
     return f"first modes at {first[0]:.4g} Hz (upper) and {first[1]:.4g} Hz (lower)"
 
 
@@ -198,15 +204,15 @@ def _criterion(fit: TonesFit, interval: float) -> float:
     return float(samples * np.log(unexplained) + parameters * np.log(samples))
 
 
-def _split(heard: Heard, family: Family, one: TonesFit) -> TonesFit | None:
+def _split(prepared: PreparedRecording, family: Family, one: TonesFit) -> TonesFit | None:
     """Two families in the place of one, less than the spectrum parts; the best of a few beginnings."""
     own = one.tones.family == 0
     lowest = float(one.tones.frequency[own].min())
-    width = (float(np.median(one.tones.decay[own])) / pi + 1.0 / heard.duration) / lowest
+    width = (float(np.median(one.tones.decay[own])) / pi + 1.0 / prepared.duration) / lowest
     loudest = one.tones.number[own][int(np.argmax(one.amplitude[own]))]
     best: TonesFit | None = None
     for share in (0.25, 1.0):
-        fit = _fit(heard, (family, family), _doubled(one.tones, own, share * width))
+        fit = _fit(prepared, (family, family), _doubled(one.tones, own, share * width))
         if fit is None or abs(fit.tones.scale[1] / fit.tones.scale[0] - 1.0) > 4.0 * width:
             continue
         both = all(loudest in fit.tones.number[fit.tones.family == k] for k in (0, 1))

@@ -198,8 +198,8 @@ def _scored(peaks: Peaks, span: str, teeth: Array, scale: float) -> _Scored:
     taken = matched(peaks, scale * teeth)
     explained = np.zeros(peaks.frequency.size, dtype=bool)
     explained[taken[taken >= 0]] = True
-    heard = np.flatnonzero(taken[:PRICED] >= 0)
-    silent = taken[: heard[-1]] < 0 if heard.size else np.ones(1, dtype=bool)
+    prepared = np.flatnonzero(taken[:PRICED] >= 0)
+    silent = taken[: prepared[-1]] < 0 if prepared.size else np.ones(1, dtype=bool)
     price = MISSING * float(silent.sum()) + FIRST_MISSING * float(silent[:1].sum())
     return (
         Family(span=span, scale=float(scale)),

@@ -10,9 +10,9 @@ from cabledrive.identification.estimates import Estimate
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.tension.both_answers import BothTensions, FamilyTension
 from cabledrive.identification.tension.decaying_tones import TonesFit
-from cabledrive.identification.tension.heard import Heard, modes_of
 from cabledrive.identification.tension.partials import Partial
-from cabledrive.identification.tension.telling_apart import SPANS, excess, line_widths
+from cabledrive.identification.tension.prepared_recording import PreparedRecording, modes_of
+from cabledrive.identification.tension.span_assignment import SPANS, excess, line_widths
 from cabledrive.parameters import Drive, NotComputed
 
 QUIET_DEGREES = 12
@@ -20,7 +20,7 @@ QUIET_DEGREES = 12
 
 
 def of_two_families(
-    heard: Heard,
+    prepared: PreparedRecording,
     log: Log,
     drive: Drive,
     fit: TonesFit,
@@ -34,9 +34,9 @@ def of_two_families(
     relative standard errors of length and of mass per length.
     """
     spans = names or SPANS
-    values = _tensions(drive, heard, fit, spans)
+    values = _tensions(drive, prepared, fit, spans)
     order = names or (("looser", "tauter") if values[0] < values[1] else ("tauter", "looser"))
-    families = {order[k]: _family(heard, drive, fit, k, order[k], values[k], errors) for k in (0, 1)}
+    families = {order[k]: _family(prepared, drive, fit, k, order[k], values[k], errors) for k in (0, 1)}
     families = {name: families[name] for name in (SPANS if names else ("tauter", "looser"))}
     first, second = (families[name].tension for name in families)
     mean, torque = _mean_and_torque(drive, first, second, labelled=names is not None)
@@ -55,14 +55,14 @@ def of_two_families(
         labelled=names is not None,
         unidentifiable=lines,
         findings=tuple(_findings(families)),
-        channel=heard.channel,
+        channel=prepared.channel,
         report=log.report,
         drive=drive.name,
     )
 
 
 def of_one_family(
-    heard: Heard,
+    prepared: PreparedRecording,
     log: Log,
     drive: Drive,
     span: str,
@@ -76,19 +76,19 @@ def of_one_family(
     ``span``: whose modes fit it; ``overlapping``: whether two families fit better than one, though less than
     a line width apart; ``errors``: relative standard errors of length and of mass per length.
     """
-    (value,) = _tensions(drive, heard, fit, (span,))
-    name = "heard" if heard.alike and (plucked is None or overlapping) else (plucked or span)
-    name = span if not heard.alike else name
-    one = _family(heard, drive, fit, 0, name, value, errors)
+    (value,) = _tensions(drive, prepared, fit, (span,))
+    name = "heard" if prepared.alike and (plucked is None or overlapping) else (plucked or span)
+    name = span if not prepared.alike else name
+    one = _family(prepared, drive, fit, 0, name, value, errors)
     own = np.flatnonzero(fit.tones.family == 0)
     loudest = own[int(np.argmax(fit.amplitude[own]))]
-    width = float(line_widths(fit, heard.duration)[loudest])
+    width = float(line_widths(fit, prepared.duration)[loudest])
     within = 2.0 * value * width / float(fit.tones.frequency[loudest])
     tone = f"{fit.tones.frequency[loudest]:.4g} Hz, lines {width:.2g} Hz wide"
     if name == "heard":
         one = replace(one, tension=_widened(one.tension, within))
     other = SPANS[1 - SPANS.index(span)]
-    if overlapping and heard.alike:
+    if overlapping and prepared.alike:
         line = (
             f"two families of partials within a line width ({tone}): both tensions lie within {within:.2g} N "
             "and cannot be separated; record longer, or damp one span and record the other alone"
@@ -99,7 +99,7 @@ def of_one_family(
             f"width of them: the {other} span is not identifiable; record longer, or damp one and record "
             "the other alone"
         )
-    elif heard.alike:
+    elif prepared.alike:
         line = (
             f"one family of partials only ({tone}): either only one span vibrates, or both have the same "
             f"tension within {within:.2g} N; pluck the other span and record again"
@@ -114,7 +114,7 @@ def of_one_family(
         labelled=False,
         unidentifiable=(line,),
         findings=tuple(_findings({name: one})),
-        channel=heard.channel,
+        channel=prepared.channel,
         report=log.report,
         drive=drive.name,
     )
@@ -144,7 +144,9 @@ def _findings(families: dict[str, FamilyTension]) -> list[str]:
     return found
 
 
-def _tensions(drive: Drive, heard: Heard, fit: TonesFit, spans: tuple[str, ...]) -> list[float]:
+def _tensions(
+    drive: Drive, prepared: PreparedRecording, fit: TonesFit, spans: tuple[str, ...]
+) -> list[float]:
     """Tensions at which certified modes have the frequencies, both spans keeping their unstretched length.
 
     Where the file gives the distance of the pulleys that length is the one at the mean tension, which is
@@ -157,8 +159,8 @@ def _tensions(drive: Drive, heard: Heard, fit: TonesFit, spans: tuple[str, ...])
         before, values, cable = values, [], trial.cable
         for place, span in zip(lowest, spans, strict=True):
             number = int(tones.number[place])
-            own = float(modes_of(trial, span, heard.section)[number - 1])
-            ratio = float(tones.frequency[place]) / heard.factor / own
+            own = float(modes_of(trial, span, prepared.section)[number - 1])
+            ratio = float(tones.frequency[place]) / prepared.factor / own
             reduced = cable.pretension / (1.0 + cable.prestrain) * ratio**2
             if reduced >= rigidity:
                 raise NotComputed(f"no tension makes mode {number} of the {span} span {ratio * own:.5g} Hz")
@@ -170,7 +172,7 @@ def _tensions(drive: Drive, heard: Heard, fit: TonesFit, spans: tuple[str, ...])
 
 
 def _family(
-    heard: Heard,
+    prepared: PreparedRecording,
     drive: Drive,
     fit: TonesFit,
     family: int,
@@ -185,7 +187,7 @@ def _family(
     freedom = own.size - 1
     chi = float(np.sum((fit.offset[own] / fit.offset_error[own]) ** 2) / freedom) if freedom else 1.0
     error = steep * value * sqrt(fit.scale_covariance[family, family]) / float(fit.tones.scale[family])
-    error *= sqrt(max(1.0, chi) * max(1.0, excess(heard, fit, family)))
+    error *= sqrt(max(1.0, chi) * max(1.0, excess(prepared, fit, family)))
     degrees = freedom if freedom and chi > 1.0 else QUIET_DEGREES
     wider = sqrt(1.0 + ((2.0 * errors[0]) ** 2 + errors[1] ** 2) * (value / error) ** 2)
     half = error * wider * float(stats.t.ppf(0.975, degrees))
@@ -196,7 +198,7 @@ def _family(
             value=value, unit="N", standard_error=error * wider, low=value - half, high=value + half
         ),
         spread=steep * float(np.ptp(relative)),
-        line_width=float(line_widths(fit, heard.duration)[loudest]),
+        line_width=float(line_widths(fit, prepared.duration)[loudest]),
         partials=_partials(fit, family),
     )
 

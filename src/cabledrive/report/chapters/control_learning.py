@@ -13,15 +13,15 @@ from cabledrive.report.context import ReportContext
 from cabledrive.report.figures.control_runs import errors_picture
 from cabledrive.report.numbers import number
 from cabledrive.rig import Motion, RigOptions, Tracking, track
-from cabledrive.rig.causes import causes, in_degrees
 from cabledrive.rig.closed_loop.loop import Loop, close_loop
 from cabledrive.rig.comparison import compared
-from cabledrive.rig.draws import run_draws
+from cabledrive.rig.error_budget import causes, in_degrees
 from cabledrive.rig.expected_bound import PARTS, bound_over_draws
 from cabledrive.rig.laws.baselines import FEEDFORWARDS
 from cabledrive.rig.laws.fitting import fitted_encoders
 from cabledrive.rig.laws.registry import design
-from cabledrive.rig.learning_draws import run_learning_draws
+from cabledrive.rig.learning_samples import run_learning_samples
+from cabledrive.rig.plant_samples import run_samples
 from cabledrive.rig.trial import wish_for
 
 PLACE = 720
@@ -161,9 +161,9 @@ def _learnt(said: dict[str, Any]) -> Table:
 
 
 def _draws(drive: Drive, loop: Loop) -> Table:
-    plain = run_draws(loop, RigOptions(), DRAWS, 1)
+    plain = run_samples(loop, RigOptions(), DRAWS, 1)
     wish = wish_for(drive, TWO, best=True)
-    said = run_learning_draws(_loop(drive, "darc-indirect", TWO), wish, RigOptions(), DRAWS, 1).words
+    said = run_learning_samples(_loop(drive, "darc-indirect", TWO), wish, RigOptions(), DRAWS, 1).words
     peak, own = plain.degrees("peak"), plain.degrees("own_peak")
     rows = (
         ("damping-aware, one pulse", *(f"{v:.3f}" for v in (np.median(peak), peak.max(), own.max()))),

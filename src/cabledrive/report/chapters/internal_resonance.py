@@ -61,7 +61,7 @@ def chapter(context: ReportContext) -> Chapter:
                 "verdict is for a torque at the pulley mode's frequency: the torque limit of the "
                 "motor, else one hundredth of the slack torque."
             ),
-            _standings(found),
+            _instabilities(found),
         ),
         sections=() if rig is None else (_parameters(rig), *_responses(rig), _steady(rig), _motions(rig)),
         methods=(
@@ -81,7 +81,7 @@ def _headline(found: list[tuple[Drive, ResonanceSummary]]) -> str:
     return f"of {len(found)} machines {said}, each at the torque named there."
 
 
-def _standings(found: list[tuple[Drive, ResonanceSummary]]) -> Table:
+def _instabilities(found: list[tuple[Drive, ResonanceSummary]]) -> Table:
     return Table(
         caption="Detuning of each machine from its internal resonance.",
         columns=(
@@ -92,13 +92,13 @@ def _standings(found: list[tuple[Drive, ResonanceSummary]]) -> Table:
             Column(title="Threshold, tuned", unit="N m", numeric=True),
             Column(title="Torque", unit="N m", numeric=True),
         ),
-        groups=(RowGroup(rows=tuple(_standing(drive, summary) for drive, summary in found)),),
+        groups=(RowGroup(rows=tuple(_instability(drive, summary) for drive, summary in found)),),
         note="Ratio: lowest transverse mode of an empty span over the pulley mode; 1/2 is the resonance. "
         "The threshold is zero where the drive file gives the pulley mode or the cable no damping.",
     )
 
 
-def _standing(drive: Drive, found: ResonanceSummary) -> tuple[Cell, ...]:
+def _instability(drive: Drive, found: ResonanceSummary) -> tuple[Cell, ...]:
     shown = (found.frequency_ratio, found.tuned_pretension, found.threshold_torque)
     numbers = ["none" if value is None else number(value) for value in shown]
     return (drive.name, found.verdict, *numbers, number(found.torque))
@@ -111,7 +111,7 @@ def _figure(name: str, picture: Picture, alt: str, caption: str) -> Figure:
 def _parameters(rig: Drive) -> Section:
     damped = tuned_drive(rig)
     growth = growth_map(damped, torque=TORQUE)
-    referee = spot_check_line(spot_checks(damped, growth, np.random.default_rng(SEED)))
+    validation = spot_check_line(spot_checks(damped, growth, np.random.default_rng(SEED)))
     blocks: tuple[Block, ...] = (
         _figure(
             "resonance-surfaces",
@@ -136,7 +136,7 @@ def _parameters(rig: Drive) -> Section:
             f"Growth of a small pluck in {number(growth.duration)} s: contours of 1.5, 3 and 10 times. "
             "Dashed: threshold. Ring: the forced response below. "
             f"Dampings of {number(GAMMA)} 1/s across and {number(PULLEY_DAMPING)} 1/s of the pulley mode "
-            f"are estimates. {referee}",
+            f"are estimates. {validation}",
         ),
     )
     return Section(title="When", anchor="resonance-when", blocks=blocks)

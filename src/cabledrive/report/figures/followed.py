@@ -45,7 +45,7 @@ def followed_picture(
         ends = [_draw_curve(axes, values, data, curve) for curve in range(data.sizes["mode"])]
         if across:
             ends.append(_draw_across(axes, values, data, unit, narrow))
-        _draw_meetings(axes, data, scale, "" if narrow else unit)
+        _draw_crossings(axes, data, scale, "" if narrow else unit)
         axes.set_xlim(values[0], values[-1])
         if logarithmic:
             log_axis(axes, "x", 230.0 if narrow else 560.0)
@@ -90,7 +90,7 @@ def _draw_curve(axes: "Axes", x: Array, data: "xr.Dataset", curve: int) -> tuple
     return frequency[-1], short_family(families[-1]), family_colour(families[-1])
 
 
-def _draw_meetings(axes: "Axes", data: "xr.Dataset", scale: float, unit: str) -> None:
+def _draw_crossings(axes: "Axes", data: "xr.Dataset", scale: float, unit: str) -> None:
     """A ring where two curves come together; its place in words where there is room for them."""
     for kind, value, frequency in zip(
         data["meeting_kind"].to_numpy(),

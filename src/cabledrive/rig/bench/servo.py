@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.identification.logs.log import Log
-from cabledrive.reduction.friction_march import chain_numbers
-from cabledrive.rig.bench.servo_kernels import march_servo
+from cabledrive.reduction.friction_integration import chain_numbers
+from cabledrive.rig.bench.servo_kernels import integrate_servo
 from cabledrive.rig.bench.virtual_rig import VirtualRig, friction_and_gaps, log_from
 
 Array = NDArray[np.float64]
@@ -63,7 +63,7 @@ def run_servo(
     quantum = 2 * pi / rig.encoders["angle"]
     gains = (inertia * omega**2, 2 * servo.damping * inertia * omega)
     torque, angles = np.empty((samples, oversampling)), np.empty((samples, rig.chain.size))
-    march_servo(
+    integrate_servo(
         chain_numbers(rig.chain, gaps=gaps, law=law),
         np.array([*gains, follow, quantum, phases["angle"], pole, most]),
         np.ascontiguousarray(reference),

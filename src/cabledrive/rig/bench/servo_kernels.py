@@ -7,11 +7,11 @@ import numpy as np
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import njit
 from cabledrive.reduction.chain_kernels import step
-from cabledrive.reduction.row_motion_kernels import COULOMB, EXCESS, SLOPE, ChainNumbers
+from cabledrive.reduction.chain_motion_kernels import COULOMB, EXCESS, SLOPE, ChainNumbers
 
 
 @njit
-def march_servo(
+def integrate_servo(
     c: ChainNumbers,
     loop: Array,
     reference: Array,

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from cabledrive.identification.logs.log import DataReport, Log
 from cabledrive.parameters import InputRefused
-from cabledrive.reduction.friction_march import FrictionLaw, march_chain, march_rigid_axis
+from cabledrive.reduction.friction_integration import FrictionLaw, integrate_chain, integrate_rigid_axis
 from cabledrive.reduction.lumped_chain import LumpedChain
 
 Array = NDArray[np.float64]
@@ -155,11 +155,11 @@ def _angles(rig: VirtualRig, torque: Array, fine: float) -> Array:
     n = rig.chain.size
     if n == 1 and flaws.stribeck_excess == 0.0:
         values = [x[0] for x in (rig.chain.inertias, rig.chain.viscous, rig.chain.coulomb, rig.chain.offsets)]
-        speeds, _ = march_rigid_axis(np.array(values), torque, fine, slope=flaws.smooth_slope)
+        speeds, _ = integrate_rigid_axis(np.array(values), torque, fine, slope=flaws.smooth_slope)
         middle = 0.5 * (speeds[1:] + speeds[:-1]) * fine
         return np.concatenate([[0.0], np.cumsum(middle)])[:, None]
     law, gaps = friction_and_gaps(rig)
-    return march_chain(rig.chain, torque, fine, law=law, gaps=gaps).angles
+    return integrate_chain(rig.chain, torque, fine, law=law, gaps=gaps).angles
 
 
 def friction_and_gaps(rig: VirtualRig) -> tuple[FrictionLaw, tuple[float, ...]]:

@@ -12,9 +12,9 @@ from cabledrive.modal import modes, natural_frequencies
 from cabledrive.parameters import Drive, InputRefused, Lumped
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.quality import with_measured_stiffness
-from cabledrive.rig.circumstances import current_rate
 from cabledrive.rig.closed_loop.cable_kernels import CableNumbers, run_cable_loop
 from cabledrive.rig.closed_loop.loop_numbers import Array, LoopState, RigNumbers
+from cabledrive.rig.disturbances import current_rate
 from cabledrive.rig.setting import RigOptions
 from cabledrive.simulation import Recording, Scheme, Start
 from cabledrive.simulation.case import Case, case_of

@@ -12,17 +12,6 @@ from cabledrive.parameters import Drive
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.models import highest_model, lumped_model
 from cabledrive.reduction.reflected import reflected
-from cabledrive.rig.circumstances import (
-    blind_encoder,
-    control_delay,
-    current_rate,
-    disturbing_torques,
-    encoder_phases,
-    free_play,
-    late_samples,
-    slack_twist,
-    torque_limit,
-)
 from cabledrive.rig.closed_loop.by_sample import run_by_sample
 from cabledrive.rig.closed_loop.cable_plant import CablePlant, cable_plant, run_cable
 from cabledrive.rig.closed_loop.kink_kernels import KinkNumbers
@@ -33,6 +22,17 @@ from cabledrive.rig.closed_loop.own_loop import run_own
 from cabledrive.rig.closed_loop.own_plant import OwnPlant, PlantProtocol
 from cabledrive.rig.closed_loop.plant_kernels import PlantNumbers
 from cabledrive.rig.closed_loop.user_plant import user_plant
+from cabledrive.rig.disturbances import (
+    control_delay,
+    current_rate,
+    disturbing_torques,
+    encoder_dropout,
+    encoder_phases,
+    free_play,
+    late_samples,
+    slack_twist,
+    torque_limit,
+)
 from cabledrive.rig.laws.controllers import Controller
 from cabledrive.rig.laws.fitting import fit_observer, fitted_encoders, load_gear
 from cabledrive.rig.setting import Motion, RigOptions, sample_interval
@@ -189,7 +189,7 @@ def close_loop(
         jitter=late_samples(options, interval, samples, generator),
         forces=disturbing_torques(options, interval, samples),
         first_end=round(2.0 * (motion.rise + motion.dwell) / interval),
-        blind=blind_encoder(plant_drive, options, interval, shown),
+        blind=encoder_dropout(plant_drive, options, interval, shown),
     )
     links = (free_play(plant_drive, chain), slack_twist(plant_drive, chain))
     if own_plant is not None:  # nothing is known of its links

@@ -13,9 +13,9 @@ from cabledrive.control.flat_output import flat_output
 from cabledrive.control.kalman import KalmanTuning, Sampling, kalman_filter
 from cabledrive.reduction.lumped_chain import LumpedChain, natural_frequencies_of
 from cabledrive.reduction.models import FLEXIBLE_JOINT, highest_model
-from cabledrive.rig.circumstances import control_delay, current_rate, torque_limit
 from cabledrive.rig.closed_loop.linear_loop import assembled
 from cabledrive.rig.closed_loop.plant import plant_numbers
+from cabledrive.rig.disturbances import control_delay, current_rate, torque_limit
 from cabledrive.rig.laws.controllers import Controller, Wish, chain_law
 from cabledrive.rig.laws.filter_tuning import filter_chain, read_encoders, tuning_by_uncertainty
 from cabledrive.rig.laws.fitting import law_shafts, place

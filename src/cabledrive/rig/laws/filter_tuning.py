@@ -6,9 +6,9 @@ from cabledrive.control.kalman import KalmanTuning
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.models import highest_model
 from cabledrive.rig.closed_loop.loop_numbers import Array
-from cabledrive.rig.draws import Spreads
 from cabledrive.rig.laws.controllers import Wish, own_filter
 from cabledrive.rig.laws.fitting import fitted_encoders, law_shafts
+from cabledrive.rig.plant_samples import Spreads
 
 
 def filter_chain(wish: Wish, number: int) -> LumpedChain:

@@ -13,8 +13,8 @@ from cabledrive.control.momentum_sum import MotorEstimate, acting_torque, estima
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.models import highest_model
-from cabledrive.rig.circumstances import control_delay, current_rate
 from cabledrive.rig.closed_loop.loop import Loop, Run, run
+from cabledrive.rig.disturbances import control_delay, current_rate
 from cabledrive.rig.laws.best_gains import damped_law
 from cabledrive.rig.laws.controllers import Controller, Wish, chain_law
 from cabledrive.rig.laws.fitting import fit_observer

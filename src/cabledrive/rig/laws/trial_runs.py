@@ -20,8 +20,8 @@ from cabledrive.reduction.models import highest_model
 from cabledrive.rig.closed_loop.loop import close_loop, run
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
 from cabledrive.rig.closed_loop.other_plants import with_plant
-from cabledrive.rig.draws import Spreads
 from cabledrive.rig.laws.controllers import Controller, Wish
+from cabledrive.rig.plant_samples import Spreads
 from cabledrive.rig.setting import RigOptions
 
 TORQUE_SHARE, STEP = 1.0 / 3.0, 0.8

@@ -13,9 +13,9 @@ from cabledrive.rig.laws.controllers import Controller
 from cabledrive.rig.setting import Motion
 from cabledrive.studies.study.candidates import lost
 from cabledrive.studies.study.closed_loop import joined_loop, with_values
-from cabledrive.studies.study.drawn_plants import drawn_plant
 from cabledrive.studies.study.knowledge_stage import Knowledge
 from cabledrive.studies.study.lasting_runs import quantile_of_all
+from cabledrive.studies.study.sampled_plants import sampled_plant
 from cabledrive.studies.study.stage_cache import StageCache
 
 BLOCK, CABLE_BLOCK = 50, 5
@@ -24,7 +24,7 @@ KEPT = 400
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class DrawBlock:
+class SampleBlock:
     """Runs on some plants.
 
     Attributes
@@ -137,13 +137,13 @@ def accept(
     loop = joined_loop(drive, drive, law, motion, torque, cable=cable)
     cache = cache if law.own is None else replace(cache, folder=None)
     plant, size = ("cable", CABLE_BLOCK) if cable else ("lumped", BLOCK)
-    blocks: list[DrawBlock] = []
+    blocks: list[SampleBlock] = []
     for first in range(0, draws, size):
         last = min(first + size, draws)
         blocks.append(
             cache.staged(
                 f"acceptance-{plant}-{law.name}-{first:05d}",
-                DrawBlock,
+                SampleBlock,
                 {**inputs, "first": first, "last": last},
                 _block(loop, drive, known, seed, range(first, last)),
             )
@@ -154,14 +154,14 @@ def accept(
     return _summed(loop, drive, known, seed, blocks, bound, error, plant)
 
 
-def _misses(blocks: list[DrawBlock], error: float) -> int:
+def _misses(blocks: list[SampleBlock], error: float) -> int:
     return sum(peak is None or peak > error for block in blocks for peak in block.peaks)
 
 
-def _block(loop: Loop, drive: Drive, known: Knowledge, seed: int, draws: range) -> Callable[[], DrawBlock]:
-    def compute() -> DrawBlock:
+def _block(loop: Loop, drive: Drive, known: Knowledge, seed: int, draws: range) -> Callable[[], SampleBlock]:
+    def compute() -> SampleBlock:
         def one(draw: int) -> tuple[float | None, float | None, float]:
-            values, phases = drawn_plant(
+            values, phases = sampled_plant(
                 known.quantities, len(loop.rig.phases), seed, draw, known.correlations
             )
             moved = with_values(loop, drive, values, phases)
@@ -175,7 +175,7 @@ def _block(loop: Loop, drive: Drive, known: Knowledge, seed: int, draws: range) 
 
         with ThreadPoolExecutor(2) as pool:
             peaks, torques, saturated = zip(*pool.map(one, draws), strict=True)
-        return DrawBlock(peaks=peaks, torques=torques, saturated=saturated)
+        return SampleBlock(peaks=peaks, torques=torques, saturated=saturated)
 
     return compute
 
@@ -185,7 +185,7 @@ def _summed(
     drive: Drive,
     known: Knowledge,
     seed: int,
-    blocks: list[DrawBlock],
+    blocks: list[SampleBlock],
     bound: float | None,
     error: float | None,
     plant: str,
@@ -212,7 +212,7 @@ def _summed(
 
 
 def _worst(loop: Loop, drive: Drive, known: Knowledge, seed: int, draw: int) -> WorstCase:
-    values, phases = drawn_plant(known.quantities, len(loop.rig.phases), seed, draw, known.correlations)
+    values, phases = sampled_plant(known.quantities, len(loop.rig.phases), seed, draw, known.correlations)
     moved = with_values(loop, drive, values, phases)
     done = run(moved)
     n, rig = moved.chain.size, moved.rig

@@ -18,10 +18,10 @@ from cabledrive.studies.study.carriage_case import (
     torque_of,
     whole_run,
 )
-from cabledrive.studies.study.drawn_plants import drawn_plant
 from cabledrive.studies.study.goals import Goals
 from cabledrive.studies.study.lasting_runs import quantile_of_all
 from cabledrive.studies.study.machine import Quantity
+from cabledrive.studies.study.sampled_plants import sampled_plant
 from cabledrive.studies.study.stage_cache import StageCache
 
 BLOCK = 25
@@ -150,7 +150,7 @@ def _block(
     case: CarriageCase, loop: CarriageLoop, quantities: Mapping[str, Quantity], draws: range
 ) -> Callable[[], CarriageBlock]:
     def one(draw: int) -> tuple[float, float, float, float, float, bool]:
-        values, phases = drawn_plant(quantities, 2, case.goals.seed, draw)
+        values, phases = sampled_plant(quantities, 2, case.goals.seed, draw)
         log = whole_run(case, loop, values, phases)
         off, standing = np.abs(errors(case, log)).max(axis=0), case.standing[: len(log)]
         rest = float(off[standing].max()) if standing.any() else 0.0
@@ -198,7 +198,7 @@ def _summed(
 def _worst(
     case: CarriageCase, loop: CarriageLoop, quantities: Mapping[str, Quantity], draw: int
 ) -> CarriageWorst:
-    values, phases = drawn_plant(quantities, 2, case.goals.seed, draw)
+    values, phases = sampled_plant(quantities, 2, case.goals.seed, draw)
     log = whole_run(case, loop, values, phases)
     both = errors(case, log)
     error = both[int(np.argmax(np.abs(both).max(axis=1)))]

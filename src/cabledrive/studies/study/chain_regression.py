@@ -24,11 +24,11 @@ from cabledrive.studies.study.machine import FRICTIONS, LOAD_FRICTIONS, SIGNED, 
 from cabledrive.studies.study.spring_regression import (
     LoadFits,
     around,
+    identify_cable,
+    identify_joint,
     load_fits,
     moving,
     quick_speed,
-    tell_cable,
-    tell_joint,
 )
 
 Array = NDArray[np.float64]
@@ -45,7 +45,7 @@ NAMES = ("near_inertia", "load_inertia", "viscous_friction", "coulomb_friction",
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Told:
+class RegressionResult:
     """What logs say of some quantities.
 
     Attributes
@@ -78,7 +78,7 @@ def whole_drive(log: Log) -> bool:
     return all(name in log.channels for name in CHANNELS)
 
 
-def tell(logs: Sequence[Log], drive: Drive) -> Told:
+def identify_chain(logs: Sequence[Log], drive: Drive) -> RegressionResult:
     """Identify a whole drive from logs that show motor and load.
 
     ``logs``: for which `whole_drive` holds; ``drive``: for radii, and the split of the near inertia between
@@ -101,21 +101,21 @@ def tell(logs: Sequence[Log], drive: Drive) -> Told:
     found = {name: interval for name, interval in found.items() if name not in weak}
     found, negative = _possible(found)
     words += negative
-    told, negative = _possible(tell_cable(load, drive, found))
-    found |= told
+    result, negative = _possible(identify_cable(load, drive, found))
+    found |= result
     words += negative
     if "cable_stiffness" not in found and "load_inertia" in found:
         words += ("the cable's stiffness is not determined: the load never turns against the drive pulley",)
     if has_flexible_joint(drive) and {"near_inertia", "load_inertia"} <= set(found):
-        told, negative = _possible(tell_joint(logs, drive, found))
-        found |= told
+        result, negative = _possible(identify_joint(logs, drive, found))
+        found |= result
         words += negative
         if "joint_stiffness" not in found:
             words += (
                 "the motor joint's stiffness is not determined: its twist is within the encoders' counts",
             )
     residual = middle.residual / middle.scale if middle.scale else 1.0
-    return Told(
+    return RegressionResult(
         intervals=found,
         correlations=of_intervals(middle, found),
         undetermined=words,

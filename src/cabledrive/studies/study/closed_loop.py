@@ -13,9 +13,9 @@ from cabledrive.control.kalman import QUIET
 from cabledrive.control.reference import flat_reference
 from cabledrive.parameters import Drive
 from cabledrive.reduction.models import FLEXIBLE_JOINT
-from cabledrive.rig.circumstances import free_play
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, plant_chain
 from cabledrive.rig.closed_loop.other_plants import with_plant
+from cabledrive.rig.disturbances import free_play
 from cabledrive.rig.laws.controllers import DAMPED_SHARE, Controller, own_filter
 from cabledrive.rig.laws.fitting import fitted_encoders, law_shafts
 from cabledrive.rig.setting import Motion, RigOptions

@@ -8,13 +8,13 @@ from cabledrive.identification.estimates import Identification
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.one_log import IdentifyOptions, identify
 from cabledrive.parameters import Drive, InputRefused, NotComputed
-from cabledrive.rig.circumstances import control_delay, current_rate
-from cabledrive.studies.study.chain_regression import tell, whole_drive, with_torque_at
+from cabledrive.rig.disturbances import control_delay, current_rate
+from cabledrive.studies.study.chain_regression import identify_chain, whole_drive, with_torque_at
 from cabledrive.studies.study.correlations import Correlation, among, of_an_axis
 from cabledrive.studies.study.datasheet_bounds import by_datasheet
-from cabledrive.studies.study.drawn_plants import drawn_plant
 from cabledrive.studies.study.log_replay import Replay, replay
 from cabledrive.studies.study.machine import GOAL, LOAD_FRICTIONS, LOG, WORDS, Quantity, drive_with
+from cabledrive.studies.study.sampled_plants import sampled_plant
 
 UNLISTED = (*LOAD_FRICTIONS, "backlash")
 """What data sheets leave out: where the log bounds it less closely than assumed, nothing is said."""
@@ -127,11 +127,11 @@ def known_drive(drive: Drive, knowledge: Knowledge) -> Drive:
 
 def _by_regression(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]) -> Knowledge:
     try:
-        told = tell(logs, drive)
+        result = identify_chain(logs, drive)
     except InputRefused as refusal:
-        return _told_nothing(known, str(refusal))
-    fresh, words = dict(known), told.undetermined
-    for name, (value, low, high) in told.intervals.items():
+        return _without_result(known, str(refusal))
+    fresh, words = dict(known), result.undetermined
+    for name, (value, low, high) in result.intervals.items():
         sheet = known[name]
         apart = low > sheet.high or high < sheet.low
         if high - low > sheet.high - sheet.low and not apart:
@@ -142,21 +142,21 @@ def _by_regression(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]
                 )
         else:
             fresh[name] = replace(known[name], value=value, low=low, high=high, source=LOG)
-    fresh |= _quiet(fresh, told.residual_torque)
+    fresh |= _quiet(fresh, result.residual_torque)
     machine = drive_with(drive, {name: quantity.value for name, quantity in fresh.items()})
-    correlations = among(told.correlations, fresh)
-    likely = [drive_with(drive, drawn_plant(fresh, 0, 0, draw, correlations)[0]) for draw in range(LIKELY)]
-    replays = tuple(replay(with_torque_at(log, told.lag), machine, likely=likely) for log in logs)
-    findings = _against_the_datasheet(fresh, known) + _late_words(told.lag, drive, logs)
+    correlations = among(result.correlations, fresh)
+    likely = [drive_with(drive, sampled_plant(fresh, 0, 0, draw, correlations)[0]) for draw in range(LIKELY)]
+    replays = tuple(replay(with_torque_at(log, result.lag), machine, likely=likely) for log in logs)
+    findings = _against_the_datasheet(fresh, known) + _late_words(result.lag, drive, logs)
     return Knowledge(
         quantities=fresh,
         undetermined=words,
         open_names=tuple(name for name in ESSENTIAL if fresh[name].source != LOG),
         findings=findings + tuple(one.words for one in replays if one.contradicts),
         replays=replays,
-        residual=told.residual,
-        method=f"sum of torques, load's own equation and twist of the joint; {100 * told.kept:.0f} % of the "
-        "samples could be used",
+        residual=result.residual,
+        method="sum of torques, equation of the load and twist of the joint; "
+        f"{100 * result.kept:.0f} % of the samples could be used",
         correlations=correlations,
     )
 
@@ -185,11 +185,11 @@ def _as_one_axis(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]) 
     try:
         found = identify(list(logs), IdentifyOptions(), method="inverse-dynamics")
     except (InputRefused, NotComputed) as failure:
-        return _told_nothing(known, str(failure))
+        return _without_result(known, str(failure))
     wrong = list(found.findings) if found.refused else []
-    fresh, told = dict(known), found.identifiable and not wrong
+    fresh, result = dict(known), found.identifiable and not wrong
     together: tuple[Correlation, ...] = ()
-    if told and "inertia" in found.parameters:
+    if result and "inertia" in found.parameters:
         parts = _shares_of_the_axis(drive, known)
         fresh |= _rigid_quantities(found, known, parts)
         together = of_an_axis(found, parts, fresh)
@@ -232,7 +232,7 @@ def _rigid_quantities(
     return fresh
 
 
-def _told_nothing(known: dict[str, Quantity], why: str) -> Knowledge:
+def _without_result(known: dict[str, Quantity], why: str) -> Knowledge:
     return Knowledge(
         quantities=known,
         undetermined=(why,),

@@ -20,8 +20,8 @@ from cabledrive.rig.setting import Motion
 from cabledrive.rig.trial import wish_for
 from cabledrive.studies.study.closed_loop import joined_loop, make_law, near_encoder, with_values
 from cabledrive.studies.study.controller_stage import ControllerResult
-from cabledrive.studies.study.drawn_plants import drawn_plant
 from cabledrive.studies.study.knowledge_stage import Knowledge
+from cabledrive.studies.study.sampled_plants import sampled_plant
 
 SETTINGS: dict[str, tuple[float, ...]] = {
     "pd": (2.0, 5.0, 8.0, 11.0, 15.0, 20.0, 30.0, 45.0),
@@ -165,7 +165,7 @@ def _worst(
 
 
 def _error(loop: Loop, drive: Drive, known: Knowledge, draw: int) -> float:
-    values, phases = drawn_plant(
+    values, phases = sampled_plant(
         known.quantities, len(loop.rig.phases), TUNING_SEED, draw, known.correlations
     )
     done = run(with_values(loop, drive, values, phases), log=False)

@@ -23,10 +23,10 @@ from cabledrive.identification.filters import zero_phase
 from cabledrive.identification.logs.log import Log
 from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.parameters import Drive, NotComputed
-from cabledrive.reduction.friction_march import march_chain
+from cabledrive.reduction.friction_integration import integrate_chain
 from cabledrive.reduction.models import highest_model
-from cabledrive.rig.circumstances import free_play
 from cabledrive.rig.closed_loop.loop import plant_chain
+from cabledrive.rig.disturbances import free_play
 from cabledrive.rig.laws.fitting import load_gear, place
 
 Array = NDArray[np.float64]
@@ -130,7 +130,7 @@ def _moved(drive: Drive, torque: Array, interval: float) -> Array | None:
     chain = plant_chain(drive, highest_model(drive))
     gaps = (free_play(drive, chain), *(0.0,) * (chain.size - 2))
     try:
-        return march_chain(chain, torque, interval, gaps=gaps, substeps=4, hold="line").angles
+        return integrate_chain(chain, torque, interval, gaps=gaps, substeps=4, hold="line").angles
     except NotComputed:
         return None
 

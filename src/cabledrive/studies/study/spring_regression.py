@@ -82,7 +82,7 @@ def load_fits(logs: Sequence[Log], drive: Drive) -> LoadFits | None:
     return LoadFits(fits=tuple(fits))
 
 
-def tell_cable(load: LoadFits | None, drive: Drive, found: dict[str, Interval]) -> dict[str, Interval]:
+def identify_cable(load: LoadFits | None, drive: Drive, found: dict[str, Interval]) -> dict[str, Interval]:
     """Stiffness and damping of a span and friction of the load, from the load's equation and inertia.
 
     ``found``: what the sum of torques told.
@@ -94,21 +94,21 @@ def tell_cable(load: LoadFits | None, drive: Drive, found: dict[str, Interval]) 
     radius, spans = drive.drive_pulley.radius, len(drive.spans)
     inertia, low, high = found["load_inertia"]
     spread = 0.5 * (high - low) / inertia
-    told = {}
+    result = {}
     for name, unit in (("viscous", inertia), ("coulomb", inertia / gear)):
         value, half = load.of(name)
         whole = abs(value) * spread + half
-        told[f"load_{name}_friction"] = (unit * value, unit * (value - whole), unit * (value + whole))
+        result[f"load_{name}_friction"] = (unit * value, unit * (value - whole), unit * (value + whole))
     beta, half = load.of("beta")
     if beta <= 0.0 or half > CERTAIN * beta:
-        return told
+        return result
     stiffness = beta * inertia / gear**2 / (spans * radius**2)
-    told["cable_stiffness"] = around("cable_stiffness", stiffness, stiffness * (spread + half / beta))
+    result["cable_stiffness"] = around("cable_stiffness", stiffness, stiffness * (spread + half / beta))
     gamma, half = load.of("gamma")
     if gamma > 0.0 and half < 0.5 * gamma:
         damping = gamma * inertia / gear**2 / (spans * radius)
-        told["cable_damping"] = around("cable_damping", damping, damping * (spread + half / gamma))
-    return told
+        result["cable_damping"] = around("cable_damping", damping, damping * (spread + half / gamma))
+    return result
 
 
 def _load_rows(log: Log, near: str, gear: float, band: float) -> Factors | None:
@@ -151,7 +151,7 @@ def moving(quick: Array, interval: float, band: float) -> NDArray[np.bool_]:
     return np.asarray(np.convolve(np.abs(quick) < SLOW, np.ones(reach), "same") <= 0.5)
 
 
-def tell_joint(
+def identify_joint(
     logs: Sequence[Log], drive: Drive, found: dict[str, tuple[float, float, float]]
 ) -> dict[str, tuple[float, float, float]]:
     """Stiffness and damping of the joint: its twist against the torque that passes it.
@@ -177,14 +177,14 @@ def tell_joint(
     half_free = 2.0 * float(values[0][1][3]) + float(np.max(np.abs(free - free[0])))
     stiffness = 1.0 / float(compliance[0])
     relative = float(half / compliance[0])
-    told = {"joint_stiffness": around("joint_stiffness", stiffness, stiffness * relative)}
+    result = {"joint_stiffness": around("joint_stiffness", stiffness, stiffness * relative)}
     play = around("backlash", float(free[0]), half_free)
-    told["backlash"] = (0.0, 0.0, 0.0) if play[2] < _fine(drive) else play
+    result["backlash"] = (0.0, 0.0, 0.0) if play[2] < _fine(drive) else play
     dampings = np.array([-v[1] for v, _ in values]) * stiffness**2
     rub = float(values[0][1][1] * stiffness**2 + np.max(np.abs(dampings - dampings[0])))
     if dampings[0] > 0.0 and rub < 0.5 * dampings[0]:
-        told["joint_damping"] = around("joint_damping", float(dampings[0]), rub)
-    return told
+        result["joint_damping"] = around("joint_damping", float(dampings[0]), rub)
+    return result
 
 
 def _fine(drive: Drive) -> float:

@@ -19,7 +19,7 @@ FIRST = 50
 NEAR = 1.5
 """Over the smallest error on these: laws up to it are run to the end where there is no goal."""
 LINE = "the cable plant is a loop round two pulleys, this drive is a line"
-FREE_PLAY = "the distributed cable does not support motor.backlash"
+BACKLASH = "the distributed cable does not support motor.backlash"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -156,7 +156,7 @@ def _no_cable(trial: Trial) -> str:
     if trial.drive.kind != "loop":
         return LINE
     motor = trial.drive.motor
-    return FREE_PLAY if motor is not None and motor.backlash > 0.0 else ""
+    return BACKLASH if motor is not None and motor.backlash > 0.0 else ""
 
 
 def _scored(setting: LawSetting, result: AcceptanceResult, goal: float | None) -> LawScore:

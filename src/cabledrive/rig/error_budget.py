@@ -18,7 +18,7 @@ FINE = 1e-4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Cause:
+class ErrorSource:
     """Peaks over encoder phases with one cause away.
 
     Attributes
@@ -34,14 +34,16 @@ class Cause:
     own_peaks: Array
 
 
-def causes(drive: Drive, name: str, motion: Motion, seeds: int, *, gains: str = "best") -> list[Cause]:
+def causes(drive: Drive, name: str, motion: Motion, seeds: int, *, gains: str = "best") -> list[ErrorSource]:
     """Peaks of a law with nothing, then with one cause after another taken away.
 
     ``name``: of the law; ``seeds``: encoder phases to draw; the same for every cause; ``gains``, {"best",
     "printed"}.
     """
     best = gains == "best"
-    return [Cause(away=away, **_peaks(loop, seeds)) for away, loop in _without(drive, name, motion, best)]
+    return [
+        ErrorSource(away=away, **_peaks(loop, seeds)) for away, loop in _without(drive, name, motion, best)
+    ]
 
 
 def _without(drive: Drive, name: str, motion: Motion, best: bool) -> Iterator[tuple[str, Loop]]:
@@ -82,7 +84,7 @@ def _peaks(loop: Loop, seeds: int) -> dict[str, Array]:
     return {"peaks": peaks[:, 0], "own_peaks": peaks[:, 1]}
 
 
-def in_degrees(cause: Cause) -> tuple[float, float, float]:
+def in_degrees(cause: ErrorSource) -> tuple[float, float, float]:
     """Median and worst peak, and the worst against the encoder's own zero [deg]."""
     return (
         float(np.median(cause.peaks) / DEGREE),

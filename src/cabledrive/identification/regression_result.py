@@ -15,11 +15,11 @@ from cabledrive.identification.regression import Factors, Fit, only, solve, tria
 
 Array = NDArray[np.float64]
 
-LEAST_TOLD = 2.0
+LEAST_DETERMINED = 2.0
 """Standard error of the torque's instant, over its systematic error, above which it is not identifiable."""
 
 
-def concluded(
+def regression_result(
     factors: Factors,
     equation: AxisEquation,
     sizes: Array,
@@ -68,7 +68,7 @@ def _without_lag(factors: Factors, doubt: float) -> Fit:
     fit = solve(factors)
     error = float(np.sqrt(fit.covariance[-1, -1]))
     plain = solve(only(factors, kept))
-    if not (fit.blind.size or error > LEAST_TOLD * doubt):
+    if not (fit.blind.size or error > LEAST_DETERMINED * doubt):
         covariance = fit.covariance[:count, :count]
         return replace(
             fit, names=kept, values=fit.values[:count], covariance=covariance, condition=plain.condition

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.identification.tension.decaying_tones import TonesFit
-from cabledrive.identification.tension.heard import Heard
+from cabledrive.identification.tension.prepared_recording import PreparedRecording
 
 Array = NDArray[np.float64]
 
@@ -35,44 +35,44 @@ def line_widths(fit: TonesFit, duration: float) -> Array:
     return np.asarray(fit.tones.decay / pi + 1.0 / duration)
 
 
-def excess(heard: Heard, fit: TonesFit, family: int) -> float:
+def excess(prepared: PreparedRecording, fit: TonesFit, family: int) -> float:
     """Density of what is left about the tones of a family, over its mean over all frequencies.
 
     Returns 1 in white noise.
     """
     density = np.abs(np.fft.rfft(fit.left)) ** 2
-    frequency = np.fft.rfftfreq(fit.left.size, heard.interval)
+    frequency = np.fft.rfftfreq(fit.left.size, prepared.interval)
     own = fit.tones.family == family
-    reach = ABOUT * line_widths(fit, heard.duration)[own]
+    reach = ABOUT * line_widths(fit, prepared.duration)[own]
     near = np.abs(frequency[:, None] - fit.tones.frequency[own]) < reach
     about = np.array([density[column].mean() if column.any() else 0.0 for column in near.T])
     weights = (fit.amplitude[own] * fit.tones.frequency[own]) ** 2
     return float(weights @ about / weights.sum() / density.mean())
 
 
-def apart(heard: Heard, fit: TonesFit, spans: tuple[str, str]) -> bool:
+def apart(prepared: PreparedRecording, fit: TonesFit, spans: tuple[str, str]) -> bool:
     """Whether each of two families has a partial more than a line width from every mode of the other.
 
     ``spans``: whose modes each family has.
     """
-    tones, width = fit.tones, line_widths(fit, heard.duration)
+    tones, width = fit.tones, line_widths(fit, prepared.duration)
     for one, two in ((0, 1), (1, 0)):
         own = np.flatnonzero(tones.family == one)
-        others = tones.scale[two] * heard.factor * heard.teeth[spans[two]]
+        others = tones.scale[two] * prepared.factor * prepared.teeth[spans[two]]
         distance = np.abs(tones.frequency[own][:, None] - others).min(axis=1)
         if not np.any(distance > width[own]):
             return False
     return True
 
 
-def has_tone_below(heard: Heard, fit: TonesFit) -> bool:
+def has_tone_below(prepared: PreparedRecording, fit: TonesFit) -> bool:
     """Whether a family may be every second or third mode of a lower one, whose first is among other tones.
 
     Returns split partials of one frequency and two tensions look so where their first is not split.
     """
     tones = fit.tones
     free = tones.number == 0
-    reach = ABOUT * line_widths(fit, heard.duration)[free]
+    reach = ABOUT * line_widths(fit, prepared.duration)[free]
     for first in np.flatnonzero(tones.number == 1):
         loud = fit.amplitude[free] > BELOW * fit.amplitude[first]
         for whole in WHOLE:
@@ -82,13 +82,13 @@ def has_tone_below(heard: Heard, fit: TonesFit) -> bool:
     return False
 
 
-def label(heard: Heard, fit: TonesFit, plucked: str | None) -> tuple[str, str] | None:
+def label(prepared: PreparedRecording, fit: TonesFit, plucked: str | None) -> tuple[str, str] | None:
     """Which span each of two families belongs to.
 
     ``plucked``, {"upper", "lower"}.
     Returns none where the modes are the same and the loudness does not tell.
     """
-    if not heard.alike:
+    if not prepared.alike:
         return SPANS
     first, second = strength(fit, 0), strength(fit, 1)
     if plucked is None or max(first, second) < LOUDER * min(first, second):

@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.identification.axis_equation import AxisEquation, filtered
-from cabledrive.identification.conclusion import concluded
 from cabledrive.identification.estimates import Identification
 from cabledrive.identification.filters import difference
 from cabledrive.identification.inverse_dynamics import Rows, factors_of, rows_of
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.regression import solve, suited_segments
+from cabledrive.identification.regression_result import regression_result
 from cabledrive.identification.rigid_axis import (
     SHORT_SEGMENTS,
     AxisOptions,
@@ -51,9 +51,7 @@ def pose_functions(angles: Sequence[Array]) -> list[Array]:
     return found
 
 
-def identify_posed_axis(
-    log: Log, others: Sequence[str], options: AxisOptions | None = None
-) -> Identification:
+def solve_axis_problem(log: Log, others: Sequence[str], options: AxisOptions | None = None) -> Identification:
     """Friction and offset of an axis whose inertia depends on the pose of other axes.
 
     Parameters
@@ -69,11 +67,11 @@ def identify_posed_axis(
     Identification
         "inertia" is the constant part, "inertia 1", ... the others; singly they may not be identifiable.
     """
-    return posed_axis(log, others, options).identification
+    return axis_problem(log, others, options).identification
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PosedPrediction:
+class AxisPrediction:
     """Torque that a model of an axis expects in a log, below the bandwidth of its filter.
 
     Attributes
@@ -106,7 +104,7 @@ class PosedPrediction:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PosedAxis:
+class AxisProblem:
     """An axis whose inertia depends on the pose, identified from one log.
 
     Attributes
@@ -129,24 +127,24 @@ class PosedAxis:
     values: Array
     blind: Array
 
-    def predict(self, log: Log) -> PosedPrediction:
+    def predict(self, log: Log) -> AxisPrediction:
         """Torque that the axis needs for the motion of another log.
 
         ``log``: with the same channels.
         Returns NaN where the motion excites a direction that the first log left open.
         """
         torque, position = channels_of(log, self.options)
-        rows = posed_rows(log, torque, position, self.others, self.equation)
+        rows = problem_rows(log, torque, position, self.others, self.equation)
         expected = rows.regressors @ self.values
         open_ = np.linalg.norm(rows.regressors @ self.blind.T, axis=1) * np.linalg.norm(self.values)
         unknown = open_ > OPEN * float(np.sqrt(np.mean(expected**2)))
-        return PosedPrediction(
+        return AxisPrediction(
             time=log.time[rows.keep], torque=np.where(unknown, np.nan, expected), measured=rows.left
         )
 
 
-def posed_axis(log: Log, others: Sequence[str], options: AxisOptions | None = None) -> PosedAxis:
-    """Identify an axis whose inertia depends on the pose of other axes, for `PosedAxis.predict`.
+def axis_problem(log: Log, others: Sequence[str], options: AxisOptions | None = None) -> AxisProblem:
+    """Identify an axis whose inertia depends on the pose of other axes, for `AxisProblem.predict`.
 
     ``log``: torque and angle of the axis, and the angles of the others; ``others``: channels of the others'
     angles, from the first axis outwards.
@@ -154,13 +152,15 @@ def posed_axis(log: Log, others: Sequence[str], options: AxisOptions | None = No
     options = options or AxisOptions()
     torque, position = channels_of(log, options)
     equation = equation_for([log], torque, position, options)
-    rows = posed_rows(log, torque, position, others, equation)
+    rows = problem_rows(log, torque, position, others, equation)
     factors = suited_segments(factors_of(rows, min(SHORT_SEGMENTS, rows.left.size // 40)))
     sizes = np.sqrt(np.mean(rows.regressors**2, axis=0))
-    found = concluded(factors, equation, sizes, axis_method(equation, options, factors), (), (log.report,))
+    found = regression_result(
+        factors, equation, sizes, axis_method(equation, options, factors), (), (log.report,)
+    )
     fit = solve(factors)
     lengths = np.linalg.norm(fit.blind, axis=1, keepdims=True)
-    return PosedAxis(
+    return AxisProblem(
         identification=found,
         others=tuple(others),
         options=options,
@@ -170,7 +170,7 @@ def posed_axis(log: Log, others: Sequence[str], options: AxisOptions | None = No
     )
 
 
-def posed_rows(log: Log, torque: str, position: str, others: Sequence[str], equation: AxisEquation) -> Rows:
+def problem_rows(log: Log, torque: str, position: str, others: Sequence[str], equation: AxisEquation) -> Rows:
     """Rows of the regression."""
     plain = rows_of(log.channel(position), log.channel(torque), equation, log.interval)
     smooth = [filtered(log.channel(name), equation, log.interval) for name in (position, *others)]

@@ -9,7 +9,7 @@ from cabledrive.rig.setting import Disturbance
 SHAFTS = ("motor", "drive", "load")
 
 
-def spoken_disturbance(words: str) -> Disturbance:
+def parse_disturbance(words: str) -> Disturbance:
     """A torque that steps in: shaft, torque, start and end.
 
     ``words``: such as ``load:0.05:0.3:0.6`` or ``motor:20 mN m:0.1 s:0.2 s``; without an end it stays.
@@ -22,7 +22,7 @@ def spoken_disturbance(words: str) -> Disturbance:
     return Disturbance(torque=to_si(parts[1], "N m"), start=to_si(parts[2], "s"), end=end, on=parts[0])
 
 
-def spoken_blindness(words: str | None) -> tuple[str, float, float] | None:
+def parse_encoder_dropout(words: str | None) -> tuple[str, float, float] | None:
     """An encoder that gives no number for a while: shaft, start and end.
 
     ``words``: such as ``load:0.1:0.11``.

@@ -12,7 +12,7 @@ RIPPLE_ORDERS = (1.0, 50.0)
 """Periods of torque ripple per radian of the motor: from once a turn and more to slots behind a gear."""
 
 
-def drawn_values(
+def sampled_values(
     quantities: Mapping[str, Quantity],
     generator: np.random.Generator,
     correlations: Sequence[Correlation] = (),
@@ -39,7 +39,7 @@ def drawn_values(
     return found
 
 
-def drawn_plant(
+def sampled_plant(
     quantities: Mapping[str, Quantity],
     encoders: int,
     seed: int,
@@ -51,7 +51,7 @@ def drawn_plant(
     Returns ``phases``, shape (encoders,).
     """
     generator = np.random.default_rng([seed, draw])
-    values = drawn_values(quantities, generator, correlations)
+    values = sampled_values(quantities, generator, correlations)
     phases = generator.uniform(-0.5, 0.5, encoders)
     if "ripple_torque" in values:
         values["ripple_order"] = float(generator.uniform(*RIPPLE_ORDERS))

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.parameters import InputRefused, NotComputed
-from cabledrive.reduction.axis_kernels import PARAMETERS, march_axis
+from cabledrive.reduction.axis_kernels import PARAMETERS, integrate_axis
 from cabledrive.reduction.chain_kernels import march
+from cabledrive.reduction.chain_motion_kernels import ChainNumbers
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.reduction.row_motion_kernels import ChainNumbers
 
 Array = NDArray[np.float64]
 QUANTITIES = ("inertia", "viscous", "coulomb", "offset", "gain", "stiffness", "damping", "angle", "speed")
@@ -72,7 +72,7 @@ def direction(n: int, quantity: str, number: int = 0) -> Array:
     return unit
 
 
-def march_chain(
+def integrate_chain(
     chain: LumpedChain,
     torque: Array,
     interval: float,
@@ -124,7 +124,7 @@ def chain_numbers(
 ) -> ChainNumbers:
     """A row of inertias as the kernels take it.
 
-    ``directions``: all as `march_chain` takes them.
+    ``directions``: all as `integrate_chain` takes them.
     Raises `InputRefused` with a holding stiffness, which these kernels do not have.
     """
     if chain.holding > 0.0:
@@ -146,10 +146,10 @@ def chain_numbers(
     )
 
 
-def march_rigid_axis(
+def integrate_rigid_axis(
     values: Array, torque: Array, interval: float, *, start: float = 0.0, slope: float = 0.0
 ) -> tuple[Array, Array]:
-    """Move one rigid axis: what `march_chain` does for a row of one, several times quicker.
+    """Move one rigid axis: what `integrate_chain` does for a row of one, several times quicker.
 
     ``values``, shape (4,): inertia, viscous friction, Coulomb friction, offset; ``torque``, shape (samples,)
     [N m], on straight lines between samples; ``interval`` [s]; ``start``: speed at the first sample [rad/s];
@@ -160,7 +160,9 @@ def march_rigid_axis(
     """
     torque = np.ascontiguousarray(torque, dtype=float)
     speeds, sensitivities = np.empty(torque.size), np.empty((torque.size, PARAMETERS))
-    march_axis(np.array(values, dtype=float), slope, torque, float(interval), start, speeds, sensitivities)
+    integrate_axis(
+        np.array(values, dtype=float), slope, torque, float(interval), start, speeds, sensitivities
+    )
     if not np.isfinite(speeds[-1]):
         raise NotComputed("motion of the axis diverged: the viscous friction or the inertia is no machine's")
     return speeds, sensitivities

@@ -9,7 +9,7 @@ from scipy.linalg import solve_discrete_lyapunov
 
 from cabledrive.identification.filters import difference, zero_phase
 from cabledrive.identification.innovation_kernels import shadow
-from cabledrive.identification.innovations import Track, foreseen, observer_gains
+from cabledrive.identification.innovations import Track, observer_gains, predicted_angles
 from cabledrive.identification.regression import MOST_SEGMENTS
 
 Array = NDArray[np.float64]
@@ -22,7 +22,7 @@ SMOOTH = 20.0
 """Bandwidth of the motion that it is kept along [Hz]."""
 
 
-def sound_tracks(
+def reference_tracks(
     tracks: Sequence[Track], values: Array, bandwidths: Sequence[float], rng: np.random.Generator
 ) -> Iterator[list[Track]]:
     """Logs of a rigid axis with Coulomb friction beside the measured ones.
@@ -61,7 +61,7 @@ def _beside(track: Track, values: Array) -> tuple[Array, Array]:
 
 def _noises(track: Track, values: Array, bandwidth: float) -> tuple[float, float]:
     """Deviations of the noise of angle and torque, from the power that innovations usually have."""
-    parts = np.array_split(foreseen(track, values, bandwidth).innovation ** 2, MOST_SEGMENTS)
+    parts = np.array_split(predicted_angles(track, values, bandwidth).innovation ** 2, MOST_SEGMENTS)
     power = float(np.median([part.mean() for part in parts]))
     by_angle, by_torque = innovation_powers(values[0], bandwidth, track.interval)
     rough = track.quantum**2 / 12.0 if track.quantum > 0.0 else 0.5 * power / by_angle

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from cabledrive.parameters import NotComputed
 from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.loop_numbers import Array
-from cabledrive.rig.draws import Spreads, drawn_loops
 from cabledrive.rig.laws.controllers import Wish
 from cabledrive.rig.laws.indirect import Learnt, run_indirect
+from cabledrive.rig.plant_samples import Spreads, sampled_loops
 from cabledrive.rig.setting import DEGREE, RigOptions
 
 RUBBING_LOAD = Spreads(load_coulomb=0.02 / 0.0376)
@@ -20,7 +20,7 @@ RUBBING_LOAD = Spreads(load_coulomb=0.02 / 0.0376)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class LearningDraws:
+class LearningSamples:
     """Peaks before and after learning, and what was learnt, one entry per draw that ran to its end.
 
     Attributes
@@ -82,7 +82,7 @@ class LearningDraws:
         }
 
 
-def run_learning_draws(
+def run_learning_samples(
     loop: Loop,
     wish: Wish,
     options: RigOptions,
@@ -91,7 +91,7 @@ def run_learning_draws(
     *,
     threads: int = 2,
     spreads: Spreads | None = None,
-) -> LearningDraws:
+) -> LearningSamples:
     """Draw plants and encoder phases, run one pulse, learn, rebuild, run the rest.
 
     ``loop``: nominal, with the law of `cabledrive.rig.laws.indirect.indirect` and at least two pulses;
@@ -106,13 +106,13 @@ def run_learning_draws(
         return _peaks(one, done.log), _truths(one, found)
 
     with ThreadPoolExecutor(threads) as pool:
-        results = list(pool.map(score, drawn_loops(loop, options, draws, seed, spreads)))
+        results = list(pool.map(score, sampled_loops(loop, options, draws, seed, spreads)))
     kept = [result for result in results if result is not None]
     if not kept:
         raise NotComputed(f"none of {draws} drawn plants ran to its end: take longer, turn less")
     peaks = np.array([peak for peak, _ in kept]).reshape(-1, 5)
     truths = np.array([truth for _, truth in kept]).reshape(-1, 12)
-    return LearningDraws(
+    return LearningSamples(
         first=peaks[:, 0],
         later=peaks[:, 1],
         own_first=peaks[:, 2],

@@ -32,7 +32,7 @@ SAMPLES_PER_PERIOD = 2.6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Heard:
+class PreparedRecording:
     """A recording made ready.
 
     Attributes
@@ -77,7 +77,7 @@ class Heard:
         return 1 if self.factor == 2.0 else 2
 
 
-def heard_in(log: Log, drive: Drive, name: str, section: int) -> Heard:
+def prepared_recording(log: Log, drive: Drive, name: str, section: int) -> PreparedRecording:
     """Make a recording of both spans ready.
 
     ``name``: channel.
@@ -112,7 +112,7 @@ def heard_in(log: Log, drive: Drive, name: str, section: int) -> Heard:
     highest = float(peaks.frequency.max()) if peaks.frequency.size else high
     every = max(1, int(log.sample_rate / (SAMPLES_PER_PERIOD * highest)))
     thinned = np.asarray(signal.resample_poly(clear, 1, every) if every > 1 else clear, dtype=float)
-    return Heard(
+    return PreparedRecording(
         channel=name,
         values=thinned,
         interval=every * log.interval,

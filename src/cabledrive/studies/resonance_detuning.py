@@ -6,7 +6,7 @@ import numpy as np
 
 from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension
 from cabledrive.reduction.averaging import averaged_coefficients
-from cabledrive.reduction.threshold import growth_rates, pulley_amplitude, tongue_half_width
+from cabledrive.reduction.threshold import growth_rates, instability_half_width, pulley_amplitude
 
 BUILD_UP = 10.0
 """How long the torque has acted when the verdict is given [s]."""
@@ -18,7 +18,7 @@ RESONANT, NEAR, SAFE = "resonant", "close", "safe"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Standing:
+class InstabilityMargin:
     """Where a drive stands against the tongue of a torque.
 
     Attributes
@@ -67,7 +67,7 @@ def split_tunings(model: AutoparametricModel) -> dict[str, float | None]:
     return found
 
 
-def standing_of(model: AutoparametricModel, torque: float) -> Standing:
+def instability_margin(model: AutoparametricModel, torque: float) -> InstabilityMargin:
     """Where a drive stands against the tongue of a torque that has acted for `BUILD_UP`.
 
     ``torque`` [N m].
@@ -76,13 +76,13 @@ def standing_of(model: AutoparametricModel, torque: float) -> Standing:
     c = averaged_coefficients(model, torque=torque, drift=False)
     reached = float(pulley_amplitude(c, BUILD_UP))
     amplitude = min(reached, float(model.slack_amplitude))
-    width = tongue_half_width(c, amplitude)
+    width = instability_half_width(c, amplitude)
     pumping = np.abs(c.pump) * amplitude
     distance = np.abs(c.transverse_detuning + pumping**2 / (2.0 * c.forcing))
     mode = int(np.argmin(distance - CLOSE * width))
     near, half = float(distance[mode]), float(width[mode])
     verdict = RESONANT if near < half else NEAR if near < CLOSE * half else SAFE
-    return Standing(
+    return InstabilityMargin(
         verdict=verdict,
         mode=mode,
         distance=near,

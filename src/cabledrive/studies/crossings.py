@@ -14,7 +14,7 @@ _REFINEMENTS = 12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Meeting:
+class Crossing:
     """Two curves that come together.
 
     Attributes
@@ -38,7 +38,7 @@ class Meeting:
     curves: tuple[int, int]
 
 
-def meetings(follower: Follower, path: list[Station]) -> list[Meeting]:
+def crossings(follower: Follower, path: list[Station]) -> list[Crossing]:
     """All crossings and veerings between the curves of a path.
 
     A veering is counted where the relative gap has a least value, doubles on both sides within the path, and
@@ -51,7 +51,7 @@ def meetings(follower: Follower, path: list[Station]) -> list[Meeting]:
     found = []
     for pair in combinations(range(path[0].frequency.size), 2):
         found += [*_crossings(path, pair), *_veerings(follower, path, pair)]
-    return sorted(found, key=lambda meeting: (meeting.value, meeting.curves))
+    return sorted(found, key=lambda crossing: (crossing.value, crossing.curves))
 
 
 def _gaps(path: list[Station], pair: tuple[int, int]) -> Array:
@@ -61,7 +61,7 @@ def _gaps(path: list[Station], pair: tuple[int, int]) -> Array:
     return np.where(np.abs(gap) <= TOUCHING, 0.0, gap)
 
 
-def _crossings(path: list[Station], pair: tuple[int, int]) -> Iterator[Meeting]:
+def _crossings(path: list[Station], pair: tuple[int, int]) -> Iterator[Crossing]:
     gap = _gaps(path, pair)
     apart = np.flatnonzero(gap)
     for a, b in pairwise(apart):
@@ -73,10 +73,10 @@ def _crossings(path: list[Station], pair: tuple[int, int]) -> Iterator[Meeting]:
             value = float(np.mean([station.value for station in path[a + 1 : b]]))
         nearest = min(path[a : b + 1], key=lambda station: abs(station.value - value))
         frequency = float(np.mean(nearest.frequency[list(pair)]))
-        yield Meeting(kind="crossing", value=float(value), frequency=frequency, gap=0.0, curves=pair)
+        yield Crossing(kind="crossing", value=float(value), frequency=frequency, gap=0.0, curves=pair)
 
 
-def _veerings(follower: Follower, path: list[Station], pair: tuple[int, int]) -> Iterator[Meeting]:
+def _veerings(follower: Follower, path: list[Station], pair: tuple[int, int]) -> Iterator[Crossing]:
     gap = np.abs(_gaps(path, pair))
     for i in range(1, len(path) - 1):
         if 0.0 < gap[i] < gap[i - 1] and gap[i] <= gap[i + 1]:
@@ -91,7 +91,7 @@ def _veerings(follower: Follower, path: list[Station], pair: tuple[int, int]) ->
                 and _exchange(path[before[-1]], path[i + 1 + after[0]], pair)
             ):
                 low, high = sorted(closest.frequency[list(pair)])
-                yield Meeting(
+                yield Crossing(
                     kind="veering",
                     value=closest.value,
                     frequency=float(0.5 * (low + high)),

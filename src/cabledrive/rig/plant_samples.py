@@ -37,7 +37,7 @@ class Spreads:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Draws:
+class PlantSamples:
     """Peaks of many runs.
 
     Attributes
@@ -60,7 +60,7 @@ class Draws:
         return self.scores[:, SUMMARY.index(name)] / DEGREE
 
 
-def drawn_chain(
+def sampled_chain(
     chain: LumpedChain, generator: np.random.Generator, spreads: Spreads | None = None
 ) -> LumpedChain:
     """One plant at random: motor within the printed bounds, the rest within its spreads, all uniform.
@@ -97,32 +97,32 @@ def drawn_chain(
     )
 
 
-def drawn_loops(
+def sampled_loops(
     loop: Loop, options: RigOptions, draws: int, seed: int, spreads: Spreads | None = None
 ) -> Iterator[Loop]:
     """The same law and filter on one plant after another."""
     random = options.encoder_phase == "random" and not options.ideal_sensors
     for generator in np.random.default_rng(seed).spawn(draws):
-        chain = drawn_chain(loop.chain, generator, spreads)
+        chain = sampled_chain(loop.chain, generator, spreads)
         phases = generator.uniform(-0.5, 0.5, len(loop.rig.phases))
         rig = loop.rig._replace(phases=phases) if random else loop.rig
         yield replace(with_plant(loop, chain, options), rig=rig)
 
 
-def run_draws(loop: Loop, options: RigOptions, draws: int, seed: int, *, threads: int = 2) -> Draws:
+def run_samples(loop: Loop, options: RigOptions, draws: int, seed: int, *, threads: int = 2) -> PlantSamples:
     """Run many plants, in threads.
 
     ``loop``: nominal, as `cabledrive.rig.closed_loop.loop.close_loop` makes it.
     """
     if fits_lanes(loop):
         generators = np.random.default_rng(seed).spawn(draws)
-        chains = (drawn_chain(loop.chain, generator) for generator in generators)
+        chains = (sampled_chain(loop.chain, generator) for generator in generators)
         scores, ended = run_lanes(loop, chains, threads=threads)
     else:
         scores, ended = _one_by_one(loop, options, draws, seed, threads)
     angles = [SUMMARY.index(name) for name in ("peak", "first_peak", "later_peak", "own_peak")]
     scores[:, angles] /= loop.gear
-    return Draws(scores=scores, failed=int(np.count_nonzero(ended)))
+    return PlantSamples(scores=scores, failed=int(np.count_nonzero(ended)))
 
 
 def _one_by_one(loop: Loop, options: RigOptions, draws: int, seed: int, threads: int) -> tuple[Array, Array]:
@@ -133,11 +133,11 @@ def _one_by_one(loop: Loop, options: RigOptions, draws: int, seed: int, threads:
         return done.state.summary, done.failed
 
     with ThreadPoolExecutor(threads) as pool:
-        results = list(pool.map(score, drawn_loops(loop, options, draws, seed)))
+        results = list(pool.map(score, sampled_loops(loop, options, draws, seed)))
     return np.array([result for result, _ in results]), np.array([ended for _, ended in results])
 
 
-def draw_words(found: Draws) -> dict[str, object]:
+def draw_words(found: PlantSamples) -> dict[str, object]:
     """Peaks of many runs in words.
 
     Returns of the draws: number, median, 99 % and worst peak error [deg], largest torque [N m], failures.

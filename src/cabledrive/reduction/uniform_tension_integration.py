@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.reduction.uniform_tension import UniformTensionModel
-from cabledrive.reduction.uniform_tension_kernels import march_kernel
+from cabledrive.reduction.uniform_tension_kernels import integration_kernel
 from cabledrive.reduction.uniform_tension_single import single_sine_kernel
 
 Array = NDArray[np.float64]
@@ -131,5 +131,5 @@ def march(
     and rates, planes w (and v); ``torque``, shape (steps + 1,): at the ends of the steps [N m]; ``h``: step
     [s]; ``stride``: steps between two recorded instants.
     """
-    kernel = single_sine_kernel if a.shape == (1, 2, 1) else march_kernel
+    kernel = single_sine_kernel if a.shape == (1, 2, 1) else integration_kernel
     return March(*kernel(c, q, p, a, b, torque, h, stride))

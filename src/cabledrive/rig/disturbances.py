@@ -81,7 +81,7 @@ def disturbing_torques(options: RigOptions, interval: float, samples: int) -> Ar
     return forces
 
 
-def blind_encoder(drive: Drive, options: RigOptions, interval: float, shown: list[int]) -> Integers:
+def encoder_dropout(drive: Drive, options: RigOptions, interval: float, shown: list[int]) -> Integers:
     """Number of the encoder that gives NaN, first and last sample at which it does.
 
     ``interval``: sample time [s]; ``shown``: numbers of the fitted encoders that are read.

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from cabledrive.identification.record import Record
 from cabledrive.identification.sensor import SENSOR_QUANTITIES, Sensor, shown
 from cabledrive.parameters import InputRefused
-from cabledrive.reduction.friction_march import direction, march_chain
+from cabledrive.reduction.friction_integration import direction, integrate_chain
 from cabledrive.reduction.lumped_chain import LumpedChain
 
 Array = NDArray[np.float64]
@@ -18,14 +18,14 @@ SIGNED = ("offset", "angle", "speed")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Sought:
+class FreeParameter:
     """One parameter of a row.
 
     Attributes
     ----------
     name : str
     quantity : str
-        One of `cabledrive.reduction.friction_march.QUANTITIES`, or of
+        One of `cabledrive.reduction.friction_integration.QUANTITIES`, or of
         `cabledrive.identification.sensor.SENSOR_QUANTITIES`.
     number : int
         Of the inertia or link.
@@ -46,7 +46,7 @@ class Sought:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RowModel:
+class ChainModel:
     """A row of inertias, what is sought in it and what is measured of it.
 
     Attributes
@@ -71,7 +71,7 @@ class RowModel:
     """
 
     inertias: int
-    sought: tuple[Sought, ...]
+    free: tuple[FreeParameter, ...]
     measured: tuple[int, ...]
     driven: int = 0
     given: Mapping[tuple[str, int], float]
@@ -83,7 +83,7 @@ class RowModel:
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the parameters."""
-        return tuple(s.name for s in self.sought)
+        return tuple(s.name for s in self.free)
 
     @property
     def directions(self) -> Array:
@@ -91,7 +91,7 @@ class RowModel:
         still = np.zeros(9 * self.inertias - 2)
         columns = [
             still if s.quantity in SENSOR_QUANTITIES else direction(self.inertias, s.quantity, s.number)
-            for s in self.sought
+            for s in self.free
         ]
         return np.column_stack(columns)
 
@@ -111,7 +111,7 @@ class RowModel:
         outputs, sensitivities = self._moved(self.values_at(place), record, sensitive=True)
         off = record.seen(outputs - record.output)[record.training]
         slopes = record.seen(sensitivities)[record.training] * self.slopes(place)
-        return off.ravel(), slopes.reshape(-1, len(self.sought))
+        return off.ravel(), slopes.reshape(-1, len(self.free))
 
     def search_bounds(self, start: Mapping[str, float]) -> tuple[Array, Array, Array]:
         """Where the search begins, and its bounds.
@@ -119,7 +119,7 @@ class RowModel:
         Returns ``begin, low, high``, shape (p,).
         Raises `InputRefused` if a start value is missing or outside its bounds.
         """
-        for s in self.sought:
+        for s in self.free:
             if s.name not in start:
                 raise InputRefused(f"{s.name}: no start value: give one")
             if not s.low < start[s.name] < s.high:
@@ -127,10 +127,8 @@ class RowModel:
                 raise InputRefused(
                     f"{s.name} = {start[s.name]:.4g} must lie between {bounds}: take another start"
                 )
-        rows = [(start[s.name], s.low, s.high) for s in self.sought]
-        logs = [
-            np.log(row) if s.positive else np.array(row) for s, row in zip(self.sought, rows, strict=True)
-        ]
+        rows = [(start[s.name], s.low, s.high) for s in self.free]
+        logs = [np.log(row) if s.positive else np.array(row) for s, row in zip(self.free, rows, strict=True)]
         begin, low, high = np.array(logs).T
         return begin, low, high
 
@@ -139,7 +137,7 @@ class RowModel:
 
         ``place``, shape (p,).
         """
-        pairs = zip(self.sought, place, strict=True)
+        pairs = zip(self.free, place, strict=True)
         return {s.name: float(np.exp(x)) if s.positive else float(x) for s, x in pairs}
 
     def slopes(self, place: Array) -> Array:
@@ -148,7 +146,7 @@ class RowModel:
         ``place``, shape (p,).
         Returns shape (p,).
         """
-        return np.array([np.exp(x) if s.positive else 1.0 for s, x in zip(self.sought, place, strict=True)])
+        return np.array([np.exp(x) if s.positive else 1.0 for s, x in zip(self.free, place, strict=True)])
 
     def row(self, values: Mapping[str, float]) -> LumpedChain:
         """The row of inertias."""
@@ -165,13 +163,13 @@ class RowModel:
         )
 
     def _quantities(self, values: Mapping[str, float]) -> dict[tuple[str, int], float]:
-        return dict(self.given) | {(s.quantity, s.number): values[s.name] for s in self.sought}
+        return dict(self.given) | {(s.quantity, s.number): values[s.name] for s in self.free}
 
     def _moved(self, values: Mapping[str, float], record: Record, *, sensitive: bool) -> tuple[Array, Array]:
         n, q = self.inertias, self._quantities(values)
         gains = tuple(q.get(("gain", k), 1.0) if k == self.driven else 0.0 for k in range(n))
         fine = record.interval / self.substeps
-        march = march_chain(
+        march = integrate_chain(
             self.row(values),
             self._acting(record.input),
             fine,
@@ -182,7 +180,7 @@ class RowModel:
         )
         channels = list(self.measured)
         speeds, sensitivities = march.speeds[:, channels], march.speed_sensitivities[:, channels]
-        quantities = tuple(s.quantity for s in self.sought) if sensitive else ()
+        quantities = tuple(s.quantity for s in self.free) if sensitive else ()
         sensor = replace(
             self.sensor,
             lag=q.get(("lag", 0), self.sensor.lag),
