@@ -32,7 +32,7 @@ def model(number: int) -> LumpedChain:
 
 
 def row_of(n: int, rng: np.random.Generator) -> LumpedChain:
-    """A damped row of n inertias with random, plausible numbers."""
+    """A damped lumped chain of n inertias with random, plausible numbers."""
     return LumpedChain(
         names=tuple(f"shaft {i}" for i in range(n)),
         inertias=tuple(rng.uniform(5e-4, 3e-3, n)),

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy import io, optimize, signal
 
-from cabledrive.identification.chain_model import FreeParameter, ChainModel
+from cabledrive.identification.chain_model import ChainModel, FreeParameter
 from cabledrive.identification.fit_doubts import doubts_of
 from cabledrive.identification.output_error import fit_output_error, rms_of
 from cabledrive.identification.record import Record
@@ -30,7 +30,7 @@ START = {
 }
 BELT = ChainModel(
     inertias=2,
-    sought=(
+    free=(
         FreeParameter(name="motor inertia", quantity="inertia", low=1e-4, high=1.0),
         FreeParameter(name="pulley inertia", quantity="inertia", number=1, low=1e-4, high=1.0),
         FreeParameter(name="motor friction", quantity="viscous", low=1e-5, high=10.0),
@@ -134,9 +134,9 @@ def linear_errors(records, belt, order, signed):
 def turning(belt, record):
     """Angle of the pulley, whose rise has the sign of its speed."""
     plain = ChainModel(
-        inertias=2, sought=BELT.sought[:7], measured=(1,), given={}, delay=1, substeps=BELT.substeps
+        inertias=2, free=BELT.free[:7], measured=(1,), given={}, delay=1, substeps=BELT.substeps
     )
-    values = {s.name: belt.values[s.name] for s in plain.sought}
+    values = {s.name: belt.values[s.name] for s in plain.free}
     return np.cumsum(plain.outputs(values, record)[:, 0])
 
 

@@ -5,7 +5,7 @@ import pytest
 from scipy import io
 from scipy.interpolate import CubicSpline
 
-from cabledrive.identification.chain_model import FreeParameter, ChainModel
+from cabledrive.identification.chain_model import ChainModel, FreeParameter
 from cabledrive.identification.output_error import fit_of, fit_output_error
 from cabledrive.identification.record import Record
 
@@ -17,7 +17,7 @@ SETTLED = 2000
 
 CARTS = ChainModel(
     inertias=2,
-    sought=(
+    free=(
         FreeParameter(name="motor cart", quantity="inertia", low=1e-5, high=1.0),
         FreeParameter(name="load cart", quantity="inertia", number=1, low=1e-5, high=1.0),
         FreeParameter(name="motor viscous", quantity="viscous", low=1e-6, high=1.0),

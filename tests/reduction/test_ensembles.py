@@ -52,7 +52,7 @@ def test_compiled_oscillator_ensemble_equals_its_readable_twin(threads):
 
 
 def test_oscillators_equal_the_uniform_tension_model_of_one_mode():
-    """The same physics marched by another code: largest values over 0.5 s within half a per cent."""
+    """The same physics integrated by another code: largest values over 0.5 s within half a per cent."""
     drive, torque, plucks = damped(1.5, 9.0), 0.03, np.array([2e-3, 5e-4])
     model, uniform = autoparametric_model(drive), uniform_tension_model(drive, 1)
     h = 2 * np.pi / model.natural / 32

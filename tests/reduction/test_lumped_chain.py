@@ -1,4 +1,4 @@
-"""The row of inertias is Models 1 to 4, and its transfer functions are those of chapters 4 and 6."""
+"""The lumped chain is Models 1 to 4, and its transfer functions are those of chapters 4 and 6."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Threshold, growth and tongue of the internal resonance, against Floquet's theory."""
+"""Threshold, growth and instability region of the internal resonance, against Floquet's theory."""
 
 from dataclasses import replace
 
@@ -89,7 +89,7 @@ def test_torque_for_tenfold_growth_in_a_second():
     assert rate * torque / 2 == pytest.approx(np.log(10) + 1.0, rel=2e-3)
 
 
-def test_growth_in_the_tongue_is_what_floquet_finds():
+def test_growth_in_the_instability_region_is_what_floquet_finds():
     model = bare_model(transverse=np.array([1.004]), transverse_damping=0.003)
     c = averaged_coefficients(model)
     amplitude = 0.02
@@ -111,7 +111,7 @@ def test_tongue_opens_at_the_threshold_and_widens_with_the_torque():
     assert required_detuning(model, 4 * threshold) == pytest.approx(widths[3], rel=1e-12)
 
 
-def test_edge_of_the_tongue_is_where_the_growth_vanishes():
+def test_edge_of_the_instability_region_is_where_the_growth_vanishes():
     model = autoparametric_model(damped(2.0, 5.0))
     torque = 3 * float(threshold_torque(model))
 

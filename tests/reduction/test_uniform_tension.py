@@ -1,4 +1,4 @@
-"""The uniform-tension model: its coefficients, its exact linear part, its two versions of the march."""
+"""The uniform-tension model: its coefficients, its exact linear part, its two versions of the integration."""
 
 from dataclasses import replace
 

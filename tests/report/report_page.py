@@ -15,7 +15,7 @@ VOID = {"meta", "link", "br", "img", "hr", "input"}
 
 @cache
 def page(*names: str) -> str:
-    """The report of packaged drives, of two very different ones unless told."""
+    """The report of packaged drives, of two very different ones by default."""
     return report_html([load_drive(name) for name in names or DRIVES], written_at=TIME)
 
 

@@ -1,4 +1,4 @@
-"""Colours can be read and told apart, in light and in dark."""
+"""Colours can be read and distinguished, in light and in dark."""
 
 from itertools import combinations
 

@@ -1,4 +1,4 @@
-"""The distributed cable as plant: near its row of inertias, and named where it is not.
+"""The distributed cable as plant: near its lumped chain, and named where it is not.
 
 Compiled modules under test: cabledrive.rig.closed_loop.cable_kernels,
 cabledrive.rig.closed_loop.sample_kernels.
@@ -67,7 +67,7 @@ def test_cable_comes_nearer_to_itself_with_more_segments(measured):
 
 
 def test_cable_as_printed_is_softer_than_the_design_believes(measured):
-    """EA/L is 438 N/m without damping, the design believes 850: as a row of inertias with those numbers."""
+    """EA/L is 438 N/m without damping, the design believes 850: as a lumped chain with those numbers."""
     soft = load_drive("dissertation-3", overrides=["lumped.cable_stiffness=438", "lumped.cable_damping=0"])
     row = track(DRIVE, controller="darc-4-damped", plant_drive=soft, options=IDEAL).summary
     said, undamped = (
@@ -97,7 +97,7 @@ def test_encoders_delay_and_torque_loop_act_on_the_cable_too():
 
 
 def test_load_on_the_pulley_turns_it_and_can_make_a_span_slack(measured):
-    """Some milliseconds after the row of inertias: a span that hangs keeps some tension for a while."""
+    """Some milliseconds after the lumped chain: a span that hangs keeps some tension for a while."""
     push = Disturbance(torque=0.9, start=0.1, end=0.5)
     result = on_cable("darc-4", replace(IDEAL, disturbances=(push,)))
     assert result.incomplete is not None

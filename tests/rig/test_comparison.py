@@ -1,4 +1,4 @@
-"""Feedforward and feedback told apart, and causes taken away one at a time."""
+"""Feedforward and feedback distinguished, and causes taken away one at a time."""
 
 import numpy as np
 import pytest

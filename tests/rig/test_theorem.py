@@ -131,7 +131,7 @@ def test_a_disturbance_beyond_its_bound_is_named_and_a_small_one_is_allowed():
         (["lumped.cable_stiffness=700"], {}, "unmatched"),
         (["pulley.1.viscous_friction=0.004"], {}, "unmatched"),
         (["pulley.1.coulomb_friction=0.03"], {}, "Coulomb friction at the load"),
-        (["motor.backlash=1 deg"], {}, "free play"),
+        (["motor.backlash=1 deg"], {}, "backlash"),
         ([], {"bandwidth": 70.0, "options": RigOptions()}, "torque at its limit"),
         ([], {"controller": "darc-3"}, "the joint of the plant bend"),
         ([], {"plant": "model-3"}, "the joint of the law bend"),

@@ -1,4 +1,4 @@
-"""The compiled march (`cabledrive.simulation.kernels.verlet` and what it calls) equals its readable twin.
+"""The compiled integrator (`cabledrive.simulation.kernels.verlet` and its calls) equals its readable twin.
 
 What it calls, and is tested with it: `cabledrive.simulation.kernels.segments`,
 `cabledrive.simulation.kernels.shafts`, `cabledrive.simulation.kernels.steps`,

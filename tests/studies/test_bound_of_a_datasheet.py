@@ -22,7 +22,7 @@ DRIVE = load_drive("dissertation-3")
 
 @pytest.mark.parametrize("draws", [100, pytest.param(1000, marks=pytest.mark.verify)])
 def test_no_plant_within_the_datasheet_leaves_the_bound(draws, measured):
-    """Of the law that the bound is stated for, on plants without free play."""
+    """Of the law that the bound is stated for, on plants without backlash."""
     known = know(DRIVE, [], SPREADS, backlash=0.0)
     motion = Motion()
     holds = {one.model: one.holds_5 for one in model_quality(DRIVE) if one.model in (3, 4)}

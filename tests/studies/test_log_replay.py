@@ -79,7 +79,7 @@ def test_what_the_sheet_lacks_is_a_finding(changes, words, tmp_path, measured):
 
 
 def test_friction_of_the_load_and_backlash_are_identified(tmp_path, measured):
-    """A load that rubs with 5 mN m; a tenth of a degree of free play, within a quarter of it."""
+    """A load that rubs with 5 mN m; a tenth of a degree of backlash, within a quarter of it."""
     truth = SHEET.but(c3=0.005, gap=np.radians(0.2))
     found = known(truth, tmp_path).quantities
     load, play = found["load_coulomb_friction"], found["backlash"]

@@ -105,7 +105,7 @@ def test_sensitivities_are_derivatives():
     assert found.threshold_per_transverse_damping == pytest.approx(1 / 2.0, rel=0.01)
 
 
-def test_map_shows_the_drive_growing_inside_the_tongue_and_not_outside():
+def test_map_shows_the_drive_growing_inside_the_instability_region_and_not_outside():
     drive = damped(2.0, 5.0)
     found = growth_map(drive, torque=0.02, pretensions=[2.9, 3.28377, 3.9], torques=[0.0, 0.02, 0.04])
     assert found.growth.shape == (3, 3)

@@ -252,7 +252,7 @@ def test_a_drive_that_the_law_does_not_cover_is_told_why(drive, words):
 
 
 def test_the_joint_of_a_stiff_axis_is_added_to_every_error():
-    """25 kg on a belt behind a gear: windup of the joint, and 7 arc minutes of free play at 25 mm."""
+    """25 kg on a belt behind a gear: windup of the joint, and 7 arc minutes of backlash at 25 mm."""
     axis = load_drive("linear-axis")
     assert missing_for_carriage(axis) == ()
     left_out = carriage_model(axis, goals_for(axis, Goals(travel=1.0, duration=1.3))).left_out

@@ -56,7 +56,7 @@ def test_model_3_on_the_drive_pulleys_encoder_cycles_at_every_phase(measured):
     assert found.min() > 0.25
 
 
-def test_one_degree_of_free_play_over_16_phases(measured):
+def test_one_degree_of_backlash_over_16_phases(measured):
     loose = replace(DRIVE, motor=replace(DRIVE.motor, backlash=np.radians(1.0)))
     plain, played = (
         [

@@ -1,4 +1,4 @@
-"""A row of inertias with what is sought in it and what is measured of it."""
+"""A lumped chain with its free parameters and its measured channels."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -41,19 +41,19 @@ class FreeParameter:
 
     @property
     def positive(self) -> bool:
-        """Whether it is sought by its logarithm."""
+        """Whether the search is in its logarithm."""
         return self.quantity not in SIGNED
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChainModel:
-    """A row of inertias, what is sought in it and what is measured of it.
+    """A lumped chain with its free parameters and its measured channels.
 
     Attributes
     ----------
     inertias : int
         How many.
-    sought : tuple of Sought
+    free : tuple of FreeParameter
     measured : tuple of int
         Number of the inertia whose speed each output channel shows.
     driven : int
@@ -61,7 +61,7 @@ class ChainModel:
     given : dict of (str, int) to float
         Quantities that are known, by quantity and number; all others are 0.
     sensor : Sensor
-        Of all channels; what is sought of it stands in for its own numbers.
+        Of all channels; free parameters replace its own values.
     delay : int
         Samples after which the input acts.
     hold : {"line", "step"}
@@ -149,7 +149,7 @@ class ChainModel:
         return np.array([np.exp(x) if s.positive else 1.0 for s, x in zip(self.free, place, strict=True)])
 
     def row(self, values: Mapping[str, float]) -> LumpedChain:
-        """The row of inertias."""
+        """The lumped chain."""
         n, q = self.inertias, self._quantities(values)
         return LumpedChain(
             names=tuple(f"inertia {k}" for k in range(n)),
@@ -190,7 +190,7 @@ class ChainModel:
         return output[:: self.substeps], slopes[:: self.substeps]
 
     def _acting(self, values: Array) -> Array:
-        """The input at every step of the march, late by the delay."""
+        """The input at every step of the integration, late by the delay."""
         late = np.concatenate([np.zeros(self.delay), values[: values.size - self.delay]])
         steps = (values.size - 1) * self.substeps + 1
         if self.hold == "step":

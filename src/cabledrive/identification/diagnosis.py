@@ -141,7 +141,7 @@ def verdict(found: Sequence[Suspicion], late: bool = False) -> str | None:
 
     A law of friction that alone explains half of it is the reason; other friction shows by its sign: more
     near standstill, or less. A spring makes the apparent inertia rise with frequency, a delayed channel makes
-    a lag, free play does both and more.
+    a lag, backlash does both and more.
 
     ``late``: whether the torque had to be moved by a time that no convention of logging explains.
     Returns key of `FAULTS`; None where nothing is beyond chance.
@@ -158,7 +158,7 @@ def verdict(found: Sequence[Suspicion], late: bool = False) -> str | None:
         lags = late or any(s.fault == "delay" and s.value > 0.0 for s in beyond)
         fitted = all(
             s.fault != "delay" for s in found
-        )  # the lag is a parameter: what a spring leaves, free play
+        )  # the lag is a parameter: what a spring leaves, backlash
         springs = top.fault == "flexibility" and not lags and not fitted
         return top.fault if springs or top.gain > ALONE * top.family_gain else "backlash"
     if family == "friction":
@@ -205,7 +205,7 @@ def disturbances(case: Case, values: Array) -> dict[str, Array]:
 
 
 def loose(speed: Array, acceleration: Array, gap: float, interval: float) -> Array:
-    """Where a load with free play would be loose: from each change of its drive until the gap is crossed.
+    """Where a load with backlash would be loose: from each change of its drive until the gap is crossed.
 
     ``speed``, ``acceleration``, shape (samples,); ``gap`` [rad]; ``interval`` [s].
     Returns shape (samples,): 1 where it is loose, else 0.

@@ -146,7 +146,7 @@ def response_by_segments(
 def response_by_periods(
     input_: Array, output: Array, interval: float, period: int, lines: NDArray[np.int64], skipped: int = 1
 ) -> FrequencyResponse:
-    """Response to a periodic multisine: means over periods, no leakage, noise and distortion told apart.
+    """Response to a periodic multisine: means over periods, no leakage, noise and distortion distinguished.
 
     ``input_``, ``output``, shape (samples,); ``interval`` [s]; ``period``: samples of one period; ``lines``:
     excited lines; ``skipped``: periods left out at the start, in which the motion settles.

@@ -81,7 +81,7 @@ def answers(p: Array, gains: Array, torques: Array, side: Array, jump: Array, h:
 
 @njit
 def loosen(net: Array, speed: Array, gap: float, h: float, contact: int, added: Array) -> None:
-    """Torque that free play adds: all that accelerates an axis while its load is loose, then its return.
+    """Torque that backlash adds: all that accelerates an axis while its load is loose, then its return.
 
     The load coasts while it is loose, takes the speed of the motor where the play ends, and is left again
     where the motor is accelerated away from it. What the motor alone got is taken back over ``contact``

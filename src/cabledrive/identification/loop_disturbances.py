@@ -96,7 +96,7 @@ def springy(net: Array, resonance: float, interval: float) -> Array:
 
 
 def loosened(net: Array, speed: Array, gap: float, interval: float) -> Array:
-    """What free play adds: the torque accelerates the motor alone, and contact takes the surplus back.
+    """What backlash adds: the torque accelerates the motor alone, and contact takes the surplus back.
 
     ``net``, ``speed``, shape (samples,): torque that accelerates the axis, and its speed; ``gap`` [rad or m];
     ``interval`` [s].

@@ -1,12 +1,12 @@
-r"""Output error of a row of inertias: several records share the parameters, each with its own start.
+r"""Output error of a lumped chain: several records share the parameters, each with its own start.
 
 The row moves by itself under the measured input; the parameters make the sum of squared differences between
 measured and simulated outputs least,
 
 .. math:: \min_p \sum_{\text{records}} \sum_{k\in\text{training}} |W (y_k - h(x_k(p)))|^2,
 
-by bounded nonlinear least squares with the exact sensitivities of the march. What is positive is sought by
-its logarithm. Samples outside the training part never enter; they are for `fit_of` and `rms_of`.
+by bounded nonlinear least squares with the exact sensitivities of the integration. Positive parameters are
+searched in the logarithm. Samples outside the training part never enter; they are for `fit_of` and `rms_of`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -31,7 +31,7 @@ FAR = 1e3
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RowFit:
-    """Parameters of a row of inertias from its records.
+    """Parameters of a lumped chain from its records.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ def fit_output_error(
     *,
     most_evaluations: int = MOST_EVALUATIONS,
 ) -> RowFit:
-    """Fit a row of inertias to several records at once.
+    """Fit a lumped chain to several records at once.
 
     ``records``: only samples of their training part are compared; ``start``: a value for each parameter of
     the model.

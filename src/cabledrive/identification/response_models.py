@@ -99,7 +99,7 @@ class ResponseFit:
 
 
 def chain_for(model: int, values: Mapping[str, float], radius: float) -> LumpedChain:
-    """The row of inertias of a model, both radii alike, two spans as in (6.11), (6.13).
+    """The lumped chain of a model, both radii alike, two spans as in (6.11), (6.13).
 
     ``model``, {1, 2, 3, 4}; ``values``: the parameters of `PARAMETERS`; ``radius`` [m].
     """

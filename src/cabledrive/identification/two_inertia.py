@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.identification.chain_model import FreeParameter, ChainModel
+from cabledrive.identification.chain_model import ChainModel, FreeParameter
 from cabledrive.identification.estimates import Estimate, Identification
 from cabledrive.identification.finding import Finding
 from cabledrive.identification.fit_doubts import at_bounds, doubts_of, interval_of, undetermined

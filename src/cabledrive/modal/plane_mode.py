@@ -1,4 +1,4 @@
-"""A mode in the plane of gravity, and modes of one frequency told apart by their sections."""
+"""A mode in the plane of gravity, and modes of one frequency distinguished by their sections."""
 
 from dataclasses import dataclass
 

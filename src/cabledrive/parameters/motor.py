@@ -35,7 +35,7 @@ class Motor:
         Stiffness that holds the rotor where it is commanded [N m/rad]: the magnetic spring of a stepper, or
         the proportional gain of a position loop. None: no such spring.
     backlash : float, default 0.0
-        Free play of the gearhead at the output shaft [rad].
+        Backlash of the gearhead at the output shaft [rad].
     current_bandwidth : float or None, default None
         Bandwidth of the first-order torque loop [Hz]; None: ideal.
     """
@@ -56,7 +56,7 @@ class Motor:
     holding_stiffness: float | None = quantity(
         "N m/rad", "positive", "spring from the rotor to its commanded angle; absent: none", None
     )
-    backlash: float = quantity("rad", "nonnegative", "free play at the output shaft", 0.0)
+    backlash: float = quantity("rad", "nonnegative", "backlash at the output shaft", 0.0)
     current_bandwidth: float | None = quantity(
         "Hz", "positive", "first-order torque loop; absent: ideal", None
     )

@@ -1,4 +1,4 @@
-"""Compiled motion of a row of inertias with set-valued friction, and its exact sensitivities.
+"""Compiled motion of a lumped chain with set-valued friction, and its exact sensitivities.
 
 Between events the row is smooth and one Runge-Kutta step of order 4 carries state and sensitivities. An
 inertia whose speed reaches zero is followed to that instant; there it sticks, or slips on the other way, and

@@ -1,4 +1,4 @@
-"""Smooth motion of a row of inertias between events of its friction, with exact sensitivities."""
+"""Smooth motion of a lumped chain between events of its friction, with exact sensitivities."""
 
 from math import exp, tanh
 from typing import NamedTuple

@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 PERIODS = 6
 GUESS = 0.01
-"""Share of critical damping to assume where nothing has been measured: a guess, to be named as one."""
+"""Share of critical damping to assume where nothing has been measured: an estimate, to be named as one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -103,7 +103,7 @@ def _demodulated(t: Array, x: Array, omega: float) -> tuple[Array, NDArray[np.co
 
 
 def guessed_damping(frequency: float) -> float:
-    """Damping to assume where none is known: one per cent of critical, a guess.
+    """Damping to assume where none is known: one per cent of critical, an estimate.
 
     ``frequency``: of the mode [Hz].
     Returns [1/s].

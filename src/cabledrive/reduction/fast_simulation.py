@@ -63,7 +63,8 @@ def simulate_fast(
 ) -> SimulationResult:
     """Motion of the loop by the uniform-tension model, a hundred times faster than the chain.
 
-    It marches (R.1)-(R.3) by (R.4). Good below the first longitudinal resonance of a span, without slack, for
+    It integrates (R.1)-(R.3) by (R.4). Good below the first longitudinal resonance of a span, without slack,
+    for
     slopes below 0.05 and without questions of wave fronts; the first three limits are checked. All losses of
     the longitudinal modes are in the channel "viscous_loss".
 

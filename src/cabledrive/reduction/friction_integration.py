@@ -1,4 +1,4 @@
-"""Motion of a row of inertias under a sampled torque: set-valued friction, free play, exact sensitivities."""
+"""Motion of a lumped chain under a sampled torque: set-valued friction, backlash, exact sensitivities."""
 
 from dataclasses import dataclass
 
@@ -63,7 +63,7 @@ def direction(n: int, quantity: str, number: int = 0) -> Array:
     """
     if quantity not in QUANTITIES:
         raise InputRefused(
-            f"{quantity!r} is no quantity of a row of inertias: take one of {', '.join(QUANTITIES)}"
+            f"{quantity!r} is no quantity of a lumped chain: take one of {', '.join(QUANTITIES)}"
         )
     lengths = [n - 1 if name in ("stiffness", "damping") else n for name in QUANTITIES]
     place = QUANTITIES.index(quantity)
@@ -85,11 +85,11 @@ def integrate_chain(
     substeps: int = 1,
     hold: str = "line",
 ) -> March:
-    """Move a row of inertias from rest (or ``start``) under a torque given at samples.
+    """Move a lumped chain from rest (or ``start``) under a torque given at samples.
 
     ``torque``, shape (samples,) [N m], or whatever ``gains`` turn into torque; ``interval``: time between
     samples [s]; ``gains``: torque on each inertia per unit of ``torque``; default: 1 on the first, 0 on the
-    others; ``gaps``: free play of each link [rad, or m between rims]; ``law``: default: constant Coulomb
+    others; ``gaps``: backlash of each link [rad, or m between rims]; ``law``: default: constant Coulomb
     friction; ``start``, shape (2n,): angles, then speeds; ``directions``, shape (9 n - 2, m): how each of m
     parameters moves the quantities of the row, see `direction`; ``substeps``: steps per sample; ``hold``,
     {"line", "step"}: torque on straight lines between samples, or standing from sample to sample.
@@ -122,7 +122,7 @@ def chain_numbers(
     law: FrictionLaw | None = None,
     directions: Array | None = None,
 ) -> ChainNumbers:
-    """A row of inertias as the kernels take it.
+    """A lumped chain as the kernels take it.
 
     ``directions``: all as `integrate_chain` takes them.
     Raises `InputRefused` with a holding stiffness, which these kernels do not have.

@@ -18,7 +18,7 @@ ComplexArray = NDArray[np.complex128]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LumpedChain:
-    """A row of n inertias and n - 1 links; angles in rad, or displacements in m of masses.
+    """A lumped chain of n inertias and n - 1 links; angles in rad, or displacements in m of masses.
 
     Attributes
     ----------

@@ -23,7 +23,7 @@ STEPS_PER_PERIOD = 16
 
 
 class OscillatorCoefficients(NamedTuple):
-    """What a march needs; every array may end in an axis of lanes.
+    """What an integration needs; every array may end in an axis of lanes.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ def oscillator_coefficients(
     torque: ArrayLike = 0.0,
     forcing: ArrayLike | None = None,
 ) -> OscillatorCoefficients:
-    """Coefficients of the march, Eq. (A.20).
+    """Coefficients of the integration, Eq. (A.20).
 
     ``model``: its arrays may end in an axis of lanes; ``step`` [s]; ``torque``, shape (...): amplitude [N m];
     ``forcing``, shape (...): omega [rad/s]; the pulley mode's own unless given.
@@ -110,7 +110,7 @@ def linear_flow(natural: Array, damping: Array, step: float) -> Array:
 def integrate_oscillators_reference(
     c: OscillatorCoefficients, plucks: Array, steps: int, stride: int
 ) -> Array:
-    """Readable twin of the compiled march, for any number of transverse modes and lanes.
+    """Readable twin of the compiled integrator, for any number of transverse modes and lanes.
 
     ``plucks``, shape (J, ...): amplitudes at t = 0, at rest [m]; ``stride``: steps between two records.
     Returns shape (records, 2 + J, ...): q, v, a at the recorded instants.

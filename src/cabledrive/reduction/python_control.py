@@ -9,7 +9,7 @@ from cabledrive.reduction.lumped_chain import LumpedChain, speed_transfer_functi
 
 
 def to_control(chain: LumpedChain) -> Any:
-    """A row of inertias as a state-space object of python-control.
+    """A lumped chain as a state-space object of python-control.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A row of inertias as seen from its first shaft: every link between equal angles."""
+"""A lumped chain as seen from its first shaft: every link between equal angles."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-r"""How much torque it takes: threshold, growth rate and tongue of the internal resonance.
+r"""How much torque it takes: threshold, growth rate and instability region of the internal resonance.
 
 With :math:`\mu = |k_jQ|` and the pulley mode at its forced amplitude :math:`|Q| = |f|/|{-c/2} + i\delta|`, a
 vanishing transverse motion grows where
@@ -93,7 +93,7 @@ def growth_rates(c: AveragedCoefficients, amplitude: ArrayLike) -> Array:
     .. math:: \sqrt{\mu^2 - (\delta_j + \mu^2/4\nu)^2} - \tfrac12\Gamma
 
     ``amplitude``, shape (...): size of Q [m].
-    Returns shape (J, ...) [1/s]; minus half of Gamma outside the tongue.
+    Returns shape (J, ...) [1/s]; minus half of Gamma outside the instability region.
     """
     pumping = np.abs(c.pump) * np.asarray(amplitude, dtype=float)
     shifted = c.transverse_detuning + pumping**2 / (2.0 * c.forcing)
@@ -101,7 +101,7 @@ def growth_rates(c: AveragedCoefficients, amplitude: ArrayLike) -> Array:
 
 
 def instability_half_width(c: AveragedCoefficients, amplitude: ArrayLike) -> Array:
-    r"""Half-width of the tongue of instability in :math:`\delta_j`, :math:`\sqrt{\mu^2 - \Gamma^2/4}`.
+    r"""Half-width of the instability region in :math:`\delta_j`, :math:`\sqrt{\mu^2 - \Gamma^2/4}`.
 
     ``amplitude``, shape (...): size of Q [m].
     Returns shape (J, ...) [rad/s]; zero below the threshold.
@@ -114,7 +114,7 @@ def required_detuning(model: AutoparametricModel, torque: float, forcing: float 
     """Distance from tuning beyond which a torque cannot make the spans grow.
 
     ``torque`` [N m]; ``forcing``: omega [rad/s]; the pulley mode's own unless given.
-    Returns largest half-width of the tongue [rad/s]; infinite where the pulley mode is undamped.
+    Returns largest half-width of the instability region [rad/s]; infinite where the pulley mode is undamped.
     """
     c = averaged_coefficients(model, torque=torque, forcing=forcing, drift=False)
     return float(np.max(instability_half_width(c, pulley_amplitude(c))))

@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 
 class March(NamedTuple):
-    """What a march recorded; velocities at the times of the positions.
+    """What an integration recorded; velocities at the times of the positions.
 
     Attributes
     ----------
@@ -88,7 +88,7 @@ class Coefficients(NamedTuple):
 
 
 def coefficients(model: UniformTensionModel, step: float) -> Coefficients:
-    """Prepare a march with one step length.
+    """Prepare an integration with one step length.
 
     ``step``: step length h [s].
     """
@@ -127,7 +127,8 @@ def march(
     """March the model in time, Eq. (R.4).
 
     ``c``: for the step `h`; ``q``, ``p``, shape (k,): longitudinal amplitudes [m kg^1/2] and rates at the
-    start; at the end of the march on return; ``a``, ``b``, shape (planes, 2, m): transverse amplitudes [m]
+    start; at the end of the integration on return; ``a``, ``b``, shape (planes, 2, m): transverse amplitudes
+    [m]
     and rates, planes w (and v); ``torque``, shape (steps + 1,): at the ends of the steps [N m]; ``h``: step
     [s]; ``stride``: steps between two recorded instants.
     """

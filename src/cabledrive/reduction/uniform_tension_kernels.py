@@ -1,4 +1,4 @@
-"""The march of the uniform-tension model as arithmetic: one version for the reader, one for the machine."""
+"""Time integration of the uniform-tension model: a readable version and a compiled one."""
 
 from typing import Any
 
@@ -14,7 +14,7 @@ Arrays = tuple[Array, Array, Array, Array]
 def march_reference(
     c: Any, q: Array, p: Array, a: Array, b: Array, torque: Array, h: float, stride: int
 ) -> Arrays:
-    """Readable twin of the compiled march.
+    """Readable twin of the compiled integrator.
 
     ``q``, ``p``, shape (k,): longitudinal amplitudes and their rates; changed in place; ``a``, ``b``, shape
     (planes, 2, m): transverse amplitudes of planes w (and v) and their rates; changed in place; ``torque``,
@@ -63,7 +63,7 @@ def march_reference(
 def integration_kernel(
     c: Any, q: Array, p: Array, a: Array, b: Array, torque: Array, h: float, stride: int
 ) -> Arrays:
-    """Arithmetic of the march; arguments and results as `march_reference`."""
+    """Arithmetic of the integration; arguments and results as `march_reference`."""
     steps = torque.size - 1
     longitudinal = q.size
     planes, spans, sines = a.shape

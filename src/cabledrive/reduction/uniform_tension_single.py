@@ -1,4 +1,4 @@
-"""The march of the uniform-tension model with one sine per span, in one plane: nothing but numbers to move.
+"""Time integration of the uniform-tension model with one sine per span, in one plane: scalars only.
 
 Half-sine plucks want no more, and ensembles run thousands of them. Twin:
 `cabledrive.reduction.uniform_tension_kernels.march_reference`.
@@ -19,7 +19,7 @@ Arrays = tuple[Array, Array, Array, Array]
 def single_sine_kernel(
     c: Any, q: Array, p: Array, a: Array, b: Array, torque: Array, h: float, stride: int
 ) -> Arrays:
-    """Arithmetic of the march; arguments and results as `march_reference`, with a, b of shape (1, 2, 1)."""
+    """One sine per span; arguments and results as `march_reference`, with a, b of shape (1, 2, 1)."""
     records = (torque.size - 1) // stride + 1
     along = np.empty((records, 2, q.size))
     across = np.empty((records, 2, 1, 2, 1))

@@ -1,4 +1,4 @@
-"""Table of the chapter on control: the laws on the nonlinear distributed cable beside its row of inertias."""
+"""Table of the chapter on control: the laws on the nonlinear distributed cable beside its lumped chain."""
 
 from collections.abc import Mapping, Sequence
 
@@ -15,9 +15,9 @@ CABLE_SEEDS = 4
 
 
 def on_cable_table(drive: Drive, runs: Mapping[str, Sequence[Tracking]]) -> Table:
-    """Peak errors on both plants, and what the cable does that its row of inertias cannot.
+    """Peak errors on both plants, and what the cable does that its lumped chain cannot.
 
-    ``runs``: of each law on the row of inertias, seeds from 0 on.
+    ``runs``: of each law on the lumped chain, seeds from 0 on.
     """
     rows: list[tuple[Cell, ...]] = []
     for law, found in runs.items():

@@ -1,7 +1,8 @@
 """One look for all figures: colours that follow the page from light to dark, sizes, spare axes.
 
 A figure is drawn in the light colours; on the page each of them is a variable with a value for light and one
-for dark. The hues can be told apart with any of the common colour deficiencies and reach a contrast of 4.5 as
+for dark. The hues can be distinguished with any of the common colour deficiencies and reach a contrast of
+4.5 as
 text; what a colour says is said by a label or a line style as well.
 """
 

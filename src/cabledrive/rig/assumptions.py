@@ -126,7 +126,7 @@ def _failures(loop: Loop, done: Run) -> list[str]:
     if done.state.summary[6] > 0:
         found.append("a sensor failed")
     if loop.kinks.play > 0.0:
-        found.append("free play in the gearhead")
+        found.append("backlash in the gearhead")
     if done.state.summary[9] > 0 or done.state.discrete[1] == WENT_SLACK:
         found.append("a span went slack")
     return found
@@ -148,7 +148,7 @@ def _sensing(loop: Loop, actual: Drive, options: RigOptions) -> list[str]:
 
 
 def _structure(loop: Loop) -> list[str]:
-    """What the row of inertias that the law is made for leaves out of the plant."""
+    """What the lumped chain that the law is made for leaves out of the plant."""
     made, found = loop.controller, []
     if made.own is not None or loop.own_plant is not None:  # neither is made for a model
         return ["the cable has mass: the law leaves its own modes out"] if loop.cable is not None else []

@@ -1,4 +1,4 @@
-"""Feedback and feedforward told apart: every baseline with every feedforward, tuned by one rule.
+"""Feedback and feedforward distinguished: every baseline with every feedforward, tuned by one rule.
 
 The rule: of a few settings of its one number, each pair of law and feedforward gets the one with the smallest
 worst error over draws that are set apart for tuning, of those that leave a third of the torque limit unused.

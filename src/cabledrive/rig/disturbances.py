@@ -1,4 +1,4 @@
-"""What a drive and the options make of the rig: limits, phases, jitter, disturbances, a blind encoder."""
+"""What a drive and the options make of the rig: limits, phases, jitter, disturbances, a encoder dropout."""
 
 from math import pi
 
@@ -22,7 +22,7 @@ def slack_twist(drive: Drive, chain: LumpedChain) -> float:
 
 
 def free_play(drive: Drive, chain: LumpedChain) -> float:
-    """Free play of the gearhead, which lies in the motor's joint [rad]; 0 where that is rigid in the plant.
+    """Backlash of the gearhead, which lies in the motor's joint [rad]; 0 where that is rigid in the plant.
 
     ``chain``: the plant.
     """
@@ -93,5 +93,5 @@ def encoder_dropout(drive: Drive, options: RigOptions, interval: float, shown: l
     shaft, start, end = options.blind
     names = [name for i, name in enumerate(fitted_encoders(drive)) if i in shown]
     if shaft not in names:
-        raise InputRefused(f"blind encoder {shaft!r} is not fitted: take one of {', '.join(names)}")
+        raise InputRefused(f"encoder dropout {shaft!r} is not fitted: take one of {', '.join(names)}")
     return np.array([names.index(shaft), round(start / interval), round(end / interval)], dtype=np.int64)

@@ -33,10 +33,10 @@ def parse_encoder_dropout(words: str | None) -> tuple[str, float, float] | None:
         return None
     parts = words.split(":")
     if len(parts) != 3 or parts[0] not in SHAFTS:
-        raise InputRefused(f'blind encoder "{words}" is not SHAFT:START:END: write load:0.1:0.11')
+        raise InputRefused(f'encoder dropout "{words}" is not SHAFT:START:END: write load:0.1:0.11')
     start, end = to_si(parts[1], "s"), to_si(parts[2], "s")
     if not (isfinite(start) and isfinite(end) and 0.0 <= start <= end):
         raise InputRefused(
-            f'blind encoder "{words}": from {start:.4g} s to {end:.4g} s is no time: swap them'
+            f'encoder dropout "{words}": from {start:.4g} s to {end:.4g} s is no time: swap them'
         )
     return parts[0], start, end

@@ -69,7 +69,7 @@ def disturbance_facts(loop: Loop, actual: Drive, options: RigOptions) -> dict[st
     """What was asked of the rig beside its plant.
 
     ``actual``: as it is.
-    Returns jitter [s], disturbances; torque limit [N m], bandwidth of the torque loop and a blind encoder
+    Returns jitter [s], disturbances; torque limit [N m], bandwidth of the torque loop and a encoder dropout
     where there are.
     """
     found: dict[str, Any] = {"jitter": options.jitter, "disturbances": []}

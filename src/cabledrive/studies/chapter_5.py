@@ -24,7 +24,7 @@ from cabledrive.studies.tension_sweep import Sweep, onset, onset_by_growth_integ
 Array = NDArray[np.float64]
 
 GAMMA, PULLEY_DAMPING = 1.0, 4.0
-"""Dampings of the figures [1/s]: guesses, none is printed for configuration 2."""
+"""Dampings of the figures [1/s]: estimates, none is printed for configuration 2."""
 
 TORQUE = 0.02
 PLUCKS = (2e-3, 1e-3)
@@ -62,7 +62,8 @@ class SweptResponse:
     ratio, amplitude : ndarray, shape (n,)
         Frequency ratio gamma, and [m].
     edge, predicted, found : float
-        Gamma at the edge of the tongue, and at the onset by growth integral and by Hill's equation.
+        Gamma at the edge of the instability region, and at the onset by growth integral and by Hill's
+        equation.
     """
 
     ratio: Array

@@ -84,7 +84,7 @@ class Follower:
         ``values``, shape (p,): strictly ascending; ``curves``: how many modes, counted from the lowest at the
         first value.
         Returns one for each value, and for each substep that was needed.
-        Raises `NotComputed` if the modes cannot be told apart.
+        Raises `NotComputed` if the modes cannot be distinguished.
         """
         first = self.modes_at(float(values[0]), curves)
         here = _part(first, np.arange(curves))

@@ -31,11 +31,11 @@ __all__ = [
     "NEAR",
     "RESONANT",
     "SAFE",
-    "ResonanceSummary",
     "InstabilityMargin",
+    "ResonanceSummary",
     "default_torque",
-    "resonance",
     "instability_margin",
+    "resonance",
 ]
 
 SLACK_SHARE = 0.01
@@ -196,7 +196,7 @@ def _tuned_threshold(model: AutoparametricModel | None) -> float | None:
 
 
 def _guessed_threshold(model: AutoparametricModel) -> float:
-    """Threshold with a guess for every damping that is zero."""
+    """Threshold with an estimate for every damping that is zero."""
     across = float(np.max(model.transverse)) / (2 * pi)
     guessed = replace(
         model,

@@ -1,4 +1,4 @@
-"""Where a drive stands against the tongue of a torque; how a steady load splits the tuning of its spans."""
+"""Detuning of a drive from the instability region of a torque; tuning of each span under a steady load."""
 
 from dataclasses import dataclass
 
@@ -12,14 +12,14 @@ BUILD_UP = 10.0
 """How long the torque has acted when the verdict is given [s]."""
 
 CLOSE = 2.0
-"""Within so many half-widths of the tongue a drive is close to resonance."""
+"""Within so many half-widths of the instability region a drive is close to resonance."""
 
 RESONANT, NEAR, SAFE = "resonant", "close", "safe"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InstabilityMargin:
-    """Where a drive stands against the tongue of a torque.
+    """Detuning of a drive from the instability region of a torque.
 
     Attributes
     ----------
@@ -27,7 +27,7 @@ class InstabilityMargin:
     mode : int
         The transverse mode, of those of the model, that decides.
     distance, half_width : float
-        Detuning from the middle of the tongue and its half-width [rad/s].
+        Detuning from the middle of the instability region and its half-width [rad/s].
     growth : float
         Growth rate of a vanishing motion [1/s].
     amplitude : float
@@ -68,10 +68,10 @@ def split_tunings(model: AutoparametricModel) -> dict[str, float | None]:
 
 
 def instability_margin(model: AutoparametricModel, torque: float) -> InstabilityMargin:
-    """Where a drive stands against the tongue of a torque that has acted for `BUILD_UP`.
+    """Detuning of a drive from the instability region of a torque that has acted for `BUILD_UP`.
 
     ``torque`` [N m].
-    Returns of the transverse mode that is relatively nearest to its tongue.
+    Returns of the transverse mode that is relatively nearest to its instability region.
     """
     c = averaged_coefficients(model, torque=torque, drift=False)
     reached = float(pulley_amplitude(c, BUILD_UP))

@@ -85,7 +85,7 @@ def growth_map(
     The unstretched lengths are kept while the tension changes. Of more than two sections the two that come
     nearest to resonance at the drive's own pretension are taken.
 
-    ``torque``: the drive's own torque [N m]; the map goes to three times it unless told; ``load_torque``:
+    ``torque``: the drive's own torque [N m]; the map goes to three times it by default; ``load_torque``:
     steady torque on the load pulley [N m]; ``pretensions``, ``torques``: axes of the map [N], [N m]; 100 each
     unless given; ``duration`` [s]; ``pluck`` [m]; 1e-4 of the span unless given; ``method``, {"oscillators",
     "averaged"}.

@@ -220,5 +220,5 @@ def _torque(model: AutoparametricModel) -> Remedy:
 
 
 def _safe_pumping(c: AveragedCoefficients) -> Array:
-    """Strength of pumping at which each mode lies just outside the margin of the tongue [rad/s]."""
+    """Parametric excitation at which each mode lies just outside the margin [rad/s]."""
     return np.hypot(c.transverse_detuning / CLOSE, 0.5 * c.transverse_damping)

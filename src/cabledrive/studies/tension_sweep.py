@@ -1,6 +1,7 @@
-r"""A slow sweep of the pretension through the resonance, as in Fig. 5.5: when does the cable begin to swing?
+r"""A slow sweep of the pretension through the resonance, as in Fig. 5.5: the onset of transverse vibration.
 
-The onset is not the edge of the tongue. From a floor at the edge the amplitude must grow to what can be seen,
+The onset is not the edge of the instability region. From a floor at the edge the amplitude must grow to what
+can be seen,
 and the sweep goes on meanwhile. Without a stated floor the onset is an artefact of where the sweep began.
 """
 
@@ -33,7 +34,7 @@ class Sweep:
     rate : float
         Of the detuning, upwards [rad/s^2].
     floor, level : float
-        Amplitude when the sweep enters the tongue, and the amplitude that counts as onset [m].
+        Amplitude when the sweep enters the instability region, and the amplitude that counts as onset [m].
     half_forcing : float
         nu [rad/s].
     """
@@ -59,12 +60,12 @@ class Sweep:
 
     @property
     def half_width(self) -> float:
-        """Half-width of the tongue [rad/s]."""
+        """Half-width of the instability region [rad/s]."""
         return sqrt(self.pumping**2 - 0.25 * self.damping**2)
 
     @property
     def entry(self) -> float:
-        """Detuning at which the sweep enters the tongue, second order [rad/s]."""
+        """Detuning at which the sweep enters the instability region, second order [rad/s]."""
         return -self.half_width - self.pumping**2 / (4 * self.half_forcing)
 
 
@@ -78,7 +79,7 @@ def onset_by_growth_integral(sweep: Sweep) -> float:
     adiabatic correction. It is left out where the cable is undamped, whose edge is singular.
 
     Returns [rad/s].
-    Raises `NotComputed` if the sweep leaves the tongue before.
+    Raises `NotComputed` if the sweep leaves the instability region before.
     """
     from scipy.optimize import brentq
 
@@ -105,9 +106,10 @@ def onset_by_growth_integral(sweep: Sweep) -> float:
 
 
 def swept_amplitude(sweep: Sweep) -> tuple[Array, Array]:
-    """Amplitude along the sweep by Hill's equation itself, from the floor at the edge of the tongue.
+    """Amplitude along the sweep by Hill's equation, from the floor at the edge of the instability region.
 
-    Returns ``detuning``, shape (n,): through the tongue, or until it is far above the level [rad/s];
+    Returns ``detuning``, shape (n,): through the instability region, or until it is far above the level
+    [rad/s];
     ``amplitude``, shape (n,) [m].
     """
     nu, mu = sweep.half_forcing, sweep.pumping

@@ -22,7 +22,7 @@ def scaled_transporter(drive: Drive) -> Drive:
     """A transporter of laboratory size made large enough to carry half a kilogram over a metre.
 
     The span becomes 1.5 m, the pretension 10 N, the carriage 0.5 kg at 0.25 m, the cable's damping over its
-    stiffness 0.5 ms (a guess; none is printed); the motor is that of configuration 3 with a rigid joint.
+    stiffness 0.5 ms (an estimate; none is printed); the motor is that of configuration 3 with a rigid joint.
 
     ``drive``: a loop with one carriage, such as dissertation-transporter.
     Raises `InputRefused` if the drive has no carriage, or no encoders.

@@ -1,4 +1,4 @@
-"""Whether two fitted families can be told apart, and by what a family is known to be that of a span."""
+"""Whether two fitted families can be distinguished, and by what a family is known to be that of a span."""
 
 from math import pi
 

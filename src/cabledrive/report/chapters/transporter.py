@@ -32,7 +32,7 @@ def chapter(context: ReportContext) -> Chapter | None:
                 "travels, with a hanging payload in the wind. Here the "
                 f"transporter of {EXAMPLE} is scaled to carry 0.5 kg with 0.25 kg on a line of 0.25 m "
                 "over 1 m: span 1.5 m, pretension 10 N, damping of the cable over its stiffness 0.5 ms "
-                "(a guess), and the motor of configuration 3. Law and observer see the encoders of the "
+                "(an estimate), and the motor of configuration 3. Law and observer see the encoders of the "
                 "two pulleys only; neither carriage nor load carries a sensor."
             ),
         ),

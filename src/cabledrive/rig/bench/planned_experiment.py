@@ -65,7 +65,7 @@ def _quantum(rig: VirtualRig) -> float:
 
 
 def _whole(chain: LumpedChain) -> AxisGuess:
-    """The row of inertias as one, seen from the motor."""
+    """The lumped chain as one, seen from the motor."""
     reach, inertia, viscous, coulomb = 1.0, 0.0, 0.0, 0.0
     for k in range(chain.size):
         if k > 0:

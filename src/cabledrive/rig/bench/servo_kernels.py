@@ -1,4 +1,4 @@
-"""Compiled motion of a row of inertias inside a sampled position loop on the motor's encoder."""
+"""Compiled motion of a lumped chain inside a sampled position loop on the motor's encoder."""
 
 from math import floor
 

@@ -1,4 +1,4 @@
-"""A rig in numbers: set-valued friction, free play, encoders, a current loop with noise, a sampled log."""
+"""A rig in numbers: set-valued friction, backlash, encoders, a current loop with noise, a sampled log."""
 
 from dataclasses import dataclass, field
 from math import exp, pi
@@ -31,7 +31,7 @@ class Imperfections:
     smooth_slope : float
         K of c tanh(K w) in (4.8) [s/rad]; 0: set-valued friction.
     backlash : float
-        Free play of the first link [rad].
+        Backlash of the first link [rad].
     """
 
     amplifier_noise: float = 0.005
@@ -45,7 +45,7 @@ class Imperfections:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VirtualRig:
-    """A row of inertias with its motor, encoders and sampling.
+    """A lumped chain with its motor, encoders and sampling.
 
     Attributes
     ----------
@@ -163,7 +163,7 @@ def _angles(rig: VirtualRig, torque: Array, fine: float) -> Array:
 
 
 def friction_and_gaps(rig: VirtualRig) -> tuple[FrictionLaw, tuple[float, ...]]:
-    """Friction and free play of a rig as the march of a row takes them."""
+    """Friction and backlash of a rig as the integration of a row takes them."""
     flaws, n = rig.imperfections, rig.chain.size
     law = FrictionLaw(
         excess=(flaws.stribeck_excess, *(0.0,) * (n - 1)),

@@ -154,8 +154,8 @@ def chain_law(
 ) -> Controller:
     """A law of the chain with or without damping.
 
-    ``number``, {1, 2, 3, 4}; ``chain``: the row it is made for; the drive's own unless told; ``bounds``: of
-    p2 to p5; as printed unless told.
+    ``number``, {1, 2, 3, 4}; ``chain``: the row it is made for; the drive's own by default; ``bounds``: of
+    p2 to p5; as printed by default.
     """
     chain = wish.model(number) if chain is None else chain
     flat = flat_output(chain, damped=damped)

@@ -46,7 +46,7 @@ def closed_loop_poles(
 
 
 def pole_words(loop: Loop) -> dict[str, Any]:
-    """Poles of a loop's law on its row of inertias, in words.
+    """Poles of a loop's law on its lumped chain, in words.
 
     Returns none with a reason for laws of another kind.
     """
@@ -62,7 +62,7 @@ def pole_words(loop: Loop) -> dict[str, Any]:
 
 
 def poles_of(chain: LumpedChain, controller: Controller) -> tuple[Pole, ...]:
-    """Poles of a law on a row of inertias, with true states, fixed estimates, and no Coulomb friction.
+    """Poles of a law on a lumped chain, with true states, fixed estimates, and no Coulomb friction.
 
     ``chain``: the plant, at the first shaft.
     Returns ascending in frequency, one entry for each pair.

@@ -58,7 +58,8 @@ def known_name(name: str | None, drive: Drive) -> str:
 def needed_order(name: str, drive: Drive) -> int:
     """Least order of a rise with as many bounded derivatives as a law takes, and at least the 9 of (6.1).
 
-    The torque of a row of n inertias holds 2n derivatives of the load's angle, and a rise of order 2m - 1 has
+    The torque of a lumped chain of n inertias holds 2n derivatives of the load's angle, and a rise of order
+    2m - 1 has
     m bounded ones.
     """
     inertias = INERTIAS.get(

@@ -31,7 +31,7 @@ class CarriageModel:
     lumped, exact : tuple of float
         Frequency of the carriage on the cable at each, without what hangs below it [Hz].
     left_out : float
-        Windup of a joint that is taken as rigid, and its free play, at the rim [m]; added to every error.
+        Windup of a joint that is taken as rigid, and its backlash, at the rim [m]; added to every error.
     reason : str
         Why it is wrong by more than is allowed; empty where it is right.
     """
@@ -75,7 +75,7 @@ def _certified(drive: Drive, position: float) -> float:
 
 
 def _left_out(case: CarriageCase) -> float:
-    """Largest windup of the joint along the motion, and the whole of its free play."""
+    """Largest windup of the joint along the motion, and the whole of its backlash."""
     motor, r = case.drive.motor, case.design.radius
     assert motor is not None
     windup = 0.0

@@ -31,7 +31,7 @@ SHARED = (
     "cable_damping",
 )
 RAIL = 0.5
-"""Friction of a carriage on its guide, where nobody says [N s/m]: a guess, drawn from 0 to twice as much."""
+"""Default friction of a carriage on its guide [N s/m]: an estimate, sampled from 0 to twice as much."""
 STIFF_JOINT = 10.0
 """Stiffness of a motor joint that is taken as rigid, over the cable's between motor and carriage."""
 LATE = 0.05
@@ -41,7 +41,7 @@ MARGIN = 0.02
 ORDER = 13
 """Lowest order of the rise: six derivatives enter the feedforward."""
 SWING_RATIO = 0.005
-"""Damping ratio of the hanging mass: a guess."""
+"""Damping ratio of the hanging mass: an estimate."""
 GRAIN, GRAIN_RATIO, GRAVITY = 1e-6, 0.5, 9.81
 """Where nothing hangs: a grain, over the carriage's mass, its damping ratio, and the gravity it needs."""
 
@@ -133,7 +133,7 @@ def carriage_values(drive: Drive, goals: Goals) -> dict[str, float]:
 
 
 def carriage_quantities(drive: Drive, goals: Goals) -> dict[str, Quantity]:
-    """The same with their bounds; a guess may be nothing, or twice as much."""
+    """The same with their bounds; an estimate may be nothing, or twice as much."""
     sheet, found = by_datasheet(drive, goals.spreads), {}
     for name, value in carriage_values(drive, goals).items():
         if name in sheet:

@@ -45,7 +45,7 @@ class CarriageStages:
 
 
 def know_carriage(drive: Drive, goals: Goals, logs: Sequence[str]) -> Knowledge:
-    """What is known of a drive with a carriage: the data sheet, the goals and guesses.
+    """What is known of a drive with a carriage: the data sheet, the goals and estimates.
 
     ``logs``: hashes of the logs that were given.
     """

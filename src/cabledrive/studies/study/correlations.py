@@ -1,6 +1,6 @@
 r"""How the numbers that one log tells err together.
 
-An interval is the regression's 95 % and, on top, what cannot be told apart from a number: other filters, a
+An interval is the regression's 95 % and, on top, what cannot be distinguished from a number: other filters, a
 residual that hides. Of the second part nobody knows how it goes together with that of another number; it is
 taken as independent. The whole covariance is then the regression's and a diagonal, and with the half widths
 :math:`h` of the regression's intervals and :math:`H` of the whole ones the correlation is

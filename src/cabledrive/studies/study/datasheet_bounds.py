@@ -12,12 +12,12 @@ RIPPLE_SHARE, RIPPLE_FRICTION = 0.01, 0.1
 ECCENTRIC_COUNTS = 1.0
 """Largest eccentricity of the load encoder, in counts."""
 GEAR_BACKLASH, COUPLING_BACKLASH = radians(1.0), radians(0.1)
-"""Largest free play that is drawn where the data sheet says none: small planetary gears have 0.5 to 1 deg at
+"""Largest backlash that is drawn where the data sheet says none: small planetary gears have 0.5 to 1 deg at
 their output without load, a coupling or a bare shaft next to nothing [rad]."""
 
 
 def backlash_limit(drive: Drive) -> float:
-    """Largest free play of the motor joint that a data sheet without backlash may hide.
+    """Largest backlash of the motor joint that a data sheet without backlash may hide.
 
     Returns [rad].
     """
@@ -35,7 +35,7 @@ def by_datasheet(
     the load encoder have an upper limit also where the file says zero or nothing.
 
     ``spreads``: relative half widths by kind, see `cabledrive.studies.study.goals.SPREADS`; ``backlash``:
-    largest free play where the file says none [rad]; default: by the gear, see `backlash_limit`.
+    largest backlash where the file says none [rad]; default: by the gear, see `backlash_limit`.
     """
     values, spreads = values_of(drive), SPREADS | dict(spreads)
     gear = drive.load_pulley.radius / drive.drive_pulley.radius

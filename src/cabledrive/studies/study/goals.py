@@ -63,14 +63,14 @@ class Goals:
     hanging_mass, line_length : float or None
         Mass below the carriage [kg] and the line on which it hangs [m]; None: nothing hangs.
     rail_friction : float or None
-        Of the carriage on its guide [N s/m]; None: a guess.
+        Of the carriage on its guide [N s/m]; None: an estimate.
     draws, cable_draws, carriage_draws : int
         Plants of the acceptance: lumped, on the cable, with a carriage.
     seed : int
     spreads : mapping of str to float
         Relative half widths of datasheet values, by kind, see `SPREADS`.
     backlash : float or None
-        Largest free play of the motor joint where the data sheet says none [rad]; None: by the gear, see
+        Largest backlash of the motor joint where the data sheet says none [rad]; None: by the gear, see
         `cabledrive.studies.study.machine.backlash_limit`.
     columns : ColumnMap
         How the logs are to be read.

@@ -77,7 +77,7 @@ def know(
     """Identify what the logs can tell of a drive.
 
     ``drive``: the datasheet; ``spreads``: relative uncertainty of the datasheet, by kind; ``load_inertia``:
-    range of the load that the goals ask for [kg m^2]; ``backlash``: largest free play of the joint where the
+    range of the load that the goals ask for [kg m^2]; ``backlash``: largest backlash of the joint where the
     file says none [rad].
     """
     known = by_datasheet(drive, spreads, backlash)

@@ -188,7 +188,7 @@ def identify_joint(
 
 
 def _fine(drive: Drive) -> float:
-    """Free play that is as good as none: a tenth of the coarser count beside the joint [rad]."""
+    """Backlash that is as good as none: a tenth of the coarser count beside the joint [rad]."""
     sensors = drive.sensors
     numbers = [] if sensors is None else [sensors.motor_encoder, sensors.drive_encoder]
     return max((0.2 * np.pi / number for number in numbers if number), default=0.0)

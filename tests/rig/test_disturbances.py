@@ -1,4 +1,4 @@
-"""What a rig adds to a plant: free play, jitter, slow torque, loads, slack spans, blind encoders.
+"""What a rig adds to a plant: backlash, jitter, slow torque, loads, slack spans, blind encoders.
 
 Compiled modules under test: cabledrive.rig.closed_loop.kink_kernels, cabledrive.rig.closed_loop.loop_kernels.
 """
@@ -91,7 +91,7 @@ def test_free_play_of_the_gearhead_is_told_and_costs_accuracy(measured):
     measured(f"{loose['peak_error_deg']:.3f} deg beside {plain['peak_error_deg']:.3f} deg, phases 1")
     assert loose["backlash"] == pytest.approx(radians(1.0))
     assert loose["free_play_samples"] > 100
-    assert "free play in the gearhead" in loose["broken_assumptions"]
+    assert "backlash in the gearhead" in loose["broken_assumptions"]
     assert 2.0 * plain["peak_error_deg"] < loose["peak_error_deg"] < 1.0
 
 
