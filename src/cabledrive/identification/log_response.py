@@ -27,7 +27,7 @@ def response(
     coulomb: float | None = None,
     offset: float = 0.0,
 ) -> FrequencyResponse:
-    """Frequency response from one channel of a log to another, Eq. (4.15).
+    """Frequency response from one channel of a log to another.
 
     Parameters
     ----------
