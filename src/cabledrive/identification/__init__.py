@@ -1,7 +1,7 @@
 """From logs to parameters with intervals: logs, excitation, regression, responses, cameras, tensions.
 
 What are inertia and friction, how stiff is the cable, what is its tension, and how sure is each number?
-Begin with `read_log` and `identify`; `plan_test` says before a test what it would tell.
+Begin with `read_log` and `identify`; `plan_test` predicts the standard errors of a test.
 """
 
 from typing import TYPE_CHECKING
@@ -10,6 +10,7 @@ from cabledrive.parameters.on_demand import on_demand
 
 if TYPE_CHECKING:
     from cabledrive.identification.amplifier import identify_amplifier
+    from cabledrive.identification.axis_problem import solve_axis_problem
     from cabledrive.identification.camera import marker_log, open_clip, track_marker
     from cabledrive.identification.log_response import response
     from cabledrive.identification.logs.log import log_of
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
     from cabledrive.identification.model_choice import choose_model
     from cabledrive.identification.one_log import IdentifyOptions, identify
     from cabledrive.identification.planning import plan_test
-    from cabledrive.identification.posed_axis import identify_posed_axis
     from cabledrive.identification.printer_shaper import shaper
     from cabledrive.identification.recipe import published_recipe
     from cabledrive.identification.tension import read_ping, tension_from_ping, tensions_from_load_cell
@@ -29,7 +29,7 @@ __getattr__ = on_demand(
         "choose_model": "model_choice",
         "identify": "one_log",
         "identify_amplifier": "amplifier",
-        "identify_posed_axis": "posed_axis",
+        "solve_axis_problem": "axis_problem",
         "log_of": "logs.log",
         "marker_log": "camera",
         "open_clip": "camera",
@@ -50,7 +50,6 @@ __all__ = [
     "choose_model",
     "identify",
     "identify_amplifier",
-    "identify_posed_axis",
     "log_of",
     "marker_log",
     "open_clip",
@@ -60,6 +59,7 @@ __all__ = [
     "read_ping",
     "response",
     "shaper",
+    "solve_axis_problem",
     "tension_from_ping",
     "tensions_from_load_cell",
     "track_marker",

@@ -100,7 +100,7 @@ class Predicted:
     timing : TorqueTiming
         As the innovations have it.
     tracks : list of Track
-    runs : list of Foreseen
+    runs : list of Prediction
     values : ndarray, shape (4,)
         Inertia, viscous friction, Coulomb friction, offset.
     """
