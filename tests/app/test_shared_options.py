@@ -68,6 +68,10 @@ def test_help_has_one_example_and_it_runs(name, tmp_path, monkeypatch):
         assert call(*shlex.split(EXAMPLES["experiment"])[1:]).exit_code == 0
     if name == "study":  # its drawing is tested elsewhere
         monkeypatch.setattr("cabledrive.report.study_page.study_html", lambda result: result.drive.name)
+        (tmp_path / "few.toml").write_text("[acceptance]\ndraws = 40\ncable_draws = 0\n")
+        arguments += ["--goals", "few.toml"]
+    if name == "reproduce":  # all of it is tested elsewhere
+        arguments += ["--only", "Table 3.2"]
     if name == "shaper":
         write_densities(tmp_path / arguments[1], samples([(48.3, 0.06, 1.0)], np.random.default_rng(0)))
     if "clip.avi" in arguments:

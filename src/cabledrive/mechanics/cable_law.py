@@ -45,15 +45,12 @@ class CableLaw(ABC):
     of a dataclass or attributes of the class. Where numba can compile the formula the steps are compiled,
     else the run is interpreted and its result says so.
 
-    Parameters
+    Attributes
     ----------
     pretension : float
         Pretension :math:`T_0` [N].
     axial_rigidity : float
         Axial rigidity :math:`EA` [N].
-
-    Attributes
-    ----------
     name : str
         Name in results; default: that of the class.
     source : str
