@@ -248,3 +248,15 @@ def test_refusals_of_the_python_verb_are_the_command_s(tmp_path):
         cd.shaper([])
     with pytest.raises(InputRefused, match="must be x, y or z"):
         cd.shaper(tmp_path / "a.csv", axis="w")
+
+
+@pytest.mark.parametrize("interval", [1.5625, 0.5, 0.2])
+def test_a_density_made_without_a_window_has_its_damping_ratio_too(tmp_path, interval):
+    frequency = np.arange(0.0, 200.0, interval)
+    ratio = frequency / 52.0
+    density = frequency**2 / ((1 - ratio**2) ** 2 + (0.1 * ratio) ** 2)
+    rows = [f"{f:.4f},{s:.4e}" for f, s in zip(frequency, density, strict=True)]
+    (tmp_path / "resonances_x.csv").write_text("\n".join(["freq,psd_xyz", *rows]))
+    (peak,) = spectrum_peaks(read_printer_spectrum(tmp_path / "resonances_x.csv"))
+    assert peak.frequency_low < 52.0 < peak.frequency_high, peak
+    assert peak.damping_low < 0.05 < peak.damping_high, peak

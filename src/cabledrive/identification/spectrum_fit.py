@@ -29,8 +29,10 @@ STARTS = (0.03, 0.1)
 """Damping ratios from which the fit starts; the better result counts."""
 FLOOR = 0.01
 """Of the largest density, added to the local one in the scale of errors."""
-FINE = 16
-"""Points within an interval of the spectrum, on which the window is applied."""
+FINE = (4, 16)
+"""Fewest and most points within an interval of the spectrum, on which the window is applied; 10 in 1 Hz."""
+MOST_TRIES = 40
+"""Of one fit."""
 REACH = 5
 """Width of the window's main lobe and more, to each side [intervals]."""
 MOVED = 2.5
@@ -68,11 +70,11 @@ class ModeFit:
 
 
 @cache
-def _window_power() -> Array:
-    """Power of the window at steps of 1/16 interval about its centre; the sum is 1."""
+def _window_power(fine: int) -> Array:
+    """Power of the window about its centre, ``fine`` values an interval; the sum is 1."""
     length = 256
-    spectrum = np.abs(np.fft.fft(np.kaiser(length, KAISER), FINE * length)) ** 2
-    reach = FINE * REACH
+    spectrum = np.abs(np.fft.fft(np.kaiser(length, KAISER), fine * length)) ** 2
+    reach = fine * REACH
     power = np.concatenate([spectrum[-reach:], spectrum[: reach + 1]])
     return np.asarray(power / power.sum())
 
@@ -87,15 +89,20 @@ def _alike() -> float:
 class SpectrumFit:
     """Partial fractions through the window, on the lines of a spectrum that are used."""
 
-    def __init__(self, spectrum: PrinterSpectrum, used: NDArray[np.int64]) -> None:
+    def __init__(self, spectrum: PrinterSpectrum, used: NDArray[np.int64], *, windowed: bool = True) -> None:
         measured = spectrum.measured
         self.target = measured[used] / measured[used].max()
         self.scale = 1.0 / (self.target + FLOOR)
-        step = spectrum.interval / FINE
+        self.per_line = int(np.clip(np.ceil(10.0 * spectrum.interval), *FINE))
+        step = spectrum.interval / self.per_line
+        self.power = _window_power(self.per_line)
+        if not windowed:  # a density that was computed without a window
+            self.power = np.zeros_like(self.power)
+            self.power[self.power.size // 2] = 1.0
         self.step = spectrum.interval
         start = spectrum.frequency[used[0]] - REACH * self.step
         # Below 0 Hz the window sees the mirrored density.
-        self.fine = np.abs(start + step * np.arange(FINE * (used.size - 1 + 2 * REACH) + 1))
+        self.fine = np.abs(start + step * np.arange(self.per_line * (used.size - 1 + 2 * REACH) + 1))
 
     def basis(self, parameters: Array) -> Array:
         """Columns of the linear amplitudes, each over the scale of the errors, shape (lines, 2 k + 2)."""
@@ -106,7 +113,7 @@ class SpectrumFit:
             share = square / place**2
             peak = 1.0 / ((1.0 - share) ** 2 + 4.0 * ratio**2 * share)
             shapes += [square * peak, square * (1.0 - share) * peak]
-        seen = [np.convolve(shape, _window_power(), "valid")[::FINE] for shape in shapes]
+        seen = [np.convolve(shape, self.power, "valid")[:: self.per_line] for shape in shapes]
         columns = np.column_stack(seen)
         return np.asarray(columns / np.abs(columns).max(axis=0) * self.scale[:, None])
 
@@ -159,6 +166,7 @@ class SpectrumFit:
                     np.concatenate([seen, np.full(count, np.log(ratio))]),
                     bounds=(low, high),
                     x_scale=np.repeat([1.0, 0.3], count),
+                    max_nfev=MOST_TRIES,
                 )
                 for ratio in STARTS
             ),

@@ -25,6 +25,12 @@ WIDEST = 0.5
 BELOW, ABOVE, SWEPT = 0.5, 1.4, 130.0
 """Lines that are fitted: from 0.5 of the lowest peak to 1.4 of the highest; above 130 Hz, where a test
 usually ends, no more than 1.1 of it."""
+FIRST = 12.0
+"""Below which a hump of the density is that of its normalisation [Hz]."""
+RESOLUTION = 3.0
+"""Width over which a density is smoothed before peaks are sought [Hz]."""
+MOST_HIDDEN = 3
+"""Peaks beside which a hidden mode is sought."""
 EXPLAINED, HIDDEN = 0.01, 0.7
 """A mode without a peak of its own is added where the misfit is above 1 %, and falls to 0.7 of it."""
 
@@ -63,9 +69,10 @@ class SpectrumPeak:
 def spectrum_peaks(spectrum: PrinterSpectrum) -> tuple[SpectrumPeak, ...]:
     """Find the peaks of a spectrum and fit a mode to each, from the lowest frequency up."""
     frequency, density = spectrum.frequency, spectrum.density
-    found, _ = signal.find_peaks(density, height=HEIGHT * density.max())
-    depth = signal.peak_prominences(density, found)[0]
-    found = found[(depth > PROMINENCE * density[found]) & (frequency[found] > 2.0 * LOWEST)]
+    smooth = _smoothed(spectrum)
+    found, _ = signal.find_peaks(smooth, height=HEIGHT * smooth.max())
+    depth = signal.peak_prominences(smooth, found)[0]
+    found = found[(depth > PROMINENCE * smooth[found]) & (frequency[found] > FIRST)]
     places = np.sort(found[np.argsort(-density[found])][:MOST_PEAKS])
     if places.size == 0:
         return ()
@@ -75,7 +82,7 @@ def spectrum_peaks(spectrum: PrinterSpectrum) -> tuple[SpectrumPeak, ...]:
     if not spectrum.even or used.size < 4 * places.size + 6:
         why = "the frequencies are not even" if not spectrum.even else "too few frequencies about it"
         return tuple(_unfitted(spectrum, int(place), why) for place in places)
-    fit = _with_hidden(SpectrumFit(spectrum, used), frequency[places])
+    fit = _best_fit(spectrum, used, frequency[places])
     return tuple(_fitted(spectrum, int(place), fit, k) for k, place in enumerate(places))
 
 
@@ -93,11 +100,26 @@ def _unfitted(spectrum: PrinterSpectrum, place: int, reason: str) -> SpectrumPea
     )
 
 
-def _with_hidden(fit: SpectrumFit, seen: Array) -> ModeFit:
-    """A mode for each peak, and where they do not explain the density one more, which may lie anywhere."""
-    reach = np.full(seen.size, MOVED * fit.step)
+def _smoothed(spectrum: PrinterSpectrum) -> Array:
+    """The density at the resolution of the firmware, so that chance makes no peaks of a fine one."""
+    width = int(RESOLUTION / spectrum.interval)
+    if width < 3:
+        return spectrum.density
+    weights = np.hanning(width + 2)
+    return np.asarray(np.convolve(spectrum.density, weights / weights.sum(), "same"))
+
+
+def _best_fit(spectrum: PrinterSpectrum, used: NDArray[np.int64], seen: Array) -> ModeFit:
+    """A mode for each peak; where that explains too little, without the window, or with one mode more."""
+    reach = np.full(seen.size, MOVED * max(spectrum.interval, 0.5))
+    fit = SpectrumFit(spectrum, used)
     found = fit.modes(seen, reach)
-    if found.misfit < EXPLAINED or fit.target.size < 4 * seen.size + 12:
+    if found.misfit < EXPLAINED:
+        return found
+    plain = SpectrumFit(spectrum, used, windowed=False).modes(seen, reach)
+    if plain.misfit < HIDDEN * found.misfit:
+        return plain
+    if seen.size > MOST_HIDDEN or fit.target.size < 4 * seen.size + 12:
         return found
     middles = 0.5 * (seen[1:] + seen[:-1])
     tried = [
