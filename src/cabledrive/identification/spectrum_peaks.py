@@ -102,7 +102,7 @@ def _unfitted(spectrum: PrinterSpectrum, place: int, reason: str) -> SpectrumPea
 
 def _smoothed(spectrum: PrinterSpectrum) -> Array:
     """The density at the resolution of the firmware, so that chance makes no peaks of a fine one."""
-    width = int(RESOLUTION / spectrum.interval)
+    width = min(int(RESOLUTION / spectrum.interval), spectrum.density.size // 4)
     if width < 3:
         return spectrum.density
     weights = np.hanning(width + 2)
