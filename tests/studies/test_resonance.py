@@ -150,7 +150,7 @@ def test_axes_that_make_no_map_are_refused(axis):
 
 
 def test_map_page_stands_alone_and_shows_the_drives_point():
-    page = resonance_map_page(growth_map(damped(2.0, 5.0), torque=0.01), referee="The exact loop agrees.")
+    page = resonance_map_page(growth_map(damped(2.0, 5.0), torque=0.01), validation="The exact loop agrees.")
     for word in ("http://", "https://", "src="):
         assert word not in page.replace("http://www.w3.org/2000/svg", "")
     assert '"own_torque": 0.01' in page
