@@ -22,7 +22,7 @@ DRIVE = "dissertation-3"
         (["--plant", "cable", "--segments", "1000000"], "segments = 1000000 are more than the 39"),
         (["--set", "sensors.delay=1e20"], "sensors.delay = 1e+20 s is not below the 2 s of the motion"),
         (["--jitter", "1 ms"], "jitter = 0.001 s is above 0.4 of the sample time"),
-        (["--blind", "load:1e300:1e301"], "blind load encoder: starts at 1e+300 s, the motion ends at 2 s"),
+        (["--blind", "load:1e300:1e301"], "starts at 1e+300 s, the motion ends at 2 s"),
         (["--disturbance", "load:0.1:3:4"], "disturbance on the load: starts at 3 s, the motion ends at 2 s"),
         (["--angle", "nan"], "angle = nan deg must be finite"),
     ],
