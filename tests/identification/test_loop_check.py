@@ -179,7 +179,7 @@ def test_emps_has_friction_that_falls_behind_a_straight_line(shared_data, measur
     )
     size = abs(found.method["suspicions"]["asymmetry"]["value"])
     measured(f"significance {', '.join(told)}; viscous friction {size:.0f} N s/m to either side of its mean")
-    assert "smooth law" in found.findings[-1], found.findings
+    assert "rises smoothly with speed" in found.findings[-1], found.findings
     beyond = {n for n, s in found.method["suspicions"].items() if s["significance"] > s["critical"]}
     assert "slope" in beyond, found.method["suspicions"]
     assert not beyond & {"backlash", "flexibility", "stribeck"}

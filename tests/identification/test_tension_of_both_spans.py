@@ -123,7 +123,7 @@ def test_beside_a_carrying_span_the_silent_one_is_named():
     one = played(10_051, drive=carrying(), heights=(0.0, 1e-3), probe=0.19)
     found = tension_of_both(one.log, one.drive)
     assert list(found.families) == ["lower"]
-    assert "upper span is not heard" in found.unidentifiable[0]
+    assert "upper span is not detected" in found.unidentifiable[0]
 
 
 def test_one_partial_of_each_span_may_be_taken_either_way():

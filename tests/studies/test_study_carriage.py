@@ -248,7 +248,7 @@ def test_rail_friction_is_a_guess_until_it_is_stated():
 def test_a_drive_that_the_law_does_not_cover_is_told_why(drive, words):
     found = missing_for_carriage(drive)
     assert any(words in line for line in found), found
-    assert all(":" in line for line in found)
+    assert all(":" in line or "needs" in line or "supports" in line for line in found), found
 
 
 def test_the_joint_of_a_stiff_axis_is_added_to_every_error():
@@ -266,8 +266,8 @@ def test_the_joint_of_a_stiff_axis_is_added_to_every_error():
     [
         (BELT, Goals(error=0.01), "error = 0.573 deg is an angle"),
         (BELT, Goals(travel=0.3), "travel = 0.3 m takes the carriage from 0.2 m to 0.5 m"),
-        (load_drive("dissertation-3"), Goals(travel=0.3), "travel is of a carriage"),
-        (load_drive("dissertation-3"), Goals(carriage_error=1e-3), "error, a length, is of a carriage"),
+        (load_drive("dissertation-3"), Goals(travel=0.3), "travel refers to a carriage"),
+        (load_drive("dissertation-3"), Goals(carriage_error=1e-3), "error, a length, refers to a carriage"),
     ],
 )
 def test_goals_of_another_machine_are_refused(drive, goals, words):

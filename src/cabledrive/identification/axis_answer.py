@@ -10,6 +10,7 @@ from cabledrive.identification.contradictions import compared, contradicted
 from cabledrive.identification.estimates import Identification, without_intervals
 from cabledrive.identification.feedback import inside_a_loop
 from cabledrive.identification.finding import Finding, code_of
+from cabledrive.identification.innovations import NotReproduced
 from cabledrive.identification.log_doubts import doubtful_interval, without_outliers
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.method_error import widened, with_own_error
@@ -115,7 +116,7 @@ def _by_methods(
     turned = (
         next(iter(found.parameters.values())).high < 0.0
     )  # a negative inertia: swapped or reversed columns
-    predicted, failure = (None, "") if turned else _predicted(logs, found, request, timing)
+    predicted, lost = (None, False) if turned else _predicted(logs, found, request, timing)
     if predicted is not None:
         timing, sound = predicted.timing, True
     moved = with_torque_moved(logs, torque, timing)
@@ -123,7 +124,7 @@ def _by_methods(
     if not sound or options.friction.kind not in CHECKED:
         if method == "output-error":
             raise NotComputed("output error needs an identifiable rigid axis with one Coulomb friction")
-        found = _not_followed(found, failure, request)
+        found = _not_followed(found, lost, request)
         if options.friction.kind != "coulomb" or not request.check:
             return replace(found, check_reason=_reason(request, options))
         return checked_by_innovations(moved, found, options)
@@ -154,7 +155,7 @@ def _by_methods(
             apart = [refined[name] - predicted.identification[name] for name in refined.parameters]
             chosen = widened(chosen, AGREED**2 * np.outer(apart, apart))
     if not alone:
-        chosen = _not_followed(chosen, failure, request)
+        chosen = _not_followed(chosen, lost, request)
     return _checked(chosen, moved, request, refined if follows and alone else None, predicted)
 
 
@@ -166,27 +167,27 @@ def _reason(request: Request, options: AxisOptions) -> str:
 
 def _predicted(
     logs: Sequence[Log], found: Identification, request: Request, timing: TorqueTiming
-) -> tuple[Predicted | None, str]:
-    """Prediction error where it is possible, or why it is not."""
+) -> tuple[Predicted | None, bool]:
+    """Prediction error where it is possible; whether its observer lost the log."""
     torque, _ = channels_of(logs[0], request.axis)
     forced = request.method == "prediction-error"
     if request.axis.friction.kind != "coulomb" or request.method in ("inverse-dynamics", "output-error"):
         if forced:
             raise NotComputed("prediction error needs the model rigid-axis-coulomb")
-        return None, ""
+        return None, False
     try:
         if any(torque in log.saturated and log.saturated[torque].any() for log in logs):
             raise NotComputed("the torque saturates")
-        return refine_by_prediction(logs, found, request.axis, timing), ""
+        return refine_by_prediction(logs, found, request.axis, timing), False
     except NotComputed as failure:
         if forced:
             raise
-        return None, str(failure)
+        return None, isinstance(failure, NotReproduced)
 
 
-def _not_followed(found: Identification, failure: str, request: Request) -> Identification:
+def _not_followed(found: Identification, lost: bool, request: Request) -> Identification:
     """A finding where an observer with the axis's own figures loses the log."""
-    if not failure or not request.check or "follow" not in failure:
+    if not lost or not request.check:
         return found
     words = (
         "a rigid axis with constant friction does not reproduce the log: another model is needed, or a "

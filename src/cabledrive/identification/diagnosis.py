@@ -150,8 +150,8 @@ def verdict(found: Sequence[Suspicion], late: bool = False) -> str | None:
     if not beyond:
         return None
     family = max(beyond, key=lambda s: s.family_gain).family
-    if late and any(s.family == "link" for s in beyond):
-        family = "link"  # no friction moves a torque in time
+    if late and any(s.family == "link" for s in beyond) and not any(s.from_law for s in found):
+        family = "link"  # a torque that seems moved in time, and no other law of friction explains it
     members = sorted((s for s in found if s.family == family), key=lambda s: -s.gain)
     top = members[0]
     if family == "link":

@@ -27,6 +27,14 @@ from cabledrive.parameters import NotComputed
 
 Array = NDArray[np.float64]
 
+
+class NotReproduced(NotComputed):
+    """An observer with the inertia and friction of the axis does not reproduce the log."""
+
+    def __init__(self) -> None:
+        super().__init__("an observer with the inertia and friction of the axis does not reproduce the log")
+
+
 HELD = 8 / 48
 """Second difference taken off the torque: half-way between the 4/48 of point samples and the 12/48 of means
 over the interval of a torque that a controller holds from sample to sample."""

@@ -26,6 +26,7 @@ from cabledrive.identification.innovations import (
     HELD,
     HELD_DOUBT,
     SLOWER,
+    NotReproduced,
     Track,
     best_bandwidth,
     held,
@@ -52,7 +53,6 @@ from cabledrive.identification.regression import (
 )
 from cabledrive.identification.repetition import design_effect
 from cabledrive.identification.rigid_axis import AxisOptions, channels_of, equation_for
-from cabledrive.parameters import NotComputed
 
 Array = NDArray[np.float64]
 
@@ -143,9 +143,7 @@ def refitted(tracks: Sequence[Track], values: Array, bandwidths: Sequence[float]
     for _ in range(ROUNDS):
         values = values + solve(joint_factors(tracks, values, bandwidths)).values[: len(BASE)]
         if not np.all(np.isfinite(values)) or values[0] <= 0.0 or values[2] < 0.0:
-            raise NotComputed(
-                "an observer with the inertia and friction of the axis does not reproduce the log"
-            )
+            raise NotReproduced
     return values
 
 

@@ -18,6 +18,7 @@ from cabledrive.identification.estimates import Identification
 from cabledrive.identification.finding import code_of
 from cabledrive.identification.innovations import (
     SLOWER,
+    NotReproduced,
     Prediction,
     Track,
     autoregression,
@@ -196,13 +197,13 @@ def settled(
             return values, fit
         if number >= FULL_STEPS:
             damped = DAMPING
-    raise NotComputed("an observer with the inertia and friction of the axis does not reproduce the log")
+    raise NotReproduced
 
 
 def _fitted(tracks: Sequence[Track], values: Array, bandwidths: Sequence[float], lag: bool) -> Fit:
     factors: Factors = joint_factors(tracks, values, bandwidths)
     if not np.all(np.isfinite(factors.triangles)):
-        raise NotComputed("an observer with the inertia and friction of the axis does not reproduce the log")
+        raise NotReproduced
     return solve(suited_segments(factors if lag else only(factors, BASE), each=True))
 
 

@@ -13,8 +13,8 @@ Array = NDArray[np.float64]
 
 LARGE, SMALL, COLOURED = 0.04, 0.002, 3.0
 """Shares of the torque, and the rise, from which it is more than noise."""
-ROUNDED = 0.1
-"""Rise below which it is the rounding of the encoder's angle, whatever its share."""
+ROUNDED, COUNTS = 0.1, 0.5
+"""Rise, and innovation in counts of the encoder, below which it is rounding alone, whatever its share."""
 LOWEST = 0.3
 """[Hz]."""
 LONGEST_SEGMENT = 8.0
@@ -34,16 +34,19 @@ class Unexplained:
         where it is white noise of the torque channel, below where it is noise of the encoder.
     bandwidth : float
         Of the observer [Hz].
+    rounded : bool
+        Whether the rounding of the encoder's angle alone makes as much.
     """
 
     share: float
     rise: float
     bandwidth: float
+    rounded: bool
 
     @property
     def beyond(self) -> bool:
         """Whether it is more than noise of the torque and of the encoder make."""
-        return (self.share > LARGE and self.rise > ROUNDED) or (self.share > SMALL and self.rise > COLOURED)
+        return (self.share > LARGE and not self.rounded) or (self.share > SMALL and self.rise > COLOURED)
 
     @property
     def words(self) -> str:
@@ -76,5 +79,7 @@ def unexplained_torque(tracks: Sequence[Track], values: Array) -> Unexplained:
         rise = 0.0
         if low.any() and high.any():
             rise = float(power[low].mean() / max(power[high].mean(), 1e-300))
-        found.append(Unexplained(share=size / whole, rise=rise, bandwidth=hertz))
+        counts = float(np.sqrt(np.mean(run.innovation**2)))
+        rounded = rise < ROUNDED and counts < COUNTS * track.quantum
+        found.append(Unexplained(share=size / whole, rise=rise, bandwidth=hertz, rounded=rounded))
     return max(found, key=lambda one: one.share)
