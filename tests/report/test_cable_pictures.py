@@ -142,7 +142,7 @@ def test_the_chapter_has_its_figures_with_words_for_who_does_not_see_them():
 def test_the_chapter_finds_the_load_pulleys_peak_near_the_printed_one():
     """81.7 Hz, printed 81.6 Hz, resolution 0.5 Hz."""
     (figure,) = [block for block in chapter().all_blocks if getattr(block, "name", "") == "cable-spectrum"]
-    found = float(re.search(r"peak stands at ([\d.]+) Hz", str(figure.caption))[1])
+    found = float(re.search(r"pulley mode is at ([\d.]+) Hz", str(figure.caption))[1])
     assert found == pytest.approx(81.742, abs=0.05), found
 
 

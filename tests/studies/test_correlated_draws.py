@@ -7,7 +7,7 @@ import pytest
 
 from cabledrive.identification.one_log import IdentifyOptions, identify
 from cabledrive.identification.regression import Fit
-from cabledrive.studies.study.chain_regression import NAMES, tell
+from cabledrive.studies.study.chain_regression import NAMES, identify_chain
 from cabledrive.studies.study.correlations import Correlation, among, of_an_axis, of_intervals, root_of
 from cabledrive.studies.study.datasheet_bounds import by_datasheet
 from cabledrive.studies.study.goals import SPREADS
@@ -124,7 +124,7 @@ def test_the_same_seed_draws_the_same_bits_and_data_sheets_are_drawn_as_ever():
 
 def test_a_log_tells_how_its_numbers_err_together():
     """More inertia at the motor is less at the load; the rest of the log's matrix makes sense as well."""
-    told = tell([log_with(("torque", "angle", "load_angle"))], drive_of("turntable"))
+    told = identify_chain([log_with(("torque", "angle", "load_angle"))], drive_of("turntable"))
     found = {(one.first, one.second): one.value for one in told.correlations}
     assert found["load_inertia", "near_inertia"] < -0.3, found
     assert found["cable_stiffness", "load_inertia"] > 0.5, found

@@ -66,7 +66,7 @@ def test_a_stage_is_served_as_it_was_written_and_else_made_again(tmp_path, damag
 IN_EVERY_ROOM = [
     "parameters/drive.py", "mechanics/chain.py", "trajectories/segments.py", "modal/natural.py",
     "reduction/lumped_chain.py", "identification/one_log.py", "control/kalman.py", "control/darc.py",
-    "rig/tracking.py", "studies/study/drawn_plants.py",
+    "rig/tracking.py", "studies/study/sampled_plants.py",
 ]  # fmt: skip
 
 

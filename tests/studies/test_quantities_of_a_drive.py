@@ -7,7 +7,7 @@ import pytest
 
 from cabledrive.identification.filters import difference, zero_phase
 from cabledrive.parameters import InputRefused, load_drive
-from cabledrive.studies.study.chain_regression import tell
+from cabledrive.studies.study.chain_regression import identify_chain
 from cabledrive.studies.study.goals import SPREADS
 from cabledrive.studies.study.knowledge_stage import ESSENTIAL, know
 from cabledrive.studies.study.machine import LOG, Quantity, drive_with, values_of
@@ -70,7 +70,7 @@ def with_less_friction(log, taken):
 
 def test_a_friction_that_comes_out_negative_is_told_and_not_cut_in_silence():
     drive, log = drive_of("turntable"), log_with(("torque", "angle", "load_angle"))
-    value, low, high = tell([log], drive).intervals["viscous_friction"]
+    value, low, high = identify_chain([log], drive).intervals["viscous_friction"]
     slight = know(drive, [with_less_friction(log, value + 0.3 * (high - low))], SPREADS)
     known = slight.quantities["viscous_friction"]
     assert (known.value, known.source) == (0.0, LOG)

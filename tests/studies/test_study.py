@@ -9,7 +9,7 @@ from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.rig.closed_loop.loop import run
 from cabledrive.studies.study import Goals, load_goals, run_study
 from cabledrive.studies.study.candidates import score
-from cabledrive.studies.study.chain_regression import tell
+from cabledrive.studies.study.chain_regression import identify_chain
 from cabledrive.studies.study.closed_loop import joined_loop, make_law, rig_options
 from cabledrive.studies.study.datasheet_bounds import by_datasheet
 from cabledrive.studies.study.demand_stage import demand_of
@@ -237,7 +237,7 @@ def test_draws_are_alike_for_alike_seeds_and_numbers():
 def test_logs_of_the_virtual_rig_are_told_within_their_intervals():
     truth = values_of(drive_of("turntable"))
     log = log_with(("torque", "angle", "load_angle"))
-    for name, (_, low, high) in tell([log], drive_of("turntable")).intervals.items():
+    for name, (_, low, high) in identify_chain([log], drive_of("turntable")).intervals.items():
         assert low <= truth[name] <= high, f"{name}: {low:.5g} to {high:.5g}, true {truth[name]:.5g}"
 
 

@@ -22,7 +22,7 @@ from cabledrive.rig.closed_loop.loop import run
 from cabledrive.rig.log_table import log_csv
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import Goals, run_study
-from cabledrive.studies.study.chain_regression import tell
+from cabledrive.studies.study.chain_regression import identify_chain
 from cabledrive.studies.study.closed_loop import joined_loop, make_law
 from cabledrive.studies.study.machine import values_of
 
@@ -101,7 +101,7 @@ def told_within(seed):
     log = experiment(TRUTH, MULTISINE, seed=seed)
     log = log_of(log.time, log.channels, log.units)
     truth = values_of(TRUTH)
-    told = tell([log], datasheet())
+    told = identify_chain([log], datasheet())
     return {name: low <= truth[name] <= high for name, (_, low, high) in told.intervals.items()}
 
 

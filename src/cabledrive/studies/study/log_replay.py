@@ -37,8 +37,6 @@ CHANCE = 1e-4
 """Probability that a log of the model itself exceeds its limit in some octave of some encoder."""
 TOLERANCE = 1.5
 """Power over that of the model that numbers within their intervals may make at least."""
-DEVIATION = 2.0
-"""Largest deviation of the true numbers, over the largest among the machines that are drawn."""
 LOWEST = 1.0
 """Lower end of the first octave [Hz]."""
 DIVERGED = 1e9
@@ -122,7 +120,7 @@ def replay(log: Log, drive: Drive, seed: int = 0, likely: Sequence[Drive] = ()) 
     model = np.mean([left(own) for _ in range(REPEATS)], axis=0)
     drawn = [left(moved) for machine in likely if (moved := _moved(machine, torque, h)) is not None]
     excess = np.max([model, *drawn], axis=0) / model - 1.0
-    return _largest(seen, model, np.maximum(TOLERANCE, 1.0 + DEVIATION**2 * excess), channels)
+    return _largest(seen, model, np.maximum(TOLERANCE, 1.0 + excess), channels)
 
 
 def _moved(drive: Drive, torque: Array, interval: float) -> Array | None:
