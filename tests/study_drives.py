@@ -55,14 +55,14 @@ CASES = (
         goals=goals(20, 0.3, error=0.5 * DEGREE),
         log=None,
         verdict="no",
-        reason="resonance: a span swings at 0.4995",
+        reason="has 0.4995 of the pulley mode's frequency",
     ),
     Case(
         name="winch",
         goals=goals(90, 0.3, error=0.5 * DEGREE),
         log=None,
         verdict="no",
-        reason="torque: the motion asks for 6.817 N m, and 0.4 N m is the limit",
+        reason="torque: the motion needs 6.817 N m, and 0.4 N m is the limit",
     ),
     Case(
         name="spindle",

@@ -152,7 +152,7 @@ def best_bandwidth(track: Track, values: Array) -> float:
     edge = settling(SLOWEST, track.interval) if track.position.size > 4000 else 0
     sizes = np.array([np.mean(predicted_angles(track, values, w).innovation[edge:] ** 2) for w in tried])
     if not np.isfinite(sizes).any():
-        raise NotComputed("an observer with the inertia and friction of the axis does not reproduce the log")
+        raise NotReproduced
     return float(tried[int(np.nanargmin(sizes))])
 
 
@@ -184,7 +184,7 @@ def regression(track: Track, run: Prediction, torques: Mapping[str, Array], segm
     """
     rows = np.vstack([answered(track, run, torques), run.innovation])
     if not np.all(np.isfinite(rows)):
-        raise NotComputed("an observer with the inertia and friction of the axis does not reproduce the log")
+        raise NotReproduced
     edge = min(track.position.size // 10, settled(run, track.interval))
     white = signal.oaconvolve(rows, autoregression(run.innovation[edge:])[None, :], axes=1)
     white = white[:, edge + ORDER : track.position.size]
