@@ -1,7 +1,6 @@
 """Machines driven by flexible cables, belts and tendons: modes, resonance, identification, control."""
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from cabledrive.at_once import LISTENS as _LISTENS  # noqa: F401 (before all others, see there)
 from cabledrive.mechanics import (
@@ -32,6 +31,7 @@ from cabledrive.parameters import (
     packaged_drives,
     save_drive,
 )
+from cabledrive.parameters.on_demand import on_demand
 from cabledrive.parameters.version import __version__
 
 if TYPE_CHECKING:
@@ -53,24 +53,27 @@ if TYPE_CHECKING:
 keep_old_names()
 
 # Loaded when first asked for, with the libraries they need.
-_ON_DEMAND = {
-    "LumpedChain": "cabledrive.reduction",
-    "OwnController": "cabledrive.control",
-    "OwnPlant": "cabledrive.rig",
-    "experiment": "cabledrive.rig.bench.experiment",
-    "frequency_against": "cabledrive.studies",
-    "frequency_against_carriage_position": "cabledrive.studies",
-    "identify": "cabledrive.identification.one_log",
-    "read_log": "cabledrive.identification.logs.reading",
-    "reproduce": "cabledrive.dissertation",
-    "resonance": "cabledrive.studies.resonance",
-    "response": "cabledrive.identification.log_response",
-    "run_study": "cabledrive.studies.study",
-    "shaper": "cabledrive.identification.printer_shaper",
-    "simulate": "cabledrive.simulation",
-    "track": "cabledrive.rig",
-    "write_report": "cabledrive.report",
-}
+__getattr__ = on_demand(
+    __name__,
+    {
+        "LumpedChain": "reduction",
+        "OwnController": "control",
+        "OwnPlant": "rig",
+        "experiment": "rig.bench.experiment",
+        "frequency_against": "studies",
+        "frequency_against_carriage_position": "studies",
+        "identify": "identification.one_log",
+        "read_log": "identification.logs.reading",
+        "reproduce": "dissertation",
+        "resonance": "studies.resonance",
+        "response": "identification.log_response",
+        "run_study": "studies.study",
+        "shaper": "identification.printer_shaper",
+        "simulate": "simulation",
+        "track": "rig",
+        "write_report": "report",
+    },
+)
 
 __all__ = [
     "Cable",
@@ -118,12 +121,6 @@ __all__ = [
     "track",
     "write_report",
 ]
-
-
-def __getattr__(name: str) -> Any:
-    if name in _ON_DEMAND:
-        return getattr(import_module(_ON_DEMAND[name]), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:

@@ -74,7 +74,6 @@ class ControllerProtocol(Protocol):
         command : float
             Torque of the motor [N m].
         """
-        ...  # pragma: no cover
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -1,16 +1,17 @@
 """How a result shows itself: a few lines in a terminal, a table in a notebook."""
 
+from abc import ABC, abstractmethod
 from html import escape
 
 
-class ResultCard:
+class ResultCard(ABC):
     """Base of results that show their main figures instead of all their arrays."""
 
     __slots__ = ()
 
+    @abstractmethod
     def _card(self) -> list[tuple[str, str]]:
         """Heading and its text, then name and value of each figure."""
-        raise NotImplementedError
 
     def __repr__(self) -> str:
         (kind, title), *rows = self._card()

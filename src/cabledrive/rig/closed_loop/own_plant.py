@@ -57,7 +57,6 @@ class PlantProtocol(Protocol):
         -------
         array_like, shape (m,)
         """
-        ...  # pragma: no cover
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
