@@ -15,7 +15,7 @@ from cabledrive.rig.closed_loop.lanes import lane_of, march_alone, reference_tab
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
 from cabledrive.rig.laws.registry import design
 from cabledrive.rig.plant_samples import run_samples
-from cabledrive.rig.trial import wish_for
+from cabledrive.rig.trial import spec_for
 
 TITLE = "Closed loop: Model 4 under its adaptive robust law, 5 kHz"
 DRIVE = cd.load_drive("dissertation-3", overrides=["motor.backlash=0"])
@@ -71,7 +71,7 @@ MANY = (
 
 def loop_of(options: RigOptions, motion: Motion) -> Loop:
     generator = np.random.default_rng(0)
-    return close_loop(DRIVE, DRIVE, design("darc-4", wish_for(DRIVE, motion)), motion, options, generator)
+    return close_loop(DRIVE, DRIVE, design("darc-4", spec_for(DRIVE, motion)), motion, options, generator)
 
 
 def alone(loop: Loop, lane: np.ndarray, table: np.ndarray) -> float:

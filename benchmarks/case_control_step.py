@@ -14,7 +14,7 @@ from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest, run
 from cabledrive.rig.closed_loop.loop_numbers import LoopState
 from cabledrive.rig.laws.registry import design
-from cabledrive.rig.trial import wish_for
+from cabledrive.rig.trial import spec_for
 
 TITLE = "One control step: law and observer of Model 4"
 TARGET = 1e-6
@@ -62,8 +62,8 @@ def report() -> str:
 
 def made(name: str, gains: str) -> tuple:
     drive, motion = cd.load_drive("dissertation-3"), Motion()
-    wish = wish_for(drive, motion, best=gains == "best")
-    loop = close_loop(drive, drive, design(name, wish), motion, RigOptions(), np.random.default_rng(0))
+    spec = spec_for(drive, motion, best=gains == "best")
+    loop = close_loop(drive, drive, design(name, spec), motion, RigOptions(), np.random.default_rng(0))
     first = 2 * loop.chain.size + 1
     log = run(loop).log
     readings = np.ascontiguousarray(log[:, first : first + 3])

@@ -53,7 +53,7 @@ class Outcome:
 
 
 def adversarial_outcomes(runs: int, seed: int) -> list[Outcome]:
-    """Outcomes of seeded runs; wishes that are refused are drawn again.
+    """Outcomes of seeded runs; specs that are refused are drawn again.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def adversarial_outcome(generator: np.random.Generator) -> Outcome:
     Outcome
     """
     while True:
-        drive, choices = adversarial_wish(generator)
+        drive, choices = adversarial_spec(generator)
         try:
             said = track(drive, **choices).summary
         except InputRefused:
@@ -92,7 +92,7 @@ def adversarial_outcome(generator: np.random.Generator) -> Outcome:
         )
 
 
-def adversarial_wish(rng: np.random.Generator) -> tuple[Drive, dict[str, Any]]:
+def adversarial_spec(rng: np.random.Generator) -> tuple[Drive, dict[str, Any]]:
     """A drive, and what `track` is asked to do with it.
 
     Parameters

@@ -61,7 +61,7 @@ def test_settings_of_the_plant_leave_the_law_alone():
         (["--set", "sensors.sample_rate=200 Hz", "--gains", "dissertation"], "sample faster"),
     ],
 )
-def test_wishes_that_cannot_be_are_refused_in_one_line(arguments, words):
+def test_specs_that_cannot_be_are_refused_in_one_line(arguments, words):
     assert words in refusal("track", "dissertation-3", *arguments)
 
 

@@ -17,7 +17,7 @@ from cabledrive.rig.expected_bound import expected_bound
 from cabledrive.rig.laws.registry import design
 from cabledrive.rig.learning_samples import RUBBING_LOAD, LearningSamples, run_learning_samples
 from cabledrive.rig.plant_samples import run_samples, sampled_loops
-from cabledrive.rig.trial import wish_for
+from cabledrive.rig.trial import spec_for
 from dissertation_runs import track
 
 DRIVE = load_drive("dissertation-3")
@@ -25,15 +25,15 @@ TWO, RARE = Motion(pulses=2), 1e-3
 
 
 def loop_of(name: str, motion: Motion, *, best: bool) -> Loop:
-    wish = wish_for(DRIVE, motion, best=best)
-    return close_loop(DRIVE, DRIVE, design(name, wish), motion, RigOptions(), np.random.default_rng(0))
+    spec = spec_for(DRIVE, motion, best=best)
+    return close_loop(DRIVE, DRIVE, design(name, spec), motion, RigOptions(), np.random.default_rng(0))
 
 
 @cache
 def learning(best: bool, draws: int, seed: int, *, rubbing: bool = False) -> LearningSamples:
-    loop, wish = loop_of("darc-indirect", TWO, best=best), wish_for(DRIVE, TWO, best=best)
+    loop, spec = loop_of("darc-indirect", TWO, best=best), spec_for(DRIVE, TWO, best=best)
     spreads = RUBBING_LOAD if rubbing else None
-    return run_learning_samples(loop, wish, RigOptions(), draws, seed, spreads=spreads)
+    return run_learning_samples(loop, spec, RigOptions(), draws, seed, spreads=spreads)
 
 
 def beyond(angles: np.ndarray, limit: float) -> int:

@@ -12,11 +12,11 @@ from cabledrive.rig.closed_loop.other_plants import with_plant
 from cabledrive.rig.laws.backstepping_laws import backstepping_6
 from cabledrive.rig.laws.eigenvalues import closed_loop_poles
 from cabledrive.rig.plant_samples import Spreads, sampled_chain
-from cabledrive.rig.trial import wish_for
+from cabledrive.rig.trial import spec_for
 from dissertation_runs import track
 
 DRIVE = load_drive("dissertation-3")
-WISH = wish_for(DRIVE, Motion())
+SPEC = spec_for(DRIVE, Motion())
 SIZES = {"median": "median_peak_error", "99 %": "peak_error_99", "worst": "worst_peak_error"}
 
 
@@ -33,7 +33,7 @@ def test_nominal_drive_and_a_few_drawn_ones_are_followed_at_25_hz():
 
 def test_dampers_along_the_reference_are_worth_a_factor_of_three():
     """Ideal states: 0.077 deg with the dampers left out, as in the printed laws; below 0.02 with them."""
-    made = backstepping_6(replace(WISH, adapt=False))
+    made = backstepping_6(replace(SPEC, adapt=False))
     plain = made.reference.copy()
     plain[:, 7:16] = 0.0
     peaks = []
@@ -77,7 +77,7 @@ def test_sufficient_condition_is_told_over_the_run_and_not_met(law, hertz, measu
 
 def test_poles_on_the_true_plant_tell_the_least_bandwidth(measured):
     """Dampers left out of the feedback: 30.8 Hz (0.34), 7.2 Hz (0.81) at 25 Hz; unstable below 11.3 Hz."""
-    poles = closed_loop_poles(DRIVE, backstepping_6(WISH))
+    poles = closed_loop_poles(DRIVE, backstepping_6(SPEC))
     found = sorted((p.frequency, p.damping_ratio) for p in poles if p.damping_ratio < 0.99)
     assert found[0] == (pytest.approx(7.2, abs=0.1), pytest.approx(0.81, abs=0.01))
     assert found[-1] == (pytest.approx(30.8, abs=0.1), pytest.approx(0.34, abs=0.01))
@@ -123,7 +123,7 @@ SPREADS = {
 def worst_errors(draws):
     """Of each of the spreads [deg]; the motor is drawn in its printed bounds, but for the last."""
     options, worst = RigOptions(), {}
-    loop = close_loop(DRIVE, DRIVE, backstepping_6(WISH), Motion(), options, np.random.default_rng(0))
+    loop = close_loop(DRIVE, DRIVE, backstepping_6(SPEC), Motion(), options, np.random.default_rng(0))
     for name, spreads in SPREADS.items():
         peaks = []
         for generator in np.random.default_rng(3).spawn(draws):

@@ -15,8 +15,8 @@ from cabledrive.rig.laws.registry import design
 from cabledrive.rig.laws.trial_runs import needed_torque
 from cabledrive.rig.plant_samples import Spreads, sampled_loops
 from cabledrive.rig.setting import Motion, RigOptions
+from cabledrive.rig.trial import spec_for
 from cabledrive.rig.trial import track as best_track
-from cabledrive.rig.trial import wish_for
 from dissertation_runs import track
 
 DRIVE = load_drive("dissertation-3")
@@ -25,7 +25,7 @@ OPTIONS = RigOptions()
 
 @cache
 def loop() -> Loop:
-    made = design("darc-4-damped", wish_for(DRIVE, Motion(), best=True))
+    made = design("darc-4-damped", spec_for(DRIVE, Motion(), best=True))
     return close_loop(DRIVE, DRIVE, made, Motion(), OPTIONS, np.random.default_rng(0))
 
 
@@ -90,11 +90,11 @@ def test_less_uncertainty_gives_a_lower_bound():
 
 
 def test_best_gains_spend_a_third_of_the_torque_on_noise_and_say_why():
-    wish = wish_for(DRIVE, Motion())
-    chosen = best_gains(wish)
+    spec = spec_for(DRIVE, Motion())
+    chosen = best_gains(spec)
     limit = DRIVE.motor.torque_limit
     assert chosen.torque_noise <= limit / 3.0
-    higher = torque_noise(wish, chosen.bandwidth + 1.0, chosen.tuning)
+    higher = torque_noise(spec, chosen.bandwidth + 1.0, chosen.tuning)
     assert higher > limit / 3.0, f"observed {higher:.3f} N m"
     text = " ".join(chosen.reasons)
     for word in ("torque limit", "sample rate", "modes", "uncertain", "friction", "encoder"):
@@ -102,18 +102,18 @@ def test_best_gains_spend_a_third_of_the_torque_on_noise_and_say_why():
 
 
 def test_finer_encoders_allow_a_higher_bandwidth():
-    coarse = best_gains(wish_for(DRIVE, Motion())).bandwidth
+    coarse = best_gains(spec_for(DRIVE, Motion())).bandwidth
     sensors = replace(DRIVE.sensors, motor_encoder=26_000, drive_encoder=100_000, load_encoder=100_000)
-    fine = best_gains(wish_for(replace(DRIVE, sensors=sensors), Motion())).bandwidth
+    fine = best_gains(spec_for(replace(DRIVE, sensors=sensors), Motion())).bandwidth
     assert fine > coarse, f"observed {coarse}, {fine}"
 
 
 def test_drive_without_torque_limit_lets_rounding_take_what_the_motion_needs():
     free = replace(DRIVE, motor=replace(DRIVE.motor, torque_limit=None))
-    wish = wish_for(free, Motion())
-    chosen = best_gains(wish)
-    assert chosen.torque_noise <= needed_torque(wish)
-    assert torque_noise(wish, chosen.bandwidth + 1.0, chosen.tuning) > needed_torque(wish)
+    spec = spec_for(free, Motion())
+    chosen = best_gains(spec)
+    assert chosen.torque_noise <= needed_torque(spec)
+    assert torque_noise(spec, chosen.bandwidth + 1.0, chosen.tuning) > needed_torque(spec)
 
 
 @pytest.mark.parametrize(
@@ -146,7 +146,7 @@ def test_true_states_allow_a_higher_bandwidth_than_encoders_and_a_delay_a_lower_
     )
 
     def hertz(drive, options=OPTIONS):
-        return best_gains(wish_for(drive, Motion(), options=options)).bandwidth
+        return best_gains(spec_for(drive, Motion(), options=options)).bandwidth
 
     assert hertz(DRIVE, ideal) > hertz(DRIVE) > hertz(late)
 
@@ -170,8 +170,8 @@ def test_other_laws_get_the_setting_with_the_smallest_error_in_trial_runs(law, m
 
 @pytest.mark.parametrize("model", [1, 3, 4])
 def test_laws_that_a_study_chooses_are_known(model):
-    wish = wish_for(DRIVE, Motion(), bandwidth=15.0)
-    made = design(f"darc-{model}-damped", wish)
+    spec = spec_for(DRIVE, Motion(), bandwidth=15.0)
+    made = design(f"darc-{model}-damped", spec)
     assert made.damped
     assert made.model == model
 
@@ -186,6 +186,6 @@ def test_best_gains_reach_the_sensor_over_phases():
 
 
 def test_laws_with_their_own_feedforward_refuse_another():
-    wish = wish_for(DRIVE, Motion())
+    spec = spec_for(DRIVE, Motion())
     with pytest.raises(InputRefused, match="darc-4 brings its own"):
-        design("darc-4", replace(wish, feedforward="rigid"))
+        design("darc-4", replace(spec, feedforward="rigid"))

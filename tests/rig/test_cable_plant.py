@@ -16,7 +16,7 @@ from cabledrive.rig.closed_loop.loop import close_loop, plant_chain, run
 from cabledrive.rig.laws.registry import design
 from cabledrive.rig.plant_samples import sampled_chain
 from cabledrive.rig.run_facts import why_ended
-from cabledrive.rig.trial import wish_for
+from cabledrive.rig.trial import spec_for
 from dissertation_runs import track
 
 DRIVE = load_drive("dissertation-3")
@@ -32,10 +32,10 @@ def on_cable(controller, options=IDEAL, **choices):
 def test_cable_starts_as_its_row_of_inertias_does():
     """Twenty samples: too short for the cable's own modes to tell."""
     motion = Motion(angle=20.0, rise=0.002, dwell=0.001)
-    wish = wish_for(DRIVE, motion)
+    spec = spec_for(DRIVE, motion)
     options = replace(IDEAL, segments=4)
     found = [
-        run(close_loop(DRIVE, DRIVE, design("pd", wish), motion, options, np.random.default_rng(0), cable=c))
+        run(close_loop(DRIVE, DRIVE, design("pd", spec), motion, options, np.random.default_rng(0), cable=c))
         for c in (False, True)
     ]
     row, cable = (done.log[: len(done.log), 0] for done in found)
@@ -111,7 +111,7 @@ def test_load_on_the_pulley_turns_it_and_can_make_a_span_slack(measured):
 def test_a_span_that_goes_slack_in_the_last_sample_is_told_too():
     """The same run, of a motion that ends where it did: as many samples as were asked for, and yet failed."""
     push = Disturbance(torque=0.9, start=0.1, end=0.5)
-    options, law = replace(IDEAL, disturbances=(push,)), design("darc-4", wish_for(DRIVE, SHORT))
+    options, law = replace(IDEAL, disturbances=(push,)), design("darc-4", spec_for(DRIVE, SHORT))
     loop = close_loop(DRIVE, DRIVE, law, SHORT, options, np.random.default_rng(0), cable=True)
     early = run(loop)
     assert early.failed

@@ -12,7 +12,7 @@ from cabledrive.rig import Motion, RigOptions, track
 from cabledrive.rig.closed_loop.loop import close_loop, run
 from cabledrive.rig.laws.controller_file import controller_numbers, is_controller_path
 from cabledrive.rig.laws.registry import design
-from cabledrive.rig.trial import wish_for
+from cabledrive.rig.trial import spec_for
 
 DRIVE = cd.load_drive("dissertation-3")
 SHORT, OTHER = (
@@ -24,7 +24,7 @@ HERTZ = {"pd": 6.0, "dob": 4.0, "shaper": 6.0, "darc-3-damped": 9.0, "darc-4-dam
 
 
 def loop_of(name: str, motion: Motion):
-    made = design(name, wish_for(DRIVE, motion, bandwidth=HERTZ.get(name)))
+    made = design(name, spec_for(DRIVE, motion, bandwidth=HERTZ.get(name)))
     return close_loop(DRIVE, DRIVE, made, motion, RigOptions(), np.random.default_rng(0))
 
 

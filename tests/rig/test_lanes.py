@@ -18,7 +18,7 @@ from cabledrive.rig.closed_loop.loop import close_loop, run
 from cabledrive.rig.closed_loop.plant import plant_numbers
 from cabledrive.rig.laws.registry import design
 from cabledrive.rig.plant_samples import run_samples, sampled_chain, sampled_loops
-from cabledrive.rig.trial import wish_for
+from cabledrive.rig.trial import spec_for
 
 DRIVE = load_drive("dissertation-3")
 SMOOTH = RigOptions(ideal_sensors=True, smooth_friction=True)
@@ -26,9 +26,9 @@ SHORT = Motion(angle=20.0, rise=0.2, dwell=0.05)
 
 
 def loop_of(law, options=SMOOTH, motion=SHORT, plant_model=None):
-    wish = wish_for(DRIVE, motion)
+    spec = spec_for(DRIVE, motion)
     generator = np.random.default_rng(0)
-    return close_loop(DRIVE, DRIVE, design(law, wish), motion, options, generator, plant_model=plant_model)
+    return close_loop(DRIVE, DRIVE, design(law, spec), motion, options, generator, plant_model=plant_model)
 
 
 @pytest.mark.parametrize(

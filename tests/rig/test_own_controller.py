@@ -18,7 +18,7 @@ from cabledrive.rig.closed_loop.loop import close_loop, run
 from cabledrive.rig.comparison import compared
 from cabledrive.rig.laws.own_law import own_law
 from cabledrive.rig.setting import sample_interval
-from cabledrive.rig.trial import wish_for
+from cabledrive.rig.trial import spec_for
 
 DRIVE = cd.load_drive("dissertation-3")
 CHAIN, INTERVAL = reflected(lumped_model(DRIVE, 4))[0], sample_interval(DRIVE)
@@ -132,10 +132,10 @@ def test_draws_run_the_users_controller_on_the_same_plants():
 
 def test_a_comparison_takes_it_beside_packaged_laws():
     options = RigOptions(forbid_slack=False)
-    wish = wish_for(DRIVE, SHORT, options=options)
+    spec = spec_for(DRIVE, SHORT, options=options)
     own = cd.OwnController(step=feedback, gains=pd_law(CHAIN, 5.0, INTERVAL).rows[0], name="mine")
     found = compared(
-        DRIVE, ["pd", own], ["damped"], 2, 5, wish, SHORT, options=options, settings={("pd", "damped"): 5.0}
+        DRIVE, ["pd", own], ["damped"], 2, 5, spec, SHORT, options=options, settings={("pd", "damped"): 5.0}
     )
     assert [one.law for one in found] == ["pd", "mine"]
     assert np.isnan(found[1].setting)
@@ -206,15 +206,15 @@ def test_the_loop_around_a_compiled_controller_is_that_sample_by_sample():
     """`cabledrive.rig.closed_loop.own_kernels` with `cabledrive.control.controller_kernels`, against the loop
     in Python, with a dropout and a memory.
     """
-    wish = wish_for(DRIVE, SHORT)
+    spec = spec_for(DRIVE, SHORT)
     options = RigOptions(blind=("load", 0.1, 0.11))
     law = pid_law(CHAIN, 2.0, 28.0, INTERVAL)
     own = cd.OwnController(step=with_memory, gains=(law.matrix, law.rows[0]), initial_state=np.zeros(3))
-    loop = close_loop(DRIVE, DRIVE, own_law(own, wish), SHORT, options, np.random.default_rng(1))
+    loop = close_loop(DRIVE, DRIVE, own_law(own, spec), SHORT, options, np.random.default_rng(1))
     plain = run(loop)
     np.testing.assert_array_equal(plain.log, run(loop).log)
     compiled = cd.OwnController(step=COMPILED, gains=own.gains, initial_state=np.zeros(3))
-    found = run(close_loop(DRIVE, DRIVE, own_law(compiled, wish), SHORT, options, np.random.default_rng(1)))
+    found = run(close_loop(DRIVE, DRIVE, own_law(compiled, spec), SHORT, options, np.random.default_rng(1)))
     assert found.interpreted == (() if numba_at_hand() else ("controller",))
     assert plain.interpreted == ("controller",)
     assert found.state.summary[6] == plain.state.summary[6] > 0

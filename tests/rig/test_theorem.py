@@ -13,7 +13,7 @@ from cabledrive.rig.closed_loop.loop import close_loop, run
 from cabledrive.rig.laws.registry import design, needed_order
 from cabledrive.rig.setting import Disturbance
 from cabledrive.rig.theorem import check_theorem
-from cabledrive.rig.trial import wish_for
+from cabledrive.rig.trial import spec_for
 
 DRIVE = load_drive("dissertation-3")
 IDEAL = RigOptions(ideal_sensors=True)
@@ -31,8 +31,8 @@ def said(*overrides, controller="darc-4-damped", options=IDEAL, motion=PULSE, **
 
 def causes_of(drive, plant, options, *, bandwidth=23.0):
     """Causes of the error of a law that adapts nothing, and the load's error."""
-    wish = wish_for(drive, PULSE, bandwidth=bandwidth, adapt=False)
-    loop = close_loop(drive, plant, design("darc-4-damped", wish), PULSE, options, np.random.default_rng(0))
+    spec = spec_for(drive, PULSE, bandwidth=bandwidth, adapt=False)
+    loop = close_loop(drive, plant, design("darc-4-damped", spec), PULSE, options, np.random.default_rng(0))
     assert loop.controller.law.kind == DARC
     done = run(loop)
     check = check_theorem(loop, plant, done.log)

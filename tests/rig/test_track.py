@@ -15,7 +15,7 @@ from cabledrive.rig.closed_loop.loop_reference import run_reference
 from cabledrive.rig.laws.eigenvalues import closed_loop_poles
 from cabledrive.rig.laws.registry import design
 from cabledrive.rig.setting import Disturbance, Motion, RigOptions
-from cabledrive.rig.trial import wish_for
+from cabledrive.rig.trial import spec_for
 from dissertation_runs import track
 
 DRIVE = load_drive("dissertation-3")
@@ -32,8 +32,8 @@ def peak(controller, options=IDEAL, **choices):
 @pytest.mark.kernel
 @pytest.mark.parametrize("options", [IDEAL, CENTRED], ids=["ideal", "kalman"])
 def test_compiled_loop_is_the_readable_loop(options):
-    wish = wish_for(DRIVE, SHORT)
-    loop = close_loop(DRIVE, DRIVE, design("darc-4-damped", wish), SHORT, options, np.random.default_rng(0))
+    spec = spec_for(DRIVE, SHORT)
+    loop = close_loop(DRIVE, DRIVE, design("darc-4-damped", spec), SHORT, options, np.random.default_rng(0))
     commands, angles = run_reference(loop, 400)
     done = run(loop, last=400)
     np.testing.assert_allclose(done.log[:400, 2], angles, atol=1e-9)
@@ -185,7 +185,7 @@ def test_a_slack_span_ends_the_run_and_keeps_what_was_computed():
         ({"gains": "fast"}, "best or dissertation"),
     ],
 )
-def test_wishes_that_cannot_be_are_refused(choices, words):
+def test_specs_that_cannot_be_are_refused(choices, words):
     with pytest.raises(InputRefused, match=words):
         track(DRIVE, **choices)
 
@@ -198,11 +198,11 @@ def test_model_4_needs_the_data_of_the_joint():
 
 def test_poles_on_the_true_plant_are_those_designed_only_with_damping():
     """Damping-aware: 23 Hz, five times, and 25 Hz; printed: pairs at 6.9 Hz (0.81) and 28.3 Hz (0.34)."""
-    wish = wish_for(DRIVE, Motion())
-    designed = closed_loop_poles(DRIVE, design("darc-4-damped", wish))
+    spec = spec_for(DRIVE, Motion())
+    designed = closed_loop_poles(DRIVE, design("darc-4-damped", spec))
     assert all(pole.damping_ratio > 0.99 for pole in designed)
     assert all(21.0 < pole.frequency < 27.0 for pole in designed)
-    printed = [p for p in closed_loop_poles(DRIVE, design("darc-4", wish)) if p.damping_ratio < 0.95]
+    printed = [p for p in closed_loop_poles(DRIVE, design("darc-4", spec)) if p.damping_ratio < 0.95]
     found = sorted((pole.frequency, pole.damping_ratio) for pole in printed)
     assert found[0] == (pytest.approx(6.9, abs=0.1), pytest.approx(0.81, abs=0.02))
     assert found[-1] == (pytest.approx(28.3, abs=0.1), pytest.approx(0.34, abs=0.02))

@@ -228,7 +228,7 @@ def test_moves_that_cannot_be_are_refused(choices, words):
         ({"gust": (0.1, 2.0, 1.0)}, "later end"),
     ],
 )
-def test_wishes_that_mean_nothing_are_refused(choices, words):
+def test_specs_that_mean_nothing_are_refused(choices, words):
     with pytest.raises(InputRefused, match=words):
         CarriageMove(**choices)
 

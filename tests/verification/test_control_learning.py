@@ -14,7 +14,7 @@ from cabledrive.rig.expected_bound import expected_bound
 from cabledrive.rig.laws.registry import design
 from cabledrive.rig.learning_samples import RUBBING_LOAD, LearningSamples, run_learning_samples
 from cabledrive.rig.plant_samples import run_samples, sampled_loops
-from cabledrive.rig.trial import wish_for
+from cabledrive.rig.trial import spec_for
 from dissertation_runs import track
 
 pytestmark = pytest.mark.verify
@@ -26,16 +26,16 @@ BASELINES, KINDS = ("pd", "pid", "lqg", "dob", "shaper"), ("damped", "undamped",
 
 
 def loop_of(name: str, motion: Motion, **choices) -> Loop:
-    wish = wish_for(DRIVE, motion, **choices)
-    return close_loop(DRIVE, DRIVE, design(name, wish), motion, RigOptions(), np.random.default_rng(0))
+    spec = spec_for(DRIVE, motion, **choices)
+    return close_loop(DRIVE, DRIVE, design(name, spec), motion, RigOptions(), np.random.default_rng(0))
 
 
 @cache
 def learning(rubbing: bool = False) -> LearningSamples:
-    wish = wish_for(DRIVE, TWO, best=True)
+    spec = spec_for(DRIVE, TWO, best=True)
     loop = loop_of("darc-indirect", TWO, best=True)
     spreads = RUBBING_LOAD if rubbing else None
-    return run_learning_samples(loop, wish, RigOptions(), DRAWS, SEED, spreads=spreads)
+    return run_learning_samples(loop, spec, RigOptions(), DRAWS, SEED, spreads=spreads)
 
 
 def errors_in(said: dict) -> str:
@@ -125,8 +125,8 @@ def test_damped_law_over_32_phases(gains, median, worst, measured):
 
 def test_law_that_learns_at_the_printed_gains(measured):
     """A hundred draws at 23/25 Hz: 0.036 deg of the encoder's zero is missed by a sixtieth, see the docs."""
-    wish = wish_for(DRIVE, TWO)
-    said = run_learning_samples(loop_of("darc-indirect", TWO), wish, RigOptions(), 100, SEED + 3).words
+    spec = spec_for(DRIVE, TWO)
+    said = run_learning_samples(loop_of("darc-indirect", TWO), spec, RigOptions(), 100, SEED + 3).words
     measured(f"{said['draws']} draws: {errors_in(said)}")
     assert said["encoder_error_99_deg"] <= 0.038
     assert said["peak_error_99_deg"] <= 0.050
@@ -154,7 +154,7 @@ def damped_law() -> float:
 
 @cache
 def table() -> list[Compared]:
-    return compared(DRIVE, BASELINES, KINDS, 100, SEED + 2, wish_for(DRIVE, Motion()), Motion())
+    return compared(DRIVE, BASELINES, KINDS, 100, SEED + 2, spec_for(DRIVE, Motion()), Motion())
 
 
 def test_law_that_learns_is_three_times_better_than_every_baseline_but_lqg(measured):

@@ -17,7 +17,7 @@ from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
 from cabledrive.rig.disturbances import torque_limit
 from cabledrive.rig.laws.baselines import BASELINES, lqg
 from cabledrive.rig.laws.best_gains import best_chain_law, best_gains
-from cabledrive.rig.laws.controllers import Controller, Wish
+from cabledrive.rig.laws.controllers import Controller, DesignSpec
 from cabledrive.rig.laws.own_law import own_law
 from cabledrive.rig.plant_samples import PlantSamples, run_samples
 from cabledrive.rig.setting import Motion, RigOptions
@@ -51,23 +51,23 @@ class Compared:
     draws: PlantSamples
 
 
-def controller(name: str, wish: Wish, setting: float | None = None) -> Controller:
+def controller(name: str, spec: DesignSpec, setting: float | None = None) -> Controller:
     """A baseline, or the damping-aware law with the package's gains, at a setting."""
     if name not in BASELINES:
-        return best_chain_law(wish if setting is None else replace(wish, bandwidth=setting), name)
+        return best_chain_law(spec if setting is None else replace(spec, bandwidth=setting), name)
     if name == "lqg":
-        return lqg(wish) if setting is None else lqg(wish, setting)
-    return BASELINES[name](wish if setting is None else replace(wish, bandwidth=setting))
+        return lqg(spec) if setting is None else lqg(spec, setting)
+    return BASELINES[name](spec if setting is None else replace(spec, bandwidth=setting))
 
 
-def loops_of(wish: Wish, motion: Motion, options: RigOptions) -> Callable[[Controller], Loop]:
+def loops_of(spec: DesignSpec, motion: Motion, options: RigOptions) -> Callable[[Controller], Loop]:
     """Puts any of the laws into the same loop: one plant, one filter, one set of encoders.
 
     Returns from Controller to Loop.
     Raises `InputRefused` later, for a law that takes other shafts.
     """
-    first = replace(best_chain_law(wish, "darc-4-damped"), tuning=best_gains(wish).tuning)
-    base = close_loop(wish.drive, wish.drive, first, motion, options, np.random.default_rng(0))
+    first = replace(best_chain_law(spec, "darc-4-damped"), tuning=best_gains(spec).tuning)
+    base = close_loop(spec.drive, spec.drive, first, motion, options, np.random.default_rng(0))
 
     def put(made: Controller) -> Loop:
         if made.shafts != first.shafts:
@@ -84,7 +84,7 @@ def loops_of(wish: Wish, motion: Motion, options: RigOptions) -> Callable[[Contr
 
 def tuned(
     name: str,
-    wish: Wish,
+    spec: DesignSpec,
     put: Callable[[Controller], Loop],
     options: RigOptions,
     *,
@@ -97,10 +97,10 @@ def tuned(
     Raises `NotComputed` if no setting does.
     """
     offered = tuple(settings or SETTINGS[name])
-    most = TORQUE_SHARE * torque_limit(wish.drive)
+    most = TORQUE_SHARE * torque_limit(spec.drive)
     best, least = None, np.inf
     for setting in offered:
-        found = run_samples(put(controller(name, wish, setting)), options, draws, TUNING_SEED)
+        found = run_samples(put(controller(name, spec, setting)), options, draws, TUNING_SEED)
         worst = float(found.degrees("peak").max())
         torque = float(found.scores[:, SUMMARY.index("peak_torque")].max())
         if not found.failed and torque <= most and worst < least:
@@ -120,7 +120,7 @@ def compared(
     feedforwards: Sequence[str],
     draws: int,
     seed: int,
-    wish: Wish,
+    spec: DesignSpec,
     motion: Motion,
     *,
     options: RigOptions | None = None,
@@ -132,11 +132,11 @@ def compared(
     settings by law and feedforward; tuned where one is missing.
     """
     options, known = options or RigOptions(forbid_slack=False), settings or {}
-    wish = replace(wish, drive=drive)
-    put, found = loops_of(wish, motion, options), []
+    spec = replace(spec, drive=drive)
+    put, found = loops_of(spec, motion, options), []
     for name in names:
         for kind in feedforwards:
-            one = replace(wish, feedforward=kind)
+            one = replace(spec, feedforward=kind)
             if not isinstance(name, str):
                 made = own_law(name, one)
                 result = run_samples(put(made), options, draws, seed)

@@ -11,7 +11,7 @@ from cabledrive.rig.closed_loop.loop_numbers import SUMMARY, Array
 from cabledrive.rig.closed_loop.other_plants import with_plant
 from cabledrive.rig.laws.registry import design
 from cabledrive.rig.setting import DEGREE, Motion, RigOptions
-from cabledrive.rig.trial import wish_for
+from cabledrive.rig.trial import spec_for
 
 FASTER = 4.0
 FINE = 1e-4
@@ -69,7 +69,7 @@ def _without(drive: Drive, name: str, motion: Motion, best: bool) -> Iterator[tu
 
 
 def _loop(drive: Drive, name: str, motion: Motion, options: RigOptions, best: bool) -> Loop:
-    made = design(name, wish_for(drive, motion, best=best))
+    made = design(name, spec_for(drive, motion, best=best))
     return close_loop(drive, drive, made, motion, options, np.random.default_rng(0))
 
 

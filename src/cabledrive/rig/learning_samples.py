@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from cabledrive.parameters import NotComputed
 from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.loop_numbers import Array
-from cabledrive.rig.laws.controllers import Wish
+from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.indirect import Learnt, run_indirect
 from cabledrive.rig.plant_samples import Spreads, sampled_loops
 from cabledrive.rig.setting import DEGREE, RigOptions
@@ -84,7 +84,7 @@ class LearningSamples:
 
 def run_learning_samples(
     loop: Loop,
-    wish: Wish,
+    spec: DesignSpec,
     options: RigOptions,
     draws: int,
     seed: int,
@@ -100,7 +100,7 @@ def run_learning_samples(
     """
 
     def score(one: Loop) -> tuple[Array, Array] | None:
-        _, done, found = run_indirect(wish, one, options)
+        _, done, found = run_indirect(spec, one, options)
         if found is None or done.failed:
             return None
         return _peaks(one, done.log), _truths(one, found)

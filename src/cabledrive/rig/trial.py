@@ -20,7 +20,7 @@ from cabledrive.rig.laws.controller_file import (
     read_controller,
     with_filter,
 )
-from cabledrive.rig.laws.controllers import Wish
+from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.indirect import NAME, run_indirect
 from cabledrive.rig.laws.own_law import own_law
 from cabledrive.rig.laws.registry import CONTROLLERS, design, known_name, needed_order
@@ -110,7 +110,7 @@ def track(
         motion = replace(motion, order=needed_order(name, drive))
     check_motion(actual, motion)
     check_clock(drive, actual)
-    wish = wish_for(
+    spec = spec_for(
         drive,
         motion,
         bandwidth=bandwidth,
@@ -122,9 +122,9 @@ def track(
         plant=plant_drive,
     )
     if file is not None:
-        made = law_from_file(file, wish)
+        made = law_from_file(file, spec)
     else:
-        made = own_law(controller, wish) if own else design(name, wish)
+        made = own_law(controller, spec) if own else design(name, spec)
     loop = close_loop(
         drive,
         actual,
@@ -145,7 +145,7 @@ def track(
     first, learnt = loop, None
     learns = made.name == NAME and not own
     if learns:
-        loop, done, learnt = run_indirect(wish, loop, options)
+        loop, done, learnt = run_indirect(spec, loop, options)
     else:
         done = run(loop)
     found = told(loop, done, drive, actual, motion, options, seed)
@@ -154,33 +154,33 @@ def track(
     if learns:
         found.summary["learnt"] = None if learnt is None else learnt.words
     if draws:
-        found.summary["over_draws"] = over_draws(first, wish, motion, options, draws, seed)
+        found.summary["over_draws"] = over_draws(first, spec, motion, options, draws, seed)
     return found
 
 
 def over_draws(
-    loop: Loop, wish: Wish, motion: Motion, options: RigOptions, draws: int, seed: int
+    loop: Loop, spec: DesignSpec, motion: Motion, options: RigOptions, draws: int, seed: int
 ) -> dict[str, Any]:
     """Peaks over many plants, each learnt anew by a law that learns and has a second pulse to do so.
 
     ``loop``: as it begins.
     """
     if loop.controller.name == NAME and loop.controller.own is None and motion.pulses > 1:
-        words = run_learning_samples(loop, wish, options, draws, seed).words
+        words = run_learning_samples(loop, spec, options, draws, seed).words
     else:
         words = draw_words(run_samples(loop, options, draws, seed))
     return words | bound_over_draws(loop)
 
 
-def wish_for(drive: Drive, motion: Motion, **choices: Any) -> Wish:
+def spec_for(drive: Drive, motion: Motion, **choices: Any) -> DesignSpec:
     """What a law is designed for, from a drive and a motion.
 
-    ``**choices``: bandwidth, feedback, adapt, best; see `Wish`.
+    ``**choices``: bandwidth, feedback, adapt, best; see `DesignSpec`.
     """
     interval = sample_interval(drive)
     trajectory = motion.trajectory
     samples = round(trajectory.duration / interval) + 1
-    return Wish(
+    return DesignSpec(
         drive=drive, trajectory=trajectory, interval=interval, samples=samples, motion=motion, **choices
     )
 

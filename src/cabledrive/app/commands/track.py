@@ -101,47 +101,47 @@ METHOD = "hybrid simulation: exact between samples, stick-slip events on the exa
     metavar="FILE",
     help="Write the encoder readings to FILE.csv.",
 )
-def command(drive: Drive, log_file: NewFile | None, plant_settings: tuple[str, ...], **wish: Any) -> Answer:
+def command(drive: Drive, log_file: NewFile | None, plant_settings: tuple[str, ...], **spec: Any) -> Answer:
     """Let a control law follow pulses of the load pulley of DRIVE, on a rig with encoders and friction."""
     from cabledrive.app.run_limits import check_run
     from cabledrive.rig import Motion, RigOptions, track
     from cabledrive.rig.log_file import log_text
     from cabledrive.rig.parsed_options import parse_disturbance, parse_encoder_dropout
 
-    _check_combination(wish)
+    _check_combination(spec)
     given = click.get_current_context().params
     actual = None
     if plant_settings:
         actual = load_drive(given["drive"], overrides=(*given["settings"], *plant_settings))
-    motion = Motion(**{name: wish[name] for name in ("angle", "rise", "dwell", "pulses", "order")})
+    motion = Motion(**{name: spec[name] for name in ("angle", "rise", "dwell", "pulses", "order")})
     options = RigOptions(
-        observer=wish["observer"],
-        feedback=wish["feedback"],
-        encoder_phase=wish["encoder_phase"],
-        ideal_sensors=wish["ideal_sensors"],
-        smooth_friction=wish["smooth_friction"],
-        forbid_slack=not wish["tension_only"],
-        as_printed=wish["as_printed"],
-        segments=wish["segments"],
-        check_conditions=wish["check_conditions"],
-        jitter=wish["jitter"],
-        disturbances=tuple(parse_disturbance(words) for words in wish["disturbances"]),
-        blind=parse_encoder_dropout(wish["blind"]),
+        observer=spec["observer"],
+        feedback=spec["feedback"],
+        encoder_phase=spec["encoder_phase"],
+        ideal_sensors=spec["ideal_sensors"],
+        smooth_friction=spec["smooth_friction"],
+        forbid_slack=not spec["tension_only"],
+        as_printed=spec["as_printed"],
+        segments=spec["segments"],
+        check_conditions=spec["check_conditions"],
+        jitter=spec["jitter"],
+        disturbances=tuple(parse_disturbance(words) for words in spec["disturbances"]),
+        blind=parse_encoder_dropout(spec["blind"]),
     )
-    check_run(actual or drive, motion, options, draws=wish["draws"], cable=wish["plant"] == "cable")
+    check_run(actual or drive, motion, options, draws=spec["draws"], cable=spec["plant"] == "cable")
     found = track(
         drive,
-        controller=wish["controller"],
-        bandwidth=wish["bandwidth"],
-        gains=wish["gains"],
-        feedforward=wish["feedforward"],
-        plant=wish["plant"],
+        controller=spec["controller"],
+        bandwidth=spec["bandwidth"],
+        gains=spec["gains"],
+        feedforward=spec["feedforward"],
+        plant=spec["plant"],
         motion=motion,
         options=options,
         plant_drive=actual,
-        seed=wish["seed"],
-        adapt=not wish["no_adaptation"],
-        draws=wish["draws"],
+        seed=spec["seed"],
+        adapt=not spec["no_adaptation"],
+        draws=spec["draws"],
     )
     if log_file is not None:
         log_file.write(log_text(found, actual or drive))
@@ -149,22 +149,22 @@ def command(drive: Drive, log_file: NewFile | None, plant_settings: tuple[str, .
     return Answer(
         data=said,
         text=_text(drive, said),
-        provenance=provenance(drive, method=METHOD, step=said["internal_step"], seed=wish["seed"]),
+        provenance=provenance(drive, method=METHOD, step=said["internal_step"], seed=spec["seed"]),
         incomplete=found.incomplete,
     )
 
 
-def _check_combination(wish: dict[str, Any]) -> None:
+def _check_combination(spec: dict[str, Any]) -> None:
     """Refuse or tell what would have no effect."""
     from cabledrive.rig.laws.baselines import BASELINES
 
-    if wish["plant"] != "cable":
+    if spec["plant"] != "cable":
         refuse_given("segments", why="divides the cable as plant: add --plant cable, or leave it out")
         tell_given("as_printed", why="has no effect: it is about --plant cable")
-    if wish["ideal_sensors"]:
+    if spec["ideal_sensors"]:
         tell_given("observer", "encoder_phase", why="has no effect beside --ideal-sensors")
-    if wish["controller"] in BASELINES:
-        refuse_given("no_adaptation", why=f"has no effect: {wish['controller']} adapts nothing: leave it out")
+    if spec["controller"] in BASELINES:
+        refuse_given("no_adaptation", why=f"has no effect: {spec['controller']} adapts nothing: leave it out")
 
 
 def _text(drive: Drive, said: dict[str, Any]) -> str:

@@ -16,7 +16,7 @@ from cabledrive.report.numbers import number
 from cabledrive.rig import Motion, Tracking, track
 from cabledrive.rig.laws.eigenvalues import closed_loop_poles
 from cabledrive.rig.laws.registry import design
-from cabledrive.rig.trial import wish_for
+from cabledrive.rig.trial import spec_for
 
 PLACE = 700
 SEEDS = range(8)
@@ -165,9 +165,9 @@ def _errors(name: str, runs: Sequence[Tracking]) -> Figure:
 
 
 def _poles(drive: Drive) -> Table:
-    wish, rows = wish_for(drive, PULSE), []
+    spec, rows = spec_for(drive, PULSE), []
     for law in DESIGNED:
-        made = design(law, wish)
+        made = design(law, spec)
         poles = [p for p in closed_loop_poles(drive, made) if p.damping_ratio < 0.99]
         words = ", ".join(f"{p.frequency:.1f} Hz ({p.damping_ratio:.2f})" for p in poles)
         rows.append((law, number(made.gains["bandwidth_hz"], 3), words or "none: all poles are real"))

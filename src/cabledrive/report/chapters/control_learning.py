@@ -22,7 +22,7 @@ from cabledrive.rig.laws.fitting import fitted_encoders
 from cabledrive.rig.laws.registry import design
 from cabledrive.rig.learning_samples import run_learning_samples
 from cabledrive.rig.plant_samples import run_samples
-from cabledrive.rig.trial import wish_for
+from cabledrive.rig.trial import spec_for
 
 PLACE = 720
 SEEDS, DRAWS, SOFTER = 6, 8, 0.9
@@ -73,7 +73,7 @@ def can_learn(drive: Drive) -> bool:
     if not can_be_controlled(drive):
         return False
     try:
-        design("darc-indirect", wish_for(drive, TWO, best=True))
+        design("darc-indirect", spec_for(drive, TWO, best=True))
     except InputRefused:
         return False
     return list(fitted_encoders(drive)) == ["motor", "drive", "load"]
@@ -107,7 +107,7 @@ def softer(drive: Drive) -> Drive:
 
 
 def _loop(drive: Drive, name: str, motion: Motion) -> Loop:
-    made = design(name, wish_for(drive, motion, best=True))
+    made = design(name, spec_for(drive, motion, best=True))
     return close_loop(drive, drive, made, motion, RigOptions(), np.random.default_rng(0))
 
 
@@ -162,8 +162,8 @@ def _learnt(said: dict[str, Any]) -> Table:
 
 def _draws(drive: Drive, loop: Loop) -> Table:
     plain = run_samples(loop, RigOptions(), DRAWS, 1)
-    wish = wish_for(drive, TWO, best=True)
-    said = run_learning_samples(_loop(drive, "darc-indirect", TWO), wish, RigOptions(), DRAWS, 1).words
+    spec = spec_for(drive, TWO, best=True)
+    said = run_learning_samples(_loop(drive, "darc-indirect", TWO), spec, RigOptions(), DRAWS, 1).words
     peak, own = plain.degrees("peak"), plain.degrees("own_peak")
     rows = (
         ("damping-aware, one pulse", *(f"{v:.3f}" for v in (np.median(peak), peak.max(), own.max()))),
@@ -190,9 +190,9 @@ def _draws(drive: Drive, loop: Loop) -> Table:
 
 
 def _baselines(drive: Drive) -> Table:
-    wish, kinds = wish_for(drive, ONE), tuple(FEEDFORWARDS)
+    spec, kinds = spec_for(drive, ONE), tuple(FEEDFORWARDS)
     settings = {(law, kind): value for law, value in SETTINGS.items() for kind in kinds}
-    found = compared(drive, tuple(SETTINGS), kinds, 4, 3, wish, ONE, settings=settings)
+    found = compared(drive, tuple(SETTINGS), kinds, 4, 3, spec, ONE, settings=settings)
     cells = {(one.law, one.feedforward): one.draws for one in found}
     rows = []
     for law, setting in SETTINGS.items():

@@ -19,7 +19,7 @@ from cabledrive.parameters import InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain, natural_frequencies_of, state_space
 from cabledrive.reduction.models import highest_model
 from cabledrive.rig.closed_loop.loop_numbers import Array
-from cabledrive.rig.laws.controllers import Controller, Wish
+from cabledrive.rig.laws.controllers import Controller, DesignSpec
 from cabledrive.rig.laws.fitting import fitted_encoders
 
 PD_HZ, PID_HZ, LQ_TORQUE = 5.0, 2.0, 0.2
@@ -30,28 +30,28 @@ FEEDFORWARDS = {
 }
 
 
-def feedforward_table(wish: Wish, chain: LumpedChain, wanted: Array) -> Array:
-    """Motion of every inertia and torque of the motor along a reference, as the wish's feedforward has them.
+def feedforward_table(spec: DesignSpec, chain: LumpedChain, wanted: Array) -> Array:
+    """Motion of every inertia and torque of the motor along a reference, as the spec's feedforward has them.
 
     ``wanted``, shape (2n + 1, samples): wanted load angle with derivatives, at the first shaft.
     Returns shape (samples, 2n + 1): angles, speeds, torque [N m].
     Raises `InputRefused` if there is no such feedforward.
     """
-    if wish.feedforward not in FEEDFORWARDS:
+    if spec.feedforward not in FEEDFORWARDS:
         raise InputRefused(
-            f"feedforward = {wish.feedforward!r} is not known: take one of {', '.join(FEEDFORWARDS)}"
+            f"feedforward = {spec.feedforward!r} is not known: take one of {', '.join(FEEDFORWARDS)}"
         )
-    if wish.feedforward == "rigid":
+    if spec.feedforward == "rigid":
         angle, speed, acceleration = wanted[:3]
         torque = rigid_inertia(chain) * acceleration + chain.viscous[0] * speed - chain.offsets[0]
         torque = torque + chain.coulomb[0] * np.tanh(FRICTION_SLOPE * speed)
         return np.column_stack([angle] * chain.size + [speed] * chain.size + [torque])
-    flat = flat_output(chain, damped=wish.feedforward == "damped")
-    return feedforward(chain, flat, flat_reference(flat, wanted, wish.interval))
+    flat = flat_output(chain, damped=spec.feedforward == "damped")
+    return feedforward(chain, flat, flat_reference(flat, wanted, spec.interval))
 
 
 def _made(
-    wish: Wish,
+    spec: DesignSpec,
     name: str,
     law: LawNumbers,
     gains: dict[str, Any],
@@ -59,84 +59,84 @@ def _made(
     tuning: KalmanTuning = QUIET,
     wanted: Array | None = None,
 ) -> Controller:
-    number = highest_model(wish.drive)
-    chain = wish.model(number)
-    wanted = wish.wanted(2 * chain.size) if wanted is None else wanted
+    number = highest_model(spec.drive)
+    chain = spec.model(number)
+    wanted = spec.wanted(2 * chain.size) if wanted is None else wanted
     return Controller(
         name=name,
         law=law,
-        reference=np.ascontiguousarray(feedforward_table(wish, chain, wanted)),
+        reference=np.ascontiguousarray(feedforward_table(spec, chain, wanted)),
         shafts=("motor", "drive", "load") if chain.size == 3 else ("motor", "load"),
         start=np.zeros(0),
         tuning=tuning,
-        gains=gains | {"feedforward": FEEDFORWARDS[wish.feedforward]},
+        gains=gains | {"feedforward": FEEDFORWARDS[spec.feedforward]},
         model=number,
         damped=True,
     )
 
 
-def _chain(wish: Wish) -> LumpedChain:
-    return wish.model(highest_model(wish.drive))
+def _chain(spec: DesignSpec) -> LumpedChain:
+    return spec.model(highest_model(spec.drive))
 
 
-def _hertz(wish: Wish, default: float) -> float:
-    hertz = default if wish.bandwidth is None else wish.bandwidth
+def _hertz(spec: DesignSpec, default: float) -> float:
+    hertz = default if spec.bandwidth is None else spec.bandwidth
     if not hertz > 0.0 or hertz == float("inf"):
         raise InputRefused(f"bandwidth = {hertz:.6g} Hz must be finite and above 0: give one in Hz")
     return hertz
 
 
-def pd(wish: Wish) -> Controller:
+def pd(spec: DesignSpec) -> Controller:
     """PD on the motor."""
-    hertz = _hertz(wish, PD_HZ)
-    return _made(wish, "pd", pd_law(_chain(wish), hertz, wish.interval), {"bandwidth_hz": hertz})
+    hertz = _hertz(spec, PD_HZ)
+    return _made(spec, "pd", pd_law(_chain(spec), hertz, spec.interval), {"bandwidth_hz": hertz})
 
 
-def pid(wish: Wish) -> Controller:
+def pid(spec: DesignSpec) -> Controller:
     """PID on the load with a notch at the lowest mode."""
-    chain, hertz = _chain(wish), _hertz(wish, PID_HZ)
+    chain, hertz = _chain(spec), _hertz(spec, PID_HZ)
     notch = float(natural_frequencies_of(chain)[0]) / (2.0 * pi)
-    law = pid_law(chain, hertz, notch, wish.interval)
-    return _made(wish, "pid", law, {"bandwidth_hz": hertz, "notch_hz": notch})
+    law = pid_law(chain, hertz, notch, spec.interval)
+    return _made(spec, "pid", law, {"bandwidth_hz": hertz, "notch_hz": notch})
 
 
-def lqg(wish: Wish, torque: float = LQ_TORQUE) -> Controller:
+def lqg(spec: DesignSpec, torque: float = LQ_TORQUE) -> Controller:
     """Linear-quadratic feedback; one count of error weighs as much as a torque.
 
     ``torque`` [N m].
     Raises `InputRefused` if a bandwidth is asked for: its weights set it.
     """
-    if wish.bandwidth is not None:
+    if spec.bandwidth is not None:
         raise InputRefused("bandwidth is not a setting of lqg, whose weights set it: leave --bandwidth out")
-    count = fitted_encoders(wish.drive)["load"]
-    law = lq_law(_chain(wish), count, torque, wish.interval)
-    return _made(wish, "lqg", law, {"error_weight_rad": count, "torque_weight": torque})
+    count = fitted_encoders(spec.drive)["load"]
+    law = lq_law(_chain(spec), count, torque, spec.interval)
+    return _made(spec, "lqg", law, {"error_weight_rad": count, "torque_weight": torque})
 
 
-def dob(wish: Wish) -> Controller:
+def dob(spec: DesignSpec) -> Controller:
     """PD on the motor, and the disturbance that the filter of the whole chain sees subtracted.
 
     A disturbance observer on a rigid model would cancel the cable's own torque as well.
     """
-    hertz = _hertz(wish, PD_HZ)
-    law = pd_law(_chain(wish), hertz, wish.interval)
-    return _made(wish, "dob", law, {"bandwidth_hz": hertz}, tuning=replace(QUIET, cancels=True))
+    hertz = _hertz(spec, PD_HZ)
+    law = pd_law(_chain(spec), hertz, spec.interval)
+    return _made(spec, "dob", law, {"bandwidth_hz": hertz}, tuning=replace(QUIET, cancels=True))
 
 
-def shaper(wish: Wish) -> Controller:
+def shaper(spec: DesignSpec) -> Controller:
     """PD on the motor along a reference through a zero-vibration shaper.
 
     Its reference comes half a period late, and the error is counted against the one that was asked for. The
     shaper itself takes the place of an inverse; with one it would shape a motion that needs none.
     """
-    chain, hertz = _chain(wish), _hertz(wish, PD_HZ)
-    wanted, frequency = shaped(wish, chain)
-    law = pd_law(chain, hertz, wish.interval)
+    chain, hertz = _chain(spec), _hertz(spec, PD_HZ)
+    wanted, frequency = shaped(spec, chain)
+    law = pd_law(chain, hertz, spec.interval)
     gains = {"bandwidth_hz": hertz, "shaper_hz": frequency}
-    return _made(wish, "shaper", law, gains, wanted=wanted)
+    return _made(spec, "shaper", law, gains, wanted=wanted)
 
 
-def shaped(wish: Wish, chain: LumpedChain) -> tuple[Array, float]:
+def shaped(spec: DesignSpec, chain: LumpedChain) -> tuple[Array, float]:
     """The wanted motion through two pulses that leave the lowest mode at rest, and that mode [Hz].
 
     Returns ``wanted``, shape (2n + 1, samples).
@@ -145,14 +145,14 @@ def shaped(wish: Wish, chain: LumpedChain) -> tuple[Array, float]:
     lowest = min(poles[poles.imag > 1e-6], key=abs)
     ratio = -lowest.real / abs(lowest)
     overshoot = exp(-pi * ratio / sqrt(1.0 - ratio**2))
-    late = round(pi / lowest.imag / wish.interval)
-    y = wish.wanted(2 * chain.size)
+    late = round(pi / lowest.imag / spec.interval)
+    y = spec.wanted(2 * chain.size)
     held = np.concatenate((np.zeros((len(y), late)), y[:, :-late]), axis=1)
     held[0, :late] = y[0, 0]
     return (y + overshoot * held) / (1.0 + overshoot), abs(lowest) / (2.0 * pi)
 
 
-BASELINES: dict[str, Callable[[Wish], Controller]] = {
+BASELINES: dict[str, Callable[[DesignSpec], Controller]] = {
     "pd": pd,
     "pid": pid,
     "lqg": lqg,

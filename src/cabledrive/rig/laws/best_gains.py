@@ -16,7 +16,7 @@ from cabledrive.reduction.models import FLEXIBLE_JOINT, highest_model
 from cabledrive.rig.closed_loop.linear_loop import assembled
 from cabledrive.rig.closed_loop.plant import plant_numbers
 from cabledrive.rig.disturbances import control_delay, current_rate, torque_limit
-from cabledrive.rig.laws.controllers import Controller, Wish, chain_law
+from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law
 from cabledrive.rig.laws.filter_tuning import filter_chain, read_encoders, tuning_by_uncertainty
 from cabledrive.rig.laws.fitting import law_shafts, place
 from cabledrive.rig.laws.trial_runs import (
@@ -24,7 +24,7 @@ from cabledrive.rig.laws.trial_runs import (
     Trial,
     highest_accepted,
     needed_torque,
-    trial_wish,
+    trial_spec,
 )
 
 SIGMAS = 5.0
@@ -53,52 +53,52 @@ class BestGains:
     reasons: tuple[str, ...]
 
 
-def damped_law(wish: Wish, name: str, number: int = 4) -> Controller:
+def damped_law(spec: DesignSpec, name: str, number: int = 4) -> Controller:
     """The damping-aware law at its model's printed gains or the best; its filter by what is not known.
 
     ``number``, {3, 4}: Model that it is made for.
     """
-    if wish.best and wish.bandwidth is None:
-        return best_chain_law(wish, name, number)
-    counts = np.array(list(read_encoders(wish, number).values()))
-    tuning = tuning_by_uncertainty(wish, filter_chain(wish, number), counts)
-    return chain_law(wish, number, name, damped=True, tuning=tuning)
+    if spec.best and spec.bandwidth is None:
+        return best_chain_law(spec, name, number)
+    counts = np.array(list(read_encoders(spec, number).values()))
+    tuning = tuning_by_uncertainty(spec, filter_chain(spec, number), counts)
+    return chain_law(spec, number, name, damped=True, tuning=tuning)
 
 
-def best_chain_law(wish: Wish, name: str, number: int = 4) -> Controller:
+def best_chain_law(spec: DesignSpec, name: str, number: int = 4) -> Controller:
     """The damping-aware law of a model with the gains and the filter that the package chooses.
 
-    ``wish``: a bandwidth that it asks for is kept, and the filter chosen for it; ``number``, {3, 4}.
+    ``spec``: a bandwidth that it asks for is kept, and the filter chosen for it; ``number``, {3, 4}.
     """
-    chosen = best_gains(wish, number)
-    same = replace(wish, bandwidth=chosen.bandwidth)
+    chosen = best_gains(spec, number)
+    same = replace(spec, bandwidth=chosen.bandwidth)
     made = chain_law(same, number, name, damped=True, tuning=chosen.tuning)
     return replace(made, gains=made.gains | {"reasons": list(chosen.reasons)})
 
 
 @lru_cache(maxsize=64)
-def best_gains(wish: Wish, number: int = 4) -> BestGains:
+def best_gains(spec: DesignSpec, number: int = 4) -> BestGains:
     """Highest bandwidth whose noise leaves most of the torque and that trial runs accept, and its filter.
 
     ``number``, {1, 2, 3, 4}: Model of the law.
     """
-    counts = np.array(list(read_encoders(wish, number).values()))
-    tuning = tuning_by_uncertainty(wish, filter_chain(wish, number), counts)
-    sampled = int(1.0 / (SAMPLES_PER_PERIOD * wish.interval))
+    counts = np.array(list(read_encoders(spec, number).values()))
+    tuning = tuning_by_uncertainty(spec, filter_chain(spec, number), counts)
+    sampled = int(1.0 / (SAMPLES_PER_PERIOD * spec.interval))
     top = max(LOWEST_HZ, min(HIGHEST_HZ, sampled))
-    linear = rounding_counts(wish)
+    linear = rounding_counts(spec)
 
     def noise(hertz: float) -> float:
-        return torque_noise(wish, hertz, tuning, number) if linear else 0.0
+        return torque_noise(spec, hertz, tuning, number) if linear else 0.0
 
     shown: Trial | None = None
     why = "asked for"
-    if wish.bandwidth is not None:
-        hertz = wish.bandwidth
+    if spec.bandwidth is not None:
+        hertz = spec.bandwidth
     else:
-        allowed = allowed_noise(wish)
+        allowed = allowed_noise(spec)
         quiet = highest(noise, allowed, top)
-        limited = np.isfinite(torque_limit(wish.drive))
+        limited = np.isfinite(torque_limit(spec.drive))
         share = "a third of the torque limit" if limited else "what the motion needs"
         why = (
             f"rounding to counts takes {noise(quiet):.3g} N m at five deviations; {share}: {allowed:.3g} N m"
@@ -106,8 +106,8 @@ def best_gains(wish: Wish, number: int = 4) -> BestGains:
         hertz = float(quiet)
         if quiet == top:
             why = f"{SAMPLES_PER_PERIOD:.0f} samples in a period" if top == sampled else "the highest tried"
-        if wish.motion is not None:
-            one = trial_wish(wish)
+        if spec.motion is not None:
+            one = trial_spec(spec)
             hertz, shown = highest_accepted(
                 one,
                 lambda each: chain_law(each, number, "trial", damped=True, tuning=tuning),
@@ -122,24 +122,24 @@ def best_gains(wish: Wish, number: int = 4) -> BestGains:
         bandwidth=float(hertz),
         tuning=tuning,
         torque_noise=noise(hertz),
-        reasons=_reasons(wish, hertz, tuning, sampled, why, shown),
+        reasons=_reasons(spec, hertz, tuning, sampled, why, shown),
     )
 
 
-def rounding_counts(wish: Wish) -> bool:
+def rounding_counts(spec: DesignSpec) -> bool:
     """Whether the linear loop tells the noise of a run: encoders through the Kalman filter, no delay."""
-    options = wish.options
+    options = spec.options
     filtered = options is None or (options.observer == "kalman" and not options.ideal_sensors)
-    return filtered and control_delay(wish.drive) == 0.0
+    return filtered and control_delay(spec.drive) == 0.0
 
 
-def allowed_noise(wish: Wish) -> float:
+def allowed_noise(spec: DesignSpec) -> float:
     """Torque that rounding may take: a third of the limit; without one, as much as the motion needs.
 
     Returns [N m].
     """
-    limit = torque_limit(wish.drive)
-    return TORQUE_SHARE * limit if np.isfinite(limit) else needed_torque(wish)
+    limit = torque_limit(spec.drive)
+    return TORQUE_SHARE * limit if np.isfinite(limit) else needed_torque(spec)
 
 
 def highest(noise: Callable[[float], float], allowed: float, top: int) -> int:
@@ -155,20 +155,20 @@ def highest(noise: Callable[[float], float], allowed: float, top: int) -> int:
     return low
 
 
-def torque_noise(wish: Wish, hertz: float, tuning: KalmanTuning, number: int = 4) -> float:
+def torque_noise(spec: DesignSpec, hertz: float, tuning: KalmanTuning, number: int = 4) -> float:
     """Five standard deviations of the command by rounding, at a bandwidth.
 
     ``number``, {1, 2, 3, 4}: Model of the law.
     Returns [N m].
     """
-    interval, rate = wish.interval, current_rate(wish.drive)
-    seen_by, plant, law_chain = filter_chain(wish, number), _highest(wish), wish.model(number)
-    fitted = read_encoders(wish, number)
+    interval, rate = spec.interval, current_rate(spec.drive)
+    seen_by, plant, law_chain = filter_chain(spec, number), _highest(spec), spec.model(number)
+    fitted = read_encoders(spec, number)
     places = [place(seen_by, shaft) for shaft in fitted]
-    chosen = [place(seen_by, shaft) for shaft in law_shafts(number, wish.feedback)]
+    chosen = [place(seen_by, shaft) for shaft in law_shafts(number, spec.feedback)]
     counts = np.array(list(fitted.values()))
     sampling = Sampling(interval=interval, current_rate=rate)
-    if wish.options is not None and wish.options.encoder_phase == "centred":
+    if spec.options is not None and spec.options.encoder_phase == "centred":
         tuning = replace(tuning, offsets=())
     seen = kalman_filter(seen_by, places, list(counts), sampling, chosen=chosen, tuning=tuning, settled=True)
     flat, bounds = flat_output(law_chain), printed_bounds(law_chain, flexible_joint=FLEXIBLE_JOINT[number])
@@ -179,14 +179,14 @@ def torque_noise(wish: Wish, hertz: float, tuning: KalmanTuning, number: int = 4
     return SIGMAS * loop.noise(counts, round(MEMORY / interval))[1]
 
 
-def _highest(wish: Wish) -> LumpedChain:
-    return wish.model(highest_model(wish.drive))
+def _highest(spec: DesignSpec) -> LumpedChain:
+    return spec.model(highest_model(spec.drive))
 
 
 def _reasons(
-    wish: Wish, hertz: float, tuning: KalmanTuning, sampled: int, why: str, shown: Trial | None
+    spec: DesignSpec, hertz: float, tuning: KalmanTuning, sampled: int, why: str, shown: Trial | None
 ) -> tuple[str, ...]:
-    modes = ", ".join(f"{w / (2.0 * pi):.1f}" for w in natural_frequencies_of(_highest(wish)) if w > 1.0)
+    modes = ", ".join(f"{w / (2.0 * pi):.1f}" for w in natural_frequencies_of(_highest(spec)) if w > 1.0)
     trials: tuple[str, ...] = ()
     if shown is not None:
         words = f"up to {shown.torque:.3g} N m of {shown.allowed:.3g} N m allowed, {shown.failed} ended early"

@@ -17,7 +17,7 @@ from cabledrive.parameters.files import require_regular
 from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.baselines import BASELINES
-from cabledrive.rig.laws.controllers import Controller, Wish, chain_law
+from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law
 from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.setting import RigOptions
 
@@ -180,26 +180,26 @@ def _check(found: ControllerFile) -> None:
         raise InputRefused(f"holds arrays that do not fit each other: {REMEDY}").at(found.path)
 
 
-def law_from_file(found: ControllerFile, wish: Wish) -> Controller:
+def law_from_file(found: ControllerFile, spec: DesignSpec) -> Controller:
     """The law of a file with its reference along another motion.
 
     Raises `InputRefused` if the drive is not that of the file, or settings of a packaged law are given.
     """
-    if content_hash(wish.drive) != found.drive_hash:
+    if content_hash(spec.drive) != found.drive_hash:
         raise InputRefused(
-            f"was made for another drive, hash {found.drive_hash[:12]}, not {content_hash(wish.drive)[:12]}: "
+            f"was made for another drive, hash {found.drive_hash[:12]}, not {content_hash(spec.drive)[:12]}: "
             "give the drive.toml beside it, and what differs as the plant"
         ).at(found.path)
-    if wish.bandwidth is not None or not wish.adapt:
+    if spec.bandwidth is not None or not spec.adapt:
         raise InputRefused("holds its own gains: leave bandwidth and adaptation out").at(found.path)
-    if wish.feedforward != "damped":
+    if spec.feedforward != "damped":
         raise InputRefused("holds a law with the damped inverse: leave feedforward out").at(found.path)
-    wish = replace(wish, feedback=found.feedback, best=False)
+    spec = replace(spec, feedback=found.feedback, best=False)
     if found.name in BASELINES:
-        made = BASELINES[found.name](wish)
+        made = BASELINES[found.name](spec)
     else:
         number = int(found.name.split("-")[1])
-        made = chain_law(replace(wish, bandwidth=found.bandwidth), number, found.name, damped=True)
+        made = chain_law(replace(spec, bandwidth=found.bandwidth), number, found.name, damped=True)
     start = found.law.learning[NOMINAL] if found.law.kind == DARC else made.start
     hertz = {} if found.bandwidth is None else {"bandwidth_hz": found.bandwidth}
     rate = None if found.bandwidth is None or found.law.kind != DARC else 2.0 * pi * found.bandwidth

@@ -74,7 +74,7 @@ class Controller:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Wish:
+class DesignSpec:
     """What a law is to be designed for.
 
     Attributes
@@ -134,16 +134,16 @@ class Wish:
         return load_gear(self.drive) * self.trajectory(time, derivatives)
 
 
-def darc(wish: Wish, number: int) -> Controller:
+def darc(spec: DesignSpec, number: int) -> Controller:
     """Direct adaptive robust controller of a model, as printed.
 
     ``number``, {1, 2, 3, 4}.
     """
-    return chain_law(wish, number, f"darc-{number}", damped=False)
+    return chain_law(spec, number, f"darc-{number}", damped=False)
 
 
 def chain_law(
-    wish: Wish,
+    spec: DesignSpec,
     number: int,
     name: str,
     *,
@@ -157,14 +157,14 @@ def chain_law(
     ``number``, {1, 2, 3, 4}; ``chain``: the row it is made for; the drive's own by default; ``bounds``: of
     p2 to p5; as printed by default.
     """
-    chain = wish.model(number) if chain is None else chain
+    chain = spec.model(number) if chain is None else chain
     flat = flat_output(chain, damped=damped)
-    reference = flat_reference(flat, wish.wanted(2 * chain.size), wish.interval)
+    reference = flat_reference(flat, spec.wanted(2 * chain.size), spec.interval)
     bounds = printed_bounds(chain, flexible_joint=FLEXIBLE_JOINT[number]) if bounds is None else bounds
-    share = (DAMPED_SHARE if damped else 1.0) if wish.adapt else 0.0
-    gains = darc_gains(number, wish.bandwidth, adaptation_share=share)
+    share = (DAMPED_SHARE if damped else 1.0) if spec.adapt else 0.0
+    gains = darc_gains(number, spec.bandwidth, adaptation_share=share)
     law = darc_numbers(
-        flat, gains, bounds, reference, wish.interval, friction_by_reference=damped, desired=damped
+        flat, gains, bounds, reference, spec.interval, friction_by_reference=damped, desired=damped
     )
     told = {
         "bandwidth_hz": gains.bandwidth / (2.0 * pi),
@@ -179,7 +179,7 @@ def chain_law(
         name=name,
         law=law,
         reference=reference,
-        shafts=law_shafts(number, wish.feedback),
+        shafts=law_shafts(number, spec.feedback),
         start=bounds.nominal,
         tuning=tuning,
         gains=told,
@@ -187,7 +187,7 @@ def chain_law(
         damped=damped,
         bandwidth=gains.bandwidth,
         flat=flat,
-        filter_model=own_filter(number, wish.feedback),
+        filter_model=own_filter(number, spec.feedback),
     )
 
 
@@ -203,22 +203,22 @@ def own_filter(number: int, feedback: str) -> int | None:
     return 3 if number == 3 and feedback == "motor" else None
 
 
-def backstepping(wish: Wish) -> Controller:
+def backstepping(spec: DesignSpec) -> Controller:
     """Backstepping with unmatched uncertainty on Model 3."""
-    chain = wish.model(3)
-    hertz = PRINTED_HZ if wish.bandwidth is None else wish.bandwidth
-    gains = backstepping_gains(hertz, adaptation=1e-6 if wish.adapt else 0.0)
-    law = backstepping_numbers(chain, gains, wish.interval)
+    chain = spec.model(3)
+    hertz = PRINTED_HZ if spec.bandwidth is None else spec.bandwidth
+    gains = backstepping_gains(hertz, adaptation=1e-6 if spec.adapt else 0.0)
+    law = backstepping_numbers(chain, gains, spec.interval)
     names = ("k1", "k21", "k22", "k32", "k33", "k42", "k43", "k44", "adaptation")
     return Controller(
         name="backstepping",
         law=law,
-        reference=np.ascontiguousarray(wish.wanted(4).T),
-        shafts=law_shafts(3, wish.feedback),
+        reference=np.ascontiguousarray(spec.wanted(4).T),
+        shafts=law_shafts(3, spec.feedback),
         start=law.learning[0],
         tuning=QUIET,
         gains={"bandwidth_hz": hertz} | {name: getattr(gains, name) for name in names},
         model=3,
         damped=False,
-        filter_model=own_filter(3, wish.feedback),
+        filter_model=own_filter(3, spec.feedback),
     )

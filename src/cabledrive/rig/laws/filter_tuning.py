@@ -6,31 +6,31 @@ from cabledrive.control.kalman import KalmanTuning
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.models import highest_model
 from cabledrive.rig.closed_loop.loop_numbers import Array
-from cabledrive.rig.laws.controllers import Wish, own_filter
+from cabledrive.rig.laws.controllers import DesignSpec, own_filter
 from cabledrive.rig.laws.fitting import fitted_encoders, law_shafts
 from cabledrive.rig.plant_samples import Spreads
 
 
-def filter_chain(wish: Wish, number: int) -> LumpedChain:
+def filter_chain(spec: DesignSpec, number: int) -> LumpedChain:
     """The row that the Kalman filter of a law is made for.
 
     ``number``, {1, 2, 3, 4}: Model of the law.
     """
-    return wish.model(own_filter(number, wish.feedback) or highest_model(wish.drive))
+    return spec.model(own_filter(number, spec.feedback) or highest_model(spec.drive))
 
 
-def read_encoders(wish: Wish, number: int) -> dict[str, float]:
+def read_encoders(spec: DesignSpec, number: int) -> dict[str, float]:
     """One count of each encoder that the filter of a law reads, at the first shaft [rad], by shaft.
 
     ``number``, {3, 4}.
     """
-    fitted, shafts = fitted_encoders(wish.drive), law_shafts(number, wish.feedback)
-    if own_filter(number, wish.feedback) is None:
+    fitted, shafts = fitted_encoders(spec.drive), law_shafts(number, spec.feedback)
+    if own_filter(number, spec.feedback) is None:
         return fitted
     return {shaft: count for shaft, count in fitted.items() if shaft in shafts}
 
 
-def tuning_by_uncertainty(wish: Wish, chain: LumpedChain, counts: Array) -> KalmanTuning:
+def tuning_by_uncertainty(spec: DesignSpec, chain: LumpedChain, counts: Array) -> KalmanTuning:
     """Noise of the filter from what is not known of the drive.
 
     The load's equation is off by the spreads of stiffness and inertia times the largest acceleration wanted,
@@ -40,9 +40,9 @@ def tuning_by_uncertainty(wish: Wish, chain: LumpedChain, counts: Array) -> Kalm
     ``counts``, shape (m,) [rad].
     """
     spreads = Spreads()
-    wanted = wish.wanted(2)
+    wanted = spec.wanted(2)
     moving = np.abs(wanted[1]) > 0.0
-    rise = float(np.count_nonzero(moving)) * wish.interval / max(1, _moves(moving))
+    rise = float(np.count_nonzero(moving)) * spec.interval / max(1, _moves(moving))
     off = (spreads.cable_stiffness + spreads.load_inertia) * float(np.abs(wanted[2]).max())
     coulomb = chain.coulomb[0]
     return KalmanTuning(

@@ -16,7 +16,7 @@ from cabledrive.reduction.models import highest_model
 from cabledrive.rig.closed_loop.loop import Loop, Run, run
 from cabledrive.rig.disturbances import control_delay, current_rate
 from cabledrive.rig.laws.best_gains import damped_law
-from cabledrive.rig.laws.controllers import Controller, Wish, chain_law
+from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law
 from cabledrive.rig.laws.fitting import fit_observer
 from cabledrive.rig.setting import RigOptions
 
@@ -89,9 +89,9 @@ def _known(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
 
 
-def indirect(wish: Wish) -> Controller:
+def indirect(spec: DesignSpec) -> Controller:
     """The law before anything has been learnt: the damping-aware one of its highest model."""
-    return damped_law(wish, NAME, highest_model(wish.drive))
+    return damped_law(spec, NAME, highest_model(spec.drive))
 
 
 def learn(loop: Loop, early: Run, pause: int, drive: Drive, chain: LumpedChain) -> Learnt:
@@ -160,19 +160,19 @@ def learnt_bounds(chain: LumpedChain, found: Learnt) -> Bounds:
     return Bounds(nominal=printed.nominal, low=printed.nominal - half, high=printed.nominal + half)
 
 
-def rebuilt(loop: Loop, wish: Wish, found: Learnt, options: RigOptions) -> Loop:
+def rebuilt(loop: Loop, spec: DesignSpec, found: Learnt, options: RigOptions) -> Loop:
     """The loop with law, reference and filter made for what was learnt; the plant is the same.
 
     The filter goes on from the states of the old one, with the gain it has settled on.
     """
     first, number = loop.controller, loop.controller.model
-    chain = learnt_chain(wish.model(number), found)
+    chain = learnt_chain(spec.model(number), found)
     bounds = learnt_bounds(chain, found)
-    same = replace(wish, bandwidth=float(first.gains["bandwidth_hz"]) if wish.best else wish.bandwidth)
+    same = replace(spec, bandwidth=float(first.gains["bandwidth_hz"]) if spec.best else spec.bandwidth)
     made = chain_law(same, number, NAME, damped=True, tuning=first.tuning, chain=chain, bounds=bounds)
     made = replace(made, gains=first.gains | made.gains | {"beta": found.load.beta})
-    drive = wish.drive
-    sampling = Sampling(interval=wish.interval, delay=control_delay(drive), current_rate=current_rate(drive))
+    drive = spec.drive
+    sampling = Sampling(interval=spec.interval, delay=control_delay(drive), current_rate=current_rate(drive))
     centred = options.encoder_phase == "centred"
     tuning = replace(made.tuning, offsets=()) if centred else made.tuning
     own = made.filter_model is not None
@@ -182,7 +182,7 @@ def rebuilt(loop: Loop, wish: Wish, found: Learnt, options: RigOptions) -> Loop:
     return replace(loop, controller=made, observer=observer)
 
 
-def run_indirect(wish: Wish, loop: Loop, options: RigOptions) -> tuple[Loop, Run, Learnt | None]:
+def run_indirect(spec: DesignSpec, loop: Loop, options: RigOptions) -> tuple[Loop, Run, Learnt | None]:
     """Run one pulse, learn, make everything anew in the dwell, and run the rest.
 
     ``loop``: with the law of `indirect`.
@@ -195,10 +195,10 @@ def run_indirect(wish: Wish, loop: Loop, options: RigOptions) -> tuple[Loop, Run
         return loop, early, None
     if pause >= len(loop.target) - 1:
         return loop, early if pause >= len(loop.target) else _rest(loop, early, pause), None
-    found = learn(loop, early, pause, wish.drive, wish.model(loop.controller.model))
+    found = learn(loop, early, pause, spec.drive, spec.model(loop.controller.model))
     later = loop
     if found.load.excited:
-        later = rebuilt(loop, wish, found, options)
+        later = rebuilt(loop, spec, found, options)
         early.state.controller.parameters[:4] = later.controller.start
     return later, _rest(later, early, pause), found
 

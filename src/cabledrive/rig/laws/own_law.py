@@ -11,33 +11,33 @@ from cabledrive.parameters import InputRefused
 from cabledrive.reduction.models import highest_model
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.baselines import FEEDFORWARDS, feedforward_table
-from cabledrive.rig.laws.controllers import Controller, Wish
+from cabledrive.rig.laws.controllers import Controller, DesignSpec
 from cabledrive.rig.laws.fitting import place
 
 
-def own_law(given: Any, wish: Wish) -> Controller:
+def own_law(given: Any, spec: DesignSpec) -> Controller:
     """The user's controller with its reference along the motion.
 
     ``given``: an object of `cabledrive.control.ControllerProtocol`.
     Raises `InputRefused` if it does not fit: its name, shafts, sample time, or settings of packaged laws.
     """
     own = checked_controller(given)
-    _check(own, wish)
-    number = highest_model(wish.drive)
-    chain = wish.model(number)
+    _check(own, spec)
+    number = highest_model(spec.drive)
+    chain = spec.model(number)
     shafts = own.shafts or (("motor", "drive", "load") if chain.size == 3 else ("motor", "load"))
     if "drive" in shafts and chain.size == 2 and "motor" in shafts:
         raise InputRefused(
-            f'controller "{own.name}": shafts = {shafts}, but motor and drive pulley of {wish.drive.name} '
+            f'controller "{own.name}": shafts = {shafts}, but motor and drive pulley of {spec.drive.name} '
             "turn as one: take motor and load, or give motor.joint_stiffness"
         )
     gains = {"measures": own.measures, "follows": own.follows}
     if own.follows == "inverse":
-        gains["feedforward"] = FEEDFORWARDS[wish.feedforward]
+        gains["feedforward"] = FEEDFORWARDS[spec.feedforward]
     return Controller(
         name=own.name,
         law=LawNumbers(OWN, np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((5, 0)), np.zeros(7)),
-        reference=np.ascontiguousarray(_reference(own, wish, shafts)),
+        reference=np.ascontiguousarray(_reference(own, spec, shafts)),
         shafts=shafts,
         start=np.zeros(0),
         tuning=QUIET,
@@ -48,27 +48,27 @@ def own_law(given: Any, wish: Wish) -> Controller:
     )
 
 
-def _reference(own: OwnController, wish: Wish, shafts: tuple[str, ...]) -> Array:
+def _reference(own: OwnController, spec: DesignSpec, shafts: tuple[str, ...]) -> Array:
     """What the controller follows, shape (samples, columns)."""
-    chain = wish.model(highest_model(wish.drive))
-    wanted = wish.wanted(2 * chain.size)
+    chain = spec.model(highest_model(spec.drive))
+    wanted = spec.wanted(2 * chain.size)
     if own.follows == "motion":
         return wanted.T
-    table = feedforward_table(wish, chain, wanted)
+    table = feedforward_table(spec, chain, wanted)
     places = [place(chain, shaft) for shaft in shafts]
     return table[:, [*places, *(chain.size + i for i in places), 2 * chain.size]]
 
 
-def _check(own: OwnController, wish: Wish) -> None:
-    if own.sample_time is not None and abs(own.sample_time - wish.interval) > 1e-9 * wish.interval:
+def _check(own: OwnController, spec: DesignSpec) -> None:
+    if own.sample_time is not None and abs(own.sample_time - spec.interval) > 1e-9 * spec.interval:
         raise InputRefused(
             f'controller "{own.name}": sample_time = {own.sample_time:.6g} s is not that of the rig, '
-            f"{wish.interval:.6g} s: design it for that, or change sensors.sample_rate"
+            f"{spec.interval:.6g} s: design it for that, or change sensors.sample_rate"
         )
-    if wish.bandwidth is not None:
+    if spec.bandwidth is not None:
         raise InputRefused(
-            f'bandwidth = {wish.bandwidth:.4g} Hz is a setting of the packaged laws; "{own.name}" has gains '
+            f'bandwidth = {spec.bandwidth:.4g} Hz is a setting of the packaged laws; "{own.name}" has gains '
             "of its own: leave it out"
         )
-    if not wish.adapt:
+    if not spec.adapt:
         raise InputRefused(f'adapt = False is a setting of the packaged laws: leave it out for "{own.name}"')

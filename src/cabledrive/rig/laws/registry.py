@@ -8,21 +8,21 @@ from cabledrive.reduction.models import highest_model
 from cabledrive.rig.laws.backstepping_laws import backstepping_6
 from cabledrive.rig.laws.baselines import BASELINES
 from cabledrive.rig.laws.best_gains import damped_law
-from cabledrive.rig.laws.controllers import Controller, Wish, backstepping, darc
+from cabledrive.rig.laws.controllers import Controller, DesignSpec, backstepping, darc
 from cabledrive.rig.laws.indirect import NAME, indirect
 from cabledrive.rig.laws.least_bandwidth import check_least_bandwidth
 from cabledrive.rig.laws.tuned_gains import tuned_law
 from cabledrive.rig.setting import DISSERTATION_ORDER
 
-CONTROLLERS: dict[str, Callable[[Wish], Controller]] = {
-    "darc-1": lambda wish: darc(wish, 1),
-    "darc-2": lambda wish: darc(wish, 2),
-    "darc-3": lambda wish: darc(wish, 3),
-    "darc-4": lambda wish: darc(wish, 4),
-    "darc-1-damped": lambda wish: damped_law(wish, "darc-1-damped", 1),
-    "darc-2-damped": lambda wish: damped_law(wish, "darc-2-damped", 2),
-    "darc-3-damped": lambda wish: damped_law(wish, "darc-3-damped", 3),
-    "darc-4-damped": lambda wish: damped_law(wish, "darc-4-damped"),
+CONTROLLERS: dict[str, Callable[[DesignSpec], Controller]] = {
+    "darc-1": lambda spec: darc(spec, 1),
+    "darc-2": lambda spec: darc(spec, 2),
+    "darc-3": lambda spec: darc(spec, 3),
+    "darc-4": lambda spec: darc(spec, 4),
+    "darc-1-damped": lambda spec: damped_law(spec, "darc-1-damped", 1),
+    "darc-2-damped": lambda spec: damped_law(spec, "darc-2-damped", 2),
+    "darc-3-damped": lambda spec: damped_law(spec, "darc-3-damped", 3),
+    "darc-4-damped": lambda spec: damped_law(spec, "darc-4-damped"),
     "backstepping": backstepping,
     "backstepping-6": backstepping_6,
     NAME: indirect,
@@ -68,24 +68,24 @@ def needed_order(name: str, drive: Drive) -> int:
     return max(DISSERTATION_ORDER, 4 * inertias - 1)
 
 
-def design(name: str | None, wish: Wish) -> Controller:
+def design(name: str | None, spec: DesignSpec) -> Controller:
     """Design a control law by name.
 
     ``name``: default: with a flexible motor joint "darc-4-damped", else "darc-3".
     Raises `InputRefused` if there is no such law, the sample rate is too low for its bandwidth, or that is
     too low for the law.
     """
-    name = known_name(name, wish.drive)
-    if wish.feedforward != "damped" and name not in BASELINES:
+    name = known_name(name, spec.drive)
+    if spec.feedforward != "damped" and name not in BASELINES:
         raise InputRefused(
-            f"feedforward = {wish.feedforward!r} is for {', '.join(BASELINES)}; {name} brings its own: "
+            f"feedforward = {spec.feedforward!r} is for {', '.join(BASELINES)}; {name} brings its own: "
             "leave it out"
         )
     law = CONTROLLERS[name]
-    chosen = wish.best and wish.bandwidth is None and wish.motion is not None
-    made = tuned_law(law, wish) if chosen and name not in OWN_RULE else law(wish)
-    check_sample_rate(made, wish.interval)
-    check_least_bandwidth(law, made, wish)
+    chosen = spec.best and spec.bandwidth is None and spec.motion is not None
+    made = tuned_law(law, spec) if chosen and name not in OWN_RULE else law(spec)
+    check_sample_rate(made, spec.interval)
+    check_least_bandwidth(law, made, spec)
     return made
 
 

@@ -20,7 +20,7 @@ from cabledrive.reduction.models import highest_model
 from cabledrive.rig.closed_loop.loop import close_loop, run
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
 from cabledrive.rig.closed_loop.other_plants import with_plant
-from cabledrive.rig.laws.controllers import Controller, Wish
+from cabledrive.rig.laws.controllers import Controller, DesignSpec
 from cabledrive.rig.plant_samples import Spreads
 from cabledrive.rig.setting import RigOptions
 
@@ -64,40 +64,40 @@ class Trial:
         return (not self.accepted, self.failed, self.saturated, self.error)
 
 
-def trial_wish(wish: Wish) -> Wish:
-    """The wish for a trial: one pulse of the motion.
+def trial_spec(spec: DesignSpec) -> DesignSpec:
+    """The spec for a trial: one pulse of the motion.
 
-    ``wish``: with its motion.
+    ``spec``: with its motion.
     """
-    assert wish.motion is not None
-    motion = replace(wish.motion, pulses=1)
+    assert spec.motion is not None
+    motion = replace(spec.motion, pulses=1)
     trajectory = motion.trajectory
-    samples = round(trajectory.duration / wish.interval) + 1
-    return replace(wish, motion=motion, trajectory=trajectory, samples=samples)
+    samples = round(trajectory.duration / spec.interval) + 1
+    return replace(spec, motion=motion, trajectory=trajectory, samples=samples)
 
 
 @lru_cache(maxsize=16)
-def needed_torque(wish: Wish) -> float:
+def needed_torque(spec: DesignSpec) -> float:
     """Largest torque of the exact inverse along the motion, friction included.
 
     Returns [N m].
     """
-    chain = wish.model(highest_model(wish.drive))
+    chain = spec.model(highest_model(spec.drive))
     flat = flat_output(chain)
-    reference = flat_reference(flat, wish.wanted(2 * chain.size), wish.interval)
+    reference = flat_reference(flat, spec.wanted(2 * chain.size), spec.interval)
     return float(np.abs(feedforward(chain, flat, reference)[:, -1]).max())
 
 
-def trial(wish: Wish, made: Controller) -> Trial:
+def trial(spec: DesignSpec, made: Controller) -> Trial:
     """Run a law on the plant and at two corners of cable and load.
 
-    ``wish``: from `trial_wish`; ``made``: designed for it.
+    ``spec``: from `trial_spec`; ``made``: designed for it.
     """
-    assert wish.motion is not None
-    options = wish.options or RigOptions()
-    plant = wish.plant or wish.drive
-    loop = close_loop(wish.drive, plant, made, wish.motion, options, np.random.default_rng(0))
-    limit, need = loop.rig.torque_limit, needed_torque(wish)
+    assert spec.motion is not None
+    options = spec.options or RigOptions()
+    plant = spec.plant or spec.drive
+    loop = close_loop(spec.drive, plant, made, spec.motion, options, np.random.default_rng(0))
+    limit, need = loop.rig.torque_limit, needed_torque(spec)
     spare = TORQUE_SHARE * limit if np.isfinite(limit) else need
     need += sum(abs(one.torque) for one in options.disturbances)
     failed, scores = 0, []
@@ -133,32 +133,32 @@ def corners(chain: LumpedChain) -> list[LumpedChain]:
     ]
 
 
-def tried(wish: Wish, law: Callable[[Wish], Controller], hertz: float) -> Trial | None:
+def tried(spec: DesignSpec, law: Callable[[DesignSpec], Controller], hertz: float) -> Trial | None:
     """Trial of a law at a bandwidth; None where the law refuses it.
 
-    ``wish``: from `trial_wish`; ``law``: makes the controller of a wish.
+    ``spec``: from `trial_spec`; ``law``: makes the controller of a spec.
     """
     try:
-        return trial(wish, law(replace(wish, bandwidth=hertz)))
+        return trial(spec, law(replace(spec, bandwidth=hertz)))
     except InputRefused:
         return None
 
 
 def highest_accepted(
-    wish: Wish, law: Callable[[Wish], Controller], low: int, start: int
+    spec: DesignSpec, law: Callable[[DesignSpec], Controller], low: int, start: int
 ) -> tuple[float, Trial]:
     """Highest whole bandwidth that the trial runs accept: downwards until one is, then by bisection.
 
     Where none is accepted, the one whose runs fail and saturate least.
 
-    ``wish``: from `trial_wish`; ``low``, ``start`` [Hz].
+    ``spec``: from `trial_spec`; ``low``, ``start`` [Hz].
     Raises `InputRefused` if the law can be made at no bandwidth.
     """
     known: dict[int, Trial | None] = {}
 
     def at(hertz: int) -> Trial | None:
         if hertz not in known:
-            known[hertz] = tried(wish, law, float(hertz))
+            known[hertz] = tried(spec, law, float(hertz))
         return known[hertz]
 
     def good(hertz: int) -> bool:
@@ -172,7 +172,7 @@ def highest_accepted(
         if bottom <= low:
             ranked = sorted((one.rank, hertz) for hertz, one in known.items() if one is not None)
             if not ranked:
-                law(replace(wish, bandwidth=float(low)))  # refuses, with its reason
+                law(replace(spec, bandwidth=float(low)))  # refuses, with its reason
             return float(ranked[0][1]), _sure(known[ranked[0][1]])
         bottom, top = max(low, min(bottom - 1, round(STEP * bottom))), bottom
     while top - bottom > 1:

@@ -5,8 +5,8 @@ from dataclasses import replace
 from functools import lru_cache
 
 from cabledrive.rig.laws.baselines import lqg
-from cabledrive.rig.laws.controllers import Controller, Wish
-from cabledrive.rig.laws.trial_runs import Trial, trial, trial_wish, tried
+from cabledrive.rig.laws.controllers import Controller, DesignSpec
+from cabledrive.rig.laws.trial_runs import Trial, trial, trial_spec, tried
 
 SETTINGS_HZ = (
     *(0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 15.0, 18.0, 22.0, 26.0, 30.0),
@@ -16,17 +16,17 @@ TORQUE_SHARES = (0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0)
 """Torques that weigh as much as one count in `lqg`, as shares of the torque that may be used."""
 
 
-def tuned_law(law: Callable[[Wish], Controller], wish: Wish) -> Controller:
+def tuned_law(law: Callable[[DesignSpec], Controller], spec: DesignSpec) -> Controller:
     """A law at the setting with the smallest worst error of those that trial runs accept.
 
-    ``law``: makes the controller of a wish; ``wish``: with its motion, without a bandwidth.
+    ``law``: makes the controller of a spec; ``spec``: with its motion, without a bandwidth.
     """
     if law is lqg:
-        torque, shown, count = tuned_torque(wish)
-        made, words = lqg(wish, torque), f"one count weighs as {torque:.3g} N m"
+        torque, shown, count = tuned_torque(spec)
+        made, words = lqg(spec, torque), f"one count weighs as {torque:.3g} N m"
     else:
-        hertz, shown, count = tuned_bandwidth(law, wish)
-        made, words = law(replace(wish, bandwidth=hertz)), f"bandwidth {hertz:g} Hz"
+        hertz, shown, count = tuned_bandwidth(law, spec)
+        made, words = law(replace(spec, bandwidth=hertz)), f"bandwidth {hertz:g} Hz"
     why = f"the smallest worst error in the trial runs of {count} settings"
     if not shown.accepted:
         why = "no setting keeps the torque within what is allowed; this one fails and saturates least"
@@ -35,30 +35,30 @@ def tuned_law(law: Callable[[Wish], Controller], wish: Wish) -> Controller:
 
 
 @lru_cache(maxsize=64)
-def tuned_bandwidth(law: Callable[[Wish], Controller], wish: Wish) -> tuple[float, Trial, int]:
+def tuned_bandwidth(law: Callable[[DesignSpec], Controller], spec: DesignSpec) -> tuple[float, Trial, int]:
     """Bandwidth of a law by trial runs.
 
     Returns ``count``: of settings that were tried.
     """
-    one, top = trial_wish(wish), 1.0 / (20.0 * wish.interval)
+    one, top = trial_spec(spec), 1.0 / (20.0 * spec.interval)
     found: dict[float, Trial] = {}
     for hertz in (value for value in SETTINGS_HZ if value <= top):
         shown = tried(one, law, hertz)
         if shown is not None:
             found[hertz] = shown
     if not found:
-        law(replace(wish, bandwidth=SETTINGS_HZ[0]))  # refuses, with its reason
+        law(replace(spec, bandwidth=SETTINGS_HZ[0]))  # refuses, with its reason
     hertz = min(found, key=lambda each: found[each].rank)
     return hertz, found[hertz], len(found)
 
 
 @lru_cache(maxsize=16)
-def tuned_torque(wish: Wish) -> tuple[float, Trial, int]:
+def tuned_torque(spec: DesignSpec) -> tuple[float, Trial, int]:
     """Weight of the torque in the linear-quadratic law by trial runs.
 
     Returns ``torque`` [N m]; ``count``: of settings that were tried.
     """
-    one = trial_wish(wish)
+    one = trial_spec(spec)
     first = trial(one, lqg(one))
     found = {lqg_torque: trial(one, lqg(one, lqg_torque)) for lqg_torque in _torques(first)}
     torque = min(found, key=lambda each: found[each].rank)

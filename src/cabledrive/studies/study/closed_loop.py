@@ -19,7 +19,7 @@ from cabledrive.rig.disturbances import free_play
 from cabledrive.rig.laws.controllers import DAMPED_SHARE, Controller, own_filter
 from cabledrive.rig.laws.fitting import fitted_encoders, law_shafts
 from cabledrive.rig.setting import Motion, RigOptions
-from cabledrive.rig.trial import wish_for
+from cabledrive.rig.trial import spec_for
 from cabledrive.studies.study.machine import Quantity, drive_with
 
 RIPPLE_ORDER = 12.0
@@ -54,10 +54,10 @@ def make_law(
 
     ``drive``: with the best values; ``model``, {1, 3, 4}; ``hertz``: lambda/(2 pi) [Hz].
     """
-    wish = wish_for(drive, motion, bandwidth=hertz, feedback=near_encoder(drive))
-    chain = wish.model(model)
+    spec = spec_for(drive, motion, bandwidth=hertz, feedback=near_encoder(drive))
+    chain = spec.model(model)
     flat = flat_output(chain, damped=True)
-    reference = flat_reference(flat, wish.wanted(2 * chain.size), wish.interval)
+    reference = flat_reference(flat, spec.wanted(2 * chain.size), spec.interval)
     bounds = projection_bounds(quantities, drive, model)
     gains = DarcGains(
         bandwidth=2.0 * pi * hertz,
@@ -65,13 +65,13 @@ def make_law(
         adaptation_share=DAMPED_SHARE,
     )
     law = darc_numbers(
-        flat, gains, bounds, reference, wish.interval, friction_by_reference=True, desired=True
+        flat, gains, bounds, reference, spec.interval, friction_by_reference=True, desired=True
     )
     return Controller(
         name=f"darc-{model}-damped",
         law=law,
         reference=reference,
-        shafts=law_shafts(model, wish.feedback),
+        shafts=law_shafts(model, spec.feedback),
         start=bounds.nominal,
         tuning=QUIET,
         gains={"bandwidth_hz": hertz, "sliding_rate_hz": RATIO[model] * hertz, "k_sigma": law.k_sigma},
@@ -79,7 +79,7 @@ def make_law(
         damped=True,
         bandwidth=gains.bandwidth,
         flat=flat,
-        filter_model=own_filter(model, wish.feedback),
+        filter_model=own_filter(model, spec.feedback),
     )
 
 

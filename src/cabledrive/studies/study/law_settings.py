@@ -14,10 +14,10 @@ from cabledrive.rig.closed_loop.loop import Loop, run
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
 from cabledrive.rig.laws.baselines import BASELINES, lqg
 from cabledrive.rig.laws.best_gains import SAMPLES_PER_PERIOD
-from cabledrive.rig.laws.controllers import Controller, Wish
+from cabledrive.rig.laws.controllers import Controller, DesignSpec
 from cabledrive.rig.laws.filter_tuning import read_encoders, tuning_by_uncertainty
 from cabledrive.rig.setting import Motion
-from cabledrive.rig.trial import wish_for
+from cabledrive.rig.trial import spec_for
 from cabledrive.studies.study.closed_loop import joined_loop, make_law, near_encoder, with_values
 from cabledrive.studies.study.controller_stage import ControllerResult
 from cabledrive.studies.study.knowledge_stage import Knowledge
@@ -86,8 +86,8 @@ def tuned_laws(
     ``drive``: with the best values; ``chain_law``: the damped law of the chain, whose bandwidth its bound has
     chosen; ``torque``: largest torque of the goals [N m].
     """
-    wish = wish_for(drive, motion, feedback=near_encoder(drive))
-    found = [_tuned(name, drive, motion, known, wish, torque) for name in SETTINGS]
+    spec = spec_for(drive, motion, feedback=near_encoder(drive))
+    found = [_tuned(name, drive, motion, known, spec, torque) for name in SETTINGS]
     usable = chain_law.bandwidth is not None
     found.append(
         LawSetting(
@@ -108,30 +108,30 @@ def law_of(setting: LawSetting, drive: Drive, motion: Motion, known: Knowledge) 
     assert setting.value is not None
     if setting.model is not None:
         return make_law(drive, motion, known.quantities, setting.model, setting.value)
-    wish = wish_for(drive, motion, feedback=near_encoder(drive))
+    spec = spec_for(drive, motion, feedback=near_encoder(drive))
     if setting.controller == "lqg":
-        made = lqg(wish, setting.value)
+        made = lqg(spec, setting.value)
     else:
-        made = BASELINES[setting.controller](replace(wish, bandwidth=setting.value))
+        made = BASELINES[setting.controller](replace(spec, bandwidth=setting.value))
     if setting.filter == QUIET:
         return made
-    return replace(made, tuning=_uncertain(wish, made.model))
+    return replace(made, tuning=_uncertain(spec, made.model))
 
 
-def _uncertain(wish: Wish, model: int) -> KalmanTuning:
-    counts = np.array(list(read_encoders(wish, 4).values()))
-    return tuning_by_uncertainty(wish, wish.model(model), counts)
+def _uncertain(spec: DesignSpec, model: int) -> KalmanTuning:
+    counts = np.array(list(read_encoders(spec, 4).values()))
+    return tuning_by_uncertainty(spec, spec.model(model), counts)
 
 
 def _tuned(
-    name: str, drive: Drive, motion: Motion, known: Knowledge, wish: Wish, torque: float | None
+    name: str, drive: Drive, motion: Motion, known: Knowledge, spec: DesignSpec, torque: float | None
 ) -> LawSetting:
     limit = drive.motor.torque_limit if drive.motor and drive.motor.torque_limit else LQG_TORQUE
     limit = limit if torque is None else min(limit, torque)
-    offered = [value * limit for value in SETTINGS[name]] if name == "lqg" else _carried(name, wish)
+    offered = [value * limit for value in SETTINGS[name]] if name == "lqg" else _carried(name, spec)
     empty = LawSetting(controller=name, model=None, value=None)
     if not offered:
-        rate = 1.0 / wish.interval
+        rate = 1.0 / spec.interval
         return replace(empty, reason=f"the sample rate of {rate:.4g} Hz is too low for all of its bandwidths")
     tried = [replace(empty, value=value, filter=kind) for value in offered for kind in (QUIET, UNCERTAIN)]
     try:
@@ -146,9 +146,9 @@ def _tuned(
     return tried[int(np.argmin(worst))]
 
 
-def _carried(name: str, wish: Wish) -> list[float]:
+def _carried(name: str, spec: DesignSpec) -> list[float]:
     """Bandwidths with enough samples in a period."""
-    return [hertz for hertz in SETTINGS[name] if hertz * wish.interval * SAMPLES_PER_PERIOD <= 1.0]
+    return [hertz for hertz in SETTINGS[name] if hertz * spec.interval * SAMPLES_PER_PERIOD <= 1.0]
 
 
 def _worst(
