@@ -1,10 +1,10 @@
-"""Modules that moved in 0.2: the old path warns and gives the module at its new one, for one version."""
+"""What has another name in 0.2 than in 0.1: the old name warns and gives the new, for one version."""
 
 import importlib
 import sys
 from collections.abc import Sequence
 from importlib.abc import Loader, MetaPathFinder
-from importlib.machinery import ModuleSpec
+from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
 from types import ModuleType
 from typing import Any
 from warnings import warn
@@ -47,6 +47,68 @@ MOVED = {
     "cabledrive.trajectories.smooth_rise": "cabledrive.trajectories.rise",
     "cabledrive.trajectories.waypoints": "cabledrive.trajectories.segments",
 }
+RENAMED = {  # module at its present path: old name of a function or class, and its present one
+    "cabledrive.identification.innovations": {"Foreseen": "Prediction", "foreseen": "predicted_angles"},
+    "cabledrive.identification.loop_check": {"free_plays": "backlash_widths"},
+    "cabledrive.identification.axis_problem": {
+        "identify_posed_axis": "solve_axis_problem",
+        "posed_rows": "problem_rows",
+    },
+    "cabledrive.identification.chain_model": {"RowModel": "ChainModel", "Sought": "FreeParameter"},
+    "cabledrive.identification.reference_logs": {"sound_tracks": "reference_tracks"},
+    "cabledrive.identification.regression_result": {"concluded": "regression_result"},
+    "cabledrive.identification.tension.prepared_recording": {
+        "Heard": "PreparedRecording",
+        "heard_in": "prepared_recording",
+    },
+    "cabledrive.reduction.axis_kernels": {"march_axis": "integrate_axis"},
+    "cabledrive.reduction.ensemble_kernels": {
+        "march_averaged": "integrate_averaged",
+        "march_oscillators": "integrate_oscillators",
+    },
+    "cabledrive.reduction.friction_integration": {
+        "march_chain": "integrate_chain",
+        "march_rigid_axis": "integrate_rigid_axis",
+    },
+    "cabledrive.reduction.oscillators": {"march_oscillators_reference": "integrate_oscillators_reference"},
+    "cabledrive.reduction.position_loop": {"march_position_loop_of": "integrate_position_loop_of"},
+    "cabledrive.reduction.threshold": {"tongue_half_width": "instability_half_width"},
+    "cabledrive.reduction.uniform_tension_kernels": {"march_kernel": "integration_kernel"},
+    "cabledrive.rig.bench.servo_kernels": {"march_servo": "integrate_servo"},
+    "cabledrive.rig.disturbances": {"blind_encoder": "encoder_dropout"},
+    "cabledrive.rig.error_budget": {"Cause": "ErrorSource"},
+    "cabledrive.rig.laws.controllers": {"Wish": "DesignSpec"},
+    "cabledrive.rig.learning_samples": {
+        "LearningDraws": "LearningSamples",
+        "run_learning_draws": "run_learning_samples",
+    },
+    "cabledrive.rig.parsed_options": {
+        "spoken_blindness": "parse_encoder_dropout",
+        "spoken_disturbance": "parse_disturbance",
+    },
+    "cabledrive.rig.plant_samples": {
+        "Draws": "PlantSamples",
+        "drawn_chain": "sampled_chain",
+        "drawn_loops": "sampled_loops",
+        "run_draws": "run_samples",
+    },
+    "cabledrive.rig.run_facts": {"circumstance_words": "disturbance_facts"},
+    "cabledrive.rig.trial": {"wish_for": "spec_for"},
+    "cabledrive.studies.crossings": {"Meeting": "Crossing", "meetings": "crossings"},
+    "cabledrive.studies.resonance": {"resonance_summary": "resonance"},
+    "cabledrive.studies.resonance_detuning": {
+        "Standing": "InstabilityMargin",
+        "standing_of": "instability_margin",
+    },
+    "cabledrive.studies.study.acceptance_stage": {"DrawBlock": "SampleBlock"},
+    "cabledrive.studies.study.chain_regression": {"Told": "RegressionResult", "tell": "identify_chain"},
+    "cabledrive.studies.study.sampled_plants": {
+        "drawn_plant": "sampled_plant",
+        "drawn_values": "sampled_values",
+    },
+    "cabledrive.studies.study.spring_regression": {"tell_joint": "identify_joint"},
+    "cabledrive.studies.transporter_moves": {"drawn_transporter": "sampled_transporter"},
+}
 
 
 class _Moved(ModuleType):
@@ -60,7 +122,12 @@ class _OldNames(MetaPathFinder, Loader):
     def find_spec(
         self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        return ModuleSpec(name, self, is_package=True) if new_name(name) is not None else None
+        if new_name(name) is not None:
+            return ModuleSpec(name, self, is_package=True)
+        found = PathFinder.find_spec(name, path, target) if name in RENAMED else None
+        if found is not None and isinstance(found.loader, SourceFileLoader):
+            found.loader = _WithOldNames(name, found.loader.path)
+        return found
 
     def create_module(self, spec: ModuleSpec) -> ModuleType | None:
         return None
@@ -69,7 +136,7 @@ class _OldNames(MetaPathFinder, Loader):
         old = module.__name__
         new = new_name(old)
         assert new is not None
-        warn(f"{old} is now {new}; the old path goes with version 0.3", DeprecationWarning, stacklevel=2)
+        _warn(old, new)
         found = importlib.import_module(new)
         parent, _, leaf = old.rpartition(".")
         function = getattr(sys.modules[parent], leaf, None)
@@ -78,6 +145,26 @@ class _OldNames(MetaPathFinder, Loader):
             vars(shim).update({**vars(found), "__name__": old, "_function": staticmethod(function)})
             found = shim
         sys.modules[old] = found
+
+
+class _WithOldNames(SourceFileLoader):
+    """Loads a module as ever, then lets it answer to the former names of its functions and classes."""
+
+    def exec_module(self, module: ModuleType) -> None:
+        super().exec_module(module)
+        names, room = RENAMED[module.__name__], module.__name__
+
+        def find(old: str) -> Any:
+            if old not in names:
+                raise AttributeError(f"module {room!r} has no attribute {old!r}")
+            _warn(f"{room}.{old}", f"{room}.{names[old]}")
+            return getattr(module, names[old])
+
+        vars(module)["__getattr__"] = find
+
+
+def _warn(old: str, new: str) -> None:
+    warn(f"{old} is now {new}; the old name goes with version 0.3", DeprecationWarning, stacklevel=3)
 
 
 def new_name(old: str) -> str | None:
@@ -89,5 +176,5 @@ def new_name(old: str) -> str | None:
 
 
 def keep_old_names() -> None:
-    """Let imports of old paths find the modules."""
-    sys.meta_path.append(_OldNames())
+    """Let imports of old paths and names find what they mean; ahead of the finder that knows files alone."""
+    sys.meta_path.insert(0, _OldNames())
