@@ -159,7 +159,7 @@ def test_gains_are_tried_on_the_plant_of_the_run():
     assert said["gains"]["bandwidth_hz"] < 30.0
 
 
-@pytest.mark.parametrize("law", ["darc-3", "darc-4", "backstepping", "pd", "lqg"])
+@pytest.mark.parametrize("law", ["darc-3", "darc-4", "backstepping", "pd", "lqi"])
 def test_other_laws_get_the_setting_with_the_smallest_error_in_trial_runs(law, measured):
     best, printed = (best_track(DRIVE, controller=law, gains=gains).summary for gains in ("best", "printed"))
     measured(f"{best['peak_error_deg']:.4f} deg beside {printed['peak_error_deg']:.4f}")

@@ -34,7 +34,9 @@ def written(folder, law: str, **changes):
     return folder / "controller.json"
 
 
-@pytest.mark.parametrize("name", ["pd", "pid", "lqg", "dob", "shaper", "darc-3-damped", "darc-4-damped"])
+@pytest.mark.parametrize(
+    "name", ["pd", "pid", "lqg", "lqi", "dob", "shaper", "darc-3-damped", "darc-4-damped"]
+)
 def test_the_file_runs_the_law_and_the_settled_filter_along_another_motion(name, tmp_path, measured):
     path = written(tmp_path, name)
     found = track(DRIVE, controller=str(path), motion=OTHER)

@@ -1,4 +1,4 @@
-"""Laws that a user would try first: PD, PID with a notch, LQ, each on top of the same feedforward."""
+"""Laws that a user would try first: PD, PID with a notch, LQ, LQI, each on top of the same feedforward."""
 
 from math import pi
 
@@ -43,7 +43,7 @@ def pd_law(chain: LumpedChain, bandwidth: float, interval: float) -> LawNumbers:
     j, w, n = rigid_inertia(chain), 2.0 * pi * bandwidth, chain.size
     row = np.zeros((1, 2 * n))
     row[0, 0], row[0, n] = -j * w**2, -2.0 * j * w
-    return _linear(np.zeros((0, 2 * n + 1)), row, interval)
+    return linear_law(np.zeros((0, 2 * n + 1)), row, interval)
 
 
 def pid_law(chain: LumpedChain, bandwidth: float, notch: float, interval: float) -> LawNumbers:
@@ -66,7 +66,18 @@ def pid_law(chain: LumpedChain, bandwidth: float, notch: float, interval: float)
     matrix[0, 0], matrix[0, 3 + n - 1] = 1.0, interval
     matrix[1:, :1], matrix[1:, 1:3], matrix[1:, 3 : 3 + 2 * n] = integral * b, a, b @ error
     row = -np.hstack((integral * d, c, d @ error))
-    return _linear(matrix, row, interval)
+    return linear_law(matrix, row, interval)
+
+
+def lq_torque(chain: LumpedChain, error: float, bandwidth: float) -> float:
+    r"""Torque that weighs as much as an error, for a bandwidth of the rigid machine: :math:`J\omega^2 e`.
+
+    LQ feedback of a double integrator by Bryson's rule has both poles at :math:`\omega`, damping ratio 0.71.
+
+    ``error`` [rad]; ``bandwidth`` [Hz].
+    Returns [N m].
+    """
+    return rigid_inertia(chain) * (2.0 * pi * bandwidth) ** 2 * error
 
 
 def lq_law(chain: LumpedChain, error: float, torque: float, interval: float) -> LawNumbers:
@@ -76,20 +87,61 @@ def lq_law(chain: LumpedChain, error: float, torque: float, interval: float) -> 
     time [s].
     """
     n = chain.size
+    weight = np.zeros((2 * n, 2 * n))
+    weight[n - 1, n - 1] = 1.0 / error**2
+    gain = lq_gain(*sampled_motion(chain, interval), weight, 1.0 / torque**2)
+    return linear_law(np.zeros((0, 2 * n + 1)), -gain, interval)
+
+
+def lqi_law(
+    chain: LumpedChain, error: float, torque: float, integral_time: float, interval: float
+) -> LawNumbers:
+    """Linear-quadratic feedback of angles, speeds and the integral of the load's error, by Bryson's rule.
+
+    ``error``: error of the load that weighs as much as `torque` [rad]; ``torque`` [N m]; ``integral_time``:
+    time in which that error adds up to an integral of the same weight [s]; ``interval``: sample time [s].
+    """
+    n = chain.size
+    a, b = sampled_motion(chain, interval)
+    summed = np.eye(2 * n + 1)  # the integral first: it is the memory of the law
+    summed[1:, 1:], summed[0, n] = a, interval
+    weight = np.zeros((2 * n + 1, 2 * n + 1))
+    weight[n, n], weight[0, 0] = 1.0 / error**2, 1.0 / (error * integral_time) ** 2
+    gain = lq_gain(summed, np.vstack(([[0.0]], b)), weight, 1.0 / torque**2)
+    return linear_law(integral_memory(n, interval), -gain, interval)
+
+
+def integral_memory(n: int, interval: float) -> Array:
+    """Memory of a law of n inertias that sums the load's error, shape (1, 2n + 2)."""
+    matrix = np.zeros((1, 2 * n + 2))
+    matrix[0, 0], matrix[0, n] = 1.0, interval
+    return matrix
+
+
+def sampled_motion(chain: LumpedChain, interval: float) -> tuple[Array, Array]:
+    """Angles and speeds one sample on, from the same and the motor's torque held.
+
+    Returns ``a``, shape (2n, 2n); ``b``, shape (2n, 1).
+    """
+    n = chain.size
     a, b = state_space(chain)
     block = np.zeros((2 * n + 1, 2 * n + 1))
     block[: 2 * n, : 2 * n], block[: 2 * n, 2 * n] = a, b[:, 0]
     power = expm(block * interval)
-    ad, bd = power[: 2 * n, : 2 * n], power[: 2 * n, 2 * n :]
-    weight = np.zeros((2 * n, 2 * n))
-    weight[n - 1, n - 1] = 1.0 / error**2
-    cost = np.array([[1.0 / torque**2]])
-    value = solve_discrete_are(ad, bd, weight, cost)
-    gain = np.linalg.solve(cost + bd.T @ value @ bd, bd.T @ value @ ad)
-    return _linear(np.zeros((0, 2 * n + 1)), -gain, interval)
+    return power[: 2 * n, : 2 * n], power[: 2 * n, 2 * n :]
 
 
-def _linear(matrix: Array, row: Array, interval: float) -> LawNumbers:
+def lq_gain(a: Array, b: Array, weight: Array, cost: float) -> Array:
+    """Feedback with the least sum of x' weight x + cost u^2, by the algebraic Riccati equation.
+
+    Returns shape (1, states): u = -gain x.
+    """
+    value = solve_discrete_are(a, b, weight, np.array([[cost]]))
+    return np.asarray(np.linalg.solve(cost + b.T @ value @ b, b.T @ value @ a))
+
+
+def linear_law(matrix: Array, row: Array, interval: float) -> LawNumbers:
+    """Numbers of a linear law, shapes as in `cabledrive.control.numbers.LawNumbers`."""
     return LawNumbers(
         kind=LINEAR,
         matrix=matrix,

@@ -42,7 +42,7 @@ METHOD = "hybrid simulation: exact between samples, stick-slip events on the exa
     type=click.Choice(["damped", "undamped", "rigid"]),
     default="damped",
     show_default=True,
-    help="Inverse that pd, pid, lqg, dob and shaper follow.",
+    help="Inverse that pd, pid, lqg, lqi, hinf, dob and shaper follow.",
 )
 @click.option("--plant", metavar="NAME", help="model-1 to model-4, cable; by default the highest model.")
 @click.option("--angle", type=float, default=45.0, show_default=True, metavar="DEG", help="Of each pulse.")

@@ -1,6 +1,6 @@
-"""Baselines by name: PD, PID, LQG, disturbance observer, input shaper, each with a feedforward to choose.
+"""Baselines by name: PD, PID, LQG, LQI, H-infinity, disturbance observers, shaper, each with a feedforward.
 
-One number tunes each; `cabledrive.rig.comparison` tunes them all by one rule.
+One number tunes each, the bandwidth; `cabledrive.rig.laws.tuned_gains` tunes them all by one rule.
 """
 
 from collections.abc import Callable
@@ -11,8 +11,18 @@ from typing import Any
 import numpy as np
 
 from cabledrive.control.flat_output import flat_output
+from cabledrive.control.hinf import hinf_law
 from cabledrive.control.kalman import QUIET, KalmanTuning
-from cabledrive.control.linear_laws import FRICTION_SLOPE, feedforward, lq_law, pd_law, pid_law, rigid_inertia
+from cabledrive.control.linear_laws import (
+    FRICTION_SLOPE,
+    feedforward,
+    lq_law,
+    lq_torque,
+    lqi_law,
+    pd_law,
+    pid_law,
+    rigid_inertia,
+)
 from cabledrive.control.numbers import LawNumbers
 from cabledrive.control.reference import flat_reference
 from cabledrive.parameters import InputRefused
@@ -23,6 +33,9 @@ from cabledrive.rig.laws.controllers import Controller, DesignSpec
 from cabledrive.rig.laws.fitting import fitted_encoders
 
 PD_HZ, PID_HZ, LQ_TORQUE = 5.0, 2.0, 0.2
+INTEGRAL_TIMES = 3.0
+LEAST_SHARE = 0.1
+"""Of the torque that weighs as one count: what `hinf` works against where the motor has no friction."""
 FEEDFORWARDS = {
     "damped": "damped inverse, friction by the reference",
     "undamped": "undamped inverse, friction by the reference",
@@ -100,17 +113,58 @@ def pid(spec: DesignSpec) -> Controller:
     return _made(spec, "pid", law, {"bandwidth_hz": hertz, "notch_hz": notch})
 
 
-def lqg(spec: DesignSpec, torque: float = LQ_TORQUE) -> Controller:
+def lqg(spec: DesignSpec, torque: float | None = None) -> Controller:
     """Linear-quadratic feedback; one count of error weighs as much as a torque.
 
-    ``torque`` [N m].
-    Raises `InputRefused` if a bandwidth is asked for: its weights set it.
+    ``torque`` [N m]; default: what the bandwidth asks for.
     """
-    if spec.bandwidth is not None:
-        raise InputRefused("bandwidth is not a setting of lqg, whose weights set it: leave --bandwidth out")
-    count = fitted_encoders(spec.drive)["load"]
-    law = lq_law(_chain(spec), count, torque, spec.interval)
-    return _made(spec, "lqg", law, {"error_weight_rad": count, "torque_weight": torque})
+    chain, (count, torque, told) = _chain(spec), weights(spec, torque)
+    return _made(spec, "lqg", lq_law(chain, count, torque, spec.interval), told)
+
+
+def lqi(spec: DesignSpec) -> Controller:
+    """Linear-quadratic feedback with an integral of the load's error."""
+    chain, (count, torque, told) = _chain(spec), weights(spec)
+    time = integral_time(chain, count, torque)
+    law = lqi_law(chain, count, torque, time, spec.interval)
+    return _made(spec, "lqi", law, told | {"integral_time": time})
+
+
+def lqg_dob(spec: DesignSpec) -> Controller:
+    """Linear-quadratic feedback, and the motor disturbance that the filter sees subtracted."""
+    chain, (count, torque, told) = _chain(spec), weights(spec)
+    law = lq_law(chain, count, torque, spec.interval)
+    return _made(spec, "lqg-dob", law, told, tuning=replace(QUIET, cancels=True))
+
+
+def hinf(spec: DesignSpec) -> Controller:
+    """H-infinity feedback with an integral, against torques of the size of the motor's friction."""
+    chain, (count, torque, told) = _chain(spec), weights(spec)
+    time = integral_time(chain, count, torque)
+    against = chain.coulomb[0] if chain.coulomb[0] > 0.0 else LEAST_SHARE * torque
+    law = hinf_law(chain, count, torque, against, time, spec.interval)
+    return _made(spec, "hinf", law, told | {"integral_time": time, "disturbance_weight": against})
+
+
+def weights(spec: DesignSpec, torque: float | None = None) -> tuple[float, float, dict[str, Any]]:
+    """Error and torque that weigh the same in the laws of a quadratic cost.
+
+    ``torque`` [N m]; default: by the bandwidth of the rigid machine, or `LQ_TORQUE` without one.
+    Returns ``error``, one count of the load's encoder [rad]; ``torque`` [N m]; both for people.
+    """
+    count, chain = fitted_encoders(spec.drive)["load"], _chain(spec)
+    told: dict[str, Any] = {"error_weight_rad": count}
+    if torque is None and spec.bandwidth is not None:
+        hertz = _hertz(spec, 0.0)
+        torque = lq_torque(chain, count, hertz)
+        told["bandwidth_hz"] = hertz
+    torque = LQ_TORQUE if torque is None else torque
+    return count, torque, told | {"torque_weight": torque}
+
+
+def integral_time(chain: LumpedChain, error: float, torque: float) -> float:
+    """Time of the integral of a law with a quadratic cost: a few times that of its rigid bandwidth [s]."""
+    return INTEGRAL_TIMES * sqrt(rigid_inertia(chain) * error / torque)
 
 
 def dob(spec: DesignSpec) -> Controller:
@@ -156,6 +210,9 @@ BASELINES: dict[str, Callable[[DesignSpec], Controller]] = {
     "pd": pd,
     "pid": pid,
     "lqg": lqg,
+    "lqi": lqi,
+    "lqg-dob": lqg_dob,
+    "hinf": hinf,
     "dob": dob,
     "shaper": shaper,
 }

@@ -4,16 +4,13 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 
-from cabledrive.rig.laws.baselines import lqg
 from cabledrive.rig.laws.controllers import Controller, DesignSpec
-from cabledrive.rig.laws.trial_runs import Trial, trial, trial_spec, tried
+from cabledrive.rig.laws.trial_runs import Trial, trial_spec, tried
 
 SETTINGS_HZ = (
     *(0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 15.0, 18.0, 22.0, 26.0, 30.0),
     *(35.0, 42.0, 50.0, 60.0, 75.0, 90.0),
 )
-TORQUE_SHARES = (0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0)
-"""Torques that weigh as much as one count in `lqg`, as shares of the torque that may be used."""
 
 
 def tuned_law(law: Callable[[DesignSpec], Controller], spec: DesignSpec) -> Controller:
@@ -21,12 +18,10 @@ def tuned_law(law: Callable[[DesignSpec], Controller], spec: DesignSpec) -> Cont
 
     ``law``: makes the controller of a spec; ``spec``: with its motion, without a bandwidth.
     """
-    if law is lqg:
-        torque, shown, count = tuned_torque(spec)
-        made, words = lqg(spec, torque), f"one count weighs as {torque:.3g} N m"
-    else:
-        hertz, shown, count = tuned_bandwidth(law, spec)
-        made, words = law(replace(spec, bandwidth=hertz)), f"bandwidth {hertz:g} Hz"
+    hertz, shown, count = tuned_bandwidth(law, spec)
+    made, words = law(replace(spec, bandwidth=hertz)), f"bandwidth {hertz:g} Hz"
+    if "torque_weight" in made.gains:
+        words += f" (one count weighs as {made.gains['torque_weight']:.3g} N m)"
     why = f"the smallest worst error in the trial runs of {count} settings"
     if not shown.accepted:
         why = "no setting keeps the torque within what is allowed; this one fails and saturates least"
@@ -50,20 +45,3 @@ def tuned_bandwidth(law: Callable[[DesignSpec], Controller], spec: DesignSpec) -
         law(replace(spec, bandwidth=SETTINGS_HZ[0]))  # refuses, with its reason
     hertz = min(found, key=lambda each: found[each].rank)
     return hertz, found[hertz], len(found)
-
-
-@lru_cache(maxsize=16)
-def tuned_torque(spec: DesignSpec) -> tuple[float, Trial, int]:
-    """Weight of the torque in the linear-quadratic law by trial runs.
-
-    Returns ``torque`` [N m]; ``count``: of settings that were tried.
-    """
-    one = trial_spec(spec)
-    first = trial(one, lqg(one))
-    found = {lqg_torque: trial(one, lqg(one, lqg_torque)) for lqg_torque in _torques(first)}
-    torque = min(found, key=lambda each: found[each].rank)
-    return torque, found[torque], len(found)
-
-
-def _torques(first: Trial) -> tuple[float, ...]:
-    return tuple(share * first.allowed for share in TORQUE_SHARES)

@@ -1,0 +1,98 @@
+r"""H-infinity feedback of all states: the least worst-case gain from torques at motor and load to the error.
+
+Of :math:`\dot x = Ax + B_1w + B_2u` with the cost :math:`|Qx|^2 + |ru|^2 - \gamma^2|w|^2` the feedback is
+:math:`u = -r^{-2}B_2^TXx`, X the stabilizing solution of a Riccati equation whose quadratic term is indefinite.
+J. C. Doyle, K. Glover, P. P. Khargonekar, B. A. Francis, IEEE Trans. Automatic Control 34, 831-847, 1989.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solve_continuous_are
+
+from cabledrive.control.linear_laws import integral_memory, linear_law
+from cabledrive.control.numbers import LawNumbers
+from cabledrive.parameters import NotComputed
+from cabledrive.reduction.lumped_chain import LumpedChain, state_space
+
+Array = NDArray[np.float64]
+MARGIN = 1.05
+"""Over the least gain that has a solution, where the feedback would grow without bound."""
+STEPS = 40
+
+
+def hinf_law(
+    chain: LumpedChain,
+    error: float,
+    torque: float,
+    disturbance: float,
+    integral_time: float,
+    interval: float,
+) -> LawNumbers:
+    """H-infinity feedback of angles, speeds and the integral of the load's error.
+
+    ``error``: error of the load that weighs as much as `torque` [rad]; ``torque`` [N m]; ``disturbance``:
+    torque at motor and load of weight 1 [N m]; ``integral_time`` [s]; ``interval``: sample time [s].
+    Raises `NotComputed` if no gain has a solution.
+    """
+    system, by_torque, by_disturbance, weight = problem(chain, error, disturbance, integral_time)
+    gain, _ = hinf_gain(system, by_disturbance, by_torque, weight, 1.0 / torque**2)
+    return linear_law(integral_memory(chain.size, interval), -gain, interval)
+
+
+def problem(
+    chain: LumpedChain, error: float, disturbance: float, integral_time: float
+) -> tuple[Array, Array, Array, Array]:
+    """The plant with the integral of its load's angle as first state.
+
+    Returns ``a``, shape (2n + 1, 2n + 1); ``by_torque``, shape (2n + 1, 1); ``by_disturbance``, shape
+    (2n + 1, 2): of motor and load; ``weight``, shape (2n + 1, 2n + 1).
+    """
+    n = chain.size
+    a, b = state_space(chain)
+    system = np.zeros((2 * n + 1, 2 * n + 1))
+    system[1:, 1:], system[0, n] = a, 1.0
+    by_torque = np.vstack(([[0.0]], b[:, :1]))
+    by_disturbance = disturbance * np.vstack((np.zeros((1, 2)), b[:, [0, -1]]))
+    weight = np.zeros_like(system)
+    weight[n, n], weight[0, 0] = 1.0 / error**2, 1.0 / (error * integral_time) ** 2
+    return system, by_torque, by_disturbance, weight
+
+
+def hinf_gain(
+    a: Array, by_disturbance: Array, by_torque: Array, weight: Array, cost: float
+) -> tuple[Array, float]:
+    """Feedback near the least worst-case gain, found by bisection.
+
+    Returns ``gain``, shape (1, states): u = -gain x; ``gamma``: worst-case gain that it keeps.
+    Raises `NotComputed` if no gain has a solution.
+    """
+    low, high = 0.0, 1.0
+    while _solution(a, by_disturbance, by_torque, weight, cost, high) is None:
+        low, high = high, 4.0 * high
+        if high > 1e12:
+            raise NotComputed("the H-infinity problem has no solution: the motor does not move every state")
+    for _ in range(STEPS):
+        middle = 0.5 * (low + high)
+        solved = _solution(a, by_disturbance, by_torque, weight, cost, middle) is not None
+        low, high = (low, middle) if solved else (middle, high)
+    gamma = MARGIN * high
+    found = _solution(a, by_disturbance, by_torque, weight, cost, gamma)
+    if found is None:
+        raise NotComputed(f"the H-infinity problem has no solution at a gain of {gamma:.4g}")
+    return by_torque.T @ found / cost, gamma
+
+
+def _solution(
+    a: Array, by_disturbance: Array, by_torque: Array, weight: Array, cost: float, gamma: float
+) -> Array | None:
+    """Stabilizing solution X of the Riccati equation, none where it does not exist or is not positive."""
+    inputs = np.hstack((by_disturbance, by_torque))
+    signed = np.diag([-(gamma**2)] * by_disturbance.shape[1] + [cost])
+    try:
+        x = np.asarray(solve_continuous_are(a, inputs, weight, signed), dtype=np.float64)
+    except (np.linalg.LinAlgError, ValueError):
+        return None
+    closed = a - inputs @ np.linalg.solve(signed, inputs.T @ x)
+    stable = float(np.linalg.eigvals(closed).real.max()) < 0.0
+    positive = float(np.linalg.eigvalsh(x).min()) > -1e-9 * float(np.abs(x).max())
+    return x if stable and positive else None

@@ -1,0 +1,104 @@
+"""LQI and H-infinity feedback against oracles without a Riccati solver."""
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from cabledrive.control.hinf import MARGIN, hinf_gain, problem
+from cabledrive.control.linear_laws import lq_law, lq_torque, lqi_law, rigid_inertia
+from cabledrive.reduction.lumped_chain import LumpedChain, state_space
+from cabledrive.rig import Disturbance, Motion, RigOptions, track
+from control_chains import DRIVE, INTERVAL, model, row_of
+
+COUNT, TORQUE, TIME = 2.0 * np.pi / 10_000, 0.05, 0.03
+HELD = Disturbance(torque=0.03, start=0.05, end=float("inf"))
+
+
+def iterated_gain(a, b, weight, cost, steps):
+    """Gain of the optimal feedback over ``steps`` samples, by the recursion backwards in time."""
+    value = weight.copy()
+    for _ in range(steps):
+        gain = (b.T @ value @ a) / (cost + b.T @ value @ b)
+        value = weight + a.T @ value @ a - (a.T @ value @ b) @ gain
+        value = 0.5 * (value + value.T)
+    return gain
+
+
+@pytest.mark.parametrize("number", [3, 4])
+def test_lqi_feedback_is_the_limit_of_the_optimum_over_ever_longer_times(number):
+    chain = model(number)
+    n = chain.size
+    a, b = state_space(chain)
+    block = np.zeros((2 * n + 2, 2 * n + 2))
+    block[: 2 * n, : 2 * n], block[: 2 * n, 2 * n] = a, b[:, 0]
+    power = expm(block * INTERVAL)
+    ad, bd = np.eye(2 * n + 1), np.zeros((2 * n + 1, 1))
+    ad[: 2 * n, : 2 * n], bd[: 2 * n] = power[: 2 * n, : 2 * n], power[: 2 * n, 2 * n : 2 * n + 1]
+    ad[2 * n, n - 1] = INTERVAL
+    weight = np.zeros((2 * n + 1, 2 * n + 1))
+    weight[n - 1, n - 1], weight[2 * n, 2 * n] = COUNT**-2, (COUNT * TIME) ** -2
+    found = iterated_gain(ad, bd, weight, TORQUE**-2, 5000)[0]
+    row = -lqi_law(chain, COUNT, TORQUE, TIME, INTERVAL).rows[0]
+    np.testing.assert_allclose(row, np.roll(found, 1), rtol=1e-5)
+
+
+def test_bandwidth_of_the_rigid_machine_places_both_poles_of_the_quadratic_law_there():
+    """J s^2 under LQ with the torque of `lq_torque`: natural frequency as asked for, damping ratio 0.71."""
+    rigid = LumpedChain(names=("load",), inertias=(0.004,), viscous=(0.0,), coulomb=(0.0,), offsets=(0.0,))
+    law = lq_law(rigid, COUNT, lq_torque(rigid, COUNT, 12.0), 1e-5)
+    stiffness, damping = -law.rows[0]
+    natural = np.sqrt(stiffness / rigid_inertia(rigid))
+    assert natural / (2.0 * np.pi) == pytest.approx(12.0, rel=2e-3)
+    assert damping / (2.0 * natural * 0.004) == pytest.approx(np.sqrt(0.5), rel=2e-3)
+
+
+def worst_gain(a, by_disturbance, outputs, frequencies):
+    """Largest singular value from disturbances to outputs over frequencies [rad/s]."""
+    eye = np.eye(len(a))
+    return max(
+        np.linalg.norm(outputs @ np.linalg.solve(1j * w * eye - a, by_disturbance), 2) for w in frequencies
+    )
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_worst_case_gain_of_the_h_infinity_feedback_is_within_a_margin_of_the_least(seed, measured):
+    """A sweep over frequencies: at most gamma, and no LQ feedback goes below gamma without its margin."""
+    chain = row_of(2 + seed % 2, np.random.default_rng(seed))
+    a, by_torque, by_disturbance, weight = problem(chain, COUNT, 0.04, TIME)
+    gain, gamma = hinf_gain(a, by_disturbance, by_torque, weight, TORQUE**-2)
+    frequencies = np.geomspace(1e-2, 1e4, 3000)
+
+    def swept(row):
+        outputs = np.vstack((np.sqrt(weight), row / TORQUE))
+        closed = a - by_torque @ row
+        assert np.linalg.eigvals(closed).real.max() < 0.0
+        return worst_gain(closed, by_disturbance, outputs, frequencies)
+
+    found = swept(gain)
+    measured(f"{found / gamma:.3f} of gamma")
+    assert found <= gamma * 1.001, f"observed {found:.4g}, gamma {gamma:.4g}"
+    law = lqi_law(chain, COUNT, TORQUE, TIME, 1e-5)
+    assert swept(-law.rows) > gamma / MARGIN * 0.999
+
+
+def test_lqi_takes_a_constant_torque_of_the_load_away_and_lqg_does_not():
+    motion = Motion(angle=10.0, rise=0.3, dwell=0.5)
+    options = RigOptions(ideal_sensors=True, smooth_friction=True, disturbances=(HELD,))
+    last = {
+        name: abs(
+            float(
+                np.degrees(
+                    track(DRIVE, controller=name, bandwidth=20.0, motion=motion, options=options).error[-1]
+                )
+            )
+        )
+        for name in ("lqg", "lqi")
+    }
+    assert last["lqi"] < 0.01 < 0.05 < last["lqg"], f"observed {last}"
+
+
+@pytest.mark.parametrize("name", ["lqg-dob", "hinf"])
+def test_other_laws_of_a_quadratic_cost_follow_within_a_tenth_of_a_degree(name):
+    said = track(DRIVE, controller=name, bandwidth=20.0).summary
+    assert said["peak_error_deg"] < 0.1, f"observed {said['peak_error_deg']:.4f} deg"
+    assert said["saturated_fraction"] == 0.0
