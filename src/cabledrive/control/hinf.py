@@ -1,7 +1,8 @@
 r"""H-infinity feedback of all states: the least worst-case gain from torques at motor and load to the error.
 
 Of :math:`\dot x = Ax + B_1w + B_2u` with the cost :math:`|Qx|^2 + |ru|^2 - \gamma^2|w|^2` the feedback is
-:math:`u = -r^{-2}B_2^TXx`, X the stabilizing solution of a Riccati equation whose quadratic term is indefinite.
+:math:`u = -r^{-2}B_2^TXx`, X the stabilizing solution of a Riccati equation whose quadratic term is
+indefinite.
 J. C. Doyle, K. Glover, P. P. Khargonekar, B. A. Francis, IEEE Trans. Automatic Control 34, 831-847, 1989.
 """
 
