@@ -12,6 +12,7 @@ from scipy.linalg import eigh
 from cabledrive.mechanics.cable_laws import cable_law
 from cabledrive.mechanics.mesh import mesh_of
 from cabledrive.mechanics.sag import catenary_sag
+from cabledrive.mechanics.statics import equilibrium
 from cabledrive.parameters.carriage import Carriage
 from cabledrive.parameters.drive_file import load_drive
 from cabledrive.parameters.errors import InputRefused
@@ -262,3 +263,23 @@ def test_a_run_that_diverges_stops_at_the_first_energy_that_is_not_finite():
     result = caught.value.result
     assert np.isfinite(result.rows).all()
     assert result.stopped == str(caught.value)
+
+
+@pytest.mark.parametrize("joint", [135.0, 2.0, None])
+def test_a_motor_that_holds_the_weights_lets_nothing_move(joint, measured):
+    """The joint starts with the twist of the torque; else the carriage would swing on joint and cable."""
+    motor = replace(MOTORED.motor, joint_stiffness=joint, offset_torque=0.0, coulomb_friction=0.0)
+    steep = replace(MOTORED.layout, inclination=pi / 6)
+    drive = replace(MOTORED, motor=motor, layout=steep, carriage=(Carriage(mass=2e-2, position=0.3),))
+    held = equilibrium(mesh_of(drive, 20), cable_law(drive.cable), hold="drive").holding_torque[0]
+    run = simulate(
+        drive,
+        0.3,
+        torque=Sampled(values=np.full(4, held), rate=10.0),
+        start=Start(from_equilibrium=True, hold="drive"),
+        scheme=Scheme(segments=20),
+        recording=Recording(fields=1),
+    )
+    moved = float(np.abs(run.fields - run.fields[0]).max())
+    measured(f"joint {joint} N m/rad: {moved:.1e} m under {held:.3g} N m")
+    assert moved < 1e-9, f"{moved}"

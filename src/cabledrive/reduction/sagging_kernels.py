@@ -19,6 +19,7 @@ def rub(shape, impulse_rate, solved, friction, h, p):
     shafts = friction.size
     given = np.zeros(shafts)
     for _ in range(SWEEPS):
+        settled = True
         for s in range(shafts):
             if friction[s] > 0.0:
                 speed = 0.0
@@ -26,9 +27,13 @@ def rub(shape, impulse_rate, solved, friction, h, p):
                     speed += shape[s, k] * p[k]
                 wanted = given[s] - speed / impulse_rate[s]
                 wanted = min(max(wanted, -h * friction[s]), h * friction[s])
-                for k in range(p.size):
-                    p[k] += solved[s, k] * (wanted - given[s])
-                given[s] = wanted
+                if wanted != given[s]:
+                    settled = False
+                    for k in range(p.size):
+                        p[k] += solved[s, k] * (wanted - given[s])
+                    given[s] = wanted
+        if settled:  # every further pass would change nothing
+            break
 
 
 @njit

@@ -243,7 +243,7 @@ def case_of(
         offset=drive.motor.offset_torque if drive.motor else 0.0,
         forces=pushes,
         displacement=displacement,
-        rotor=rotor_at_start(mesh, displacement, start),
+        rotor=rotor_at_start(mesh, law, float(displacement[0, 0]), start),
         velocity=velocity_at_start(mesh, start),
     )
 

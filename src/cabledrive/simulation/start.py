@@ -74,7 +74,8 @@ class Start:
     from_equilibrium : bool, default False
         Start from where the cable hangs under gravity and carriages instead of the straight cable.
     hold : {"none", "drive", "both"}, default "none"
-        Pulleys held while that equilibrium is sought, see `cabledrive.mechanics.statics.equilibrium`.
+        Pulleys held while that equilibrium is sought, see `cabledrive.mechanics.statics.equilibrium`. The
+        motor holds the drive pulley: a flexible joint starts with the twist that its torque gives it.
     """
 
     plucks: tuple[Pluck, ...] = ()
@@ -117,19 +118,19 @@ def displacement_at_start(mesh: Mesh, law: CableLaw, start: Start) -> Array:
     return total
 
 
-def rotor_at_start(mesh: Mesh, displacement: Array, start: Start) -> float:
+def rotor_at_start(mesh: Mesh, law: CableLaw, rim: float, start: Start) -> float:
     """Displacement of the rotor at t = 0, at the drive pulley's rim.
 
-    ``displacement``, shape (3, nodes): that of the cable, from `displacement_at_start` [m].
-    Returns that of the drive rim, less the twist of a flexible joint that carries the weights from the rim to
-    the rotor's holding stiffness [m].
+    ``rim``: displacement of the drive rim [m].
+    Returns that of the drive rim and the twist of a flexible joint that carries the weights from the rim to
+    the rotor, where the motor's torque or its holding stiffness balances them [m].
     """
-    rim = float(displacement[0, 0])
-    if mesh.joint is None:
+    if mesh.joint is None or not start.from_equilibrium:
         return rim
-    holding = mesh.shafts[2].holding_stiffness
-    at_rest = rim - start.drive_angle * mesh.shafts[0].radius
-    return rim - at_rest * holding / (mesh.joint.stiffness + holding)
+    if start.hold == "none" and mesh.shafts[2].holding_stiffness == 0.0:
+        return rim
+    torque = equilibrium(mesh, law, hold=start.hold).holding_torque[0]
+    return rim + mesh.shafts[0].radius * torque / mesh.joint.stiffness
 
 
 def velocity_at_start(mesh: Mesh, start: Start) -> Array:
