@@ -35,6 +35,7 @@ from cabledrive.parameters.on_demand import on_demand
 from cabledrive.parameters.version import __version__
 
 if TYPE_CHECKING:
+    from cabledrive.campaign import run_sweep
     from cabledrive.control import OwnController
     from cabledrive.dissertation import reproduce
     from cabledrive.identification.log_response import response
@@ -68,6 +69,7 @@ __getattr__ = on_demand(
         "resonance": "studies.resonance",
         "response": "identification.log_response",
         "run_study": "studies.study",
+        "run_sweep": "campaign",
         "shaper": "identification.printer_shaper",
         "simulate": "simulation",
         "track": "rig",
@@ -115,6 +117,7 @@ __all__ = [
     "resonance",
     "response",
     "run_study",
+    "run_sweep",
     "save_drive",
     "shaper",
     "simulate",

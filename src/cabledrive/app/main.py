@@ -30,6 +30,7 @@ SECTIONS = {
     "Vibration": ("modes", "resonance", "simulate"),
     "Measurement": ("experiment", "identify", "response", "shaper", "camera"),
     "Control": ("track",),
+    "Many drives": ("sweep", "sensitivity", "tolerance"),
 }
 """Commands by what they are for; one that is in none stands under "More"."""
 

@@ -1,0 +1,94 @@
+"""`cabledrive sweep`: a campaign over many variants of a drive."""
+
+import os
+import re
+from typing import Any
+
+import click
+
+from cabledrive.app.messages import QUIET, note
+from cabledrive.app.options import Subcommand, answering
+from cabledrive.app.results import Answer, provenance
+from cabledrive.parameters import InputRefused
+
+METHOD = "each row by its number alone; chunks of rows written whole, their status last"
+
+
+class Part(click.ParamType):  # type: ignore[type-arg]
+    """Part i of N, written i/N."""
+
+    name = "i/N"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[int, int]:
+        """Read it.
+
+        Raises `InputRefused` if it is none.
+        """
+        found = re.fullmatch(r"(\d{1,9})/(\d{1,9})", str(value))
+        if found is None or not 1 <= int(found[1]) <= int(found[2]):
+            raise InputRefused(f'--part "{value}" is none: write i/N, such as 3/16, with i from 1 to N')
+        return int(found[1]), int(found[2])
+
+
+@click.command(
+    cls=Subcommand,
+    example="cabledrive sweep campaign.toml -o campaign.zarr --workers 2",
+    short_help="Compute many variants of a drive into one labelled store.",
+)
+@answering
+@click.argument("spec", metavar="SPEC.toml", type=click.Path())
+@click.option(
+    "-o", "--output", metavar="STORE.zarr", required=True, type=click.Path(), help="Store, made or resumed."
+)
+@click.option("--workers", type=int, metavar="N", help="Processes on this machine; default: its cores.")
+@click.option("--scheduler", metavar="URL", help="A running scheduler instead, such as tls://host:8786.")
+@click.option("--part", type=Part(), metavar="i/N", help="Part i of N of an array job, in this process.")
+@click.option("--yes", is_flag=True, help="More than 10^7 rows or 100 GB are meant.")
+def command(
+    spec: str,
+    output: str,
+    workers: int | None,
+    scheduler: str | None,
+    part: tuple[int, int] | None,
+    yes: bool,
+) -> Answer:
+    """Compute the campaign of SPEC.toml into STORE.zarr; the same command again goes on where it was left.
+
+    SPEC.toml names a drive, what is varied in [vary], how in [design], and what is computed in [compute].
+    """
+    from cabledrive.campaign import run_sweep
+
+    if not output:
+        raise InputRefused("--output names no store: give one, such as campaign.zarr")
+    if workers is not None and (scheduler or part):
+        raise InputRefused("--workers does not go with --scheduler or --part: leave it out")
+    quiet = click.get_current_context().meta.get(QUIET)
+    found = run_sweep(
+        spec,
+        output,
+        workers=workers if workers is not None else available_cores(),
+        scheduler=scheduler,
+        part=part,
+        yes=yes,
+        progress=False if quiet else None,
+    )
+    for words in found.notes:
+        note(words)
+    names = ("rows", "done", "refused", "failed", "seconds", "setup_seconds", "engine")
+    data = {name: getattr(found, name) for name in names} | {"store": str(output)}
+    left = found.rows - found.done
+    lines = [
+        f"{output}: {found.done} of {found.rows} rows, {found.refused} refused, {found.failed} not completed",
+        f"{found.seconds:.3g} s on {found.engine}, and {found.setup_seconds:.3g} s before",
+    ]
+    lines += [f"{left} rows are left to other parts"] if left else []
+    return Answer(data=data, text="\n".join(lines), provenance=provenance(method=METHOD))
+
+
+def available_cores() -> int:
+    """Cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

@@ -1,0 +1,190 @@
+"""Chunks on the workers of dask.distributed: local processes, or a cluster that is there already."""
+
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+from cabledrive.campaign.lone import do_alone
+from cabledrive.campaign.rows import compute_rows
+from cabledrive.campaign.store import EXTRA
+from cabledrive.campaign.work import Plan, Report, do_chunk
+from cabledrive.parameters import InputRefused
+from cabledrive.parameters.version import __version__
+
+ALLOWED_FAILURES = 2
+"""Workers that may end while they hold a chunk, before the chunk is computed alone."""
+PATIENCE = 20.0
+"""Until a scheduler has to answer [s]."""
+ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
+
+
+def dask_at_hand() -> bool:
+    """Whether dask.distributed is installed."""
+    try:
+        import distributed  # noqa: F401
+    except ImportError:
+        return False
+    return True
+
+
+@contextmanager
+def local_workers(count: int) -> Iterator[Any]:
+    """A client of worker processes on this machine, one thread each, that end with this process."""
+    import dask
+    from distributed import Client, LocalCluster
+
+    settings = {
+        "distributed.scheduler.allowed-failures": ALLOWED_FAILURES,
+        "distributed.nanny.pre-spawn-environ": ONE_THREAD,
+        "distributed.worker.daemon": True,
+    }
+    with _quiet_logs(), dask.config.set(settings):
+        cluster = LocalCluster(
+            n_workers=count,
+            threads_per_worker=1,
+            processes=True,
+            host="127.0.0.1",
+            dashboard_address=None,
+            local_directory=_scratch(),
+        )
+        with cluster, Client(cluster) as client:
+            yield client
+
+
+def _scratch() -> str:
+    import tempfile
+
+    return os.environ.get("DASK_TEMPORARY_DIRECTORY") or tempfile.gettempdir()
+
+
+@contextmanager
+def distant_workers(url: str) -> Iterator[Any]:
+    """A client of a cluster that is there already.
+
+    ``url``: of its scheduler, such as tls://host:8786.
+    Raises `InputRefused` if it does not answer, or has no workers, or one has another version of the package.
+    """
+    if not dask_at_hand():
+        raise InputRefused(f"--scheduler: {EXTRA}")
+    from distributed import Client
+
+    with _quiet_logs():
+        try:
+            client = Client(url, timeout=PATIENCE, set_as_default=False)
+        except (OSError, ValueError, TypeError, RuntimeError) as error:
+            why = str(error).splitlines()[0] if str(error) else type(error).__name__
+            raise InputRefused(
+                f"--scheduler {url}: does not answer ({why}): check address and port"
+            ) from None
+        with client:
+            _check_workers(client, url)
+            yield client
+
+
+def _check_workers(client: Any, url: str) -> None:
+    versions = client.run(_version)
+    if not versions:
+        raise InputRefused(f"--scheduler {url}: has no workers: start some first")
+    for worker, version in sorted(versions.items()):
+        if version != __version__:
+            raise InputRefused(
+                f"--scheduler {url}: worker {worker} has cabledrive {version}, this is {__version__}: "
+                "install one version everywhere"
+            )
+
+
+def _version() -> str:
+    """Version of the package on a worker."""
+    try:
+        from cabledrive.parameters.version import __version__ as theirs
+    except ImportError:
+        return "not installed"
+    return theirs
+
+
+@contextmanager
+def _quiet_logs() -> Iterator[None]:
+    """Without the library's own lines: what matters of them is said by the campaign."""
+    import logging
+
+    names = (
+        "distributed",
+        "distributed.nanny",
+        "distributed.scheduler",
+        "distributed.worker",
+        "tornado.application",
+    )
+    loggers = [logging.getLogger(name) for name in names]
+    levels = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.setLevel(level)
+
+
+def warm(client: Any, plan: Plan) -> None:
+    """Compute the first row once on each machine, so that its kernels are compiled by one process."""
+    hosts: dict[str, str] = {}
+    for address, worker in client.scheduler_info(n_workers=-1)["workers"].items():
+        hosts.setdefault(worker["host"], address)
+    futures = [
+        client.submit(_first_row, plan, workers=[address], pure=False, allow_other_workers=False)
+        for address in hosts.values()
+    ]
+    client.gather(futures, errors="skip")
+
+
+def _first_row(plan: Plan) -> None:
+    compute_rows(plan.spec, 0, 1)
+
+
+def on_workers(client: Any, plan: Plan, todo: Sequence[int]) -> Iterator[Report]:
+    """Reports of the chunks as they are done.
+
+    A chunk whose workers ended is computed in the end in a process of its own, which finds the row that does
+    it; an innocent chunk that was on such a worker is done there as well.
+
+    Raises `OSError` if the disk refuses.
+    """
+    from distributed import KilledWorker, as_completed
+
+    shared = client.scatter(plan, broadcast=False, hash=False) if len(todo) > 1000 else plan
+    run = f"{plan.store.name}-{os.getpid()}-{time.time_ns()}"
+    futures = client.map(
+        do_chunk, list(todo), plan=shared, pure=False, key=[f"{run}-{number}" for number in todo]
+    )
+    number_of = {future.key: number for future, number in zip(futures, todo, strict=True)}
+    suspects, finished = [], as_completed(futures, raise_errors=False)
+    del futures
+    for future in finished:
+        error = future.exception() if future.status == "error" else None
+        if error is None:
+            yield future.result()
+        elif isinstance(error, (KilledWorker, MemoryError)):
+            suspects.append(number_of[future.key])
+        else:
+            raise error
+        future.release()
+    for number in suspects:
+        yield do_alone(number, plan)
+
+
+def worker_count(client: Any) -> int:
+    """Workers of a cluster."""
+    return max(1, len(client.scheduler_info(n_workers=-1)["workers"]))
+
+
+def worker_memory(client: Any) -> Callable[[], float | None]:
+    """Asks how much memory all workers use [bytes]."""
+
+    def ask() -> float | None:
+        workers = client.scheduler_info(n_workers=-1)["workers"].values()
+        used = [worker.get("metrics", {}).get("memory") for worker in workers]
+        return float(sum(value for value in used if value)) if used else None
+
+    return ask

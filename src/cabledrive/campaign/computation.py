@@ -1,0 +1,255 @@
+"""What is computed for each row: the outputs with units and dimensions, and the function of one row."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.fields import nearest
+from cabledrive.parameters.toml_values import flag_of, quantities_of, quantity_of, text_of, whole_of
+
+NUMBER, FLAG, TEXT = "number", "flag", "text"
+LIST = "list of "
+"""Before the unit of an option that takes several numbers."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Output:
+    """A variable of the store.
+
+    Attributes
+    ----------
+    name : str
+    unit : str
+        SI unit, or that in the name, such as Hz; empty for flags and text.
+    meaning : str
+    dims : tuple of str
+        Dimensions beside ``row``.
+    shape : tuple of int
+        Their sizes.
+    kind : {"number", "flag", "text"}
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    dims: tuple[str, ...] = ()
+    shape: tuple[int, ...] = ()
+    kind: str = NUMBER
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Row:
+    """One row as a computation gets it.
+
+    Attributes
+    ----------
+    drive : Drive
+        As the law believes it to be.
+    plant : Drive or None
+        As it is, where keys under ``plant.`` are varied.
+    motion, goals, options, own : mapping
+        Values of the SPEC with those of this row, in SI.
+    seed : int
+        Of the row's random numbers.
+    """
+
+    drive: Drive
+    plant: Drive | None
+    motion: Mapping[str, Any]
+    goals: Mapping[str, Any]
+    options: Mapping[str, Any]
+    own: Mapping[str, Any]
+    seed: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Found:
+    """What a row gave although it could not be completed.
+
+    Attributes
+    ----------
+    values : mapping
+        Outputs by name.
+    incomplete : str
+        Why: the row gets status 3.
+    """
+
+    values: Mapping[str, Any]
+    incomplete: str
+
+
+@runtime_checkable
+class Computation(Protocol):
+    """What a campaign asks of a computation; any object with these will do that another process can import.
+
+    Attributes
+    ----------
+    identity : str
+        Tells it from other computations; a store keeps it.
+    outputs : tuple of Output
+        Variables that it fills.
+    """
+
+    @property
+    def identity(self) -> str:
+        """The same text, the same results."""
+        ...
+
+    @property
+    def outputs(self) -> tuple[Output, ...]:
+        """Variables of the store."""
+        ...
+
+    def one(self, row: Row) -> "Mapping[str, Any] | Found":
+        """Compute one row.
+
+        Parameters
+        ----------
+        row : Row
+
+        Returns
+        -------
+        mapping or Found
+            Value of each output by name; what is missing stays NaN, empty or unknown.
+
+        Raises
+        ------
+        InputRefused, NotComputed
+            The row gets status 2 or 3, and the line as its reason.
+        """
+        ...
+
+
+Function = Callable[[Row], "Mapping[str, Any] | Found"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Kind:
+    """A computation that the SPEC can name.
+
+    Attributes
+    ----------
+    outputs : callable
+        All outputs, given the options of the SPEC.
+    default : tuple of str
+        Those stored unless ``outputs`` names others.
+    one : callable
+        Of one row.
+    options : dict of str to str
+        Unit of each option, "count", "text", "flag", or "list of UNIT".
+    required : tuple of str
+        Options without a default.
+    """
+
+    outputs: Callable[[Mapping[str, Any]], tuple[Output, ...]]
+    default: tuple[str, ...]
+    one: Function
+    options: dict[str, str]
+    required: tuple[str, ...] = ()
+
+    @property
+    def numbers(self) -> dict[str, str]:
+        """Options that can be varied, with their units."""
+        plain = (TEXT, FLAG)
+        return {
+            name: unit
+            for name, unit in self.options.items()
+            if unit not in plain and not unit.startswith(LIST) and name != "count"
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NamedComputation:
+    """A computation of the package, as a SPEC asks for it.
+
+    Attributes
+    ----------
+    what : str
+        Name of its kind.
+    options : mapping
+        In SI.
+    outputs : tuple of Output
+    """
+
+    what: str
+    options: Mapping[str, Any]
+    outputs: tuple[Output, ...]
+    identity: str
+
+    def one(self, row: Row) -> Mapping[str, Any] | Found:
+        """Compute one row."""
+        return kinds()[self.what].one(row)
+
+
+def kinds() -> dict[str, Kind]:
+    """Every computation that a SPEC can name."""
+    from cabledrive.campaign import of_drives, of_loops
+
+    return of_drives.KINDS | of_loops.KINDS
+
+
+def named_computation(table: Mapping[str, Any]) -> NamedComputation:
+    """The computation that a table ``[compute]`` asks for.
+
+    Raises `InputRefused` if a key or output is unknown, or a value of another unit.
+    """
+    known = kinds()
+    what = text_of("compute.what", table.get("what", ""))
+    if what not in known:
+        raise InputRefused(f'compute.what = "{what}" is not known{nearest(what, known)}')
+    kind = known[what]
+    options: dict[str, Any] = {}
+    for key, value in table.items():
+        if key in ("what", "outputs", "chunk"):
+            continue
+        if key not in kind.options:
+            raise InputRefused(f'unknown key "compute.{key}"{nearest(key, kind.options, "compute.")}')
+        options[key] = _option(f"compute.{key}", value, kind.options[key])
+    everything = {output.name: output for output in kind.outputs(options)}
+    wanted = table.get("outputs", list(kind.default))
+    if not isinstance(wanted, list) or not wanted:
+        raise InputRefused('compute.outputs is no list: write such as ["longitudinal_hz"]')
+    for name in wanted:
+        if name not in everything:
+            raise InputRefused(f'compute.outputs: "{name}" is no output{nearest(str(name), everything)}')
+    outputs = tuple(everything[name] for name in dict.fromkeys(wanted))
+    return NamedComputation(
+        what=what,
+        options=options | {"outputs": tuple(output.name for output in outputs)},
+        outputs=outputs,
+        identity=what,
+    )
+
+
+def _option(key: str, value: Any, unit: str) -> Any:
+    if unit == TEXT:
+        return text_of(key, value)
+    if unit == FLAG:
+        return flag_of(key, value)
+    if unit == "count":
+        return whole_of(key, value)
+    if unit.startswith(LIST):
+        return list(quantities_of(key, value, unit.removeprefix(LIST)))
+    return quantity_of(key, value, unit)
+
+
+def check_required(computation: NamedComputation, varied: Mapping[str, Any]) -> None:
+    """Refuse a SPEC that neither gives nor varies what the computation needs.
+
+    ``varied``: by key.
+    """
+    for name in kinds()[computation.what].required:
+        if name not in computation.options and f"compute.{name}" not in varied:
+            raise InputRefused(f"compute.{name} is missing: {computation.what} needs it; add it to [compute]")
+
+
+def padded(values: Any, length: int) -> NDArray[np.float64]:
+    """The first values, shape (length,); NaN where there are fewer."""
+    out = np.full(length, np.nan)
+    some = np.asarray(values, dtype=float)[:length]
+    out[: some.size] = some
+    return out

@@ -1,0 +1,187 @@
+"""Designs: which points of the unit cube a campaign visits, each point by its row alone."""
+
+from dataclasses import dataclass, field
+from functools import cache
+from math import prod
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+KINDS = ("grid", "sobol", "halton", "lhs", "random", "list", "saltelli")
+LARGEST_SOBOL = 2**30
+
+
+@runtime_checkable
+class Design(Protocol):
+    """What a campaign asks of a design; any object with these three will do.
+
+    Attributes
+    ----------
+    rows : int
+        Number of rows.
+    identity : str
+        Tells it from other designs: the same text, the same points. A store keeps it.
+    """
+
+    @property
+    def rows(self) -> int:
+        """Number of rows."""
+        ...
+
+    @property
+    def identity(self) -> str:
+        """The same text, the same points."""
+        ...
+
+    def points(self, first: int, last: int) -> Array:
+        """Points of some rows, the same however the rows are divided among workers.
+
+        Parameters
+        ----------
+        first, last : int
+            Rows from `first` to before `last`.
+
+        Returns
+        -------
+        ndarray, shape (last - first, axes)
+            Between 0 and 1, one column for each axis in the order of the SPEC.
+        """
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Grid:
+    """Every combination; the last axis changes fastest."""
+
+    shares: tuple[Array, ...]
+    rows: int = field(init=False)
+    identity: str = "grid"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "rows", prod(share.size for share in self.shares))
+
+    def points(self, first: int, last: int) -> Array:
+        """Points by the digits of the row's number."""
+        numbers, columns = np.arange(first, last), []
+        for share in reversed(self.shares):
+            columns.append(share[numbers % share.size])
+            numbers = numbers // share.size
+        return np.column_stack(columns[::-1])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Diagonal:
+    """Row by row: the first values of all keys, then the second ones."""
+
+    rows: int
+    axes: int
+    identity: str = "list"
+
+    def points(self, first: int, last: int) -> Array:
+        """The middle of each value's part of the interval."""
+        share = (np.arange(first, last) + 0.5) / self.rows
+        return np.repeat(share[:, None], self.axes, axis=1)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Random:
+    """Independent points; a row's numbers are at a place of their own in the generator's sequence."""
+
+    rows: int
+    axes: int
+    seed: int
+
+    @property
+    def identity(self) -> str:
+        """Kind."""
+        return "random"
+
+    def points(self, first: int, last: int) -> Array:
+        """Uniform numbers."""
+        generator = np.random.PCG64(self.seed)
+        generator.advance(first * self.axes)
+        return np.random.Generator(generator).random((last - first, self.axes))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sequence:
+    """A scrambled Sobol or Halton sequence."""
+
+    rows: int
+    axes: int
+    seed: int
+    kind: str
+
+    @property
+    def identity(self) -> str:
+        """Kind."""
+        return self.kind
+
+    def points(self, first: int, last: int) -> Array:
+        """Points from the place `first` of the sequence on."""
+        from scipy.stats import qmc
+
+        make = qmc.Sobol if self.kind == "sobol" else qmc.Halton
+        sequence = make(self.axes, scramble=True, rng=np.random.default_rng(self.seed))
+        if first:
+            sequence.fast_forward(first)
+        return _drawn(sequence, last - first)
+
+
+def _drawn(sequence: Any, count: int) -> Array:
+    """Points; scipy warns that a Sobol sequence is balanced at powers of two only, which the page says."""
+    import warnings
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)
+        return np.asarray(sequence.random(count), dtype=np.float64)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LatinHypercube:
+    """One point in each of as many slices of every axis as there are rows."""
+
+    rows: int
+    axes: int
+    seed: int
+    identity: str = "lhs"
+
+    def points(self, first: int, last: int) -> Array:
+        """Rows of the whole table, which each process makes once."""
+        return _hypercube(self.rows, self.axes, self.seed)[first:last]
+
+
+@cache
+def _hypercube(rows: int, axes: int, seed: int) -> Array:
+    from scipy.stats import qmc
+
+    sampler = qmc.LatinHypercube(axes, rng=np.random.default_rng(seed))
+    return np.asarray(sampler.random(rows), dtype=np.float64)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Saltelli:
+    """Groups of k + 2 rows: a point of sample A, one of B, then A with each column in turn from B."""
+
+    base: int
+    axes: int
+    seed: int
+    identity: str = "saltelli"
+
+    @property
+    def rows(self) -> int:
+        """N (k + 2)."""
+        return self.base * (self.axes + 2)
+
+    def points(self, first: int, last: int) -> Array:
+        """Points of the groups that these rows touch."""
+        k, size = self.axes, self.axes + 2
+        begin, end = first // size, -(-last // size)
+        both = Sequence(rows=self.base, axes=2 * k, seed=self.seed, kind="sobol").points(begin, end)
+        groups = np.repeat(both[:, None, :k], size, axis=1)
+        groups[:, 1] = both[:, k:]
+        for axis in range(k):
+            groups[:, 2 + axis, axis] = both[:, k + axis]
+        return groups.reshape(-1, k)[first - begin * size : last - begin * size]

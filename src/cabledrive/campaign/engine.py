@@ -1,0 +1,78 @@
+"""What hands out the chunks: this process, processes of this machine, or a cluster that is there already."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from cabledrive.campaign import cluster, store
+from cabledrive.campaign.serial import in_this_process
+from cabledrive.campaign.work import Plan, Report
+from cabledrive.parameters import InputRefused
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Engine:
+    """What hands out the chunks.
+
+    Attributes
+    ----------
+    name : str
+    workers : int
+        How many there are.
+    warm : callable
+        Gets every machine ready for a plan, kernels compiled once on each.
+    reports : callable
+        Takes a plan and numbers of chunks; yields a report of each as it is done.
+    memory : callable
+        Of all workers [bytes], or none.
+    notes : tuple of str
+    """
+
+    name: str
+    workers: int
+    warm: Callable[[Plan], None]
+    reports: Callable[[Plan, Sequence[int]], Iterator[Report]]
+    memory: Callable[[], float | None]
+    notes: tuple[str, ...] = ()
+
+
+@contextmanager
+def chosen_engine(workers: int, scheduler: str | None, part: tuple[int, int] | None) -> Iterator[Engine]:
+    """The engine that was asked for; without dask this process, which is noted.
+
+    Raises `InputRefused` if a scheduler does not answer, or is asked for together with a part.
+    """
+    words = part_words(part)
+    if part is not None and scheduler is not None:
+        raise InputRefused("--part and --scheduler do not go together: give one of them")
+    if part is not None or (scheduler is None and workers == 1):
+        yield _serial(words)
+    elif scheduler is None and not cluster.dask_at_hand():
+        yield _serial(words, f"dask is not installed, so rows ran in one process: {store.EXTRA}")
+    else:
+        with (
+            cluster.local_workers(workers) if scheduler is None else cluster.distant_workers(scheduler)
+        ) as client:
+            yield Engine(
+                name=f"{workers} local workers" if scheduler is None else scheduler,
+                workers=workers if scheduler is None else cluster.worker_count(client),
+                warm=lambda plan: cluster.warm(client, plan),
+                reports=lambda plan, todo: cluster.on_workers(client, plan, todo),
+                memory=cluster.worker_memory(client),
+            )
+
+
+def part_words(part: tuple[int, int] | None) -> str:
+    """A part in words, "3 of 16"; empty for the whole."""
+    return "" if part is None else f"{part[0]} of {part[1]}"
+
+
+def _serial(part: str, *notes: str) -> Engine:
+    return Engine(
+        name=f"this process, part {part}" if part else "this process",
+        workers=1,
+        warm=lambda plan: None,
+        reports=lambda plan, todo: in_this_process(plan, todo, part),
+        memory=lambda: None,
+        notes=notes,
+    )

@@ -1,0 +1,136 @@
+"""Keys that a campaign may vary: of the drive file, of the motion, of the goals, of the computation."""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.fields import key_of, nearest
+from cabledrive.parameters.tables import ARRAYS, HEAD, TABLES, drive_from_tables
+
+DRIVE, PLANT, MOTION, GOALS, COMPUTE, OWN = "drive", "plant", "motion", "goals", "compute", "own"
+MOTION_UNITS = {"angle": "rad", "rise": "s", "dwell": "s", "pulses": "count", "order": "count"}
+GOAL_UNITS = {
+    "error": "rad",
+    "angle": "rad",
+    "duration": "s",
+    "dwell": "s",
+    "torque": "N m",
+    "travel": "m",
+    "carriage_error": "m",
+    "hanging_mass": "kg",
+    "line_length": "m",
+    "rail_friction": "N s/m",
+    "pulses": "count",
+    "order": "count",
+}
+WORD = ""
+"""In place of a unit: a key that takes text, or true and false."""
+
+
+def unit_of(key: str, options: Mapping[str, str]) -> str:
+    """SI unit of a key, "1" for a plain number, "count" for a whole one, "" for text or true and false.
+
+    ``options``: units of the numbers that the computation takes, by name.
+    Raises `InputRefused` if the key is unknown.
+    """
+    space, _, rest = key.partition(".")
+    if key == DRIVE:
+        return WORD
+    if space == OWN and rest:
+        return "1"
+    for name, units in ((MOTION, MOTION_UNITS), (GOALS, GOAL_UNITS), (COMPUTE, options)):
+        if space == name:
+            return _known(key, rest, units, f"{name}.")
+    return _unit_in_file(key, (rest if space == PLANT else key).split("."))
+
+
+def _known(key: str, name: str, units: Mapping[str, str], place: str) -> str:
+    if name not in units:
+        raise InputRefused(f'unknown key "{key}"{nearest(name, units, place)}')
+    return units[name]
+
+
+def _unit_in_file(key: str, path: Sequence[str]) -> str:
+    """Unit of a key of the drive file."""
+    if list(path) == ["kind"]:
+        return WORD
+    table: type | None = TABLES.get(path[0])
+    rest = path[1:]
+    if table is None and path[0] in ARRAYS:
+        table, rest = ARRAYS[path[0]], path[2:]
+        if len(path) < 2 or not path[1].isdecimal():
+            raise InputRefused(f'unknown key "{key}": number the entries, such as {path[0]}.0.{path[-1]}')
+    spaces = (PLANT, MOTION, GOALS, COMPUTE, OWN)
+    if table is None:
+        known = [*TABLES, *ARRAYS, *HEAD, *spaces]
+        raise InputRefused(f'unknown key "{key}"{nearest(path[0], known)}')
+    fields = {key_of(field): field for field in dataclasses.fields(table)}
+    if len(rest) != 1 or rest[0] not in fields:
+        place = key[: len(key) - len(".".join(rest))]
+        raise InputRefused(f'unknown key "{key}"{nearest(".".join(rest), fields, place)}')
+    unit: str | None = fields[rest[0]].metadata.get("unit")
+    return WORD if unit is None else unit
+
+
+def si_tables(drive: Drive) -> dict[str, Any]:
+    """A drive as the tables of its file, quantities as plain numbers in SI; defaults are left out."""
+    data: dict[str, Any] = {key: getattr(drive, key) for key in HEAD}
+    for key in TABLES:
+        if getattr(drive, key) is not None:
+            data[key] = _plain(getattr(drive, key))
+    for key in ARRAYS:
+        if getattr(drive, key):
+            data[key] = [_plain(row) for row in getattr(drive, key)]
+    return data
+
+
+def _plain(table: Any) -> dict[str, Any]:
+    return {
+        key_of(field): getattr(table, field.name)
+        for field in dataclasses.fields(table)
+        if getattr(table, field.name) != field.default
+    }
+
+
+def drive_with(tables: Mapping[str, Any], settings: Mapping[str, Any]) -> Drive:
+    """The drive of one row.
+
+    ``tables``: from `si_tables`, left as they are; ``settings``: values by key of the drive file, in SI.
+    Raises `InputRefused` if the drive is none.
+    """
+    data = {
+        key: dict(value)
+        if isinstance(value, dict)
+        else [dict(row) for row in value]
+        if isinstance(value, list)
+        else value
+        for key, value in tables.items()
+    }
+    for key, value in settings.items():
+        *path, last = key.split(".")
+        _table(data, path, key)[last] = value
+    return drive_from_tables(data)
+
+
+def _table(data: dict[str, Any], path: Sequence[str], key: str) -> dict[str, Any]:
+    """The table of a key; one that the file does not have is begun."""
+    if not path:
+        return data
+    if path[0] not in ARRAYS:
+        return data.setdefault(path[0], {})
+    rows, number = data.setdefault(path[0], []), int(path[1])
+    if number > len(rows):
+        raise InputRefused(f'"{key}": {path[0]} has {len(rows)} entries, numbered from 0')
+    if number == len(rows):
+        rows.append({})
+    row: dict[str, Any] = rows[number]
+    return row
+
+
+def settings_of(values: Mapping[str, Any], space: str) -> dict[str, Any]:
+    """Values of the keys in one name space, without its name; "" stands for the drive file."""
+    if space:
+        return {key[len(space) + 1 :]: value for key, value in values.items() if key.startswith(f"{space}.")}
+    spaces = (PLANT, MOTION, GOALS, COMPUTE, OWN)
+    return {key: value for key, value in values.items() if key != DRIVE and key.split(".")[0] not in spaces}

@@ -1,0 +1,77 @@
+"""A chunk whose process died, once more in a process of its own: rows that end it are found and marked."""
+
+import multiprocessing
+import signal
+from multiprocessing.sharedctypes import Synchronized
+from typing import Any
+
+from cabledrive.campaign.work import Plan, Report, do_chunk
+from cabledrive.parameters import NotComputed
+
+CERTAIN = 2
+"""Times that a process has to end at the same row before the row is blamed."""
+STARTING = -1
+
+
+def do_alone(number: int, plan: Plan) -> Report:
+    """Compute a chunk row by row in processes of its own, and mark the rows that end them.
+
+    Raises `NotComputed` if the processes end before any row.
+    """
+    poisoned: dict[int, str] = {}
+    ended: dict[int, int] = {}
+    while True:
+        report, row, why = _try(number, plan, poisoned)
+        if report is not None:
+            return report
+        ended[row] = ended.get(row, 0) + 1
+        if ended[row] < CERTAIN:
+            continue
+        if row == STARTING:
+            first, last = plan.bounds(number)
+            raise NotComputed(f"rows {first} to {last - 1}: the process ended before the first row ({why})")
+        poisoned[row] = why
+
+
+def _try(number: int, plan: Plan, poisoned: dict[int, str]) -> tuple[Report | None, int, str]:
+    """The report, or the row at which the process ended, and how."""
+    context = multiprocessing.get_context("spawn")
+    row = context.Value("q", STARTING)
+    reader, writer = context.Pipe(duplex=False)
+    child = context.Process(target=_in_child, args=(number, plan, poisoned, row, writer), daemon=True)
+    child.start()
+    writer.close()
+    answer: Any = None
+    try:
+        answer = reader.recv()
+    except EOFError:
+        pass
+    finally:
+        child.join()
+        reader.close()
+    if isinstance(answer, BaseException):
+        raise answer
+    return answer, row.value, _how(child.exitcode)
+
+
+def _in_child(
+    number: int, plan: Plan, poisoned: dict[int, str], row: "Synchronized[int]", writer: Any
+) -> None:
+    def begin(now: int) -> None:
+        row.value = now
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the driver's business
+    try:
+        writer.send(do_chunk(number, plan, poisoned=poisoned, begin=begin, at_once=False))
+    except Exception as error:
+        writer.send(error)
+
+
+def _how(status: int | None) -> str:
+    """How a process ended, in words."""
+    if status is not None and status < 0:
+        try:
+            return f"signal {signal.Signals(-status).name}"
+        except ValueError:
+            return f"signal {-status}"
+    return f"exit status {status}"

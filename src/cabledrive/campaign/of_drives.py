@@ -1,0 +1,258 @@
+"""Computations on the drive alone: modes, internal resonance, growth over a map, simulation."""
+
+from collections.abc import Mapping
+from math import nan
+from typing import Any
+
+import numpy as np
+
+from cabledrive.campaign.computation import FLAG, LIST, TEXT, Found, Kind, Output, Row, padded
+
+DEFAULT_COUNT = 6
+
+
+def _modes_outputs(options: Mapping[str, Any]) -> tuple[Output, ...]:
+    size = (options.get("count", DEFAULT_COUNT),)
+    return (
+        Output(
+            name="longitudinal_hz",
+            unit="Hz",
+            meaning="longitudinal natural frequencies of the taut cable, each by its multiplicity",
+            dims=("mode",),
+            shape=size,
+        ),
+        Output(
+            name="longitudinal_proven",
+            unit="",
+            kind=FLAG,
+            meaning="whether counts prove each longitudinal frequency and that none is missing",
+        ),
+        Output(
+            name="transverse_hz",
+            unit="Hz",
+            meaning="transverse natural frequencies, of each section and plane",
+            dims=("transverse_mode",),
+            shape=size,
+        ),
+        Output(
+            name="certified", unit="", kind=FLAG, meaning="whether the whole list of both kinds is certified"
+        ),
+        Output(name="certified_reason", unit="", kind=TEXT, meaning="why it is not"),
+        Output(name="warnings", unit="", kind=TEXT, meaning="warnings that touch the list"),
+        Output(name="rigid_body_modes", unit="1", meaning="motions that strain nothing"),
+    )
+
+
+OF_BOTH_KINDS = {"transverse_hz", "certified", "certified_reason", "warnings", "rigid_body_modes"}
+"""Outputs of `modes` that need transverse modes as well; the state of rest is then computed for each row."""
+
+
+def _modes(row: Row) -> Mapping[str, Any]:
+    from cabledrive.modal.natural import longitudinal_modes, modes
+
+    count, motor = row.options.get("count", DEFAULT_COUNT), row.options.get("motor")
+    if not OF_BOTH_KINDS & set(row.options["outputs"]):
+        along = longitudinal_modes(row.drive, count=count, motor=motor)
+        return _longitudinal(along, count)
+    found = modes(row.drive, count=count, motor=motor)
+    return _longitudinal(found.longitudinal, count) | {
+        "transverse_hz": padded([mode.frequency for mode in found.transverse], count),
+        "certified": found.certified,
+        "certified_reason": found.certified_reason or "",
+        "warnings": "; ".join(found.warnings),
+        "rigid_body_modes": found.rigid_body_modes,
+    }
+
+
+def _longitudinal(along: Any, count: int) -> dict[str, Any]:
+    frequencies = np.repeat([mode.frequency for mode in along], [mode.multiplicity for mode in along])
+    return {
+        "longitudinal_hz": padded(frequencies, count),
+        "longitudinal_proven": all(mode.proven for mode in along) and frequencies.size >= count,
+    }
+
+
+RESONANCE = {
+    "frequency_ratio": ("1", "lowest transverse frequency of an empty span over the pulley mode's"),
+    "detuning": ("1", "that minus one half"),
+    "tuned_pretension": ("N", "pretension that makes the ratio one half"),
+    "threshold_torque": ("N m", "at the tuned pretension"),
+    "threshold_torque_at_own_pretension": ("N m", "at the drive's own pretension"),
+    "tenfold_growth_torque": ("N m", "for tenfold growth in one second, tuned"),
+    "pulley_frequency_hz": ("Hz", "of the pulley mode"),
+}
+
+
+def _resonance_outputs(options: Mapping[str, Any]) -> tuple[Output, ...]:
+    numbers = tuple(
+        Output(name=name, unit=unit, meaning=meaning) for name, (unit, meaning) in RESONANCE.items()
+    )
+    return (*numbers, Output(name="verdict", unit="", kind=TEXT, meaning="resonant, close or safe"))
+
+
+def _resonance(row: Row) -> Mapping[str, Any]:
+    from cabledrive.studies.resonance import resonance
+
+    found = resonance(
+        row.drive, torque=row.options.get("torque"), load_torque=row.options.get("load_torque", 0.0)
+    )
+    named = {
+        "threshold_torque_at_own_pretension": found.threshold_here,
+        "tenfold_growth_torque": found.growth_torque,
+        "pulley_frequency_hz": found.pulley_frequency,
+    }
+    plain = ("frequency_ratio", "detuning", "tuned_pretension", "threshold_torque")
+    named |= {name: getattr(found, name) for name in plain}
+    return {name: nan if value is None else value for name, value in named.items()} | {
+        "verdict": found.verdict
+    }
+
+
+def _map_outputs(options: Mapping[str, Any]) -> tuple[Output, ...]:
+    shape = tuple(len(options.get(name, ())) for name in ("torques", "pretensions"))
+    axes = ("map_torque", "map_pretension")
+    return (
+        Output(
+            name="growth",
+            unit="1",
+            meaning="largest transverse amplitude over the pluck; NaN where a span went slack",
+            dims=axes,
+            shape=shape,
+        ),
+        Output(
+            name="map_threshold_torque",
+            unit="N m",
+            meaning="threshold torque at each pretension of the map",
+            dims=axes[1:],
+            shape=shape[1:],
+        ),
+    )
+
+
+def _map(row: Row) -> Mapping[str, Any]:
+    from cabledrive.studies.resonance_map import growth_map
+
+    torques = row.options["torques"]
+    found = growth_map(
+        row.drive,
+        torque=row.options.get("torque", max(torques)),
+        pretensions=row.options["pretensions"],
+        torques=torques,
+        duration=row.options.get("duration", 1.0),
+        threads=1,
+    )
+    threshold = np.where(np.isfinite(found.threshold), found.threshold, np.nan)
+    return {"growth": found.growth, "map_threshold_torque": threshold}
+
+
+SIMULATION = {
+    "energy_budget_error": ("1", "largest error of the energy balance over the largest energy handled"),
+    "steps": ("1", "time steps"),
+    "slack_events": ("1", "number of times that a span went slack"),
+    "load_angle_peak_to_peak": ("rad", "of the load pulley"),
+    "upper_midpoint_peak": ("m", "largest transverse displacement w of the upper midpoint"),
+    "lower_midpoint_peak": ("m", "largest transverse displacement w of the lower midpoint"),
+    "least_tension": ("N", "smallest tension of any span at any record"),
+}
+
+
+def _simulate_outputs(options: Mapping[str, Any]) -> tuple[Output, ...]:
+    return tuple(
+        Output(name=name, unit=unit, meaning=meaning) for name, (unit, meaning) in SIMULATION.items()
+    )
+
+
+def _simulate(row: Row) -> Mapping[str, Any] | Found:
+    from cabledrive.simulation import (
+        Constant,
+        Pluck,
+        Recording,
+        Scheme,
+        SimulationStopped,
+        Sine,
+        Start,
+        simulate,
+    )
+
+    o = row.options
+    amplitude, frequency = o.get("torque_amplitude", 0.0), o.get("torque_frequency", 0.0)
+    heights = {"upper": o.get("pluck_upper", 0.0), "lower": o.get("pluck_lower", 0.0)}
+    shape = o.get("pluck_shape", "triangle")
+    plucks = tuple(Pluck(height=h, span=span, shape=shape) for span, h in heights.items() if h)
+    scheme = Scheme(
+        model=o.get("model", "exact"),
+        method=o.get("method", "verlet"),
+        segments=o.get("segments", Scheme().segments),
+        slack="tension-only" if o.get("tension_only") else "stop",
+        friction="smoothed" if o.get("smooth_friction") else "stick-slip",
+    )
+    try:
+        result = simulate(
+            row.drive,
+            o["duration"],
+            torque=Sine(amplitude=amplitude, frequency=frequency) if frequency else Constant(amplitude),
+            start=Start(plucks=plucks, from_equilibrium=o.get("from_equilibrium", False)),
+            scheme=scheme,
+            recording=Recording(rate=o.get("rate", 10_000.0)),
+            progress=False,
+        )
+    except SimulationStopped as stopped:
+        return Found(values=_of_run(stopped.result.summary()), incomplete=str(stopped))
+    return _of_run(result.summary())
+
+
+def _of_run(said: Mapping[str, Any]) -> dict[str, Any]:
+    numbers = {
+        "energy_budget_error": said["energy_budget_error"],
+        "steps": said["steps"],
+        "slack_events": len(said["slack_events"]),
+        "load_angle_peak_to_peak": said["load_angle"]["peak_to_peak"],
+        "upper_midpoint_peak": said["upper_midpoint"]["peak"],
+        "lower_midpoint_peak": said.get("lower_midpoint", {}).get("peak"),
+        "least_tension": said["least_tension"],
+    }
+    return {name: nan if value is None else value for name, value in numbers.items()}
+
+
+KINDS = {
+    "modes": Kind(
+        outputs=_modes_outputs,
+        default=("longitudinal_hz", "longitudinal_proven"),
+        one=_modes,
+        options={"count": "count", "motor": TEXT},
+    ),
+    "resonance": Kind(
+        outputs=_resonance_outputs,
+        default=(*RESONANCE, "verdict"),
+        one=_resonance,
+        options={"torque": "N m", "load_torque": "N m"},
+    ),
+    "map": Kind(
+        outputs=_map_outputs,
+        default=("growth", "map_threshold_torque"),
+        one=_map,
+        options={"pretensions": f"{LIST}N", "torques": f"{LIST}N m", "torque": "N m", "duration": "s"},
+        required=("pretensions", "torques"),
+    ),
+    "simulate": Kind(
+        outputs=_simulate_outputs,
+        default=tuple(SIMULATION),
+        one=_simulate,
+        options={
+            "duration": "s",
+            "torque_amplitude": "N m",
+            "torque_frequency": "Hz",
+            "pluck_upper": "m",
+            "pluck_lower": "m",
+            "pluck_shape": TEXT,
+            "model": TEXT,
+            "method": TEXT,
+            "segments": "count",
+            "rate": "Hz",
+            "from_equilibrium": FLAG,
+            "tension_only": FLAG,
+            "smooth_friction": FLAG,
+        },
+        required=("duration",),
+    ),
+}

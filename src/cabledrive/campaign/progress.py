@@ -1,0 +1,71 @@
+"""How far a campaign is: rows, rate, failures, time left, memory of the workers, on standard error."""
+
+import sys
+import time
+from collections.abc import Callable
+
+from cabledrive.campaign.work import Report
+
+ON_A_TERMINAL, ELSEWHERE = 0.5, 30.0
+"""Seconds between two lines."""
+
+
+class CampaignProgress:
+    """Adds up chunks and shows a line: rewritten in place on a terminal, else one every half minute.
+
+    Parameters
+    ----------
+    rows : int
+        Of the whole campaign.
+    done : dict of str to int
+        Rows done, refused and failed before.
+    shown : bool
+    """
+
+    def __init__(self, rows: int, done: dict[str, int], *, shown: bool) -> None:
+        self._rows, self._shown, self._terminal = rows, shown, sys.stderr.isatty()
+        self.done, self.bad = done["done"], done["refused"] + done["failed"]
+        self._from, self._began = self.done, time.monotonic()
+        self._last, self._width = self._began, 0
+        self.last_mark = time.monotonic()
+
+    def add(self, report: Report, memory: Callable[[], float | None] = lambda: None) -> None:
+        """Count a chunk.
+
+        ``memory``: of all workers [bytes], asked when a line is shown.
+        """
+        self.last_mark = now = time.monotonic()
+        self.done += report.done
+        self.bad += report.refused + report.failed
+        between = ON_A_TERMINAL if self._terminal else ELSEWHERE
+        if self._shown and now - self._last >= between:
+            self._last = now
+            self._write(self.line(now, memory()))
+
+    def line(self, now: float, memory: float | None) -> str:
+        """The line at a time of the monotonic clock."""
+        rate = (self.done - self._from) / max(now - self._began, 1e-9)
+        left = (self._rows - self.done) / rate if rate > 0.0 else None
+        parts = [f"{self.done} of {self._rows} rows", f"{rate:.4g} rows/s", f"{self.bad} refused or failed"]
+        parts += [f"{_spelled(left)} left"] if left is not None else []
+        parts += [f"workers {memory / 1e6:.0f} MB"] if memory is not None else []
+        return ", ".join(parts)
+
+    def _write(self, line: str) -> None:
+        if self._terminal:
+            print(f"\r{line:<{self._width}}", end="", file=sys.stderr, flush=True)
+            self._width = len(line)
+        else:
+            print(line, file=sys.stderr, flush=True)
+
+    def end(self) -> None:
+        """Clear the line."""
+        if self._width:
+            print(f"\r{'':<{self._width}}\r", end="", file=sys.stderr, flush=True)
+
+
+def _spelled(seconds: float) -> str:
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    minutes = seconds / 60.0
+    return f"{minutes:.0f} min" if minutes < 90.0 else f"{minutes / 60.0:.1f} h"

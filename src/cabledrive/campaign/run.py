@@ -1,0 +1,222 @@
+"""`run_sweep`: a campaign from its SPEC to a full store, resumed where it was left."""
+
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from cabledrive.campaign import store
+from cabledrive.campaign.computation import Computation
+from cabledrive.campaign.design import Design
+from cabledrive.campaign.engine import Engine, chosen_engine, part_words
+from cabledrive.campaign.progress import CampaignProgress
+from cabledrive.campaign.spec import CampaignSpec, read_spec
+from cabledrive.campaign.work import Plan, chosen_chunk
+from cabledrive.parameters import InputRefused
+from cabledrive.parameters.result_card import ResultCard
+
+MANY_ROWS, MANY_BYTES = 10**7, 100e9
+"""Above these a campaign has to be meant."""
+SMALL = 9 * 2
+"""Bytes of a row beside keys and outputs: status, seed, time, about."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class SweepResult(ResultCard):
+    """What a campaign came to.
+
+    Attributes
+    ----------
+    rows, done, refused, failed : int
+        Rows of the campaign; of them with a status; of these refused, and not completed.
+    seconds : float
+        From the first chunk handed out to the last mark [s].
+    setup_seconds : float
+        Before that [s].
+    store : Path
+    engine : str
+        What did the work.
+    notes : tuple of str
+        What a user should know of the run.
+    """
+
+    rows: int
+    done: int
+    refused: int
+    failed: int
+    seconds: float
+    setup_seconds: float
+    store: Path
+    engine: str
+    notes: tuple[str, ...] = ()
+
+    def open(self) -> Any:
+        """The store as labelled arrays.
+
+        Returns
+        -------
+        xarray.Dataset
+            Read when used.
+        """
+        import xarray
+
+        return xarray.open_zarr(self.store)
+
+    def _card(self) -> list[tuple[str, str]]:
+        return [
+            ("Campaign", str(self.store)),
+            ("rows", f"{self.done} of {self.rows}"),
+            ("refused", str(self.refused)),
+            ("not completed", str(self.failed)),
+            ("time", f"{self.seconds:.4g} s, and {self.setup_seconds:.4g} s before"),
+            ("engine", self.engine),
+            *(("note", words) for words in self.notes),
+        ]
+
+
+def run_sweep(
+    spec: str | Path | CampaignSpec,
+    output: str | Path,
+    *,
+    workers: int = 1,
+    scheduler: str | None = None,
+    part: tuple[int, int] | None = None,
+    yes: bool = False,
+    progress: bool | None = None,
+    design: Design | None = None,
+    computation: Computation | None = None,
+) -> SweepResult:
+    """Run a campaign, or what is left of it, into a store that `xarray.open_zarr` reads.
+
+    Parameters
+    ----------
+    spec : path-like or CampaignSpec
+        File of the SPEC.
+    output : path-like
+        The store, a folder; that of the same campaign is resumed.
+    workers : int, default 1
+        Processes on this machine; 1: this process. A script that asks for more needs
+        ``if __name__ == "__main__":`` around the call.
+    scheduler : str, optional
+        Address of a running scheduler of dask.distributed instead.
+    part : (int, int), optional
+        Part i of N of the chunks, i from 1, in this process: for array jobs.
+    yes : bool, default False
+        Whether more than 10^7 rows or 100 GB are meant.
+    progress : bool, optional
+        Whether to show it on standard error; default: where that is a terminal.
+    design : Design, optional
+        Of your own, in place of ``[design]``.
+    computation : Computation, optional
+        Of your own, in place of ``[compute]``.
+
+    Returns
+    -------
+    SweepResult
+
+    Raises
+    ------
+    InputRefused
+        If the SPEC is not understood or too large, the store is of another campaign or in use, or the
+        scheduler does not answer.
+    NotComputed
+        If workers end before any row.
+    """
+    began = time.monotonic()
+    if not isinstance(spec, CampaignSpec):
+        spec = read_spec(spec, design=design, computation=computation)
+    path = _checked(Path(output), spec, workers, part, yes)
+    with store.only_driver(path, part_words(part)):
+        if (path / "zarr.json").is_file():
+            plan = Plan(spec=spec, store=path.resolve(), chunk=store.check_store(path, spec))
+            if not _todo(plan, part):
+                return _result(plan, 0.0, time.monotonic() - began, "nothing: it was done before")
+        with chosen_engine(workers, scheduler, part) as engine:
+            plan = _begun(spec, path, part[1] if part else engine.workers)
+            engine.warm(plan)
+            first, last = _run(plan, _todo(plan, part), engine, progress)
+    return _result(plan, last - first, first - began, engine.name, engine.notes)
+
+
+def _run(plan: Plan, todo: list[int], engine: Engine, progress: bool | None) -> tuple[float, float]:
+    """Hand out the chunks; when the first was handed out and the last was marked."""
+    shown = CampaignProgress(
+        plan.spec.design.rows,
+        store.status_counts(plan.store),
+        shown=sys.stderr.isatty() if progress is None else progress,
+    )
+    first = shown.last_mark
+    try:
+        for report in engine.reports(plan, todo):
+            shown.add(report, engine.memory)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(
+            f"finished chunks are kept in {plan.store.name}; to go on, give the same command again"
+        ) from None
+    finally:
+        shown.end()
+    return first, shown.last_mark
+
+
+def _result(
+    plan: Plan, seconds: float, setup: float, engine: str, notes: tuple[str, ...] = ()
+) -> SweepResult:
+    return SweepResult(
+        rows=plan.spec.design.rows,
+        **store.status_counts(plan.store),
+        seconds=seconds,
+        setup_seconds=setup,
+        store=plan.store,
+        engine=engine,
+        notes=notes,
+    )
+
+
+def _checked(path: Path, spec: CampaignSpec, workers: int, part: tuple[int, int] | None, yes: bool) -> Path:
+    """Refuse what cannot be meant, before anything is made."""
+    store.zarr_at_hand()
+    if workers < 1:
+        raise InputRefused(f"workers = {workers} must be at least 1")
+    if part is not None and not 1 <= part[0] <= part[1]:
+        raise InputRefused(f"part = {part[0]}/{part[1]} is none: i counts from 1 to N")
+    rows, size = spec.design.rows, stored_bytes(spec)
+    if not yes and (rows > MANY_ROWS or size > MANY_BYTES):
+        raise InputRefused(
+            f"{rows} rows, up to {size / 1e9:.3g} GB, are above {MANY_ROWS:.0e} rows or "
+            f"{MANY_BYTES / 1e9:.0f} GB: add --yes if that is meant, or lower design.rows or n"
+        )
+    if path.exists() and not path.is_dir():
+        raise InputRefused("is a file, a folder is needed: choose another name").at(str(path))
+    if not path.parent.is_dir():
+        raise InputRefused(f"its folder {path.parent} does not exist: create it first").at(str(path))
+    if path.is_dir() and any(path.iterdir()):
+        store.attributes_of(path)
+    return path
+
+
+def stored_bytes(spec: CampaignSpec) -> float:
+    """Bytes of all rows before compression; texts are not known and not counted."""
+    numbers = len(spec.units)
+    for output in spec.computation.outputs:
+        size = 1
+        for length in output.shape:
+            size *= length
+        numbers += size
+    return float(spec.design.rows) * (8 * numbers + SMALL)
+
+
+def _begun(spec: CampaignSpec, path: Path, workers: int) -> Plan:
+    """The store, made where there is none; the first driver chooses the chunk."""
+    if not (path / "zarr.json").is_file():
+        chunk = chosen_chunk(spec, workers)
+        store.create(path, spec, chunk)
+    return Plan(spec=spec, store=path.resolve(), chunk=store.check_store(path, spec))
+
+
+def _todo(plan: Plan, part: tuple[int, int] | None) -> list[int]:
+    done = store.done_chunks(plan.store)
+    numbers = range(store.chunk_count(plan.spec.design.rows, plan.chunk))
+    if part is not None:
+        numbers = numbers[part[0] - 1 :: part[1]]
+    return [number for number in numbers if number not in done]

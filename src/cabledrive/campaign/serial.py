@@ -1,0 +1,38 @@
+"""Chunks one after another in this process: without dask, and as one part of an array job."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from pathlib import Path
+
+from cabledrive.campaign.lone import do_alone
+from cabledrive.campaign.work import Plan, Report, do_chunk
+
+
+def in_this_process(plan: Plan, todo: Sequence[int], part: str) -> Iterator[Report]:
+    """Reports of the chunks as they are done.
+
+    The number of the chunk in hand is noted beside the store; one that is noted when a driver starts had
+    ended the driver before, and is computed in a process of its own.
+
+    ``part``: of an array job, "1 of 4"; empty for the whole.
+    """
+    mark = plan.store.with_name(f".{plan.store.name}-chunk{part and '-'}{part.replace(' ', '-')}")
+    suspect = _noted(mark)
+    try:
+        for number in todo:
+            if number == suspect:
+                yield do_alone(number, plan)
+                continue
+            mark.write_text(str(number))
+            yield do_chunk(number, plan)
+    finally:
+        with suppress(OSError):
+            mark.unlink()
+
+
+def _noted(mark: Path) -> int | None:
+    """The chunk at which an earlier driver ended."""
+    try:
+        return int(mark.read_text())
+    except (OSError, ValueError):
+        return None

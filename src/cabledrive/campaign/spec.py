@@ -1,0 +1,194 @@
+"""The SPEC of a campaign: drives, what is varied and how, what is computed for each row."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.campaign.axes import Array, Axis
+from cabledrive.campaign.computation import (
+    Computation,
+    NamedComputation,
+    check_required,
+    kinds,
+    named_computation,
+)
+from cabledrive.campaign.design import Design
+from cabledrive.campaign.design_table import design_of
+from cabledrive.campaign.keys import DRIVE, GOAL_UNITS, MOTION_UNITS, si_tables, unit_of
+from cabledrive.campaign.vary import Varied, axes_of, varied_keys
+from cabledrive.parameters import Drive, InputRefused, content_hash, load_drive
+from cabledrive.parameters.fields import nearest
+from cabledrive.parameters.toml_values import quantity_of, read_toml, table_of, text_of, whole_of
+
+TABLES = ("drive", "vary", "design", "compute", "motion", "goals")
+AUTO = "auto"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CampaignSpec:
+    """A campaign, ready to run.
+
+    Attributes
+    ----------
+    drives : dict of str to Drive
+        By the name that the SPEC gives.
+    axes : tuple of Axis
+    design : Design
+    computation : Computation
+    motion, goals : mapping
+        Values of the SPEC, in SI.
+    seed : int
+    chunk : int or None
+        Rows of a chunk; None: about five seconds of work.
+    identity : dict of str
+        Everything that bears on the results, by key of the SPEC.
+    """
+
+    drives: dict[str, Drive]
+    axes: tuple[Axis, ...]
+    design: Design
+    computation: Computation
+    motion: Mapping[str, Any]
+    goals: Mapping[str, Any]
+    seed: int
+    chunk: int | None
+    identity: dict[str, Any]
+
+    @property
+    def units(self) -> dict[str, str]:
+        """SI unit of each varied key; "" of text and flags."""
+        return {key: unit for axis in self.axes for key, unit in axis.units.items()}
+
+    @cached_property
+    def tables(self) -> dict[str, dict[str, Any]]:
+        """Tables of each drive's file, in SI, by its name."""
+        return {name: si_tables(drive) for name, drive in self.drives.items()}
+
+    def values(self, first: int, last: int) -> dict[str, NDArray[Any]]:
+        """Values of the varied keys at some rows, each of shape (last - first,), in SI."""
+        points = checked_points(self.design, first, last, len(self.axes))
+        return {
+            key: spread.at(points[:, place])
+            for place, axis in enumerate(self.axes)
+            for key, spread in axis.spreads.items()
+        }
+
+
+def checked_points(design: Design, first: int, last: int, axes: int) -> Array:
+    """Points of a design.
+
+    Raises `InputRefused` if they are not of the shape, or outside the unit cube.
+    """
+    points = np.asarray(design.points(first, last), dtype=float)
+    inside = points.shape == (last - first, axes) and bool(np.all((points >= 0.0) & (points <= 1.0)))
+    if not inside:
+        raise InputRefused(
+            f"design: points of rows {first} to {last} are no array of shape ({last - first}, {axes}) "
+            "between 0 and 1: correct the design"
+        )
+    return points
+
+
+def read_spec(
+    path: str | Path, *, design: Design | None = None, computation: Computation | None = None
+) -> CampaignSpec:
+    """Read the SPEC of a campaign.
+
+    ``design``, ``computation``: in place of ``[design]`` and ``[compute]``.
+    Raises `InputRefused` if it cannot be read, or is not understood.
+    """
+    path = Path(path)
+    content = read_toml(path, "write TOML with drive = ..., [vary], [design] and [compute]")
+    try:
+        return spec_of(content, path.parent, design=design, computation=computation)
+    except InputRefused as refusal:
+        raise refusal.at(path.name) from None
+
+
+def spec_of(
+    content: Mapping[str, Any],
+    folder: Path,
+    *,
+    design: Design | None = None,
+    computation: Computation | None = None,
+) -> CampaignSpec:
+    """A campaign from the tables of its SPEC.
+
+    ``folder``: from which drive and table files are named.
+    Raises `InputRefused` if it is not understood.
+    """
+    for key in content:
+        if key not in TABLES:
+            raise InputRefused(f'unknown key "{key}"{nearest(key, TABLES)}')
+    compute = table_of("compute", content.get("compute", {}))
+    made: Computation = computation or named_computation(compute)
+    options = kinds()[made.what].numbers if isinstance(made, NamedComputation) else {}
+    drives = _drives(content.get("drive"), folder)
+    vary = dict(table_of("vary", content.get("vary", {})))
+    if len(drives) > 1:
+        vary = {DRIVE: {"values": list(drives)}} | vary
+    varied = varied_keys(vary, lambda key: unit_of(key, options), folder)
+    if not varied:
+        raise InputRefused("vary is empty: name at least one key and its values")
+    if isinstance(made, NamedComputation):
+        check_required(made, varied)
+    axes = axes_of(vary, lambda key: unit_of(key, options), folder)
+    table = table_of("design", content.get("design", {}))
+    seed = whole_of("design.seed", table.get("seed", 0), least=0)
+    laid_out = design or design_of(table, axes, seed)
+    motion = _quantities(content, "motion", MOTION_UNITS)
+    goals = _quantities(content, "goals", GOAL_UNITS)
+    identity: dict[str, Any] = {f"drive.{name}": content_hash(drive) for name, drive in drives.items()}
+    identity |= _identity_of_keys(varied)
+    identity |= {"design.kind": laid_out.identity, "design.rows": laid_out.rows, "design.seed": seed}
+    identity |= {"compute.what": made.identity}
+    if isinstance(made, NamedComputation):
+        identity |= {f"compute.{key}": value for key, value in made.options.items()}
+    identity |= {f"motion.{key}": value for key, value in motion.items()}
+    identity |= {f"goals.{key}": value for key, value in goals.items()}
+    return CampaignSpec(
+        drives=drives,
+        axes=axes,
+        design=laid_out,
+        computation=made,
+        motion=motion,
+        goals=goals,
+        seed=seed,
+        chunk=_chunk(compute.get("chunk", AUTO)),
+        identity=identity,
+    )
+
+
+def _identity_of_keys(varied: Mapping[str, Varied]) -> dict[str, Any]:
+    return {f"vary.{key}.{word}": value for key, one in varied.items() for word, value in one.said.items()}
+
+
+def _drives(given: Any, folder: Path) -> dict[str, Drive]:
+    names = given if isinstance(given, list) else [given]
+    if given is None or not names:
+        raise InputRefused('drive is missing: write drive = "NAME or path", or a list of them')
+    found = {}
+    for name in names:
+        word = text_of("drive", name)
+        beside = folder / word
+        found[word] = load_drive(beside if beside.is_file() else word)
+    return found
+
+
+def _quantities(content: Mapping[str, Any], name: str, units: Mapping[str, str]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for key, value in table_of(name, content.get(name, {})).items():
+        if key not in units:
+            raise InputRefused(f'unknown key "{name}.{key}"{nearest(key, units, f"{name}.")}')
+        unit, place = units[key], f"{name}.{key}"
+        found[key] = whole_of(place, value) if unit == "count" else quantity_of(place, value, unit)
+    return found
+
+
+def _chunk(given: Any) -> int | None:
+    return None if given == AUTO else whole_of("compute.chunk", given)

@@ -1,0 +1,247 @@
+"""The store of a campaign: one labelled Zarr group, each chunk of rows written by one process.
+
+Chunks of work are the chunks of every array, so that no two processes write one file. The status of the rows
+is written last: a chunk whose file of status is there is done, whatever killed whom.
+"""
+
+import json
+import os
+import shutil
+import tempfile
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.campaign.computation import FLAG, TEXT
+from cabledrive.campaign.rows import NOT_YET, UNKNOWN, Chunk, counts
+from cabledrive.campaign.spec import CampaignSpec
+from cabledrive.parameters import InputRefused
+from cabledrive.parameters.version import __version__
+
+FORMAT = 1
+CAMPAIGN = "cabledrive_campaign"
+EXTRA = "campaigns need an extra: pip install 'cabledrive[campaign]'"
+STATUS = "code"
+
+
+def zarr_at_hand() -> Any:
+    """The library of the store.
+
+    Raises `InputRefused` if it is not installed.
+    """
+    try:
+        import zarr
+    except ImportError:
+        raise InputRefused(EXTRA) from None
+    return zarr
+
+
+def chunk_bounds(number: int, chunk: int, rows: int) -> tuple[int, int]:
+    """First row of a chunk and the row behind its last one."""
+    return number * chunk, min((number + 1) * chunk, rows)
+
+
+def chunk_count(rows: int, chunk: int) -> int:
+    """Number of chunks."""
+    return -(-rows // chunk)
+
+
+def create(path: Path, spec: CampaignSpec, chunk: int) -> None:
+    """Make an empty store; it appears whole or not at all, and another process may have been faster.
+
+    ``chunk``: rows of a chunk.
+    Raises `InputRefused` if its folder cannot be written.
+    """
+    try:
+        folder = Path(tempfile.mkdtemp(dir=path.parent, prefix=f".{path.name}-"))
+    except OSError as error:
+        why = error.strerror or error
+        raise InputRefused(f"cannot be written ({why}): choose another place").at(str(path)) from None
+    try:
+        _fill(folder, spec, chunk)
+        os.chmod(folder, 0o777 & ~_umask())
+        with suppress(OSError):  # it is there by now: the caller looks whose it is
+            os.rename(folder, path)
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def _fill(folder: Path, spec: CampaignSpec, chunk: int) -> None:
+    zarr, rows = zarr_at_hand(), spec.design.rows
+    group = zarr.open_group(str(folder), mode="w", zarr_format=3)
+    group.attrs.update(
+        {
+            "title": "campaign of cabledrive",
+            CAMPAIGN: FORMAT,
+            "cabledrive": __version__,
+            "campaign": spec.identity,
+            "chunk": chunk,
+            "rows": rows,
+            "varied": list(spec.units),
+            "environment": environment(),
+        }
+    )
+
+    def array(name: str, dtype: Any, fill: Any, attributes: dict[str, Any], *extra: Any) -> None:
+        dims, shape = extra or ((), ())
+        group.create_array(
+            name,
+            shape=(rows, *shape),
+            chunks=(min(chunk, rows), *shape),
+            dtype=dtype,
+            fill_value=fill,
+            dimension_names=("row", *dims),
+            attributes=attributes,
+        )
+
+    for key, unit in spec.units.items():
+        given = spec.values(0, 1)[key]
+        about = {"units": "1" if unit == "count" else unit, "long_name": key, "varied": 1}
+        if unit:
+            array(key, "f8", np.nan, about)
+        elif given.dtype == bool:
+            array(key, "i1", UNKNOWN, {"long_name": key, "varied": 1, "flag_meanings": "unknown no yes"})
+        else:
+            array(key, str, "", {"long_name": key, "varied": 1})
+    for output in spec.computation.outputs:
+        about = {"long_name": output.meaning}
+        if output.kind == TEXT:
+            array(output.name, str, "", about, output.dims, output.shape)
+        elif output.kind == FLAG:
+            about |= {"flag_meanings": "unknown no yes", "flag_values": [UNKNOWN, 0, 1]}
+            array(output.name, "i1", UNKNOWN, about, output.dims, output.shape)
+        else:
+            array(output.name, "f8", np.nan, about | {"units": output.unit}, output.dims, output.shape)
+    meanings = "0 done, 1 defect, 2 refused, 3 not completed, -1 not yet computed"
+    array(STATUS, "i1", NOT_YET, {"long_name": f"status of the row: {meanings}"})
+    array("reason", str, "", {"long_name": "why the row is not done, in one line"})
+    array("seed", "u8", 0, {"long_name": "seed of the row's random numbers"})
+    array("time", "f8", np.nan, {"long_name": "time that the row took", "units": "s"})
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # the consolidated copy of the metadata is an extension of Zarr 3
+        zarr.consolidate_metadata(str(folder))
+
+
+def environment() -> dict[str, str]:
+    """What the last digits of results may depend on."""
+    import platform
+    from importlib.metadata import version
+
+    packages = ("numpy", "scipy", "numba")
+    return {"machine": platform.machine(), "python": platform.python_version()} | {
+        name: version(name) for name in packages
+    }
+
+
+def check_store(path: Path, spec: CampaignSpec) -> int:
+    """Refuse a store that another campaign, or another version, has begun.
+
+    Returns rows of a chunk.
+    Raises `InputRefused` if it is no store, or not of this campaign; the message names the key that differs.
+    """
+    attributes = attributes_of(path)
+    if attributes.get("cabledrive") != __version__:
+        raise InputRefused(
+            f"was begun by cabledrive {attributes.get('cabledrive')}, this is {__version__}: use that "
+            "version, or choose another name"
+        ).at(str(path))
+    ours, theirs = json.loads(json.dumps(spec.identity)), attributes["campaign"]
+    for key in [*ours, *(key for key in theirs if key not in ours)]:
+        if ours.get(key) != theirs.get(key):
+            raise InputRefused(
+                f"holds another campaign: {key} = {_short(theirs.get(key))} there, "
+                f"{_short(ours.get(key))} in the SPEC: choose another name"
+            ).at(str(path))
+    chunk: int = attributes["chunk"]
+    if spec.chunk is not None and spec.chunk != chunk:
+        raise InputRefused(
+            f"compute.chunk = {spec.chunk}, but the store was begun with {chunk}: leave chunk out"
+        ).at(str(path))
+    return chunk
+
+
+def attributes_of(path: Path) -> dict[str, Any]:
+    """What a store says of itself.
+
+    Raises `InputRefused` if it is no store of a campaign, or of another version.
+    """
+    zarr = zarr_at_hand()
+    if not (path / "zarr.json").is_file():
+        raise InputRefused("is no store of a campaign: give the STORE.zarr of a sweep").at(str(path))
+    try:
+        attributes = dict(zarr.open_group(str(path), mode="r").attrs)
+    except Exception as error:  # whatever another program left there
+        raise InputRefused(f"cannot be read as Zarr ({type(error).__name__}): choose another").at(
+            str(path)
+        ) from None
+    if attributes.get(CAMPAIGN) != FORMAT:
+        raise InputRefused(
+            f"is no store of this format (version {attributes.get(CAMPAIGN, 'unknown')}, needed {FORMAT}): "
+            "choose another name"
+        ).at(str(path))
+    return attributes
+
+
+def _short(value: Any) -> str:
+    text = "nothing" if value is None else json.dumps(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def done_chunks(path: Path) -> set[int]:
+    """Numbers of the chunks that are done: those whose file of status is there."""
+    folder = path / STATUS / "c"
+    try:
+        return {int(entry.name) for entry in os.scandir(folder) if entry.name.isdecimal()}
+    except FileNotFoundError:
+        return set()
+
+
+@lru_cache(maxsize=4)
+def _arrays(path: Path) -> dict[str, Any]:
+    group = zarr_at_hand().open_group(str(path), mode="r+")
+    return {name: group[name] for name in group.array_keys()}
+
+
+def write_chunk(path: Path, first: int, chunk: Chunk) -> None:
+    """Write the rows of a chunk, their status last.
+
+    Raises `OSError` if the disk refuses; the chunk is then not done.
+    """
+    arrays, last = _arrays(path), first + chunk.code.size
+    for name, values in chunk.variables.items():
+        arrays[name][first:last] = values.astype(np.int8) if values.dtype == bool else values
+    for name in ("reason", "seed", "time"):
+        arrays[name][first:last] = getattr(chunk, name)
+    arrays[STATUS][first:last] = chunk.code
+
+
+def status_counts(path: Path) -> dict[str, int]:
+    """Rows done, refused and failed so far."""
+    status: NDArray[np.int8] = zarr_at_hand().open_group(str(path), mode="r")[STATUS][:]
+    return counts(status)
+
+
+@contextmanager
+def only_driver(path: Path, part: str) -> Iterator[None]:
+    """Keep the store for this process; the parts of an array job work side by side.
+
+    ``part``: "1 of 4"; empty for the whole.
+    Raises `InputRefused` if another process drives it.
+    """
+    from cabledrive.parameters.one_process import one_process
+
+    folder = path.with_name(f"{path.name}.lock")
+    with one_process(folder / f"part {part}" if part else folder / "whole"):
+        yield

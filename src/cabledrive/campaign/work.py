@@ -1,0 +1,98 @@
+"""One chunk of work, from the SPEC to the store: what every worker runs, whichever engine hands it out."""
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from cabledrive.campaign.rows import compute_rows, counts
+from cabledrive.campaign.spec import CampaignSpec
+from cabledrive.campaign.store import chunk_bounds, write_chunk
+
+WORK = 5.0
+"""Of a chunk, where the SPEC leaves it open [s]."""
+PROBE = 0.5
+"""How long rows are tried to learn how long they take [s]."""
+MOST_ROWS = 50_000
+"""Of a chunk: so that a campaign of fast rows has chunks to divide."""
+CHUNKS_EACH = 4
+"""Least chunks for each worker, where there are rows enough."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Plan:
+    """A campaign with its store.
+
+    Attributes
+    ----------
+    spec : CampaignSpec
+    store : Path
+    chunk : int
+        Rows of a chunk.
+    """
+
+    spec: CampaignSpec
+    store: Path
+    chunk: int
+
+    def bounds(self, number: int) -> tuple[int, int]:
+        """First row of a chunk and the row behind its last one."""
+        return chunk_bounds(number, self.chunk, self.spec.design.rows)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Report:
+    """What became of a chunk.
+
+    Attributes
+    ----------
+    number : int
+    done, refused, failed : int
+        Rows.
+    seconds : float
+        Of the process that computed and wrote it.
+    """
+
+    number: int
+    done: int
+    refused: int
+    failed: int
+    seconds: float
+
+
+def do_chunk(
+    number: int,
+    plan: Plan,
+    *,
+    poisoned: Mapping[int, str] | None = None,
+    begin: Callable[[int], None] | None = None,
+    at_once: bool = True,
+) -> Report:
+    """Compute a chunk and write it.
+
+    ``poisoned``, ``begin``, ``at_once``: see `compute_rows`.
+    Raises `OSError` if the disk refuses.
+    """
+    began = time.perf_counter()
+    first, last = plan.bounds(number)
+    chunk = compute_rows(plan.spec, first, last, poisoned=poisoned, begin=begin, at_once=at_once)
+    write_chunk(plan.store, first, chunk)
+    return Report(number=number, **counts(chunk.code), seconds=time.perf_counter() - began)
+
+
+def chosen_chunk(spec: CampaignSpec, workers: int) -> int:
+    """Rows of about five seconds of work, by a trial of the first rows; kernels are compiled by then."""
+    rows = spec.design.rows
+    if spec.chunk is not None:
+        return min(spec.chunk, rows)
+    compute_rows(spec, 0, 1)
+    tried, spent, count = 0, 0.0, 1
+    while spent < PROBE and tried < rows:
+        last = min(tried + count, rows)
+        began = time.perf_counter()
+        compute_rows(spec, tried, last)
+        spent += time.perf_counter() - began
+        tried, count = last, 2 * count
+    fitting = int(WORK * tried / max(spent, 1e-9))
+    shared = -(-rows // (CHUNKS_EACH * workers))
+    return max(1, min(fitting, shared, MOST_ROWS, rows))
