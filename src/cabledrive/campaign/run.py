@@ -83,6 +83,7 @@ def run_sweep(
     scheduler: str | None = None,
     part: tuple[int, int] | None = None,
     yes: bool = False,
+    force: bool = False,
     progress: bool | None = None,
     design: Design | None = None,
     computation: Computation | None = None,
@@ -104,6 +105,8 @@ def run_sweep(
         Part i of N of the chunks, i from 1, in this process: for array jobs.
     yes : bool, default False
         Whether more than 10^7 rows or 100 GB are meant.
+    force : bool, default False
+        Whether the store of another campaign may be deleted.
     progress : bool, optional
         Whether to show it on standard error; default: where that is a terminal.
     design : Design, optional
@@ -128,6 +131,8 @@ def run_sweep(
         spec = read_spec(spec, design=design, computation=computation)
     path = _checked(Path(output), spec, workers, part, yes)
     with store.only_driver(path, part_words(part)):
+        if force:
+            store.delete_another(path, spec)
         if (path / "zarr.json").is_file():
             plan = Plan(spec=spec, store=path.resolve(), chunk=store.check_store(path, spec))
             if not _todo(plan, part):

@@ -194,6 +194,19 @@ def attributes_of(path: Path) -> dict[str, Any]:
     return attributes
 
 
+def delete_another(path: Path, spec: CampaignSpec) -> None:
+    """Delete a store that is not of this campaign, so that it can begin anew; what is no store is kept."""
+    if (
+        not (path / "zarr.json").is_file()
+        or CAMPAIGN not in zarr_at_hand().open_group(str(path), mode="r").attrs
+    ):
+        return
+    try:
+        check_store(path, spec)
+    except InputRefused:
+        shutil.rmtree(path)
+
+
 def _short(value: Any) -> str:
     text = "nothing" if value is None else json.dumps(value)
     return text if len(text) <= 60 else f"{text[:57]}..."

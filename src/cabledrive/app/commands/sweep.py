@@ -7,7 +7,8 @@ from typing import Any
 import click
 
 from cabledrive.app.messages import QUIET, note
-from cabledrive.app.options import Subcommand, answering
+from cabledrive.app.new_file import FORCE
+from cabledrive.app.options import Subcommand, answering, force_option
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import InputRefused
 
@@ -38,6 +39,7 @@ class Part(click.ParamType):  # type: ignore[type-arg]
     short_help="Compute many variants of a drive into one labelled store.",
 )
 @answering
+@force_option
 @click.argument("spec", metavar="SPEC.toml", type=click.Path())
 @click.option(
     "-o", "--output", metavar="STORE.zarr", required=True, type=click.Path(), help="Store, made or resumed."
@@ -72,6 +74,7 @@ def command(
         scheduler=scheduler,
         part=part,
         yes=yes,
+        force=bool(click.get_current_context().meta.get(FORCE)),
         progress=False if quiet else None,
     )
     for words in found.notes:

@@ -1,0 +1,63 @@
+"""Designs give exactly the rows that are asked for, each by its number alone."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from cabledrive.campaign.design import Diagonal, Grid, LatinHypercube, Random, Saltelli, Sequence
+from cabledrive.campaign.rows import row_seeds
+
+DESIGNS = [
+    Grid(shares=(np.linspace(0.0, 1.0, 4), np.array([0.25, 0.75]), np.linspace(0.0, 1.0, 5))),
+    Sequence(rows=100, axes=3, seed=1, kind="sobol"),
+    Sequence(rows=100, axes=3, seed=1, kind="halton"),
+    LatinHypercube(rows=100, axes=3, seed=1),
+    Random(rows=100, axes=3, seed=1),
+    Diagonal(rows=100, axes=3),
+    Saltelli(base=20, axes=3, seed=1),
+]
+
+
+@pytest.mark.parametrize("design", DESIGNS, ids=lambda design: design.identity)
+def test_a_row_does_not_depend_on_how_rows_are_divided(design):
+    whole = design.points(0, design.rows)
+    assert whole.shape == (design.rows, 3)
+    assert np.all((whole >= 0.0) & (whole <= 1.0))
+    cuts = [0, 1, 7, 8, 33, design.rows]
+    parts = [design.points(a, b) for a, b in pairwise(cuts)]
+    np.testing.assert_array_equal(np.vstack(parts), whole)
+
+
+@pytest.mark.parametrize("design", [d for d in DESIGNS if d.identity in ("sobol", "halton", "lhs")])
+def test_designs_that_fill_space_do_so_better_than_chance(design):
+    """Of 100 points in ten slices of each axis, all slices hold 10, give or take 2."""
+    points = design.points(0, 100)
+    for column in points.T:
+        held = np.histogram(column, bins=10, range=(0.0, 1.0))[0]
+        assert np.all(np.abs(held - 10) <= 2), held
+
+
+def test_a_latin_hypercube_has_one_point_in_each_slice():
+    points = LatinHypercube(rows=50, axes=2, seed=3).points(0, 50)
+    for column in points.T:
+        assert sorted(np.floor(50 * column).astype(int)) == list(range(50))
+
+
+def test_groups_of_saltelli_exchange_one_column_at_a_time():
+    k, base = 3, 8
+    groups = Saltelli(base=base, axes=k, seed=5).points(0, base * (k + 2)).reshape(base, k + 2, k)
+    a, b = groups[:, 0], groups[:, 1]
+    for axis in range(k):
+        expected = a.copy()
+        expected[:, axis] = b[:, axis]
+        np.testing.assert_array_equal(groups[:, 2 + axis], expected)
+    assert not np.any(a == b)
+
+
+def test_seeds_of_rows_differ_and_fit_a_double():
+    seeds = row_seeds(7, 0, 100_000)
+    assert np.unique(seeds).size == seeds.size
+    assert int(seeds.max()) < 2**53
+    np.testing.assert_array_equal(row_seeds(7, 500, 600), seeds[500:600])
+    assert not np.any(row_seeds(8, 0, 100_000) == seeds)

@@ -1,0 +1,103 @@
+"""Killed workers and drivers and rows that end their process: the store equals an undisturbed one."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import xarray as xr
+
+from cabledrive.campaign import run_sweep
+from campaign_computations import Dangerous
+from command import object_of, run
+
+SPEC = 'drive = "dissertation-3"\n[vary]\nown.x = { from = 0, to = 29 }\n[design]\nkind = "grid"\nrows = 30\n'
+CHUNK = "[compute]\nchunk = 4\n"
+
+
+def contents(store: Path) -> dict[str, bytes]:
+    """All files of a store but those of the times that rows took."""
+    files = (path for path in store.rglob("*") if path.is_file())
+    named = {str(path.relative_to(store)): path for path in files}
+    return {name: path.read_bytes() for name, path in named.items() if not name.startswith("time/")}
+
+
+def test_a_killed_worker_and_a_poisoned_row_leave_the_store_of_a_serial_run(tmp_path):
+    (tmp_path / "spec.toml").write_text(SPEC + CHUNK)
+    quiet = Dangerous(folder=str(tmp_path))
+    run_sweep(tmp_path / "spec.toml", tmp_path / "quiet.zarr", computation=quiet, progress=False)
+    wild = Dangerous(folder=str(tmp_path), poison=(17.0,), once=(5.0,))
+    found = run_sweep(
+        tmp_path / "spec.toml", tmp_path / "wild.zarr", computation=wild, workers=2, progress=False
+    )
+    assert (tmp_path / "killed-5").exists()
+    assert (found.done, found.refused, found.failed) == (30, 1, 1)
+    a, b = (xr.open_zarr(tmp_path / f"{name}.zarr").load() for name in ("quiet", "wild"))
+    assert int(b.code[17]) == 3
+    assert "SIGABRT" in b.reason.values[17]
+    others = [row for row in range(30) if row != 17]
+    assert b.isel(row=others).drop_vars("time").equals(a.isel(row=others).drop_vars("time"))
+
+
+MODES = """
+drive = "dissertation-transporter"
+[vary]
+"cable.pretension" = { from = "3 N", to = "9 N" }
+[design]
+kind = "random"
+rows = 80
+[compute]
+what = "modes"
+chunk = 4
+count = 8
+"""
+
+
+def test_a_driver_that_is_killed_resumes_to_the_same_bytes(tmp_path):
+    (tmp_path / "spec.toml").write_text(MODES)
+    whole, cut = tmp_path / "whole.zarr", tmp_path / "cut.zarr"
+    run_sweep(tmp_path / "spec.toml", whole, progress=False)
+    command = [sys.executable, "-m", "cabledrive", "sweep", str(tmp_path / "spec.toml"), "-o", str(cut)]
+    driver = subprocess.Popen([*command, "--workers", "1"], stderr=subprocess.PIPE)
+    deadline = time.monotonic() + 60.0
+    while not list(cut.glob("code/c/*")):
+        assert driver.poll() is None, driver.stderr.read()
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    os.kill(driver.pid, signal.SIGKILL)
+    driver.wait()
+    driver.stderr.close()
+    before = len(list(cut.glob("code/c/*")))
+    assert before < 20, "the driver was done before it was killed"
+    resumed = run("sweep", tmp_path / "spec.toml", "-o", cut, "--workers", 1, "--json")
+    assert object_of(resumed.stdout)["done"] == 80, resumed.stderr
+    assert contents(cut) == contents(whole)
+    assert sorted(path.name for path in tmp_path.iterdir() if "lock" not in path.name) == [
+        "cut.zarr",
+        "spec.toml",
+        "whole.zarr",
+    ]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_ctrl_c_keeps_the_finished_chunks_and_says_how_to_go_on(tmp_path):
+    (tmp_path / "spec.toml").write_text(MODES)
+    store = tmp_path / "store.zarr"
+    command = [sys.executable, "-m", "cabledrive", "sweep", str(tmp_path / "spec.toml"), "-o", str(store)]
+    driver = subprocess.Popen(
+        [*command, "--workers", "1"],
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
+    deadline = time.monotonic() + 60.0
+    while not list(store.glob("code/c/*")) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    driver.send_signal(signal.SIGINT)
+    _, errors = driver.communicate(timeout=30)
+    assert driver.returncode == 130, errors
+    assert "give the same command again" in errors
+    assert 0 < len(list(store.glob("code/c/*"))) < 20

@@ -1,0 +1,248 @@
+"""A sweep gives for each row what the single command gives, in a store with labels and units."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import cabledrive as cd
+from campaign_computations import Dangerous
+from command import answer, call, refusal
+
+SPEC = """
+drive = "dissertation-3"
+[vary]
+"cable.pretension" = { from = "3 N", to = "9 N" }
+pulley.1.inertia = { normal = ["23.5 kg cm^2", "1 kg cm^2"] }
+"pulley.0.inertia" = { same_as = "pulley.1.inertia", factor = 0.3 }
+[design]
+kind = "sobol"
+rows = 13
+seed = 4
+[compute]
+what = "modes"
+count = 3
+chunk = 5
+"""
+
+
+@pytest.fixture
+def sweep(tmp_path):
+    """Runs a SPEC into a store, by the command in this process; returns answer and data set."""
+
+    def run(text, *options, name="store.zarr"):
+        (tmp_path / "spec.toml").write_text(text)
+        store = tmp_path / name
+        found = answer("sweep", str(tmp_path / "spec.toml"), "-o", str(store), "--workers", "1", *options)
+        return found, xr.open_zarr(store).load()
+
+    return run
+
+
+def test_rows_equal_the_single_command(sweep):
+    found, data = sweep(SPEC)
+    assert (found["rows"], found["done"], found["refused"], found["failed"]) == (13, 13, 0, 0)
+    assert found["seconds"] > 0.0
+    assert found["store"].endswith("store.zarr")
+    assert data.longitudinal_hz.dims == ("row", "mode")
+    assert data.longitudinal_hz.shape == (13, 3)
+    assert data["cable.pretension"].attrs["units"] == "N"
+    assert data.longitudinal_hz.attrs["units"] == "Hz"
+    for row in (0, 4, 12):
+        keys = ("cable.pretension", "pulley.0.inertia", "pulley.1.inertia")
+        settings = [f"{key}={float(data[key][row])!r}" for key in keys]
+        drive = cd.load_drive("dissertation-3", overrides=settings)
+        alone = cd.natural_frequencies(drive, count=3)[:3]
+        np.testing.assert_allclose(data.longitudinal_hz[row], alone, rtol=1e-12)
+    assert np.all(data.longitudinal_proven == 1)
+    np.testing.assert_allclose(data["pulley.0.inertia"], 0.3 * data["pulley.1.inertia"])
+    assert np.all((data["cable.pretension"] >= 3.0) & (data["cable.pretension"] <= 9.0))
+
+
+def test_a_refused_row_is_a_row_with_the_single_command_s_line(sweep):
+    text = 'drive = "dissertation-3"\n[vary]\ncable.pretension = { values = ["5 N", -1.0, "7 N"] }\n'
+    found, data = sweep(text + '[design]\nkind = "list"\n[compute]\nwhat = "modes"\n')
+    assert (found["done"], found["refused"], found["failed"]) == (3, 1, 0)
+    assert data.code.values.tolist() == [0, 2, 0]
+    line = refusal("modes", "dissertation-3", "--set", "cable.pretension=-1")
+    assert line == f"dissertation-3: {data.reason.values[1]}"
+    assert np.isnan(data.longitudinal_hz[1]).all()
+    assert int(data.longitudinal_proven[1]) == -1
+
+
+def test_a_grid_has_its_ends_and_every_combination(sweep):
+    text = 'drive = "dissertation-3"\n[vary]\n"cable.pretension" = { from = "3 N", to = "9 N", n = 3 }\n'
+    text += '"pulley.0.radius" = { values = ["3 cm", "4 cm"] }\n[design]\nkind = "grid"\n'
+    _, data = sweep(text + '[compute]\nwhat = "modes"\ncount = 1\n')
+    assert data["cable.pretension"].values.tolist() == [3.0, 3.0, 6.0, 6.0, 9.0, 9.0]
+    assert data["pulley.0.radius"].values.tolist() == [0.03, 0.04] * 3
+
+
+def test_a_table_is_read_row_by_row_with_its_units(sweep, tmp_path):
+    import pyarrow as pa
+    from pyarrow.parquet import write_table
+
+    (tmp_path / "fleet.csv").write_text("cable.pretension [kN],radius\n0.005,3 cm\n0.006,4 cm\n")
+    write_table(pa.table({"axial": [4000.0, 5000.0]}), tmp_path / "fleet.parquet")
+    text = 'drive = "dissertation-3"\n[vary]\n"cable.pretension" = { table = "fleet.csv" }\n'
+    text += '"pulley.0.radius" = { table = "fleet.csv", column = "radius" }\n'
+    text += '"lumped.cable_stiffness" = { table = "fleet.parquet", column = "axial" }\n'
+    _, data = sweep(text + '[design]\nkind = "list"\n[compute]\nwhat = "modes"\ncount = 1\n')
+    assert data["cable.pretension"].values.tolist() == [5.0, 6.0]
+    assert data["pulley.0.radius"].values.tolist() == [0.03, 0.04]
+    assert data["lumped.cable_stiffness"].values.tolist() == [4000.0, 5000.0]
+
+
+def test_several_drives_and_words_are_varied(sweep):
+    text = 'drive = ["dissertation-2", "dissertation-3"]\n[vary]\n'
+    text += '"pulley.1.fixed" = { values = [false, true] }\n'
+    _, data = sweep(text + '[design]\nkind = "grid"\n[compute]\nwhat = "modes"\ncount = 2\n')
+    assert data["drive"].values.tolist() == ["dissertation-2"] * 2 + ["dissertation-3"] * 2
+    alone = cd.natural_frequencies(
+        cd.load_drive("dissertation-2", overrides=["pulley.1.fixed=true"]), count=2
+    )
+    np.testing.assert_allclose(data.longitudinal_hz[1], alone[:2], rtol=1e-12)
+
+
+def test_resonance_and_both_kinds_of_modes_equal_the_single_commands(sweep):
+    vary = 'drive = "dissertation-2"\n[vary]\n"cable.pretension" = { values = ["4 N", "6 N"] }\n'
+    _, data = sweep(vary + '[compute]\nwhat = "resonance"\ntorque = "10 mN*m"\n')
+    alone = answer("resonance", "dissertation-2", "--set", "cable.pretension=6 N", "--torque", "10mN*m")
+    for name in ("frequency_ratio", "tuned_pretension", "threshold_torque", "detuning"):
+        assert float(data[name][1]) == pytest.approx(alone[name], rel=1e-12)
+    assert data.verdict.values[1] == alone["verdict"]
+    outputs = 'outputs = ["transverse_hz", "certified", "warnings"]'
+    _, data = sweep(vary + f'[compute]\nwhat = "modes"\ncount = 4\n{outputs}\n', name="other.zarr")
+    alone = answer("modes", "dissertation-2", "--set", "cable.pretension=4 N", "--count", "4")
+    across = [mode["frequency_hz"] for mode in alone["modes"] if mode["kind"] == "transverse"][:4]
+    np.testing.assert_allclose(data.transverse_hz[0], across, rtol=1e-12)
+    assert bool(data.certified[0] == 1) == alone["certified"]
+
+
+def test_a_tracked_row_equals_the_single_command_with_the_row_s_seed(sweep):
+    text = 'drive = "dissertation-3"\n[vary]\n"plant.lumped.cable_stiffness" = { values = ["800 N/m"] }\n'
+    text += '"motion.angle" = { values = ["20 deg"] }\n[motion]\nrise = "0.3 s"\ndwell = "0.1 s"\n'
+    _, data = sweep(text + '[compute]\nwhat = "track"\ncontroller = "darc-4"\ngains = "dissertation"\n')
+    shared = ["--angle", "20", "--rise", "0.3", "--dwell", "0.1", "--seed", str(int(data.seed[0]))]
+    plant = ["--plant-set", "lumped.cable_stiffness=800 N/m", "--gains", "dissertation"]
+    alone = answer("track", "dissertation-3", "--controller", "darc-4", *shared, *plant)
+    assert float(data.peak_error_deg[0]) == pytest.approx(alone["peak_error_deg"], rel=1e-12)
+
+
+def test_the_parts_of_an_array_job_fill_one_store(sweep, tmp_path):
+    _, whole = sweep(SPEC)
+    spec, store = str(tmp_path / "spec.toml"), str(tmp_path / "parts.zarr")
+    done = [answer("sweep", spec, "-o", store, "--part", f"{i}/2")["done"] for i in (2, 1)]
+    assert done == [5, 13]
+    parts = xr.open_zarr(store).load()
+    assert parts.drop_vars("time").identical(whole.drop_vars("time"))
+
+
+def test_without_dask_rows_run_in_one_process_and_it_is_said(sweep, tmp_path, monkeypatch):
+    monkeypatch.setattr("cabledrive.campaign.cluster.dask_at_hand", lambda: False)
+    (tmp_path / "spec.toml").write_text(SPEC)
+    done = call("sweep", str(tmp_path / "spec.toml"), "-o", str(tmp_path / "a.zarr"), "--workers", "2")
+    assert done.exit_code == 0
+    assert "dask is not installed" in done.stderr
+    assert xr.open_zarr(tmp_path / "a.zarr").load().code.values.tolist() == [0] * 13
+
+
+def test_a_design_and_a_computation_of_one_s_own_are_taken(tmp_path):
+    class Corners:
+        rows, identity = 4, "corners"
+
+        def points(self, first, last):
+            return np.array([[0.0], [0.25], [0.5], [1.0]])[first:last]
+
+    (tmp_path / "spec.toml").write_text('drive = "dissertation-3"\n[vary]\nown.x = { from = 0, to = 8 }\n')
+    found = cd.run_sweep(
+        tmp_path / "spec.toml",
+        tmp_path / "own.zarr",
+        design=Corners(),
+        computation=Dangerous(folder=str(tmp_path)),
+        progress=False,
+    )
+    data = found.open().load()
+    assert data["own.x"].values.tolist() == [0.0, 2.0, 4.0, 8.0]
+    np.testing.assert_array_equal(data.square, data["own.x"] ** 2 + data.seed % 7)
+
+
+HEAD = 'drive = "dissertation-3"\n'
+VARY = '[vary]\n"cable.pretension" = { from = "3 N", to = "9 N" }\n'
+DESIGN = '[design]\nkind = "sobol"\nrows = 8\n'
+COMPUTE = '[compute]\nwhat = "modes"\n'
+
+
+@pytest.mark.parametrize(
+    "text, parts",
+    [
+        (HEAD + VARY.replace("pretension", "pretention") + DESIGN + COMPUTE, ["pretention", "pretension"]),
+        (HEAD + VARY.replace("9 N", "9 m") + DESIGN + COMPUTE, ["cable.pretension", "9 m", "N"]),
+        (HEAD + VARY.replace("9 N", "2 N") + DESIGN + COMPUTE, ["cable.pretension", "3 N", "2 N"]),
+        (HEAD + VARY + DESIGN.replace("sobol", "soboll") + COMPUTE, ["soboll", "sobol"]),
+        (HEAD + VARY + DESIGN.replace("rows = 8", "") + COMPUTE, ["design.rows"]),
+        (HEAD + VARY + DESIGN + COMPUTE.replace("modes", "modus"), ["modus", "modes"]),
+        (HEAD + VARY + DESIGN + COMPUTE + "cuont = 3\n", ["cuont", "count"]),
+        (HEAD + VARY + DESIGN + COMPUTE + 'outputs = ["frequency"]\n', ["frequency", "longitudinal_hz"]),
+        (HEAD + VARY.replace("]", "]\n[compuet]", 1) + DESIGN + COMPUTE, ["compuet", "compute"]),
+        (VARY + DESIGN + COMPUTE, ["drive"]),
+        ('drive = "no-such"\n' + VARY + DESIGN + COMPUTE, ["no-such"]),
+        (HEAD + VARY + DESIGN.replace("sobol", "grid").replace("rows = 8", "") + COMPUTE, ["n", "grid"]),
+        (HEAD + VARY + DESIGN.replace("= 8", "= 20000000") + COMPUTE, ["20000000", "--yes"]),
+        (HEAD + VARY + '[design]\nkind = "saltelli"\nrows = 8\n' + COMPUTE, ["base", "3"]),
+    ],
+)
+def test_a_spec_that_cannot_be_meant_is_refused_in_a_line_and_nothing_is_written(text, parts, tmp_path):
+    (tmp_path / "spec.toml").write_text(text)
+    line = refusal("sweep", str(tmp_path / "spec.toml"), "-o", str(tmp_path / "x.zarr"), "--workers", "1")
+    for part in parts:
+        assert part in line, line
+    assert [path.name for path in tmp_path.iterdir()] == ["spec.toml"]
+
+
+def test_a_scheduler_that_does_not_answer_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr("cabledrive.campaign.cluster.PATIENCE", 0.5)
+    (tmp_path / "spec.toml").write_text(HEAD + VARY + DESIGN + COMPUTE)
+    store, url = str(tmp_path / "x.zarr"), "tcp://127.0.0.1:9"
+    assert url in refusal("sweep", str(tmp_path / "spec.toml"), "-o", store, "--scheduler", url)
+    assert [path.name for path in tmp_path.iterdir()] == ["spec.toml"]
+
+
+@pytest.mark.parametrize(
+    "old, new, key",
+    [
+        ("seed = 4", "seed = 5", "design.seed"),
+        ('"9 N"', '"8 N"', "cable.pretension.to"),
+        ("= 3\n", "= 2\n", "count"),
+    ],
+)
+def test_another_spec_into_the_same_store_is_refused_by_the_key_that_differs(old, new, key, sweep, tmp_path):
+    sweep(SPEC)
+    (tmp_path / "spec.toml").write_text(SPEC.replace(old, new))
+    store = str(tmp_path / "store.zarr")
+    line = refusal("sweep", str(tmp_path / "spec.toml"), "-o", store, "--workers", "1")
+    assert key in line, line
+    found = answer("sweep", str(tmp_path / "spec.toml"), "-o", store, "--workers", "1", "--force")
+    assert found["done"] == 13
+
+
+def test_a_folder_that_is_no_store_and_a_store_of_another_version_are_refused(sweep, tmp_path):
+    (tmp_path / "spec.toml").write_text(SPEC)
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "thing").touch()
+    assert "full" in refusal("sweep", str(tmp_path / "spec.toml"), "-o", str(tmp_path / "full"))
+    sweep(SPEC)
+    about = tmp_path / "store.zarr" / "zarr.json"
+    about.write_text(about.read_text().replace(f'"cabledrive": "{cd.__version__}"', '"cabledrive": "9.9.9"'))
+    line = refusal("sweep", str(tmp_path / "spec.toml"), "-o", str(tmp_path / "store.zarr"))
+    assert "9.9.9" in line
+    assert cd.__version__ in line
+
+
+def test_a_second_driver_on_the_same_store_is_refused(sweep, tmp_path):
+    from cabledrive.campaign.store import only_driver
+
+    (tmp_path / "spec.toml").write_text(SPEC)
+    store = tmp_path / "store.zarr"
+    with only_driver(store, ""):
+        line = refusal("sweep", str(tmp_path / "spec.toml"), "-o", str(store), "--workers", "1")
+    assert "another process" in line
