@@ -70,7 +70,18 @@ class CampaignSpec:
         return {name: si_tables(drive) for name, drive in self.drives.items()}
 
     def values(self, first: int, last: int) -> dict[str, NDArray[Any]]:
-        """Values of the varied keys at some rows, each of shape (last - first,), in SI."""
+        """Values of the varied keys at some rows.
+
+        Parameters
+        ----------
+        first, last : int
+            Rows from `first` to before `last`.
+
+        Returns
+        -------
+        dict of str to ndarray, each of shape (last - first,)
+            In SI, by key.
+        """
         points = checked_points(self.design, first, last, len(self.axes))
         return {
             key: spread.at(points[:, place])

@@ -222,8 +222,8 @@ def done_chunks(path: Path) -> set[int]:
 
 
 @lru_cache(maxsize=4)
-def _arrays(path: Path, number: int) -> dict[str, Any]:
-    """Arrays of a store by name; ``number``: of its file, another one where it was made anew."""
+def _arrays(path: Path, made: int) -> dict[str, Any]:
+    """Arrays of a store by name; ``made``: when, another moment where it was made anew."""
     group = zarr_at_hand().open_group(str(path), mode="r+")
     return {name: group[name] for name in group.array_keys()}
 
@@ -233,7 +233,7 @@ def write_chunk(path: Path, first: int, chunk: Chunk) -> None:
 
     Raises `OSError` if the disk refuses; the chunk is then not done.
     """
-    arrays, last = _arrays(path, (path / "zarr.json").stat().st_ino), first + chunk.code.size
+    arrays, last = _arrays(path, (path / "zarr.json").stat().st_mtime_ns), first + chunk.code.size
     for name, values in chunk.variables.items():
         arrays[name][first:last] = values.astype(np.int8) if values.dtype == bool else values
     for name in ("reason", "seed", "time"):
