@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from cabledrive.campaign import run_sweep
     from cabledrive.control import OwnController
     from cabledrive.dissertation import reproduce
+    from cabledrive.export import export_to
     from cabledrive.identification.log_response import response
     from cabledrive.identification.logs.reading import read_log
     from cabledrive.identification.one_log import identify
@@ -61,6 +62,7 @@ __getattr__ = on_demand(
         "OwnController": "control",
         "OwnPlant": "rig",
         "experiment": "rig.bench.experiment",
+        "export_to": "export",
         "frequency_against": "studies",
         "frequency_against_carriage_position": "studies",
         "identify": "identification.one_log",
@@ -104,6 +106,7 @@ __all__ = [
     "derived_quantities",
     "drive_schema",
     "experiment",
+    "export_to",
     "frequency_against",
     "frequency_against_carriage_position",
     "identify",

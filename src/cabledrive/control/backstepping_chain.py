@@ -20,6 +20,7 @@ from cabledrive.control.backstepping_recursion import equal_bandwidth
 from cabledrive.control.darc_gains import printed_bounds
 from cabledrive.control.numbers import BACKSTEPPING, LawNumbers, learning_table
 from cabledrive.control.reference import lagged
+from cabledrive.control.reference_numbers import ReferenceNumbers, reference_numbers
 from cabledrive.parameters import InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain
 
@@ -99,12 +100,31 @@ def chain_reference(chain: LumpedChain, wanted: Array, interval: float) -> Array
     Returns shape (samples, 17): y_d to its sixth derivative, w1 to its fourth, w2 to its second, w3, speed of
     the motor.
     """
+    joint, cable = _times(chain)
+    jointed = lagged(wanted, joint, interval)
+    stages = (wanted, lagged(wanted, cable, interval), jointed, lagged(jointed, cable, interval))
+    return np.ascontiguousarray(_signals(chain, *stages).T)
+
+
+def chain_generator(chain: LumpedChain, interval: float) -> ReferenceNumbers:
+    """The generator of the rows of `chain_reference`."""
+    joint, cable = _times(chain)
+    output = _signals(chain, *np.split(np.eye(28), 4))
+    return reference_numbers(output, (cable, joint, cable), interval, sources=(0, 0, 2))
+
+
+def _times(chain: LumpedChain) -> tuple[float, float]:
+    """Time constants b / k of joint and cable [s]."""
+    joint, cable = (d / k for d, k in zip(chain.damping, chain.stiffness, strict=True))
+    return joint, cable
+
+
+def _signals(chain: LumpedChain, wanted: Array, cabled: Array, jointed: Array, both: Array) -> Array:
+    """The signals of time from the wanted motion and what cable, joint and both leave of it, (7, p) each."""
     s1, s2 = chain_scales(chain)
     motor, pulley, load = chain.inertias
-    joint, cable = (d / k for d, k in zip(chain.damping, chain.stiffness, strict=True))
-    x3 = lagged(wanted[2:], cable, interval)
-    x5 = s1 * (1.0 + load / pulley) * lagged(wanted[2:5], joint, interval)
-    x5 = x5 + lagged(lagged(wanted[4:], joint, interval), cable, interval)
+    x3 = cabled[2:]
+    x5 = s1 * (1.0 + load / pulley) * jointed[2:5] + both[4:]
     p4 = chain.stiffness[1] / pulley + s1
     w1 = wanted[2:] - x3
     w2 = x3[2:] - x5 + p4 * x3[:3]
@@ -112,7 +132,7 @@ def chain_reference(chain: LumpedChain, wanted: Array, interval: float) -> Array
     cable_torque = chain.damping[1] * x3[1] / s1
     w3 = s2 * (cable_torque / pulley - joint_torque * (1.0 / motor + 1.0 / pulley))
     speed = wanted[1] + x3[1] / s1 + x5[1] / s2
-    return np.ascontiguousarray(np.vstack((wanted, w1, w2, w3, speed)).T)
+    return np.vstack((wanted, w1, w2, w3, speed))
 
 
 def chain_numbers(chain: LumpedChain, bandwidth: float, adaptation: float, interval: float) -> LawNumbers:

@@ -20,6 +20,7 @@ from cabledrive.mechanics.compiled import njit_part
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 ESTIMATES = 12
+LAST_SAMPLE = 1_000_000_000  # the count stays there: a target runs for years
 
 
 class ControllerState(NamedTuple):
@@ -79,7 +80,7 @@ def observe(observer: ObserverNumbers, c: ControllerState, readings: Array) -> b
             observer.kind, observer.chosen, observer.output, observer.gains, observer.scalars, c.sample[0],
             c.estimate, readings, c.states, c.work,
         )  # fmt: skip
-    c.sample[0] += 1
+    c.sample[0] = min(c.sample[0] + 1, LAST_SAMPLE)
     seen = True
     for i in range(c.states.size):
         seen = seen and isfinite(c.states[i])

@@ -1,5 +1,7 @@
 """Laws that a user would try first: PD, PID with a notch, LQ, LQI, each on top of the same feedforward."""
 
+from collections.abc import Sequence
+from dataclasses import replace
 from math import pi
 
 import numpy as np
@@ -9,7 +11,8 @@ from scipy.signal import cont2discrete
 
 from cabledrive.control.flat_output import FlatOutput
 from cabledrive.control.numbers import LINEAR, LawNumbers
-from cabledrive.control.reference import joint_motion
+from cabledrive.control.reference import flat_map, joint_motion
+from cabledrive.control.reference_numbers import AT_ONCE, ReferenceNumbers, reference_numbers
 from cabledrive.reduction.lumped_chain import LumpedChain, state_space
 
 Array = NDArray[np.float64]
@@ -28,6 +31,34 @@ def feedforward(chain: LumpedChain, flat: FlatOutput, reference: Array) -> Array
     friction = chain.viscous[0] * speed + chain.coulomb[0] * np.tanh(FRICTION_SLOPE * speed)
     torque = chain.inertias[0] * acceleration + elastic + friction - chain.offsets[0]
     return np.column_stack((states, torque))
+
+
+def feedforward_generator(
+    chain: LumpedChain,
+    flat: FlatOutput | None,
+    interval: float,
+    taps: Sequence[tuple[float, float]] = AT_ONCE,
+) -> ReferenceNumbers:
+    """The generator of the rows of `feedforward`; without a flat output those of one rigid inertia."""
+    n = chain.size
+    frictionless = replace(chain, coulomb=(0.0,) * n, offsets=(0.0,) * n)
+    constant = np.zeros(2 * n + 1)
+    constant[2 * n] = -chain.offsets[0]
+    times: list[float] = []
+    if flat is None:
+        table = rigid_feedforward(frictionless, np.eye(2 * n + 1))
+    else:
+        table, times = feedforward(frictionless, flat, flat_map(flat)), flat.time_constants.tolist()
+    friction = (chain.coulomb[0], FRICTION_SLOPE, 2 * n, n)
+    return reference_numbers(table.T, times, interval, taps=taps, constant=constant, friction=friction)
+
+
+def rigid_feedforward(chain: LumpedChain, wanted: Array) -> Array:
+    """As `feedforward`, of one rigid inertia; ``wanted``, shape (>= 3, samples): load angle, derivatives."""
+    angle, speed, acceleration = wanted[:3]
+    torque = rigid_inertia(chain) * acceleration + chain.viscous[0] * speed - chain.offsets[0]
+    torque = torque + chain.coulomb[0] * np.tanh(FRICTION_SLOPE * speed)
+    return np.column_stack([angle] * chain.size + [speed] * chain.size + [torque])
 
 
 def rigid_inertia(chain: LumpedChain) -> float:

@@ -1,11 +1,12 @@
 """The reference as a law takes it: flat output and derivatives that lead to the wanted load angle."""
 
-from math import exp
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.control.flat_output import FlatOutput
+from cabledrive.control.reference_numbers import ReferenceNumbers, lag_coefficients, reference_numbers
 
 Array = NDArray[np.float64]
 
@@ -24,11 +25,9 @@ def lagged(signal: Array, time: float, interval: float) -> Array:
         return signal
     from scipy.signal import lfilter
 
-    fading = exp(-interval / time)
-    mean = time / interval * (1.0 - fading)
-    coefficients = [1.0 - mean, mean - fading]
-    start = (signal[..., :1] * (1.0 - coefficients[0])).astype(float)
-    return lfilter(coefficients, [1.0, -fading], signal, axis=-1, zi=start)[0]
+    newest, last, fading = lag_coefficients(time, interval)
+    start = (signal[..., :1] * (1.0 - newest)).astype(float)
+    return lfilter([newest, last], [1.0, -fading], signal, axis=-1, zi=start)[0]
 
 
 def flat_reference(flat: FlatOutput, reference: Array, interval: float) -> Array:
@@ -49,6 +48,17 @@ def flat_reference(flat: FlatOutput, reference: Array, interval: float) -> Array
         z = lagged(z, float(time), interval)
     speed = flat.angles[0, :-1] @ z[1:]
     return np.ascontiguousarray(np.column_stack((z.T, speed, flat.inertial @ z)))
+
+
+def flat_generator(flat: FlatOutput, interval: float) -> ReferenceNumbers:
+    """The generator of the rows of `flat_reference`."""
+    return reference_numbers(flat_map(flat).T, flat.time_constants.tolist(), interval)
+
+
+def flat_map(flat: FlatOutput) -> Array:
+    """The rows of `flat_reference` from each filtered derivative alone, shape (2n + 1, 2n + 3)."""
+    unfiltered = replace(flat, time_constants=np.zeros_like(flat.time_constants))
+    return flat_reference(unfiltered, np.eye(2 * flat.size + 1), 1.0)
 
 
 def joint_motion(flat: FlatOutput, flat_rows: Array) -> tuple[Array, Array]:

@@ -14,13 +14,9 @@ from cabledrive.rig.closed_loop.other_plants import check_drawable
 from cabledrive.rig.closed_loop.own_plant import PlantProtocol
 from cabledrive.rig.expected_bound import bound_over_draws
 from cabledrive.rig.law_change import judged_apart
-from cabledrive.rig.laws.controller_file import (
-    is_controller_path,
-    law_from_file,
-    read_controller,
-    with_filter,
-)
+from cabledrive.rig.laws.controller_file import is_controller_path, read_controller
 from cabledrive.rig.laws.controllers import DesignSpec
+from cabledrive.rig.laws.file_law import law_from_file, with_filter
 from cabledrive.rig.laws.indirect import NAME, run_indirect
 from cabledrive.rig.laws.own_law import own_law
 from cabledrive.rig.laws.registry import CONTROLLERS, design, known_name, needed_order
@@ -143,7 +139,7 @@ def track(
     if draws:
         check_drawable(loop)
     first, learnt = loop, None
-    learns = made.name == NAME and not own
+    learns = made.name == NAME and not own and file is None
     if learns:
         loop, done, learnt = run_indirect(spec, loop, options)
     else:

@@ -1,6 +1,6 @@
 """Backstepping of six states, ready for a drive with a flexible motor joint."""
 
-from cabledrive.control.backstepping_chain import chain_numbers, chain_reference
+from cabledrive.control.backstepping_chain import chain_generator, chain_numbers, chain_reference
 from cabledrive.control.backstepping_recursion import gain_names
 from cabledrive.control.kalman import QUIET
 from cabledrive.rig.laws.controllers import Controller, DesignSpec
@@ -27,4 +27,5 @@ def backstepping_6(spec: DesignSpec) -> Controller:
         gains={"bandwidth_hz": hertz, "adaptation": adaptation} | gains,
         model=4,
         damped=True,
+        generator=chain_generator(chain, spec.interval),
     )

@@ -3,7 +3,7 @@
 One number tunes each, the bandwidth; `cabledrive.rig.laws.tuned_gains` tunes them all by one rule.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import exp, pi, sqrt
 from typing import Any
@@ -14,17 +14,19 @@ from cabledrive.control.flat_output import flat_output
 from cabledrive.control.hinf import hinf_law
 from cabledrive.control.kalman import QUIET, KalmanTuning
 from cabledrive.control.linear_laws import (
-    FRICTION_SLOPE,
     feedforward,
+    feedforward_generator,
     lq_law,
     lq_torque,
     lqi_law,
     pd_law,
     pid_law,
+    rigid_feedforward,
     rigid_inertia,
 )
 from cabledrive.control.numbers import LawNumbers
 from cabledrive.control.reference import flat_reference
+from cabledrive.control.reference_numbers import AT_ONCE
 from cabledrive.parameters import InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain, natural_frequencies_of, state_space
 from cabledrive.reduction.models import highest_model
@@ -55,10 +57,7 @@ def feedforward_table(spec: DesignSpec, chain: LumpedChain, wanted: Array) -> Ar
             f"feedforward = {spec.feedforward!r} is not known: take one of {', '.join(FEEDFORWARDS)}"
         )
     if spec.feedforward == "rigid":
-        angle, speed, acceleration = wanted[:3]
-        torque = rigid_inertia(chain) * acceleration + chain.viscous[0] * speed - chain.offsets[0]
-        torque = torque + chain.coulomb[0] * np.tanh(FRICTION_SLOPE * speed)
-        return np.column_stack([angle] * chain.size + [speed] * chain.size + [torque])
+        return rigid_feedforward(chain, wanted)
     flat = flat_output(chain, damped=spec.feedforward == "damped")
     return feedforward(chain, flat, flat_reference(flat, wanted, spec.interval))
 
@@ -71,20 +70,25 @@ def _made(
     *,
     tuning: KalmanTuning = QUIET,
     wanted: Array | None = None,
+    taps: Sequence[tuple[float, float]] = AT_ONCE,
 ) -> Controller:
     number = highest_model(spec.drive)
     chain = spec.model(number)
     wanted = spec.wanted(2 * chain.size) if wanted is None else wanted
+    reference = np.ascontiguousarray(feedforward_table(spec, chain, wanted))
+    rigid = spec.feedforward == "rigid"
+    flat = None if rigid else flat_output(chain, damped=spec.feedforward == "damped")
     return Controller(
         name=name,
         law=law,
-        reference=np.ascontiguousarray(feedforward_table(spec, chain, wanted)),
+        reference=reference,
         shafts=("motor", "drive", "load") if chain.size == 3 else ("motor", "load"),
         start=np.zeros(0),
         tuning=tuning,
         gains=gains | {"feedforward": FEEDFORWARDS[spec.feedforward]},
         model=number,
         damped=True,
+        generator=feedforward_generator(chain, flat, spec.interval, taps),
     )
 
 
@@ -184,14 +188,14 @@ def shaper(spec: DesignSpec) -> Controller:
     shaper itself takes the place of an inverse; with one it would shape a motion that needs none.
     """
     chain, hertz = _chain(spec), _hertz(spec, PD_HZ)
-    wanted, frequency = shaped(spec, chain)
+    wanted, frequency, taps = shaped(spec, chain)
     law = pd_law(chain, hertz, spec.interval)
     gains = {"bandwidth_hz": hertz, "shaper_hz": frequency}
-    return _made(spec, "shaper", law, gains, wanted=wanted)
+    return _made(spec, "shaper", law, gains, wanted=wanted, taps=taps)
 
 
-def shaped(spec: DesignSpec, chain: LumpedChain) -> tuple[Array, float]:
-    """The wanted motion through two pulses that leave the lowest mode at rest, and that mode [Hz].
+def shaped(spec: DesignSpec, chain: LumpedChain) -> tuple[Array, float, tuple[tuple[float, float], ...]]:
+    """The wanted motion through two pulses that leave the lowest mode at rest, that mode [Hz], the pulses.
 
     Returns ``wanted``, shape (2n + 1, samples).
     """
@@ -203,7 +207,9 @@ def shaped(spec: DesignSpec, chain: LumpedChain) -> tuple[Array, float]:
     y = spec.wanted(2 * chain.size)
     held = np.concatenate((np.zeros((len(y), late)), y[:, :-late]), axis=1)
     held[0, :late] = y[0, 0]
-    return (y + overshoot * held) / (1.0 + overshoot), abs(lowest) / (2.0 * pi)
+    first = 1.0 / (1.0 + overshoot)
+    taps = ((0.0, first), (late * spec.interval, overshoot * first))
+    return (y + overshoot * held) / (1.0 + overshoot), abs(lowest) / (2.0 * pi), taps
 
 
 BASELINES: dict[str, Callable[[DesignSpec], Controller]] = {

@@ -2,28 +2,34 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from math import pi
+from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from cabledrive.control.numbers import BACKSTEPPING, DARC, NOMINAL, LawNumbers
+from cabledrive.control.numbers import BACKSTEPPING, DARC, LawNumbers
 from cabledrive.control.observer_numbers import KALMAN, ObserverNumbers
+from cabledrive.control.reference_numbers import ReferenceNumbers
 from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.files import require_regular
 from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.loop_numbers import Array
-from cabledrive.rig.laws.baselines import BASELINES
-from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law
+from cabledrive.rig.laws.controller_words import ARRAYS, reference_columns
 from cabledrive.rig.laws.registry import CONTROLLERS
-from cabledrive.rig.setting import RigOptions
 
 ABOUT = "See cabledrive.control.numbers.LawNumbers and cabledrive.control.observer_numbers"
 FILE = "controller.json"
-UNITS = {"sample_time": "s", "torque_limit": "N m", "angles": "rad at the first shaft", "speeds": "rad/s"}
+UNITS = {
+    "sample_time": "s",
+    "torque_limit": "N m",
+    "angles": "rad at the first shaft",
+    "speeds": "rad/s",
+    "counts": "rad at the first shaft",
+    "torque_per_volt": "N m/V",
+    "late_samples": "samples",
+}
 REMEDY = "give the controller.json of a study"
 
 
@@ -50,6 +56,18 @@ class ControllerFile:
     law : LawNumbers
     observer : ObserverNumbers
         With the gain on which the filter settles.
+    late_samples : int
+        Whole samples of the delay from reading to torque.
+    counts : tuple of float
+        One count of each encoder at the first shaft [rad].
+    load_gear : float
+        Angle of the first shaft per angle of the load.
+    torque_per_volt : float or None
+        [N m/V].
+    reference : ReferenceNumbers or None
+        What makes the rows of the reference; None in a file of an earlier version.
+    columns : tuple of str
+        Names of the reference's columns.
     """
 
     path: str
@@ -63,6 +81,12 @@ class ControllerFile:
     drive_hash: str
     law: LawNumbers
     observer: ObserverNumbers
+    late_samples: int = 0
+    counts: tuple[float, ...] = ()
+    load_gear: float = 1.0
+    torque_per_volt: float | None = None
+    reference: ReferenceNumbers | None = None
+    columns: tuple[str, ...] = ()
 
 
 def controller_numbers(loop: Loop, drive: Drive, feedback: str) -> dict[str, Any]:
@@ -70,7 +94,8 @@ def controller_numbers(loop: Loop, drive: Drive, feedback: str) -> dict[str, Any
 
     ``drive``: that it was made for.
     """
-    made, rig = loop.controller, loop.rig
+    made, rig, generator = loop.controller, loop.rig, loop.controller.generator
+    columns = reference_columns(made.law, made.shafts, made.reference.shape[1])
     return {
         "about": ABOUT,
         "name": made.name,
@@ -82,6 +107,13 @@ def controller_numbers(loop: Loop, drive: Drive, feedback: str) -> dict[str, Any
         "torque_limit": rig.torque_limit if np.isfinite(rig.torque_limit) else None,
         "units": UNITS,
         "drive_hash": content_hash(drive),
+        "late_samples": rig.late_samples,
+        "counts": rig.counts.tolist(),
+        "load_gear": loop.gear,
+        "torque_per_volt": drive.motor.torque_per_volt if drive.motor else None,
+        "columns": columns,
+        "reference": None if generator is None else plain_numbers(generator._asdict()),
+        "arrays": ARRAYS,
         "law": plain_numbers(made.law._asdict()),
         "filter": plain_numbers(loop.observer._asdict() | {"gains": loop.observer.gains[-1]}),
     }
@@ -117,13 +149,28 @@ def read_controller(path: Any) -> ControllerFile:
     place = require_regular(place, REMEDY)
     try:
         data = json.loads(place.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputRefused(f"cannot be read ({error.strerror}): {REMEDY}").at(str(place)) from None
+    except ValueError as error:
+        raise InputRefused(f"is no controller ({type(error).__name__}: {error}): {REMEDY}").at(
+            str(place)
+        ) from None
+    return controller_from(data, str(place))
+
+
+def controller_from(data: Any, place: str) -> ControllerFile:
+    """A controller from the content of its file; ``place``: its path.
+
+    Raises `InputRefused` as `read_controller`.
+    """
+    try:
         if "scheduled" in str(data.get("about")) or "radius" in data:
             raise InputRefused("is the controller of a carriage, and track moves load pulleys: " + REMEDY)
         if "drive_hash" not in data:
             raise InputRefused("has no drive_hash, it was written by version 0.1: run the study again")
         seen = data["filter"]
         found = ControllerFile(
-            path=str(place),
+            path=place,
             name=str(data["name"]),
             bandwidth=data["bandwidth_hz"],
             shafts=tuple(data["shafts"]),
@@ -133,6 +180,7 @@ def read_controller(path: Any) -> ControllerFile:
             torque_limit=float("inf") if data["torque_limit"] is None else float(data["torque_limit"]),
             drive_hash=str(data["drive_hash"]),
             law=_law(data["law"], 2 * len(data["shafts"])),
+            **_target(data),
             observer=ObserverNumbers(
                 kind=int(seen["kind"]),
                 chosen=np.array(seen["chosen"], dtype=np.int64),
@@ -144,15 +192,31 @@ def read_controller(path: Any) -> ControllerFile:
             ),
         )
     except InputRefused as refusal:
-        raise refusal.at(str(place)) from None
-    except OSError as error:
-        raise InputRefused(f"cannot be read ({error.strerror}): {REMEDY}").at(str(place)) from None
+        raise refusal.at(place) from None
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise InputRefused(f"is no controller ({type(error).__name__}: {error}): {REMEDY}").at(
-            str(place)
+            place
         ) from None
     _check(found)
     return found
+
+
+def _target(data: Mapping[str, Any]) -> dict[str, Any]:
+    """What only a target asks for, and a file of an earlier version lacks."""
+    if data.get("reference") is None:
+        return {}
+    numbers = data["reference"]
+    parts: dict[str, Any] = {name: _array(numbers[name]) for name in ReferenceNumbers._fields}
+    parts["lags"] = parts["lags"].reshape(-1, 3)  # an empty list has no width
+    parts |= {name: np.array(numbers[name], dtype=np.int64) for name in ("sources", "places")}
+    return {
+        "late_samples": int(data["late_samples"]),
+        "counts": tuple(float(count) for count in data["counts"]),
+        "load_gear": float(data["load_gear"]),
+        "torque_per_volt": data["torque_per_volt"],
+        "reference": ReferenceNumbers(**parts),
+        "columns": tuple(data["columns"]),
+    }
 
 
 def _array(values: Any) -> Array:
@@ -169,59 +233,13 @@ def _law(data: Mapping[str, Any], states: int) -> LawNumbers:
 
 
 def _check(found: ControllerFile) -> None:
-    known = (*BASELINES, *(name for name in CONTROLLERS if name.endswith("-damped")))
     size, law, seen = 2 * len(found.shafts), found.law, found.observer
     fits = law.kind in (DARC, BACKSTEPPING) or law.rows.shape[-1] == law.matrix.shape[0] + size
     fits = fits and (law.kind != DARC or law.matrix.shape == (size, size))
     whole = seen.kind == KALMAN and seen.gains.shape[1:] == seen.output.shape[::-1]
-    if found.name not in known:
-        raise InputRefused(f'holds the law "{found.name}": take one of {", ".join(known)}').at(found.path)
+    if found.name not in CONTROLLERS:
+        raise InputRefused(f'holds the law "{found.name}": take one of {", ".join(CONTROLLERS)}').at(
+            found.path
+        )
     if not (fits and whole and len(seen.chosen) == size and len(found.encoders) == len(seen.output)):
         raise InputRefused(f"holds arrays that do not fit each other: {REMEDY}").at(found.path)
-
-
-def law_from_file(found: ControllerFile, spec: DesignSpec) -> Controller:
-    """The law of a file with its reference along another motion.
-
-    Raises `InputRefused` if the drive is not that of the file, or settings of a packaged law are given.
-    """
-    if content_hash(spec.drive) != found.drive_hash:
-        raise InputRefused(
-            f"was made for another drive, hash {found.drive_hash[:12]}, not {content_hash(spec.drive)[:12]}: "
-            "give the drive.toml beside it, and what differs as the plant"
-        ).at(found.path)
-    if spec.bandwidth is not None or not spec.adapt:
-        raise InputRefused("holds its own gains: leave bandwidth and adaptation out").at(found.path)
-    if spec.feedforward != "damped":
-        raise InputRefused("holds a law with the damped inverse: leave feedforward out").at(found.path)
-    spec = replace(spec, feedback=found.feedback, best=False)
-    if found.name in BASELINES:
-        made = BASELINES[found.name](spec)
-    else:
-        number = int(found.name.split("-")[1])
-        made = chain_law(replace(spec, bandwidth=found.bandwidth), number, found.name, damped=True)
-    start = found.law.learning[NOMINAL] if found.law.kind == DARC else made.start
-    hertz = {} if found.bandwidth is None else {"bandwidth_hz": found.bandwidth}
-    rate = None if found.bandwidth is None or found.law.kind != DARC else 2.0 * pi * found.bandwidth
-    return replace(made, law=found.law, start=start, gains={"file": found.path} | hertz, bandwidth=rate)
-
-
-def with_filter(loop: Loop, found: ControllerFile, options: RigOptions) -> Loop:
-    """A loop with the filter and the torque limit of a file.
-
-    Raises `InputRefused` if the rig reads other encoders, or no filter is wanted.
-    """
-    if options.ideal_sensors or options.observer != "kalman":
-        raise InputRefused("brings its own Kalman filter: leave observer and ideal_sensors out").at(
-            found.path
-        )
-    if abs(found.sample_time - loop.rig.interval) > 1e-9 * found.sample_time:
-        raise InputRefused(
-            f"samples every {found.sample_time:.6g} s, the rig every {loop.rig.interval:.6g} s"
-        ).at(found.path)
-    if found.encoders != loop.encoder_shafts:
-        raise InputRefused(f"reads the encoders of {found.encoders}, the rig {loop.encoder_shafts}").at(
-            found.path
-        )
-    limit = min(found.torque_limit, loop.rig.torque_limit)
-    return replace(loop, observer=found.observer, rig=loop.rig._replace(torque_limit=limit))

@@ -13,7 +13,8 @@ from cabledrive.control.flat_output import FlatOutput, flat_output
 from cabledrive.control.kalman import QUIET, KalmanTuning
 from cabledrive.control.numbers import LawNumbers
 from cabledrive.control.own_controller import OwnController
-from cabledrive.control.reference import flat_reference
+from cabledrive.control.reference import flat_generator, flat_reference
+from cabledrive.control.reference_numbers import MotionNumbers, ReferenceNumbers, reference_numbers
 from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive
 from cabledrive.reduction.lumped_chain import LumpedChain
@@ -21,8 +22,8 @@ from cabledrive.reduction.models import FLEXIBLE_JOINT, lumped_model
 from cabledrive.reduction.reflected import reflected
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.fitting import law_shafts, load_gear
-from cabledrive.rig.setting import Motion, RigOptions
-from cabledrive.trajectories import Trajectory
+from cabledrive.rig.setting import DEGREE, Motion, RigOptions
+from cabledrive.trajectories import Trajectory, rise_coefficients
 
 DAMPED_SHARE = 0.1
 
@@ -56,6 +57,8 @@ class Controller:
         filter of the law's own model reads only the encoders that the law takes.
     own : OwnController or None
         The user's own, which runs instead of ``law``.
+    generator : ReferenceNumbers or None
+        What makes the rows of ``reference`` from the time alone, on a target.
     """
 
     name: str
@@ -71,6 +74,7 @@ class Controller:
     flat: FlatOutput | None = None
     filter_model: int | None = None
     own: OwnController | None = None
+    generator: ReferenceNumbers | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -134,6 +138,15 @@ class DesignSpec:
         return load_gear(self.drive) * self.trajectory(time, derivatives)
 
 
+def motion_numbers(drive: Drive, motion: Motion) -> MotionNumbers:
+    """A motion as a reference generator takes it, at the first shaft."""
+    angle = load_gear(drive) * motion.angle * DEGREE
+    return MotionNumbers(
+        coefficients=np.array(rise_coefficients(motion.rise_order)),
+        scalars=np.array([angle, motion.rise, motion.dwell, motion.pulses], dtype=float),
+    )
+
+
 def darc(spec: DesignSpec, number: int) -> Controller:
     """Direct adaptive robust controller of a model, as printed.
 
@@ -188,6 +201,7 @@ def chain_law(
         bandwidth=gains.bandwidth,
         flat=flat,
         filter_model=own_filter(number, spec.feedback),
+        generator=flat_generator(flat, spec.interval),
     )
 
 
@@ -221,4 +235,5 @@ def backstepping(spec: DesignSpec) -> Controller:
         model=3,
         damped=False,
         filter_model=own_filter(3, spec.feedback),
+        generator=reference_numbers(np.eye(5)),
     )

@@ -138,6 +138,7 @@ def controller_numbers(result: StudyResult) -> dict[str, Any] | None:
     loop = joined_loop(result.known, result.known, law, goals.motion, goals.torque)
     numbers = law_and_filter(loop, result.known, near_encoder(result.known))
     return numbers | {
+        "logs": {log.name: log.sha256 for log in result.check.logs},
         "setting": chosen.words,
         "stated_bound": result.controller.bound if bounded and result.controller is not None else None,
     }

@@ -1,0 +1,53 @@
+"""`cabledrive export`: a controller, a plant or a loop for other programs and for firmware."""
+
+from pathlib import Path
+
+import click
+
+from cabledrive.app.options import Subcommand, answering
+from cabledrive.app.results import Answer, provenance
+from cabledrive.parameters import InputRefused
+
+METHOD = "kernels translated to C99; oracle of the self-test: the same kernels, interpreted"
+
+
+@click.command(
+    cls=Subcommand,
+    example="cabledrive export dissertation-3 --format c99 --controller lqg -o firmware",
+    short_help="Write a controller as C99, an FMU or another program's model.",
+)
+@answering
+@click.argument("source", metavar="SOURCE")
+@click.option(
+    "--format",
+    "format_",
+    type=click.Choice(["c99", "fmu2", "fmu3", "mjcf", "modelica", "st", "klipper"]),
+    required=True,
+    metavar="FORMAT",
+    help="c99, fmu2, fmu3, mjcf, modelica, st or klipper.",
+)
+@click.option("--controller", metavar="NAME", help="Control law for a drive; default: by the motor joint.")
+@click.option(
+    "--what",
+    type=click.Choice(["controller", "plant", "loop"]),
+    default="controller",
+    show_default=True,
+    help="Which part is written.",
+)
+@click.option("--float32", is_flag=True, help="Single precision; refused where the law does not hold in it.")
+@click.option("-o", "--output", type=click.Path(), required=True, metavar="DIR", help="New folder to write.")
+def command(
+    source: str, format_: str, controller: str | None, what: str, float32: bool, output: str
+) -> Answer:
+    """Export SOURCE: a study's folder, a controller.json, a drive (name or file), or the JSON of `shaper`."""
+    from cabledrive.export import export_to
+
+    if not source:
+        raise InputRefused("SOURCE names nothing: give a study's folder, a controller.json or a drive")
+    found = export_to(output, source, format_, controller=controller, what=what, float32=float32)
+    lines = [f"{format_}: {len(found['files'])} files in {Path(output)}", *(f"  {n}" for n in found["files"])]
+    if format_ == "c99":
+        compile_ = "cc -std=c99 -ffp-contract=off *.c -lm -o check && ./check"
+        lines += ["", f"self-test: cd {output} && {compile_}"]
+    lines += [f"note: {note}" for note in found["notes"]]
+    return Answer(data=found, text="\n".join(lines), provenance=provenance(method=METHOD))

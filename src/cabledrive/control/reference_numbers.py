@@ -1,0 +1,112 @@
+"""Frozen numbers of a reference generator: what makes a law's reference row from the time alone."""
+
+from collections.abc import Sequence
+from math import exp
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+AT_ONCE = ((0.0, 1.0),)
+
+
+class ReferenceNumbers(NamedTuple):
+    """How a row follows from the wanted load angle and its derivatives y to y^(K).
+
+    Attributes
+    ----------
+    taps : ndarray, shape (t, 2)
+        Delay [s] and weight of each copy of the motion; of an input shaper two, else one.
+    lags : ndarray, shape (l, 3)
+        First-order filters, exact for straight lines: shares of the newest and of the last value, fading.
+    sources : ndarray of int, shape (l,)
+        Stage that each filter takes; stage 0 is the motion, stage i the output of filter i - 1.
+    output : ndarray, shape (columns, (l + 1) (K + 1))
+        The row from all stages, stage after stage.
+    constant : ndarray, shape (columns,)
+        What is added to the row.
+    friction : ndarray, shape (2,)
+        Coulomb friction c [N m] and slope K [s/rad] of c tanh(K w), added to a torque.
+    places : ndarray of int, shape (2,)
+        Columns of that torque and of the speed w.
+    """
+
+    taps: Array
+    lags: Array
+    sources: Integers
+    output: Array
+    constant: Array
+    friction: Array
+    places: Integers
+
+    @property
+    def derivatives(self) -> int:
+        """Highest derivative K of the load angle."""
+        return self.output.shape[1] // (len(self.lags) + 1) - 1
+
+
+class MotionNumbers(NamedTuple):
+    """Pulses of the load: coefficients of the rise from the constant up; angle [rad], rise, dwell [s], count.
+
+    The angle is at the first shaft.
+    """
+
+    coefficients: Array
+    scalars: Array
+
+
+class ReferenceState(NamedTuple):
+    """What a generator keeps: whether it has begun, of each filter and derivative; and scratch, by stages."""
+
+    begun: Integers
+    memory: Array
+    stages: Array
+
+
+def lag_coefficients(time: float, interval: float) -> tuple[float, float, float]:
+    """Shares of the newest and of the last value, and fading, of 1/(1 + T s) between samples."""
+    if time == 0.0:
+        return 1.0, 0.0, 0.0
+    fading = exp(-interval / time)
+    mean = time / interval * (1.0 - fading)
+    return 1.0 - mean, mean - fading, fading
+
+
+def reference_numbers(
+    output: Array,
+    times: Sequence[float] = (),
+    interval: float = 1.0,
+    *,
+    sources: Sequence[int] | None = None,
+    taps: Sequence[tuple[float, float]] = AT_ONCE,
+    constant: Array | None = None,
+    friction: tuple[float, float, int, int] = (0.0, 0.0, 0, 0),
+) -> ReferenceNumbers:
+    """Numbers of a generator.
+
+    ``output``, shape (columns, c): of all stages, or of the last one alone; ``times``: time constant of each
+    filter [s]; ``sources``: default: each filter takes the one before it; ``friction``: c, K, column of the
+    torque, column of the speed.
+    """
+    stages = len(times) + 1
+    if sources is None:  # a series of filters, of which only the end is used
+        output = np.hstack([np.zeros((len(output), (stages - 1) * output.shape[1])), output])
+        sources = range(stages - 1)
+    return ReferenceNumbers(
+        taps=np.array(taps, dtype=float),
+        lags=np.array([lag_coefficients(float(time), interval) for time in times]).reshape(-1, 3),
+        sources=np.array(sources, dtype=np.int64),
+        output=np.ascontiguousarray(output),
+        constant=np.zeros(len(output)) if constant is None else constant,
+        friction=np.array(friction[:2], dtype=float),
+        places=np.array(friction[2:], dtype=np.int64),
+    )
+
+
+def new_reference_state(numbers: ReferenceNumbers) -> ReferenceState:
+    """A generator at rest at angle zero."""
+    width, lags = numbers.derivatives + 1, len(numbers.lags)
+    begun = np.zeros(1, dtype=np.int64)
+    return ReferenceState(begun=begun, memory=np.zeros((lags, width)), stages=np.zeros((lags + 1, width)))

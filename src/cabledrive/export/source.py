@@ -1,0 +1,88 @@
+"""What is exported: a study's folder, a controller.json, or a drive with the name of a law."""
+
+import json
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cabledrive.parameters import Drive, InputRefused, content_hash, load_drive
+from cabledrive.rig.closed_loop.loop import Loop, close_loop
+from cabledrive.rig.laws.controller_file import (
+    FILE,
+    ControllerFile,
+    controller_from,
+    controller_numbers,
+    is_controller_path,
+    read_controller,
+)
+from cabledrive.rig.laws.registry import design, known_name, needed_order
+from cabledrive.rig.setting import Motion, RigOptions
+from cabledrive.rig.trial import check_motion, spec_for
+
+DRIVE = "drive.toml"
+LEARNS = (
+    "darc-indirect learns after the first pulse with code that is not exported: this is the law before it "
+    "has learnt"
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ExportSource:
+    """A controller with its numbers, and the drive where it is known."""
+
+    law: ControllerFile
+    data: dict[str, Any]
+    drive: Drive | None
+    notes: tuple[str, ...] = ()
+
+
+def read_source(source: Any, controller: str | None = None) -> ExportSource:
+    """Read what is to be exported.
+
+    ``source``: Drive, its name or path, a study's folder or a controller.json; ``controller``: with a drive.
+    Raises `InputRefused` if it is none of them, or the law cannot be had for the drive.
+    """
+    if isinstance(source, Drive):
+        return designed(source, controller)
+    if is_controller_path(str(source)) and not str(source).endswith(".toml"):
+        if controller is not None:
+            raise InputRefused(f"{source}: holds its own law: leave --controller {controller} out")
+        return _from_file(Path(source))
+    return designed(load_drive(str(source)), controller)
+
+
+def _from_file(path: Path) -> ExportSource:
+    place = path / FILE if path.is_dir() else path
+    if path.is_dir() and not place.exists():
+        raise InputRefused(f"{path}: holds no {FILE}: the study is not finished, or found no controller")
+    law = read_controller(place)
+    data = json.loads(place.read_text(encoding="utf-8"))
+    beside = place.parent / DRIVE
+    drive = load_drive(str(beside)) if beside.is_file() else None
+    if drive is not None and content_hash(drive) != law.drive_hash:
+        drive = None
+    return ExportSource(law=law, data=data, drive=drive, notes=_notes(law))
+
+
+def designed(drive: Drive, name: str | None) -> ExportSource:
+    """A law designed for a drive as `cabledrive.track` designs it, its filter at the gain it settles on."""
+    loop = designed_loop(drive, name)
+    data = controller_numbers(loop, drive, RigOptions().feedback)
+    law = controller_from(json.loads(json.dumps(data)), FILE)
+    return ExportSource(law=law, data=data, drive=drive, notes=_notes(law))
+
+
+def designed_loop(drive: Drive, name: str | None) -> Loop:
+    """The loop of a law and a drive along the standard pulse."""
+    name = known_name(name, drive)
+    motion, options = Motion(order=needed_order(name, drive)), RigOptions()
+    check_motion(drive, motion)
+    spec = replace(spec_for(drive, motion, best=True, options=options), feedback=options.feedback)
+    made = design(name, spec)
+    return close_loop(drive, drive, made, motion, options, np.random.default_rng(0))
+
+
+def _notes(law: ControllerFile) -> tuple[str, ...]:
+    return (LEARNS,) if law.name == "darc-indirect" else ()

@@ -1,0 +1,105 @@
+"""The controller of a design as a program in C: kernels specialised to it, its frozen numbers, its state."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cabledrive.control.numbers import LINEAR, NOMINAL
+from cabledrive.control.reference_numbers import MotionNumbers, new_reference_state
+from cabledrive.control.target_kernels import (
+    PathState,
+    TargetState,
+    new_target_state,
+    path_row,
+    start_target,
+    target_step,
+)
+from cabledrive.export.translation.literals import Precision
+from cabledrive.export.translation.program import Program, Translated
+from cabledrive.export.translation.types import REAL, Scalar, Value, View
+from cabledrive.parameters import NotComputed
+from cabledrive.rig.laws.controller_file import ControllerFile
+from cabledrive.trajectories import rise_coefficients
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TargetProgram:
+    """A translated controller.
+
+    ``step``: its kernel; ``start_call``, ``step_call``, ``row_call``: calls in the API's own names.
+    """
+
+    program: Program
+    step: Translated
+    start_call: str
+    step_call: str
+    row_call: str
+    state: TargetState
+
+
+def start_values(law: ControllerFile) -> Array:
+    """Parameter estimates to begin with; none of a linear law."""
+    return np.zeros(0) if law.law.kind == LINEAR else law.law.learning[NOMINAL]
+
+
+def columns_of(law: ControllerFile) -> int:
+    """Columns of the law's reference."""
+    return len(law.columns)
+
+
+def target_program(law: ControllerFile, precision: Precision | None = None) -> TargetProgram:
+    """Translate the controller of a file, with its reference generator.
+
+    Raises `NotComputed` if a kernel leaves the subset that can be translated: a mistake in the package.
+    """
+    program = Program(precision)
+    state = new_target_state(law.observer, law.law, law.late_samples)
+    readings, columns = len(law.encoders), columns_of(law)
+    c = program.state("cd_law", "law", state)
+    observer = program.frozen("observer", law.observer)
+    numbers = program.frozen("law", law.law)
+    y = Value("y", View(REAL, (readings,)))
+    program.tables["START"] = (start_values(law), "estimates to begin with")
+    start = Value("START", View(REAL, (len(start_values(law)),)))
+    limit = Value(program.precision.literal(law.torque_limit), Scalar(REAL))
+    ref = Value("ref", View(REAL, (1, columns)))
+    began, start_call = program.root(start_target, [start, c, y])
+    step, step_call = program.root(target_step, [observer, numbers, limit, c, y, ref])
+    if not (began.written and step.written):
+        raise NotComputed("the controller keeps no state: its kernels are not those of a target")
+    row_call = ""
+    if law.reference is not None:
+        row_call = _generator(program, law)
+    return TargetProgram(
+        program=program, step=step, start_call=start_call, step_call=step_call, row_call=row_call, state=state
+    )
+
+
+def _generator(program: Program, law: ControllerFile) -> str:
+    """Translate the reference generator; returns its call."""
+    assert law.reference is not None
+    order = needed_rise(law)
+    program.tables["RISE"] = (
+        np.array(rise_coefficients(order)),
+        f"rise of order {order} in powers of t / rise",
+    )
+    path = program.state("cd_reference", "path", path_state(law, order))
+    numbers = program.frozen("reference", law.reference)
+    row = Value("ref", View(REAL, (columns_of(law),)))
+    _, call = program.root(path_row, [numbers, path, Value("time", Scalar(REAL)), row])
+    return call
+
+
+def needed_rise(law: ControllerFile) -> int:
+    """Least odd order of a rise whose derivatives that the law takes do not jump, and at least 9."""
+    assert law.reference is not None
+    return max(9, 2 * law.reference.derivatives - 1)
+
+
+def path_state(law: ControllerFile, order: int) -> PathState:
+    """A motion and its generator, at rest."""
+    assert law.reference is not None
+    motion = MotionNumbers(coefficients=np.array(rise_coefficients(order)), scalars=np.zeros(4))
+    return PathState(motion=motion, generator=new_reference_state(law.reference))

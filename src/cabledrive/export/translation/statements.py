@@ -1,0 +1,284 @@
+"""Statements of a kernel, as statements of C."""
+
+import ast
+
+from cabledrive.export.translation.calls import Calls
+from cabledrive.export.translation.expressions import bare
+from cabledrive.export.translation.nodes import Block, Node, mentions
+from cabledrive.export.translation.scope import c_name, constant
+from cabledrive.export.translation.types import (
+    INT,
+    NOTHING,
+    REAL,
+    Group,
+    Kind,
+    Record,
+    Scalar,
+    Value,
+    View,
+)
+
+
+class Statements(Calls):
+    """Translates the body of one kernel; ``returned`` is the type that it returns."""
+
+    returned: Kind | None = None
+
+    def block(self, statements: list[ast.stmt]) -> tuple[Block, bool]:
+        """Statements in order, and whether the last one leaves; what follows it is unreachable."""
+        block: Block = []
+        for statement in statements:
+            method = getattr(self, "_" + type(statement).__name__.lower(), None)
+            if method is None:
+                self.source.refuse(statement, f"the statement {type(statement).__name__}")
+            if method(statement, block):
+                return block, True
+        return block, False
+
+    def _pass(self, _: ast.Pass, block: Block) -> bool:
+        return False
+
+    def _expr(self, node: ast.Expr, block: Block) -> bool:
+        if isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
+            return False
+        if not isinstance(node.value, ast.Call):
+            self.source.refuse(node, "an expression that does nothing")
+        block.append(Node(text=f"{self.value(node.value, alone=True).text};"))
+        return False
+
+    def _annassign(self, node: ast.AnnAssign, block: Block) -> bool:
+        if node.value is None:
+            self.source.refuse(node, "a declaration without a value")
+        self.assign(node.target, self.value(node.value, alone=True), block)
+        return False
+
+    def _assign(self, node: ast.Assign, block: Block) -> bool:
+        if len(node.targets) > 1:
+            self.source.refuse(node, "several targets of one value")
+        target = node.targets[0]
+        if not isinstance(target, ast.Tuple):
+            self.assign(target, self.value(node.value, alone=True), block)
+        elif isinstance(node.value, ast.Tuple):
+            self._assign_many(target, [self.value(part) for part in node.value.elts], block)
+        else:
+            self._unpack(node, target, block)
+        return False
+
+    def _unpack(self, node: ast.Assign, target: ast.Tuple, block: Block) -> None:
+        """Several values of a call, or the lengths of an array."""
+        value = self.value(node.value, alone=True)
+        if not isinstance(value.type, Group) or len(value.type.items) != len(target.elts):
+            self.source.refuse(node, "this unpacking")
+        parts = [Value("", kind) for kind in value.type.items]
+        if value.text:
+            name = self.scope.fresh(value.type)
+            block.append(Node(target=name, value=value.text, pure=value.pure))
+            parts = [Value(f"{name}.v{i}", kind, value.roots) for i, kind in enumerate(value.type.items)]
+        for one, part in zip(target.elts, parts, strict=True):
+            known = part.type.value if isinstance(part.type, Scalar) else None
+            self.assign(one, part if known is None else constant(known), block)
+
+    def _assign_many(self, target: ast.Tuple, values: list[Value], block: Block) -> None:
+        """Python computes every value before it sets the first target."""
+        if len(values) != len(target.elts):
+            self.source.refuse(target, "this unpacking")
+        names = [one.id if isinstance(one, ast.Name) else "" for one in target.elts]
+        apart = all(names) and not any(
+            mentions(value.text, c_name(name)) for i, value in enumerate(values) for name in names[:i]
+        )
+        if not apart:
+            values = [self._held(value, block) for value in values]
+        for one, value in zip(target.elts, values, strict=True):
+            self.assign(one, value, block)
+
+    def _held(self, value: Value, block: Block) -> Value:
+        literal = value.text.strip("()-").replace(".", "").replace("e", "").replace("f", "").isalnum()
+        known = isinstance(value.type, Scalar) and value.type.value is not None
+        if known or (literal and value.text.strip("()-")[:1].isdigit()) or not isinstance(value.type, Scalar):
+            return value
+        name = self.scope.fresh(Scalar(value.type.kind))
+        block.append(Node(target=name, value=bare(value.text)))
+        return Value(name, value.type)
+
+    def assign(self, target: ast.expr, value: Value, block: Block) -> None:
+        """Set a local name or an element of an array."""
+        if isinstance(target, ast.Name):
+            self._assign_name(target, value, block)
+            return
+        if not isinstance(target, ast.Subscript):
+            self.source.refuse(target, f"setting {ast.unparse(target)}")
+        place = self.value(target)
+        if not isinstance(place.type, Scalar):
+            self.source.refuse(target, "setting a whole array")
+        self.scope.mark(place)
+        text = bare(self.converted(target, value, place.type.kind).text)
+        block.append(Node(text=f"{place.text} = {text};"))
+
+    def _assign_name(self, target: ast.Name, value: Value, block: Block) -> None:
+        name, kind = target.id, value.type
+        if name in self.scope.counters:
+            self.source.refuse(target, f"setting {name}, which counts a loop,")
+        if isinstance(kind, Record | Group):
+            self.source.refuse(target, f"{name} as a name for several values")
+        once = self.source.assigned[name] == 1 and name not in self.scope.given
+        if once and isinstance(kind, Scalar) and kind.value is not None and name not in self.scope.real:
+            self.scope.known[name] = value
+            return
+        try:
+            settled = self.scope.settle(name, kind)
+        except TypeError:
+            self.source.refuse(target, f"{name} with two types")
+        if isinstance(settled, Scalar):
+            value = self.converted(target, value, settled.kind)
+        elif name in self.scope.given:
+            self.source.refuse(target, f"another array under the name of the argument {name}")
+        else:
+            self.scope.roots.setdefault(c_name(name), set()).update(value.roots)
+        block.append(Node(target=c_name(name), value=bare(value.text), pure=value.pure))
+
+    def _augassign(self, node: ast.AugAssign, block: Block) -> bool:
+        before = ast.copy_location(ast.parse(ast.unparse(node.target), mode="eval").body, node)
+        for part in ast.walk(before):
+            ast.copy_location(part, node)
+        value = self.arithmetic(node, self.value(before), node.op, self.value(node.value))
+        self.assign(node.target, value, block)
+        return False
+
+    def _if(self, node: ast.If, block: Block) -> bool:
+        test = self.truth(node.test)
+        assert isinstance(test.type, Scalar)
+        if test.type.value is not None:
+            inner, left = self.block(node.body if test.type.value else node.orelse)
+            block += inner
+            return left
+        (then, first), (other, second) = self.block(node.body), self.block(node.orelse)
+        if then or other:
+            block.append(Node(text=f"if ({bare(test.text)})", blocks=[then, other]))
+        return first and second
+
+    def _for(self, node: ast.For, block: Block) -> bool:
+        call = node.iter
+        if (
+            node.orelse
+            or not isinstance(node.target, ast.Name)
+            or not isinstance(call, ast.Call)
+            or self.source.resolve(call.func) is not range
+        ):
+            self.source.refuse(node, "a loop over something else than range")
+        name, given = node.target.id, [self.whole(argument) for argument in call.args]
+        if (self.source.assigned[name] > 1 and name in self.scope.local) or name in self.scope.counters:
+            self.source.refuse(node, f"{name}, which counts a loop and is set elsewhere,")
+        start, stop, step = self._range(node, given)
+        if step.type == Scalar(INT, 0) or not isinstance(step.type, Scalar) or step.type.value is None:
+            self.source.refuse(node, "a loop whose step is not known beforehand")
+        known = [
+            v.type.value for v in (start, stop) if isinstance(v.type, Scalar) and v.type.value is not None
+        ]
+        if len(known) == 2 and not range(known[0], known[1], step.type.value):
+            return False
+        if len(known) < 2 and isinstance(stop.type, Scalar) and stop.type.value is None:
+            held = self.scope.fresh(Scalar(INT))  # Python asks for the end once
+            block.append(Node(target=held, value=bare(stop.text)))
+            stop = Value(held, Scalar(INT))
+        self.scope.counters.add(name)
+        lowest = start if step.type.value > 0 else stop
+        bound = lowest.type.value if isinstance(lowest.type, Scalar) else None
+        if bound is not None and bound >= (0 if lowest is start else -1):
+            self.scope.natural.add(name)
+        inner, _ = self.block(node.body)
+        self.scope.counters.remove(name)
+        self.scope.natural.discard(name)
+        up, count, size = step.type.value > 0, c_name(name), abs(step.type.value)
+        change = f"{'++' if up else '--'}{count}" if size == 1 else f"{count} {'+' if up else '-'}= {size}"
+        head = f"int32_t {count} = {start.text}; {count} {'<' if up else '>'} {stop.text}; {change}"
+        block.append(Node(text=f"for ({head})", blocks=[inner], loop=True))
+        return False
+
+    def _range(self, node: ast.For, given: list[Value]) -> tuple[Value, Value, Value]:
+        if not 1 <= len(given) <= 3:
+            self.source.refuse(node, "this range")
+        start = given[0] if len(given) > 1 else constant(0)
+        return start, given[min(1, len(given) - 1)], given[2] if len(given) > 2 else constant(1)
+
+    def _while(self, node: ast.While, block: Block) -> bool:
+        if node.orelse:
+            self.source.refuse(node, "else of a loop")
+        test = self.truth(node.test)
+        inner, _ = self.block(node.body)
+        block.append(Node(text=f"while ({bare(test.text)})", blocks=[inner], loop=True))
+        return False
+
+    def _break(self, _: ast.Break, block: Block) -> bool:
+        block.append(Node(text="break;"))
+        return True
+
+    def _continue(self, _: ast.Continue, block: Block) -> bool:
+        block.append(Node(text="continue;"))
+        return True
+
+    def _return(self, node: ast.Return, block: Block) -> bool:
+        if node.value is None:
+            self._returns(node, NOTHING)
+            block.append(Node(text="return;"))
+            return True
+        if isinstance(node.value, ast.Tuple):
+            parts = [self.value(part) for part in node.value.elts]
+            before = self.returned.items if isinstance(self.returned, Group) else None
+            kinds = [_plain(one.type) for one in parts]
+            if before is not None and len(before) == len(kinds):
+                kinds = [_wider(a, b) for a, b in zip(before, kinds, strict=True)]
+            self._returns(node, Group(tuple(kinds)))
+            for one in parts:
+                self.scope.mark(one) if isinstance(one.type, View) else None
+            texts = [
+                bare(self.converted(node, one, kind.kind).text if isinstance(kind, Scalar) else one.text)
+                for one, kind in zip(parts, kinds, strict=True)
+            ]
+            block.append(Node(text=f"return ({self.result_name}){{{', '.join(texts)}}};"))
+            return True
+        value = self.value(node.value, alone=True)
+        kind = _plain(value.type)
+        if isinstance(kind, View | Record):
+            self.source.refuse(node, "an array as the only result")
+        if self.returned is not None:
+            kind = _wider(self.returned, kind)
+        self._returns(node, kind)
+        if isinstance(kind, Scalar):
+            value = self.converted(node, value, kind.kind)
+        elif isinstance(kind, Group):
+            value = self._same_group(value, block)
+        block.append(Node(text=f"return {bare(value.text)};"))
+        return True
+
+    def _same_group(self, value: Value, block: Block) -> Value:
+        """Several values of another kernel, in this kernel's own type."""
+        assert isinstance(value.type, Group)
+        name = self.scope.fresh(value.type)
+        block.append(Node(target=name, value=value.text, pure=False))
+        parts = ", ".join(f"{name}.v{i}" for i in range(len(value.type.items)))
+        return Value(f"({self.result_name}){{{parts}}}", value.type)
+
+    @property
+    def result_name(self) -> str:
+        """Type in C of several results."""
+        return f"{self.program.name_of(self)}_result"
+
+    def _returns(self, node: ast.Return, kind: Kind) -> None:
+        if self.returned is not None and self.returned != kind:
+            if _wider(self.returned, kind) != kind:
+                self.source.refuse(node, "a result of another type than before")
+            self.returned = kind
+            self.widened = True
+        self.returned = kind
+
+    widened = False
+
+
+def _plain(kind: Kind) -> Kind:
+    return Scalar(kind.kind) if isinstance(kind, Scalar) else kind
+
+
+def _wider(a: Kind, b: Kind) -> Kind:
+    """A real number where one of two results is one and the other an integer."""
+    both = isinstance(a, Scalar) and isinstance(b, Scalar) and {a.kind, b.kind} == {REAL, INT}
+    return Scalar(REAL) if both else b

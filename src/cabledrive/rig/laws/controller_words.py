@@ -1,0 +1,56 @@
+"""What the arrays of a controller.json mean, and what the columns of its reference are called."""
+
+from cabledrive.control.numbers import DARC, LINEAR, LawNumbers
+
+ARRAYS = {
+    "law.matrix": (
+        "darc: angles and speeds to z and its derivatives; linear: next memory from memory, errors, "
+        "last command; backstepping: feedback by step and error"
+    ),
+    "law.rows": (
+        "darc: sliding surface, elastic torque, inertial acceleration in powers of s; linear: command "
+        "from memory and errors; backstepping: scales of the states"
+    ),
+    "law.learning": (
+        "rows: nominal value, lower bound, upper bound, adaptation gain, rate limit of each estimate"
+    ),
+    "law.scalars": (
+        "sample time s; K_sigma; K of tanh(K w) s/rad; friction by reference; regressor by reference; "
+        "mu; beta_n"
+    ),
+    "filter.chosen": "which filter states are the angles, then the speeds of the law's shafts",
+    "filter.places": "filter states that are the motor's speed and the disturbance torque",
+    "filter.model": (
+        "transition; then inputs: shaft torque, command before and after the delay, friction and offset"
+    ),
+    "filter.output": "readings from filter states",
+    "filter.gains": "correction per reading, on which the filter settles",
+    "filter.scalars": (
+        "sample time s; unused; shaft torque from itself, older and newer command; Coulomb friction N "
+        "m; K of tanh(K w) s/rad; offset torque N m; whether the disturbance is cancelled"
+    ),
+    "reference.taps": "delay s and weight of each copy of the motion",
+    "reference.lags": "first-order filters: share of the newest value, of the last value, fading",
+    "reference.sources": "stage that each filter takes; 0: the motion",
+    "reference.output": (
+        "row from all stages, each the load angle and its derivatives rad/s^k at the first shaft"
+    ),
+    "reference.constant": "added to the row",
+    "reference.friction": "Coulomb friction N m and slope s/rad of c tanh(K w)",
+    "reference.places": "columns of torque and speed of that friction",
+}
+
+
+def reference_columns(law: LawNumbers, shafts: tuple[str, ...], width: int) -> list[str]:
+    """Names with units of the columns of a law's reference."""
+    if law.kind == LINEAR and width == 2 * len(shafts) + 1:
+        angles = [f"{shaft}_angle [rad]" for shaft in shafts]
+        return [*angles, *(f"{shaft}_speed [rad/s]" for shaft in shafts), "torque [N m]"]
+    if law.kind == DARC:
+        flat = [f"flat_output_{k} [rad/s^{k}]" for k in range(width - 2)]
+        return [*flat, "motor_speed [rad/s]", "motor_acceleration [rad/s^2]"]
+    n = len(shafts)
+    names = [f"load_angle_{k} [rad/s^{k}]" for k in range(min(width, 2 * n + 1))]
+    for j in range(1, n + 1):
+        names += [f"known_acceleration_{j}_{k} [scaled]" for k in range(2 * (n - j) + 1)]
+    return [*names, "motor_speed [rad/s]"][:width]

@@ -1,0 +1,71 @@
+"""The law of a controller.json on the rig: its numbers, its filter, its reference along another motion."""
+
+from dataclasses import replace
+from math import pi
+
+import numpy as np
+
+from cabledrive.control.numbers import DARC, LINEAR, NOMINAL
+from cabledrive.control.reference_kernels import reference_table
+from cabledrive.parameters import InputRefused, content_hash
+from cabledrive.rig.closed_loop.loop import Loop
+from cabledrive.rig.laws.controller_file import ControllerFile
+from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law, motion_numbers
+from cabledrive.rig.laws.registry import CONTROLLERS
+from cabledrive.rig.setting import RigOptions
+
+
+def law_from_file(found: ControllerFile, spec: DesignSpec) -> Controller:
+    """The law of a file with its reference along another motion.
+
+    Raises `InputRefused` if the drive is not that of the file, or settings of a packaged law are given.
+    """
+    if content_hash(spec.drive) != found.drive_hash:
+        raise InputRefused(
+            f"was made for another drive, hash {found.drive_hash[:12]}, not {content_hash(spec.drive)[:12]}: "
+            "give the drive.toml beside it, and what differs as the plant"
+        ).at(found.path)
+    if spec.bandwidth is not None or not spec.adapt:
+        raise InputRefused("holds its own gains: leave bandwidth and adaptation out").at(found.path)
+    if spec.feedforward != "damped":
+        raise InputRefused("holds a law with the damped inverse: leave feedforward out").at(found.path)
+    spec = replace(spec, feedback=found.feedback, best=False)
+    made = _designed(found, spec)
+    start = np.zeros(0) if found.law.kind == LINEAR else found.law.learning[NOMINAL]
+    hertz = {} if found.bandwidth is None else {"bandwidth_hz": found.bandwidth}
+    rate = None if found.bandwidth is None or found.law.kind != DARC else 2.0 * pi * found.bandwidth
+    changed = replace(made, law=found.law, start=start, gains={"file": found.path} | hertz, bandwidth=rate)
+    if found.reference is None or spec.motion is None:
+        return changed
+    motion = motion_numbers(spec.drive, spec.motion)
+    table = reference_table(found.reference, motion, spec.interval, spec.samples)
+    return replace(changed, reference=table, generator=found.reference)
+
+
+def _designed(found: ControllerFile, spec: DesignSpec) -> Controller:
+    """The packaged law of that name, for what a run says of it besides its numbers."""
+    if found.name.endswith("-damped"):  # without the trial runs that chose its gains
+        number = int(found.name.split("-")[1])
+        return chain_law(replace(spec, bandwidth=found.bandwidth), number, found.name, damped=True)
+    return CONTROLLERS[found.name](replace(spec, bandwidth=found.bandwidth))
+
+
+def with_filter(loop: Loop, found: ControllerFile, options: RigOptions) -> Loop:
+    """A loop with the filter and the torque limit of a file.
+
+    Raises `InputRefused` if the rig reads other encoders, or no filter is wanted.
+    """
+    if options.ideal_sensors or options.observer != "kalman":
+        raise InputRefused("brings its own Kalman filter: leave observer and ideal_sensors out").at(
+            found.path
+        )
+    if abs(found.sample_time - loop.rig.interval) > 1e-9 * found.sample_time:
+        raise InputRefused(
+            f"samples every {found.sample_time:.6g} s, the rig every {loop.rig.interval:.6g} s"
+        ).at(found.path)
+    if found.encoders != loop.encoder_shafts:
+        raise InputRefused(f"reads the encoders of {found.encoders}, the rig {loop.encoder_shafts}").at(
+            found.path
+        )
+    limit = min(found.torque_limit, loop.rig.torque_limit)
+    return replace(loop, observer=found.observer, rig=loop.rig._replace(torque_limit=limit))

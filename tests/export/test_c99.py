@@ -1,0 +1,256 @@
+"""A controller in C is the interpreted kernel to the bit, and behaves as firmware has to."""
+
+import ctypes
+import json
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+import cabledrive as cd
+from cabledrive.control.controller_kernels import LAST_SAMPLE
+from cabledrive.control.target_kernels import new_target_state, start_target, target_step
+from cabledrive.export import export_to
+from cabledrive.export.c99 import controller_package
+from cabledrive.export.door import write_folder
+from cabledrive.export.self_test import commands_of, references_of, rippled_readings, self_test
+from cabledrive.export.target_program import start_values
+from cabledrive.rig.laws.registry import CONTROLLERS
+from export.compilers import COMPILERS, WARNINGS, built, checked
+from export.designs import loop_of, source_of
+
+LAWS = list(CONTROLLERS)
+needs_cc = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("export") / "law"
+    write_folder(folder, controller_package(source_of("darc-4")))
+    return folder
+
+
+class Law:
+    """The exported controller as a shared library."""
+
+    def __init__(self, folder):
+        done = built(folder, "-O2", "-shared", "-fPIC", name="law.so")
+        assert done.returncode == 0, done.stderr
+        self.library = ctypes.CDLL(str(folder / "law.so"))
+        self.state = (ctypes.c_double * 2000)()
+
+    def start(self, y):
+        self.library.cd_init(self.state, (ctypes.c_double * len(y))(*y))
+
+    def step(self, y, ref):
+        u = ctypes.c_double()
+        arrays = [(ctypes.c_double * len(values))(*values) for values in (y, ref)]
+        kept = self.library.cd_step(self.state, *arrays, ctypes.byref(u))
+        return kept, u.value
+
+
+@needs_cc
+def test_the_documented_command_passes_the_self_test(package):
+    done = checked(package)
+    assert done.returncode == 0, done.stdout
+    assert "1000 samples, command kept at 7, largest difference 0 N m" in done.stdout
+
+
+@needs_cc
+def test_the_self_test_fails_on_a_command_that_differs_in_its_last_bit(package, tmp_path):
+    shutil.copytree(package, tmp_path / "law")
+    lines = (tmp_path / "law" / "vectors.csv").read_text().splitlines()
+    *inputs, command = lines[300].split(",")
+    lines[300] = ",".join([*inputs, f"{np.nextafter(float(command), 1.0):.17g}"])
+    (tmp_path / "law" / "vectors.csv").write_text("\n".join(lines) + "\n")
+    assert checked(tmp_path / "law").returncode == 1
+
+
+@needs_cc
+def test_the_self_test_needs_its_vectors(package, tmp_path):
+    checked(package)
+    done = subprocess.run([package / "check"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout[:11]) == (2, "vectors.csv")
+
+
+@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize("level", ["-O0", "-O3"])
+def test_neither_compiler_warns_and_no_level_moves_a_bit(package, compiler, level):
+    assert checked(package, level, *WARNINGS, compiler=compiler).returncode == 0
+
+
+@needs_cc
+@pytest.mark.parametrize("flag", ["-Ofast", "-ffast-math"])
+def test_fast_math_is_refused_by_the_sources(package, flag):
+    done = built(package, flag)
+    assert done.returncode != 0
+    assert "-ffast-math" in done.stderr
+
+
+@needs_cc
+@pytest.mark.verify
+@pytest.mark.parametrize("name", LAWS)
+def test_every_law_is_equal_to_the_bit_over_ten_thousand_samples(name, tmp_path, measured):
+    source = source_of(name)
+    files = controller_package(source)
+    vectors = self_test(source.law, 10_000)
+    files["vectors.csv"] = vectors.csv(source.law.encoders, source.law.columns)
+    write_folder(tmp_path / "law", files)
+    for compiler in COMPILERS:
+        for level in ("-O0", "-O1", "-O2", "-O3"):
+            done = checked(tmp_path / "law", level, *WARNINGS, compiler=compiler)
+            assert done.returncode == 0, f"{compiler} {level}: {done.stdout}"
+    measured(f"{name}: 0 N m over 10,000 samples, {', '.join(COMPILERS)}, -O0 to -O3")
+
+
+@needs_cc
+def test_the_first_command_at_any_angle_has_no_jump(package):
+    """At rest, on a reference at rest, what is left is friction and offset: none on this drive."""
+    law = Law(package)
+    y, rest = [1.3, -0.4, 2.2], [0.0] * 9
+    law.start(y)
+    kept, u = law.step(y, rest)
+    offset = cd.load_drive("dissertation-3").motor.offset_torque
+    assert kept == 0
+    assert abs(u + offset) < 1e-12, f"observed {u}"
+
+
+@needs_cc
+def test_readings_that_are_no_numbers_hold_the_last_command(package):
+    law = Law(package)
+    vectors = self_test(source_of("darc-4").law, 60)
+    law.start(vectors.readings[0])
+    for y, ref in zip(vectors.readings, vectors.references, strict=True):
+        _, last = law.step(y, ref)
+    for bad in (np.nan, np.inf, -np.inf):
+        assert law.step([0.01, bad, 0.01], vectors.references[-1]) == (1, last)
+    assert law.step(vectors.readings[-1], [np.nan] * 9) == (1, last)
+    assert law.library.cd_missed(law.state) == 4
+    u = ctypes.c_double()
+    assert (law.library.cd_miss(law.state, ctypes.byref(u)), u.value) == (1, last)
+    assert law.step(vectors.readings[-1], vectors.references[-1])[0] == 0
+    assert law.library.cd_missed(law.state) == 0
+
+
+@needs_cc
+@pytest.mark.parametrize("bits", [16, 32])
+def test_counters_wrap_in_both_directions(package, bits):
+    law = Law(package)
+    word, read = {16: ctypes.c_uint16, 32: ctypes.c_uint32}[bits], getattr(law.library, f"cd_read{bits}")
+    encoders, y = (ctypes.c_uint64 * 20)(), (ctypes.c_double * 3)()
+    law.library.cd_encoders_init(encoders)
+    top = 2**bits
+    counts = source_of("darc-4").law.counts
+    for place, expected in ((top - 3, top - 3), (2, top + 2), (top - 1, top - 1), (top // 2, top // 2)):
+        read(encoders, (word * 3)(place, 0, place), y)
+        assert y[0] == counts[0] * expected
+        assert y[1] == 0.0
+        assert y[2] == counts[2] * expected
+
+
+@needs_cc
+def test_the_generator_in_c_makes_the_rows_of_the_interpreted_kernel(package):
+    source = source_of("darc-4")
+    rows = references_of(source.law, 300)
+    law = Law(package)
+    path, row = (ctypes.c_double * 200)(), (ctypes.c_double * 9)()
+    time = 300 * source.law.sample_time
+    double = ctypes.c_double
+    law.library.cd_reference_init(path, double(0.7), double(0.3 * time), double(0.1 * time), 1)
+    for k in range(300):
+        law.library.cd_reference_row(path, double(k * source.law.sample_time), row)
+        assert list(row) == rows[k].tolist()
+
+
+@pytest.mark.kernel  # cabledrive.control.target_kernels
+def test_the_step_of_a_target_is_that_of_the_rig():
+    """Readings and commands of a run on the rig, replayed: the settled filter, the same law."""
+    from dataclasses import replace
+
+    from cabledrive.rig.closed_loop.loop import run
+
+    loop, law = loop_of("darc-3"), source_of("darc-3").law
+    loop = replace(loop, observer=law.observer)
+    log = run(loop, last=400).log[:400]
+    first = 2 * loop.chain.size + 1
+    m = len(law.encoders)
+    state = new_target_state(law.observer, law.law, law.late_samples)
+    start_target(start_values(law), state, log[0, first : first + m].copy())
+    for k in range(400):
+        row = loop.controller.reference[k : k + 1]
+        u, valid = target_step(
+            law.observer, law.law, law.torque_limit, state, log[k, first : first + m].copy(), row
+        )
+        assert valid
+        assert u == pytest.approx(log[k, first + m], abs=1e-11)
+
+
+def test_the_count_of_samples_never_runs_over():
+    law = source_of("darc-3").law
+    state = new_target_state(law.observer, law.law, law.late_samples)
+    state.controller.sample[0] = LAST_SAMPLE
+    y, row = np.zeros(len(law.encoders)), np.zeros((1, len(law.columns)))
+    target_step(law.observer, law.law, law.torque_limit, state, y, row)
+    assert state.controller.sample[0] == LAST_SAMPLE < 2**31
+
+
+def test_the_exported_folder_runs_on_the_rig_as_it_was_exported(tmp_path):
+    out = tmp_path / "pd"
+    found = export_to(out, "dissertation-3", "c99", controller="pd")
+    assert sorted(path.name for path in out.iterdir()) == found["files"]
+    assert found["drive_hash"] == cd.content_hash(cd.load_drive("dissertation-3"))
+    assert found["sample_time"] == pytest.approx(2e-4)
+    done = cd.track(cd.load_drive(str(out / "drive.toml")), controller=out)
+    assert done.summary["controller"] == "pd"
+    assert done.summary["gains"]["file"] == str(out / "controller.json")
+    again = export_to(tmp_path / "again", out, "c99")
+    assert (tmp_path / "again" / "cabledrive_law.c").read_text() == (out / "cabledrive_law.c").read_text()
+    assert again["files"] == found["files"]
+
+
+@pytest.mark.parametrize(
+    "source, options, named",
+    [
+        ("dissertation-3", {"controller": "no-law"}, "no-law"),
+        ("elevator", {}, "elevator"),
+        ("no-such-drive", {}, "no-such-drive"),
+        ("dissertation-3", {"format": "hdl"}, "hdl"),
+    ],
+)
+def test_what_cannot_be_exported_is_one_line(source, options, named, tmp_path):
+    options = {"format": "c99"} | options
+    with pytest.raises(cd.InputRefused) as refusal:
+        export_to(tmp_path / "out", source, **options)
+    assert "\n" not in str(refusal.value)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_with_something_in_it_and_an_empty_study_are_refused(tmp_path):
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "mine.txt").write_text("mine")
+    with pytest.raises(cd.InputRefused, match="not empty"):
+        export_to(tmp_path / "full", "dissertation-3", "c99")
+    (tmp_path / "study").mkdir()
+    with pytest.raises(cd.InputRefused, match=r"holds no controller\.json"):
+        export_to(tmp_path / "out", tmp_path / "study", "c99")
+    (tmp_path / "controller.json").write_text(json.dumps({"drive_hash": "0"}))
+    with pytest.raises(cd.InputRefused, match=r"controller\.json"):
+        export_to(tmp_path / "out", tmp_path / "controller.json", "c99")
+
+
+def test_random_inputs_give_what_the_interpreted_kernel_gives(tmp_path, package):
+    """Readings with infinities and NaN at random places, references of noise."""
+    law = source_of("darc-4").law
+    generator = np.random.default_rng(7)
+    readings = rippled_readings(law, 200, generator)
+    references = 1e-2 * generator.standard_normal((200, len(law.columns)))
+    for bad in (np.nan, np.inf, -np.inf):
+        readings[generator.integers(1, 200, 4), generator.integers(0, 3, 4)] = bad
+        references[generator.integers(1, 200, 4), generator.integers(0, 9, 4)] = bad
+    expected, kept = commands_of(law, readings, references)
+    compiled = Law(package)
+    compiled.start(readings[0])
+    found = [compiled.step(y, row) for y, row in zip(readings, references, strict=True)]
+    assert [bool(one) for one, _ in found] == kept.tolist()
+    assert [u for _, u in found] == expected.tolist()
