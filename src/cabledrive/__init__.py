@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from cabledrive.rig.bench.experiment import experiment
     from cabledrive.simulation import simulate
     from cabledrive.studies import frequency_against, frequency_against_carriage_position
+    from cabledrive.studies.controller_comparison import compare
     from cabledrive.studies.resonance import resonance
     from cabledrive.studies.study import run_study
 
@@ -61,6 +62,7 @@ __getattr__ = on_demand(
         "LumpedChain": "reduction",
         "OwnController": "control",
         "OwnPlant": "rig",
+        "compare": "studies.controller_comparison",
         "experiment": "rig.bench.experiment",
         "export_to": "export",
         "frequency_against": "studies",
@@ -102,6 +104,7 @@ __all__ = [
     "Pulley",
     "Sensors",
     "__version__",
+    "compare",
     "content_hash",
     "derived_quantities",
     "drive_schema",

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from cabledrive.control.backstepping_recursion import work_shape
 from cabledrive.control.law_kernels import law_step
-from cabledrive.control.numbers import BACKSTEPPING, LINEAR, LawNumbers
+from cabledrive.control.numbers import BACKSTEPPING, LEARNING, LINEAR, LawNumbers
 from cabledrive.control.observer_kernels import correct, predict
 from cabledrive.control.observer_numbers import DIFFERENCE, ObserverNumbers
 from cabledrive.mechanics.compiled import njit_part
@@ -51,7 +51,7 @@ def new_controller_state(
     ``readings``: number of encoders; ``late_samples``: whole samples of the delay; ``start``, shape (<= 12,):
     parameter estimates to begin with; ``memory``, shape (m,): of a controller of the user's own.
     """
-    size = law.matrix.shape[0] if law.kind == LINEAR else 0
+    size = law.matrix.shape[0] if law.kind in (LINEAR, LEARNING) else 0
     parameters = np.zeros(ESTIMATES)
     parameters[: len(start)] = start
     observed = max(observer.model.shape[0], 2 * readings if observer.kind == DIFFERENCE else 0)

@@ -87,6 +87,97 @@ def linear_command(
 
 
 @njit_in_place
+def learn_from_innovations(
+    rows: Array,
+    learning: Array,
+    scalars: Array,
+    estimate: Array,
+    innovations: Array,
+    reference: Array,
+    k: int,
+    first: int,
+    direction: Array,
+) -> None:
+    """Least squares with directional forgetting on the innovations of the filter; ``estimate`` is changed.
+
+    ``estimate`` holds p parameters, then their covariance by rows; ``first``: states and 1, where the blocks
+    of the reference begin. An innovation that the covariance does not explain is passed over.
+    """
+    p, m = learning.shape[1], rows.shape[0] - 1
+    kept, gate, block = scalars[1], scalars[2], first + m
+    for i in range(m):
+        error, spread = 0.0, 0.0
+        for j in range(m):
+            error += rows[1 + i, j] * innovations[j]
+        for j in range(p):
+            slope = reference[k, first + j * block + first + i]
+            error -= slope * estimate[j]
+            direction[j] = 0.0
+            for other in range(p):
+                cross = reference[k, first + other * block + first + i]
+                direction[j] += estimate[p + j * p + other] * cross
+            spread += slope * direction[j]
+        if spread <= 0.0 or error * error > gate * gate * (1.0 + spread):
+            continue
+        for j in range(p):
+            value = estimate[j] + direction[j] * error / (1.0 + spread)
+            estimate[j] = min(max(value, learning[1, j]), learning[2, j])
+        # Only the direction that was excited is forgotten, and never below what it tells: no wind-up.
+        shrink = max(kept * spread - (1.0 - kept), 0.0) / (spread * kept * (1.0 + spread))
+        for j in range(p):
+            for other in range(p):
+                estimate[p + j * p + other] -= shrink * direction[j] * direction[other]
+
+
+@njit_in_place
+def learning_command(
+    matrix: Array,
+    rows: Array,
+    learning: Array,
+    scalars: Array,
+    estimate: Array,
+    memory: Array,
+    states: Array,
+    reference: Array,
+    k: int,
+    last: float,
+    regressor: Array,
+    work: Array,
+) -> tuple[float, float]:
+    """Feedback about a reference that carries the estimated torque of the load: command, error of the load.
+
+    ``work`` comes with the innovations of the filter. Row k of the reference: wanted states, torque, then for
+    each parameter the states that go with a unit of it less what the filter misses of them, its torque, and
+    the innovations that it makes.
+    """
+    p, n2, m = learning.shape[1], states.size, memory.size
+    first = n2 + 1
+    block = first + rows.shape[0] - 1
+    learn_from_innovations(rows, learning, scalars, estimate, work, reference, k, first, regressor)
+    u = reference[k, n2]
+    for j in range(p):
+        u += estimate[j] * reference[k, first + j * block + n2]
+    for i in range(m):
+        u += rows[0, i] * memory[i]
+        work[i] = matrix[i, m + n2] * last
+        for j in range(m):
+            work[i] += matrix[i, j] * memory[j]
+    load = 0.0
+    for i in range(n2):
+        e = states[i] - reference[k, i]
+        for j in range(p):
+            e -= estimate[j] * reference[k, first + j * block + i]
+        u += rows[0, m + i] * e
+        for j in range(m):
+            work[j] += matrix[j, m + i] * e
+        if i == n2 // 2 - 1:
+            load = e
+    for i in range(m):
+        memory[i] = work[i]
+    return u, load
+
+
+@njit_in_place
 def law_step(
     kind: int,
     matrix: Array,
@@ -111,7 +202,7 @@ def law_step(
         if not isfinite(states[j]):
             return last, 0.0, False
     sigma = 0.0
-    if kind > 2:  # the user's own, which only the loops made for it can step
+    if kind == 3:  # the user's own, which only the loops made for it can step
         return last, sigma, False
     if kind == 0:
         u, sigma = darc_command(matrix, rows, learning, scalars, estimate, states, reference, k, regressor)
@@ -119,6 +210,10 @@ def law_step(
             adapt(learning, scalars[0], estimate, regressor, sigma)
     elif kind == 1:
         u = linear_command(matrix, rows, memory, states, reference, k, last, work)
+    elif kind == 4:
+        u, sigma = learning_command(
+            matrix, rows, learning, scalars, estimate, memory, states, reference, k, last, regressor, work
+        )
     else:
         u, sigma = backstepping_command(
             matrix, rows, scalars, estimate, states, reference, k, regressor, table

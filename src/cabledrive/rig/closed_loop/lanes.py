@@ -29,7 +29,7 @@ def fits_lanes(loop: Loop) -> bool:
     """
     rig, scalars = loop.rig, loop.plant.scalars
     exact = loop.observer.kind == IDEAL and loop.controller.law.kind == DARC
-    exact = exact and loop.cable is None and loop.own_plant is None
+    exact = exact and loop.cable is None and loop.own_plant is None and loop.disturbed is None
     smooth = scalars[8] > 0.0 and scalars[4] == 0.0 and loop.chain.size in PLACES
     punctual = rig.late_samples == 0 and rig.late_part == 0.0 and rig.jitter.size == 0
     quiet = not rig.forces.any() and rig.blind[0] < 0 and loop.kinks.rates.shape[0] == 0

@@ -14,6 +14,7 @@ from cabledrive.reduction.models import highest_model, lumped_model
 from cabledrive.reduction.reflected import reflected
 from cabledrive.rig.closed_loop.by_sample import run_by_sample
 from cabledrive.rig.closed_loop.cable_plant import CablePlant, cable_plant, run_cable
+from cabledrive.rig.closed_loop.disturbed_kernels import DisturbedNumbers, run_disturbed
 from cabledrive.rig.closed_loop.kink_kernels import KinkNumbers
 from cabledrive.rig.closed_loop.loop_kernels import run_loop
 from cabledrive.rig.closed_loop.loop_numbers import ESTIMATES, Array, LoopState, RigNumbers, new_state
@@ -70,6 +71,8 @@ class Loop:
         What the plant is where it is none of the drive's own models.
     pieces : int
         Least number of steps of a plant of the user's own in a sample.
+    disturbed : DisturbedNumbers or None
+        The plant with what data sheets leave out, which runs instead of ``plant``.
     """
 
     plant: PlantNumbers
@@ -87,6 +90,7 @@ class Loop:
     own_plant: OwnPlant | None = None
     named: str = ""
     pieces: int = 1
+    disturbed: DisturbedNumbers | None = None
 
     def load_error(self, log: Array) -> Array:
         """Error of the load over a whole run.
@@ -215,6 +219,8 @@ def loop_at_rest(loop: Loop) -> LoopState:
     kept = np.zeros(0) if loop.cable is None else loop.cable.start
     if loop.own_plant is not None:
         kept = np.asarray(loop.own_plant.initial_state, dtype=np.float64)
+    if loop.disturbed is not None:
+        kept = np.zeros(loop.chain.size)  # scratch
     made = loop.controller
     memory = None if made.own is None else np.asarray(made.own.initial_state, dtype=np.float64)
     state = new_state(states + len(kept), loop.observer, made.law, loop.rig, made.start, memory)
@@ -241,6 +247,9 @@ def run(
         tensions = np.zeros((samples if log else 0, 2))
         ended = run_cable(loop.cable, *made, first, end, state, kept, tensions)
         return Run(ended=ended, state=state, log=kept, tensions=tensions)
+    if loop.disturbed is not None:
+        ended = run_disturbed(loop.disturbed, *made, first, end, loop.twist_limit, state, kept)
+        return Run(ended=int(ended), state=state, log=kept)
     ended = run_loop(loop.plant, *made, first, end, loop.twist_limit, state, kept, loop.kinks)
     return Run(ended=int(ended), state=state, log=kept)
 

@@ -35,10 +35,12 @@ def with_plant(loop: Loop, chain: LumpedChain, options: RigOptions, play: float 
 def check_drawable(loop: Loop) -> None:
     """Refuse to vary a plant whose parameters are not known.
 
-    Raises `InputRefused` if the plant is the user's own.
+    Raises `InputRefused` if the plant is the user's own, or was drawn with disturbances.
     """
     if loop.own_plant is not None:
         raise InputRefused(
             f'plant "{loop.own_plant.name}" is your own, and its parameters are not known: draws take the '
             "drive's models, lumped chains and the cable"
         )
+    if loop.disturbed is not None:
+        raise InputRefused("the plant carries disturbances already: draw from the loop without them")

@@ -1,0 +1,118 @@
+"""`cabledrive compare`: control laws side by side on one drive."""
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+import click
+
+from cabledrive.app.finished_study import REPORT, RESULTS, STAGES, check_folder
+from cabledrive.app.messages import note
+from cabledrive.app.new_file import FORCE
+from cabledrive.app.options import Subcommand, answering, drive_argument, force_option
+from cabledrive.app.results import Answer, plain, provenance
+from cabledrive.parameters import Drive, InputRefused
+
+METHOD = "Monte Carlo on lumped plants with drawn disturbances, one tuning procedure for all laws"
+
+
+@click.command(
+    cls=Subcommand,
+    example="cabledrive compare dissertation-3 --controllers lqi,lqi-learning --draws 20 -o comparison",
+    short_help="Compare control laws on the same disturbed plants.",
+)
+@answering
+@drive_argument
+@click.option("--controllers", metavar="A,B,...", help="Laws to compare; default: those that fit the drive.")
+@click.option(
+    "--disturbances",
+    type=click.Path(),
+    metavar="FILE",
+    help="TOML file: friction of the load, backlash, cogging, delay, shocks ...",
+)
+@click.option("--draws", type=int, default=100, show_default=True, metavar="N", help="Plants for every law.")
+@click.option("--seed", type=int, default=0, show_default=True, metavar="N")
+@click.option("--angle", type=float, default=45.0, show_default=True, metavar="DEG", help="Of each pulse.")
+@click.option("--rise", type=float, default=0.5, show_default=True, metavar="S", help="Rise time.")
+@click.option("--dwell", type=float, default=0.5, show_default=True, metavar="S", help="Rest after a move.")
+@click.option("--pulses", type=int, default=2, show_default=True, metavar="N")
+@click.option(
+    "--goal", type=float, metavar="DEG", help="Error allowed; default: the drive's, or one count of the load."
+)
+@force_option
+@click.option(
+    "-o", "--output", type=click.Path(), required=True, metavar="DIR", help="Folder of page and results."
+)
+def command(
+    drive: Drive, controllers: str | None, disturbances: str | None, output: str, **spec: Any
+) -> Answer:
+    """Compare control laws on DRIVE: each tuned by one procedure, all run on the same drawn plants.
+
+    DIR receives report.html, results.json and the finished parts; the same command goes on where it stopped.
+    """
+    from cabledrive.app.run_limits import check_run
+    from cabledrive.report.comparison_page import comparison_html
+    from cabledrive.rig import Motion, RigOptions
+    from cabledrive.studies.controller_comparison import compare
+
+    if not output:
+        raise InputRefused("--output names no folder: give one, or . for this one")
+    folder = Path(output)
+    check_folder(folder, force=bool(click.get_current_context().meta.get(FORCE)))
+    motion = Motion(**{name: spec[name] for name in ("angle", "rise", "dwell", "pulses")})
+    check_run(drive, motion, RigOptions(), draws=spec["draws"])
+    names = None if controllers is None else [one.strip() for one in controllers.split(",") if one.strip()]
+    try:
+        found = compare(
+            drive,
+            controllers=names,
+            disturbances=disturbances,
+            draws=spec["draws"],
+            seed=spec["seed"],
+            motion=motion,
+            goal=spec["goal"],
+            folder=folder / STAGES,
+            note=note,
+        )
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(
+            f"what is finished is kept in {folder / STAGES}; to go on, give the same command again"
+        ) from None
+    about = provenance(drive, method=METHOD, seed=spec["seed"])
+    _write(folder, comparison_html(drive, found), plain(found.summary) | {"provenance": about})
+    return Answer(data=found.summary, text=_text(found.summary, folder), provenance=about)
+
+
+def _write(folder: Path, page: str, data: dict[str, Any]) -> None:
+    """Page, then results with its hash: they stand for a finished comparison."""
+    from cabledrive.parameters.files import write_whole
+    from cabledrive.parameters.own_hash import with_own_hash
+
+    write_whole(folder / REPORT, page, force=True)
+    data = with_own_hash(data | {"files": {REPORT: hashlib.sha256(page.encode()).hexdigest()}})
+    write_whole(folder / RESULTS, json.dumps(data, indent=1, allow_nan=False) + "\n", force=True)
+
+
+def _text(said: dict[str, Any], folder: Path) -> str:
+    lines = [
+        f"{said['drive']}: {said['best'] or 'no law'} ranks first over {said['draws']} plants",
+        "",
+        "  law              median    99 %     worst  within  torque  ripple  disk  tuning",
+        "                      deg     deg       deg       %     N m     N m             s",
+    ]
+    for one in said["controllers"]:
+        if one["worst_deg"] is None:
+            lines.append(f"  {one['name']:<15} {one['reason'] or 'every run ended early'}")
+            continue
+        lines.append(
+            f"  {one['name']:<15} {one['median_deg']:7.4f} {one['error_99_deg']:7.4f}   "
+            f"{one['worst_deg']:7.4f}  {100.0 * one['share_within']:6.1f}  {one['peak_torque']:6.3f}  "
+            f"{one['torque_ripple']:6.3f} {one['disk_margin']:5.2f} {one['tuning_seconds']:7.1f}"
+        )
+    learning = [one["name"] for one in said["controllers"] if one["learns"]]
+    if learning:
+        lines.append(f"  errors after the first pulse: {', '.join(learning)}")
+    lines += [f"  not covered: {words}" for words in said["not_covered"]]
+    lines += ["", f"report: {folder / REPORT}"]
+    return "\n".join(lines)

@@ -1,0 +1,88 @@
+r"""A torque at the load, carried through the chain to the motor so that the load keeps its course.
+
+A torque f against the last inertia asks for a twist of the last link, that for a motion of the inertia
+before, and so on to the motor. With :math:`\tau_N = f`, :math:`\delta_N = 0`, from the load backwards
+
+.. math:: \delta_i = \delta_{i+1} + \frac{\tau_{i+1}}{k_i D_i}, \qquad
+    \tau_i = \tau_{i+1} + J_i\ddot\delta_i + b_i\dot\delta_i, \qquad D_i = 1 + (b_i/k_i)s
+
+for any number of inertias: :math:`\delta_i` is what each angle, :math:`\tau_1` what the torque of the motor
+has to add. The derivatives of f up to the 2(N - 1)-th are known along the reference; nothing is
+differenced.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.control.reference import lagged
+from cabledrive.reduction.lumped_chain import LumpedChain
+
+Array = NDArray[np.float64]
+TURN = 200.0
+"""Speed of the load over its largest at which the sign of friction has turned to 76 %, inverted."""
+
+
+def carried(chain: LumpedChain, torque: Array, interval: float) -> tuple[Array, Array]:
+    """Angles, speeds and motor torque to add so that a torque against the load does not move it.
+
+    ``chain``: links between equal angles; ``torque``, shape (2n - 1, samples): with its derivatives [N
+    m/s^k]; ``interval``: sample time [s].
+    Returns ``states``, shape (samples, 2n): angles, then speeds; ``motor``, shape (samples,) [N m].
+    """
+    n, link = chain.size, torque
+    states = np.zeros((2 * n, torque.shape[1]))
+    angle = np.zeros_like(torque)
+    for i in range(n - 2, -1, -1):
+        k, b = chain.stiffness[i], chain.damping[i]
+        angle = angle[: len(link)] + lagged(link, b / k, interval) / k
+        states[i], states[n + i] = angle[0], angle[1]
+        link = link[: len(link) - 2] + chain.inertias[i] * angle[2:] + chain.viscous[i] * angle[1:-1]
+    return states.T, link[0]
+
+
+def load_regressors(wanted: Array, turning: float, interval: float) -> Array:
+    """Torques of unit Coulomb friction, viscous friction and inertia along the wanted motion of the load.
+
+    ``wanted``, shape (2n + 1, samples): load angle and derivatives; ``turning``: time in which the sign of
+    friction turns [s]; ``interval``: sample time [s].
+    Returns shape (3, 2n - 1, samples): each with its derivatives.
+    """
+    rows = len(wanted) - 2
+    sign = smoothed_sign(wanted[1], rows, turning, interval)
+    return np.array((sign, wanted[1 : rows + 1], wanted[2 : rows + 2]))
+
+
+def smoothed_sign(speed: Array, rows: int, turning: float, interval: float) -> Array:
+    """Sign of a speed, smoothed evenly to both sides, with derivatives that are exact.
+
+    Averages over boxes make it as often differentiable as there are boxes; each derivative is a difference
+    over one box in the place of an average.
+
+    ``speed``, shape (samples,); ``rows``: with how many derivatives, itself included; ``turning``: time from
+    end to end of all boxes [s].
+    Returns shape (rows, samples).
+    """
+    peak = float(np.abs(speed).max())
+    if peak == 0.0:
+        return np.zeros((rows, len(speed)))
+    boxes = rows + 1 + (rows + 1) % 2  # an even number of equal boxes shifts by whole samples
+    width = max(1, round(turning / (boxes * interval)))
+    shift = boxes * width // 2
+    sign = np.pad(np.tanh(TURN * speed / peak), (boxes * width, shift), mode="edge")
+    found = []
+    for row in range(rows):
+        value = sign
+        for box in range(boxes):
+            value = (
+                (value[width:] - value[:-width]) / (width * interval)
+                if box < row
+                else _averaged(value, width)
+            )
+        found.append(value[shift : shift + len(speed)])
+    return np.array(found)
+
+
+def _averaged(values: Array, width: int) -> Array:
+    """Mean over boxes of a width, ends by half, shape (samples - width,)."""
+    total = np.concatenate(([0.0], np.cumsum(0.5 * (values[1:] + values[:-1]))))
+    return (total[width:] - total[:-width]) / width

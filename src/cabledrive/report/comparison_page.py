@@ -1,0 +1,144 @@
+"""The page of a comparison of controllers: which law, at what price, on which plants."""
+
+from datetime import UTC, datetime
+from typing import Any
+
+from cabledrive.parameters import Drive, content_hash
+from cabledrive.report.blocks import Block, Chapter, Column, Note, Paragraph, RowGroup, Table
+from cabledrive.report.numbers import number
+from cabledrive.report.page import Page, render
+from cabledrive.report.provenance import Provenance, versions
+from cabledrive.studies.controller_comparison import Comparison
+
+METHOD = "one tuning procedure for all laws, then the same drawn plants, with encoders, filter and delay"
+
+
+def comparison_html(drive: Drive, found: Comparison, written_at: datetime | None = None) -> str:
+    """The page of a comparison; HTML that needs no other file."""
+    said = found.summary
+    chapter = Chapter(
+        title="Controllers",
+        anchor="controllers",
+        headline=_headline(said),
+        blocks=(*_notes(said), _errors(said), _costs(said), _plants(said)),
+        methods=(METHOD,),
+    )
+    origin = Provenance(
+        written_at=(written_at or datetime.now(UTC)).astimezone(UTC),
+        versions=versions(),
+        hashes=((drive.name, content_hash(drive)),),
+        methods=chapter.methods,
+    )
+    title = f"{drive.name}: {said['best'] or 'no law'}"
+    return render(Page(title=title, subtitle="Controllers compared", chapters=(chapter,), provenance=origin))
+
+
+def _headline(said: dict[str, Any]) -> str:
+    if said["best"] is None:
+        return "No law could be tuned within the limits."
+    best = said["controllers"][0]
+    if best["worst_deg"] is None:
+        return f"Every run of {best['name']}, which ranks first, ended early."
+    return (
+        f"{best['name']} ranks first: worst error {number(best['worst_deg'], 3)} deg over {best['runs']} "
+        f"plants, {100.0 * best['share_within']:.3g} % within {number(said['goal_deg'], 3)} deg."
+    )
+
+
+def _notes(said: dict[str, Any]) -> list[Block]:
+    limits = said["limits"]
+    return [
+        Paragraph(
+            text=(
+                "Every law is tuned by the same procedure: the highest bandwidth with a disk margin of at "
+                f"least {limits['disk_margin']:g} and a torque ripple by rounding (five deviations) of at most "
+                f"{number(limits['torque_ripple'], 3)} N m, with the filter that has the smallest worst error "
+                "on plants set apart for tuning. All laws then run on the same plants. Order: share of plants "
+                "within the goal, then worst error; of laws that learn, the error after the first pulse counts."
+            )
+        ),
+        Note(text="Not covered: " + "; ".join(said["not_covered"]) + "."),
+    ]
+
+
+def _errors(said: dict[str, Any]) -> Table:
+    rows = []
+    for one in said["controllers"]:
+        if one["worst_deg"] is None:
+            rows.append((one["name"], *("",) * 6, one["reason"] or f"all {one['runs']} runs ended early"))
+            continue
+        rows.append(
+            (
+                one["name"],
+                number(one["median_deg"], 3),
+                number(one["error_99_deg"], 3),
+                number(one["worst_deg"], 3),
+                number(one["worst_whole_run_deg"], 3),
+                f"{100.0 * one['share_within']:.1f}",
+                f"{100.0 * one['share_low']:.1f}",
+                f"{one['failed']} of {one['runs']} ended early" if one["failed"] else "",
+            )
+        )
+    return Table(
+        caption=f"Error of the load over {said['draws']} plants",
+        columns=(
+            Column(title="law"),
+            Column(title="median", unit="deg", numeric=True),
+            Column(title="99 %", unit="deg", numeric=True),
+            Column(title="worst", unit="deg", numeric=True),
+            Column(title="worst, first pulse included", unit="deg", numeric=True),
+            Column(title="within the goal", unit="%", numeric=True),
+            Column(title="at least, with 95 % confidence", unit="%", numeric=True),
+            Column(title=""),
+        ),
+        groups=(RowGroup(rows=tuple(rows)),),
+    )
+
+
+def _costs(said: dict[str, Any]) -> Table:
+    rows = tuple(
+        (
+            one["name"],
+            f"{one['bandwidth_hz']:g}",
+            one["filter"],
+            number(one["peak_torque"], 3),
+            number(one["torque_ripple"], 3),
+            number(one["disk_margin"], 3),
+            *(
+                "any" if one[key] is None else number(one[key], 3)
+                for key in ("gain_margin", "phase_margin_deg")
+            ),
+            number(one["tuning_seconds"], 3),
+        )
+        for one in said["controllers"]
+        if one["bandwidth_hz"] is not None
+    )
+    return Table(
+        caption="What each law costs: torque, margins at the motor's torque, time to tune",
+        columns=(
+            Column(title="law"),
+            Column(title="bandwidth", unit="Hz", numeric=True),
+            Column(title="filter"),
+            Column(title="peak torque", unit="N m", numeric=True),
+            Column(title="ripple, 5 deviations", unit="N m", numeric=True),
+            Column(title="disk margin", numeric=True),
+            Column(title="gain margin", numeric=True),
+            Column(title="phase margin", unit="deg", numeric=True),
+            Column(title="tuning", unit="s", numeric=True),
+        ),
+        groups=(RowGroup(rows=rows),),
+    )
+
+
+def _plants(said: dict[str, Any]) -> Table:
+    rows = tuple(
+        (name.replace("_", " "), number(low, 3), number(high, 3))
+        for name, (low, high) in said["disturbances"].items()
+        if (low, high) != (0.0, 0.0)
+    )
+    columns = (Column(title="quantity"), Column(title="from", numeric=True), Column(title="to", numeric=True))
+    return Table(
+        caption="Ranges from which each plant draws, SI, beside the drive's own intervals",
+        columns=columns,
+        groups=(RowGroup(rows=rows),),
+    )

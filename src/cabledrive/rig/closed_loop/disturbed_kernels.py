@@ -1,0 +1,196 @@
+"""Compiled motion of a lumped chain with what data sheets leave out: friction, cogging, wear, another load.
+
+Each internal step is drift, kick, drift, of order 2 between the instants at which an inertia stops. Coulomb
+friction is set-valued on every inertia: a speed that it would turn over, it stops.
+"""
+
+from math import exp, sin
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.control.numbers import LawNumbers
+from cabledrive.control.observer_numbers import ObserverNumbers
+from cabledrive.mechanics.compiled import njit_in_place, njit_part
+from cabledrive.rig.closed_loop.loop_numbers import DIVERGED, WENT_SLACK, LoopState, RigNumbers
+from cabledrive.rig.closed_loop.sample_kernels import decide, farthest, finish_sample
+
+Array = NDArray[np.float64]
+
+
+class DisturbedNumbers(NamedTuple):
+    """A lumped chain of n inertias at the first shaft, and its disturbances.
+
+    Attributes
+    ----------
+    inertias, viscous, coulomb, offsets : ndarray, shape (n,)
+        [kg m^2], [N m s/rad], [N m], [N m].
+    stiffness, damping : ndarray, shape (n - 1,)
+        [N m/rad], [N m s/rad].
+    excess, fading : float
+        Friction at standstill over Coulomb friction, and the speed at which the excess has fallen to a third
+        [rad/s].
+    cogging, cogging_lines : float
+        Torque [N m] with so many periods per turn of the motor's shaft.
+    ripple, ripple_lines : float
+        Share of the torque, periods per turn.
+    play, slack : float
+        Half the backlash of the first link [rad]; twist of the last link at which a span goes slack [rad].
+    eccentricity, turning : float
+        Of the load's encoder at the first shaft [rad]; turns of the load per turn of the first shaft.
+    phases : ndarray, shape (3,)
+        Of cogging, ripple and eccentricity [rad].
+    softening : float
+        Loss of the last link's stiffness per second, as a share.
+    warming : float
+        Loss of all Coulomb friction per second, as a share.
+    load_factor, load_time : float
+        Factor of the load's inertia from a time on [s].
+    current_rate : float
+        Bandwidth of the torque loop [rad/s]; 0: none.
+    step : float
+        Longest internal step [s].
+    """
+
+    inertias: Array
+    viscous: Array
+    coulomb: Array
+    offsets: Array
+    stiffness: Array
+    damping: Array
+    excess: float
+    fading: float
+    cogging: float
+    cogging_lines: float
+    ripple: float
+    ripple_lines: float
+    play: float
+    slack: float
+    eccentricity: float
+    turning: float
+    phases: Array
+    softening: float
+    warming: float
+    load_factor: float
+    load_time: float
+    current_rate: float
+    step: float
+
+
+@njit_in_place
+def link_torque(
+    twist: float, rate: float, stiffness: float, damping: float, play: float, slack: float
+) -> float:
+    """Torque of a link with backlash, and with two spans of which one goes slack beyond a twist."""
+    if play > 0.0:
+        if abs(twist) <= play:
+            return 0.0
+        torque = stiffness * (twist - play if twist > 0.0 else twist + play) + damping * rate
+        return max(torque, 0.0) if twist > 0.0 else min(torque, 0.0)
+    if abs(twist) > slack:
+        beyond = twist - slack if twist > 0.0 else twist + slack
+        return stiffness * (twist - 0.5 * beyond) + damping * rate
+    return stiffness * twist + damping * rate
+
+
+@njit_in_place
+def rubbed(speed: float, change: float) -> float:
+    """A speed after friction that may stop it and never turns it."""
+    if speed > 0.0:
+        return max(speed - change, 0.0)
+    return min(speed + change, 0.0)
+
+
+@njit_part
+def disturbed_step(
+    d: DisturbedNumbers, x: Array, command: float, motor: float, load: float, time: float, h: float
+) -> None:
+    """One internal step from ``time`` on; ``x``: angles, speeds, shaft torque."""
+    n = d.inertias.size
+    for i in range(n):
+        x[i] += 0.5 * h * x[n + i]
+    if d.current_rate > 0.0:
+        x[2 * n] += (1.0 - exp(-d.current_rate * h)) * (command - x[2 * n])
+    else:
+        x[2 * n] = command
+    carried = x[2 * n] * (1.0 + d.ripple * sin(d.ripple_lines * x[0] + d.phases[1]))
+    carried += d.cogging * sin(d.cogging_lines * x[0] + d.phases[0]) + motor
+    last = n - 1
+    worn, warm = max(1.0 - d.softening * time, 0.05), max(1.0 - d.warming * time, 0.0)
+    for i in range(n):
+        link, inertia = 0.0, d.inertias[i]
+        if i < last:
+            soft, slack = (worn, d.slack) if i == last - 1 else (1.0, np.inf)
+            play = d.play if i == 0 else 0.0
+            rate = x[n + i] - x[n + i + 1]
+            link = link_torque(x[i] - x[i + 1], rate, soft * d.stiffness[i], d.damping[i], play, slack)
+        elif i > 0:
+            carried += load
+        if i == last and time >= d.load_time:
+            inertia *= d.load_factor
+        friction = warm * d.coulomb[i] * (1.0 + d.excess * exp(-abs(x[n + i]) / d.fading))
+        torque = carried - link + d.offsets[i] - d.viscous[i] * x[n + i]
+        # Speeds change after every torque of this step is known: the next link still sees the old ones.
+        x[2 * n + 1 + i] = rubbed(x[n + i] + h * torque / inertia, h * friction / inertia)
+        carried = link
+    for i in range(n):
+        x[n + i] = x[2 * n + 1 + i]
+        x[i] += 0.5 * h * x[n + i]
+
+
+@njit_part
+def move_disturbed(d: DisturbedNumbers, rig: RigNumbers, k: int, s: LoopState) -> None:
+    """Move the chain to the next sample, the older command first as long as the delay lasts."""
+    span, commands = rig.interval, s.controller.commands
+    if rig.jitter.size > 0:
+        span += rig.jitter[k + 1] - rig.jitter[k]
+    time = k * rig.interval
+    for part in range(2):
+        length = rig.late_part if part == 0 else span - rig.late_part
+        if length <= 0.0:
+            continue
+        steps = int(np.ceil(length / d.step - 1e-9))
+        h = length / steps
+        for i in range(steps):
+            disturbed_step(d, s.x, commands[part], rig.forces[k, 0], rig.forces[k, 1], time + i * h, h)
+
+
+@njit_in_place
+def run_disturbed(
+    d: DisturbedNumbers,
+    observer: ObserverNumbers,
+    law: LawNumbers,
+    rig: RigNumbers,
+    reference: Array,
+    target: Array,
+    first: int,
+    last: int,
+    twist_limit: float,
+    s: LoopState,
+    log: Array,
+) -> int:
+    """Run samples ``first`` to ``last`` - 1 as `cabledrive.rig.closed_loop.loop_kernels.run_loop` does.
+
+    ``s.x`` has n more entries, scratch, behind angles, speeds and shaft torque.
+    """
+    gone, n = farthest(target), d.inertias.size
+    shafts, seen = s.x[: 2 * n + 1], s.work[: 2 * n + 1]
+    for k in range(first, last):
+        twist = abs(shafts[n - 2] - shafts[n - 1]) if n > 1 else 0.0
+        s.summary[7] = max(s.summary[7], twist)
+        if twist > d.slack:
+            s.summary[9] += 1.0
+        if d.play > 0.0 and abs(shafts[0] - shafts[1]) < d.play:
+            s.summary[10] += 1.0
+        if not abs(shafts[n - 1]) <= gone or twist > twist_limit:
+            s.discrete[1] = WENT_SLACK if twist > twist_limit else DIVERGED
+            return k
+        for i in range(2 * n + 1):
+            seen[i] = shafts[i]
+        seen[n - 1] += d.eccentricity * sin(d.turning * shafts[n - 1] + d.phases[2])
+        wanted, command, sigma = decide(observer, law, rig, reference, k, seen, s)
+        slip = 0 if shafts[n] == 0.0 else 1
+        finish_sample(rig, target, k, s, log, shafts, wanted, command, sigma, slip)
+        move_disturbed(d, rig, k, s)
+    return last

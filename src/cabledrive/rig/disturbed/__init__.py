@@ -1,0 +1,1 @@
+"""Plants with what data sheets leave out: friction of the load, cogging, wear, another load, shocks."""

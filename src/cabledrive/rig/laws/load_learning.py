@@ -1,0 +1,142 @@
+"""The law that learns the load's torque while it moves: friction and inertia along the wanted motion."""
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from cabledrive.control.innovations_of_load import missed_by_filter, whitening
+from cabledrive.control.kalman import KalmanTuning, Sampling
+from cabledrive.control.linear_laws import lqi_law
+from cabledrive.control.load_torque import carried, load_regressors
+from cabledrive.control.numbers import LEARNING, LawNumbers, learning_table
+from cabledrive.control.observer_numbers import KALMAN
+from cabledrive.parameters import InputRefused
+from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.reduction.models import highest_model
+from cabledrive.rig.closed_loop.loop_numbers import Array
+from cabledrive.rig.disturbances import control_delay, current_rate
+from cabledrive.rig.laws.baselines import feedforward_table, integral_time, weights
+from cabledrive.rig.laws.controllers import Controller, DesignSpec
+from cabledrive.rig.laws.filter_tuning import read_encoders, tuning_by_uncertainty
+from cabledrive.rig.laws.fitting import fit_observer
+from cabledrive.rig.setting import RigOptions
+
+NAME = "lqi-learning"
+TURNING = 0.06
+"""Time in which the sign of friction turns, as a share of a move."""
+UNLEARNT = 0.1
+"""Share of the filter's noise at the load that learning leaves."""
+NOISE = 3.0
+"""Over the deviation of white rounding: errors of rounding last as long as a count does."""
+MEMORY, GATE = 2.0, 6.0
+"""Time after which an excited direction is forgotten [s]; deviations that pass an innovation over."""
+PARAMETERS = ("load_coulomb", "load_viscous", "load_inertia")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LoadTables:
+    """What the law knows beforehand of a torque at the load, for each parameter.
+
+    Attributes
+    ----------
+    blocks : ndarray, shape (samples, p * (2n + 1 + m))
+        States less what the filter misses, motor torque, innovations, of each parameter.
+    white : ndarray, shape (m, m)
+    tuning : KalmanTuning
+    """
+
+    blocks: Array
+    white: Array
+    tuning: KalmanTuning
+
+
+def load_learning(spec: DesignSpec) -> Controller:
+    """LQI about a reference with the load's friction and inertia, learnt from the innovations of the filter.
+
+    Raises `InputRefused` if there is no Kalman filter to learn from.
+    """
+    number = highest_model(spec.drive)
+    chain = spec.model(number)
+    tables = load_tables(replace(spec, bandwidth=None, best=False, adapt=True))
+    count, torque, told = weights(spec)
+    time = integral_time(chain, count, torque)
+    base = lqi_law(chain, count, torque, time, spec.interval)
+    reference = feedforward_table(spec, chain, spec.wanted(2 * chain.size))
+    m = len(tables.white)
+    rows = np.zeros((1 + m, max(base.rows.shape[1], m)))
+    rows[0, : base.rows.shape[1]], rows[1:, :m] = base.rows[0], tables.white
+    spread, low, high = believed(chain)
+    kept = 1.0 - spec.interval / (MEMORY * m)
+    covariance = np.diag(spread**2) if spec.adapt else np.zeros((3, 3))
+    law = LawNumbers(
+        kind=LEARNING,
+        matrix=base.matrix,
+        rows=rows,
+        learning=learning_table(np.zeros(3), low, high, np.full(3, float(spec.adapt))),
+        scalars=np.array([spec.interval, kept, GATE, 0.0, 0.0, 0.0, 0.0]),
+    )
+    gains = told | {"integral_time": time, "learns": list(PARAMETERS), "upper_bounds": high.tolist()}
+    return Controller(
+        name=NAME,
+        law=law,
+        reference=np.ascontiguousarray(np.hstack((reference, tables.blocks))),
+        shafts=("motor", "drive", "load") if chain.size == 3 else ("motor", "load"),
+        start=np.concatenate((np.zeros(3), covariance.ravel())),
+        tuning=tables.tuning,
+        gains=gains,
+        model=number,
+        damped=True,
+    )
+
+
+def believed(chain: LumpedChain) -> tuple[Array, Array, Array]:
+    """Deviations and bounds of the load's parameters before anything is learnt.
+
+    Returns ``spread``, ``low``, ``high``, shape (3,): Coulomb [N m], viscous friction [N m s/rad], inertia
+    beyond what is believed [kg m^2].
+    """
+    coulomb, viscous, inertia = max(chain.coulomb[0], 1e-9), max(chain.viscous[0], 1e-9), chain.inertias[-1]
+    spread = np.array([0.5 * coulomb, viscous, 0.2 * inertia])
+    return (
+        spread,
+        np.array([0.0, 0.0, -0.7 * inertia]),
+        np.array([2.0 * coulomb, 5.0 * viscous, 3.0 * inertia]),
+    )
+
+
+@lru_cache(maxsize=8)
+def load_tables(spec: DesignSpec) -> LoadTables:
+    """Tables of the law along a motion; they do not depend on its bandwidth."""
+    options = spec.options or RigOptions()
+    number = highest_model(spec.drive)
+    chain = spec.model(number)
+    counts = np.array(list(read_encoders(spec, 4).values()))
+    tuning = tuning_by_uncertainty(spec, chain, counts)
+    tuning = replace(tuning, load_acceleration=UNLEARNT * tuning.load_acceleration)
+    used = replace(tuning, offsets=()) if options.encoder_phase == "centred" else tuning
+    shafts = ("motor", "drive", "load") if chain.size == 3 else ("motor", "load")
+    sampling = Sampling(
+        interval=spec.interval,
+        delay=control_delay(spec.plant or spec.drive),
+        current_rate=current_rate(spec.drive),
+    )
+    observer, _, fitted = fit_observer(chain, chain, spec.drive, shafts, options, sampling, used)
+    if observer.kind != KALMAN:
+        raise InputRefused(
+            f"{NAME} learns from the innovations of the Kalman filter: leave observer and ideal_sensors out"
+        )
+    white = whitening(observer, fitted) / NOISE
+    wanted = spec.wanted(2 * chain.size)
+    blocks = []
+    for torque in load_regressors(wanted, turning_time(spec), spec.interval):
+        states, motor = carried(chain, torque, spec.interval)
+        missed, innovations = missed_by_filter(observer, chain, torque[0], spec.interval)
+        chosen = states[:, observer.chosen]
+        blocks += [chosen - missed, motor[:, None], innovations @ white.T]
+    return LoadTables(blocks=np.hstack(blocks), white=white, tuning=tuning)
+
+
+def turning_time(spec: DesignSpec) -> float:
+    """Time in which the sign of friction turns along a motion [s]."""
+    return TURNING * (spec.motion.rise if spec.motion is not None else 0.5)

@@ -1,0 +1,243 @@
+r"""Margins and torque ripple of a law on its nominal plant, with its filter, delay and torque loop.
+
+The loop is opened at the plant's torque, while the filter is told the command: plant and controller are
+sampled linear systems, estimates are frozen and the motor slips. With :math:`S = 1/(1 + L)` and :math:`T =
+1 - S` the disk margin is :math:`\alpha = 2/\lVert S - T\rVert_\infty`: gain may change by a factor of
+:math:`(2 + \alpha)/(2 - \alpha)` either way, or phase by :math:`2\arctan(\alpha/2)`, or both within the
+disk. P. Seiler, A. Packard, P. Gahinet, IEEE Control Systems Magazine 40(5), 78-95, 2020.
+"""
+
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+from scipy.linalg import expm, solve_discrete_lyapunov
+
+from cabledrive.control.backstepping_stability import backstepping_row
+from cabledrive.control.numbers import BACKSTEPPING, DARC, LEARNING, LINEAR, LawNumbers
+from cabledrive.control.observer_numbers import KALMAN
+from cabledrive.parameters import InputRefused
+from cabledrive.rig.closed_loop.linear_loop import feedback_row
+from cabledrive.rig.closed_loop.loop import Loop
+from cabledrive.rig.closed_loop.loop_numbers import Array
+
+GRID = 800
+LOWEST_HZ = 0.05
+SIGMAS = 5.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Margins:
+    """How far a loop is from instability, and how much torque rounding makes.
+
+    Attributes
+    ----------
+    stable : bool
+    disk : float
+        Disk margin [-]; 0 where the loop is unstable.
+    gain : float
+        Factor by which the gain may rise [-]; infinite: any.
+    phase : float
+        Phase that may be lost [rad]; infinite: the loop has no crossover.
+    ripple : float
+        Five standard deviations of the torque by white rounding to counts [N m].
+    """
+
+    stable: bool
+    disk: float
+    gain: float
+    phase: float
+    ripple: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Sampled:
+    """A sampled linear system x' = a x + b v, y = c x + d v."""
+
+    a: Array
+    b: Array
+    c: Array
+    d: Array
+
+
+def margins_of(loop: Loop) -> Margins:
+    """Margins of a loop at its motor's torque.
+
+    Raises `InputRefused` if there is no Kalman filter, or the law is the user's own.
+    """
+    controller, plant = sampled_controller(loop), sampled_plant(loop)
+    closed, by_rounding, torque = closed_loop(controller, plant)
+    if float(np.abs(np.linalg.eigvals(closed)).max()) >= 1.0:
+        return Margins(stable=False, disk=0.0, gain=1.0, phase=0.0, ripple=float("inf"))
+    variance = np.diag(loop.rig.counts**2 / 12.0)
+    spread = solve_discrete_lyapunov(closed, by_rounding @ variance @ by_rounding.T)
+    power = (
+        torque @ spread @ torque
+        + controller.d[0, : len(variance)] @ variance @ controller.d[0, : len(variance)]
+    )
+    transfer = open_loop(controller, plant, loop.rig.interval)
+    gain, phase = classical(transfer)
+    return Margins(
+        stable=True,
+        disk=float(2.0 / np.abs((1.0 - transfer) / (1.0 + transfer)).max()),
+        gain=gain,
+        phase=phase,
+        ripple=SIGMAS * float(np.sqrt(max(float(power), 0.0))),
+    )
+
+
+def classical(transfer: Array) -> tuple[float, float]:
+    """Gain margin upwards [-] and phase margin [rad] of an open loop over a grid of frequencies."""
+    turning = np.flatnonzero((transfer.imag[1:] * transfer.imag[:-1] <= 0.0) & (transfer.real[1:] < 0.0))
+    sizes = np.abs(transfer[turning + 1])
+    above = sizes[(sizes > 0.0) & (sizes < 1.0)]
+    size = np.abs(transfer)
+    crossing = np.flatnonzero((size[1:] - 1.0) * (size[:-1] - 1.0) <= 0.0)
+    left = np.abs(pi - np.abs(np.angle(transfer[crossing])))
+    return (
+        float(1.0 / above.max()) if above.size else float("inf"),
+        float(left.min()) if left.size else float("inf"),
+    )
+
+
+def open_loop(controller: Sampled, plant: Sampled, interval: float) -> Array:
+    """Minus the transfer from the motor's torque round to it, shape (GRID,)."""
+    frequencies = np.geomspace(2.0 * pi * LOWEST_HZ, pi / interval * 0.999, GRID)
+    z = np.exp(1j * frequencies * interval)
+    m = plant.c.shape[0]
+
+    def response(system: Sampled, columns: slice) -> Array:
+        shifted = z[:, None, None] * np.eye(len(system.a)) - system.a
+        inputs = np.broadcast_to(system.b[:, columns], (len(z), *system.b[:, columns].shape))
+        return np.asarray(system.c @ np.linalg.solve(shifted, inputs) + system.d[:, columns])
+
+    # The plant's torque is cut, not that of which the filter is told: it goes on believing its own command.
+    by_readings = (response(controller, slice(0, m)) @ response(plant, slice(0, 1)))[:, 0, 0]
+    by_command = response(controller, slice(m, m + 1))[:, 0, 0]
+    return -np.asarray(by_readings / (1.0 - by_command))
+
+
+def closed_loop(controller: Sampled, plant: Sampled) -> tuple[Array, Array, Array]:
+    """Transition of plant and controller joined, what rounding adds, and the command per state."""
+    m, p, q = plant.c.shape[0], len(plant.a), len(controller.a)
+    readings, told = controller.d[:, :m], controller.b[:, m:]
+    command = np.concatenate((readings @ plant.c, controller.c), axis=1)[0]
+    matrix = np.zeros((p + q, p + q))
+    matrix[:p, :p], matrix[p:, p:] = plant.a, controller.a
+    matrix[p:, :p] = controller.b[:, :m] @ plant.c
+    matrix += np.concatenate((plant.b, told))[:, :1] * command
+    by_rounding = np.concatenate((plant.b @ readings, controller.b[:, :m] + told @ readings))
+    return matrix, by_rounding, command
+
+
+def sampled_plant(loop: Loop) -> Sampled:
+    """From the command to the encoders' angles: the chain, the torque loop, the delay."""
+    rates, rig = loop.plant.rates, loop.rig
+    states = len(rates)
+    size, rate = states // 2, float(loop.plant.scalars[6])
+    queue = rig.late_samples + 1
+    block = np.zeros((states + 1, states + 1))
+    block[:states, : states + 1] = rates[:, : states + 1]
+    before, after = expm(block * rig.late_part), expm(block * (rig.interval - rig.late_part))
+    if rate == 0.0:  # without a torque loop the torque is the command
+        before, after = (
+            _at_once(before, rates, rig.late_part),
+            _at_once(after, rates, rig.interval - rig.late_part),
+        )
+    a = np.zeros((states + queue, states + queue))
+    b = np.zeros((states + queue, 1))
+    a[:states, :states] = after[:states, :states] @ before[:states, :states]
+    older = after[:states, :states] @ before[:states, states]
+    newer = after[:states, states]
+    # The queue holds the last commands, newest first; the command of this sample is the input.
+    a[:states, states + queue - 1] = older
+    if queue == 1:
+        b[:states, 0] = newer
+    else:
+        a[:states, states + queue - 2] += newer
+    b[states, 0] = 1.0
+    for i in range(1, queue):
+        a[states + i, states + i - 1] = 1.0
+    c = np.zeros((len(rig.encoders), states + queue))
+    c[np.arange(len(rig.encoders)), rig.encoders] = 1.0
+    assert size == loop.chain.size
+    return Sampled(a=a, b=b, c=c, d=np.zeros((len(rig.encoders), 1)))
+
+
+def _at_once(power: Array, rates: Array, time: float) -> Array:
+    """A transition whose torque is the command from the beginning, shape (states + 1, states + 1)."""
+    states = len(rates)
+    block = np.zeros((states, states))
+    block[: states - 1, : states - 1] = rates[: states - 1, : states - 1]
+    block[: states - 1, states - 1] = rates[: states - 1, states - 1]
+    direct = expm(block * time)
+    found = np.zeros_like(power)
+    found[: states - 1, : states - 1] = direct[: states - 1, : states - 1]
+    found[: states - 1, states] = direct[: states - 1, states - 1]
+    found[states - 1, states], found[states, states] = 1.0, 1.0
+    return found
+
+
+def sampled_controller(loop: Loop) -> Sampled:
+    """From the encoders' angles, then the command itself as the filter is told it, to the command.
+
+    States: of the filter before its readings, torque of its shaft, commands that it still waits for, memory
+    of the law, its last command.
+    Raises `InputRefused` if there is no Kalman filter, or the law is the user's own.
+    """
+    seen, law = loop.observer, loop.controller.law
+    if seen.kind != KALMAN:
+        raise InputRefused("margins are those of a loop with the Kalman filter: leave the observer out")
+    rows, memory, update = feedback_of(law, len(seen.chosen))
+    states, m, queue, k = seen.model.shape[0], len(seen.output), loop.rig.late_samples + 1, len(memory)
+    size = states + 1 + queue + k + 1
+    shaft, waits, kept, last = states, states + 1, states + 1 + queue, size - 1
+    gain = seen.gains[-1]
+    correct = np.zeros((states, size))
+    correct[:, :states] = np.eye(states) - gain @ seen.output
+    pick = np.zeros((len(seen.chosen), states))
+    pick[np.arange(len(seen.chosen)), seen.chosen] = 1.0
+    command, at_once = rows @ pick @ correct, rows @ pick @ gain
+    command[kept : kept + k] += memory
+    if seen.scalars[8] > 0.0:
+        command -= correct[seen.places[1]]
+        at_once = at_once - gain[seen.places[1]]
+    a, b = np.zeros((size, size)), np.zeros((size, m + 1))
+    a[:states] = seen.model[:, :states] @ correct
+    b[:states, :m] = seen.model[:, :states] @ gain
+    a[:states, shaft] += seen.model[:, states]
+    a[:states, waits + queue - 1] += seen.model[:, states + 1]
+    a[shaft, shaft], a[shaft, waits + queue - 1] = seen.scalars[2], seen.scalars[3]
+    if queue == 1:
+        b[:states, m], b[shaft, m] = seen.model[:, states + 2], seen.scalars[4]
+    else:
+        a[:states, waits + queue - 2] += seen.model[:, states + 2]
+        a[shaft, waits + queue - 2] += seen.scalars[4]
+    b[waits, m] = 1.0
+    for i in range(1, queue):
+        a[waits + i, waits + i - 1] = 1.0
+    if k:
+        errors = update[:, k:-1]
+        a[kept : kept + k] = errors @ pick @ correct
+        a[kept : kept + k, kept : kept + k] += update[:, :k]
+        a[kept : kept + k, last] += update[:, -1]
+        b[kept : kept + k, :m] = errors @ pick @ gain
+    a[last], b[last, :m] = command, at_once
+    return Sampled(a=a, b=b, c=command[None], d=np.concatenate((at_once, [0.0]))[None])
+
+
+def feedback_of(law: LawNumbers, states: int) -> tuple[Array, Array, Array]:
+    """Command per angle and speed and per memory, and how the memory goes on.
+
+    Returns ``rows``, shape (2n,); ``memory``, shape (k,); ``update``, shape (k, k + 2n + 1).
+    Raises `InputRefused` if the law is the user's own.
+    """
+    if law.kind in (LINEAR, LEARNING):
+        k = law.matrix.shape[0]
+        return law.rows[0, k : k + states], law.rows[0, :k], law.matrix
+    nothing = np.zeros((0, states + 1))
+    if law.kind == DARC:
+        return feedback_row(law), np.zeros(0), nothing
+    if law.kind == BACKSTEPPING:
+        return np.asarray(backstepping_row(law, states)), np.zeros(0), nothing
+    raise InputRefused("margins are told for packaged laws, whose equations are known")

@@ -1,0 +1,265 @@
+"""`compare`: tune laws by one procedure, run them on the same plants, and keep what is done."""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cabledrive.mechanics.sources import digest_with_imports
+from cabledrive.parameters import Drive, InputRefused, NotComputed, content_hash
+from cabledrive.parameters.one_process import one_process
+from cabledrive.rig.disturbances import torque_limit
+from cabledrive.rig.disturbed.disturbances_file import Disturbances, load_disturbances, standard_disturbances
+from cabledrive.rig.laws.controllers import DesignSpec
+from cabledrive.rig.laws.registry import CONTROLLERS, needed_order
+from cabledrive.rig.ranking.margins import margins_of
+from cabledrive.rig.ranking.ranked import COMPARED, LEARNS, checked_names, goal_of, offered
+from cabledrive.rig.ranking.scores import Scores, scored
+from cabledrive.rig.ranking.tuned_by_limits import (
+    LEAST_DISK,
+    TunedLaw,
+    filters,
+    nominal_loop,
+    ripple_limit,
+    tuned_by_limits,
+)
+from cabledrive.rig.setting import DEGREE, Motion
+from cabledrive.rig.trial import check_motion, spec_for
+from cabledrive.studies.controller_comparison.comparison import (
+    ComparedLaw,
+    Comparison,
+    TuningRecord,
+    law_words,
+    recorded,
+)
+from cabledrive.studies.study.stage_cache import StageCache
+
+DRAWS, BLOCK, MOST_DRAWS = 100, 20, 100_000
+PULSES = 2
+"""Of the motion where none is given: one to learn from, one to show what was learnt."""
+NOT_COVERED = (
+    "lumped plants only: the distributed cable and its transverse motion are not run",
+    "margins are those of the nominal plant with frozen estimates and a slipping motor",
+)
+
+
+def compare(
+    drive: Drive,
+    *,
+    controllers: Sequence[str] | None = None,
+    disturbances: Disturbances | str | Path | None = None,
+    draws: int = DRAWS,
+    seed: int = 0,
+    motion: Motion | None = None,
+    goal: float | None = None,
+    folder: str | Path | None = None,
+    note: Callable[[str], None] | None = None,
+) -> Comparison:
+    """Compare control laws on a drive.
+
+    Parameters
+    ----------
+    drive : Drive
+        As every law believes it to be.
+    controllers : sequence of str, optional
+        Names of laws, as `track` knows them; default: those that fit the drive.
+    disturbances : Disturbances or path, optional
+        Ranges from which each plant draws, or a TOML file with them; default: Coulomb friction of the load up
+        to half that of the motor.
+    draws : int, default 100
+        Plants, the same for every law.
+    seed : int, default 0
+    motion : Motion, optional
+        Default: two pulses of 45 deg in 0.5 s.
+    goal : float, optional
+        Largest error allowed [deg]; default: the drive's own, or one count of the load's encoder.
+    folder : path, optional
+        Where finished parts are kept, so that the same call goes on; nothing is kept without one.
+    note : callable, optional
+        Told in a line what is being done.
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    InputRefused
+        If a name, a file or a number is not understood, or the motion exceeds what the drive can do.
+    """
+    motion = motion or Motion(pulses=PULSES)
+    names = offered(drive, motion) if controllers is None else checked_names(controllers)
+    if motion.order is None:
+        motion = replace(motion, order=max(needed_order(name, drive) for name in names))
+    asked = _disturbances(drive, disturbances)
+    _check(draws, seed, goal)
+    check_motion(drive, motion)
+    spec = spec_for(drive, motion, options=COMPARED)
+    allowed = goal_of(drive) if goal is None else goal * DEGREE
+    job = _Job(drive, spec, asked, draws, seed, note or (lambda line: None), folder)
+    if folder is None:
+        laws = job.run(names)
+    else:
+        with one_process(Path(folder)):
+            laws = job.run(names)
+    laws = tuple(sorted(laws, key=lambda law: law.rank(allowed)))
+    return Comparison(summary=_summary(spec, laws, asked, draws, seed, allowed), laws=laws)
+
+
+def _disturbances(drive: Drive, given: Disturbances | str | Path | None) -> Disturbances:
+    if given is None:
+        return standard_disturbances(drive)
+    return given if isinstance(given, Disturbances) else load_disturbances(given)
+
+
+def _check(draws: int, seed: int, goal: float | None) -> None:
+    if not 1 <= draws <= MOST_DRAWS:
+        raise InputRefused(f"draws = {draws} must be from 1 to {MOST_DRAWS}: give a number of plants")
+    if seed < 0:
+        raise InputRefused(f"seed = {seed} must not be negative: give 0 or more")
+    if goal is not None and not 0.0 < goal < float("inf"):
+        raise InputRefused(
+            f"goal = {goal:.4g} deg must be finite and above 0: give the largest error allowed"
+        )
+
+
+class _Job:
+    """A comparison in progress: tunings and blocks of runs, each kept when it is done."""
+
+    def __init__(
+        self,
+        drive: Drive,
+        spec: DesignSpec,
+        disturbances: Disturbances,
+        draws: int,
+        seed: int,
+        note: Callable[[str], None],
+        folder: str | Path | None,
+    ) -> None:
+        self.spec, self.disturbances, self.draws, self.seed, self.note = spec, disturbances, draws, seed, note
+        self.cache = StageCache(folder=None if folder is None else Path(folder), note=note)
+        self.inputs: Mapping[str, Any] = {
+            "drive": content_hash(drive),
+            "motion": spec.motion,
+            "disturbances": disturbances,
+            "seed": seed,
+            "compare": digest_with_imports(Path(__file__)),
+        }
+        self.begun, self.finished, self.planned = time.monotonic(), 0.0, 1.0
+
+    def run(self, names: Sequence[str]) -> tuple[ComparedLaw, ...]:
+        """Every law tuned and run."""
+        self.planned = float(len(names))
+        return tuple(self._law(name) for name in names)
+
+    def _law(self, name: str) -> ComparedLaw:
+        several = self.spec.motion is not None and self.spec.motion.pulses > 1
+        tuning = self.cache.staged(
+            f"tuning-{name}", TuningRecord, {**self.inputs, "name": name}, lambda: self._tuning(name)
+        )
+        scores: Scores | None = None
+        if tuning.bandwidth is not None:
+            law: list[TunedLaw] = []
+            for first in range(0, self.draws, BLOCK):
+                draws = range(first, min(first + BLOCK, self.draws))
+                block = self.cache.staged(
+                    f"runs-{name}-{first:05d}",
+                    Scores,
+                    {
+                        **self.inputs,
+                        "tuning": replace(tuning, seconds=0.0),
+                        "draws": [draws.start, draws.stop],
+                    },
+                    partial(self._runs, tuning, law, draws),
+                )
+                scores = block if scores is None else scores.joined(block)
+                self._progress(f"{name}: {draws.stop} of {self.draws} plants", len(draws) / self.draws)
+        else:
+            self._progress(f"{name}: {tuning.reason}", 1.0)
+        return ComparedLaw(tuning=tuning, scores=scores, learns=several and name in LEARNS)
+
+    def _tuning(self, name: str) -> TuningRecord:
+        self.note(f"{name}: tuning")
+        begun = time.perf_counter()
+        try:
+            found = tuned_by_limits(name, self.spec, self.disturbances, COMPARED)
+        except (NotComputed, InputRefused) as failure:
+            seconds = time.perf_counter() - begun
+            return TuningRecord(
+                name=name,
+                bandwidth=None,
+                filter="",
+                disk=None,
+                gain=None,
+                phase=None,
+                ripple=None,
+                seconds=seconds,
+                reason=str(failure),
+            )
+        return recorded(name, found.bandwidth, found.filter, found.margins, found.seconds)
+
+    def _runs(self, tuning: TuningRecord, law: list[TunedLaw], draws: range) -> Scores:
+        if not law:
+            law.append(tuned_again(tuning, self.spec))
+        return scored(law[0], self.spec, self.disturbances, COMPARED, self.seed, draws)
+
+    def _progress(self, words: str, share: float) -> None:
+        self.finished += share
+        left = (time.monotonic() - self.begun) * (self.planned / self.finished - 1.0)
+        self.note(f"{words}; about {left:.0f} s left" if left >= 1.0 else words)
+
+
+def tuned_again(record: TuningRecord, spec: DesignSpec) -> TunedLaw:
+    """The law of a tuning that was kept."""
+    assert record.bandwidth is not None
+    made = CONTROLLERS[record.name](replace(spec, bandwidth=record.bandwidth))
+    tuning = dict(filters(record.name, spec))[record.filter]
+    loop = nominal_loop(made, spec, COMPARED, tuning)
+    return TunedLaw(
+        name=record.name,
+        loop=loop,
+        bandwidth=record.bandwidth,
+        filter=record.filter,
+        margins=margins_of(loop),
+        seconds=record.seconds,
+    )
+
+
+def _summary(
+    spec: DesignSpec,
+    laws: Sequence[ComparedLaw],
+    disturbances: Disturbances,
+    draws: int,
+    seed: int,
+    goal: float,
+) -> dict[str, Any]:
+    motion, limit = spec.motion, torque_limit(spec.drive)
+    assert motion is not None
+    ran = [law for law in laws if law.scores is not None]
+    return {
+        "controllers": [law_words(law, goal) for law in laws],
+        "best": ran[0].tuning.name if ran else None,
+        "draws": draws,
+        "seed": seed,
+        "goal_deg": goal / DEGREE,
+        "motion": {
+            "angle_deg": motion.angle,
+            "rise": motion.rise,
+            "dwell": motion.dwell,
+            "pulses": motion.pulses,
+            "order": motion.rise_order,
+        },
+        "disturbances": {name: list(ends) for name, ends in asdict(disturbances).items()},
+        "limits": {
+            "disk_margin": LEAST_DISK,
+            "torque_ripple": ripple_limit(spec),
+            "torque": limit if np.isfinite(limit) else None,
+        },
+        "not_covered": list(NOT_COVERED),
+        "drive": spec.drive.name,
+        "drive_hash": content_hash(spec.drive),
+    }
