@@ -22,4 +22,4 @@ def complete_controller(ctx: click.Context, param: click.Parameter, incomplete: 
     """
     from cabledrive.rig.laws.registry import CONTROLLERS
 
-    return [CompletionItem(name) for name in sorted(CONTROLLERS) if name.startswith(incomplete)]
+    return [CompletionItem(name) for name in sorted((*CONTROLLERS, "best")) if name.startswith(incomplete)]

@@ -51,10 +51,11 @@ def _notes(said: dict[str, Any]) -> list[Block]:
         Paragraph(
             text=(
                 "Every law is tuned by the same procedure: the highest bandwidth with a disk margin of at "
-                f"least {limits['disk_margin']:g} and a torque ripple by rounding (five deviations) of at most "
-                f"{number(limits['torque_ripple'], 3)} N m, with the filter that has the smallest worst error "
-                "on plants set apart for tuning. All laws then run on the same plants. Order: share of plants "
-                "within the goal, then worst error; of laws that learn, the error after the first pulse counts."
+                f"least {limits['disk_margin']:g} and a torque ripple by rounding (five deviations) of at "
+                f"most {number(limits['torque_ripple'], 3)} N m, with the filter that has the smallest worst "
+                "error on plants set apart for tuning. All laws then run on the same plants. Order: share of "
+                "plants within the goal, then worst error; of laws that learn, the error after the first "
+                "pulse counts."
             )
         ),
         Note(text="Not covered: " + "; ".join(said["not_covered"]) + "."),
@@ -96,6 +97,9 @@ def _errors(said: dict[str, Any]) -> Table:
 
 
 def _costs(said: dict[str, Any]) -> Table:
+    def margin(value: float | None) -> str:
+        return "any" if value is None else number(value, 3)
+
     rows = tuple(
         (
             one["name"],
@@ -104,10 +108,8 @@ def _costs(said: dict[str, Any]) -> Table:
             number(one["peak_torque"], 3),
             number(one["torque_ripple"], 3),
             number(one["disk_margin"], 3),
-            *(
-                "any" if one[key] is None else number(one[key], 3)
-                for key in ("gain_margin", "phase_margin_deg")
-            ),
+            margin(one["gain_margin"]),
+            margin(one["phase_margin_deg"]),
             number(one["tuning_seconds"], 3),
         )
         for one in said["controllers"]

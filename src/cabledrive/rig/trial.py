@@ -22,6 +22,7 @@ from cabledrive.rig.laws.own_law import own_law
 from cabledrive.rig.laws.registry import CONTROLLERS, design, known_name, needed_order
 from cabledrive.rig.learning_samples import run_learning_samples
 from cabledrive.rig.plant_samples import draw_words, run_samples
+from cabledrive.rig.ranking.best import BEST, best_controller, best_words
 from cabledrive.rig.setting import CABLE, DEGREE, Motion, RigOptions, sample_interval
 from cabledrive.rig.tracking import Tracking, told
 from cabledrive.trajectories import move_limits, peak_demand
@@ -53,9 +54,9 @@ def track(
     drive : Drive
         As the law believes it to be.
     controller : str, path or ControllerProtocol, optional
-        Name of the law, the controller.json of a study or its folder, or a controller of your own
-        (`OwnController`); by default the law that the drive's joint calls for. One in plain Python runs
-        sample by sample, and the result says so.
+        Name of the law, "best" (what `compare` ranks first), the controller.json of a study or its folder,
+        or a controller of your own (`OwnController`); by default the law that the drive's joint calls for.
+        One in plain Python runs sample by sample, and the result says so.
     bandwidth : float, optional
         lambda/(2 pi) [Hz] instead of that of ``gains``.
     plant : {"model-1", "model-2", "model-3", "model-4", "cable"}, LumpedChain or PlantProtocol, optional
@@ -97,8 +98,9 @@ def track(
         raise InputRefused(f"gains = {gains!r} is not known: take best or dissertation")
     file = read_controller(controller) if is_controller_path(controller) else None
     own = file is None and controller is not None and not isinstance(controller, str)
-    name = controller_name(controller if file is None else file.name, drive)
-    if (file is not None or own) and gains != "best":
+    best = controller == BEST if isinstance(controller, str) else False
+    name = controller_name(None if best else controller if file is None else file.name, drive)
+    if (file is not None or own or best) and gains != "best":
         raise InputRefused(f'gains = "{gains}" is a setting of the packaged laws: leave it out')
     if file is not None:
         options = replace(options, feedback=file.feedback)
@@ -119,6 +121,8 @@ def track(
     )
     if file is not None:
         made = law_from_file(file, spec)
+    elif best:
+        made = best_controller(spec)
     else:
         made = own_law(controller, spec) if own else design(name, spec)
     loop = close_loop(
@@ -147,6 +151,8 @@ def track(
     found = told(loop, done, drive, actual, motion, options, seed)
     if learnt is not None:
         found = judged_apart(found, first, loop, done)
+    if best:
+        found.summary["best"] = best_words(spec)
     if learns:
         found.summary["learnt"] = None if learnt is None else learnt.words
     if draws:

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from cabledrive.app.finished_study import REPORT, RESULTS, STAGES, check_folder
+from cabledrive.app.finished_study import REPORT, RESULTS, STAGES, asked_hash, check_folder, finished
 from cabledrive.app.messages import note
 from cabledrive.app.new_file import FORCE
 from cabledrive.app.options import Subcommand, answering, drive_argument, force_option
@@ -59,7 +59,12 @@ def command(
     if not output:
         raise InputRefused("--output names no folder: give one, or . for this one")
     folder = Path(output)
-    check_folder(folder, force=bool(click.get_current_context().meta.get(FORCE)))
+    force = bool(click.get_current_context().meta.get(FORCE))
+    check_folder(folder, force=force)
+    asked = _asked(drive, controllers, disturbances, spec)
+    before = finished(folder)
+    if before is not None and before.get("asked") != asked and not force:
+        raise InputRefused(f"{folder}: holds other results: choose another folder, or add --force")
     motion = Motion(**{name: spec[name] for name in ("angle", "rise", "dwell", "pulses")})
     check_run(drive, motion, RigOptions(), draws=spec["draws"])
     names = None if controllers is None else [one.strip() for one in controllers.split(",") if one.strip()]
@@ -80,8 +85,15 @@ def command(
             f"what is finished is kept in {folder / STAGES}; to go on, give the same command again"
         ) from None
     about = provenance(drive, method=METHOD, seed=spec["seed"])
-    _write(folder, comparison_html(drive, found), plain(found.summary) | {"provenance": about})
+    _write(
+        folder, comparison_html(drive, found), plain(found.summary) | {"provenance": about, "asked": asked}
+    )
     return Answer(data=found.summary, text=_text(found.summary, folder), provenance=about)
+
+
+def _asked(drive: Drive, controllers: str | None, disturbances: str | None, spec: dict[str, Any]) -> str:
+    words = [asked_hash(drive, [disturbances], False), controllers, spec]
+    return hashlib.sha256(json.dumps(words, sort_keys=True).encode()).hexdigest()
 
 
 def _write(folder: Path, page: str, data: dict[str, Any]) -> None:

@@ -26,7 +26,7 @@ METHOD = "hybrid simulation: exact between samples, stick-slip events on the exa
     "--controller",
     metavar="NAME|FILE",
     shell_complete=complete_controller,
-    help="Control law, or the controller.json of a study; default: chosen by the motor joint.",
+    help="Control law, best (first in compare), or a study's controller.json; default: by the joint.",
 )
 @click.option("--bandwidth", type=float, metavar="HZ", help="lambda/(2 pi) instead of that of --gains.")
 @click.option(
