@@ -1,6 +1,7 @@
 """A torque at the load: carried to the motor, seen by the filter, learnt from its innovations."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -56,7 +57,7 @@ def test_derivatives_of_the_smoothed_sign_are_those_of_its_values():
     rows = smoothed_sign(np.sin(2.0 * np.pi * t), 5, 0.06, 1e-4)
     assert rows[0].max() == pytest.approx(1.0, abs=1e-6)
     assert rows[0].min() == pytest.approx(-1.0, abs=1e-6)
-    for low, high in zip(rows[:-1], rows[1:], strict=True):
+    for low, high in pairwise(rows):
         found = np.gradient(low, 1e-4)[600:-600]
         np.testing.assert_allclose(found, high[600:-600], atol=0.02 * np.abs(high).max())
 
@@ -100,7 +101,8 @@ def test_what_the_filter_misses_is_what_it_misses_on_a_plant_with_that_torque():
         found[k], seen[k] = x - states, scratch[:3]
         predict(observer.model, observer.scalars, 3, estimate, held, 0.0, 0.0, scratch)
     for ours, theirs in ((missed, found), (innovations, seen)):
-        np.testing.assert_allclose(ours, theirs, atol=2e-3 * np.abs(theirs).max(axis=0))
+        gap = np.abs(ours - theirs).max(axis=0) / np.abs(theirs).max(axis=0)
+        assert gap.max() < 2e-3, f"observed {gap}"
 
 
 def test_whitened_innovations_have_variance_one():

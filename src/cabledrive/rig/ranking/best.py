@@ -28,8 +28,8 @@ def best_controller(spec: DesignSpec) -> Controller:
     tuned, _ = best_law(_compared(spec))
     made = CONTROLLERS[tuned.name](replace(spec, bandwidth=tuned.bandwidth))
     reason = (
-        f"{tuned.name} at {tuned.bandwidth:g} Hz, filter {tuned.filter}: ranks first over {BEST_DRAWS} plants "
-        "with friction at the load"
+        f"{tuned.name} at {tuned.bandwidth:g} Hz, filter {tuned.filter}: ranks first over {BEST_DRAWS} "
+        "plants with friction at the load"
     )
     filtered = tuned.loop.controller.tuning
     return replace(made, tuning=filtered, gains=made.gains | {"reasons": [reason]})
