@@ -21,7 +21,9 @@ MOTION, OPTIONS = Motion(angle=20.0, rise=0.3, dwell=0.15, order=11), RigOptions
 @pytest.fixture(scope="module")
 def loop():
     made = CONTROLLERS["lqi"](spec_for(DRIVE, MOTION, bandwidth=20.0))
-    return close_loop(DRIVE, DRIVE, made, MOTION, OPTIONS, np.random.default_rng(4))
+    found = close_loop(DRIVE, DRIVE, made, MOTION, OPTIONS, np.random.default_rng(4))
+    # Without counts: a loop that rounds makes other counts out of the last digit of an integrator.
+    return replace(found, rig=found.rig._replace(counts=np.zeros(3)))
 
 
 def with_disturbances(loop, phases=(0.0, 0.0, 0.0), **values):
@@ -34,11 +36,11 @@ def with_disturbances(loop, phases=(0.0, 0.0, 0.0), **values):
 
 
 def test_without_disturbances_the_plant_is_the_exact_one(loop, measured):
-    """Against the event-by-event solution: the load within a fiftieth of a count."""
+    """Against the event-by-event solution: the load within a twentieth of a count."""
     exact, found = run(loop), run(with_disturbances(loop))
     gap = float(np.degrees(np.abs(exact.log[:, 2] - found.log[:, 2]).max()))
     measured(f"{gap:.1e} deg")
-    assert gap < 0.036 / 10.0, f"observed {gap:.1e} deg"
+    assert gap < 0.036 / 20.0, f"observed {gap:.1e} deg"
 
 
 @pytest.mark.parametrize(
@@ -63,7 +65,7 @@ def test_each_disturbance_is_that_of_another_integrator(loop, ours, theirs, meas
     )  # fmt: skip
     plain = run(with_disturbances(loop), log=False).state.summary[0]
     measured(f"{np.degrees(found):.4f} deg, the other {np.degrees(other):.4f}")
-    assert abs(found - other) < 0.05 * other + np.radians(0.003), f"observed {found:.3e}, {other:.3e} rad"
+    assert abs(found - other) < 0.02 * other, f"observed {found:.3e}, {other:.3e} rad"
     assert abs(found - plain) > abs(found - other), "the disturbance changes nothing"
 
 

@@ -1,0 +1,74 @@
+"""`cabledrive compare`: its files and keys, its refusals, a second run from what is kept."""
+
+import json
+import time
+
+import pytest
+
+from cabledrive.rig.laws.registry import CONTROLLERS
+from command import answer, call, refusal
+
+ASKED = "compare dissertation-3 --controllers lqg,lqi-learning --draws 3 --rise 0.4 --dwell {}"
+FEW = ASKED.format("0.1").split()
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    out = tmp_path_factory.mktemp("compare") / "out"
+    return out, answer(*FEW, "-o", out)
+
+
+def test_json_and_files_have_what_the_contract_promises(finished):
+    out, found = finished
+    assert {one["name"] for one in found["controllers"]} == {"lqg", "lqi-learning"} <= set(CONTROLLERS)
+    for one in found["controllers"]:
+        assert 0.0 < one["median_deg"] <= one["worst_deg"]
+        assert 0.0 <= one["share_low"] <= one["share_within"] <= 1.0
+        assert 0.0 < one["torque_ripple"] <= found["limits"]["torque_ripple"]
+        assert one["disk_margin"] >= found["limits"]["disk_margin"]
+        assert one["peak_torque"] > 0.0
+        assert one["gain_margin"] > 1.0
+        assert one["phase_margin_deg"] > 0.0
+        assert one["tuning_seconds"] > 0.0
+        assert one["runs"] == 3
+    assert found["best"] == found["controllers"][0]["name"]
+    written = json.loads((out / "results.json").read_text())
+    assert written["controllers"] == found["controllers"]
+    assert written["provenance"]["drive_hash"]
+    page = (out / "report.html").read_text()
+    assert "lqi-learning" in page
+    assert "http" not in page.replace("http://www.w3.org", "")
+
+
+def test_the_same_command_goes_on_from_what_is_kept(finished):
+    out, found = finished
+    begun = time.perf_counter()
+    assert answer(*FEW, "-o", out)["controllers"] == found["controllers"]
+    assert time.perf_counter() - begun < 10.0
+
+
+def test_another_comparison_does_not_replace_it(finished):
+    out, _ = finished
+    assert "holds other results" in refusal(*ASKED.format("0.2").split(), "-o", out)
+
+
+@pytest.mark.parametrize(
+    "arguments, words",
+    [
+        (("--controllers", "lqi,nobody"), ["nobody", "not known"]),
+        (("--controllers", "lqi,lqi"), ["lqi", "twice"]),
+        (("--controllers", " , "), ["controllers", "none"]),
+        (("--draws", "0"), ["draws = 0", "1"]),
+        (("--goal", "-1"), ["goal = -1", "above 0"]),
+        (("--disturbances", "absent.toml"), ["absent.toml"]),
+    ],
+)
+def test_refusals_come_in_one_line_before_the_work(arguments, words, tmp_path):
+    line = refusal("compare", "dissertation-3", *arguments, "-o", tmp_path / "out")
+    assert all(word in line for word in words), line
+    assert not (tmp_path / "out").exists()
+
+
+def test_help_names_every_option():
+    shown = call("compare", "--help").output
+    assert all(option in shown for option in ("--controllers", "--disturbances", "--draws", "--goal"))
