@@ -1,4 +1,7 @@
-"""A torque at the load: carried to the motor, seen by the filter, learnt from its innovations."""
+"""A torque at the load: carried to the motor, seen by the filter, learnt from its innovations.
+
+Compiled modules under test: cabledrive.control.innovations_of_load, cabledrive.control.law_kernels.
+"""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -71,6 +74,7 @@ def filter_of(chain):
     )
 
 
+@pytest.mark.kernel
 def test_what_the_filter_misses_is_what_it_misses_on_a_plant_with_that_torque():
     """The plant by its matrices, the filter by the kernels of the loop, no torque of the motor."""
     chain = replace(model(4), coulomb=(0.0, 0.0, 0.0), offsets=(0.0, 0.0, 0.0))
@@ -147,6 +151,7 @@ def learnt(slopes, innovations, kept, start, gate=1e9, high=1e9):
     return estimate[:p], estimate[p : p + p * p].reshape(p, p)
 
 
+@pytest.mark.kernel
 def test_without_forgetting_it_is_least_squares_with_a_prior():
     rng = np.random.default_rng(5)
     slopes, truth, prior = rng.normal(size=(60, 3)), np.array([0.3, -1.0, 2.0]), np.diag([4.0, 1.0, 9.0])
@@ -167,6 +172,7 @@ def test_a_direction_that_is_not_excited_is_not_forgotten_and_covariance_stays_b
     assert 0.05 < spread[0, 0] < 0.2, f"observed {spread[0, 0]:.3g}"  # 0.1 = (1 - 0.999) / 0.1^2
 
 
+@pytest.mark.kernel
 def test_an_innovation_that_the_covariance_does_not_explain_is_passed_over():
     prior = np.diag([1e-4, 1e-4, 1e-4])
     found, _ = learnt(np.ones((1, 3)), np.array([50.0]), 1.0, prior, gate=6.0)

@@ -1,6 +1,6 @@
 """Controllers side by side on one drive: tuned by one procedure, run on the same disturbed plants."""
 
-from cabledrive.studies.controller_comparison.compare import compare
 from cabledrive.studies.controller_comparison.comparison import Comparison
+from cabledrive.studies.controller_comparison.run_comparison import compare
 
 __all__ = ["Comparison", "compare"]
