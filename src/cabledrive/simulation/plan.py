@@ -3,15 +3,12 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import ConsistentWeakLaw, ExactLaw, LinearLaw, WeakLaw
 from cabledrive.mechanics.mesh import Mesh
 from cabledrive.mechanics.tension_only import taut_law
-
-Integers = NDArray[np.int64]
-
+from cabledrive.simulation.runs import Integers, numbers_of_runs, runs_of, segments_beside
 
 # The laws that the kernels know, by the numbers of `kernels.segments`, and what stands for any other.
 KERNEL_LAWS: tuple[type[CableLaw], ...] = (ExactLaw, WeakLaw, ConsistentWeakLaw, LinearLaw)
@@ -50,7 +47,7 @@ class Plan(NamedTuple):
     spans: int
     segments: int  # per span
     closed: bool
-    uniform: bool  # equal segments, no carriages, no axial damping: the short loop will do
+    uniform: bool  # equal segments, no carriages, no axial damping
     density: float  # [kg/m]
     driven: int  # shaft on which the torque acts
     joint_stiffness: float  # k_m / r^2 [N/m]
@@ -62,6 +59,10 @@ class Plan(NamedTuple):
     shaft_matrices: Array  # (2, 3, 3): what acts on the new speeds of the shafts, and on the old ones [kg/s]
     probe: Array  # (probes, 2): segment, and place between its ends from 0 to 1
     force: Integers  # (forces, 2): node, and axis (0: u, 1: v, 2: w)
+    stop: Integers  # (stops,): nodes with a carriage or a force, in rising order
+    beside: Integers  # (number,): segments beside rims and stops
+    runs: Integers  # (runs, 2): first and last segment of each run of equal segments, the last not included
+    run: Array  # (runs, columns): their numbers, see `cabledrive.simulation.runs`
 
 
 def plan_of(
@@ -84,6 +85,8 @@ def plan_of(
     span and distance [m] from its start, on the pretensioned cable. The midpoints come first anyway;
     ``forces``: node and axis (0: u, 1: v, 2: w) of each force.
     """
+    stops = np.unique([*mesh.carriage_node, *(node for node, _ in forces)]).astype(np.int64)
+    runs = runs_of(mesh, stops)
     damper = axial_damping * (1.0 + law.pretension / law.axial_rigidity)
     stiffness, damping = _joint(mesh)
     return Plan(
@@ -111,6 +114,10 @@ def plan_of(
         shaft_matrices=_shaft_matrices(mesh, step, damping),
         probe=_probes(mesh, (*_midpoints(mesh), *probes)),
         force=np.array(forces, dtype=np.int64).reshape(-1, 2),
+        stop=stops,
+        beside=segments_beside(mesh, stops),
+        runs=runs,
+        run=numbers_of_runs(mesh, runs, law.axial_rigidity, law.slack_strain, step, transverse_damping),
     )
 
 

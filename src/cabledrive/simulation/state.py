@@ -6,7 +6,7 @@ import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.simulation.channels import EXTREMES, TALLIES
-from cabledrive.simulation.plan import Integers
+from cabledrive.simulation.runs import Integers
 
 MOST_EVENTS = 1000
 

@@ -11,6 +11,9 @@ from cabledrive.simulation.plan import Plan
 # Rows of Workspace.shaft.
 OLD, NEW, FORCE, RIGHT, FRICTION = range(5)
 
+# Rows of Workspace.stop.
+BEFORE, AFTER, PLACE = range(3)
+
 
 class Workspace(NamedTuple):
     """Arrays without meaning between steps."""
@@ -25,6 +28,7 @@ class Workspace(NamedTuple):
     q: Array  # (4, segments): damping tensions and pivots
     shaft: Array  # (5, 3): old speed, new speed, force, right side, friction
     matrix: Array  # (3, 3)
+    stop: Array  # (3, 3, stops): velocities before and after the step, and places before it, of the stops
 
 
 def new_workspace(plan: Plan) -> Workspace:
@@ -41,4 +45,5 @@ def new_workspace(plan: Plan) -> Workspace:
         q=np.zeros((4, segments)),
         shaft=np.zeros((5, 3)),
         matrix=np.zeros((3, 3)),
+        stop=np.zeros((3, 3, plan.stop.size)),
     )

@@ -12,7 +12,6 @@ from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.simulation.channels import BALANCE, TALLIES
 from cabledrive.simulation.kernels.energy_equal_segments import MOST_TRIALS, SETTLED, march_equal_segments
-from cabledrive.simulation.kernels.equal_segments import rows_of
 from cabledrive.simulation.kernels.nodes import damp_axially, kick_nodes, tally_nodes, turn
 from cabledrive.simulation.kernels.nonlinear_energy import (
     answer_of,
@@ -42,6 +41,7 @@ from cabledrive.simulation.kernels.stored_energy import (
     raised_shift,
     sum_with_loss,
 )
+from cabledrive.simulation.kernels.taut_steps import rows_of
 from cabledrive.simulation.plan import INVERSE_SPACING, RADIUS, Plan, check_kernel_law
 from cabledrive.simulation.state import LOWER_SLACK, STEPS, UPPER_SLACK, State
 from cabledrive.simulation.workspace import Workspace

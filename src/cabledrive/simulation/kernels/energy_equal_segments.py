@@ -1,6 +1,6 @@
 r"""Compiled step of the energy-conserving scheme on equal segments under the exact law: two passes.
 
-With the gain g of `cabledrive.simulation.kernels.equal_segments` a segment carries, beyond the linear law,
+With the gain g of `cabledrive.simulation.runs` a segment carries, beyond the linear law,
 
 .. math:: h\,(r_u, r_v, r_w) = g\,(\Delta u, \Delta v, \Delta w) + (g h - EA\,\Delta u, 0, 0)
 
@@ -14,7 +14,6 @@ from math import sqrt
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import for_kernels, njit_in_place, njit_inlined
 from cabledrive.simulation.channels import BALANCE, TRANSVERSE_LOSS
-from cabledrive.simulation.kernels.equal_segments import gain_series, safe_range
 from cabledrive.simulation.kernels.nonlinear_energy import own_balance
 from cabledrive.simulation.kernels.observe import record
 from cabledrive.simulation.kernels.shafts import add_to
@@ -49,6 +48,7 @@ from cabledrive.simulation.plan import (
     SPACING,
     Plan,
 )
+from cabledrive.simulation.runs import CENTRE, GAIN, REACH
 from cabledrive.simulation.state import LOWER_SLACK, STEPS, UPPER_SLACK, State
 from cabledrive.simulation.workspace import FORCE, NEW, OLD, Workspace
 
@@ -79,7 +79,7 @@ def step_equal_segments(
 ) -> int:
     """Take a step for each entry of ``torque``, up to one at whose start a segment is slack or out of range.
 
-    ``gain`` (segments,) is work space; rows and the missing v are as in `equal_segments`. Returns the number
+    ``gain`` (segments,) is work space; rows and the missing v are as in `taut_steps`. Returns the number
     of steps taken.
     """
     x, x_t, motor, tallies, p, shaft = state.x, state.x_t, state.motor, state.tallies, work.p, work.shaft
@@ -89,7 +89,8 @@ def step_equal_segments(
     last = p.shape[1]
     h, inverse = plan.segment[SPACING, 0], plan.segment[INVERSE_SPACING, 0]
     h2, square, per_rigidity = 2.0 * h, h * h, 1.0 / rigidity
-    centre, reach = safe_range(plan)
+    run = plan.run[0]
+    centre, reach = run[CENTRE], run[REACH]
     fall_u, fall_w = plan.node[FALL_U], plan.node[FALL_W]
     kick_u, kick_t = plan.node[KICK_U, 1] * inverse, plan.node[KICK_T, 1] * inverse
     keep = plan.node[KEEP_T, 1]
@@ -97,7 +98,8 @@ def step_equal_segments(
     loss = 0.25 * step * plan.node[DRAG, 1]
     matrix, back = plan.shaft_matrices[0], plan.shaft_matrices[1]
     per_radius = 1.0 / plan.shaft[RADIUS, 0]
-    c0, c1, c2, c3, c4, c5, c6, c7 = gain_series(rigidity, inverse)
+    c0, c1, c2, c3 = run[GAIN], run[GAIN + 1], run[GAIN + 2], run[GAIN + 3]
+    c4, c5, c6, c7 = run[GAIN + 4], run[GAIN + 5], run[GAIN + 6], run[GAIN + 7]
     for j in range(torque.size):
         stretched, along, met, square_u, square_t = 0.0, 0.0, 0.0, 0.0, 0.0
         outside = 0

@@ -12,9 +12,9 @@ from cabledrive.simulation.plan import (
     TURNS,
     VISCOUS,
     WEIGHT_U,
-    Integers,
     Plan,
 )
+from cabledrive.simulation.runs import Integers
 from cabledrive.simulation.state import EVENTS, MOST_EVENTS, STEPS, UPPER_SLACK
 from cabledrive.simulation.workspace import FORCE, FRICTION, NEW, OLD, RIGHT
 

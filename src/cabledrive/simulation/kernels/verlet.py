@@ -1,14 +1,13 @@
 """Compiled Stoermer-Verlet march of the staggered chain. Twin: `cabledrive.simulation.readable.verlet`.
 
-One step: tensions of all segments, velocities half a step on, displacements a step on. Equal segments without
-carriages under the exact law take a quick loop from record to record as long as they are taut; everything
-else takes the long one.
+One step: tensions of all segments, velocities half a step on, displacements a step on. Under the exact law it
+is one pass over the segments, `cabledrive.simulation.kernels.taut_steps`, as long as they are taut; other
+laws, slack and axial damping take the long loop.
 """
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import for_kernels, njit_in_place
 from cabledrive.simulation.channels import BALANCE
-from cabledrive.simulation.kernels.equal_segments import march_equal_segments, rows_of
 from cabledrive.simulation.kernels.nodes import damp_axially, kick_nodes, tally_nodes, turn
 from cabledrive.simulation.kernels.observe import record
 from cabledrive.simulation.kernels.segments import EXACT, segment_tensions
@@ -20,6 +19,7 @@ from cabledrive.simulation.kernels.steps import (
     shaft_forces,
     tally_shafts,
 )
+from cabledrive.simulation.kernels.taut_steps import march_taut, rows_of
 from cabledrive.simulation.plan import (
     INVERSE_SPACING,
     RADIUS,
@@ -50,12 +50,12 @@ def march(
     shows it).
     """
     check_kernel_law(plan)
-    if not plan.uniform or plan.law != EXACT:
+    if plan.law != EXACT or plan.axial_damping > 0.0:
         return march_any(plan, state, work, torque, forces, every, rows, fields)
     lines = rows_of(state)
     j = 0
     while j < torque.size:
-        j, finite = march_equal_segments(plan, state, work, torque, every, rows, fields, j, *lines)
+        j, finite = march_taut(plan, state, work, torque, forces, every, rows, fields, j, *lines)
         if j >= torque.size or not finite:
             return DONE if finite else NOT_FINITE
         here, record_here = slice(j, j + every), slice(j // every, j // every + 1)

@@ -1,4 +1,4 @@
-"""The quick loop, `cabledrive.simulation.kernels.equal_segments`, equals the readable march."""
+"""The pass over taut segments, `cabledrive.simulation.kernels.taut_steps`, equals the readable march."""
 
 from dataclasses import replace
 
@@ -8,10 +8,11 @@ import pytest
 from cabledrive.mechanics.cable_laws import cable_law
 from cabledrive.mechanics.compiled import njit, njit_in_place
 from cabledrive.mechanics.mesh import mesh_of
+from cabledrive.parameters.carriage import Carriage
 from cabledrive.parameters.drive_file import load_drive
 from cabledrive.simulation.channels import WIDTH
-from cabledrive.simulation.kernels.equal_segments import rows_of, step_equal_segments
 from cabledrive.simulation.kernels.observe import least_of
+from cabledrive.simulation.kernels.taut_steps import rows_of, step_taut
 from cabledrive.simulation.kernels.verlet import march
 from cabledrive.simulation.plan import plan_of
 from cabledrive.simulation.readable.verlet import march_reference
@@ -24,12 +25,28 @@ LOOP = load_drive("dissertation-2")
 SEGMENTS, STEPS, EVERY = 9, 60, 20
 
 
+SLOPED = replace(LOOP.layout, inclination=0.4)
+CARRIAGES = (
+    Carriage(mass=2e-3, position=0.31),
+    Carriage(mass=1e-3, position=0.62, guided=False),
+    Carriage(mass=3e-3, position=0.2, span="lower", guided=False),
+)
+DRIVES = {
+    "loop": (LOOP, ()),
+    "line": (replace(LOOP, kind="line"), ()),
+    "sloped loop": (replace(LOOP, layout=SLOPED), ()),
+    "carriage": (replace(LOOP, carriage=CARRIAGES[:1]), ()),
+    "carriages side by side": (replace(LOOP, carriage=CARRIAGES, layout=SLOPED), ()),
+    "forces": (replace(LOOP, carriage=CARRIAGES), ((3, 0), (3, 2), (5, 2))),
+}
+
+
 def setting(kind, *, planar, speed):
     """A start in motion; the faster the drive pulley turns, the sooner a span is slack."""
-    drive = replace(LOOP, kind=kind)
+    drive, forces = DRIVES[kind]
     mesh, law = mesh_of(drive, SEGMENTS), cable_law(drive.cable)
     step = 0.8 * mesh.spacing.min() / drive.cable.axial_wave_speed
-    plan = plan_of(mesh, law, step=step, transverse_damping=20.0, stop_when_slack=False)
+    plan = plan_of(mesh, law, step=step, transverse_damping=20.0, stop_when_slack=False, forces=forces)
     x, x_t = np.zeros((3, mesh.nodes)), np.zeros((3, mesh.nodes))
     rng = np.random.default_rng(3)
     x[1 if not planar else 2 :, mesh.sways] = 1e-4 * rng.uniform(-1.0, 1.0, (2 - planar, mesh.sways.sum()))
@@ -41,11 +58,12 @@ def taken(function, plan, start):
     state = copy_state(start)
     rows, fields = np.zeros((STEPS // EVERY, WIDTH + 3 * len(plan.probe))), np.zeros((0, *state.x.shape))
     torque = 0.2 * np.cos(np.arange(STEPS))
-    code = function(plan, state, new_workspace(plan), torque, np.zeros((STEPS, 0)), EVERY, rows, fields)
+    forces = 1e-2 * np.sin(np.arange(STEPS * len(plan.force))).reshape(STEPS, -1)
+    code = function(plan, state, new_workspace(plan), torque, forces, EVERY, rows, fields)
     return code, state, rows
 
 
-@pytest.mark.parametrize("kind", ["loop", "line"])
+@pytest.mark.parametrize("kind", DRIVES)
 @pytest.mark.parametrize("planar", [True, False])
 @pytest.mark.parametrize("speed", [0.1, 6.0])
 def test_quick_steps_equal_the_readable_ones(kind, planar, speed):
@@ -69,7 +87,7 @@ def test_quick_steps_equal_the_readable_ones(kind, planar, speed):
 @njit_in_place
 def steps(*arguments):
     """The part of a kernel, which has no entry of its own from Python."""
-    return step_equal_segments(*arguments)
+    return step_taut(*arguments)
 
 
 @njit
@@ -83,8 +101,14 @@ def test_quick_steps_are_taken_while_taut_and_refused_when_slack(planar):
         plan, state = setting("loop", planar=planar, speed=speed)
         rows = rows_of(state)
         assert (rows[1] is None) == (rows[4] is None) == planar
-        went = steps(plan, state, new_workspace(plan), np.zeros(STEPS), *rows)
+        went = steps(plan, state, new_workspace(plan), np.zeros(STEPS), np.zeros((STEPS, 0)), *rows)
         assert went == expected
+
+
+def test_a_drive_of_equal_segments_is_one_run_and_stops_divide_it():
+    assert setting("loop", planar=True, speed=0.1)[0].runs.tolist() == [[0, 2 * SEGMENTS]]
+    plan = setting("carriage", planar=True, speed=0.1)[0]
+    assert plan.runs[1:, 0].tolist() == [plan.stop[0], SEGMENTS]
 
 
 @pytest.mark.parametrize("size", range(1, 12))
