@@ -1,5 +1,6 @@
 """The compiled chain against the same loop in plain C and in numpy; what conserving energy costs."""
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -15,6 +16,7 @@ TITLE = "Chain: steps of the exact law"
 DRIVE = cd.load_drive("dissertation-2", overrides=["cable.pretension=3.26", "cable.transverse_damping=2"])
 TORQUE = Sine(amplitude=0.02, frequency=81.6)
 IN_PLANE = (Pluck(height=1e-3, shape="half-sine"),)
+CARRIAGE = replace(DRIVE, carriage=(cd.Carriage(mass=2e-3, position=0.31),))
 WHIRL = (*IN_PLANE, Pluck(height=1e-3, shape="half-sine", plane="v"))
 RATES = {"1 kHz": 1e3, "10 kHz": 1e4}  # records per second
 
@@ -46,6 +48,9 @@ def compared(library, segments: int, name: str, plucks):
         f"kernel, records at {rate}": Marched(prepared(segments, plucks, "verlet", hertz))
         for rate, hertz in RATES.items()
     }
+    contestants["kernel with a carriage, records at 1 kHz"] = Marched(
+        prepared(segments, plucks, "verlet", 1e3, CARRIAGE)
+    )
     contestants["energy-conserving, records at 1 kHz"] = Marched(
         prepared(segments, plucks, "energy-conserving", 1e3)
     )
@@ -62,11 +67,11 @@ def compared(library, segments: int, name: str, plucks):
         yield segments, name, key, duration(per_step), ratio, f"{error:.0e}" if key == "plain C" else ""
 
 
-def prepared(segments: int, plucks, method: str, rate: float) -> Case:
+def prepared(segments: int, plucks, method: str, rate: float, drive=DRIVE) -> Case:
     """A case whose step does not depend on the recording rate."""
     scheme = Scheme(segments=segments, method=method)
     return case_of(
-        DRIVE, 1.0, torque=TORQUE, start=Start(plucks=plucks), scheme=scheme, recording=Recording(rate=rate)
+        drive, 1.0, torque=TORQUE, start=Start(plucks=plucks), scheme=scheme, recording=Recording(rate=rate)
     )
 
 

@@ -13,7 +13,7 @@ from test_verlet_kernel import CASES, setting, taken
 from cabledrive.simulation.channels import CHANNELS, WIDTH
 from cabledrive.simulation.energy_conserving import EnergyConserving
 from cabledrive.simulation.kernels.energy_conserving import march
-from cabledrive.simulation.readable.energy_conserving import SHIFT, march_reference
+from oracles.readable_chain.energy_conserving import SHIFT, march_reference
 
 pytestmark = pytest.mark.kernel
 

@@ -31,9 +31,9 @@ from cabledrive.simulation.case import case_of
 from cabledrive.simulation.kernels import energy_conserving, node_centred, verlet
 from cabledrive.simulation.kernels.own_law import steps_under
 from cabledrive.simulation.own_law import NO_NUMBA, compiled_law
-from cabledrive.simulation.readable.verlet import march_reference
 from cabledrive.simulation.step_size import largest_stable_step
 from cabledrive.simulation.workspace import new_workspace
+from oracles.readable_chain.verlet import march_reference
 
 DRIVE = cd.load_drive("dissertation-2")
 RUN = {

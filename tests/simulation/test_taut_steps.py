@@ -1,4 +1,7 @@
-"""The pass over taut segments, `cabledrive.simulation.kernels.taut_steps`, equals the readable march."""
+"""The pass over taut segments, `cabledrive.simulation.kernels.taut_steps`, equals the readable march.
+
+With the nodes that have a mass of their own, `cabledrive.simulation.kernels.stops`.
+"""
 
 from dataclasses import replace
 
@@ -15,9 +18,9 @@ from cabledrive.simulation.kernels.observe import least_of
 from cabledrive.simulation.kernels.taut_steps import rows_of, step_taut
 from cabledrive.simulation.kernels.verlet import march
 from cabledrive.simulation.plan import plan_of
-from cabledrive.simulation.readable.verlet import march_reference
 from cabledrive.simulation.state import EVENTS, copy_state, new_state
 from cabledrive.simulation.workspace import new_workspace
+from oracles.readable_chain.verlet import march_reference
 
 pytestmark = pytest.mark.kernel
 

@@ -23,11 +23,11 @@ from cabledrive.simulation.kernels.segments import LARGEST_Z, segment_tensions
 from cabledrive.simulation.kernels.shafts import solve_shafts
 from cabledrive.simulation.kernels.verlet import march
 from cabledrive.simulation.plan import COULOMB, SMOOTH, TURNS, plan_of
-from cabledrive.simulation.readable import node_centred as readable_node_centred
-from cabledrive.simulation.readable.shafts import solve_shafts_reference
-from cabledrive.simulation.readable.verlet import march_reference
 from cabledrive.simulation.state import copy_state, new_state
 from cabledrive.simulation.workspace import FRICTION, NEW, OLD, RIGHT, new_workspace
+from oracles.readable_chain import node_centred as readable_node_centred
+from oracles.readable_chain.shafts import solve_shafts_reference
+from oracles.readable_chain.verlet import march_reference
 
 pytestmark = pytest.mark.kernel
 

@@ -21,12 +21,12 @@ from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.hashing import content_hash
 from cabledrive.parameters.version import __version__
+from cabledrive.simulation.beginning import half_step_before
 from cabledrive.simulation.channels import WIDTH
 from cabledrive.simulation.method import Method
 from cabledrive.simulation.methods import method_named
 from cabledrive.simulation.own_law import NO_NUMBA, law_fingerprint, why_interpreted
 from cabledrive.simulation.plan import OWN, Plan, plan_of
-from cabledrive.simulation.readable.beginning import half_step_before
 from cabledrive.simulation.scheme import Scheme
 from cabledrive.simulation.signals import Function, Signal, check_lasts, signal_of
 from cabledrive.simulation.start import (

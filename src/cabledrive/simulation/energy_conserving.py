@@ -3,13 +3,13 @@
 from dataclasses import dataclass
 from typing import ClassVar, final
 
-from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import numba_at_hand
+import numpy as np
+
+from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.simulation.method import Method, refuse_own_law
-from cabledrive.simulation.plan import KERNEL_LAWS, Plan
-from cabledrive.simulation.readable.energy_conserving import extra_at_start
-from cabledrive.simulation.state import State
+from cabledrive.simulation.plan import INVERSE_SPACING, KERNEL_LAWS, SPACING, Plan, law_of
+from cabledrive.simulation.state import MOTOR_LOST, SHIFT, STORED, State
 from cabledrive.simulation.workspace import Workspace
 
 
@@ -20,8 +20,7 @@ class EnergyConserving(Method):
 
     The linear part of the cable is marched by leapfrog. The rest of its energy is represented by one number
     that is marched along, and the nonlinear forces are scaled by it so that the energy budget closes to
-    round-off at every step, see `cabledrive.simulation.readable.energy_conserving`. Order 2 in space and
-    time.
+    round-off at every step, see `cabledrive.simulation.kernels.energy_conserving`. Order 2 in space and time.
 
     The energy that is conserved is the scheme's own: how far its number E is from the energy V(x) it stands
     for is a discretisation error of second order, and shows as the difference between the column "balance"
@@ -73,8 +72,32 @@ class EnergyConserving(Method):
         `Method.march`.
         Returns see `Method.march`.
         """
-        if numba_at_hand():
-            from cabledrive.simulation.kernels.energy_conserving import march
-        else:
-            from cabledrive.simulation.readable.energy_conserving import march_reference as march
+        from cabledrive.simulation.kernels.energy_conserving import march
+
         return march(plan, state, work, torque, forces, every, rows, fields)
+
+
+def extra_at_start(plan: Plan, state: State) -> Array:
+    """E half a step before the start, and a shift C of half the pretension times the slack elongation.
+
+    ``state``: at the start.
+    Returns shape (6,): `State.extra` of the scheme: energies [J], then what rounding took [J], [m].
+    """
+    law = law_of(plan)
+    before = state.x - plan.step * state.x_t
+    energies = [
+        _nonlinear_energy(plan, law, np.diff(x, axis=1) * plan.segment[INVERSE_SPACING])
+        for x in (state.x, before)
+    ]
+    length = float(np.sum(plan.segment[SPACING]))
+    extra = np.zeros(MOTOR_LOST + 1)
+    extra[STORED] = 0.5 * sum(energies)
+    extra[SHIFT] = -0.5 * plan.pretension * plan.slack_strain * length
+    return extra
+
+
+def _nonlinear_energy(plan: Plan, law: CableLaw, gradients: Array) -> float:
+    """Elastic energy beyond that of the linear law, V [J]."""
+    u_x, v_x, w_x = gradients
+    quadratic = 0.5 * (law.stiffness * u_x**2 + law.pretension * (v_x**2 + w_x**2))
+    return float(np.sum(plan.segment[SPACING] * (law.energy_density(u_x, v_x, w_x) - quadratic)))

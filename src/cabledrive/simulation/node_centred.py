@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import ClassVar, final
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import numba_at_hand
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.simulation.method import Method, refuse_own_law
 from cabledrive.simulation.plan import Plan
@@ -57,8 +56,6 @@ class NodeCentred(Method):
         `Method.march`.
         Returns see `Method.march`.
         """
-        if numba_at_hand():
-            from cabledrive.simulation.kernels.node_centred import march
-        else:
-            from cabledrive.simulation.readable.node_centred import march_reference as march
+        from cabledrive.simulation.kernels.node_centred import march
+
         return march(plan, state, work, torque, forces, every, rows, fields)

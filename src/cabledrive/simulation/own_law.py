@@ -1,8 +1,8 @@
 """A cable law of the user's own: its formula compiled where numba can, interpreted where not, never replaced.
 
 The formula that is compiled is the method of the law itself, applied to one segment at a time; before it is
-used it is compared with what the method gives on arrays. The steps at which something is recorded or a
-segment is slack are taken by the readable integrator under the law as it is.
+used it is compared with what the method gives on arrays. At the steps at which something is recorded or a
+segment is slack the law itself is asked, and so it is at every step where its formula is not compiled.
 """
 
 from collections.abc import Callable
@@ -16,11 +16,18 @@ import numpy as np
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.compiled import numba_at_hand
 from cabledrive.mechanics.tension_only import taut_law
-from cabledrive.simulation.method import DONE, TOO_STIFF
+from cabledrive.simulation.channels import BALANCE
+from cabledrive.simulation.method import DONE, NOT_FINITE, SLACK, TOO_STIFF
 from cabledrive.simulation.plan import INVERSE_SPACING, SPACING, Plan
-from cabledrive.simulation.readable.verlet import march_reference
-from cabledrive.simulation.state import State
-from cabledrive.simulation.workspace import Workspace
+from cabledrive.simulation.state import (
+    EVENTS,
+    LOWER_SLACK,
+    MOST_EVENTS,
+    STEPS,
+    UPPER_SLACK,
+    State,
+)
+from cabledrive.simulation.workspace import ENERGY, TENSION, Workspace
 
 NO_NUMBA = "numba is not installed or is switched off"
 AGREEMENT = 1e-12
@@ -175,25 +182,62 @@ def march_own(
     Returns also TOO_STIFF, before the step of a record at which the step is too long for the law.
     """
     compiled = compiled_law(plan, law)
-    beside, no_fields, j = np.zeros_like(rows[:1]), fields[:0], 0
+    j = 0
     while j < torque.size:
-        k, end = j // every, min(torque.size, j - j % every + every)
         recording = j % every == 0
         if recording and stiffness_over_limit(plan, law, state.x).max() > 1.0 + 1e-6:
             return TOO_STIFF
-        last = j + 1 if recording or not isinstance(compiled, str) else end
-        code = march_reference(
-            plan, state, work, torque[j:last], forces[j:last], max(every, 2),
-            rows[k : k + 1] if recording else beside, fields[k : k + 1] if recording else no_fields, law,
-        )  # fmt: skip
-        if code != DONE:
-            return code
-        j = last
-        if j < end and not isinstance(compiled, str):
+        row = rows[j // every] if recording else None
+        if not _step(plan, law, state, work, torque[j], forces[j], row):
+            return SLACK
+        if row is not None:
+            if fields.shape[0] > 0:
+                fields[j // every] = work.before[0]
+            if not abs(row[BALANCE]) < 1e300:
+                return NOT_FINITE
+        j += 1
+        if not isinstance(compiled, str):
             from cabledrive.simulation.kernels.own_law import steps_under
 
+            end = min(torque.size, j - 1 - (j - 1) % every + every)
             j += steps_under(*compiled, plan, state, work, torque[j:end], forces[j:end])
     return DONE
+
+
+def _step(
+    plan: Plan, law: CableLaw, state: State, work: Workspace, torque: float, forces: Array, row: Array | None
+) -> bool:
+    """One step under the law as it is, recorded in ``row``; false before one that slack is to stop."""
+    from cabledrive.simulation.kernels.observe import record_given
+    from cabledrive.simulation.kernels.own_law import keep_instant, step_given
+
+    keep_instant(plan, state, work)
+    gradients = np.diff(state.x, axis=1) * plan.segment[INVERSE_SPACING]
+    slack = _note_slack(plan, law, state, gradients)
+    if slack and plan.stop_when_slack:
+        return False
+    work.p[:] = np.stack(np.broadcast_arrays(*law.excess_components(*gradients)))
+    if plan.axial_damping > 0.0:
+        work.direction[:] = np.stack(np.broadcast_arrays(*law.strain_gradient(*gradients)))
+    step_given(plan, state, work, torque, forces)
+    if row is not None:
+        work.q[TENSION], work.q[ENERGY] = law.tension(*gradients), law.energy_density(*gradients)
+        record_given(plan, work, state.x_t, state.motor, state.tallies, torque, row)
+    return True
+
+
+def _note_slack(plan: Plan, law: CableLaw, state: State, gradients: Array) -> bool:
+    """Note where and when a span goes slack that was taut at the step before; whether one is slack now."""
+    pushes = law.is_slack(*gradients).reshape(plan.spans, -1)
+    slack = pushes.any(axis=1)
+    for span in np.flatnonzero(slack & (state.counts[UPPER_SLACK:][: plan.spans] == 0)):
+        if state.counts[EVENTS] < MOST_EVENTS:
+            tension = taut_law(law).tension(*gradients).reshape(plan.spans, -1)[span]
+            place = int(np.argmin(tension))
+            state.events[state.counts[EVENTS]] = state.counts[STEPS], span, place, tension[place]
+        state.counts[EVENTS] += 1
+    state.counts[UPPER_SLACK : LOWER_SLACK + 1][: plan.spans] = slack
+    return bool(slack.any())
 
 
 def stiffness_over_limit(plan: Plan, law: CableLaw, x: Array) -> Array:

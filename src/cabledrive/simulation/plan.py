@@ -7,7 +7,7 @@ import numpy as np
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import ConsistentWeakLaw, ExactLaw, LinearLaw, WeakLaw
 from cabledrive.mechanics.mesh import Mesh
-from cabledrive.mechanics.tension_only import taut_law
+from cabledrive.mechanics.tension_only import taut_law, without_pushing
 from cabledrive.simulation.runs import Integers, numbers_of_runs, runs_of, segments_beside
 
 # The laws that the kernels know, by the numbers of `kernels.segments`, and what stands for any other.
@@ -134,6 +134,13 @@ def check_kernel_law(plan: Plan) -> None:
     """
     if plan.law not in range(len(KERNEL_LAWS)):
         raise ValueError(f"no kernel knows the cable law with number {plan.law}")
+
+
+def law_of(plan: Plan) -> CableLaw:
+    """The cable law of a plan, which is one of those that the kernels know."""
+    check_kernel_law(plan)
+    law = KERNEL_LAWS[plan.law](pretension=plan.pretension, axial_rigidity=plan.rigidity)
+    return without_pushing(law) if plan.tension_only else law
 
 
 def _nodes(mesh: Mesh, step: float, transverse_damping: float) -> Array:

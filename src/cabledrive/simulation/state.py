@@ -13,6 +13,10 @@ MOST_EVENTS = 1000
 # Entries of State.counts.
 STEPS, EVENTS, UPPER_SLACK, LOWER_SLACK = range(4)
 
+# Entries of State.extra of the energy-conserving scheme: E half a step before the state's time, C, and what
+# rounding took from E and from the displacements of drive rim, load rim and motor.
+STORED, SHIFT, STORED_LOST, DRIVE_LOST, LOAD_LOST, MOTOR_LOST = range(6)
+
 
 class State(NamedTuple):
     """Displacements at the time t_j of a step, velocities half a step before it, and what was counted."""

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import ClassVar, final
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.compiled import numba_at_hand
 from cabledrive.simulation.method import Method
 from cabledrive.simulation.own_law import march_own
 from cabledrive.simulation.plan import OWN, Plan
@@ -45,8 +44,6 @@ class StoermerVerlet(Method):
         if plan.law == OWN:
             assert self.law is not None  # given with the run, see `cabledrive.simulation.case`
             return march_own(plan, self.law, state, work, torque, forces, every, rows, fields)
-        if numba_at_hand():
-            from cabledrive.simulation.kernels.verlet import march
-        else:
-            from cabledrive.simulation.readable.verlet import march_reference as march
+        from cabledrive.simulation.kernels.verlet import march
+
         return march(plan, state, work, torque, forces, every, rows, fields)

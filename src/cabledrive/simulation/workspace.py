@@ -11,6 +11,9 @@ from cabledrive.simulation.plan import Plan
 # Rows of Workspace.shaft.
 OLD, NEW, FORCE, RIGHT, FRICTION = range(5)
 
+# Rows of Workspace.q while a record is written.
+TENSION, ENERGY = range(2)
+
 # Rows of Workspace.stop.
 BEFORE, AFTER, PLACE = range(3)
 
@@ -25,7 +28,7 @@ class Workspace(NamedTuple):
     old: Array  # (3, nodes): velocities before the kick
     mean: Array  # (3, nodes): mean velocities over the step
     direction: Array  # (3, segments): along which the segments are damped
-    q: Array  # (4, segments): damping tensions and pivots
+    q: Array  # (4, segments): damping tensions and pivots; for a record, tension and energy per length
     shaft: Array  # (5, 3): old speed, new speed, force, right side, friction
     matrix: Array  # (3, 3)
     stop: Array  # (3, 3, stops): velocities before and after the step, and places before it, of the stops

@@ -3,8 +3,7 @@ r"""Compiled Kelvin-Voigt damping of the cable, implicit: an unknown tension per
 The damping tension of a segment, :math:`q = b\,\dot\varepsilon = \beta\,d \cdot \Delta V`, acts along
 :math:`d = \partial\lambda/\partial(u', v', w')`; V is the mean velocity over the step, which q itself
 changes: :math:`V = V^* + \tfrac12 g\,\Delta(q d)` with g = step / mass. The speeds of the rims are left open:
-each span answers with :math:`q = q_0 + q_a V_a + q_b V_b`. Twin:
-`cabledrive.simulation.readable.axial_damping.axial_damping_reference`.
+each span answers with :math:`q = q_0 + q_a V_a + q_b V_b`.
 """
 
 from math import sqrt
@@ -16,19 +15,14 @@ from cabledrive.simulation.kernels.segments import (
     LINEAR,
     segment_strain,
 )
+from cabledrive.simulation.plan import INVERSE_SPACING, Plan
 
 
 @njit_in_place
 @for_kernels
-def strain_directions(
-    law: int,
-    slack_strain: float,
-    tension_only: bool,
-    x: Array,
-    inverse_spacing: Array,
-    direction: Array,
-) -> None:
+def strain_directions(plan: Plan, x: Array, direction: Array) -> None:
     """Derivative of the strain of each segment, shape (3, segments); zero where the cable is slack."""
+    law, inverse_spacing = plan.law, plan.segment[INVERSE_SPACING]
     for i in range(inverse_spacing.size):
         h = inverse_spacing[i]
         u_x = (x[0, i + 1] - x[0, i]) * h
@@ -43,7 +37,7 @@ def strain_directions(
         elif law == LINEAR:
             v_x = 0.0
             w_x = 0.0
-        if tension_only and segment_strain(law, x, inverse_spacing, i) < slack_strain:
+        if plan.tension_only and segment_strain(law, x, inverse_spacing, i) < plan.slack_strain:
             along = 0.0
             v_x = 0.0
             w_x = 0.0

@@ -1,4 +1,19 @@
-"""Compiled march of the energy-conserving scheme. Twin: `cabledrive.simulation.readable.energy_conserving`.
+r"""Compiled march of the energy-conserving scheme.
+
+The energy of the cable is split into the quadratic one of the linear law and the rest :math:`V(x)`, for the
+exact law :math:`\tfrac12 EA \int (\lambda^2 - u'^2)\,dx`. A scalar :math:`\psi` stands for
+:math:`\sqrt{2(V + C)}`, and every step is one of Stoermer-Verlet in which the nonlinear forces
+:math:`F = -\nabla V` are scaled by its mean over the step (L.1)-(L.3):
+
+.. math::
+    M\,\frac{\dot x_{j+1/2} - \dot x_{j-1/2}}{\Delta t}
+        &= F_{lin}(x_j) + c_j F(x_j) + \dots, \qquad
+    c_j = \frac{\psi_{j+1/2} + \psi_{j-1/2}}{2\sqrt{2(V(x_j) + C)}} \\
+    E_{j+1/2} - E_{j-1/2} &= -c_j F(x_j)\cdot\frac{x_{j+1} - x_{j-1}}{2} \\
+    \psi &= \sqrt{2(E + C)}
+
+Whatever the rest of the step does, damping and friction included,
+:math:`\tfrac12 \dot x^T M \dot x + \tfrac12 x_j^T K x_{j+1} + E` changes by the work done on it and no more.
 
 Equal segments under the exact law take a quick loop as long as they are taut; everything else takes the long
 one, in which a step is repeated until force scale and velocities agree.
@@ -11,6 +26,7 @@ import numpy as np
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.simulation.channels import BALANCE, TALLIES
+from cabledrive.simulation.kernels.axial_damping import strain_directions
 from cabledrive.simulation.kernels.energy_equal_segments import MOST_TRIALS, SETTLED, march_equal_segments
 from cabledrive.simulation.kernels.nodes import damp_axially, kick_nodes, tally_nodes, turn
 from cabledrive.simulation.kernels.nonlinear_energy import (
@@ -31,19 +47,21 @@ from cabledrive.simulation.kernels.steps import (
     shaft_forces,
     tally_shafts,
 )
-from cabledrive.simulation.kernels.stored_energy import (
-    DRIVE_LOST,
-    LOAD_LOST,
-    MOTOR_LOST,
-    SHIFT,
-    STORED,
-    STORED_LOST,
-    raised_shift,
-    sum_with_loss,
-)
+from cabledrive.simulation.kernels.stored_energy import raised_shift, sum_with_loss
 from cabledrive.simulation.kernels.taut_steps import rows_of
 from cabledrive.simulation.plan import INVERSE_SPACING, RADIUS, Plan, check_kernel_law
-from cabledrive.simulation.state import LOWER_SLACK, STEPS, UPPER_SLACK, State
+from cabledrive.simulation.state import (
+    DRIVE_LOST,
+    LOAD_LOST,
+    LOWER_SLACK,
+    MOTOR_LOST,
+    SHIFT,
+    STEPS,
+    STORED,
+    STORED_LOST,
+    UPPER_SLACK,
+    State,
+)
 from cabledrive.simulation.workspace import Workspace
 
 DONE, SLACK, NOT_FINITE = range(3)
@@ -135,10 +153,12 @@ def _is_slack(plan: Plan, state: State, work: Workspace) -> bool:
 def _long_step(
     plan: Plan, state: State, work: Workspace, rest: Array, lost: Array, torque: float, forces: Array
 ) -> None:
-    """One step for every law and every drive; the components are in ``work.p``."""
+    """One step for every law and every drive, Eqs. (L.1)-(L.3); the components are in ``work.p``."""
     x, x_t, motor, extra, shaft = state.x, state.x_t, state.motor, state.extra, work.shaft
     place, speed = motor[0], motor[1]
     take_linear(plan, x, work.p, rest, -1.0)
+    if plan.axial_damping > 0.0:
+        strain_directions(plan, x, work.direction)
     energy = nonlinear_energy(plan, x)
     extra[SHIFT] = raised_shift(extra[SHIFT], min(energy, extra[STORED]))
     root, psi = sqrt(2.0 * (energy + extra[SHIFT])), sqrt(2.0 * (extra[STORED] + extra[SHIFT]))

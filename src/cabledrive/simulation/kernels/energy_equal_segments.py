@@ -6,7 +6,7 @@ With the gain g of `cabledrive.simulation.runs` a segment carries, beyond the li
 
 The first pass finds g, the nonlinear energy and how the force scale c depends on the velocities; it changes
 nothing, so that a slack segment can still be left to the long loop. The second pass moves the nodes under the
-linear forces plus c times the rest. Twin: `cabledrive.simulation.readable.energy_conserving`.
+linear forces plus c times the rest.
 """
 
 from math import sqrt
@@ -26,16 +26,7 @@ from cabledrive.simulation.kernels.steps import (
     tally_shafts,
     turn_shafts,
 )
-from cabledrive.simulation.kernels.stored_energy import (
-    DRIVE_LOST,
-    LOAD_LOST,
-    MOTOR_LOST,
-    SHIFT,
-    STORED,
-    STORED_LOST,
-    raised_shift,
-    sum_with_loss,
-)
+from cabledrive.simulation.kernels.stored_energy import raised_shift, sum_with_loss
 from cabledrive.simulation.plan import (
     DRAG,
     FALL_U,
@@ -49,7 +40,18 @@ from cabledrive.simulation.plan import (
     Plan,
 )
 from cabledrive.simulation.runs import CENTRE, GAIN, REACH
-from cabledrive.simulation.state import LOWER_SLACK, STEPS, UPPER_SLACK, State
+from cabledrive.simulation.state import (
+    DRIVE_LOST,
+    LOAD_LOST,
+    LOWER_SLACK,
+    MOTOR_LOST,
+    SHIFT,
+    STEPS,
+    STORED,
+    STORED_LOST,
+    UPPER_SLACK,
+    State,
+)
 from cabledrive.simulation.workspace import FORCE, NEW, OLD, Workspace
 
 MOST_TRIALS = 20

@@ -1,4 +1,4 @@
-"""Compiled march of the node-centred scheme. Twin: `cabledrive.simulation.readable.node_centred`.
+"""Compiled march of the node-centred scheme.
 
 Interior nodes follow the equations of motion as written out, with central differences at the node; the rims
 take the tension half a segment away, and carry the half cells in between.
@@ -9,10 +9,11 @@ from math import sqrt
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.simulation.channels import BALANCE, TRANSVERSE_LOSS
-from cabledrive.simulation.kernels.observe import observe
+from cabledrive.simulation.kernels.observe import record
 from cabledrive.simulation.kernels.segments import EXACT, LINEAR, WEAK, segment_tensions
 from cabledrive.simulation.kernels.shafts import add_to
 from cabledrive.simulation.kernels.steps import (
+    copy_rows,
     keep_before,
     keep_extremes,
     note_slack,
@@ -64,12 +65,11 @@ def march_nodes(
     rows: Array,
     fields: Array,
 ) -> int:
-    """As `march`, compiled."""
+    """As `march`, compiled: steps of Eqs. (2.32) and (2.35)-(2.38)."""
     step, closed, n = plan.step, plan.closed, plan.segments
     x, x_t, motor, tallies, p, shaft = state.x, state.x_t, state.motor, state.tallies, work.p, work.shaft
     matrix, back = plan.shaft_matrices[0], plan.shaft_matrices[1]
     inverse_spacing, radius = plan.segment[INVERSE_SPACING], plan.shaft[RADIUS, 0]
-    record = 0
     for j in range(torque.size):
         keep_extremes(n, plan.spans, plan.probe, x, motor, state.extremes)
         recording = j % every == 0
@@ -92,24 +92,21 @@ def march_nodes(
         tally_shafts(step, plan.joint_damping, plan.shaft, plan.driven, push, shaft, tallies)
         state.counts[STEPS] += 1
         if recording:
-            row = rows[record]
-            observe(
-                plan, work.before, x_t, work.before_motor, motor, work.before_tallies, tallies,
-                torque[j], p, work.q[0], row,
-            )  # fmt: skip
+            row = rows[j // every]
+            record(plan, work, x_t, motor, tallies, torque[j], row)
             if fields.shape[0] > 0:
-                for axis in range(3):
-                    for i in range(x.shape[1]):
-                        fields[record, axis, i] = work.before[0, axis, i]
+                copy_rows(work.before[0], fields[j // every])
             if not abs(row[BALANCE]) < 1e300:
                 return NOT_FINITE
-            record += 1
     return DONE
 
 
 @njit_in_place
 def _kick_nodes(plan: Plan, x: Array, x_t: Array, tallies: Array, gained: Array) -> None:
-    """New velocities of the nodes between the rims, from the equations of motion as written out."""
+    """New velocities of the nodes between the rims, from the equations of motion as written out.
+
+    First and second differences at the nodes, Eqs. (2.33) and (2.34).
+    """
     h = plan.segment[INVERSE_SPACING, 0]
     c_u2, c_w2 = (plan.rigidity + plan.pretension) / plan.density, plan.pretension / plan.density
     squares = 0.0

@@ -3,7 +3,7 @@
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import for_kernels, njit_in_place
 from cabledrive.simulation.channels import AXIAL_LOSS, FORCE_WORK, TRANSVERSE_LOSS
-from cabledrive.simulation.kernels.axial_damping import solve_span, strain_directions
+from cabledrive.simulation.kernels.axial_damping import solve_span
 from cabledrive.simulation.kernels.shafts import SHAFTS, add_to
 from cabledrive.simulation.kernels.steps import turn_shafts
 from cabledrive.simulation.plan import (
@@ -11,7 +11,6 @@ from cabledrive.simulation.plan import (
     DRAG,
     FALL_U,
     FALL_W,
-    INVERSE_SPACING,
     KEEP_T,
     KICK_T,
     KICK_U,
@@ -62,13 +61,13 @@ def tally_nodes(plan: Plan, x_t: Array, old: Array, tallies: Array, forces: Arra
 @njit_in_place
 @for_kernels
 def damp_axially(plan: Plan, x: Array, x_t: Array, motor: Array, tallies: Array, work: Workspace) -> None:
-    """Solve for the damping tensions of the segments together with the speeds of the shafts."""
+    """Solve for the damping tensions of the segments together with the speeds of the shafts.
+
+    ``work.direction`` holds the derivatives of the strains.
+    """
     n = plan.segments
     direction, q, mean, shaft, matrix = work.direction, work.q, work.mean, work.shaft, work.matrix
     node = plan.node
-    strain_directions(
-        plan.law, plan.slack_strain, plan.tension_only, x, plan.segment[INVERSE_SPACING], direction
-    )
     for axis in range(3):
         for i in range(x.shape[1]):
             mean[axis, i] = 0.5 * (work.old[axis, i] + x_t[axis, i])

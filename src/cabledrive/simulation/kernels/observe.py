@@ -1,7 +1,6 @@
 """Compiled record of one instant: angles, tensions, energies, budget.
 
-Called with the displacements at t_j and the velocities half a step before and after it. Twin:
-`cabledrive.simulation.readable.observe`.
+Called with the displacements at t_j and the velocities half a step before and after it.
 """
 
 from cabledrive.mechanics.cable_law import Array
@@ -37,7 +36,7 @@ from cabledrive.simulation.plan import (
     WEIGHT_W,
     Plan,
 )
-from cabledrive.simulation.workspace import Workspace
+from cabledrive.simulation.workspace import ENERGY, TENSION, Workspace
 
 
 @njit_in_place
@@ -53,13 +52,15 @@ def observe(
     torque: float,
     p: Array,
     tension: Array,
+    stored: Array,
     row: Array,
 ) -> None:
     """Write one row of the record.
 
     ``before`` (2, 3, nodes) holds the displacements at t_j and the velocities before the step's kick,
-    ``after`` (3, nodes) the velocities after it; ``p`` (3, segments) and ``tension`` (segments,) are work
-    space. The energy in the balance is the mean of those of the two half steps beside t_j::
+    ``after`` (3, nodes) the velocities after it; ``p`` (3, segments) the components of the segments,
+    ``tension`` (segments,) their tension and ``stored`` (segments,) their energy per length. The energy in
+    the balance is the mean of those of the two half steps beside t_j::
 
         H(t_j) + |d|^2 / 2 - step / 2 d . F,  d = (velocity after - velocity before) / 2,  F = -dV/dx,
 
@@ -67,13 +68,9 @@ def observe(
     """
     for column in range(row.size):
         row[column] = 0.0
-    segment_tensions(
-        plan.law, plan.tension_only, plan.pretension, plan.rigidity,
-        before[0], plan.segment[INVERSE_SPACING], p,
-    )  # fmt: skip
     energy = 0.0
     for span in range(plan.spans):
-        energy += _observe_span(plan, before, after, p, tension, span, row)
+        energy += _observe_span(plan, before, after, p, tension, stored, span, row)
     energy += _observe_weight(plan, before, after, row)
     energy += _observe_shafts(plan, before, after, motor_before, motor_after, row)
     row[TORQUE] = torque
@@ -95,28 +92,37 @@ def observe(
 def record(
     plan: Plan, work: Workspace, after: Array, motor: Array, tallies: Array, torque: float, row: Array
 ) -> None:
-    """Write the record of the step before which ``work.before`` was kept."""
+    """Write the record of the step before which ``work.before`` was kept, under a law of the kernels."""
+    x = work.before[0]
+    segment_tensions(
+        plan.law, plan.tension_only, plan.pretension, plan.rigidity, x, plan.segment[INVERSE_SPACING], work.p
+    )
+    strain_energies(plan, x, work.q[TENSION], work.q[ENERGY])
+    record_given(plan, work, after, motor, tallies, torque, row)
+
+
+@njit_in_place
+def record_given(
+    plan: Plan, work: Workspace, after: Array, motor: Array, tallies: Array, torque: float, row: Array
+) -> None:
+    """As `record`, with components in ``work.p``, tension and energy per length in rows of ``work.q``."""
     observe(
         plan, work.before, after, work.before_motor, motor, work.before_tallies, tallies,
-        torque, work.p, work.q[0], row,
+        torque, work.p, work.q[TENSION], work.q[ENERGY], row,
     )  # fmt: skip
 
 
 @njit_in_place
 def _observe_span(
-    plan: Plan, before: Array, after: Array, p: Array, tension: Array, span: int, row: Array
+    plan: Plan, before: Array, after: Array, p: Array, tension: Array, stored: Array, span: int, row: Array
 ) -> float:
     """Tensions and energies of the cable of one span; returns its part of the balance's correction."""
     first, last = span * plan.segments, (span + 1) * plan.segments
     spacing = plan.segment[SPACING, first:last]
-    x = before[0, :, first : last + 1]
-    length, mean, stored = _strain_sums(
-        plan.law, plan.tension_only, plan.pretension, plan.rigidity,
-        x[0], x[1], x[2], spacing, plan.segment[INVERSE_SPACING, first:last], tension[first:last],
-    )  # fmt: skip
+    length, mean, energy = _sums(spacing, tension[first:last], stored[first:last])
     row[MEAN_TENSION + span] = mean / length
     row[LEAST_TENSION + span] = least_of(tension[first:last])
-    row[STRAIN + span] = stored
+    row[STRAIN + span] = energy
     correction = 0.0
     for axis in range(3):
         kinetic, changed, pull = _motion_sums(
@@ -129,37 +135,35 @@ def _observe_span(
 
 
 @njit_in_place
-def _strain_sums(
-    law: int,
-    tension_only: bool,
-    pretension: float,
-    rigidity: float,
-    u: Array,
-    v: Array,
-    w: Array,
-    spacing: Array,
-    inverse_spacing: Array,
-    tension: Array,
-) -> tuple[float, float, float]:
-    """Length of a span, integral of its tension, energy stored in it; writes the tensions themselves."""
-    stiffness = pretension + rigidity
-    length, mean, stored = 0.0, 0.0, 0.0
+def _sums(spacing: Array, tension: Array, stored: Array) -> tuple[float, float, float]:
+    """Length of a span, integral of its tension, energy stored in it."""
+    length, mean, energy = 0.0, 0.0, 0.0
     for i in range(spacing.size):
-        u_x = (u[i + 1] - u[i]) * inverse_spacing[i]
-        v_x = (v[i + 1] - v[i]) * inverse_spacing[i]
-        w_x = (w[i + 1] - w[i]) * inverse_spacing[i]
-        slopes = transverse_stretch(law, u_x, v_x, w_x)
-        strain = u_x if law == LINEAR else u_x + slopes
+        length += spacing[i]
+        mean += tension[i] * spacing[i]
+        energy += stored[i] * spacing[i]
+    return length, mean, energy
+
+
+@njit_in_place
+@for_kernels
+def strain_energies(plan: Plan, x: Array, tension: Array, stored: Array) -> None:
+    """Tension and energy per length of all segments under a law of the kernels."""
+    pretension, stiffness = plan.pretension, plan.pretension + plan.rigidity
+    inverse_spacing = plan.segment[INVERSE_SPACING]
+    for i in range(tension.size):
+        u_x = (x[0, i + 1] - x[0, i]) * inverse_spacing[i]
+        v_x = (x[1, i + 1] - x[1, i]) * inverse_spacing[i]
+        w_x = (x[2, i + 1] - x[2, i]) * inverse_spacing[i]
+        slopes = transverse_stretch(plan.law, u_x, v_x, w_x)
+        strain = u_x if plan.law == LINEAR else u_x + slopes
         pull = pretension + stiffness * strain
         density = pretension * slopes + 0.5 * stiffness * strain * strain
-        if tension_only and pull < 0.0:
+        if plan.tension_only and pull < 0.0:
             pull = 0.0
             density = -pretension * (0.5 * pretension / stiffness + u_x)
         tension[i] = pull
-        length += spacing[i]
-        mean += pull * spacing[i]
-        stored += density * spacing[i]
-    return length, mean, stored
+        stored[i] = density
 
 
 @njit_in_place

@@ -1,7 +1,7 @@
 """Compiled motion of the shafts over one step: implicit friction, set-valued or smoothed.
 
 The three shafts are drive pulley, load pulley and motor, all measured at the rim: displacement r theta, mass
-J / r^2. Twin: `cabledrive.simulation.readable.shafts.solve_shafts_reference`.
+J / r^2.
 """
 
 from math import tanh

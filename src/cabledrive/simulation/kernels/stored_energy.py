@@ -7,10 +7,6 @@ nobody does; like the stored energy it is summed with compensation.
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import for_kernels, njit_in_place, njit_strict
 
-# Entries of State.extra: E half a step before the state's time, C, and what rounding took from E and from the
-# displacements of drive rim, load rim and motor.
-STORED, SHIFT, STORED_LOST, DRIVE_LOST, LOAD_LOST, MOTOR_LOST = range(6)
-
 
 @njit_in_place
 @for_kernels

@@ -1,4 +1,4 @@
-"""Compiled Stoermer-Verlet march of the staggered chain. Twin: `cabledrive.simulation.readable.verlet`.
+"""Compiled Stoermer-Verlet march of the staggered chain.
 
 One step: tensions of all segments, velocities half a step on, displacements a step on. Under the exact law it
 is one pass over the segments, `cabledrive.simulation.kernels.taut_steps`, as long as they are taut; other
@@ -8,6 +8,7 @@ laws, slack and axial damping take the long loop.
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import for_kernels, njit_in_place
 from cabledrive.simulation.channels import BALANCE
+from cabledrive.simulation.kernels.axial_damping import strain_directions
 from cabledrive.simulation.kernels.nodes import damp_axially, kick_nodes, tally_nodes, turn
 from cabledrive.simulation.kernels.observe import record
 from cabledrive.simulation.kernels.segments import EXACT, segment_tensions
@@ -99,6 +100,8 @@ def march_any(
             plan.closed, plan.segments, plan.joint_stiffness, plan.shaft, plan.node, x, x_t, motor, work.p,
             plan.driven, push, shaft,
         )  # fmt: skip
+        if plan.axial_damping > 0.0:
+            strain_directions(plan, x, work.direction)
         move_each(plan, x, x_t, motor, tallies, forces[j], work)
         tally_shafts(plan.step, plan.joint_damping, plan.shaft, plan.driven, push, shaft, tallies)
         state.counts[STEPS] += 1

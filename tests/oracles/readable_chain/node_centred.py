@@ -8,24 +8,23 @@ half a segment away, which is of second order and the same as a ghost node.
 
 import numpy as np
 
+from cabledrive.dissertation.expanded_equations import accelerations
 from cabledrive.mechanics.cable_law import Array, CableLaw
-from cabledrive.mechanics.expanded_equations import accelerations
 from cabledrive.simulation.channels import BALANCE
-from cabledrive.simulation.plan import FALL_U, FALL_W, INVERSE_SPACING, KEEP_T, KICK_T, KICK_U, Plan
-from cabledrive.simulation.readable.observe import observe_reference
-from cabledrive.simulation.readable.shafts import solve_shafts_reference
-from cabledrive.simulation.readable.verlet import (
+from cabledrive.simulation.plan import FALL_U, FALL_W, INVERSE_SPACING, KEEP_T, KICK_T, KICK_U, Plan, law_of
+from cabledrive.simulation.state import STEPS, State, copy_state
+from cabledrive.simulation.workspace import Workspace
+from oracles.readable_chain.observe import observe_reference
+from oracles.readable_chain.shafts import solve_shafts_reference
+from oracles.readable_chain.verlet import (
     DONE,
     NOT_FINITE,
     SLACK,
     keep_extremes_reference,
-    law_of,
     note_slack_reference,
     shaft_forces_reference,
     tally_reference,
 )
-from cabledrive.simulation.state import STEPS, State, copy_state
-from cabledrive.simulation.workspace import Workspace
 
 
 def march_reference(

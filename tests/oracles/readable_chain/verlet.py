@@ -12,7 +12,7 @@ with Coulomb friction f in :math:`c\,\mathrm{Sgn}(\dot x_{j+1/2})`.
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
-from cabledrive.mechanics.tension_only import taut_law, without_pushing
+from cabledrive.mechanics.tension_only import taut_law
 from cabledrive.simulation.channels import (
     AXIAL_LOSS,
     BALANCE,
@@ -31,18 +31,14 @@ from cabledrive.simulation.plan import (
     HOLDING,
     INVERSE_SPACING,
     KEEP_T,
-    KERNEL_LAWS,
     KICK_T,
     KICK_U,
     RADIUS,
     VISCOUS,
     WEIGHT_U,
     Plan,
-    check_kernel_law,
+    law_of,
 )
-from cabledrive.simulation.readable.axial_damping import damped_span_reference, damper_directions
-from cabledrive.simulation.readable.observe import observe_reference
-from cabledrive.simulation.readable.shafts import solve_shafts_reference
 from cabledrive.simulation.state import (
     EVENTS,
     LOWER_SLACK,
@@ -53,15 +49,11 @@ from cabledrive.simulation.state import (
     copy_state,
 )
 from cabledrive.simulation.workspace import Workspace
+from oracles.readable_chain.axial_damping import damped_span_reference, damper_directions
+from oracles.readable_chain.observe import observe_reference
+from oracles.readable_chain.shafts import solve_shafts_reference
 
 DONE, SLACK, NOT_FINITE = range(3)
-
-
-def law_of(plan: Plan) -> CableLaw:
-    """The cable law of a plan, which is one of those that the kernels know."""
-    check_kernel_law(plan)
-    law = KERNEL_LAWS[plan.law](pretension=plan.pretension, axial_rigidity=plan.rigidity)
-    return without_pushing(law) if plan.tension_only else law
 
 
 def march_reference(

@@ -23,8 +23,6 @@ from cabledrive.simulation.plan import (
     WEIGHT_U,
     Plan,
 )
-from cabledrive.simulation.readable.axial_damping import damper_directions
-from cabledrive.simulation.readable.verlet import law_of
 
 
 def half_step_before(
@@ -34,21 +32,20 @@ def half_step_before(
     motor: tuple[float, float],
     torque: float,
     forces: Array,
-    law: CableLaw | None = None,
+    law: CableLaw,
 ) -> tuple[Array, float]:
     """Velocities half a step before the start, Eq. (2.39).
 
     ``x``, ``x_t``, shape (3, nodes): displacements [m] and velocities [m/s] at t = 0; ``motor``: displacement
     [m] and velocity [m/s] of the motor at the rim; ``torque``: torque at t = 0 [N m]; ``forces``: forces at t
-    = 0 [N]; ``law``: cable law; None: that of the plan.
+    = 0 [N]; ``law``: cable law.
     Returns ``velocities``, shape (3, nodes): velocities of the nodes [m/s]; ``motor``: velocity of the motor
     at the rim [m/s].
     """
-    law = law or law_of(plan)
     gradients = np.diff(x, axis=1) * plan.segment[INVERSE_SPACING]
     pull = np.stack(law.excess_components(*gradients))
     if plan.axial_damping > 0.0:
-        direction = damper_directions(plan, law, x)
+        direction = np.stack(law.strain_gradient(*gradients))
         pull = pull + direction * np.sum(direction * np.diff(x_t, axis=1), axis=0) / plan.segment[COMPLIANCE]
     gain = _gains_at_once(plan, x_t, pull, forces)
     rims = [0, plan.segments]

@@ -24,23 +24,20 @@ import numpy as np
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import LinearLaw
 from cabledrive.simulation.channels import BALANCE
-from cabledrive.simulation.plan import INVERSE_SPACING, KICK_T, KICK_U, SPACING, Plan
-from cabledrive.simulation.readable.observe import observe_reference
-from cabledrive.simulation.readable.verlet import (
+from cabledrive.simulation.plan import INVERSE_SPACING, KICK_T, KICK_U, SPACING, Plan, law_of
+from cabledrive.simulation.state import State, copy_state, set_state
+from cabledrive.simulation.workspace import Workspace
+from oracles.readable_chain.observe import observe_reference
+from oracles.readable_chain.verlet import (
     keep_extremes_reference,
-    law_of,
     note_slack_reference,
     step_reference,
 )
-from cabledrive.simulation.state import State, copy_state, set_state
-from cabledrive.simulation.workspace import Workspace
 
 DONE, SLACK, NOT_FINITE = range(3)
 
-# Entries of State.extra: E half a step before the state's time, C, and what rounding took from E and from the
-# displacements of drive rim, load rim and motor, which only the compiled march keeps.
+# Entries of State.extra: E half a step before the state's time, and C.
 STORED, SHIFT = range(2)
-EXTRA = 6
 MOST_TRIALS = 20
 
 
@@ -55,25 +52,6 @@ def _nonlinear_energy(plan: Plan, law: CableLaw, gradients: Array) -> float:
     u_x, v_x, w_x = gradients
     quadratic = 0.5 * (law.stiffness * u_x**2 + law.pretension * (v_x**2 + w_x**2))
     return float(np.sum(plan.segment[SPACING] * (law.energy_density(u_x, v_x, w_x) - quadratic)))
-
-
-def extra_at_start(plan: Plan, state: State) -> Array:
-    """E half a step before the start, and a shift C of half the pretension times the slack elongation.
-
-    ``state``: at the start.
-    Returns shape (6,): `State.extra` of the scheme: energies [J], then what rounding took [J], [m].
-    """
-    law = law_of(plan)
-    before = state.x - plan.step * state.x_t
-    energies = [
-        _nonlinear_energy(plan, law, np.diff(x, axis=1) * plan.segment[INVERSE_SPACING])
-        for x in (state.x, before)
-    ]
-    length = float(np.sum(plan.segment[SPACING]))
-    extra = np.zeros(EXTRA)
-    extra[STORED] = 0.5 * sum(energies)
-    extra[SHIFT] = -0.5 * plan.pretension * plan.slack_strain * length
-    return extra
 
 
 def march_reference(
@@ -109,7 +87,7 @@ def march_reference(
 def energy_step_reference(
     plan: Plan, law: CableLaw, state: State, gradients: Array, torque: float, forces: Array
 ) -> None:
-    """One step, Eqs. (L.1)-(L.3), repeated until force scale and velocities agree."""
+    """One step of (L.1)-(L.3), repeated until force scale and velocities agree."""
     linear = _linear_part(plan, gradients)
     rest = np.stack(law.excess_components(*gradients)) - linear
     energy = _nonlinear_energy(plan, law, gradients)
