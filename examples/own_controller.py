@@ -11,5 +11,5 @@ def step(gains, state, measurement, reference):
 
 mine = cd.OwnController(step=step, gains=(8.0, 0.3, 20.0), initial_state=[0.0], shafts=("motor", "load"))
 run = cd.track(cd.load_drive("dissertation-3"), controller=mine)
-print(f"peak error {run.summary['peak_error_deg']:.3f} deg; plain Python: {', '.join(run.interpreted)}")
+print(f"peak error {run.summary['peak_error_deg']:.3f} deg; plain Python: {run.interpreted}")
 assert run.summary["peak_error_deg"] < 0.2

@@ -16,6 +16,7 @@ from cabledrive.mechanics import longitudinal_chains, rest_state
 from cabledrive.mechanics.rest import RestingSection, RestingStretch
 from cabledrive.modal.model_range import LARGEST_SAG
 from cabledrive.modal.plane_spectrum import sag_parameter
+from cabledrive.modal.sagging_matrix import SaggingMatrix
 from cabledrive.modal.sagging_plane import SaggingPlane
 from cabledrive.modal.section_string import SectionString
 from cabledrive.parameters import Cable, Carriage, Drive, InputRefused, Layout, NotComputed, Pulley
@@ -227,7 +228,7 @@ def test_crossover_lies_at_four_pi_squared():
         section = RestingSection(span="upper", stretches=(stretch,), sag=0.0)
         string = SectionString(section, np.zeros(0), weight / G)
         drive = line(length=10.0, density=weight / G, tension=tension, rigidity=rigidity)
-        plane = SaggingPlane(longitudinal_chains(drive), (string,), 4 * string.frequency(1))
+        plane = SaggingPlane(SaggingMatrix(longitudinal_chains(drive), (string,), 4 * string.frequency(1)))
         lowest = [plane.frequency(number, 0.0, 4 * string.frequency(1))[0] for number in (1, 2)]
         symmetric = irvine_roots(share * 4 * pi**2, 1)[0] * string.frequency(1)
         expected = sorted([string.frequency(2), symmetric])

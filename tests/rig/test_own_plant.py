@@ -103,7 +103,7 @@ def test_nothing_is_claimed_of_a_plant_whose_parameters_are_unknown():
     assert own.summary["closed_loop_poles"] is None
     assert own.summary["backlash"] is None
     assert own.tensions is None
-    assert own.interpreted == ("plant",)
+    assert own.interpreted == "plant"
 
 
 def test_an_own_controller_on_an_own_plant():
@@ -116,7 +116,7 @@ def test_an_own_controller_on_an_own_plant():
     options = RigOptions(ideal_sensors=True)
     found = track(LINEAR, controller=own, plant=own_model_2(), motion=SHORT, options=options)
     named = track(LINEAR, controller=own, plant="model-2", motion=SHORT, options=options)
-    assert found.interpreted == ("controller", "plant")
+    assert found.interpreted == "controller, plant"
     np.testing.assert_allclose(found.load_angle, named.load_angle, rtol=0.0, atol=1e-6 * DEGREE)
 
 

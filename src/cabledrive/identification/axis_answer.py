@@ -10,7 +10,7 @@ from cabledrive.identification.contradictions import compared, contradicted
 from cabledrive.identification.estimates import Identification, without_intervals
 from cabledrive.identification.feedback import inside_a_loop
 from cabledrive.identification.finding import Finding, code_of
-from cabledrive.identification.innovations import NotReproduced
+from cabledrive.identification.innovations import NotReproduced, follow
 from cabledrive.identification.log_doubts import doubtful_interval, without_outliers
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.method_error import widened, with_own_error
@@ -255,11 +255,12 @@ def _checked(
         chosen = checked_by_innovations(moved, chosen, request.axis)
     if predicted is None:
         return chosen
-    left = unexplained_torque(predicted.tracks, predicted.values)
+    followed = [follow(track, predicted.values) for track in predicted.tracks]
+    left = unexplained_torque(followed)
     method = dict(chosen.method) | {"unexplained_torque": left.share}
     chosen = replace(chosen, method=method)
     turns = "inertia" in chosen.parameters
-    wave = position_wave(predicted.tracks, predicted.values) if turns else None
+    wave = position_wave(followed) if turns else None
     if wave is not None and wave.share > _share_by_lines(chosen):
         others = tuple(one for one in chosen.findings if code_of(one) != MISFIT)
         words = f"the model does not fit: {wave.words}"

@@ -156,6 +156,38 @@ def best_bandwidth(track: Track, values: Array) -> float:
     return float(tried[int(np.nanargmin(sizes))])
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Following:
+    """The run of the observer that follows a log best.
+
+    Attributes
+    ----------
+    track : Track
+    run : Prediction
+    bandwidth : float
+        Of the observer [rad/s].
+    added : ndarray, shape (samples,)
+        Torque that it adds to the measured one to follow the angle: what the axis leaves unexplained.
+    """
+
+    track: Track
+    run: Prediction
+    bandwidth: float
+    added: Array
+
+
+def follow(track: Track, values: Array) -> Following:
+    """Run the observer that follows a log best.
+
+    ``values``, shape (4,): inertia, viscous friction, Coulomb friction, offset.
+    Raises `NotComputed` if none follows the log.
+    """
+    bandwidth = best_bandwidth(track, values)
+    run = predicted_angles(track, values, bandwidth)
+    added = values[0] * run.gains[1] / track.interval * run.innovation
+    return Following(track=track, run=run, bandwidth=bandwidth, added=added)
+
+
 def answered(track: Track, run: Prediction, torques: Mapping[str, Array]) -> Array:
     """What disturbing torques add to the innovation, shape (disturbances, samples)."""
     out = np.empty((len(torques), track.position.size))

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.identification.filters import difference, zero_phase
-from cabledrive.identification.innovations import Track, best_bandwidth, predicted_angles
+from cabledrive.identification.innovations import Following
 
 Array = NDArray[np.float64]
 
@@ -60,25 +60,22 @@ class PositionWave:
         )
 
 
-def position_wave(tracks: Sequence[Track], values: Array) -> PositionWave | None:
+def position_wave(followed: Sequence[Following]) -> PositionWave | None:
     """The wave of a revolution that explains most of what the axis leaves, of the log that shows most.
 
-    ``tracks``: of an axis that turns; ``values``, shape (4,): inertia, viscous friction, Coulomb friction,
-    offset.
+    ``followed``: logs of an axis that turns.
     Returns none where no wave explains enough.
     """
-    found = [one for one in (_wave_of(track, values) for track in tracks) if one is not None]
+    found = [one for one in map(_wave_of, followed) if one is not None]
     return max(found, key=lambda one: one.share) if found else None
 
 
-def _wave_of(track: Track, values: Array) -> PositionWave | None:
-    width = best_bandwidth(track, values)
-    run = predicted_angles(track, values, width)
+def _wave_of(one: Following) -> PositionWave | None:
+    track, run, width, values = one.track, one.run, one.bandwidth, one.run.values
     hertz = width / (2.0 * np.pi)
     angle = zero_phase(track.position, track.interval, min(2.0 * hertz, 0.2 / track.interval))
     # The observer's correction lags behind what it corrects by about one radian of its bandwidth.
-    added = values[0] * run.gains[1] / track.interval * run.innovation
-    added = zero_phase(added, track.interval, min(hertz, 0.2 / track.interval))
+    added = zero_phase(one.added, track.interval, min(hertz, 0.2 / track.interval))
     edge, late = track.position.size // 20, round(np.sqrt(2.0) / (width * track.interval))
     left, place = added[edge + late :: EVERY], angle[edge : added.size - late : EVERY]
     slipping = run.direction[edge : added.size - late : EVERY] != 0.0

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
-from cabledrive.identification.innovations import Track, best_bandwidth, predicted_angles
+from cabledrive.identification.innovations import Following
 
 Array = NDArray[np.float64]
 
@@ -57,18 +57,13 @@ class Unexplained:
         )
 
 
-def unexplained_torque(tracks: Sequence[Track], values: Array) -> Unexplained:
-    """What the observer that follows best has to add to the torque.
-
-    ``values``, shape (4,).
-    Returns of the log with the largest share.
-    """
+def unexplained_torque(followed: Sequence[Following]) -> Unexplained:
+    """What the observers that follow the logs best add to the torque, of the log with the largest share."""
     found = []
-    for track in tracks:
-        width = best_bandwidth(track, values)
-        run = predicted_angles(track, values, width)
-        added = values[0] * run.gains[1] / track.interval * run.innovation[track.position.size // 20 :]
-        hertz = width / (2.0 * np.pi)
+    for one in followed:
+        track, run = one.track, one.run
+        added = one.added[track.position.size // 20 :]
+        hertz = one.bandwidth / (2.0 * np.pi)
         length = min(round(LONGEST_SEGMENT / track.interval), added.size)
         frequency, power = signal.welch(added, 1.0 / track.interval, nperseg=length)
         low = (frequency >= LOWEST) & (frequency < 0.25 * hertz)

@@ -105,6 +105,11 @@ def numba_at_hand() -> bool:
     return not config.DISABLE_JIT
 
 
+def why_plain() -> str | None:
+    """Why kernels run as plain Python here, in one line; None if they are compiled."""
+    return None if numba_at_hand() else "numba is not installed or is switched off"
+
+
 def _uncounted() -> dict[str, bool]:
     """Option that switches the counting of references off, where this version of numba has it."""
     if not numba_at_hand():

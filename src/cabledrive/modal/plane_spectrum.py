@@ -9,6 +9,7 @@ from cabledrive.mechanics.labelled_chain import LabelledChain
 from cabledrive.mechanics.rest import RestingSection
 from cabledrive.mechanics.rest_forces import PANELS, WEIGHTS, quadrature_points
 from cabledrive.modal.plane_mode import PlaneMode
+from cabledrive.modal.sagging_matrix import SaggingMatrix
 from cabledrive.modal.sagging_plane import SaggingPlane
 from cabledrive.modal.section_string import SectionString
 from cabledrive.modal.solver import MULTIPLE
@@ -126,7 +127,7 @@ class PlaneSpectrum:
             for n in range(string.count(low) + 1, string.count(high) + 1)
         ]
         if sagging:
-            plane = SaggingPlane(self._chains, tuple(self._strings[n] for n in sagging), high)
+            plane = SaggingPlane(SaggingMatrix(self._chains, tuple(self._strings[n] for n in sagging), high))
             first, last = plane.count(low), plane.count(high)
             window += [InPlane(sagging, mode, mode.omega) for mode in _modes(plane, first, last, low, high)]
         self._found += sorted(window, key=lambda mode: mode.omega)

@@ -6,10 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.heavy_string import transfer
-from cabledrive.mechanics.labelled_chain import LabelledChain
 from cabledrive.modal.plane_mode import PlaneMode, localised
 from cabledrive.modal.sagging_matrix import SaggingMatrix
-from cabledrive.modal.section_string import SectionMotion, SectionString
+from cabledrive.modal.section_string import SectionMotion
 from cabledrive.modal.solver import ENCLOSURE
 
 Array = NDArray[np.float64]
@@ -20,18 +19,12 @@ class SaggingPlane:
 
     Parameters
     ----------
-    chains : tuple of LabelledChain
-        What moves along the cable.
-    strings : tuple of SectionString
-        Sections whose sag counts; the others are straight here.
-    top : float
-        Highest angular frequency [rad/s].
+    matrix : SaggingMatrix
+        Of the machine.
     """
 
-    def __init__(
-        self, chains: tuple[LabelledChain, ...], strings: tuple[SectionString, ...], top: float
-    ) -> None:
-        self._matrix = SaggingMatrix(chains, strings, top)
+    def __init__(self, matrix: SaggingMatrix) -> None:
+        self._matrix = matrix
         self._counts: dict[float, int] = {}
 
     def count(self, omega: float) -> int:

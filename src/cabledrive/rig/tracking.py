@@ -65,9 +65,9 @@ class Tracking(ResultCard):
         The tube of the theorem for the error [rad].
     incomplete : str or None
         Why the run ended early.
-    interpreted : tuple of str
-        What ran as plain Python, sample by sample, and slower for it: "controller", "plant", or "loop" around
-        compiled parts of your own. Empty: everything was compiled.
+    interpreted : str or None
+        What ran as plain Python, sample by sample, and slower for it: "controller", "plant", "controller,
+        plant", or "loop" around compiled parts of your own; None: everything was compiled.
     """
 
     summary: dict[str, Any]
@@ -87,7 +87,7 @@ class Tracking(ResultCard):
     tensions: Array | None
     bound: Array | None
     incomplete: str | None
-    interpreted: tuple[str, ...] = ()
+    interpreted: str | None = None
 
     def to_dataframe(self) -> Any:
         """The run as a table over time.
@@ -131,7 +131,7 @@ class Tracking(ResultCard):
         if bound is None:
             rows.pop()
         if self.interpreted:
-            rows.append(("plain Python", ", ".join(self.interpreted)))
+            rows.append(("interpreted", self.interpreted))
         if self.incomplete:
             rows.append(("ended early", self.incomplete))
         return [("Tracking", f"{said['controller']} on {said['plant']}"), *rows]
@@ -207,7 +207,7 @@ def summary_of(
         "controller": loop.controller.name,
         "gains": loop.controller.gains,
         **plant_words(loop, options),
-        "interpreted": list(done.interpreted),
+        "interpreted": done.interpreted,
         "slack_samples": int(score["slack"]),
         "free_play_samples": int(score["loose"]),
         "observer": OBSERVERS[loop.observer.kind],

@@ -13,7 +13,7 @@ import numpy as np
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import cable_law
-from cabledrive.mechanics.compiled import numba_at_hand
+from cabledrive.mechanics.compiled import why_plain
 from cabledrive.mechanics.mesh import Mesh, mesh_of
 from cabledrive.mechanics.sources import digest_with_imports
 from cabledrive.mechanics.tension_only import taut_law
@@ -25,7 +25,7 @@ from cabledrive.simulation.beginning import half_step_before
 from cabledrive.simulation.channels import WIDTH
 from cabledrive.simulation.method import Method
 from cabledrive.simulation.methods import method_named
-from cabledrive.simulation.own_law import NO_NUMBA, law_fingerprint, why_interpreted
+from cabledrive.simulation.own_law import law_fingerprint, why_interpreted
 from cabledrive.simulation.plan import OWN, Plan, plan_of
 from cabledrive.simulation.scheme import Scheme
 from cabledrive.simulation.signals import Function, Signal, check_lasts, signal_of
@@ -141,7 +141,7 @@ class Case:
         """Why the steps are not compiled, in one line; None if they are."""
         if self.plan.law == OWN:
             return why_interpreted(self.plan, self.law)
-        return None if numba_at_hand() else NO_NUMBA
+        return why_plain()
 
     @cached_property
     def fingerprint(self) -> dict[str, Any]:

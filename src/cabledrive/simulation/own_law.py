@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
-from cabledrive.mechanics.compiled import numba_at_hand
+from cabledrive.mechanics.compiled import why_plain
 from cabledrive.mechanics.tension_only import taut_law
 from cabledrive.simulation.channels import BALANCE
 from cabledrive.simulation.method import DONE, NOT_FINITE, SLACK, TOO_STIFF
@@ -29,7 +29,6 @@ from cabledrive.simulation.state import (
 )
 from cabledrive.simulation.workspace import ENERGY, TENSION, Workspace
 
-NO_NUMBA = "numba is not installed or is switched off"
 AGREEMENT = 1e-12
 """Largest difference between compiled and interpreted components, over the largest component."""
 
@@ -60,8 +59,8 @@ def why_interpreted(plan: Plan, law: CableLaw) -> str | None:
 
 def compiled_law(plan: Plan, law: CableLaw) -> CompiledLaw | str:
     """The compiled formula of a law, or why there is none."""
-    if not numba_at_hand():
-        return NO_NUMBA
+    if plain := why_plain():
+        return plain
     if plan.axial_damping > 0.0:
         return "axial damping under an own law is not compiled"
     taut = taut_law(law)

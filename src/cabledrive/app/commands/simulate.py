@@ -272,6 +272,6 @@ def _text(drive: Drive, result: SimulationResult, path: Path | None) -> str:
                 f"estimated error of {name.replace('_', ' ')}: {100.0 * estimate.relative:.2g} % of its peak"
             )
     if result.interpreted:
-        lines.append(f"not compiled: {result.interpreted}")
+        lines.append(f"interpreted, slower: {result.interpreted}")
     lines += [f"slack: {event.span} span at {event.time:.6g} s" for event in result.slack_events[:5]]
     return "\n".join(lines)

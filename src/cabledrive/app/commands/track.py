@@ -182,7 +182,7 @@ def _text(drive: Drive, said: dict[str, Any]) -> str:
     if said["broken_assumptions"]:
         lines.append("  the theorem's assumptions do not hold: " + "; ".join(said["broken_assumptions"]))
     if said["interpreted"]:
-        lines.append(f"  ran as plain Python, slower: {', '.join(said['interpreted'])}")
+        lines.append(f"  interpreted, slower: {said['interpreted']}")
     lines += _disturbances(said)
     if "motor_reason" in said:
         lines.append(f"  {said['motor_reason']}")

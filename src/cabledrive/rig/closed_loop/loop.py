@@ -7,6 +7,7 @@ import numpy as np
 from cabledrive.control.kalman import Sampling
 from cabledrive.control.observer_numbers import ObserverNumbers
 from cabledrive.control.own_controller import is_compiled
+from cabledrive.mechanics.compiled import why_plain
 from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive
 from cabledrive.reduction.lumped_chain import LumpedChain
@@ -113,15 +114,16 @@ class Run:
     log : ndarray, shape (samples or 0, columns)
     tensions : ndarray, shape (samples, 2), or None
         Mean tension of upper and lower span, where the distributed cable was the plant [N].
-    interpreted : tuple of str
-        What ran as plain Python, sample by sample: "controller", "plant", or "loop" around compiled parts.
+    interpreted : str or None
+        What ran as plain Python, sample by sample: "controller", "plant", both, or "loop" around compiled
+        parts; why nothing is compiled where nothing is; None: everything was compiled.
     """
 
     ended: int
     state: LoopState
     log: Array
     tensions: Array | None = None
-    interpreted: tuple[str, ...] = ()
+    interpreted: str | None = None
 
     @property
     def failed(self) -> bool:
@@ -246,12 +248,12 @@ def run(
     if loop.cable is not None:
         tensions = np.zeros((samples if log else 0, 2))
         ended = run_cable(loop.cable, *made, first, end, state, kept, tensions)
-        return Run(ended=ended, state=state, log=kept, tensions=tensions)
+        return Run(ended=ended, state=state, log=kept, tensions=tensions, interpreted=why_plain())
     if loop.disturbed is not None:
         ended = run_disturbed(loop.disturbed, *made, first, end, loop.twist_limit, state, kept)
-        return Run(ended=int(ended), state=state, log=kept)
+        return Run(ended=int(ended), state=state, log=kept, interpreted=why_plain())
     ended = run_loop(loop.plant, *made, first, end, loop.twist_limit, state, kept, loop.kinks)
-    return Run(ended=int(ended), state=state, log=kept)
+    return Run(ended=int(ended), state=state, log=kept, interpreted=why_plain())
 
 
 def run_users(loop: Loop, first: int, last: int, state: LoopState, log: Array) -> Run:
@@ -262,11 +264,11 @@ def run_users(loop: Loop, first: int, last: int, state: LoopState, log: Array) -
         if done is not None:
             return Run(ended=done, state=state, log=log)
     parts = (("controller", own), ("plant", plant))
-    plain = tuple(name for name, part in parts if part is not None and not is_compiled(part.step))
+    plain = ", ".join(name for name, part in parts if part is not None and not is_compiled(part.step))
     tensions = np.zeros((len(log), 2)) if loop.cable is not None else None
     space = np.zeros((0, 2)) if tensions is None else tensions
     ended = run_by_sample(loop, first, last, state, log, space)
-    return Run(ended=ended, state=state, log=log, tensions=tensions, interpreted=plain or ("loop",))
+    return Run(ended=ended, state=state, log=log, tensions=tensions, interpreted=plain or "loop")
 
 
 def log_width(loop: Loop) -> int:
