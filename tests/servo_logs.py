@@ -7,9 +7,9 @@ import numpy as np
 from cabledrive.identification.excitation import chirp
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.bench.chapter_4 import BENCH_TESTS, bench_rig
-from cabledrive.rig.bench.servo import run_servo
 from cabledrive.rig.bench.virtual_rig import Imperfections, VirtualRig, run_rig
 from cabledrive.trajectories.segments import waypoints
+from oracles.servo import run_servo
 
 TEST = BENCH_TESTS[1]
 RATE = 1000.0

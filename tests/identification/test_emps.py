@@ -9,7 +9,7 @@ from cabledrive.identification.logs.column_map import ColumnMap, with_choices
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.identification.recipe import cross_test, published_recipe, recipe_regressor
 from cabledrive.identification.rigid_axis import AxisOptions, identify_rigid_axis
-from cabledrive.reduction.position_loop import PositionLoop, integrate_open_loop, integrate_position_loop_of
+from oracles.position_loop import PositionLoop, integrate_open_loop, integrate_position_loop_of
 
 FILE = "emps/DATA_EMPS.mat"
 COLUMNS = with_choices(ColumnMap(), ["time=t", "position=qm", "force=vir:N*gtau"])

