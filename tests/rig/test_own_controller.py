@@ -270,6 +270,6 @@ def test_a_run_is_a_table_a_picture_and_a_few_lines(tmp_path):
     assert len(figure.axes) == 3
     assert figure.axes[1].lines[0].get_ydata().max() == pytest.approx(np.degrees(run_.error.max()))
     assert f"{run_.summary['peak_error_deg']:.4f} deg" in repr(run_)
-    assert "plain Python" in repr(run_)
+    assert "interpreted" in repr(run_)
     assert "&lt;own&gt;" in run_._repr_html_()
     assert len(repr(run_)) < 600
