@@ -1,5 +1,6 @@
 """An explicit scheme whose energy changes by work and losses alone, whatever the step."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar, final
 
@@ -10,7 +11,6 @@ from cabledrive.parameters.errors import InputRefused
 from cabledrive.simulation.method import Method, refuse_own_law
 from cabledrive.simulation.plan import INVERSE_SPACING, KERNEL_LAWS, SPACING, Plan, law_of
 from cabledrive.simulation.state import MOTOR_LOST, SHIFT, STORED, State
-from cabledrive.simulation.workspace import Workspace
 
 
 @final
@@ -55,26 +55,11 @@ class EnergyConserving(Method):
         """
         return extra_at_start(plan, state)
 
-    def march(
-        self,
-        plan: Plan,
-        state: State,
-        work: Workspace,
-        torque: Array,
-        forces: Array,
-        every: int,
-        rows: Array,
-        fields: Array,
-    ) -> int:
-        """Take a step for each entry of `torque`, see `Method.march`.
-
-        ``plan``, ``state``, ``work``, ``torque``, ``forces``, ``every``, ``rows``, ``fields``: see
-        `Method.march`.
-        Returns see `Method.march`.
-        """
+    def kernel(self, plan: Plan) -> Callable[..., int]:
+        """What takes the steps, see `Method.kernel`."""
         from cabledrive.simulation.kernels.energy_conserving import march
 
-        return march(plan, state, work, torque, forces, every, rows, fields)
+        return march
 
 
 def extra_at_start(plan: Plan, state: State) -> Array:

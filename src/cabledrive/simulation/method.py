@@ -1,6 +1,7 @@
 """What every method of marching the cable in time offers; the run around it is the same for all."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -30,7 +31,6 @@ class Method(ABC):
 
     law: CableLaw | None = None
 
-    @abstractmethod
     def march(
         self,
         plan: Plan,
@@ -53,6 +53,11 @@ class Method(ABC):
         step; NOT_FINITE after the record in which the energy is not finite; TOO_STIFF before the step of a
         record at which an own law has grown too stiff for the step.
         """
+        return self.kernel(plan)(plan, state, work, torque, forces, every, rows, fields)
+
+    @abstractmethod
+    def kernel(self, plan: Plan) -> Callable[..., int]:
+        """What takes the steps of `march`; kernels are imported when it is first asked for."""
 
     def check(self, plan: Plan) -> None:
         """Refuse what the method cannot do.

@@ -1,14 +1,12 @@
 """The dissertation's node-centred scheme, corrected: for comparison with it."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar, final
 
-from cabledrive.mechanics.cable_law import Array
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.simulation.method import Method, refuse_own_law
 from cabledrive.simulation.plan import Plan
-from cabledrive.simulation.state import State
-from cabledrive.simulation.workspace import Workspace
 
 
 @final
@@ -39,23 +37,8 @@ class NodeCentred(Method):
             if asked:
                 raise InputRefused(f'method = "{self.name}" does not know {what}: use "verlet"')
 
-    def march(
-        self,
-        plan: Plan,
-        state: State,
-        work: Workspace,
-        torque: Array,
-        forces: Array,
-        every: int,
-        rows: Array,
-        fields: Array,
-    ) -> int:
-        """Take a step for each entry of `torque`, see `Method.march`.
-
-        ``plan``, ``state``, ``work``, ``torque``, ``forces``, ``every``, ``rows``, ``fields``: see
-        `Method.march`.
-        Returns see `Method.march`.
-        """
+    def kernel(self, plan: Plan) -> Callable[..., int]:
+        """What takes the steps, see `Method.kernel`."""
         from cabledrive.simulation.kernels.node_centred import march
 
-        return march(plan, state, work, torque, forces, every, rows, fields)
+        return march

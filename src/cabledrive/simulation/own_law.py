@@ -166,8 +166,8 @@ def _agrees(formula: Any, numbers: Array, law: CableLaw) -> bool:
 
 
 def march_own(
-    plan: Plan,
     law: CableLaw,
+    plan: Plan,
     state: State,
     work: Workspace,
     torque: Array,

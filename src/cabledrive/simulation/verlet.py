@@ -1,14 +1,13 @@
 """Stoermer-Verlet on the staggered conservative chain: the default method."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import ClassVar, final
 
-from cabledrive.mechanics.cable_law import Array
 from cabledrive.simulation.method import Method
 from cabledrive.simulation.own_law import march_own
 from cabledrive.simulation.plan import OWN, Plan
-from cabledrive.simulation.state import State
-from cabledrive.simulation.workspace import Workspace
 
 
 @final
@@ -24,26 +23,11 @@ class StoermerVerlet(Method):
 
     name: ClassVar[str] = "verlet"
 
-    def march(
-        self,
-        plan: Plan,
-        state: State,
-        work: Workspace,
-        torque: Array,
-        forces: Array,
-        every: int,
-        rows: Array,
-        fields: Array,
-    ) -> int:
-        """Take a step for each entry of `torque`, see `Method.march`.
-
-        ``plan``, ``state``, ``work``, ``torque``, ``forces``, ``every``, ``rows``, ``fields``: see
-        `Method.march`.
-        Returns see `Method.march`.
-        """
+    def kernel(self, plan: Plan) -> Callable[..., int]:
+        """What takes the steps, see `Method.kernel`."""
         if plan.law == OWN:
             assert self.law is not None  # given with the run, see `cabledrive.simulation.case`
-            return march_own(plan, self.law, state, work, torque, forces, every, rows, fields)
+            return partial(march_own, self.law)
         from cabledrive.simulation.kernels.verlet import march
 
-        return march(plan, state, work, torque, forces, every, rows, fields)
+        return march
