@@ -12,7 +12,7 @@ from harness import duration, side_by_side, table
 from cabledrive.reduction import fast_simulation
 from cabledrive.reduction.fast_members import fast_ensemble
 from cabledrive.reduction.fast_simulation import FastScheme, simulate_fast
-from cabledrive.reduction.uniform_tension_integration import march
+from cabledrive.reduction.uniform_tension_integration import integrate
 from cabledrive.simulation import Pluck, Recording, Scheme, Setting, Start, simulate
 from cabledrive.simulation.case import case_of
 
@@ -73,14 +73,14 @@ def compared(shape: str):
 
 
 def fast_run(shape: str, sines: int, exact):
-    """Error of the fast model, and the arguments of its march."""
+    """Error of the fast model, and the arguments of its integration."""
     taken = []
 
     def kept(c, q, p, a, b, *rest):
         taken.append((c, q.copy(), p.copy(), a.copy(), b.copy(), *rest))
-        return march(c, q, p, a, b, *rest)
+        return integrate(c, q, p, a, b, *rest)
 
-    with mock.patch.object(fast_simulation, "march", kept):
+    with mock.patch.object(fast_simulation, "integrate", kept):
         result = simulate_fast(
             DRIVE,
             1.0,
@@ -94,7 +94,7 @@ def fast_run(shape: str, sines: int, exact):
 
 def marched(arguments):
     c, q, p, a, b, *rest = arguments
-    return march(c, q.copy(), p.copy(), a.copy(), b.copy(), *rest)
+    return integrate(c, q.copy(), p.copy(), a.copy(), b.copy(), *rest)
 
 
 def envelopes(result):

@@ -91,6 +91,7 @@ RENAMED = {  # module at its present path: old name of a function or class, and 
         "drawn_loops": "sampled_loops",
         "run_draws": "run_samples",
     },
+    "cabledrive.rig.tracking": {"told": "summarize"},
     "cabledrive.rig.run_facts": {"circumstance_words": "disturbance_facts"},
     "cabledrive.rig.trial": {"wish_for": "spec_for"},
     "cabledrive.studies.crossings": {"Meeting": "Crossing", "meetings": "crossings"},

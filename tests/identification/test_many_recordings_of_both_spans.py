@@ -14,9 +14,9 @@ def of_both(seeds):
     for seed in seeds:
         one = played(seed, duration=3.0, segments=360)
         found = tension_of_both(one.log, one.drive)
-        told += found.told
-        inside += held(found, one) if found.told else 0
-        worst = max([worst, *map(abs, errors(found, one).values())] if found.told else [worst])
+        told += found.identifiable
+        inside += held(found, one) if found.identifiable else 0
+        worst = max([worst, *map(abs, errors(found, one).values())] if found.identifiable else [worst])
     return told, inside, worst
 
 
@@ -44,7 +44,7 @@ def taken_for_two(seeds):
     for seed in seeds:
         heights = np.random.default_rng(seed).permutation([1.5e-3, 0.0])
         one = played(seed, duration=3.0, segments=120, heights=heights)
-        two += tension_of_both(one.log, one.drive).told
+        two += tension_of_both(one.log, one.drive).identifiable
     return two
 
 
@@ -67,8 +67,8 @@ def of_nearly_equal(seeds):
         share = float(np.random.default_rng(seed + 7).uniform(0.0, 0.015))
         one = played(seed, duration=3.0, segments=240, share=share)
         found = tension_of_both(one.log, one.drive)
-        told += found.told
-        if found.told:
+        told += found.identifiable
+        if found.identifiable:
             worst = max([worst, *map(abs, errors(found, one).values())])
         else:
             prepared = found.families["heard"].tension

@@ -65,9 +65,9 @@ def test_a_prediction_holds_where_the_axes_moved_before_and_is_missing_elsewhere
     measured(
         """Learnt with the third axis at rest: a run like it to 3 %, nothing where the third axis moves."""
     )
-    assert alike.told > 0.99, alike.told
+    assert alike.explained > 0.99, alike.explained
     assert alike.error < 0.03, alike.error
-    assert other.told < 0.2, other.told
+    assert other.explained < 0.2, other.explained
 
 
 def test_axis_1_of_the_robot_has_the_friction_of_its_authors(shared_data, measured):

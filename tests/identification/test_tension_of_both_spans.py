@@ -65,7 +65,7 @@ def test_equal_loudness_gives_no_labels():
 def test_equal_tensions_are_one_family_and_the_line_says_so():
     one = played(10_020, share=0.0, rate=1000.0)
     found = tension_of_both(one.log, one.drive)
-    assert not found.told
+    assert not found.identifiable
     assert "one family" in found.unidentifiable[0]
     assert "\n" not in found.unidentifiable[0]
     low, high = found.families["heard"].tension.low, found.families["heard"].tension.high
@@ -77,7 +77,7 @@ def test_tensions_within_a_line_width_are_not_told_apart_and_both_lie_in_the_int
     """0.3 % between them, 0.15 Hz of 101 Hz, where a line is 1.3 Hz wide."""
     one = played(10_021, pretension=7.0, share=0.0015, damping=4.0, rate=1000.0)
     found = tension_of_both(one.log, one.drive)
-    assert not found.told, errors(found, one)
+    assert not found.identifiable, errors(found, one)
     prepared = found.families["heard"].tension
     assert prepared.low < min(one.upper, one.lower) < max(one.upper, one.lower) < prepared.high, prepared
 
@@ -106,7 +106,7 @@ def test_a_swinging_pulley_puts_sidebands_on_the_partials_and_does_not_mislead()
     """The drive pulley begins 30 % beyond its rest and swings both tensions against each other."""
     one = played(10_040, swing=0.3, share=0.15, duration=3.0)
     found = tension_of_both(one.log, one.drive)
-    assert found.told, found.unidentifiable
+    assert found.identifiable, found.unidentifiable
     assert max(map(abs, errors(found, one).values())) < 0.005, errors(found, one)
 
 
@@ -223,5 +223,5 @@ def test_split_partials_over_a_first_that_is_not_split_are_no_tauter_span():
     """The loudest tone at half their frequency tells: tensions 1.8 % apart, not four times as large."""
     one = played(22_005, duration=3.0, segments=240, share=0.00905)
     found = tension_of_both(one.log, one.drive)
-    assert found.told
+    assert found.identifiable
     assert max(map(abs, errors(found, one).values())) < 0.01, errors(found, one)

@@ -15,7 +15,7 @@ from cabledrive.reduction.ensembles import (
 from cabledrive.reduction.oscillators import oscillator_coefficients
 from cabledrive.reduction.start_map import plucked
 from cabledrive.reduction.uniform_tension import uniform_tension_model
-from cabledrive.reduction.uniform_tension_integration import coefficients, march
+from cabledrive.reduction.uniform_tension_integration import coefficients, integrate
 from resonance_samples import damped
 
 
@@ -62,7 +62,7 @@ def test_oscillators_equal_the_uniform_tension_model_of_one_mode():
     a = np.zeros((1, 2, 1))
     a[0, :, 0] = plucks
     wave = torque * np.sin(model.natural * h * np.arange(steps + 1))
-    run = march(coefficients(uniform, h), q, p, a, np.zeros_like(a), wave, h, 1)
+    run = integrate(coefficients(uniform, h), q, p, a, np.zeros_like(a), wave, h, 1)
     relative = run.along[:, 0, 1] * (uniform.rims[1, 1] - uniform.rims[1, 0])
     assert largest.pulley[0] == pytest.approx(np.max(np.abs(relative)), rel=5e-3)
     spans = np.max(np.abs(run.across[:, 0, 0, :, 0]), axis=0)

@@ -1,4 +1,4 @@
-"""`cabledrive.reduction.uniform_tension_single` equals the readable march, with and without a motor joint."""
+"""`cabledrive.reduction.uniform_tension_single` equals the readable integration, with and without a motor joint."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import pytest
 import cabledrive as cd
 from cabledrive.reduction.uniform_tension import uniform_tension_model
 from cabledrive.reduction.uniform_tension_integration import coefficients
-from cabledrive.reduction.uniform_tension_kernels import march_reference
+from cabledrive.reduction.uniform_tension_kernels import integrate_reference
 from cabledrive.reduction.uniform_tension_single import single_sine_kernel
 
 DAMPED = ["cable.transverse_damping=2", "pulley.1.viscous_friction=2e-5", "cable.pretension=3.26"]
@@ -27,7 +27,7 @@ def test_one_sine_in_one_plane_equals_the_readable_march(name, overrides, stride
     torque, h = 0.05 * rng.standard_normal(141), 1e-4
     ours, theirs = [part.copy() for part in start], [part.copy() for part in start]
     found = single_sine_kernel(coefficients(model, h), *ours, torque, h, stride)
-    expected = march_reference(coefficients(model, h), *theirs, torque, h, stride)
+    expected = integrate_reference(coefficients(model, h), *theirs, torque, h, stride)
     for mine, other in zip((*found, *ours), (*expected, *theirs), strict=True):
         assert mine.shape == other.shape
         error = np.max(np.abs(mine - other)) / np.max(np.abs(other))

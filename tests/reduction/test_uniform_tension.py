@@ -8,8 +8,8 @@ from scipy.special import ellipk
 
 import cabledrive as cd
 from cabledrive.reduction.uniform_tension import uniform_tension_model
-from cabledrive.reduction.uniform_tension_integration import coefficients, march
-from cabledrive.reduction.uniform_tension_kernels import integration_kernel, march_reference
+from cabledrive.reduction.uniform_tension_integration import coefficients, integrate
+from cabledrive.reduction.uniform_tension_kernels import integrate_reference, integration_kernel
 
 TUNED = cd.load_drive(
     "dissertation-2",
@@ -63,7 +63,7 @@ def test_compiled_march_equals_its_readable_twin(planes):
     state = tuple(1e-4 * rng.standard_normal(part.shape) for part in rest(model, planes))
     torque = 0.02 * rng.standard_normal(401)
     runs = []
-    for method in (integration_kernel, march_reference):
+    for method in (integration_kernel, integrate_reference):
         start = [part.copy() for part in state]
         runs.append((*method(coefficients(model, step), *start, torque, step, 4), *start))
     for compiled, readable in zip(*runs, strict=True):
@@ -77,7 +77,7 @@ def test_linear_frequencies_and_decay_are_exact_at_any_step(step):
     q, p, a, b = rest(model)
     a[0, 0, 0] = 1e-9
     steps = 300
-    recorded = march(coefficients(model, step), q, p, a, b, np.zeros(steps + 1), step, 1)
+    recorded = integrate(coefficients(model, step), q, p, a, b, np.zeros(steps + 1), step, 1)
     midspan = recorded.across[:, 0, 0, 0, 0]
     t = step * np.arange(steps + 1)
     half = 0.5 * model.transverse_damping
@@ -107,7 +107,7 @@ def test_one_mode_limit_is_the_nonlinear_string(whirling, measured):
     else:
         parameter = alpha * amplitude**2 / (2 * hardened**2)
         expected = np.pi * hardened / (2 * ellipk(parameter))
-    recorded = march(coefficients(model, step), q, p, a, b, np.zeros(100_001), step, 1)
+    recorded = integrate(coefficients(model, step), q, p, a, b, np.zeros(100_001), step, 1)
     w = recorded.across[:, 0, 0, 0, 0]
     down = np.flatnonzero((w[:-1] > 0) & (w[1:] <= 0))
     crossings = (down + w[down] / (w[down] - w[down + 1])) * step
@@ -128,7 +128,7 @@ def test_march_converges_with_order_two_against_its_own_law():
         q, p, a, b = rest(model)
         a[0, :, 0] = 3e-3, 1e-3
         steps = round(0.2 / step)
-        march(coefficients(model, step), q, p, a, b, np.full(steps + 1, 0.01), step, steps)
+        integrate(coefficients(model, step), q, p, a, b, np.full(steps + 1, 0.01), step, steps)
         ends.append(np.concatenate((q * 100, a.ravel())))
     errors = [np.linalg.norm(end - ends[-1]) for end in ends[:3]]
     order = np.log2(errors[0] / errors[1]), np.log2(errors[1] / errors[2])
@@ -139,7 +139,7 @@ def test_equal_plucks_leave_the_pulleys_at_rest():
     model = uniform_tension_model(TUNED, 4)
     q, p, a, b = rest(model)
     a[0, :, 0] = 2e-3
-    recorded = march(coefficients(model, 1e-4), q, p, a, b, np.zeros(10_001), 1e-4, 10)
+    recorded = integrate(coefficients(model, 1e-4), q, p, a, b, np.zeros(10_001), 1e-4, 10)
     assert np.max(np.abs(recorded.along)) < 1e-15
 
 

@@ -1,4 +1,4 @@
-"""Options that have no effect beside others: refused, or told, never passed over in silence."""
+"""Options that have no effect beside others: refused or reported, never ignored."""
 
 from collections.abc import Iterator
 

@@ -73,13 +73,13 @@ def status_of(run: Callable[[], Any]) -> int:
     try:
         return run() or DONE
     except InputRefused as refusal:
-        return _told(str(refusal), REFUSED)
+        return _reported(str(refusal), REFUSED)
     except click.UsageError as error:
-        return _told(usage_line(error), REFUSED)
+        return _reported(usage_line(error), REFUSED)
     except NotComputed as failure:
-        return _told(str(failure), NOT_COMPUTED)
+        return _reported(str(failure), NOT_COMPUTED)
     except MemoryError:
-        return _told("out of memory: ask for less, or for a smaller drive", NOT_COMPUTED)
+        return _reported("out of memory: ask for less, or for a smaller drive", NOT_COMPUTED)
     except (click.Abort, KeyboardInterrupt, Interrupted) as end:
         return interrupted(end)
     except ReaderGone:
@@ -87,7 +87,7 @@ def status_of(run: Callable[[], Any]) -> int:
     except OSError as error:
         if error.errno not in NO_DEFECTS:
             return _defect(error)
-        return _told(trouble_line(error), NOT_COMPUTED)
+        return _reported(trouble_line(error), NOT_COMPUTED)
     except Exception as defect:
         return _defect(defect)
 
@@ -99,7 +99,7 @@ def interrupted(end: BaseException | None = None) -> int:
     Returns exit status.
     """
     cause = end.__cause__ if isinstance(end, click.Abort) else end
-    return _told(f"interrupted; {str(cause or '') or GO_ON}", INTERRUPTED)
+    return _reported(f"interrupted; {str(cause or '') or GO_ON}", INTERRUPTED)
 
 
 def trouble_line(error: OSError) -> str:
@@ -111,7 +111,7 @@ def trouble_line(error: OSError) -> str:
 
 def _defect(defect: Exception) -> int:
     what = f"{type(defect).__name__}: {defect}"
-    return _told(f"a defect of cabledrive, {what}; please report it with the output of --verbose", DEFECT)
+    return _reported(f"a defect of cabledrive, {what}; please report it with the output of --verbose", DEFECT)
 
 
 def usage_line(error: click.UsageError) -> str:
@@ -127,6 +127,6 @@ def usage_line(error: click.UsageError) -> str:
     return f"{what[:1].lower()}{what[1:]}; see {error.ctx.command_path} --help"
 
 
-def _told(message: str, status: int) -> int:
+def _reported(message: str, status: int) -> int:
     complain(str(InputRefused(message)))
     return status

@@ -27,9 +27,9 @@ def complain(message: str) -> None:
 def note(message: str) -> None:
     """Write a note or the progress of long work; none under ``--quiet``, with times under ``--verbose``."""
     context = click.get_current_context(silent=True)
-    told = {} if context is None else context.meta
-    if not told.get(QUIET):
-        begun = told.get(BEGUN)
+    settings = {} if context is None else context.meta
+    if not settings.get(QUIET):
+        begun = settings.get(BEGUN)
         _write(message if begun is None else f"{time.monotonic() - begun:8.2f} s  {message}")
 
 

@@ -194,7 +194,7 @@ def resonance_text(drive: Drive, found: ResonanceSummary, changes: tuple[Remedy,
     if found.pairs:
         lines += ["", "pairs with the pulley mode:"]
         for pair in found.pairs:
-            if not _told(pair, found.pairs):
+            if not _listed(pair, found.pairs):
                 continue
             tuned = _shown(pair.tuned_pretension, "N", quantity)
             if (pair.tuned_pretension or 0.0) > largest_pretension(drive):
@@ -213,7 +213,7 @@ def resonance_text(drive: Drive, found: ResonanceSummary, changes: tuple[Remedy,
     return "\n".join(lines)
 
 
-def _told(pair: Pair, pairs: tuple[Pair, ...]) -> bool:
+def _listed(pair: Pair, pairs: tuple[Pair, ...]) -> bool:
     """Whether the text lists a pair: the lowest of each section, and the nearest to 1:2."""
     own = [other for other in pairs if (other.span, other.section) == (pair.span, pair.section)]
     return pair.number <= 3 or pair is min(own, key=lambda other: abs(other.detuning))

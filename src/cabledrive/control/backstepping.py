@@ -69,7 +69,7 @@ class BacksteppingGains:
 def backstepping_gains(bandwidth: float | None = None, *, adaptation: float = 1e-6) -> BacksteppingGains:
     """Equal bandwidth in every step.
 
-    ``bandwidth`` [Hz]; 10.5 as printed unless told; ``adaptation``: gamma.
+    ``bandwidth`` [Hz]; default: 10.5, that of the source; ``adaptation``: gamma.
     Raises `InputRefused` if the bandwidth is not positive or the adaptation negative.
     """
     hertz = PRINTED_HZ if bandwidth is None else bandwidth

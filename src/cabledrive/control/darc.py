@@ -1,4 +1,4 @@
-r"""Direct adaptive robust control of a row of inertias, from one derivation for any length and with damping.
+r"""Direct adaptive robust control of a lumped chain, from one derivation for any length and with damping.
 
 With z the flat output and :math:`\sigma = (s + \lambda)^{2n-1}(z - z_d)`, :math:`z_{eq}` is what
 :math:`z^{(2n)}` must be for :math:`\dot\sigma = 0`, and
@@ -90,7 +90,7 @@ def darc_numbers(
     2n + 3): from `cabledrive.control.reference.flat_reference`; sets the adaptation gain; ``interval``:
     sample time [s]; ``friction_by_reference``: S = tanh(50 w_d) of the reference instead of tanh(0.5 w) of
     the motor; ``desired``: adaptation by the regressor of the reference (desired compensation);
-    ``rate_limit``, shape (4,): largest rates of the estimates; none unless told.
+    ``rate_limit``, shape (4,): largest rates of the estimates; default: none.
     """
     n2 = 2 * flat.size
     mu = mu_of(flat, bounds.nominal[0])

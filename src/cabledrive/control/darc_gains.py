@@ -81,7 +81,7 @@ class DarcGains:
     sliding_rate : float
         :math:`K_\sigma/\mu` [rad/s].
     damping_ratio : float
-        :math:`\zeta_d` of (6.35); 1 unless told, the source gives none.
+        :math:`\zeta_d` of (6.35); default: 1, the source gives none.
     adaptation_share : float
         Factor on the adaptation gain of (6.37); 0: estimates stay.
     """
@@ -110,7 +110,7 @@ def darc_gains(
     """Printed gains of a model, or the same proportions at another bandwidth.
 
     ``model``, {1, 2, 3, 4}; ``bandwidth``: lambda/(2 pi) [Hz]; ``least``: lowest bandwidth that is let pass
-    [Hz]; Model 2 has 12 Hz unless told.
+    [Hz]; default for Model 2: 12 Hz.
     Raises `InputRefused` if the bandwidth is not positive, or below the least that the law tolerates.
     """
     lam, rate = PRINTED_HZ[model] if bandwidth is None else (bandwidth, RATIO[model] * bandwidth)

@@ -1,4 +1,4 @@
-r"""The flat output of a row of inertias: angles and motor torque are polynomials in s times it.
+r"""The flat output of a lumped chain: angles and motor torque are polynomials in s times it.
 
 Of inertias :math:`J_1` (motor) to :math:`J_N` (load), joined by springs :math:`k_i` with dampers :math:`b_i`,
 :math:`D_i = 1 + (b_i/k_i)s`. From the load backwards, without a polynomial division:
@@ -64,7 +64,7 @@ class FlatOutput:
 
 
 def flat_output(chain: LumpedChain, *, damped: bool = True) -> FlatOutput:
-    """Polynomials of a row of inertias.
+    """Polynomials of a lumped chain.
 
     ``chain``: all links between equal angles, see `cabledrive.reduction.reflected`. Its viscous friction
     beyond the first inertia is counted, that of the first is the control law's business; ``damped``: whether
@@ -72,7 +72,7 @@ def flat_output(chain: LumpedChain, *, damped: bool = True) -> FlatOutput:
     Raises `InputRefused` if a link joins unequal angles.
     """
     if any(ratio != (1.0, 1.0) for ratio in chain.ratios):
-        raise InputRefused("a link joins unequal angles: reflect the row of inertias to its first shaft")
+        raise InputRefused("a link joins unequal angles: reflect the lumped chain to its first shaft")
     n = chain.size
     length = 2 * n + 1
     times = np.array(chain.damping) / np.array(chain.stiffness) if damped else np.zeros(n - 1)

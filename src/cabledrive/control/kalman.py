@@ -1,4 +1,4 @@
-r"""Kalman filter on a row of inertias, with states for a disturbance and for the encoders' offsets.
+r"""Kalman filter on a lumped chain, with states for a disturbance and for the encoders' offsets.
 
 States are angles, speeds, a torque on the motor that walks at random, and the offset of each encoder but the
 last, which walks very slowly. Friction and offset torque of the motor are taken off its torque as known.

@@ -174,7 +174,7 @@ def load_coefficients(readings: Array, interval: float, sign: Array | None = Non
     """Beta, gamma, the constant, Coulomb and viscous friction by least squares.
 
     ``readings``, shape (samples, 2) [rad]; ``interval``: sample time [s]; ``sign``, shape (samples,): from
-    `turning_sign`; of these readings unless told.
+    `turning_sign`; default: of these readings.
     Returns shape (5,).
     """
     sign = turning_sign(readings[:, 1], interval) if sign is None else sign

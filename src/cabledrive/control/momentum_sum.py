@@ -5,7 +5,7 @@ r"""Whole inertia and friction from the sum of all momenta, in which every joint
     = \tau - b\,\dot\theta_1 - c\,\mathrm{sgn}\,\dot\theta_1 + d
 
 with every signal through the same filter. How the whole inertia J divides among the shafts is taken as
-believed: the motor's part and the load's are not told apart by pulses of half a second. Samples slower than
+believed: the motor's part and the load's are not separated by pulses of half a second. Samples slower than
 a fifth of the largest speed, and 0.08 s after, are left out: near standstill the motor sticks, or the noise
 of its law turns it to and fro, and its friction is not that of the filtered speed's sign.
 """
@@ -67,7 +67,7 @@ def estimate_motor(
     shape (samples,): of the motor from each sample to the next, see `acting_torque` [N m]; ``counts``, shape
     (n,): one count of each [rad]; ``inertias``, shape (n,): as believed; they divide the whole among the
     shafts [kg m^2]; ``interval``: sample time [s]; ``generator``: for the errors; ``spread``, shape (n,):
-    relative half widths within which the inertias are believed; none unless told.
+    relative half widths within which the inertias are believed; default: none.
     """
     widths = np.zeros(len(inertias)) if spread is None else spread
 

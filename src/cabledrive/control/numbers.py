@@ -59,8 +59,8 @@ class LawNumbers(NamedTuple):
 def learning_table(nominal: Array, low: Array, high: Array, gain: Array, limit: Array | None = None) -> Array:
     """What the adaptation needs of each estimate.
 
-    ``nominal``, ``low``, ``high``, ``gain``, shape (p,); ``limit``, shape (p,): largest rates; none unless
-    told.
+    ``nominal``, ``low``, ``high``, ``gain``, shape (p,); ``limit``, shape (p,): largest rates;
+    default: none.
     Returns shape (5, p).
     """
     return np.array([nominal, low, high, gain, np.full(len(nominal), np.inf) if limit is None else limit])

@@ -38,7 +38,7 @@ def adapted(
     """Estimates after one sample; a step that would cross a bound ends on it.
 
     ``estimate``, shape (m,): within the bounds; ``rate``, shape (m,): Gamma tau; ``low``, ``high``, shape
-    (m,); ``interval``: sample time [s]; ``limit``, shape (m,): largest rates; none unless told.
+    (m,); ``interval``: sample time [s]; ``limit``, shape (m,): largest rates; default: none.
     Returns shape (m,).
     """
     allowed = projected_rate(rate, estimate, low, high)

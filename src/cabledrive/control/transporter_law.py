@@ -166,7 +166,7 @@ def scheduled_law(
 
     ``interval``: sample time [s]; ``count``: one count of the encoders at the rim [m]; ``limit``: largest
     force [N]; ``positions``, shape (positions,): equally spaced [m]; ``frozen``: the one position [m] for
-    which all is made; every position has its own unless told; ``reads``: pulleys with an encoder, see
+    which all is made; default: every position has its own; ``reads``: pulleys with an encoder, see
     `correction_at`.
     Raises `InputRefused` if there are fewer than two positions.
     """

@@ -46,7 +46,7 @@ def figure_5_7(quick: bool) -> Outcome:
     found = exact_motion(case, segments=100, rate=3000.0)
     both = free_response(drive)
     window = 4 * np.pi / autoparametric_model(drive).natural
-    told = [
+    peaks_found = [
         _first_second(run.time, run.load_angle, across, window)
         for run, across in ((found, found.midpoint), (both, both.midpoints[0]))
     ]
@@ -54,7 +54,7 @@ def figure_5_7(quick: bool) -> Outcome:
     left = float(load[-1] / load.max())
     words = [
         f"pulley largest at {peak:.2f} s, upper midpoint least at {least:.2f} s, correlation {c:.2f}"
-        for peak, least, c in told
+        for peak, least, c in peaks_found
     ]
     equal = _equal_over(drive, both)
     items = [
@@ -63,7 +63,7 @@ def figure_5_7(quick: bool) -> Outcome:
             "Fig. 5.7: free load pulley and upper midpoint over the first second",
             "pulley oscillations grow while the cable's reach their minimum, and vice versa",
             words[0],
-            told[0][2] < 0.0,
+            peaks_found[0][2] < 0.0,
             otherwise=(DIFFERS, "not explained"),
             note=(
                 f"plucks of {1e3 * ONE_SIDED[0]:g} and {1e3 * ONE_SIDED[1]:g} mm and "

@@ -202,7 +202,7 @@ def _timed(found: Identification, timing: TorqueTiming, interval: float) -> Iden
     if timing.known:
         return replace(found, method=method)
     words = timing.words(interval)
-    if timing.customary(interval) or not timing.told:
+    if timing.customary(interval) or not timing.determined:
         return replace(found, method=method, notes=(*found.notes, words))
     late = Finding("torque-timing", words)
     return replace(found, method=method | {"torque_delay": -timing.shift}, findings=(*found.findings, late))

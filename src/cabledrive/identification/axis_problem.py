@@ -89,7 +89,7 @@ class AxisPrediction:
     measured: Array
 
     @property
-    def told(self) -> float:
+    def explained(self) -> float:
         """Share of the rows with a prediction."""
         return float(np.isfinite(self.torque).mean())
 

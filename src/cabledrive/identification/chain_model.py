@@ -169,7 +169,7 @@ class ChainModel:
         n, q = self.inertias, self._quantities(values)
         gains = tuple(q.get(("gain", k), 1.0) if k == self.driven else 0.0 for k in range(n))
         fine = record.interval / self.substeps
-        march = integrate_chain(
+        run = integrate_chain(
             self.row(values),
             self._acting(record.input),
             fine,
@@ -179,7 +179,7 @@ class ChainModel:
             hold=self.hold,
         )
         channels = list(self.measured)
-        speeds, sensitivities = march.speeds[:, channels], march.speed_sensitivities[:, channels]
+        speeds, sensitivities = run.speeds[:, channels], run.speed_sensitivities[:, channels]
         quantities = tuple(s.quantity for s in self.free) if sensitive else ()
         sensor = replace(
             self.sensor,

@@ -101,7 +101,7 @@ def named(found: Sequence[Evidence]) -> tuple[Evidence, ...]:
     return tuple(e for e in beyond if e.gain >= CLOSE * beyond[0].gain)
 
 
-def told(faults: Sequence[Evidence], first: str | None = None) -> str:
+def evidence_words(faults: Sequence[Evidence], first: str | None = None) -> str:
     """A verdict in a sentence.
 
     ``faults``: at least one; ``first``: words on the first of them, where more is known of it than its

@@ -1,4 +1,4 @@
-"""Does a feedback loop make the torque? What was not foreseen in the angle then shows in the torque."""
+"""Does a feedback loop make the torque? What was not predicted in the angle then shows in the torque."""
 
 from collections.abc import Sequence
 

@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 DIFFERENCES = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
 """Weights of the central difference of order 8, by distance."""
 FEWEST_SAMPLES = 24
-"""Of a position whose bandwidth is sought: bands of it have to lie below a tenth of the sample rate."""
+"""Of a position whose bandwidth is searched: bands of it have to lie below a tenth of the sample rate."""
 
 
 def causal_filter(values: Array, interval: float, natural_frequency: float, damping: float = 1.0) -> Array:

@@ -1,4 +1,4 @@
-r"""What a log does that a rigid axis, told the past, does not foresee.
+r"""What a log does that a rigid axis does not predict from the past.
 
 An observer moves the axis under the measured torque, with set-valued friction, and corrects it at every
 sample by the measured angle:

@@ -156,9 +156,8 @@ def joint_factors(
 ) -> Factors:
     """Innovations of all logs against what disturbances add to them.
 
-    ``values``, shape (4,); ``bandwidths``: of the observers [rad/s]; ``gaps``: free plays; default: no faults
-    at all; ``hold``: doubt about what the torque does between samples, as a column `HOLD` where there are no
-    faults.
+    ``values``, shape (4,); ``bandwidths``: of the observers [rad/s]; ``gaps``: of backlash; default: none;
+    ``hold``: doubt about what the torque does between samples, as a column `HOLD` where there are no faults.
     Returns of `NUISANCE` alone, or with all faults and `HOLD`.
     """
     parts = []

@@ -49,7 +49,7 @@ def base_torques(run: Prediction, track: Track) -> dict[str, Array]:
 def fault_torques(run: Prediction, track: Track, gaps: tuple[float, ...]) -> dict[str, Array]:
     """What each fault would add.
 
-    ``gaps``: free plays [rad or m].
+    ``gaps``: backlash widths [rad or m].
     Returns by fault, and what was tried of it after a colon.
     """
     net = run.values[0] * run.acceleration

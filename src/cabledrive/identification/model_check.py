@@ -9,7 +9,7 @@ from cabledrive.identification.axis_refinement import refine_rigid_axis
 from cabledrive.identification.diagnosis import FAULTS, suspicions, verdict
 from cabledrive.identification.estimates import Identification
 from cabledrive.identification.fault_evidence import SHORT as FAULT_NAMES
-from cabledrive.identification.fault_evidence import material, named, told
+from cabledrive.identification.fault_evidence import evidence_words, material, named
 from cabledrive.identification.finding import Finding
 from cabledrive.identification.law_comparison import other_law
 from cabledrive.identification.logs.log import Log
@@ -61,7 +61,7 @@ def checked_by_lines(
     value = next((s.value for s in found if s.fault == fault), 0.0)
     words = FAULTS[fault].format(value=value)
     if fault == "delay":
-        words, measured = _delay_told(read, options, value, lambda moved: _left_by_lines(moved, options))
+        words, measured = _delay_words(read, options, value, lambda moved: _left_by_lines(moved, options))
         method |= measured
     finding = Finding(MISFIT, f"the model does not fit: {words}")
     return replace(answer, method=method, findings=(*answer.findings, finding))
@@ -102,13 +102,13 @@ def checked_by_innovations(
     first = None
     if faults[0].fault == "delay":
         value = faults[0].value
-        first, measured = _delay_told(read, options, value, lambda moved: _left_beside(moved, options))
+        first, measured = _delay_words(read, options, value, lambda moved: _left_beside(moved, options))
         method |= measured
-    finding = Finding(MISFIT, told(faults, first))
+    finding = Finding(MISFIT, evidence_words(faults, first))
     return replace(answer, method=method, findings=(*answer.findings, finding))
 
 
-def _delay_told(
+def _delay_words(
     read: Sequence[Log], options: AxisOptions, first: float, left_in: Callable[[Sequence[Log]], float]
 ) -> tuple[str, dict[str, float]]:
     """The delay in words, and measured where it is one."""

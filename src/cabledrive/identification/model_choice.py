@@ -79,11 +79,11 @@ def choose_model(
     within = best * (1.0 + 0.5 / np.sqrt(measured.frequency.size))
     near = [m for m in fits if errors[m] <= within and fits[m].criterion <= least + MOST_AKAIKE]
     chosen = min(near or [min(errors, key=lambda m: errors[m])], key=lambda m: len(fits[m].names))
-    told = ", ".join(f"Model {m}: {errors[m]:.3g}" for m in sorted(errors))
+    listed = ", ".join(f"Model {m}: {errors[m]:.3g}" for m in sorted(errors))
     alike = chosen in (2, 3) and not inertias_known
     doubt = "; from the motor side Models 2 and 3 are equivalent unless inertias are known" if alike else ""
     return ModelChoice(
-        chosen=chosen, fits=fits, cross_validation=errors, reason=f"errors on unseen lines: {told}{doubt}"
+        chosen=chosen, fits=fits, cross_validation=errors, reason=f"errors on unseen lines: {listed}{doubt}"
     )
 
 

@@ -14,6 +14,9 @@ from cabledrive.identification.predicted_errors import NAMES, AxisGuess, Instrum
 from cabledrive.parameters import InputRefused
 from cabledrive.reduction.friction_integration import integrate_rigid_axis
 
+WEAK = "will not be identifiable"
+"""Of a parameter whose standard error is more than half of it; in the finding."""
+
 Array = NDArray[np.float64]
 
 LIMITS = ("torque", "speed", "stroke")
@@ -35,7 +38,7 @@ class TestPlan:
     moving : float
         Share of the time that the axis does not stick.
     findings : tuple of str
-        Limits that are passed, parameters that will not be told.
+        Limits that are passed, parameters that will not be identified.
     """
 
     __test__ = False  # no test of pytest's
@@ -122,7 +125,7 @@ def plan_test(
         if peaks[name] > limit
     ]
     findings += [
-        f"{name} will not be identifiable: its standard error is {100 * share:.3g} % of it"
+        f"{name} {WEAK}: its standard error is {100 * share:.3g} % of it"
         for name, share in relative.items()
         if share > 0.5 and isfinite(share)
     ]

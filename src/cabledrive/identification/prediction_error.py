@@ -1,7 +1,7 @@
 r"""Parameters from the innovations of an observer: a feedback loop does them no harm.
 
 Inside a loop the noise of the encoder comes back as torque; a regression of the torque on the motion, and a
-simulation of the motion under the torque, are both biased by that. What an observer does not foresee has
+simulation of the motion under the torque, are both biased by that. What an observer does not predict has
 nothing to do with the past, whoever made the torque: the parameters, and the instant at which the torque
 acts, make its whitened innovations smallest (L. Ljung, System Identification, 2nd ed., sections 7.2, 13.4).
 The method is then applied to logs of a sound axis that moves alike, and what it misses there is in the
@@ -143,7 +143,7 @@ def _refined(
         late, error = float(fit.values[-1]), float(np.sqrt(fit.covariance[-1, -1]))
         if number and abs(late) < max(SETTLED * interval, 0.3 * error):
             break
-        timing = replace(timing, shift=timing.shift - late, error=error, told=True)
+        timing = replace(timing, shift=timing.shift - late, error=error, determined=True)
         if abs(timing.shift) > FARTHEST * interval:
             raise NotComputed(
                 "the time shift of the torque found from the innovations is too large for an "

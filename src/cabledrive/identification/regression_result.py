@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.identification import identifiability as told
+from cabledrive.identification import identifiability as limits
 from cabledrive.identification.axis_equation import AxisEquation
 from cabledrive.identification.estimates import Estimate, Identification, unit_of
 from cabledrive.identification.finding import Finding
@@ -35,9 +35,9 @@ def regression_result(
     """
     fit = _without_lag(factors, doubt)
     sizes = sizes[: len(fit.names)]
-    blind = told.blind_parameters(fit)
-    weak = set(told.weak_parameters(fit, sizes)) - blind
-    words = told.blind_words(fit) + tuple(told.weak_words(name) for name in fit.names if name in weak)
+    blind = limits.blind_parameters(fit)
+    weak = set(limits.weak_parameters(fit, sizes)) - blind
+    words = limits.blind_words(fit) + tuple(limits.weak_words(name) for name in fit.names if name in weak)
     half = fit.half_width()
     parameters = {
         name: _estimate(fit, k, float(half[k]), unit_of(name, equation.linear), name in blind | weak)
@@ -89,7 +89,7 @@ def implausible(parameters: dict[str, Estimate]) -> tuple[str, ...]:
                 hint = "the friction model does not fit this axis"
             size = f"{estimate.value:.4g} {estimate.unit}"
             found.append(
-                Finding("negative", f"{told.readable(name)} is identified as negative ({size}): {hint}")
+                Finding("negative", f"{limits.readable(name)} is identified as negative ({size}): {hint}")
             )
     return tuple(found)
 

@@ -35,7 +35,7 @@ def read_response(path: str | Path) -> FrequencyResponse:
     ``path``: with columns omega [rad/s] or frequency [Hz], magnitude (or "magnitude [dB]") and phase [rad] or
     [deg], of any format that logs may have.
     Returns ``deviation`` from the spread of the repeats, NaN where there is one; ``coherence`` 1, since it
-    cannot be told; ``left_out`` the number of outliers.
+    cannot be determined; ``left_out`` the number of outliers.
     Raises `InputRefused` if a column is missing, or a number is missing or impossible.
     """
     table = open_table(path)

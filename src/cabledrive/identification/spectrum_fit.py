@@ -24,7 +24,7 @@ from cabledrive.identification.printer_spectrum import KAISER, PrinterSpectrum
 Array = NDArray[np.float64]
 
 SMALLEST, LARGEST = 2e-3, 0.5
-"""Damping ratios that are sought."""
+"""Damping ratios that are searched."""
 STARTS = (0.03, 0.1)
 """Damping ratios from which the fit starts; the better result counts."""
 FLOOR = 0.01

@@ -28,9 +28,9 @@ usually ends, no more than 1.1 of it."""
 FIRST = 12.0
 """Below which a hump of the density is that of its normalisation [Hz]."""
 RESOLUTION = 3.0
-"""Width over which a density is smoothed before peaks are sought [Hz]."""
+"""Width over which a density is smoothed before peaks are searched [Hz]."""
 MOST_HIDDEN = 3
-"""Peaks beside which a hidden mode is sought."""
+"""Peaks beside which a hidden mode is searched."""
 EXPLAINED, HIDDEN = 0.01, 0.7
 """A mode without a peak of its own is added where the misfit is above 1 %, and falls to 0.7 of it."""
 

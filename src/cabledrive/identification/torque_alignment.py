@@ -28,13 +28,13 @@ from cabledrive.identification.torque_timing import (
 
 Array = NDArray[np.float64]
 
-UNDETERMINED = TorqueTiming(shift=0.0, error=0.0, told=False)
+UNDETERMINED = TorqueTiming(shift=0.0, error=0.0, determined=False)
 
 
 def timing_of(logs: Sequence[Log], options: AxisOptions) -> TorqueTiming:
     """Time by which the torque acts later than it is logged, one for all logs.
 
-    Returns not told, and zero, where the logs do not determine it beside the parameters.
+    Returns undetermined, and zero, where the logs do not determine it beside the parameters.
     """
     torque, position = channels_of(logs[0], options)
     equation = replace(equation_for(logs, torque, position, options), lag=True)

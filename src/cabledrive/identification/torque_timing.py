@@ -63,7 +63,7 @@ class TorqueTiming:
         "low-pass": the sensor lags with the time constant ``-shift``.
     known : bool
         Whether it is given by an option.
-    told : bool
+    determined : bool
         Whether the log determines it; else the instant of logging is taken, with a doubt of half an interval.
     """
 
@@ -71,7 +71,7 @@ class TorqueTiming:
     error: float
     law: str = "shift"
     known: bool = False
-    told: bool = True
+    determined: bool = True
 
     def convention(self, interval: float) -> str | None:
         """The convention that the shift agrees with, None where there is none.
@@ -101,7 +101,7 @@ class TorqueTiming:
 
         ``interval`` [s].
         """
-        if not self.told:
+        if not self.determined:
             return "the instant at which the torque acts is not determined by the log"
         name = self.convention(interval)
         if name is not None:

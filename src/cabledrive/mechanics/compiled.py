@@ -29,7 +29,7 @@ def njit(function: F) -> F:
     """Compile a kernel when it is first called, with fast arithmetic that keeps NaN and infinity.
 
     ``function``: loops over floats and arrays.
-    Returns the compiled kernel; the function itself where numba is absent or told not to compile.
+    Returns the compiled kernel; the function itself where numba is absent or disabled.
     """
     return _compile(function, FAST_MATH)
 

@@ -78,7 +78,7 @@ class Statics:
         `first` is the force along at the start of each span: given, to be found (NaN), or, where the spans
         are tied, what it is more than in the upper span, and one number to be found.
         """
-        known, constant = self._march(first, tied)
+        known, constant = self._integrate(first, tied)
         unknowns = known.shape[2]
         excess = np.zeros(unknowns)  # by which the pretensioned spans are longer than their cable
         longer = self.drive.span_length * self.drive.cable.prestrain
@@ -97,7 +97,7 @@ class Statics:
             f"{self.drive.cable.pretension:.4g} N"
         )
 
-    def _march(self, first: Array, tied: bool) -> tuple[Array, Array]:
+    def _integrate(self, first: Array, tied: bool) -> tuple[Array, Array]:
         """From the unknowns to the force at the start of each piece: matrices and constants."""
         spans = 1 if tied else int(np.isnan(first).sum())
         sections = 1 + max(piece.section for piece in self.pieces) if self.level else 0

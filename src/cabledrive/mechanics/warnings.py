@@ -193,7 +193,7 @@ def _rotor(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
 
 
 def _goal(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
-    """A tracking goal finer than the free play or the encoder at the load."""
+    """A tracking goal finer than the backlash or the encoder at the load."""
     goal = drive.goal.tracking_error if drive.goal else None
     if goal is None:
         return

@@ -8,7 +8,7 @@ from cabledrive.modal.certified import Modes
 from cabledrive.modal.mode import BOTH, LONGITUDINAL, Mode
 
 SAME = 1e-9  # relative; multiple roots are known to this
-_WORTH_TELLING = 0.01
+_WORTH_NAMING = 0.01
 _PLANES = {("v",): "horizontal plane", ("w",): "vertical plane", ("v", "w"): "both planes"}
 _SPANS = {
     ("upper",): "upper span",
@@ -87,8 +87,8 @@ def _energy(shares: dict[str, float]) -> str:
     parts = {name: share for name, share in shares.items() if name not in carriages}
     if carriages:
         parts[carriages[0] if len(carriages) == 1 else "carriages"] = sum(shares[name] for name in carriages)
-    told = sorted((item for item in parts.items() if item[1] >= _WORTH_TELLING), key=lambda item: -item[1])
-    return ", ".join(f"{name} {share:.0%}" for name, share in told[:3])
+    large = sorted((item for item in parts.items() if item[1] >= _WORTH_NAMING), key=lambda item: -item[1])
+    return ", ".join(f"{name} {share:.0%}" for name, share in large[:3])
 
 
 def _section(modes: tuple[Mode, ...]) -> str:

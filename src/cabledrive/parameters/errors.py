@@ -1,4 +1,4 @@
-"""The two ways a request can end without a result, each told in one line."""
+"""The two ways a request can end without a result, each with one line."""
 
 _LONGEST_LINE = 290
 _LONGEST_PLACE = 120

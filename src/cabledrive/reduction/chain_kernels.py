@@ -126,7 +126,7 @@ def step(
 
 
 @njit
-def march(
+def integrate(
     c: ChainNumbers,
     torque: Array,
     x0: Array,

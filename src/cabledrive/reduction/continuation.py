@@ -1,6 +1,6 @@
 r"""Following a branch of steady states through its folds: pseudo-arclength continuation.
 
-From a point the next one is sought along the tangent and corrected on the plane across it,
+From a point the next one is searched along the tangent and corrected on the plane across it,
 
 .. math:: F(x, p) = 0, \qquad t\cdot(x - x_0,\ p - p_0) = s, \qquad \text{Eq. (A.29)}
 

@@ -16,7 +16,7 @@ from cabledrive.parameters.version import __version__
 from cabledrive.reduction.fast_record import STEEPEST
 from cabledrive.reduction.fast_simulation import FastScheme, check_band, grid_of, start_amplitudes
 from cabledrive.reduction.uniform_tension import UniformTensionModel, uniform_tension_model
-from cabledrive.reduction.uniform_tension_integration import coefficients, march
+from cabledrive.reduction.uniform_tension_integration import coefficients, integrate
 from cabledrive.simulation import Pluck, Recording, Setting, Start
 from cabledrive.simulation.ensemble import UNITS, members_of
 
@@ -69,7 +69,7 @@ def fast_ensemble(
     pluck_shape : str, default "half-sine"
         Shape of the plucks.
     scheme : FastScheme, optional
-        One step serves all: the one told, or the finest that a member wants.
+        One step serves all: the given one, or the finest that a member wants.
     rate : float, default 100.0
         Least number of records per second [Hz].
     threads : int, optional
@@ -151,8 +151,8 @@ def _run(
         heights = np.array([[member.pluck_upper], [member.pluck_lower]])
         start = (heights * group.sines)[None]
         torque = member.torque_amplitude * waves[member.torque_frequency] + group.offset
-        told = march(c, rest.copy(), rest.copy(), start, np.zeros_like(start), torque, step, stride)
-        along[i], across[i], peaks[i] = told.along[:, 0], told.across[:, 0, 0], told.peaks
+        one = integrate(c, rest.copy(), rest.copy(), start, np.zeros_like(start), torque, step, stride)
+        along[i], across[i], peaks[i] = one.along[:, 0], one.across[:, 0, 0], one.peaks
     reasons = np.full(len(peaks), "", dtype=object)
     held = model.pretension + peaks[:, :, 0] >= 0.0
     held &= model.wave_numbers[0] * peaks[:, :, 1] <= STEEPEST

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from cabledrive.parameters import Drive, content_hash
 from cabledrive.parameters.version import __version__
 from cabledrive.reduction.uniform_tension import HIGHEST_SHARE, UniformTensionModel
-from cabledrive.reduction.uniform_tension_integration import March
+from cabledrive.reduction.uniform_tension_integration import IntegratedMotion
 from cabledrive.simulation import SimulationResult, SlackEvent
 from cabledrive.simulation.channels import COLUMN, WIDTH
 
@@ -19,7 +19,7 @@ STEEPEST = 0.05
 """Largest slope of the cable for which the tension may count as uniform; (slope)^2 is the relative error."""
 
 
-def bounded_part(recorded: March, longest: float) -> tuple[March, int | None]:
+def bounded_part(recorded: IntegratedMotion, longest: float) -> tuple[IntegratedMotion, int | None]:
     """What was recorded before an amplitude outgrew the span, or was no number.
 
     ``longest``: amplitude [m] beyond which nothing is worth keeping.
@@ -32,10 +32,10 @@ def bounded_part(recorded: March, longest: float) -> tuple[March, int | None]:
         return recorded, None
     kept = max(1, int(np.argmin(bounded)))
     along, across, tallies = recorded.along[:kept], recorded.across[:kept], recorded.tallies[:kept]
-    return March(along, across, tallies, recorded.peaks), kept
+    return IntegratedMotion(along, across, tallies, recorded.peaks), kept
 
 
-def fast_rows(model: UniformTensionModel, recorded: March, torque: Array) -> Array:
+def fast_rows(model: UniformTensionModel, recorded: IntegratedMotion, torque: Array) -> Array:
     """Records in the columns of the exact model; what the reduced one does not tell apart stays zero.
 
     ``torque``, shape (records,): at the records [N m].
@@ -88,7 +88,7 @@ def _balance(rows: Array) -> Array:
 def fast_result(
     drive: Drive,
     model: UniformTensionModel,
-    recorded: March,
+    recorded: IntegratedMotion,
     rows: Array,
     *,
     grid: tuple[int, float, int],
@@ -128,7 +128,7 @@ def fast_result(
 
 
 def _limits(
-    model: UniformTensionModel, recorded: March, rows: Array, times: Array, diverged: bool
+    model: UniformTensionModel, recorded: IntegratedMotion, rows: Array, times: Array, diverged: bool
 ) -> tuple[tuple[SlackEvent, ...], str | None]:
     """Slack and steepness, over all steps."""
     slope = float(model.wave_numbers[0] * recorded.peaks[:, 1].max())

@@ -15,7 +15,7 @@ from cabledrive.parameters.files import check_writable, not_written
 from cabledrive.parameters.one_process import one_process
 from cabledrive.reduction.fast_record import bounded_part, fast_result, fast_rows
 from cabledrive.reduction.uniform_tension import HIGHEST_SHARE, UniformTensionModel, uniform_tension_model
-from cabledrive.reduction.uniform_tension_integration import coefficients, march
+from cabledrive.reduction.uniform_tension_integration import coefficients, integrate
 from cabledrive.simulation import Recording, Signal, SimulationResult, SimulationStopped, Start
 from cabledrive.simulation.netcdf import write_netcdf
 from cabledrive.simulation.records import MOST_MEMORY
@@ -111,7 +111,7 @@ def simulate_fast(
     )
     check_band(model, samples, step)
     state = start_amplitudes(drive, model, start)
-    recorded = march(coefficients(model, step), *state, samples, step, stride)
+    recorded = integrate(coefficients(model, step), *state, samples, step, stride)
     recorded, kept = bounded_part(recorded, model.span)
     steps = steps if kept is None else stride * (kept - 1)
     rows = fast_rows(model, recorded, samples[: steps + 1 : stride])

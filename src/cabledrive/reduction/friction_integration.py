@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.reduction.axis_kernels import PARAMETERS, integrate_axis
-from cabledrive.reduction.chain_kernels import march
+from cabledrive.reduction.chain_kernels import integrate
 from cabledrive.reduction.chain_motion_kernels import ChainNumbers
 from cabledrive.reduction.lumped_chain import LumpedChain
 
@@ -36,7 +36,7 @@ class FrictionLaw:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class March:
+class IntegratedMotion:
     """Motion at the samples.
 
     Attributes
@@ -84,7 +84,7 @@ def integrate_chain(
     directions: Array | None = None,
     substeps: int = 1,
     hold: str = "line",
-) -> March:
+) -> IntegratedMotion:
     """Move a lumped chain from rest (or ``start``) under a torque given at samples.
 
     ``torque``, shape (samples,) [N m], or whatever ``gains`` turn into torque; ``interval``: time between
@@ -103,11 +103,11 @@ def integrate_chain(
     begin = np.zeros(2 * n) if start is None else np.array(start, dtype=float)
     linear = 1.0 if hold == "line" else 0.0
     stored = np.arange(2 * n)
-    march(numbers, torque, begin, float(interval), substeps, linear, stored, states, sensitivities)
+    integrate(numbers, torque, begin, float(interval), substeps, linear, stored, states, sensitivities)
     if not np.all(np.isfinite(states[-1])):
         first = int(np.argmin(np.isfinite(states).all(axis=1)))
         raise NotComputed(f"motion of {n} inertias diverged at t = {first * interval:.4g} s: raise substeps")
-    return March(
+    return IntegratedMotion(
         angles=states[:, :n],
         speeds=states[:, n:],
         angle_sensitivities=sensitivities[:, :n],

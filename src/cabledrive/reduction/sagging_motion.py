@@ -158,10 +158,10 @@ def integrate(
     when, done = np.zeros((rows, most)), 0
     least, kept = np.array([np.inf]), []
     for numbers, torque in stages:
-        told = np.zeros((torque.size if history else 0, modes))
-        state = (q, p, a, b, top, modal, when, least, told)
+        recorded = np.zeros((torque.size if history else 0, modes))
+        state = (q, p, a, b, top, modal, when, least, recorded)
         integrate_sagging(numbers, np.ascontiguousarray(torque), done, h, floor, *state)
-        kept.append(told)
+        kept.append(recorded)
         done += torque.size
     extremes = Extremes(displacement=top.max(axis=1), amplitude=modal, time=h * when, tension=float(least[0]))
     return extremes, np.concatenate(kept)

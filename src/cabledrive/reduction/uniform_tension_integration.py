@@ -21,7 +21,7 @@ from cabledrive.reduction.uniform_tension_single import single_sine_kernel
 Array = NDArray[np.float64]
 
 
-class March(NamedTuple):
+class IntegratedMotion(NamedTuple):
     """What an integration recorded; velocities at the times of the positions.
 
     Attributes
@@ -121,10 +121,10 @@ def _flow(natural: Array, damping: Array, step: float) -> Array:
     return np.array([turn + 0.5 * damping * push, push, -(natural**2) * push, turn - 0.5 * damping * push])
 
 
-def march(
+def integrate(
     c: Coefficients, q: Array, p: Array, a: Array, b: Array, torque: Array, h: float, stride: int
-) -> March:
-    """March the model in time, Eq. (R.4).
+) -> IntegratedMotion:
+    """Integrate the model in time, Eq. (R.4).
 
     ``c``: for the step `h`; ``q``, ``p``, shape (k,): longitudinal amplitudes [m kg^1/2] and rates at the
     start; at the end of the integration on return; ``a``, ``b``, shape (planes, 2, m): transverse amplitudes
@@ -133,4 +133,4 @@ def march(
     [s]; ``stride``: steps between two recorded instants.
     """
     kernel = single_sine_kernel if a.shape == (1, 2, 1) else integration_kernel
-    return March(*kernel(c, q, p, a, b, torque, h, stride))
+    return IntegratedMotion(*kernel(c, q, p, a, b, torque, h, stride))

@@ -11,7 +11,7 @@ Array = NDArray[np.float64]
 Arrays = tuple[Array, Array, Array, Array]
 
 
-def march_reference(
+def integrate_reference(
     c: Any, q: Array, p: Array, a: Array, b: Array, torque: Array, h: float, stride: int
 ) -> Arrays:
     """Readable twin of the compiled integrator.
@@ -20,7 +20,8 @@ def march_reference(
     (planes, 2, m): transverse amplitudes of planes w (and v) and their rates; changed in place; ``torque``,
     shape (steps + 1,): at the ends of the steps [N m]; ``h``: step [s]; ``stride``: steps between two
     recorded instants.
-    Returns ``along, across, tallies, peaks``: as in `cabledrive.reduction.uniform_tension_integration.March`.
+    Returns ``along, across, tallies, peaks``: as in
+    `cabledrive.reduction.uniform_tension_integration.IntegratedMotion`.
     """
     steps = torque.size - 1
     along, across, tallies = [], [], []
@@ -63,7 +64,7 @@ def march_reference(
 def integration_kernel(
     c: Any, q: Array, p: Array, a: Array, b: Array, torque: Array, h: float, stride: int
 ) -> Arrays:
-    """Arithmetic of the integration; arguments and results as `march_reference`."""
+    """Arithmetic of the integration; arguments and results as `integrate_reference`."""
     steps = torque.size - 1
     longitudinal = q.size
     planes, spans, sines = a.shape

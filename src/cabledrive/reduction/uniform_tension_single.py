@@ -1,7 +1,7 @@
 """Time integration of the uniform-tension model with one sine per span, in one plane: scalars only.
 
 Half-sine plucks want no more, and ensembles run thousands of them. Twin:
-`cabledrive.reduction.uniform_tension_kernels.march_reference`.
+`cabledrive.reduction.uniform_tension_kernels.integrate_reference`.
 """
 
 from typing import Any
@@ -19,7 +19,7 @@ Arrays = tuple[Array, Array, Array, Array]
 def single_sine_kernel(
     c: Any, q: Array, p: Array, a: Array, b: Array, torque: Array, h: float, stride: int
 ) -> Arrays:
-    """One sine per span; arguments and results as `march_reference`, with a, b of shape (1, 2, 1)."""
+    """One sine per span; arguments and results as `integrate_reference`, with a, b of shape (1, 2, 1)."""
     records = (torque.size - 1) // stride + 1
     along = np.empty((records, 2, q.size))
     across = np.empty((records, 2, 1, 2, 1))
@@ -28,7 +28,7 @@ def single_sine_kernel(
     kicked, force = np.empty(2 * q.size), np.empty(q.size)
     matrices = c.along, c.coupling, c.torque_shape, c.loss_along, c.tension_along
     scalars = c.per_mass, c.carried[0], c.stretching[0], c.tension_across, c.loss_across
-    _march(
+    _integrate(
         matrices, c.across[:, 0], c.sag[:, 0], scalars, q, p, a[0, :, 0], b[0, :, 0], torque, h, stride,
         along, across[:, :, 0, :, 0], tallies, peaks, kicked, force,
     )  # fmt: skip
@@ -36,7 +36,7 @@ def single_sine_kernel(
 
 
 @njit_in_place
-def _march(
+def _integrate(
     matrices: tuple[Array, Array, Array, Array, Array],
     flow: Array,
     sag: Array,

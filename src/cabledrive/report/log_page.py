@@ -76,8 +76,8 @@ def _numbers(found: Identification) -> list[Block]:
     for name, one in found.parameters.items():
         known = np.isfinite(one.value)
         interval = f"{number(one.low, 4)} to {number(one.high, 4)}" if np.isfinite(one.low) else "none"
-        told = (number(one.value), interval) if known else ("none", "")
-        rows.append((name.replace("_", " "), *told, unit_name(one.unit)))
+        stated = (number(one.value), interval) if known else ("none", "")
+        rows.append((name.replace("_", " "), *stated, unit_name(one.unit)))
     table = Table(
         caption="Identified parameters.",
         columns=(

@@ -121,6 +121,6 @@ def inline_svg(
         body = body.replace(light, f"var(--{colour})")
     body = re.sub(r"\s*\n\s*", "\n", body)
     width, height = size
-    told = Markup(' data-axes="{}"').format(json.dumps(scales)) if scales else ""
-    head = f'<svg viewBox="0 0 {width:g} {height:g}" style="max-width: {width:g}px" aria-hidden="true"{told}>'
+    axes = Markup(' data-axes="{}"').format(json.dumps(scales)) if scales else ""
+    head = f'<svg viewBox="0 0 {width:g} {height:g}" style="max-width: {width:g}px" aria-hidden="true"{axes}>'
     return Markup(f"{head}{body}</svg>")

@@ -82,7 +82,7 @@ def broken_assumptions(found: list[Departure], used: float | None, unmatched_par
 
 
 def _beyond_bounds(loop: Loop, actual: Drive) -> list[str]:
-    """Parameters and disturbances of the motor beyond what the law was told."""
+    """Parameters and disturbances of the motor beyond the bounds of the law."""
     made = loop.controller
     found: list[str] = []
     if made.law.kind != DARC or loop.own_plant is not None:

@@ -12,7 +12,7 @@ from cabledrive.rig.tracking import Tracking, within
 
 
 def judged_apart(found: Tracking, first: Loop, last: Loop, done: Run) -> Tracking:
-    """A run as `cabledrive.rig.tracking.told` puts it, its first part held to the first law's bounds.
+    """A run as `cabledrive.rig.tracking.summarize` puts it, its first part held to the first law's bounds.
 
     ``found``: of the whole run, by the last law; ``first``, ``last``: of the laws before and after the first
     pulse with its dwell.

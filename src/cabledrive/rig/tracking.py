@@ -137,7 +137,7 @@ class Tracking(ResultCard):
         return [("Tracking", f"{said['controller']} on {said['plant']}"), *rows]
 
 
-def told(
+def summarize(
     loop: Loop, done: Run, drive: Drive, actual: Drive, motion: Motion, options: RigOptions, seed: int
 ) -> Tracking:
     """Put a run into words and arrays.

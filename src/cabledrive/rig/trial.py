@@ -24,7 +24,7 @@ from cabledrive.rig.learning_samples import run_learning_samples
 from cabledrive.rig.plant_samples import draw_words, run_samples
 from cabledrive.rig.ranking.best import BEST, best_controller, best_words
 from cabledrive.rig.setting import CABLE, DEGREE, Motion, RigOptions, sample_interval
-from cabledrive.rig.tracking import Tracking, told
+from cabledrive.rig.tracking import Tracking, summarize
 from cabledrive.trajectories import move_limits, peak_demand
 
 PLANTS: dict[str, int | None] = {f"model-{number}": number for number in (1, 2, 3, 4)} | {CABLE: None}
@@ -148,7 +148,7 @@ def track(
         loop, done, learnt = run_indirect(spec, loop, options)
     else:
         done = run(loop)
-    found = told(loop, done, drive, actual, motion, options, seed)
+    found = summarize(loop, done, drive, actual, motion, options, seed)
     if learnt is not None:
         found = judged_apart(found, first, loop, done)
     if best:

@@ -218,7 +218,7 @@ class FromFunction(Signal):
 
     @property
     def fingerprint(self) -> str:
-        """Name of the function: what it computes cannot be told from outside."""
+        """Name of the function: what it computes cannot be seen from outside."""
         module, name = (getattr(self.function, key, "?") for key in ("__module__", "__qualname__"))
         return f"FromFunction({module}.{name})"
 

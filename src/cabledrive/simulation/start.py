@@ -74,7 +74,7 @@ class Start:
     from_equilibrium : bool, default False
         Start from where the cable hangs under gravity and carriages instead of the straight cable.
     hold : {"none", "drive", "both"}, default "none"
-        Pulleys held while that equilibrium is sought, see `cabledrive.mechanics.statics.equilibrium`. The
+        Pulleys held while that equilibrium is searched, see `cabledrive.mechanics.statics.equilibrium`. The
         motor holds the drive pulley: a flexible joint starts with the twist that its torque gives it.
     """
 

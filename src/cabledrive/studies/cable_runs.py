@@ -1,4 +1,4 @@
-"""Runs of the nonlinear loop for the report: plucked, forced, whirling, slackened, and one by every way."""
+"""Runs of the nonlinear loop for the report: plucked, forced, whirling, slack, and one by all integrators."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace

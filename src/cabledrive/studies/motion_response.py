@@ -185,9 +185,9 @@ def _tensions(
     still = sagging_model(drive, state, modes, [[1]] * len(free_stretches(drive, state)))
     still = replace(still, direct=0.0 * still.direct, coupling=0.0 * still.coupling, carried=0.0)
     numbers = numbers_of(still, state, h)
-    _, told = integrate([(numbers, torque)], h, history=True)
-    every = max(1, told.shape[0] // 2**16)
-    relative = (told @ (numbers.watched / np.maximum(numbers.rest, 1e-300)))[::every]
+    _, history_rows = integrate([(numbers, torque)], h, history=True)
+    every = max(1, history_rows.shape[0] // 2**16)
+    relative = (history_rows @ (numbers.watched / np.maximum(numbers.rest, 1e-300)))[::every]
     duration = h * torque.size
     size = amplitudes(relative).max(axis=1)
     return TensionLines(size=size, omega=2 * pi * np.arange(size.size) / duration, duration=duration)

@@ -105,7 +105,7 @@ def steady_branches(
     drive : Drive
         A loop of two plain spans.
     torque : float
-        Amplitude at which steady motions are sought [N m].
+        Amplitude at which steady motions are searched [N m].
     rng : numpy.random.Generator
         For the starts of the search.
     load_torque : float, default 0.0

@@ -163,7 +163,7 @@ def _ping_of_both(logs: tuple[str, ...], name: str, place: tuple[str | None, int
         data=data,
         text="\n".join([*_rows(data), *_words(data)]),
         provenance=provenance(drive, method="two families of decaying tones against certified modes"),
-        incomplete=None if found.told else found.unidentifiable[0],
+        incomplete=None if found.identifiable else found.unidentifiable[0],
     )
 
 

@@ -96,7 +96,7 @@ FEWEST_RECORDS = 16
 def command(
     drive: Drive, output: NewFile | None, plot: NewFile | None, animate: NewFile | None, **options: Any
 ) -> Answer:
-    """March the nonlinear cable loop of DRIVE in time, from the straight cable at rest or plucked."""
+    """Simulate the nonlinear cable loop of DRIVE, from the straight cable at rest or plucked."""
     _check_combination(options, kept=output is not None or animate is not None, plot=plot is not None)
     if animate is not None:
         options["fields"] = _fields_to_animate(drive, options)

@@ -62,7 +62,7 @@ def track_marker(
 
     Spots that stand still are clutter, whatever their size. Where the marker moves enough to show what is
     behind it, that is taken off the picture and the clip gone through once more. Clutter that touches a
-    marker which never clears its place is not told from it.
+    marker which never clears its place is not separated from it.
 
     Parameters
     ----------

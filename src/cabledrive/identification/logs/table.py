@@ -84,8 +84,8 @@ def check_lengths(lengths: Mapping[str, int], source: str) -> None:
     Raises `InputRefused` if they differ.
     """
     if len(set(lengths.values())) > 1:
-        told = ", ".join(f"{name} {length}" for name, length in lengths.items())
-        raise InputRefused(f"{source}: channels differ in length ({told}): choose channels of one length")
+        found = ", ".join(f"{name} {length}" for name, length in lengths.items())
+        raise InputRefused(f"{source}: channels differ in length ({found}): choose channels of one length")
 
 
 def sliced(columns: dict[str, Array], rows: int = BLOCK_ROWS) -> Blocks:

@@ -69,7 +69,7 @@ class BothTensions:
         return self.families[name].tension.value
 
     @property
-    def told(self) -> bool:
+    def identifiable(self) -> bool:
         """Whether both tensions have a value."""
         return len(self.families) == 2
 
@@ -88,7 +88,7 @@ class BothTensions:
         return {
             "model": "tension-from-ping-of-both-spans",
             "parameters": parameters,
-            "identifiable": self.told,
+            "identifiable": self.identifiable,
             "unidentifiable": list(self.unidentifiable),
             "residual": {
                 "relative": max(one.spread for one in self.families.values()),

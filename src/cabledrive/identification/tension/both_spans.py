@@ -87,7 +87,7 @@ def tension_of_both(
     InputRefused
         If the drive has one span, or channel or section are not there.
     NotComputed
-        If no tone is heard, or two assignments fit equally well.
+        If no tone is found, or two assignments fit equally well.
     """
     if len(drive.spans) < 2:
         raise InputRefused(f"{drive.name} has one span: read it without asking for both")
@@ -159,7 +159,7 @@ def _fit(
 def _is_a_ping(fit: TonesFit, family: int) -> bool:
     """Whether a family decays, or has several partials: a single tone that stays is hum."""
     own = fit.tones.family == family
-    return bool(np.sum(own) > 1 or fit.telling[own].any())
+    return bool(np.sum(own) > 1 or fit.resolved[own].any())
 
 
 def _two_families(
@@ -183,13 +183,14 @@ def _two_families(
         if len(rivals) == 1:
             return rivals[0]
     raise NotComputed(
-        f"{prepared.channel}: two assignments of the partials fit equally well, {_told(prepared, first)} or "
-        f"{_told(prepared, second)}: pluck so that more partials are excited, or name the plucked span "
+        f"{prepared.channel}: two assignments of the partials fit equally well, "
+        f"{_assigned(prepared, first)} or {_assigned(prepared, second)}: "
+        "pluck so that more partials are excited, or name the plucked span "
         "(--plucked)"
     )
 
 
-def _told(prepared: PreparedRecording, fit: TonesFit) -> str:
+def _assigned(prepared: PreparedRecording, fit: TonesFit) -> str:
     first = [fit.tones.scale[k] * prepared.factor * prepared.teeth[span][0] for k, span in enumerate(SPANS)]
     return f"first modes at {first[0]:.4g} Hz (upper) and {first[1]:.4g} Hz (lower)"
 

@@ -5,7 +5,7 @@ Each tone of a recording is
 .. math:: y_k(t) = e^{-a_k t}\,\mathrm{Re}\Big[c_k\,e^{2\pi i f_k(t + \kappa_k q_k(t))}\Big], \qquad
           q_k = \frac{1 - e^{-p\,a_k t}}{p\,a_k},
 
-whose frequency is by :math:`\kappa_k` higher at its first amplitude: p = 2 where the string itself is heard,
+whose frequency is by :math:`\kappa_k` higher at its first amplitude: p = 2 where the string is recorded,
 p = 1 where its stretch is. Tones of one family share a factor on their frequencies,
 :math:`f_k = x\,g_k`. Least squares by variable projection in the form of Kaufman.
 """
@@ -25,7 +25,7 @@ SETTLED = 1e-9
 USUAL_RISE = 0.01
 """Rise of the frequency with amplitude that is expected, relative; a soft bound where noise hides it."""
 TELLING = 0.7
-"""Fall of the envelope (p a T) from which the rise with amplitude can be told."""
+"""Fall of the envelope (p a T) from which the rise with amplitude can be determined."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -85,7 +85,7 @@ class TonesFit:
     residual : float
         Sum of squares.
     freedom : int
-    telling : ndarray of bool, shape (tones,)
+    resolved : ndarray of bool, shape (tones,)
         Whether a tone decays enough for the effect of its amplitude.
     left : ndarray, shape (samples,)
         What the tones do not explain.
@@ -99,7 +99,7 @@ class TonesFit:
     offset_error: Array
     residual: float
     freedom: int
-    telling: NDArray[np.bool_]
+    resolved: NDArray[np.bool_]
     left: Array
 
 
@@ -180,7 +180,7 @@ def _angles(time: Array, tones: Tones, power: int) -> tuple[Array, Array, Array]
     return envelope, 2 * np.pi * tones.frequency * (time[:, None] + tones.rise * q), q
 
 
-def _telling(tones: Tones, duration: float, power: int) -> NDArray[np.bool_]:
+def _resolved(tones: Tones, duration: float, power: int) -> NDArray[np.bool_]:
     return np.asarray((power * tones.decay * duration > TELLING) & (tones.number > 0))
 
 
@@ -203,8 +203,8 @@ def _families(tones: Tones) -> Array:
 
 def _step(time: Array, tones: Tones, state: _Projection, power: int) -> Array:
     by_frequency, by_decay, by_rise = _sensitivities(time, tones, state, power)
-    told = _telling(tones, time[-1], power)
-    columns = np.column_stack([by_frequency @ _families(tones), by_decay, by_rise * told])
+    resolved = _resolved(tones, time[-1], power)
+    columns = np.column_stack([by_frequency @ _families(tones), by_decay, by_rise * resolved])
     columns -= state.directions @ (state.directions.T @ columns)
     families, count = tones.scale.size, tones.tooth.size
     deviation = np.sqrt(state.squares / time.size)
@@ -222,22 +222,22 @@ def _moved(tones: Tones, step: Array, duration: float, power: int) -> Tones:
     change = step[families : families + count]
     decay = np.clip(tones.decay + change, 0.3 * tones.decay, 3.0 * tones.decay + 0.1 / duration)
     moved = replace(tones, scale=scale, decay=np.maximum(decay, 0.01 / duration))
-    told = _telling(moved, duration, power)
-    return replace(moved, rise=np.where(told, tones.rise + step[families + count :], 0.0))
+    resolved = _resolved(moved, duration, power)
+    return replace(moved, rise=np.where(resolved, tones.rise + step[families + count :], 0.0))
 
 
 def _conclude(time: Array, tones: Tones, state: _Projection, power: int) -> TonesFit:
     by_frequency, by_decay, by_rise = _sensitivities(time, tones, state, power)
-    told = _telling(tones, time[-1], power)
+    resolved = _resolved(tones, time[-1], power)
     families, count = tones.scale.size, tones.tooth.size
-    others = np.column_stack([by_decay, by_rise[:, told]])
+    others = np.column_stack([by_decay, by_rise[:, resolved]])
     freedom = max(1, time.size - 2 * count - 1 - families - others.shape[1])
     variance = state.squares / freedom
-    soft = np.concatenate([np.zeros(count), np.full(int(told.sum()), np.sqrt(variance) / USUAL_RISE)])
+    soft = np.concatenate([np.zeros(count), np.full(int(resolved.sum()), np.sqrt(variance) / USUAL_RISE)])
     common = _covariance(by_frequency @ _families(tones), others, soft, state)
     alone = _covariance(by_frequency, others, soft, state)
     left = np.concatenate(
-        [state.residual, np.zeros(count), -tones.rise[told] * np.sqrt(variance) / USUAL_RISE]
+        [state.residual, np.zeros(count), -tones.rise[resolved] * np.sqrt(variance) / USUAL_RISE]
     )
     change = alone @ (_clear(by_frequency, others, soft, state).T @ left)
     linear = np.linalg.pinv(state.triangle.T @ state.triangle, hermitian=True)
@@ -251,7 +251,7 @@ def _conclude(time: Array, tones: Tones, state: _Projection, power: int) -> Tone
         offset_error=np.sqrt(variance * np.diag(alone)),
         residual=state.squares,
         freedom=freedom,
-        telling=told,
+        resolved=resolved,
         left=state.residual,
     )
 

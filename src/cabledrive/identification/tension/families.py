@@ -19,7 +19,7 @@ STANDING_OUT = 6.0
 DIP = 0.4
 """Fall on both sides of a peak, in the logarithm of the amplitude."""
 FAINTEST = 0.003
-"""Peak over the largest one, below which window and rounding are heard."""
+"""Peak over the largest one, below which window and rounding show."""
 PROPOSING = 4
 """Modes for which a peak may be taken when it proposes a family."""
 MISSING, FIRST_MISSING = 0.5, 1.5
@@ -138,7 +138,7 @@ def proposals(
     """The best single family, and the best pairs of families.
 
     ``teeth``: modes of each span at the drive's own tension [Hz]; ``factor``: 2 where the recording has twice
-    the frequency of the span, else 1; ``limit``: families are sought from 1 / limit to limit.
+    the frequency of the span, else 1; ``limit``: families are searched from 1 / limit to limit.
     Returns ``pairs``: the best `MOST_PAIRS` that differ, best first; empty where no second family is worth
     it. Where both spans have the same modes only one order of each pair.
     """

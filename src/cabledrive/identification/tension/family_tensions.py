@@ -28,7 +28,7 @@ def of_two_families(
     plucked: str | None,
     errors: tuple[float, float],
 ) -> BothTensions:
-    """The answer where two families are heard.
+    """The answer where two families are found.
 
     ``fit``: its first two families are those of the spans; ``names``: which span each is; ``errors``:
     relative standard errors of length and of mass per length.
@@ -71,7 +71,7 @@ def of_one_family(
     plucked: str | None,
     errors: tuple[float, float],
 ) -> BothTensions:
-    """The answer where one family is heard, or two within the width of a line.
+    """The answer where one family is found, or two within the width of a line.
 
     ``span``: whose modes fit it; ``overlapping``: whether two families fit better than one, though less than
     a line width apart; ``errors``: relative standard errors of length and of mass per length.
@@ -238,7 +238,7 @@ def _partials(fit: TonesFit, family: int) -> tuple[Partial, ...]:
                 peak=float(tones.frequency[place]),
                 amplitude=float(fit.amplitude[place]),
                 rise=rise,
-                decays=bool(fit.telling[place]),
+                decays=bool(fit.resolved[place]),
             )
         )
     return tuple(found)

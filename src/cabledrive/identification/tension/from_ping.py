@@ -79,7 +79,7 @@ def tension_from_ping(
     InputRefused
         If channel, span or section are not there.
     NotComputed
-        If no tone is heard, or the recording has no onset and decay as a ping has.
+        If no tone is found, or the recording has no onset and decay as a ping has.
     """
     chosen = [channel] if channel is not None else _channels(log)
     found: dict[str, SpanTension] = {}

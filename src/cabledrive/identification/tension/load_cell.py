@@ -25,7 +25,7 @@ from cabledrive.parameters import Drive, InputRefused
 Array = NDArray[np.float64]
 
 BANDWIDTH = 40.0
-"""Of force and angle when nothing is told [Hz]."""
+"""Of force and angle by default [Hz]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

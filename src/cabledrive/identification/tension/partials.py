@@ -26,7 +26,7 @@ HEARD = 10.0
 FADED = 0.03
 """Share of its largest envelope at which a partial is left, noise or not."""
 TELLING_DECAY = 2.0
-"""Factor by which the envelope must fall before its effect on the frequency can be told."""
+"""Factor by which the envelope must fall before its effect on the frequency can be determined."""
 SEGMENTS = 24
 USUAL_RISE = 0.01
 """Rise of the frequency with amplitude that is expected, relative; a soft bound where noise hides it."""
@@ -34,7 +34,7 @@ FEWEST_PERIODS = 8.0
 LEAST_COUNT = 0.5
 """Counts of a pulley's encoder that a tone must have: rounding makes tones of its own."""
 LOUD = 0.3
-"""Share of the first partial above which another tone near it is told."""
+"""Share of the first partial above which another tone near it is resolved."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,7 +54,7 @@ class Partial:
     amplitude : float
         Largest envelope, in the channel's unit.
     rise : float
-        By how much the frequency was higher at that envelope [Hz]; 0 where it cannot be told.
+        By how much the frequency was higher at that envelope [Hz]; 0 where it cannot be determined.
     decays : bool
         Whether the envelope falls enough to tell the effect of amplitude.
     """
@@ -133,7 +133,7 @@ def other_tone(
     """A second tone beside the first partial, half an octave around it: another span, or none.
 
     ``frequency``, ``amplitude``: spectrum; ``peak``: frequency of the first partial [Hz]; ``band``: where to
-    look [Hz]; ``apart``: how far from the first another one can be told [Hz].
+    look [Hz]; ``apart``: how far from the first another one can be resolved [Hz].
     Returns [Hz]; None where nothing is `LOUD` beside the first.
     """
     inside = (frequency > band[0]) & (frequency < band[1]) & (np.abs(frequency - peak) > apart)

@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 LOUDEST = 0.9
 """Share of the largest energy that marks the last pluck."""
 TEETH = 16
-"""Modes of a span that a peak may belong to; tones are sought up to the `PARTIALS`-th."""
+"""Modes of a span that a peak may belong to; tones are searched up to the `PARTIALS`-th."""
 SAMPLES_PER_PERIOD = 2.6
 """Of the highest tone, down to which a recording is thinned."""
 
@@ -43,11 +43,11 @@ class PreparedRecording:
     interval : float
         [s].
     factor : float
-        2 where the stretch is heard, else 1.
+        2 where the stretch is recorded, else 1.
     teeth : mapping of str to ndarray
         Certified modes of each span at the drive's own tension [Hz].
     band : (float, float)
-        Where tones are sought [Hz].
+        Where tones are searched [Hz].
     peaks : Peaks
     section : int
     """

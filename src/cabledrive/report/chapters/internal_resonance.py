@@ -214,19 +214,19 @@ def _steady(rig: Drive) -> Section:
     forcing = STEADY_SHIFT * autoparametric_model(drive).natural
     branches = steady_branches(drive, 2 * TORQUE, np.random.default_rng(SEED), forcing=forcing)
     single = branches[0]
-    told = (
+    said = (
         f"They branch from the state of rest at {quantity(single.onset, 'N m')}, the threshold"
         if single.onset
         else "They rise"
     )
     if single.folds:
-        told += f", with a fold at {quantity(single.folds[0], 'N m')}: below it a large motion decays"
+        said += f", with a fold at {quantity(single.folds[0], 'N m')}: below it a large motion decays"
     figure = _figure(
         "resonance-steady",
         steady_picture("resonance-steady", branches),
         "Steady amplitude over the torque: one branch for one span alone, one for both.",
         f"Steady motions at {number(100 * STEADY_SHIFT, 3)} % of the pulley mode's frequency, continued. "
-        f"Full: stable; dashed: not. {told}. A steady load of 0.1 mN m is enough to separate the spans.",
+        f"Full: stable; dashed: not. {said}. A steady load of 0.1 mN m is enough to separate the spans.",
     )
     return Section(title="Steady motion", anchor="resonance-steady-states", blocks=(figure,))
 

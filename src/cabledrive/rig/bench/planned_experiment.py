@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from cabledrive.identification.planned_response import predicted_response_errors, resonance_warnings
-from cabledrive.identification.planning import largest_amplitude, plan_test
+from cabledrive.identification.planning import WEAK, largest_amplitude, plan_test
 from cabledrive.identification.predicted_errors import AxisGuess, Instruments
 from cabledrive.identification.response_models import PARAMETERS
 from cabledrive.parameters import Drive, InputRefused
@@ -45,7 +45,7 @@ def plan_experiment(
     warnings = [*plan.findings, *resonance_warnings(drive, torque, rig.sample_rate)]
     if rig.chain.size > 1:
         errors, words = _of_response(drive, rig, excitation, torque)
-        warnings = [w for w in warnings if "will not be told" not in w] + words
+        warnings = [w for w in warnings if WEAK not in w] + words
     return {
         "relative_standard_error": {
             k: v if v is not None and np.isfinite(v) else None for k, v in errors.items()

@@ -48,7 +48,7 @@ def cable_plant(
 ) -> CablePlant:
     """Make the distributed cable of a drive ready; it hangs at rest under gravity.
 
-    ``chain``: its row of inertias, at the first shaft; ``interval``: sample time [s]; ``measured``: EA / L
+    ``chain``: its lumped chain, at the first shaft; ``interval``: sample time [s]; ``measured``: EA / L
     and axial damping are those of ``[lumped]``, unless the options keep the printed ones; else they are the
     drive's own.
     Raises `InputRefused` if the plant cannot follow what is asked of the rig.
@@ -164,7 +164,7 @@ def cable_parts(cable: CablePlant, state: LoopState) -> tuple[State, Workspace, 
 
 
 def drive_like(drive: Drive, chain: LumpedChain) -> Drive:
-    """A drive whose row of inertias is the one given.
+    """A drive whose lumped chain is the one given.
 
     ``drive``: gives radii, lengths, and all that the row does not say; ``chain``: at the first shaft; with a
     flexible cable.
@@ -202,7 +202,7 @@ def drive_like(drive: Drive, chain: LumpedChain) -> Drive:
 
 
 def cable_words(cable: CablePlant, score: dict[str, float]) -> dict[str, object]:
-    """What the distributed cable did beside what its row of inertias can.
+    """What the distributed cable did beside what its lumped chain can.
 
     ``score``: of a run, as `cabledrive.rig.closed_loop.loop_numbers.SUMMARY` names it.
     Returns resolution; stiffness and damping of the cable; its own modes; spillover, as how far the middle of

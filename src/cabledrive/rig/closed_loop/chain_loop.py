@@ -74,7 +74,7 @@ def chain_loop(
 
     ``plant``: links between equal angles; ``trajectory``: of the last inertia, with n + 1 continuous
     derivatives for a torque without jumps; ``bandwidth``: lambda/(2 pi) [Hz]; ``design``: as the law believes
-    the row to be; the plant itself unless told; ``share``: relative half width of the bounds of the motor's
+    the chain to be; default: the plant itself; ``share``: relative half width of the bounds of the motor's
     parameters; ``adaptation``: factor on the adaptation gain of (6.37); ``smooth_friction``: c tanh(50 w) at
     the motor instead of stick-slip.
     Raises `InputRefused` if encoders, counts and phases are not of one number, or the load is not read.

@@ -1,4 +1,4 @@
-"""Compiled motion of a row of inertias with free play in its joint and spans that cannot push.
+"""Compiled motion of a lumped chain with backlash in its joint and spans that cannot push.
 
 Between two kinks the row is linear. Each internal step goes by the piece in which it starts: joint closed or
 open, both spans taut or one slack. A closed joint is a spring about half the play, and with one span slack
@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 
 class KinkNumbers(NamedTuple):
-    """Linear pieces of a row of inertias; empty for one that has no kink.
+    """Linear pieces of a lumped chain; empty for one that has no kink.
 
     Attributes
     ----------
@@ -26,7 +26,7 @@ class KinkNumbers(NamedTuple):
         As in `PlantNumbers`; all closed and taut, joint open, one span slack, both.
     tables : ndarray, shape (4 or 0, 2, m, m + 4)
     play : float
-        Half the free play of the first link [rad]; 0: none.
+        Half the backlash of the first link [rad]; 0: none.
     slack : float
         Twist of the last link beyond which one span is slack [rad]; infinite: never.
     """

@@ -1,4 +1,4 @@
-"""Transitions of many rows of inertias at once, as the module `plant` beside it makes them one by one."""
+"""Transitions of many lumped chains at once, as the module `plant` beside it makes them one by one."""
 
 from collections.abc import Sequence
 

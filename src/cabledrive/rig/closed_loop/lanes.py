@@ -37,7 +37,7 @@ def fits_lanes(loop: Loop) -> bool:
 
 
 def run_lanes(loop: Loop, chains: Iterable[LumpedChain], *, threads: int = 2) -> tuple[Array, Array]:
-    """Run the law of a loop on many rows of inertias.
+    """Run the law of a loop on many lumped chains.
 
     ``loop``: one that `fits_lanes`; ``chains``: as many inertias as the plant of the loop.
     Returns ``scores``, shape (rows, scores): as `cabledrive.rig.closed_loop.loop_numbers.SUMMARY` names them,

@@ -23,7 +23,7 @@ class LinearLoop:
     rounding : ndarray, shape (states, m)
         From errors of the encoders' readings.
     plant_torque, filter_torque : ndarray, shape (states,)
-        From a torque at the plant's motor of which the filter is not told, and one that only the filter
+        From a torque at the plant's motor that the filter does not know, and one that only the filter
         believes in.
     command : ndarray, shape (states,)
         What the law makes of the states [N m].
@@ -93,7 +93,7 @@ def linear_loop(loop: Loop, plant: PlantNumbers | None = None) -> LinearLoop:
     exact = abs(loop.plant.scalars[0] - rig.interval) < 1e-9 * rig.interval
     if seen.kind != KALMAN or rig.late_samples or rig.late_part > 0.0 or not exact or loop.cable is not None:
         raise InputRefused(
-            "the linear loop is made for a row of inertias, one internal step per sample and a Kalman filter "
+            "the linear loop is made for a lumped chain, one internal step per sample and a Kalman filter "
             "without delay: leave the others out"
         )
     return assembled(loop.plant if plant is None else plant, seen, loop.controller.law, rig.encoders)

@@ -65,7 +65,7 @@ class Loop:
     kinks : KinkNumbers
         Free play and slack of the row.
     cable : CablePlant or None
-        The distributed cable, where that is the plant; ``chain`` is then its row of inertias.
+        The distributed cable, where that is the plant; ``chain`` is then its lumped chain.
     own_plant : OwnPlant or None
         A plant of the user's own; ``chain`` is then the drive's lumped model with its shafts.
     named : str
@@ -132,7 +132,7 @@ class Run:
 
 
 def plant_chain(drive: Drive, model: int | None) -> LumpedChain:
-    """The row of inertias that is controlled, at the first shaft; its motor turns freely.
+    """The lumped chain that is controlled, at the first shaft; its motor turns freely.
 
     ``model``, {1, 2, 3, 4}: default: the highest that the drive's data allow.
     """
@@ -236,7 +236,7 @@ def run(
     """Run a loop from rest, or on from where another ended.
 
     ``log``: whether every sample is kept; ``first``: sample to begin with; ``last``: sample before which to
-    end; the whole motion unless told.
+    end; default: the whole motion.
     """
     controller, samples = loop.controller, len(loop.target)
     state = loop_at_rest(loop) if state is None else state

@@ -1,4 +1,4 @@
-"""The closed loop of the rig on a row of inertias, compiled: plant and controller, sample after sample."""
+"""The closed loop of the rig on a lumped chain, compiled: plant and controller, sample after sample."""
 
 from math import isfinite
 
@@ -38,7 +38,7 @@ def move(
 
 @njit_in_place
 def look_at(kinks: KinkNumbers, x: Array, twist: float, score: Array) -> None:
-    """Count what the links do at a sample: largest twist, spans slack, joint in its free play."""
+    """Count what the links do at a sample: largest twist, spans slack, joint inside its backlash."""
     score[7] = max(score[7], twist)
     if kinks.rates.shape[0] > 0:
         if twist > kinks.slack:

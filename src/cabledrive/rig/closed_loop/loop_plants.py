@@ -1,4 +1,4 @@
-"""The row of inertias that is the plant of a loop, with its kinks."""
+"""The lumped chain that is the plant of a loop, with its kinks."""
 
 from typing import Any
 
@@ -12,11 +12,11 @@ KINKED_SUBSTEPS = 10
 def plant_parts(
     chain: LumpedChain, interval: float, rate: float, options: RigOptions, play: float, slack: float
 ) -> dict[str, Any]:
-    """What of a loop depends on the row of inertias that is the plant.
+    """What of a loop depends on the lumped chain that is the plant.
 
     ``interval``: sample time [s]; ``rate``: bandwidth of the torque loop [rad/s]; 0: none; ``play``: free
     play of the joint [rad]; ``slack``: twist of the cable at which a span goes slack [rad].
-    Returns fields of `Loop`. With free play, or spans that may go slack, at least ten internal steps per
+    Returns fields of `Loop`. With backlash, or spans that may go slack, at least ten internal steps per
     sample.
     """
     limit = slack if options.forbid_slack else float("inf")

@@ -13,9 +13,9 @@ from cabledrive.rig.setting import RigOptions
 
 
 def with_plant(loop: Loop, chain: LumpedChain, options: RigOptions, play: float | None = None) -> Loop:
-    """The same law and filter on another row of inertias, or on the distributed cable like it.
+    """The same law and filter on another lumped chain, or on the distributed cable like it.
 
-    ``chain``: at the first shaft; ``play``: free play of the first link [rad]; default: that of the loop. The
+    ``chain``: at the first shaft; ``play``: backlash of the first link [rad]; default: that of the loop. The
     distributed cable has none.
     Raises `InputRefused` if the plant is the user's own.
     """

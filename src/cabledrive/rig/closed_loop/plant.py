@@ -1,4 +1,4 @@
-"""The plant of the rig: a row of inertias made ready for exact steps."""
+"""The plant of the rig: a lumped chain made ready for exact steps."""
 
 from dataclasses import replace
 from math import inf
@@ -19,7 +19,7 @@ SLOPE = 50.0
 def plant_numbers(
     chain: LumpedChain, interval: float, *, current_rate: float = 0.0, substeps: int = 1, smooth: bool = False
 ) -> PlantNumbers:
-    """Exact transitions of a row of inertias over one internal step.
+    """Exact transitions of a lumped chain over one internal step.
 
     Coulomb friction of the motor is set-valued; that of the load is c tanh(50 w), held over an internal step.
 
@@ -61,10 +61,10 @@ def plant_numbers(
 def kink_numbers(
     chain: LumpedChain, step: float, *, current_rate: float = 0.0, play: float = 0.0, slack: float = inf
 ) -> KinkNumbers:
-    """Linear pieces of a row whose joint has free play, or whose spans may go slack; empty if neither.
+    """Linear pieces of a row whose joint has backlash, or whose spans may go slack; empty if neither.
 
     ``chain``: links between equal angles; ``step``: internal step [s]; ``current_rate``: bandwidth of the
-    torque loop [rad/s]; 0: none; ``play``: free play of the first link, from end to end [rad]; ``slack``:
+    torque loop [rad/s]; 0: none; ``play``: backlash of the first link, from end to end [rad]; ``slack``:
     twist of the last link beyond which one span of two is slack [rad]; infinite: never.
     """
     m, pieces = 2 * chain.size + 1, []

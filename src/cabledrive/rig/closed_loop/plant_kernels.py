@@ -1,4 +1,4 @@
-"""Compiled motion of a linear row of inertias whose motor sticks and slips, exact between any two instants.
+"""Compiled motion of a linear lumped chain whose motor sticks and slips, exact between any two instants.
 
 States are angles, speeds and the torque at the shaft. Over a whole internal step the exact transition is a
 table; a step in which the motor starts, stops or turns is followed by the power series of the exponential,

@@ -1,4 +1,4 @@
-"""Power series of a row of inertias between two instants, and the first at which its motor changes."""
+"""Power series of a lumped chain between two instants, and the first at which its motor changes."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -179,7 +179,7 @@ def chain_law(
     law = darc_numbers(
         flat, gains, bounds, reference, spec.interval, friction_by_reference=damped, desired=damped
     )
-    told = {
+    stated = {
         "bandwidth_hz": gains.bandwidth / (2.0 * pi),
         "sliding_rate_hz": gains.sliding_rate / (2.0 * pi),
         "k_sigma": law.k_sigma,
@@ -195,7 +195,7 @@ def chain_law(
         shafts=law_shafts(number, spec.feedback),
         start=bounds.nominal,
         tuning=tuning,
-        gains=told,
+        gains=stated,
         model=number,
         damped=damped,
         bandwidth=gains.bandwidth,

@@ -82,7 +82,7 @@ def poles_of(chain: LumpedChain, controller: Controller) -> tuple[Pole, ...]:
     elif law.kind == LINEAR and law.matrix.shape[0] == 0:
         rows = list(law.rows[0])
     else:
-        raise InputRefused(f"{controller.name} is no law of the chain: eigenvalues are told for those only")
+        raise InputRefused(f"{controller.name} is no law of the chain, and only those have eigenvalues")
     feedback = np.zeros(2 * n)
     np.add.at(feedback, chosen, rows)
     values = np.linalg.eigvals(a + np.outer(b[:, 0], feedback))

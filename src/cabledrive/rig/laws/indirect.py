@@ -29,7 +29,7 @@ SEED = 20
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Learnt:
-    """What one pulse told.
+    """What one pulse gave.
 
     Attributes
     ----------

@@ -128,7 +128,7 @@ def accept(
     """Run a law on many plants, block by block; each finished block is kept.
 
     A law that has missed the goal more often than all the runs allow is not run further. Blocks of a
-    controller of the user's own are not kept: a changed step could not be told from the one before.
+    controller of the user's own are not kept: a changed step could not be distinguished from the one before.
 
     ``drive``: with the best values; ``torque``, ``error``: goals [N m], [rad]; ``cable``: whether the plants
     are distributed nonlinear cables; ``inputs``: all that the stage depends on, for the blocks' keys;

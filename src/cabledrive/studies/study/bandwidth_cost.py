@@ -9,7 +9,7 @@ from cabledrive.parameters import Drive
 from cabledrive.rig.closed_loop.loop import Loop, run
 from cabledrive.rig.closed_loop.loop_numbers import Array, RigNumbers
 from cabledrive.rig.setting import Motion
-from cabledrive.rig.tracking import told
+from cabledrive.rig.tracking import summarize
 from cabledrive.studies.study.closed_loop import joined_loop, make_law, rig_options, with_values
 from cabledrive.studies.study.machine import Quantity
 from cabledrive.studies.study.sensor_gain import sensor_bound
@@ -108,8 +108,8 @@ def evaluate(
     ideal = joined_loop(drive, drive, law, motion, torque, options=rig_options(drive, ideal=True))
     real = joined_loop(drive, drive, law, motion, torque)
     smooth = replace(real, rig=without_counts(real.rig))
-    nominal = told(ideal, run(ideal), drive, drive, motion, rig_options(drive, ideal=True), 0)
-    seen = told(real, run(real), drive, drive, motion, rig_options(drive), 0)
+    nominal = summarize(ideal, run(ideal), drive, drive, motion, rig_options(drive, ideal=True), 0)
+    seen = summarize(real, run(real), drive, drive, motion, rig_options(drive), 0)
     none = dict.fromkeys(("theorem", "unmatched", "sensors", "bound", "torque"))
     empty = Candidate(model=model, bandwidth=hertz, refused="", **none)
     incomplete = nominal.incomplete or seen.incomplete

@@ -51,7 +51,7 @@ class RegressionResult:
     Attributes
     ----------
     intervals : dict of str to (float, float, float)
-        Value, lower and upper bound of what could be told.
+        Value, lower and upper bound of what could be identified.
     correlations : tuple of Correlation
     undetermined : tuple of str
         What could not, in words.
@@ -81,8 +81,8 @@ def whole_drive(log: Log) -> bool:
 def identify_chain(logs: Sequence[Log], drive: Drive) -> RegressionResult:
     """Identify a whole drive from logs that show motor and load.
 
-    ``logs``: for which `whole_drive` holds; ``drive``: for radii, and the split of the near inertia between
-    motor and drive pulley.
+    ``logs``: for which `whole_drive` holds; ``drive``: for radii, and the split of the motor-side inertia
+    between motor and drive pulley.
     Raises `InputRefused` if a channel stands still, or the logs are too short.
     """
     for log in logs:
@@ -147,7 +147,7 @@ def with_torque_at(log: Log, lag: float) -> Log:
 
 
 def _possible(found: dict[str, Interval]) -> tuple[dict[str, Interval], tuple[str, ...]]:
-    """What a machine can have of what was told, and words about the negative numbers among it."""
+    """What a machine can have of what was identified, and words about the negative numbers among it."""
     kept: dict[str, Interval] = {}
     words: tuple[str, ...] = ()
     for name, (value, low, high) in found.items():

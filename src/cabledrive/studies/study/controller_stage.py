@@ -8,7 +8,7 @@ from cabledrive.parameters import Drive
 from cabledrive.rig.closed_loop.loop import run
 from cabledrive.rig.laws.controllers import Controller
 from cabledrive.rig.setting import DEGREE, Motion
-from cabledrive.rig.tracking import told
+from cabledrive.rig.tracking import summarize
 from cabledrive.studies.study.bandwidth_cost import Candidate, evaluate
 from cabledrive.studies.study.closed_loop import joined_loop, make_law, rig_options
 from cabledrive.studies.study.machine import Quantity
@@ -152,7 +152,7 @@ def _without(models: Mapping[int, float], candidates: tuple[Candidate, ...], rat
 
 def _broken(drive: Drive, motion: Motion, law: Controller) -> tuple[str, ...]:
     loop = joined_loop(drive, drive, law, motion, None)
-    found = told(loop, run(loop), drive, drive, motion, rig_options(drive), 0)
+    found = summarize(loop, run(loop), drive, drive, motion, rig_options(drive), 0)
     return tuple(found.summary["broken_assumptions"])
 
 

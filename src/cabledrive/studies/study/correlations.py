@@ -47,7 +47,7 @@ def of_intervals(fit: Fit, intervals: Mapping[str, Interval]) -> tuple[Correlati
     A cable's stiffness and damping come out over the load's inertia, whose whole error they share. Of what is
     their own they are independent, and so is the joint: twist and its rate are orthogonal over a record.
 
-    ``fit``: the sum of torques; ``intervals``: value and bounds of what was told.
+    ``fit``: the sum of torques; ``intervals``: value and bounds of what was identified.
     """
     common = _half_products(fit.covariance, fit.half_width())
     names = [name for name in fit.names if name in intervals]
@@ -72,7 +72,7 @@ def of_an_axis(
     """Correlations of what a log of one rigid axis tells.
 
     ``found``: with an inertia; ``parts``: shares of the axis's inertia that its two parts are, by their
-    names; ``known``: as the log told them.
+    names; ``known``: as identified from the log.
     """
     names = list(found.parameters)
     halves = np.array([0.5 * (e.high - e.low) for e in found.parameters.values()])
@@ -105,8 +105,8 @@ def _over(products: Mapping[tuple[str, str], float], whole: Mapping[str, float])
 
 def among(correlations: Sequence[Correlation], quantities: Mapping[str, Quantity]) -> tuple[Correlation, ...]:
     """Those of two numbers that both stayed the log's."""
-    told = {name for name, quantity in quantities.items() if quantity.source == LOG}
-    return tuple(one for one in correlations if {one.first, one.second} <= told)
+    from_log = {name for name, quantity in quantities.items() if quantity.source == LOG}
+    return tuple(one for one in correlations if {one.first, one.second} <= from_log)
 
 
 def root_of(correlations: Sequence[Correlation], names: Sequence[str]) -> Array:

@@ -1,6 +1,6 @@
 """Stage 6: the laws that a study tries, simplest first, each at the setting that follows best.
 
-The setting of a law is sought on plants drawn for tuning alone; the acceptance draws others.
+The setting of a law is searched on plants drawn for tuning alone; the acceptance draws others.
 """
 
 from concurrent.futures import ThreadPoolExecutor

@@ -64,7 +64,7 @@ def run_study(
     folder : Path, optional
         Where finished stages are kept; nothing is kept without one.
     note : callable, optional
-        Told in a line what is being done.
+        Called with a line that says what is being done.
 
     Returns
     -------

@@ -89,9 +89,9 @@ def resonance_of(drive: Drive, motion: Motion) -> ResonanceResult:
     largest = float(np.abs(torque).max())
     summary = resonance(machine, torque=RIPPLE_SHARE * largest)
     try:
-        told = alarm(machine, PlannedMotion(time=time, torque=torque))
-        word, swing, limit = told.verdict, told.largest_transverse, told.limit
-        slack, remedy = told.slack, told.remedy
+        found = alarm(machine, PlannedMotion(time=time, torque=torque))
+        word, swing, limit = found.verdict, found.largest_transverse, found.limit
+        slack, remedy = found.slack, found.remedy
     except (InputRefused, NotComputed):
         word, swing, limit, slack, remedy = None, 0.0, 0.0, False, ""
     if summary.verdict == RESONANT and word == SAFE:

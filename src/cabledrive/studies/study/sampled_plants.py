@@ -22,11 +22,11 @@ def sampled_values(
     ``correlations``: of quantities that a log gave.
     """
     names = sorted(quantities)
-    told = [name for name in names if quantities[name].source == LOG]
-    chance = {name: generator.standard_normal() if name in told else generator.random() for name in names}
+    from_log = [name for name in names if quantities[name].source == LOG]
+    chance = {name: generator.standard_normal() if name in from_log else generator.random() for name in names}
     if correlations:
-        mixed = root_of(correlations, told) @ [chance[name] for name in told]
-        chance |= dict(zip(told, mixed, strict=True))
+        mixed = root_of(correlations, from_log) @ [chance[name] for name in from_log]
+        chance |= dict(zip(from_log, mixed, strict=True))
     found = {}
     for name in names:
         q = quantities[name]

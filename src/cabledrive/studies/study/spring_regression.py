@@ -34,7 +34,7 @@ FEWEST_ROWS = 200
 JOINT_BAND = 40.0
 LOAD_BANDS = (15.0, 10.0, 22.0)
 CERTAIN = 0.05
-"""Largest relative half width with which a stiffness counts as told."""
+"""Largest relative half width with which a stiffness counts as identified."""
 
 
 def around(name: str, value: float, half: float) -> tuple[float, float, float]:
@@ -85,8 +85,8 @@ def load_fits(logs: Sequence[Log], drive: Drive) -> LoadFits | None:
 def identify_cable(load: LoadFits | None, drive: Drive, found: dict[str, Interval]) -> dict[str, Interval]:
     """Stiffness and damping of a span and friction of the load, from the load's equation and inertia.
 
-    ``found``: what the sum of torques told.
-    Returns value and bounds of what could be told.
+    ``found``: what the sum of torques gave.
+    Returns value and bounds of what could be identified.
     """
     if load is None or "load_inertia" not in found:
         return {}
@@ -156,8 +156,8 @@ def identify_joint(
 ) -> dict[str, tuple[float, float, float]]:
     """Stiffness and damping of the joint: its twist against the torque that passes it.
 
-    ``found``: what the sum of torques told.
-    Returns value and bounds of what could be told.
+    ``found``: what the sum of torques gave.
+    Returns value and bounds of what could be identified.
     """
     if any("drive_angle" not in log.channels for log in logs):
         return {}

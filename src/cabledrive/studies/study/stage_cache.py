@@ -62,7 +62,7 @@ class StageCache:
     folder : Path or None
         None: nothing is kept.
     note : callable
-        Told what is computed and what was found.
+        Called with what is computed and what was found.
     """
 
     folder: Path | None
