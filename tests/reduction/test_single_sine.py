@@ -1,4 +1,4 @@
-"""`cabledrive.reduction.uniform_tension_single` equals the readable integration, with and without a motor joint."""
+"""`cabledrive.reduction.uniform_tension_single` equals the readable one, with and without a motor joint."""
 
 import numpy as np
 import pytest
