@@ -3,7 +3,9 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
 from markupsafe import Markup
+from numpy.typing import NDArray
 
 Text = str | Markup  # plain text is escaped by the page; markup is taken as it is
 Cell = Text | float | None
@@ -72,6 +74,81 @@ class Figure:
     def __post_init__(self) -> None:
         if not self.alt.strip():
             raise ValueError(f"figure {self.name} has no alt text: describe the picture")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Series:
+    """A curve of a plot.
+
+    Attributes
+    ----------
+    name : str
+    values : ndarray, shape (p,)
+        At the points of the plot; a gap where not finite.
+    colour : str, default "blue"
+        Name of a colour of the page.
+    dashed : bool, default False
+    """
+
+    name: str
+    values: NDArray[np.float64]
+    colour: str = "blue"
+    dashed: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Panel:
+    """Curves over one axis.
+
+    Attributes
+    ----------
+    title : str
+    unit : str
+        Of all curves.
+    series : tuple of Series
+    """
+
+    title: str
+    unit: str
+    series: tuple[Series, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Plot:
+    """Curves that answer to the pointer: values, zoom, the data as a file.
+
+    Attributes
+    ----------
+    name : str
+        Anchor, unique on the page.
+    alt : str
+        What is seen, for whoever does not see it.
+    caption : str or Markup
+    points : ndarray, shape (p,)
+        Ascending, common to all panels.
+    along, unit : str
+        What the points are, and their unit.
+    panels : tuple of Panel
+        One above the other.
+    """
+
+    kind: ClassVar[str] = "plot"
+    name: str
+    alt: str
+    caption: Text
+    points: NDArray[np.float64]
+    along: str
+    unit: str
+    panels: tuple[Panel, ...]
+
+    def __post_init__(self) -> None:
+        for panel in self.panels:
+            for series in panel.series:
+                if series.values.shape != self.points.shape:
+                    raise ValueError(
+                        f"{self.name}: {series.name} has shape {series.values.shape}, "
+                        f"the points {self.points.shape}"
+                    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -186,7 +263,7 @@ class Beside:
     blocks: tuple[Table, ...]
 
 
-Block = Paragraph | Note | Figure | Table | Equation | Details | Beside
+Block = Paragraph | Note | Figure | Plot | Table | Equation | Details | Beside
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -222,6 +299,8 @@ class Chapter:
         How its numbers were computed, one sentence each, for the provenance at the end.
     headline : str, default ""
         What it found, in one sentence, for the top of the page.
+    summary : str, default ""
+        What it is about, in one sentence, for its card.
     """
 
     title: str
@@ -230,6 +309,7 @@ class Chapter:
     sections: tuple[Section, ...] = ()
     methods: tuple[str, ...] = ()
     headline: str = ""
+    summary: str = ""
 
     @property
     def all_blocks(self) -> tuple[Block, ...]:

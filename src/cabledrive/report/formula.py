@@ -67,3 +67,10 @@ def block(formula: Markup, words: str) -> Markup:
     Returns a ``math`` element.
     """
     return Markup('<math display="block" aria-label="{}">{}</math>').format(escape(words), formula)
+
+
+MODE_COUNT = row(
+    "J", "(", "ω", ")", "=", "s", "{", "K", "(", "ω", ")", "}", "+",
+    total("i", "⌊", fraction(row("ω", sub("l", "i")), row("π", "c")), "⌋"),
+)  # fmt: skip
+"""The count of Wittrick and Williams."""

@@ -9,35 +9,49 @@ import jinja2
 from markupsafe import Markup
 
 from cabledrive.report import formula
-from cabledrive.report.blocks import Block, Chapter, Figure, Table
+from cabledrive.report.blocks import Block, Chapter, Figure, Plot, Table
 from cabledrive.report.numbers import unit_name
+from cabledrive.report.plot_data import library, plot_json
 from cabledrive.report.provenance import Provenance
 from cabledrive.report.style import theme_css
-from cabledrive.report.typesetting import typeset
+from cabledrive.report.typesetting import capital, typeset
+from cabledrive.report.views import View
 
 _TEMPLATES = resources.files("cabledrive.report") / "templates"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Page:
-    """All that stands on the page.
+    """All that stands in the file: chapters in a row, or an overview of cards with a page behind each.
 
     Attributes
     ----------
     title, subtitle : str
     chapters : tuple of Chapter
     provenance : Provenance
+    views : tuple of View, default ()
+        Pages inside the file.
+    overview : Figure or None, default None
+        Below the cards of the machines.
     """
 
     title: str
     subtitle: str
-    chapters: tuple[Chapter, ...]
+    chapters: tuple[Chapter, ...] = ()
     provenance: Provenance
+    views: tuple[View, ...] = ()
+    overview: Figure | None = None
 
     @property
     def headlines(self) -> tuple[tuple[str, str, str], ...]:
         """Anchor, title and finding of every chapter that states one."""
         return tuple((c.anchor, c.title, c.headline) for c in self.chapters if c.headline)
+
+    @property
+    def own_blocks(self) -> list[Block]:
+        """Blocks outside the views."""
+        first: list[Block] = [self.overview] if self.overview is not None else []
+        return first + [block for chapter in self.chapters for block in chapter.all_blocks]
 
 
 def render(page: Page) -> str:
@@ -46,7 +60,32 @@ def render(page: Page) -> str:
     Returns HTML, the same for the same page.
     Raises `ValueError` if two places of the page have the same name.
     """
-    _check_anchors(page.chapters)
+    _check_anchors(page)
+    environment = _environment()
+    bodies = {
+        view.anchor: Markup(
+            environment.get_template(view.template).render(it=view.content, numbers=_numbered(view.blocks))
+        )
+        for view in page.views
+    }
+    css, script = theme_css() + _template("report.css"), _template("looking.js")
+    blocks = [*page.own_blocks, *(block for view in page.views for block in view.blocks)]
+    if any(isinstance(block, Plot) for block in blocks):
+        drawing, style = library()
+        css, script = style + css, f"{drawing}\n{script}\n{_template('plots.js')}"
+    if page.views:
+        script += _template("views.js")
+    html = environment.get_template("page.html").render(
+        page=page,
+        bodies=bodies,
+        css=Markup(css),
+        script=Markup(script),
+        page_numbers=_numbered(page.own_blocks),
+    )
+    return typeset(html)
+
+
+def _environment() -> jinja2.Environment:
     environment = jinja2.Environment(
         loader=jinja2.FunctionLoader(_template),
         autoescape=True,
@@ -54,13 +93,15 @@ def render(page: Page) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.globals |= {"math": formula.block, "unit_name": unit_name}
-    environment.filters["identity"] = id
-    numbers = _numbered([block for chapter in page.chapters for block in chapter.all_blocks])
-    css = Markup(theme_css() + _template("report.css"))
-    script = Markup(_template("looking.js"))
-    html = environment.get_template("page.html").render(page=page, css=css, script=script, numbers=numbers)
-    return typeset(html)
+    environment.globals |= {
+        "count_formula": formula.MODE_COUNT,
+        "inline": formula.inline,
+        "math": formula.block,
+        "sub": formula.sub,
+        "unit_name": unit_name,
+    }
+    environment.filters |= {"capital": capital, "identity": id, "plot_json": plot_json}
+    return environment
 
 
 def _template(name: str) -> str:
@@ -72,17 +113,19 @@ def _numbered(blocks: Sequence[Block]) -> dict[int, int]:
     figures, tables = count(1), count(1)
     numbers = {}
     for block in blocks:
-        if isinstance(block, Figure):
+        if isinstance(block, Figure | Plot):
             numbers[id(block)] = next(figures)
         elif isinstance(block, Table):
             numbers[id(block)] = next(tables)
     return numbers
 
 
-def _check_anchors(chapters: Sequence[Chapter]) -> None:
-    names = [chapter.anchor for chapter in chapters]
-    names += [section.anchor for chapter in chapters for section in chapter.sections]
-    names += [block.name for chapter in chapters for block in chapter.all_blocks if isinstance(block, Figure)]
+def _check_anchors(page: Page) -> None:
+    blocks = [*page.own_blocks, *(block for view in page.views for block in view.blocks)]
+    topics = [view.content for view in page.views if isinstance(view.content, Chapter)]
+    names = [view.anchor for view in page.views] + [chapter.anchor for chapter in page.chapters]
+    names += [section.anchor for chapter in (*page.chapters, *topics) for section in chapter.sections]
+    names += [block.name for block in blocks if isinstance(block, Figure | Plot)]
     twice = {name for name in names if names.count(name) > 1}
     if twice:
         raise ValueError(f"places of the page with the same name: {', '.join(sorted(twice))}")

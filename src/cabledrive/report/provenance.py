@@ -7,7 +7,6 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 
 from cabledrive.parameters.version import __version__
-from cabledrive.report.blocks import Chapter
 from cabledrive.report.context import ReportContext
 
 _PACKAGES = ("numpy", "scipy", "xarray", "matplotlib", "Jinja2")
@@ -35,17 +34,18 @@ class Provenance:
     methods: tuple[str, ...]
 
 
-def provenance(context: ReportContext, chapters: Sequence[Chapter], written_at: datetime) -> Provenance:
+def provenance(context: ReportContext, methods: Sequence[str], written_at: datetime) -> Provenance:
     """Collect the provenance of a report.
 
-    ``written_at``: time of the run; one without a time zone is taken as UTC.
+    ``methods``: how the numbers were computed; ``written_at``: time of the run; one without a time zone is
+    taken as UTC.
     """
     zoned = written_at if written_at.tzinfo else written_at.replace(tzinfo=UTC)
     return Provenance(
         written_at=zoned.astimezone(UTC),
         versions=versions(),
         hashes=tuple(zip((drive.name for drive in context.drives), context.hashes, strict=True)),
-        methods=tuple(method for chapter in chapters for method in chapter.methods),
+        methods=tuple(methods),
     )
 
 

@@ -49,6 +49,12 @@ def typeset_words(words: str) -> str:
     return _UNIT.sub(lambda m: SPACE + m[1].replace(" ", "\N{NO-BREAK SPACE}"), words)
 
 
+def capital(words: str) -> str:
+    """A capital at the beginning, but not of a key such as motor.torque_limit."""
+    first = words.partition(" ")[0]
+    return words if "." in first or "_" in first else words[:1].upper() + words[1:]
+
+
 def _scientific(found: re.Match[str]) -> str:
     return number(float(found[0]), sum(letter.isdigit() for letter in found[1]))
 

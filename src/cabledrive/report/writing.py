@@ -6,8 +6,10 @@ from pathlib import Path
 
 from cabledrive.parameters import Drive
 from cabledrive.parameters.files import check_writable, write_whole
-from cabledrive.report.chapters import write_chapters
+from cabledrive.report.chapters import topic_views
 from cabledrive.report.context import make_context
+from cabledrive.report.machine.page import machine_view
+from cabledrive.report.overview import overview_figure
 from cabledrive.report.page import Page, render
 from cabledrive.report.provenance import provenance
 
@@ -81,13 +83,16 @@ def report_html(
         If the modes of a drive could not be computed.
     """
     context = make_context(drives, progress)
-    chapters = write_chapters(context)
+    machines = tuple(machine_view(context, place) for place in range(len(context.drives)))
+    views = (*machines, *topic_views(context))
+    methods = tuple(method for view in views for method in view.methods)
     return render(
         Page(
             title=_title(drives),
             subtitle=_subtitle(drives),
-            chapters=chapters,
-            provenance=provenance(context, chapters, written_at or datetime.now(UTC)),
+            views=views,
+            overview=overview_figure(context) if len(drives) > 1 else None,
+            provenance=provenance(context, methods, written_at or datetime.now(UTC)),
         )
     )
 
@@ -99,4 +104,4 @@ def _title(drives: Sequence[Drive]) -> str:
 def _subtitle(drives: Sequence[Drive]) -> str:
     if len(drives) == 1:
         return drives[0].title
-    return "Data, natural frequencies, cable motion and tracking errors of each machine"
+    return "Natural frequencies, internal resonance, tensions and tracking errors"

@@ -1,4 +1,4 @@
-"""The chapters of the report, one file each.
+"""The studies of the report, one file each: a card in the overview and the page behind it.
 
 A chapter is a module here with a number ``PLACE`` that orders it and a function ``chapter(context)`` that
 returns a `Chapter`, or None where it has nothing to say about the drives of this report. Adding the file adds
@@ -13,6 +13,7 @@ from itertools import pairwise
 
 from cabledrive.report.blocks import Chapter
 from cabledrive.report.context import ReportContext
+from cabledrive.report.views import TOPICS, Card, View
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,12 +51,25 @@ def registry() -> tuple[ChapterEntry, ...]:
     return tuple(entries)
 
 
-def write_chapters(context: ReportContext) -> tuple[Chapter, ...]:
-    """Let every chapter be written that has something to say."""
+def topic_views(context: ReportContext) -> tuple[View, ...]:
+    """A page for every chapter that has something to say of the drives of a report."""
     written = []
     for entry in registry():
         context.progress(f"chapter: {entry.name.replace('_', ' ')}")
         chapter = entry.write(context)
         if chapter is not None:
-            written.append(chapter)
+            written.append(_view(chapter))
     return tuple(written)
+
+
+def _view(chapter: Chapter) -> View:
+    return View(
+        anchor=chapter.anchor,
+        title=chapter.title,
+        group=TOPICS,
+        card=Card(text=chapter.summary or chapter.headline),
+        template="topic.html",
+        content=chapter,
+        blocks=chapter.all_blocks,
+        methods=chapter.methods,
+    )

@@ -55,6 +55,7 @@ def chapter(context: ReportContext) -> Chapter | None:
         said.append(_headline(drive, runs))
     return Chapter(
         title="Control",
+        summary="Tracking errors of the control laws on simulated plants, with encoders, friction and delay.",
         anchor="control",
         blocks=(
             Paragraph(

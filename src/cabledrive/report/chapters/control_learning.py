@@ -49,6 +49,7 @@ def chapter(context: ReportContext) -> Chapter | None:
         )
     return Chapter(
         title="Control at the resolution of the sensor",
+        summary="How far the error falls when friction and load inertia are identified in the loop.",
         anchor="control-learning",
         blocks=(
             Paragraph(

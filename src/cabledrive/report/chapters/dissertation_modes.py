@@ -38,6 +38,7 @@ def chapter(context: ReportContext) -> Chapter | None:
         return None
     return Chapter(
         title="The dissertation’s modal analysis",
+        summary="Frequencies, shapes and determinants of chapter 3 of the dissertation, computed anew.",
         anchor="dissertation-modes",
         blocks=(
             Paragraph(

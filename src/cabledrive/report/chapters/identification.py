@@ -24,6 +24,7 @@ def chapter(context: ReportContext) -> Chapter | None:
     found = chapter_4()
     return Chapter(
         title="Identification",
+        summary="Parameters from simulated logs of known truth: values, intervals, modelling errors.",
         anchor="identification",
         blocks=(
             Paragraph(

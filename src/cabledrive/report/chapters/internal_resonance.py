@@ -53,6 +53,7 @@ def chapter(context: ReportContext) -> Chapter:
     found = [(drive, resonance(drive)) for drive in context.drives]
     return Chapter(
         title="Internal resonance",
+        summary="Which machines lie near the 1:2 resonance of pulley and cable, and the threshold torque.",
         anchor="internal-resonance",
         blocks=(
             Paragraph(

@@ -39,6 +39,7 @@ def chapter(context: ReportContext) -> Chapter | None:
         return None
     return Chapter(
         title="Reduced models",
+        summary="What models of one to four inertias keep of the distributed cable, and what they neglect.",
         anchor="reduced-models",
         blocks=(
             Paragraph(

@@ -56,6 +56,7 @@ def chapter(context: ReportContext) -> Chapter | None:
     close = plucked_run(drive, _SHOWN, rate=_FAST_RATE, fields=every)
     return Chapter(
         title="The cable",
+        summary="Large motion of the loop: plucked, forced, whirling and slack, with its energy budget.",
         anchor="the-cable",
         blocks=(
             Paragraph(

@@ -25,6 +25,7 @@ def chapter(context: ReportContext) -> Chapter | None:
     drive = scaled_transporter(load_drive(EXAMPLE))
     return Chapter(
         title="Transporter",
+        summary="A carriage moved along its span: positions, tensions and errors.",
         anchor="transporter",
         blocks=(
             Paragraph(

@@ -24,6 +24,7 @@ def chapter(context: ReportContext) -> Chapter:
     blocks = [*_of_one(drive), *(_travel(travelled) if travelled else ())]
     return Chapter(
         title="Effect of parameters on the frequencies",
+        summary="How pretension, carriage position and inertia shift the natural frequencies.",
         anchor="what-moves-them",
         blocks=tuple(blocks),
         methods=(

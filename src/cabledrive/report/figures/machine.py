@@ -2,6 +2,8 @@
 
 from math import cos, degrees, hypot, pi, sin
 
+from markupsafe import Markup
+
 from cabledrive.parameters import Carriage, Drive
 from cabledrive.report.figures.machine_layout import MachineLayout, machine_layout
 from cabledrive.report.figures.sheet import Point, Sheet
@@ -16,21 +18,30 @@ NAME_PLACES = (0.5, 0.62, 0.38, 0.72, 0.28, 0.8, 0.2)
 
 
 def machine_picture(drive: Drive) -> Picture:
-    """Draw a machine from its data: spans, places of carriages and slope to scale."""
-    pictures = []
-    for width in (WIDE, NARROW):
-        sheet, layout = Sheet(), machine_layout(drive, width, width == NARROW)
-        _cable(sheet, drive, layout)
-        _pulleys(sheet, drive, layout)
-        if drive.motor is not None:
-            _motor(sheet, drive, layout, width == NARROW)
-        for span in drive.spans:
-            _carriages(sheet, drive.carriages_on(span), drive.span_length, span, layout)
+    """Draw a machine from its data: spans, places of carriages, slope and sag to scale."""
+    wide, narrow = (_drawn(Sheet(), drive, width) for width in (WIDE, NARROW))
+    return Picture(wide=wide, narrow=narrow)
+
+
+def machine_sketch(drive: Drive) -> Markup:
+    """The machine without words, for a card."""
+    return _drawn(Sheet(wordless=True), drive, NARROW)
+
+
+def _drawn(sheet: Sheet, drive: Drive, width: float) -> Markup:
+    layout = machine_layout(drive, width, width == NARROW)
+    _cable(sheet, drive, layout)
+    _pulleys(sheet, drive, layout)
+    if drive.motor is not None:
+        _motor(sheet, drive, layout, width == NARROW)
+    for span in drive.spans:
+        _carriages(sheet, drive.carriages_on(span), drive.span_length, span, layout)
+        if not sheet.wordless:
             _span_name(sheet, drive, span, layout)
+    if not sheet.wordless:
         _length(sheet, drive, layout)
         _gravity(sheet, drive, layout)
-        pictures.append(sheet.svg(layout.size))
-    return Picture(wide=pictures[0], narrow=pictures[1])
+    return sheet.svg(layout.size)
 
 
 def _cable(sheet: Sheet, drive: Drive, layout: MachineLayout) -> None:
@@ -40,13 +51,13 @@ def _cable(sheet: Sheet, drive: Drive, layout: MachineLayout) -> None:
     if drive.kind == "loop":
         _arc(sheet, l1, u1, r1, r1 > r2)
         _arc(sheet, u2, l2, r2, r2 > r1)
-        sheet.line(l2, l1, colour=SPAN_COLOURS["lower"], width=2.6)
+        sheet.line(*layout.curve("lower"), colour=SPAN_COLOURS["lower"], width=2.6)
     else:
         for axle, r, side, tangent in ((layout.drive, r1, -1, u1), (layout.load, r2, 1, u2)):
             end = layout.off(axle, side * r * sin(4.2), r * cos(4.2))
             _arc(sheet, *((end, tangent) if side < 0 else (tangent, end)), r, True)
             sheet.circle(end, 2.6, fill="ink")
-    sheet.line(u1, u2, colour=SPAN_COLOURS["upper"], width=2.6)
+    sheet.line(*layout.curve("upper"), colour=SPAN_COLOURS["upper"], width=2.6)
 
 
 def _arc(sheet: Sheet, start: Point, end: Point, radius: float, large: bool) -> None:

@@ -3,9 +3,17 @@
 from dataclasses import dataclass
 from math import asin, cos, pi, sin, sqrt
 
+import numpy as np
+from numpy.typing import NDArray
+
 from cabledrive.parameters import Drive
 from cabledrive.report.figures.sheet import Point
+from cabledrive.report.machine.rest import sag_of
 
+Array = NDArray[np.float64]
+
+SEEN = 1.5  # px
+LEVEL = 0.1  # sine of the slope up to which sag is drawn
 SMALLEST_PULLEY, PULLEY = 15.0, 24.0  # px
 MOTOR_ROOM = {False: 112.0, True: 84.0}
 
@@ -27,7 +35,9 @@ class MachineLayout:
     slope : float
         Of the line from drive to load pulley [rad].
     hanging : float
-        Room below the lower span that hanging carriages take [px].
+        Room below the lower span that hanging carriages and its sag take [px].
+    sags : dict of str to (ndarray, ndarray)
+        By span: shares of its length and the sag there [px]; a span that is not named is straight.
     """
 
     size: Point
@@ -37,6 +47,7 @@ class MachineLayout:
     enlarged: float
     slope: float
     hanging: float
+    sags: dict[str, tuple[Array, Array]]
 
     @property
     def level(self) -> bool:
@@ -79,8 +90,14 @@ class MachineLayout:
         ``span``, {"upper", "lower"}; ``share``: share of its length, from the pulley where it starts.
         """
         a, b = self.tangent(span)
+        fallen = float(np.interp(share, *self.sags[span])) if span in self.sags else 0.0
         share = share if span == "upper" else 1.0 - share
-        return a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])
+        return a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1]) + fallen
+
+    def curve(self, span: str) -> list[Point]:
+        """Points of a span as it hangs, its two ends alone where it is straight."""
+        shares = np.linspace(0.0, 1.0, 61) if span in self.sags else (0.0, 1.0)
+        return [self.on_span(span, float(share)) for share in shares]
 
 
 def machine_layout(drive: Drive, width: float, narrow: bool) -> MachineLayout:
@@ -102,12 +119,33 @@ def machine_layout(drive: Drive, width: float, narrow: bool) -> MachineLayout:
         scale = (whole - PULLEY * sum(true) / max(true)) / length
         enlarged = PULLEY / (max(true) * scale)
     radii = (max(true[0] * scale * enlarged, 5.0), max(true[1] * scale * enlarged, 5.0))
+    sags = _sags(drive, scale)
     hanging = 22.0 if any(not carriage.guided for carriage in drive.carriages_on("lower")) else 0.0
-    return _placed(slope, length * scale, radii, enlarged, ends, width, hanging)
+    hanging += max((float(depth.max()) for _, depth in sags.values()), default=0.0)
+    return _placed(slope, length * scale, radii, enlarged, ends, width, hanging, sags)
+
+
+def _sags(drive: Drive, scale: float) -> dict[str, tuple[Array, Array]]:
+    """Sag of the spans of a lying machine where it can be seen; ``scale`` [px/m]."""
+    if abs(sin(drive.layout.inclination)) > LEVEL:
+        return {}
+    found = {}
+    for span in drive.spans:
+        places, depth = sag_of(drive, span)
+        if scale * float(depth.max()) >= SEEN:
+            found[span] = (places / drive.span_length, scale * depth)
+    return found
 
 
 def _placed(
-    slope: float, distance: float, radii: Point, enlarged: float, ends: Point, width: float, hanging: float
+    slope: float,
+    distance: float,
+    radii: Point,
+    enlarged: float,
+    ends: Point,
+    width: float,
+    hanging: float,
+    sags: dict[str, tuple[Array, Array]],
 ) -> MachineLayout:
     """Put the machine in the middle of the sheet, with room for words above and below."""
     dx, dy = distance * cos(slope), -distance * sin(slope)
@@ -129,4 +167,5 @@ def _placed(
         enlarged=enlarged,
         slope=slope,
         hanging=hanging,
+        sags=sags,
     )

@@ -15,9 +15,12 @@ class Sheet:
     ----------
     elements : list of str
         What has been drawn so far.
+    wordless : bool, default False
+        Whether words are left out.
     """
 
     elements: list[str] = field(default_factory=list)
+    wordless: bool = False
 
     def line(self, *points: Point, colour: str = "ink", width: float = 1.2, dashes: str = "") -> None:
         """A line through points.
@@ -77,6 +80,8 @@ class Sheet:
         ``at``: where the base line begins, is centred or ends; ``anchor``, {"start", "middle", "end"};
         ``colour``: name of a colour of the page; ``size``: of the letters [px].
         """
+        if self.wordless:
+            return
         self.elements.append(
             f'<text x="{at[0]:.1f}" y="{at[1]:.1f}" style="font: {size:g}px var(--sans); '
             f'text-anchor: {anchor}; fill: var(--{colour})">{escape(text)}</text>'

@@ -1,87 +1,36 @@
-"""Chapter "The drive": what each machine is, a drawing of it, its data, what follows from them."""
+"""What a machine is: a drawing of it, its data, what follows from them."""
 
 import re
 from dataclasses import fields
 from typing import Any
 
-from markupsafe import Markup
-
-from cabledrive.mechanics import practitioner_warnings
 from cabledrive.modal.lowest import derived_with_lowest
 from cabledrive.parameters import Drive
-from cabledrive.report.blocks import (
-    Beside,
-    Block,
-    Chapter,
-    Column,
-    Details,
-    Figure,
-    Note,
-    Paragraph,
-    RowGroup,
-    Section,
-    Table,
-)
-from cabledrive.report.context import ReportContext
+from cabledrive.report.blocks import Column, Figure, RowGroup, Table
 from cabledrive.report.datasheet_words import DATASHEET
 from cabledrive.report.figures.machine import machine_picture
 from cabledrive.report.numbers import quantity
+from cabledrive.report.typesetting import capital
 
-PLACE = 100
 MOST_CARRIAGES = 4
 NOTHING = 1e-12  # in SI; what round-off leaves of a weight across a vertical cable
 _QUANTITY = (Column(title="Quantity"), Column(title="Value", numeric=True))
 
 
-def chapter(context: ReportContext) -> Chapter:
-    """What the machines of the report are made of."""
-    parts = zip(context.drives, context.anchors, context.hashes, strict=True)
-    return Chapter(
-        title="The drive" if len(context.drives) == 1 else "The drives",
-        anchor="the-drive",
-        blocks=(
-            Paragraph(
-                text="The quantities of each drive file as used in the computation. Lengths, densities and "
-                "positions refer to the unstretched cable unless stated otherwise. The second table of "
-                "each machine lists quantities derived by closed formulas."
-            ),
-            Paragraph(
-                text="In the drawings, spans and positions of carriages are to scale; motor, rails and "
-                "boxes are symbols. Arrows on the spans show the positive direction of positions and "
-                "displacements."
-            ),
-        ),
-        sections=tuple(
-            Section(title=drive.name, anchor=f"drive-{name}", blocks=_about(drive, name, digest))
-            for drive, name, digest in parts
-        ),
-        methods=("Derived quantities and warnings: closed formulas, no computation of modes.",),
-    )
-
-
-def _about(drive: Drive, name: str, digest: str) -> tuple[Block, ...]:
-    blocks: list[Block] = []
-    if drive.title:
-        blocks.append(Paragraph(text=f"{drive.title.rstrip('.')}."))
-    blocks += [_drawing(drive, name), *_warnings(drive), Beside(blocks=(_data(drive), _derived(drive)))]
-    if drive.source:
-        blocks.append(Details(summary="Sources of these figures", paragraphs=_paragraphs(drive.source)))
-    hashed = Markup('Content hash <code title="{}">{}…</code>').format(digest, digest[:16])
-    return (*blocks, Paragraph(text=hashed))
-
-
-def _paragraphs(source: str) -> tuple[str, ...]:
+def source_paragraphs(source: str) -> tuple[str, ...]:
     """A text of many lines, cut where a line begins with a heading in capitals."""
-    parts = re.split(r"\n(?=[A-Z]{3,}[A-Z ]*[:\s(])", source.strip())
+    parts = re.split(r"\n(?=[A-Z]{3,}[A-Z ]*[:\s(])", source.strip()) if source.strip() else []
     return tuple(" ".join(part.split()) for part in parts)
 
 
-def _drawing(drive: Drive, name: str) -> Figure:
+def drawing(drive: Drive, name: str) -> Figure:
+    """The machine, spans and positions of carriages to scale."""
     picture = machine_picture(drive)
     return Figure(
-        name=f"machine-{name}",
+        name=f"drawing-{name}",
         alt=_seen(drive),
-        caption=f"{drive.name}, spans and positions of carriages to scale.",
+        caption="Spans, positions of carriages and sag are to scale; motor, rails and boxes are symbols. Arrows "
+        "show the positive direction of displacements.",
         wide=picture.wide,
         narrow=picture.narrow,
     )
@@ -106,15 +55,8 @@ def _seen(drive: Drive) -> str:
     return "; ".join(parts) + "."
 
 
-def _warnings(drive: Drive) -> list[Note]:
-    lines = practitioner_warnings(drive)
-    if not lines:
-        return []
-    items = Markup("").join(Markup("<li>{}.</li>").format(_capital(line.rstrip("."))) for line in lines)
-    return [Note(text=Markup("<strong>Warnings</strong><ul>{}</ul>").format(items), tone="warning")]
-
-
-def _data(drive: Drive) -> Table:
+def data_table(drive: Drive) -> Table:
+    """The values of the drive file."""
     parts: list[tuple[str, Any]] = [
         ("Cable", drive.cable),
         ("Layout", drive.layout),
@@ -138,18 +80,12 @@ def _rows(table: Any) -> tuple[tuple[str, str], ...]:
     for field in fields(table):
         value, unit = getattr(table, field.name), field.metadata.get("unit")
         if unit is not None and value is not None and not (value == 0.0 and field.default == 0.0):
-            rows.append((_capital(field.metadata["meaning"].partition(";")[0]), _shown(value, unit)))
+            rows.append((capital(field.metadata["meaning"].partition(";")[0]), _shown(value, unit)))
     return tuple(rows)
 
 
 def _shown(value: float, unit: str) -> str:
     return f"{value:d}" if unit == "count" else quantity(value, unit)
-
-
-def _capital(words: str) -> str:
-    """A capital at the beginning, but not of a key such as motor.torque_limit."""
-    first = words.partition(" ")[0]
-    return words if "." in first or "_" in first else words[:1].upper() + words[1:]
 
 
 def _carriages(drive: Drive) -> list[RowGroup]:
@@ -177,7 +113,8 @@ def _many(drive: Drive) -> tuple[tuple[str, str], ...]:
     return tuple(rows)
 
 
-def _derived(drive: Drive) -> Table:
+def derived_table(drive: Drive) -> Table:
+    """What closed formulas give."""
     sheet = derived_with_lowest(drive)
     groups = []
     for title, lines in DATASHEET.items():

@@ -1,0 +1,1 @@
+"""One machine of a report: its card, and the page behind it."""

@@ -1,0 +1,52 @@
+"""Whether longitudinal motion of a machine can excite its transverse modes, in a few words."""
+
+from dataclasses import dataclass
+
+from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.report.numbers import number, quantity
+from cabledrive.report.views import Badge
+
+_TONES = {"safe": "good", "close": "warning", "resonant": "warning"}
+_WORDS = {
+    "safe": "No internal resonance",
+    "close": "Close to internal resonance",
+    "resonant": "Internal resonance",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ResonanceVerdict:
+    """Verdict on the internal resonance of a machine.
+
+    Attributes
+    ----------
+    badge : Badge
+    reasons : tuple of str
+        Of the verdict, or why there is none.
+    """
+
+    badge: Badge
+    reasons: tuple[str, ...]
+
+
+def resonance_verdict(drive: Drive) -> ResonanceVerdict:
+    """Verdict of `cabledrive.resonance`; where it cannot be computed, the reason."""
+    from cabledrive.studies.resonance import resonance
+
+    try:
+        found = resonance(drive)
+    except (InputRefused, NotComputed) as refusal:
+        return ResonanceVerdict(
+            badge=Badge(text="Internal resonance: not computed", tone="remark"), reasons=(str(refusal),)
+        )
+    at = f" at {quantity(found.torque, 'N m', 3)}"
+    facts = []
+    if found.frequency_ratio is not None:
+        facts.append(
+            f"The lowest transverse frequency of an empty span is "
+            f"{number(found.frequency_ratio, 3)} times that of the pulley mode; 0.5 is the principal resonance"
+        )
+    return ResonanceVerdict(
+        badge=Badge(text=_WORDS[found.verdict] + at, tone=_TONES[found.verdict]),
+        reasons=(*facts, *found.reasons),
+    )

@@ -1,0 +1,127 @@
+"""A machine at rest: the tension along its cable and its sag under gravity."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import cumulative_simpson
+
+from cabledrive.mechanics.rest import RestingStretch, RestState, rest_state
+from cabledrive.parameters import Drive, NotComputed
+from cabledrive.report.blocks import Column, Panel, Plot, RowGroup, Series, Table
+from cabledrive.report.numbers import quantity
+
+Array = NDArray[np.float64]
+POINTS = 65
+MOST_ROWS = 8
+SEEN = 1e-3
+"""Share of a span from which sag is worth a picture, and of the pretension from which weight is."""
+COLOURS = {"upper": "blue", "lower": "orange"}
+
+
+def resting(drive: Drive) -> RestState | None:
+    """A machine at rest; None where gravity is off or no rest is found."""
+    if drive.layout.gravity == 0.0:
+        return None
+    try:
+        return rest_state(drive)
+    except NotComputed:
+        return None
+
+
+def sag_of(drive: Drive, span: str) -> tuple[Array, Array]:
+    """Unstretched positions on a span and its sag below the line of the pulleys there [m], shape (p,) each."""
+    rest = resting(drive)
+    if rest is None:
+        return np.array([0.0, drive.span_length]), np.zeros(2)
+    places, depths = [], []
+    depth = 0.0
+    for stretch in rest.stretches:
+        if stretch.span == span:
+            at, fallen = _fallen(stretch)
+            places.append(at)
+            depths.append(depth + fallen)
+            depth = float(depths[-1][-1])
+    return np.concatenate(places), np.concatenate(depths)
+
+
+def _fallen(stretch: RestingStretch) -> tuple[Array, Array]:
+    """Positions of a stretch [m] and its fall from its start [m]."""
+    at = np.linspace(stretch.start, stretch.end, POINTS)
+    along, across = stretch.force_at(at)
+    if not np.any(across):
+        return at, np.zeros(POINTS)
+    slope = across * (1.0 / stretch.axial_rigidity + 1.0 / np.hypot(along, across))
+    return at, cumulative_simpson(slope, x=at, initial=0.0)
+
+
+def rest_plot(drive: Drive, name: str) -> Plot | None:
+    """Tension and sag along the spans; None where the weight changes neither by a thousandth."""
+    rest = resting(drive)
+    if rest is None or not _worth_showing(drive, rest):
+        return None
+    joints = [end for stretch in rest.stretches for end in (stretch.start, stretch.end)]
+    inside = np.unique([end for end in joints if 0.0 < end < drive.span_length])
+    step = 1e-6 * drive.span_length
+    at = np.unique(
+        np.concatenate((np.linspace(0.0, drive.span_length, 2 * POINTS), inside - step, inside + step))
+    )
+    panels = [
+        Panel(title="Tension", unit="N", series=tuple(_tension(rest, span, at) for span in drive.spans))
+    ]
+    if max(section.sag for section in rest.sections) > SEEN * drive.span_length:
+        panels.append(
+            Panel(title="Sag", unit="m", series=tuple(_sag(drive, span, at) for span in drive.spans))
+        )
+    low = quantity(rest.lowest_tension, "N", 3)
+    high = quantity(max(max(stretch.tensions) for stretch in rest.stretches), "N", 3)
+    deepest = max(section.sag for section in rest.sections)
+    sag = f", sag up to {quantity(deepest, 'm', 3)}" if len(panels) > 1 else ""
+    return Plot(
+        name=f"rest-{name}",
+        alt=f"Tension at rest along each span, from {low} to {high}{sag}.",
+        caption=f"Tension from {low} to {high}{sag}; drive pulley held. Each carriage steps the tension.",
+        points=at,
+        along="from the pulley where the span starts",
+        unit="m",
+        panels=tuple(panels),
+    )
+
+
+def _worth_showing(drive: Drive, rest: RestState) -> bool:
+    tensions = [t for stretch in rest.stretches for t in stretch.tensions]
+    changed = max(abs(t - drive.cable.pretension) for t in tensions) > SEEN * drive.cable.pretension
+    return changed or max(section.sag for section in rest.sections) > SEEN * drive.span_length
+
+
+def _tension(rest: RestState, span: str, at: Array) -> Series:
+    values = np.full(at.size, np.nan)
+    for stretch in rest.stretches:
+        if stretch.span == span:
+            on = (at >= stretch.start) & (at <= stretch.end)
+            values[on] = stretch.tension_at(at[on])
+    return Series(name=f"{span} span", values=values, colour=COLOURS[span])
+
+
+def _sag(drive: Drive, span: str, at: Array) -> Series:
+    return Series(name=f"{span} span", values=-np.interp(at, *sag_of(drive, span)), colour=COLOURS[span])
+
+
+def rest_table(drive: Drive) -> Table | None:
+    """Tension and sag of every section; None without weight, or where there are too many for a table."""
+    rest = resting(drive)
+    if rest is None or not _worth_showing(drive, rest) or len(rest.stretches) > MOST_ROWS:
+        return None
+    return Table(
+        caption="Tension of every stretch at rest.",
+        columns=(
+            Column(title="Stretch"),
+            Column(title="Tension at its start", numeric=True),
+            Column(title="at its end", numeric=True),
+        ),
+        groups=(RowGroup(rows=tuple(_row(stretch) for stretch in rest.stretches)),),
+    )
+
+
+def _row(stretch: RestingStretch) -> tuple[str, str, str]:
+    where = f"{stretch.span} span, {quantity(stretch.start, 'm', 4)} to {quantity(stretch.end, 'm', 4)}"
+    first, last = (quantity(tension, "N", 4) for tension in stretch.tensions)
+    return where, first, last
