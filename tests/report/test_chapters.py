@@ -13,16 +13,14 @@ def test_chapters_stand_in_the_order_of_their_places():
     entries = chapters.registry()
     assert [entry.place for entry in entries] == sorted(entry.place for entry in entries)
     names = [entry.name for entry in entries]
-    assert names.index("summary") < names.index("the_drive") < names.index("natural_modes")
+    assert names.index("what_moves_them") < names.index("the_cable") < names.index("control")
 
 
 def test_the_page_and_its_contents_follow_the_registry():
-    headings = [e.attributes["id"] for e in read().root.all("h2")]
-    contents = [a.attributes["href"] for nav in read().root.all("nav")[:1] for a in nav.all("a")]
-    chapters_listed = [f"{link[1:]}-title" for link in contents if f"{link[1:]}-title" in headings]
-    assert chapters_listed == headings
-    assert headings[0] == "in-short-title"
-    assert headings[-1] == "provenance-title"
+    pages = [e.attributes["id"] for e in read().root.all("article")]
+    contents = [a.attributes["href"][1:] for a in read().root.all("nav")[0].all("a")]
+    assert contents == ["overview", *pages, "provenance"]
+    assert pages[-1] == "what-moves-them"
 
 
 @pytest.fixture
@@ -38,15 +36,16 @@ def extra(monkeypatch, tmp_path):
 
 
 def test_a_new_file_is_a_new_chapter(extra):
-    extra("one_more", "PLACE = 150\ndef chapter(context):\n    return None\n")
+    extra("one_more", "PLACE = 310\ndef chapter(context):\n    return None\n")
     names = [entry.name for entry in chapters.registry()]
-    assert names.index("the_drive") < names.index("one_more") < names.index("natural_modes")
+    assert names.index("what_moves_them") < names.index("one_more") < names.index("control")
 
 
 def test_two_chapters_cannot_have_one_place(extra):
-    extra("in_the_way", "PLACE = 100\ndef chapter(context):\n    return None\n")
+    extra("in_the_way", "PLACE = 300\ndef chapter(context):\n    return None\n")
     with pytest.raises(
-        ValueError, match=r"(the_drive and in_the_way|in_the_way and the_drive) both have PLACE = 100"
+        ValueError,
+        match=r"(what_moves_them and in_the_way|in_the_way and what_moves_them) both have PLACE = 300",
     ):
         chapters.registry()
 

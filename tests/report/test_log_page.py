@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from report_page import TIME, Reader
+from report_page import TIME, Reader, report_of
 
 from cabledrive.identification.regressor_curves import regressor_curves
 from cabledrive.identification.rigid_axis import AxisOptions, identify_rigid_axis
-from cabledrive.parameters import InputRefused
+from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.report.log_page import write_log_report
 from cabledrive.rig.bench.chapter_4 import BENCH_TESTS, bench_command, bench_rig
 from cabledrive.rig.bench.virtual_rig import Imperfections, run_rig
@@ -98,8 +98,6 @@ def test_chapter_4_is_identified_as_its_rig_was_made(measured):
 
 @pytest.mark.verify
 def test_the_chapter_is_sound():
-    from report_page import read
-
-    page = read("dissertation-3")
+    page = Reader(report_of([load_drive("dissertation-3")], ("identification",)))
     assert page.faults == []
     assert "As Figs. 4.15 and 4.16" in page.root.text

@@ -5,11 +5,12 @@ from math import nan
 import numpy as np
 
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.report.blocks import Figure
+from cabledrive.report.blocks import Figure, Plot
 from cabledrive.report.figures.control_curves import Curve, curves_picture
-from cabledrive.report.figures.control_records import pulse_picture, record_picture, vibrations_picture
+from cabledrive.report.figures.control_records import pulse_picture
 from cabledrive.report.figures.control_runs import spectra_picture
 from cabledrive.report.numbers import number
+from cabledrive.report.time_plots import record_plot, vibrations_plot
 from cabledrive.rig import Motion, RigOptions, Tracking, track
 from cabledrive.rig.error_curves import error_curves
 
@@ -40,43 +41,40 @@ def pulse_figure(name: str, motion: Motion) -> Figure:
     )
 
 
-def record_figure(name: str, run: Tracking) -> Figure:
+def record_figure(name: str, run: Tracking) -> Plot:
     """Everything of one law in one pulse, as the print shows it figure by figure.
 
     ``name``: of the drive, for anchors.
     """
     law, said = run.summary["controller"], run.summary
-    picture = record_picture(f"record-{law}-{name}", run)
     like = f" as {PRINTED_FIGURES[law]}" if law in PRINTED_FIGURES else ""
     surface = "its first error" if law.startswith("backstepping") else "its sliding surface"
-    return Figure(
-        name=f"record-{law}-{name}",
+    return record_plot(
+        f"record-{law}-{name}",
+        run,
+        surface.removeprefix("its ").capitalize(),
         alt=f"Five panels over time under {law}: reference and load angle, error of at most "
         f"{said['peak_error_deg']:.3f} deg, {surface}, torque of at most {said['peak_torque']:.2f} N m, "
         "estimates.",
         caption=f"{law}{like}, seed 0: {surface}, the torque and the estimates, which stay within their "
         "bounds and need not converge to the true values.",
-        wide=picture.wide,
-        narrow=picture.narrow,
     )
 
 
-def vibration_figures(drive: Drive, name: str) -> tuple[Figure, Figure]:
+def vibration_figures(drive: Drive, name: str) -> tuple[Plot, Figure]:
     """What the laws of the rigid cable leave behind, over time and as spectra, as Figs. 6.5 to 6.10."""
     runs = _vibrating(drive)
-    over_time = vibrations_picture(f"vibrations-{name}", runs)
     spectra = spectra_picture(f"spectra-{name}", runs)
     return (
-        Figure(
-            name=f"vibrations-{name}",
+        vibrations_plot(
+            f"vibrations-{name}",
+            runs,
             alt="Deviation of drive pulley and load from the reference over time under the laws of Models "
             "1, 2 and 3: the load oscillates for a second after each move; at high bandwidth the drive "
             "pulley oscillates permanently.",
-            caption="Drive pulley (solid) and load (dashed) against the reference, as Figs. 6.5, 6.7 and "
+            caption="Drive pulley and load against the reference, as Figs. 6.5, 6.7 and "
             "6.9; at the bottom the law of Model 3 closed on the drive pulley's encoder, a limit cycle at "
             "the torque limit.",
-            wide=over_time.wide,
-            narrow=over_time.narrow,
         ),
         Figure(
             name=f"spectra-{name}",

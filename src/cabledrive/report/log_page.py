@@ -16,11 +16,12 @@ from cabledrive.identification.rigid_axis import AxisOptions, channels_of
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.files import check_writable, write_whole
 from cabledrive.report.blocks import Block, Chapter, Column, Figure, Note, Paragraph, RowGroup, Section, Table
-from cabledrive.report.figures.identification import measured_picture, regressors_picture
+from cabledrive.report.figures.identification import measured_picture
 from cabledrive.report.numbers import number, unit_name
 from cabledrive.report.page import Page, render
 from cabledrive.report.picture import Picture
 from cabledrive.report.provenance import Provenance, versions
+from cabledrive.report.time_plots import regressors_plot
 
 SHOWN = 4.0
 """How much of a log is drawn [s]."""
@@ -114,12 +115,13 @@ def _figures(log: Log, found: Identification, options: AxisOptions) -> tuple[Sec
         curves = None
     if curves is not None:
         blocks.append(
-            _figure(
+            regressors_plot(
                 "log-regressors",
-                regressors_picture("log-regressors", curves, SHOWN, linear=linear),
-                "Acceleration, speed and friction regressor over time, filtered and unfiltered; below, the "
-                "measured torque and the modelling error.",
-                f"As Figs. 4.7 to 4.16. Filtered: causal, 20 Hz. The modelling error is "
+                curves,
+                linear=linear,
+                alt="Acceleration, speed and friction regressor over time, filtered and unfiltered; below, "
+                "the measured torque and the modelling error.",
+                caption=f"As Figs. 4.7 to 4.16. Filtered: causal, 20 Hz. The modelling error is "
                 f"{number(100 * curves.error_share, 3)} % of the torque over the whole log.",
             )
         )

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+_LONG = re.compile(r"(?<![\w.#-])-?\d+\.\d{3,}(?!\w)")  # coordinates finer than a hundredth of a pixel
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Picture:
     """One picture for wide pages and one for narrow ones.
@@ -119,6 +122,7 @@ def inline_svg(
     body = re.sub(r"font: ([^;\"]*?)([\d.]+px) [^;\"]*", r"font: \1\2 var(--sans)", body)
     for colour, (light, _) in COLOURS.items():
         body = body.replace(light, f"var(--{colour})")
+    body = _LONG.sub(lambda m: f"{float(m[0]):.2f}".rstrip("0").rstrip("."), body)
     body = re.sub(r"\s*\n\s*", "\n", body)
     width, height = size
     axes = Markup(' data-axes="{}"').format(json.dumps(scales)) if scales else ""

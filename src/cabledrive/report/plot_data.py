@@ -35,7 +35,7 @@ def plot_json(plot: Plot) -> Markup:
 
 
 def _packed(values: NDArray[np.float64]) -> str:
-    return base64.b64encode(np.asarray(values, dtype="<f4").tobytes()).decode("ascii")
+    return base64.urlsafe_b64encode(np.asarray(values, dtype="<f4").tobytes()).decode("ascii")
 
 
 def library() -> tuple[str, str]:

@@ -43,6 +43,7 @@ def typeset_words(words: str) -> str:
     """
     words = _EXPONENT.sub(_scientific, words)
     words = _POWER.sub(lambda m: m[1].translate(_RAISED), words)
+    words = words.replace("+-", "±")
     words = _MINUS.sub("−", words)
     words = _SYMBOL.sub(_symbol, words)
     words = _MICRO.sub("µ", words)

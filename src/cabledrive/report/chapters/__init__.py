@@ -55,7 +55,7 @@ def topic_views(context: ReportContext) -> tuple[View, ...]:
     """A page for every chapter that has something to say of the drives of a report."""
     written = []
     for entry in registry():
-        context.progress(f"chapter: {entry.name.replace('_', ' ')}")
+        context.progress(f"study: {entry.name.replace('_', ' ')}")
         chapter = entry.write(context)
         if chapter is not None:
             written.append(_view(chapter))

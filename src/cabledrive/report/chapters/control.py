@@ -6,13 +6,13 @@ from functools import cache
 import numpy as np
 
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.report.blocks import Block, Cell, Chapter, Column, Figure, Paragraph, RowGroup, Section, Table
+from cabledrive.report.blocks import Block, Cell, Chapter, Column, Paragraph, Plot, RowGroup, Section, Table
 from cabledrive.report.cable_as_plant import CABLE_SEEDS, on_cable_table
 from cabledrive.report.chapters.reduced_models import has_models
 from cabledrive.report.context import ReportContext
 from cabledrive.report.control_figures import curves_figure, pulse_figure, record_figure, vibration_figures
-from cabledrive.report.figures.control_runs import errors_picture
 from cabledrive.report.numbers import number
+from cabledrive.report.time_plots import errors_plot
 from cabledrive.rig import Motion, Tracking, track
 from cabledrive.rig.laws.eigenvalues import closed_loop_poles
 from cabledrive.rig.laws.registry import design
@@ -151,17 +151,15 @@ def _comparison(runs: dict[str, list[Tracking]]) -> Table:
     )
 
 
-def _errors(name: str, runs: Sequence[Tracking]) -> Figure:
-    picture = errors_picture(f"errors-{name}", runs)
+def _errors(name: str, runs: Sequence[Tracking]) -> Plot:
     words = ", ".join(
         f"{run.summary['controller']} {number(run.summary['peak_error_deg'], 2)} deg" for run in runs
     )
-    return Figure(
-        name=f"errors-{name}",
+    return errors_plot(
+        f"errors-{name}",
+        runs,
         alt=f"Error of the load over time in one pulse, a panel for each law; peaks: {words}.",
-        caption="Error of the load in one pulse, seed 0. Dotted: the bound of the theorem along the motion.",
-        wide=picture.wide,
-        narrow=picture.narrow,
+        caption="Error of the load in one pulse, seed 0. Dashed: the bound of the theorem along the motion.",
     )
 
 

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from cabledrive.parameters import Drive, InputRefused, Lumped
-from cabledrive.report.blocks import Block, Cell, Chapter, Column, Figure, Paragraph, RowGroup, Section, Table
+from cabledrive.report.blocks import Block, Cell, Chapter, Column, Paragraph, Plot, RowGroup, Section, Table
 from cabledrive.report.chapters.control import can_be_controlled
 from cabledrive.report.context import ReportContext
-from cabledrive.report.figures.control_runs import errors_picture
 from cabledrive.report.numbers import number
+from cabledrive.report.time_plots import errors_plot
 from cabledrive.rig import Motion, RigOptions, Tracking, track
 from cabledrive.rig.closed_loop.loop import Loop, close_loop
 from cabledrive.rig.comparison import compared
@@ -112,18 +112,16 @@ def _loop(drive: Drive, name: str, motion: Motion) -> Loop:
     return close_loop(drive, drive, made, motion, RigOptions(), np.random.default_rng(0))
 
 
-def _errors(name: str, runs: list[Tracking]) -> Figure:
-    picture = errors_picture(f"learning-{name}", runs)
+def _errors(name: str, runs: list[Tracking]) -> Plot:
     later = [run.summary["later_pulses_error_deg"] for run in runs]
-    return Figure(
-        name=f"learning-{name}",
+    return errors_plot(
+        f"learning-{name}",
+        runs,
         alt="Error of the load over two pulses on a cable 10 % softer than assumed: in the second pulse "
         f"{number(later[1], 2)} deg with learning, {number(later[0], 2)} deg without.",
         caption="Two pulses on a cable 10 % softer than assumed in the design. Above: the damping-aware law "
-        "without learning. Below: redesigned in the rest after the first pulse. Dotted: the bound of the "
+        "without learning. Below: redesigned in the rest after the first pulse. Dashed: the bound of the "
         "theorem, valid for true states and a known cable only.",
-        wide=picture.wide,
-        narrow=picture.narrow,
     )
 
 

@@ -6,9 +6,10 @@ from cabledrive.identification.estimates import Estimate
 from cabledrive.parameters import content_hash, load_drive
 from cabledrive.report.blocks import Block, Cell, Chapter, Column, Figure, Paragraph, RowGroup, Section, Table
 from cabledrive.report.context import ReportContext
-from cabledrive.report.figures.identification import amplifier_picture, regressors_picture, response_picture
+from cabledrive.report.figures.identification import amplifier_picture, response_picture
 from cabledrive.report.numbers import number
 from cabledrive.report.picture import Picture
+from cabledrive.report.time_plots import regressors_plot
 from cabledrive.studies.chapter_4 import JOINT, RATE, SEED, Chapter4, Experiment, chapter_4
 
 PLACE = 550
@@ -118,15 +119,15 @@ def _bench(experiments: Sequence[Experiment]) -> Section:
     for k, one in enumerate(experiments, start=1):
         name = f"identification-{k}"
         blocks.append(
-            _figure(
+            regressors_plot(
                 name,
-                regressors_picture(name, one.curves, one.shown),
-                "Acceleration, speed and friction regressor over time, filtered and unfiltered; below, the "
-                "torque and the much smaller modelling error.",
-                f"As Figs. {one.figures}: {one.title}. Filtered: causal, 20 Hz, which lags. Modelling error "
-                f"{number(100 * one.curves.error_share, 3)} % of the torque with tanh(0.5 w), "
-                f"{number(100 * one.error_share, 3)} % with the sign of the speed; most of it is encoder "
-                "quantisation in the acceleration.",
+                one.curves,
+                alt="Acceleration, speed and friction regressor over time, filtered and unfiltered; below, "
+                "the torque and the much smaller modelling error.",
+                caption=f"As Figs. {one.figures}: {one.title}. Filtered: causal, 20 Hz, which lags. "
+                f"Modelling error {number(100 * one.curves.error_share, 3)} % of the torque with "
+                f"tanh(0.5 w), {number(100 * one.error_share, 3)} % with the sign of the speed; "
+                "most of it is encoder quantisation in the acceleration.",
             )
         )
     return Section(title="Bench tests", anchor="identification-bench", blocks=tuple(blocks))

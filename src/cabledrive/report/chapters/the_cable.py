@@ -14,7 +14,6 @@ from cabledrive.report.figures.run_fields import (
     tension_picture,
 )
 from cabledrive.report.figures.run_histories import (
-    histories_picture,
     orbit_picture,
     spectrum_marks,
     spectrum_picture,
@@ -22,6 +21,7 @@ from cabledrive.report.figures.run_histories import (
 from cabledrive.report.motion import frame_interval
 from cabledrive.report.numbers import number, quantity
 from cabledrive.report.picture import Picture
+from cabledrive.report.time_plots import histories_plot
 from cabledrive.simulation import SimulationResult
 from cabledrive.studies.cable_runs import (
     PLUCKS,
@@ -138,12 +138,12 @@ def _free(drive: Drive, close: SimulationResult) -> Section:
         title="Plucked",
         anchor="cable-plucked",
         blocks=(
-            _figure(
+            histories_plot(
                 "cable-histories",
-                histories_picture("cable-histories", close),
-                "Three curves over time: the angle of the load pulley shows beats, both midpoints vibrate "
-                "in a plane.",
-                f"Load pulley and midpoints after the plucks. Largest error of the energy balance: "
+                close,
+                alt="Three curves over time: the angle of the load pulley shows beats, both midpoints "
+                "vibrate in a plane.",
+                caption=f"Load pulley and midpoints after the plucks. Largest error of the energy balance: "
                 f"{number(close.energy_budget_error, 2)} of the largest energy handled.",
             ),
             _figure(
@@ -204,12 +204,12 @@ def _forced(drive: Drive) -> Section:
     run = forced_run(drive, 0.3)
     peak = float(np.max(np.abs(run.load_angle - run.load_angle[0])))
     figures = (
-        _figure(
+        histories_plot(
             "cable-forced",
-            histories_picture("cable-forced", run),
-            "Three curves over time: the amplitudes of the load angle and of both midpoints grow.",
-            f"Torque of {quantity(TORQUE, 'N m')} at the frequency of the lowest longitudinal mode, from "
-            "rest. The midpoints follow the tension, which changes the sag; "
+            run,
+            alt="Three curves over time: the amplitudes of the load angle and of both midpoints grow.",
+            caption=f"Torque of {quantity(TORQUE, 'N m')} at the frequency of the lowest longitudinal mode, "
+            "from rest. The midpoints follow the tension, which changes the sag; "
             f"the motion is undamped, and the load angle reaches {quantity(peak, 'rad', 3)} in "
             f"{number(run.time[-1], 2)} s.",
         ),

@@ -10,7 +10,7 @@ from cabledrive.reduction.lumped_chain import speed_response
 from cabledrive.reduction.models import highest_model, lumped_model
 from cabledrive.reduction.quality import distributed_response, model_response
 from cabledrive.report.picture import Picture, picture
-from cabledrive.report.style import BLUE, GREEN, INK, LINE, ORANGE, PURPLE, QUIET, RED, label, log_axis
+from cabledrive.report.style import BLUE, GREEN, INK, ORANGE, PURPLE, QUIET, RED, label, log_axis
 from cabledrive.rig import Tracking
 
 if TYPE_CHECKING:
@@ -83,28 +83,6 @@ def motor_speed_picture(name: str, drive: Drive, printed: Sequence[float]) -> Pi
         axes.set_ylabel("motor speed per torque [rad/(N m s)]")
 
     return picture(name, _draw, wide=290.0, narrow=280.0)
-
-
-def errors_picture(name: str, runs: Sequence[Tracking]) -> Picture:
-    """Error of the load over time, one panel for each run, with the bound where there is one.
-
-    ``name``: unique on the page.
-    """
-
-    def _draw(figure: "Figure", narrow: bool) -> None:
-        panels = figure.subplots(len(runs), 1, sharex=True, squeeze=False)[:, 0]
-        for axes, run, colour in zip(panels, runs, _COLOURS, strict=False):
-            axes.axhline(0.0, color=LINE, linewidth=1.0)
-            axes.plot(run.time, np.degrees(run.error), color=colour, linewidth=1.2)
-            if run.bound is not None and np.degrees(run.bound.max()) < 0.3:
-                for sign in (-1.0, 1.0):
-                    axes.plot(run.time, sign * np.degrees(run.bound), ":", color=QUIET, linewidth=1.0)
-            axes.set_title(f"{run.summary['controller']}: {run.summary['peak_error_deg']:.3f} deg")
-            axes.set_ylabel("deg")
-        panels[-1].set_xlabel("time [s]")
-
-    height = 95.0 * len(runs) + 45.0
-    return picture(name, _draw, wide=height, narrow=height)
 
 
 def spectrum(run: Tracking, inertia: int, *, lowest: float = 2.0) -> tuple[np.ndarray, np.ndarray]:

@@ -1,4 +1,4 @@
-"""Pictures of an identification: regressors and modelling error over time, responses, the amplifier."""
+"""Pictures of an identification: responses, the amplifier."""
 
 from typing import TYPE_CHECKING
 
@@ -6,55 +6,17 @@ import numpy as np
 
 from cabledrive.identification.amplifier import AmplifierFit, amplifier_response
 from cabledrive.identification.frequency_response import FrequencyResponse
-from cabledrive.identification.regressor_curves import RegressorCurves
 from cabledrive.reduction.lumped_chain import speed_response
 from cabledrive.report.picture import Picture, picture
-from cabledrive.report.style import BLUE, INK, LINE, ORANGE, QUIET, log_axis
+from cabledrive.report.style import BLUE, INK, log_axis
 from cabledrive.studies.chapter_4 import ResponseExperiment
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MOST_POINTS = 450
 HIGHEST = 300.0
 """Of the responses that are shown [Hz]."""
-
-
-def regressors_picture(name: str, curves: RegressorCurves, shown: float, *, linear: bool = False) -> Picture:
-    """Acceleration, speed and friction regressor, filtered and not, above torque and modelling error.
-
-    ``name``: unique on the page; ``shown``: how much of the log [s]; ``linear``: whether the axis slides.
-    """
-    start = min(0.25, 0.1 * float(np.ptp(curves.time)))
-    inside = np.flatnonzero(
-        (curves.time - curves.time[0] >= start) & (curves.time - curves.time[0] < start + shown)
-    )
-    every = max(1, inside.size // MOST_POINTS)
-    inside = inside[::every]
-    time = curves.time[inside]
-    length = "m" if linear else "rad"
-    words = (f"{length}/s²", f"{length}/s", "friction")
-
-    def _draw(figure: "Figure", narrow: bool) -> None:
-        panels = figure.subplots(4, 1, sharex=True, gridspec_kw={"height_ratios": [1, 1, 1, 1.35]})
-        for k, axes in enumerate(panels[:3]):
-            axes.axhline(0.0, color=LINE, linewidth=0.8)
-            axes.plot(time, curves.unfiltered[k, inside], color=QUIET, linewidth=1.0)
-            axes.plot(time, curves.filtered[k, inside], color=BLUE, linewidth=1.5)
-            axes.set_ylabel(words[k])
-        panels[0].set_title(
-            "grey: unfiltered, blue: filtered" if narrow else "grey: unfiltered; blue: filtered"
-        )
-        panels[3].axhline(0.0, color=LINE, linewidth=0.8)
-        panels[3].plot(time, curves.torque[inside], color=QUIET, linewidth=1.0)
-        panels[3].plot(time, curves.error[inside], color=ORANGE, linewidth=1.1)
-        panels[3].set_title("grey: torque, orange: modelling error")
-        panels[3].set_ylabel("N" if linear else "N m")
-        panels[3].set_xlim(time[0], time[-1])
-        panels[3].set_xlabel("time [s]")
-
-    return picture(name, _draw, wide=430.0, narrow=430.0)
 
 
 def response_picture(name: str, found: ResponseExperiment) -> Picture:

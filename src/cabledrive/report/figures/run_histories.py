@@ -127,18 +127,6 @@ def run_plot(drive: Drive, result: SimulationResult, form: str) -> bytes:
         return file.getvalue()
 
 
-def histories_picture(name: str, result: SimulationResult) -> Picture:
-    """Load angle and midpoints over time.
-
-    ``name``: unique on the page.
-    """
-
-    def _draw(figure: "Figure", narrow: bool) -> None:
-        draw_histories(figure.subplots(1 + len(result.spans), 1), result)
-
-    return picture(name, _draw, wide=HEIGHT + 80, narrow=HEIGHT + 80)
-
-
 def spectrum_picture(name: str, result: SimulationResult, marks: Sequence[tuple[float, str]]) -> Picture:
     """Amplitude spectrum of the load angle with natural frequencies marked.
 

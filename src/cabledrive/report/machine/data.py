@@ -29,8 +29,8 @@ def drawing(drive: Drive, name: str) -> Figure:
     return Figure(
         name=f"drawing-{name}",
         alt=_seen(drive),
-        caption="Spans, positions of carriages and sag are to scale; motor, rails and boxes are symbols. Arrows "
-        "show the positive direction of displacements.",
+        caption="Spans, positions of carriages and sag are to scale; motor, rails and boxes are symbols. "
+        "Arrows show the positive direction of displacements.",
         wide=picture.wide,
         narrow=picture.narrow,
     )

@@ -42,9 +42,10 @@ def resonance_verdict(drive: Drive) -> ResonanceVerdict:
     at = f" at {quantity(found.torque, 'N m', 3)}"
     facts = []
     if found.frequency_ratio is not None:
+        ratio = number(found.frequency_ratio, 3)
         facts.append(
-            f"The lowest transverse frequency of an empty span is "
-            f"{number(found.frequency_ratio, 3)} times that of the pulley mode; 0.5 is the principal resonance"
+            f"The lowest transverse frequency of an empty span is {ratio} times that of the pulley mode; "
+            "0.5 is the principal resonance"
         )
     return ResonanceVerdict(
         badge=Badge(text=_WORDS[found.verdict] + at, tone=_TONES[found.verdict]),

@@ -28,7 +28,7 @@ def resting(drive: Drive) -> RestState | None:
 
 
 def sag_of(drive: Drive, span: str) -> tuple[Array, Array]:
-    """Unstretched positions on a span and its sag below the line of the pulleys there [m], shape (p,) each."""
+    """Unstretched positions on a span and the sag below the line of the pulleys [m], shape (p,) each."""
     rest = resting(drive)
     if rest is None:
         return np.array([0.0, drive.span_length]), np.zeros(2)
@@ -69,7 +69,11 @@ def rest_plot(drive: Drive, name: str) -> Plot | None:
     ]
     if max(section.sag for section in rest.sections) > SEEN * drive.span_length:
         panels.append(
-            Panel(title="Sag", unit="m", series=tuple(_sag(drive, span, at) for span in drive.spans))
+            Panel(
+                title="Height over the line of the pulleys",
+                unit="m",
+                series=tuple(_sag(drive, span, at) for span in drive.spans),
+            )
         )
     low = quantity(rest.lowest_tension, "N", 3)
     high = quantity(max(max(stretch.tensions) for stretch in rest.stretches), "N", 3)
@@ -78,9 +82,10 @@ def rest_plot(drive: Drive, name: str) -> Plot | None:
     return Plot(
         name=f"rest-{name}",
         alt=f"Tension at rest along each span, from {low} to {high}{sag}.",
-        caption=f"Tension from {low} to {high}{sag}; drive pulley held. Each carriage steps the tension.",
+        caption=f"Tension from {low} to {high}{sag}; drive pulley held. Each carriage steps the tension. "
+        "Positions count from the pulley where the span starts.",
         points=at,
-        along="from the pulley where the span starts",
+        along="position",
         unit="m",
         panels=tuple(panels),
     )

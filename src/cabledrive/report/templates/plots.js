@@ -7,7 +7,7 @@
   const number = (value) => (value == null || Number.isNaN(value) ? "–" : String(Number(value.toPrecision(5))).replace("-", "−"));
 
   function unpacked(text) {
-    const bytes = Uint8Array.from(atob(text), (one) => one.charCodeAt(0));
+    const bytes = Uint8Array.from(atob(text.replaceAll("-", "+").replaceAll("_", "/")), (one) => one.charCodeAt(0));
     return Array.from(new Float32Array(bytes.buffer), (value) => (Number.isFinite(value) ? value : null));
   }
 
@@ -19,6 +19,7 @@
       height: last ? 176 : 148,
       title: "",
       padding: [10, 12, 0, 0],
+      pxAlign: 0,
       cursor: { sync: { key, scales: ["x", null] }, drag: { x: true, y: false }, focus: { prox: 24 } },
       scales: { x: { time: false } },
       axes: [
