@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from cabledrive.report.blocks import Panel, Series
+from cabledrive.report.plot import Panel, Series
 from cabledrive.report.time_plots import time_plot
 
 

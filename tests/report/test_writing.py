@@ -1,11 +1,15 @@
 """The report appears whole or not at all, and replaces nothing unasked."""
 
+from functools import cache
+
 import pytest
 from report_page import TIME
 
 from cabledrive.parameters import InputRefused, NotComputed, load_drive
 from cabledrive.report import chapters, report_html, write_report, writing
 from cabledrive.report.blocks import Chapter, Paragraph
+from cabledrive.report.context import make_context
+from cabledrive.report.machine.page import machine_view
 
 
 @pytest.fixture(autouse=True)
@@ -14,6 +18,13 @@ def one_study(monkeypatch):
     about = Chapter(title="A study", anchor="a-study", blocks=(Paragraph(text="Nothing."),))
     entry = chapters.ChapterEntry(place=1, name="a_study", write=lambda context: about)
     monkeypatch.setattr(chapters, "registry", lambda: (entry,))
+    monkeypatch.setattr(writing, "machine_view", lambda context, place: machine())
+
+
+@cache
+def machine():
+    """The page of the machine, computed once."""
+    return machine_view(make_context(drives()), 0)
 
 
 def drives():
@@ -64,5 +75,6 @@ def test_a_report_about_nothing_is_refused(tmp_path):
 def test_progress_names_every_drive_and_chapter(tmp_path):
     lines = []
     write_report(drives(), tmp_path / "report.html", progress=lines.append)
-    assert "natural modes: Dissertation, configuration 1" in lines
     assert "study: a study" in lines
+    make_context(drives(), lines.append).modes  # noqa: B018
+    assert "natural modes: Dissertation, configuration 1" in lines

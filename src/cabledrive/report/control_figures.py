@@ -5,11 +5,12 @@ from math import nan
 import numpy as np
 
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.report.blocks import Figure, Plot
+from cabledrive.report.blocks import Figure
 from cabledrive.report.figures.control_curves import Curve, curves_picture
 from cabledrive.report.figures.control_records import pulse_picture
 from cabledrive.report.figures.control_runs import spectra_picture
 from cabledrive.report.numbers import number
+from cabledrive.report.plot import Plot
 from cabledrive.report.time_plots import record_plot, vibrations_plot
 from cabledrive.rig import Motion, RigOptions, Tracking, track
 from cabledrive.rig.error_curves import error_curves

@@ -9,8 +9,9 @@ import jinja2
 from markupsafe import Markup
 
 from cabledrive.report import formula
-from cabledrive.report.blocks import Block, Chapter, Figure, Plot, Table
+from cabledrive.report.blocks import Block, Chapter, Figure, Table
 from cabledrive.report.numbers import unit_name
+from cabledrive.report.plot import Plot
 from cabledrive.report.plot_data import library, plot_json
 from cabledrive.report.provenance import Provenance
 from cabledrive.report.style import theme_css

@@ -8,7 +8,7 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from cabledrive.report.blocks import Plot
+from cabledrive.report.plot import Plot
 
 _UPLOT = resources.files("cabledrive.report") / "vendor" / "uplot"
 

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.identification.regressor_curves import RegressorCurves
-from cabledrive.report.blocks import Panel, Plot, Series, Text
+from cabledrive.report.blocks import Text
+from cabledrive.report.plot import Panel, Plot, Series
 from cabledrive.rig import Tracking
 from cabledrive.simulation import SimulationResult
 

@@ -6,12 +6,13 @@ from functools import cache
 import numpy as np
 
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.report.blocks import Block, Cell, Chapter, Column, Paragraph, Plot, RowGroup, Section, Table
+from cabledrive.report.blocks import Block, Cell, Chapter, Column, Paragraph, RowGroup, Section, Table
 from cabledrive.report.cable_as_plant import CABLE_SEEDS, on_cable_table
 from cabledrive.report.chapters.reduced_models import has_models
 from cabledrive.report.context import ReportContext
 from cabledrive.report.control_figures import curves_figure, pulse_figure, record_figure, vibration_figures
 from cabledrive.report.numbers import number
+from cabledrive.report.plot import Plot
 from cabledrive.report.time_plots import errors_plot
 from cabledrive.rig import Motion, Tracking, track
 from cabledrive.rig.laws.eigenvalues import closed_loop_poles

@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 
 from cabledrive.parameters import Drive, InputRefused, Lumped
-from cabledrive.report.blocks import Block, Cell, Chapter, Column, Paragraph, Plot, RowGroup, Section, Table
+from cabledrive.report.blocks import Block, Cell, Chapter, Column, Paragraph, RowGroup, Section, Table
 from cabledrive.report.chapters.control import can_be_controlled
 from cabledrive.report.context import ReportContext
 from cabledrive.report.numbers import number
+from cabledrive.report.plot import Plot
 from cabledrive.report.time_plots import errors_plot
 from cabledrive.rig import Motion, RigOptions, Tracking, track
 from cabledrive.rig.closed_loop.loop import Loop, close_loop

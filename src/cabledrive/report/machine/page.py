@@ -6,7 +6,7 @@ from cabledrive.mechanics import practitioner_warnings
 from cabledrive.modal import Mode, Modes
 from cabledrive.modal.lowest import how_held, lowest_frequencies
 from cabledrive.parameters import Drive
-from cabledrive.report.blocks import Block, Figure, Plot, Table
+from cabledrive.report.blocks import Block, Figure, Table
 from cabledrive.report.certificate_words import certificate_words
 from cabledrive.report.context import ReportContext
 from cabledrive.report.figures.machine import machine_sketch
@@ -15,6 +15,7 @@ from cabledrive.report.machine.internal_resonance import ResonanceVerdict, reson
 from cabledrive.report.machine.modes import across_table, along_table, ladder, shapes
 from cabledrive.report.machine.rest import rest_plot, rest_table
 from cabledrive.report.numbers import number
+from cabledrive.report.plot import Plot
 from cabledrive.report.simple_models import simple_models_table
 from cabledrive.report.style import short_family
 from cabledrive.report.views import MACHINES, Badge, Card, View

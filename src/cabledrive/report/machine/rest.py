@@ -6,8 +6,9 @@ from scipy.integrate import cumulative_simpson
 
 from cabledrive.mechanics.rest import RestingStretch, RestState, rest_state
 from cabledrive.parameters import Drive, NotComputed
-from cabledrive.report.blocks import Column, Panel, Plot, RowGroup, Series, Table
+from cabledrive.report.blocks import Column, RowGroup, Table
 from cabledrive.report.numbers import quantity
+from cabledrive.report.plot import Panel, Plot, Series
 
 Array = NDArray[np.float64]
 POINTS = 65
