@@ -7,6 +7,7 @@ import cabledrive as cd
 from cabledrive.control.reference_kernels import reference_table
 from cabledrive.control.reference_numbers import MotionNumbers
 from cabledrive.rig import Motion
+from cabledrive.rig.laws.controller_file import FILED
 from cabledrive.rig.laws.controllers import motion_numbers
 from cabledrive.rig.laws.registry import CONTROLLERS, needed_order
 from cabledrive.rig.trial import spec_for
@@ -23,7 +24,7 @@ def table_of(name: str, motion: Motion, drive: cd.Drive = DRIVE):
 
 
 @pytest.mark.kernel  # cabledrive.control.reference_kernels
-@pytest.mark.parametrize("name", list(CONTROLLERS))
+@pytest.mark.parametrize("name", list(FILED))
 def test_the_generator_makes_the_rows_of_the_table(name, measured):
     order = needed_order(name, DRIVE) + 2  # nothing jumps at an edge, which rounding may put to either side
     motion = Motion(angle=-20.0, rise=0.04, dwell=0.01, pulses=2, order=order)

@@ -16,11 +16,11 @@ from cabledrive.export.c99 import controller_package
 from cabledrive.export.door import write_folder
 from cabledrive.export.self_test import commands_of, references_of, rippled_readings, self_test
 from cabledrive.export.target_program import start_values
-from cabledrive.rig.laws.registry import CONTROLLERS
+from cabledrive.rig.laws.controller_file import FILED
 from export.compilers import COMPILERS, WARNINGS, built, checked
 from export.designs import loop_of, source_of
 
-LAWS = list(CONTROLLERS)
+LAWS = list(FILED)
 needs_cc = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
 
 
@@ -213,6 +213,7 @@ def test_the_exported_folder_runs_on_the_rig_as_it_was_exported(tmp_path):
     "source, options, named",
     [
         ("dissertation-3", {"controller": "no-law"}, "no-law"),
+        ("dissertation-3", {"controller": "lqi-learning"}, "tables along its motion"),
         ("elevator", {}, "elevator"),
         ("no-such-drive", {}, "no-such-drive"),
         ("dissertation-3", {"format": "hdl"}, "hdl"),

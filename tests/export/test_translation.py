@@ -13,7 +13,7 @@ from cabledrive.export.target_program import target_program
 from cabledrive.export.translation.program import Program
 from cabledrive.export.translation.source import interpreted, plain
 from cabledrive.export.translation.types import BOOL, INT, REAL, Scalar, View
-from cabledrive.rig.laws.registry import CONTROLLERS
+from cabledrive.rig.laws.controller_file import FILED
 from export.designs import source_of
 
 VECTOR = View(REAL, (4,))
@@ -105,7 +105,7 @@ def test_a_recursion_is_refused():
     assert "recursion" in refused(with_recursion, Scalar(REAL))
 
 
-@pytest.mark.parametrize("name", list(CONTROLLERS))
+@pytest.mark.parametrize("name", list(FILED))
 def test_the_kernels_of_every_law_stay_inside_the_subset(name):
     made = target_program(source_of(name).law)
     assert made.step.result.items == (Scalar(REAL), Scalar(BOOL))

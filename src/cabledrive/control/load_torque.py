@@ -18,8 +18,8 @@ from cabledrive.control.reference import lagged
 from cabledrive.reduction.lumped_chain import LumpedChain
 
 Array = NDArray[np.float64]
-TURN = 200.0
-"""Speed of the load over its largest at which the sign of friction has turned to 76 %, inverted."""
+TURN = 400.0
+"""Over the largest speed of the load: K of tanh(K w), before the sign is smoothed."""
 
 
 def carried(chain: LumpedChain, torque: Array, interval: float) -> tuple[Array, Array]:

@@ -17,10 +17,13 @@ from cabledrive.parameters.files import require_regular
 from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.controller_words import ARRAYS, reference_columns
+from cabledrive.rig.laws.load_learning import NAME as LOAD_LEARNING
 from cabledrive.rig.laws.registry import CONTROLLERS
 
 ABOUT = "See cabledrive.control.numbers.LawNumbers and cabledrive.control.observer_numbers"
 FILE = "controller.json"
+FILED = tuple(name for name in CONTROLLERS if name != LOAD_LEARNING)
+"""Laws that a file of numbers can hold; the others need tables along their motion."""
 UNITS = {
     "sample_time": "s",
     "torque_limit": "N m",
@@ -93,8 +96,14 @@ def controller_numbers(loop: Loop, drive: Drive, feedback: str) -> dict[str, Any
     """The law and filter of a loop as plain data, which `read_controller` takes back.
 
     ``drive``: that it was made for.
+    Raises `InputRefused` if the law needs tables along its motion.
     """
     made, rig, generator = loop.controller, loop.rig, loop.controller.generator
+    if made.name == LOAD_LEARNING and made.own is None:
+        raise InputRefused(
+            f"{made.name} needs tables along its motion, which a file of numbers does not hold: take lqi, "
+            "which has the same feedback"
+        )
     columns = reference_columns(made.law, made.shafts, made.reference.shape[1])
     return {
         "about": ABOUT,
@@ -237,9 +246,7 @@ def _check(found: ControllerFile) -> None:
     fits = law.kind in (DARC, BACKSTEPPING) or law.rows.shape[-1] == law.matrix.shape[0] + size
     fits = fits and (law.kind != DARC or law.matrix.shape == (size, size))
     whole = seen.kind == KALMAN and seen.gains.shape[1:] == seen.output.shape[::-1]
-    if found.name not in CONTROLLERS:
-        raise InputRefused(f'holds the law "{found.name}": take one of {", ".join(CONTROLLERS)}').at(
-            found.path
-        )
+    if found.name not in FILED:
+        raise InputRefused(f'holds the law "{found.name}": take one of {", ".join(FILED)}').at(found.path)
     if not (fits and whole and len(seen.chosen) == size and len(found.encoders) == len(seen.output)):
         raise InputRefused(f"holds arrays that do not fit each other: {REMEDY}").at(found.path)
