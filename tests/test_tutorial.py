@@ -58,7 +58,7 @@ def test_the_log_of_the_howto_is_read_with_its_names_and_units(tmp_path):
     assert log.channel("load_angle")[-1] == pytest.approx(2.0 * np.pi)
 
 
-@pytest.mark.parametrize("block", re.findall(r"```python\n(.*?)```", HOWTO + STUDY, re.S))
+@pytest.mark.parametrize("block", re.findall(r"```python\n(.*?)```", HOWTO, re.S))
 def test_python_of_the_pages_runs(block):
     exec(block, {})
 
