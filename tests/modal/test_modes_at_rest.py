@@ -161,14 +161,19 @@ def random_machine(rng, *, vertical=False):
     "machines", [4, pytest.param(100, marks=pytest.mark.verify)], ids=["a part", "the whole"]
 )
 def test_strings_at_rest_agree_with_finite_elements(machines, measured):
-    """100 random lines and loops, inclined, loaded, heavy: 4 modes out of the plane of gravity each."""
-    worst = 0.0
+    """100 random lines and loops, inclined, loaded, heavy: 4 modes out of the plane of gravity each.
+
+    The tension along a sagging stretch is exact up to the square of its sag ratio: its fourth power is left.
+    """
+    worst, beyond = 0.0, 0
     for seed in range(machines):
         drive = random_machine(np.random.default_rng(seed), vertical=seed % 3 == 0)
-        elements = Model(drive, per_stretch=8, degree=7).solve().frequencies(4)[2]
-        worst = max(worst, np.abs(across(drive, "v", 4) / elements[:4] - 1).max())
-    measured(f"{machines} machines, largest deviation {worst:.1e}")
-    assert worst < 1e-8, f"{worst:.2e}"
+        elements = Model(drive, per_stretch=8, degree=9).solve().frequencies(4)[2]
+        error = np.abs(across(drive, "v", 4) / elements[:4] - 1).max()
+        sag = max(section.sag_ratio for section in rest_state(drive).sections)
+        assert error < 1e-8 + 2.0 * sag**4, f"machine {seed}, sag {sag:.3g}: {error:.2e}"
+        worst, beyond = max(worst, error), beyond + (error > 1e-8)
+    measured(f"{machines} machines, largest deviation {worst:.1e}, {beyond} beyond 1e-8")
 
 
 @pytest.mark.parametrize(
