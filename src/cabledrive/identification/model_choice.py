@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.identification.frequency_response import FrequencyResponse
+from cabledrive.identification.response_lines import selected
 from cabledrive.identification.response_models import (
     MOST_AKAIKE,
     PARAMETERS,
@@ -108,7 +108,7 @@ def _cross_validated(measured: FrequencyResponse, fit: ResponseFit, radius: floa
     start = dict(zip(fit.names, fit.values, strict=True))
     for fold in range(folds):
         out = np.arange(measured.frequency.size) % folds == fold
-        kept, left = _subset(measured, ~out), _subset(measured, out)
+        kept, left = selected(measured, ~out), selected(measured, out)
         part = fit_response(kept, fit.model, start, radius=radius, fixed=fit.fixed)
         values = fit.fixed | dict(zip(part.names, part.values, strict=True))
         chain = chain_for(fit.model, values, radius)
@@ -116,13 +116,3 @@ def _cross_validated(measured: FrequencyResponse, fit: ResponseFit, radius: floa
         squares += float(np.sum(np.abs(off) ** 2))
         count += off.size
     return float(np.sqrt(squares / count))
-
-
-def _subset(measured: FrequencyResponse, keep: NDArray[np.bool_]) -> FrequencyResponse:
-    return FrequencyResponse(
-        frequency=measured.frequency[keep],
-        response=measured.response[keep],
-        deviation=measured.deviation[keep],
-        coherence=measured.coherence[keep],
-        averages=measured.averages,
-    )

@@ -117,14 +117,8 @@ def command(
     )
     fitted, words = _amplifier(read, source, target, segment) if amplifier else ({}, "")
     answer = Answer(
-        data={
-            "frequency_hz": found.frequency,
-            "magnitude": found.magnitude,
-            "phase_deg": found.phase,
-            "coherence": found.coherence,
-            "deviation": found.deviation,
-            "averages": found.averages,
-            "records_left_out": found.left_out,
+        data=_lines_of(found)
+        | {
             "left_out": [{"start": b.start, "end": b.end, "reason": b.reason} for b in found.blows],
             "input": input_,
             "output": output,
@@ -140,22 +134,26 @@ def command(
     return answer
 
 
+def _lines_of(found: Any) -> dict[str, Any]:
+    """Frequencies of a response and what was found at them, as JSON has them."""
+    return {
+        "frequency_hz": found.frequency,
+        "magnitude": found.magnitude,
+        "phase_deg": found.phase,
+        "coherence": found.coherence,
+        "deviation": found.deviation,
+        "averages": found.averages,
+        "records_left_out": found.left_out,
+    }
+
+
 def _of_a_file(path: str, file: NewFile | None) -> Answer:
     """A response that was measured elsewhere, averaged over its repeats."""
     from cabledrive.identification.response_file import read_response
 
     found = read_response(path)
     answer = Answer(
-        data={
-            "frequency_hz": found.frequency,
-            "magnitude": found.magnitude,
-            "phase_deg": found.phase,
-            "coherence": found.coherence,
-            "deviation": found.deviation,
-            "averages": found.averages,
-            "records_left_out": found.left_out,
-            "left_out": [],
-        },
+        data=_lines_of(found) | {"left_out": []},
         text=f"{found.frequency.size} lines up to {found.frequency[-1]:g} Hz, {found.averages:.1f} repeats, "
         f"{found.left_out} outliers",
         provenance=provenance(method="median of the repeats at each frequency"),

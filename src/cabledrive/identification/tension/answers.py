@@ -71,15 +71,7 @@ class PingTension:
                 "channel": one.channel,
                 "string_formula": one.bare,
                 "string_formula_bias": one.bias,
-                "partials": [
-                    {
-                        "number": partial.number,
-                        "frequency_hz": partial.frequency,
-                        "standard_error_hz": partial.standard_error,
-                        "rise_with_amplitude_hz": partial.rise,
-                    }
-                    for partial in one.partials
-                ],
+                "partials": [partial.as_dict() for partial in one.partials],
             }
             for span, one in self.spans.items()
         }

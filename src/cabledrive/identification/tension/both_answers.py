@@ -104,13 +104,5 @@ def _details(one: FamilyTension, channel: str) -> dict[str, Any]:
     return {
         "channel": channel,
         "line_width_hz": one.line_width,
-        "partials": [
-            {
-                "number": partial.number,
-                "frequency_hz": partial.frequency,
-                "standard_error_hz": partial.standard_error,
-                "rise_with_amplitude_hz": partial.rise,
-            }
-            for partial in one.partials
-        ],
+        "partials": [partial.as_dict() for partial in one.partials],
     }

@@ -10,6 +10,7 @@ of its amplitude (p = 2); a pulley answers with the square of that swing, so its
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,6 +67,15 @@ class Partial:
     amplitude: float
     rise: float
     decays: bool
+
+    def as_dict(self) -> dict[str, Any]:
+        """The partial as JSON has it."""
+        return {
+            "number": self.number,
+            "frequency_hz": self.frequency,
+            "standard_error_hz": self.standard_error,
+            "rise_with_amplitude_hz": self.rise,
+        }
 
 
 def count_of(values: Array) -> float:
