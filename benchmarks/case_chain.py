@@ -54,6 +54,9 @@ def compared(library, segments: int, name: str, plucks):
     contestants["energy-conserving, records at 1 kHz"] = Marched(
         prepared(segments, plucks, "energy-conserving", 1e3)
     )
+    contestants["energy-conserving with a carriage, records at 1 kHz"] = Marched(
+        prepared(segments, plucks, "energy-conserving", 1e3, CARRIAGE)
+    )
     contestants["plain C"] = InC(library, case)
     if segments == 100 and plucks is IN_PLANE:
         contestants["numpy, by parts"] = InNumpyByParts(case)
