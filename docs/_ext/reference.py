@@ -1,6 +1,8 @@
 """Writes one reference page per room of the package, from the modules that are there."""
 
 import ast
+import importlib
+import inspect
 import tomllib
 from pathlib import Path
 
@@ -19,7 +21,7 @@ def rooms() -> list[str]:
 def page(room: str) -> str:
     """Markdown of one page: the room's own docstring, then every module that is public, folders included."""
     folder = ROOT / "src" / "cabledrive" / room
-    parts = [f"# {room}\n", _directive("automodule", f"cabledrive.{room}")]
+    parts = [f"# {room}\n", _directive("automodule", f"cabledrive.{room}"), *_exported(room)]
     for path in sorted(folder.rglob("*.py")):
         module = ".".join(path.relative_to(folder).with_suffix("").parts)
         has_code = any(
@@ -29,6 +31,22 @@ def page(room: str) -> str:
         if has_code and not path.stem.startswith("_"):
             parts += [f"## {module}\n", _directive("automodule", f"cabledrive.{room}.{module}", ":members:")]
     return "\n".join(parts)
+
+
+def _exported(room: str) -> list[str]:
+    """What the room's ``__init__`` exports, as a list with a link to each name in the module where it lives."""
+    found = importlib.import_module(f"cabledrive.{room}")
+    names = sorted(getattr(found, "__all__", ()), key=str.lower)
+    lines = []
+    for name in names:
+        value = getattr(found, name)
+        home = getattr(value, "__module__", None)
+        summary = (inspect.getdoc(value) or "").partition("\n\n")[0].replace("\n", " ")
+        if home is not None and home.startswith("cabledrive.") and callable(value):
+            lines.append(f"- {{py:obj}}`{name} <{home}.{name}>`: {summary}")
+        else:
+            lines.append(f"- `{name}`")
+    return ["## What it exports\n", *lines, ""] if lines else []
 
 
 def _directive(name: str, argument: str, *options: str) -> str:

@@ -20,6 +20,12 @@ def complete_controller(ctx: click.Context, param: click.Parameter, incomplete: 
 
     ``incomplete``: what has been typed.
     """
+    names = sorted((*control_laws(), "best"))
+    return [CompletionItem(name) for name in names if name.startswith(incomplete)]
+
+
+def control_laws() -> tuple[str, ...]:
+    """Names of the control laws."""
     from cabledrive.rig.laws.registry import CONTROLLERS
 
-    return [CompletionItem(name) for name in sorted((*CONTROLLERS, "best")) if name.startswith(incomplete)]
+    return tuple(CONTROLLERS)

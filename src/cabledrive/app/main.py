@@ -29,7 +29,7 @@ SECTIONS = {
     "The drive": ("drives", "check", "schema"),
     "Vibration": ("modes", "resonance", "simulate"),
     "Measurement": ("experiment", "identify", "response", "shaper", "camera"),
-    "Control": ("track", "export"),
+    "Control": ("track", "compare", "export"),
     "Many drives": ("sweep", "sensitivity", "tolerance"),
 }
 """Commands by what they are for; one that is in none stands under "More"."""

@@ -2,18 +2,21 @@
 
 import functools
 import os
+import sys
 import time
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
 import click
 
 from cabledrive.app.completion import complete_drive
-from cabledrive.app.messages import BEGUN, QUIET
+from cabledrive.app.messages import BEGUN, QUIET, note
 from cabledrive.app.new_file import FORCE, OBJECT, NewFile, NewFileType
 from cabledrive.app.results import Answer, json_text, provenance, show
+from cabledrive.mechanics.compile_time import LISTENERS
 from cabledrive.parameters import Drive, InputRefused, NotComputed, load_drive
 from cabledrive.parameters.units import to_si
 
@@ -31,13 +34,18 @@ class Subcommand(click.Command):
         For click.
     example : str
         A complete command.
+    names : callable
+        Names that an option takes, by title; asked for when the help is shown.
     **options
         For click.
     """
 
-    def __init__(self, *args: Any, example: str, **options: Any) -> None:
+    def __init__(
+        self, *args: Any, example: str, names: Callable[[], dict[str, Sequence[str]]] = dict, **options: Any
+    ) -> None:
         super().__init__(*args, **options)
         self.epilog = f"\b\nExample:\n  {example}"
+        self._names = names
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Read the arguments; no file that is read is written over, not even with ``--force``.
@@ -64,6 +72,9 @@ class Subcommand(click.Command):
             if records:
                 with formatter.section(title):
                     formatter.write_dl(records)
+        for title, listed in self._names().items():
+            with formatter.section(title):
+                formatter.write_text(", ".join(listed))
 
 
 def _texts(value: Any) -> Iterator[str]:
@@ -72,27 +83,38 @@ def _texts(value: Any) -> Iterator[str]:
 
 
 class Quantity(click.ParamType):  # type: ignore[type-arg]
-    """A number in SI, or text with a unit, as in a drive file.
+    """A number, or text with a unit, as in a drive file.
 
     Parameters
     ----------
     unit : str
         SI unit.
+    counted_in : str, optional
+        Unit of a bare number and of the value that the command is given; default: the SI unit.
     """
 
-    def __init__(self, unit: str) -> None:
-        self.unit = unit
-        self.name = unit
+    def __init__(self, unit: str, counted_in: str | None = None) -> None:
+        self.unit, self.counted_in = unit, counted_in
+        self.name = counted_in or unit
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """Turn the text of an option into a number in SI.
+        """Turn the text of an option into a number in SI, or in the unit that it counts in.
 
         Raises `InputRefused` if it is no number, or one of another dimension.
         """
         try:
-            return to_si(value, self.unit) if isinstance(value, str) else float(value)
+            if not isinstance(value, str):
+                return float(value)
+            if self.counted_in is None:
+                return to_si(value, self.unit)
+            with suppress(InputRefused):
+                return to_si(value, "1")
+            return float(f"{to_si(value, self.unit) / to_si(f'1 {self.counted_in}', self.unit):.15g}")
         except InputRefused as refusal:
             raise refusal.at(param.opts[0] if param else "value") from None
+
+
+ANGLE, DURATION, FREQUENCY = Quantity("rad", "deg"), Quantity("s"), Quantity("Hz")
 
 
 def drive_argument(function: Function) -> Function:
@@ -171,6 +193,7 @@ def answering(function: Function) -> Function:
         meta = click.get_current_context().meta
         meta[QUIET] = quiet
         meta[BEGUN] = time.monotonic() if verbose else None
+        LISTENERS[:] = [note] if verbose or sys.stderr.isatty() else []  # a script counts lines
         try:
             answer = function(**options)
         except NotComputed as failure:

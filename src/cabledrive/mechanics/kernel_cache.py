@@ -24,6 +24,8 @@ from numba.core.caching import FunctionCache
 from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 
+from cabledrive.mechanics.compile_time import announce
+
 UNFINISHED = ".kernel-"
 STALE = 3600.0
 """Age of a half-written file that a killed process left behind [s]."""
@@ -77,11 +79,13 @@ class KernelCache(FunctionCache):
             if kept == key:
                 return CompileResult._rebuild(target_context, *reduced)
         except FileNotFoundError:
+            announce(self._stem, self.cache_path)
             return None
         except Exception:  # whatever a file can be that another build of numba wrote
             pass
         with suppress(OSError):
             place.unlink()
+        announce(self._stem, self.cache_path)
         return None
 
     def save_overload(self, sig: Any, data: Any) -> None:

@@ -10,7 +10,7 @@ import click
 from cabledrive.app.finished_study import REPORT, RESULTS, STAGES, asked_hash, check_folder, finished
 from cabledrive.app.messages import note
 from cabledrive.app.new_file import FORCE
-from cabledrive.app.options import Subcommand, answering, drive_argument, force_option
+from cabledrive.app.options import ANGLE, DURATION, Subcommand, answering, drive_argument, force_option
 from cabledrive.app.results import Answer, plain, provenance
 from cabledrive.parameters import Drive, InputRefused
 
@@ -33,12 +33,24 @@ METHOD = "Monte Carlo on lumped plants with drawn disturbances, one tuning proce
 )
 @click.option("--draws", type=int, default=100, show_default=True, metavar="N", help="Plants for every law.")
 @click.option("--seed", type=int, default=0, show_default=True, metavar="N")
-@click.option("--angle", type=float, default=45.0, show_default=True, metavar="DEG", help="Of each pulse.")
-@click.option("--rise", type=float, default=0.5, show_default=True, metavar="S", help="Rise time.")
-@click.option("--dwell", type=float, default=0.5, show_default=True, metavar="S", help="Rest after a move.")
+@click.option(
+    "--angle",
+    type=ANGLE,
+    default=45.0,
+    show_default=True,
+    metavar="DEG",
+    help="Of each pulse.",
+)
+@click.option("--rise", type=DURATION, default=0.5, show_default=True, metavar="S", help="Rise time.")
+@click.option(
+    "--dwell", type=DURATION, default=0.5, show_default=True, metavar="S", help="Rest after a move."
+)
 @click.option("--pulses", type=int, default=2, show_default=True, metavar="N")
 @click.option(
-    "--goal", type=float, metavar="DEG", help="Error allowed; default: the drive's, or one count of the load."
+    "--goal",
+    type=ANGLE,
+    metavar="DEG",
+    help="Error allowed; default: the drive's, or one count of the load.",
 )
 @force_option
 @click.option(

@@ -5,9 +5,18 @@ from typing import Any
 import click
 
 from cabledrive.app.combinations import refuse_given, tell_given
-from cabledrive.app.completion import complete_controller
+from cabledrive.app.completion import complete_controller, control_laws
 from cabledrive.app.new_file import NewFile, NewFileType
-from cabledrive.app.options import Quantity, Subcommand, answering, drive_argument, saves_answer
+from cabledrive.app.options import (
+    ANGLE,
+    DURATION,
+    FREQUENCY,
+    Quantity,
+    Subcommand,
+    answering,
+    drive_argument,
+    saves_answer,
+)
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import Drive, load_drive
 
@@ -18,6 +27,7 @@ METHOD = "hybrid simulation: exact between samples, stick-slip events on the exa
     cls=Subcommand,
     example="cabledrive track dissertation-3 --controller darc-4 --seed 7",
     short_help="Follow pulses with a control law on the virtual rig.",
+    names=lambda: {"Control laws": (*control_laws(), "best")},
 )
 @answering
 @saves_answer
@@ -28,7 +38,7 @@ METHOD = "hybrid simulation: exact between samples, stick-slip events on the exa
     shell_complete=complete_controller,
     help="Control law, best (first in compare), or a study's controller.json; default: by the joint.",
 )
-@click.option("--bandwidth", type=float, metavar="HZ", help="lambda/(2 pi) instead of that of --gains.")
+@click.option("--bandwidth", type=FREQUENCY, metavar="HZ", help="lambda/(2 pi) instead of that of --gains.")
 @click.option(
     "--gains",
     type=click.Choice(["best", "dissertation", "printed"]),
@@ -45,9 +55,18 @@ METHOD = "hybrid simulation: exact between samples, stick-slip events on the exa
     help="Inverse that pd, pid, lqg, lqi, hinf, dob and shaper follow.",
 )
 @click.option("--plant", metavar="NAME", help="model-1 to model-4, cable; by default the highest model.")
-@click.option("--angle", type=float, default=45.0, show_default=True, metavar="DEG", help="Of each pulse.")
-@click.option("--rise", type=float, default=0.5, show_default=True, metavar="S", help="Rise time.")
-@click.option("--dwell", type=float, default=0.5, show_default=True, metavar="S", help="Rest after a move.")
+@click.option(
+    "--angle",
+    type=ANGLE,
+    default=45.0,
+    show_default=True,
+    metavar="DEG",
+    help="Of each pulse.",
+)
+@click.option("--rise", type=DURATION, default=0.5, show_default=True, metavar="S", help="Rise time.")
+@click.option(
+    "--dwell", type=DURATION, default=0.5, show_default=True, metavar="S", help="Rest after a move."
+)
 @click.option("--pulses", type=int, default=1, show_default=True, metavar="N")
 @click.option(
     "--order", type=int, metavar="N", help="Odd order of the rise; default: what the law needs, 9 or 11."
