@@ -34,7 +34,7 @@ def page(room: str) -> str:
 
 
 def _exported(room: str) -> list[str]:
-    """What the room's ``__init__`` exports, as a list with a link to each name in the module where it lives."""
+    """What the ``__init__`` of a room exports, each name with a link and its first sentence."""
     found = importlib.import_module(f"cabledrive.{room}")
     names = sorted(getattr(found, "__all__", ()), key=str.lower)
     lines = []
