@@ -174,3 +174,11 @@ def test_many_carriages_are_drawn_small_and_counted():
     drive = load_drive("dissertation-1")
     carried = tuple(Carriage(mass=0.001, position=0.02 * k, guided=True) for k in range(1, 40))
     assert "upper span, 39 carriages" in machine_picture(replace(drive, carriage=carried)).wide
+
+
+def test_places_on_a_picture_are_rounded_and_its_words_are_not():
+    text = '<svg><path d="M 1.23456 7.891 L 2 3.5"/><text x="10.12345" y="2">0.0867 Hz, 123.4567</text></svg>'
+    shown = pictures.inline_svg(text, "x", (10.0, 10.0))
+    assert 'd="M 1.23 7.89 L 2 3.5"' in shown
+    assert 'x="10.12"' in shown
+    assert "0.0867 Hz, 123.4567" in shown

@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-_LONG = re.compile(r"(?<![\w.#-])-?\d+\.\d{3,}(?!\w)")  # coordinates finer than a hundredth of a pixel
+_PLACES = re.compile(r' (?:d|x|y)="[^"]*"')  # not the words of a picture, nor its scales
+_LONG = re.compile(r"-?\d+\.\d{3,}(?![\de])")  # finer than a hundredth of a pixel
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -122,9 +123,13 @@ def inline_svg(
     body = re.sub(r"font: ([^;\"]*?)([\d.]+px) [^;\"]*", r"font: \1\2 var(--sans)", body)
     for colour, (light, _) in COLOURS.items():
         body = body.replace(light, f"var(--{colour})")
-    body = _LONG.sub(lambda m: f"{float(m[0]):.2f}".rstrip("0").rstrip("."), body)
+    body = _PLACES.sub(lambda m: _LONG.sub(_rounded, m[0]), body)
     body = re.sub(r"\s*\n\s*", "\n", body)
     width, height = size
     axes = Markup(' data-axes="{}"').format(json.dumps(scales)) if scales else ""
     head = f'<svg viewBox="0 0 {width:g} {height:g}" style="max-width: {width:g}px" aria-hidden="true"{axes}>'
     return Markup(f"{head}{body}</svg>")
+
+
+def _rounded(found: re.Match[str]) -> str:
+    return f"{float(found[0]):.2f}".rstrip("0").rstrip(".")
