@@ -157,7 +157,7 @@ def test_the_generator_in_c_makes_the_rows_of_the_interpreted_kernel(package):
     path, row = (ctypes.c_double * 200)(), (ctypes.c_double * 9)()
     time = 300 * source.law.sample_time
     double = ctypes.c_double
-    law.library.cd_reference_init(path, double(0.7), double(0.3 * time), double(0.1 * time), 1)
+    law.library.cd_reference_init(path, double(0.02), double(0.4 * time), double(0.1 * time), 1)
     for k in range(300):
         law.library.cd_reference_row(path, double(k * source.law.sample_time), row)
         assert list(row) == rows[k].tolist()

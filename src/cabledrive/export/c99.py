@@ -1,12 +1,13 @@
 """The C99 package of a controller: header, sources, self-test, its vectors, and what to know of them."""
 
 import json
+from dataclasses import replace
 from math import isfinite
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-
 from cabledrive.export.self_test import self_test
+from cabledrive.export.shells import runtime_text, templates
+from cabledrive.export.single_precision import SinglePrecision
 from cabledrive.export.source import ExportSource
 from cabledrive.export.stack_usage import stack_words
 from cabledrive.export.target_program import TargetProgram, needed_rise, target_program
@@ -16,21 +17,14 @@ from cabledrive.parameters.drive_file import drive_text
 from cabledrive.parameters.version import __version__
 
 HEADER, SOURCE, CHECK = "cabledrive_law.h", "cabledrive_law.c", "check.c"
-EXPONENTS = {False: ("uint64_t", "0x7ff0000000000000u"), True: ("uint32_t", "0x7f800000u")}
 
 
-def templates() -> Environment:
-    """The shells around translated kernels."""
-    return Environment(
-        loader=PackageLoader("cabledrive.export"), undefined=StrictUndefined, keep_trailing_newline=True
-    )
-
-
-def controller_package(source: ExportSource, precision: Precision | None = None) -> dict[str, str]:
-    """Files of a controller in C99, by name."""
-    law, precision = source.law, precision or Precision()
-    made = target_program(law, precision)
-    code = controller_code(source, made)
+def controller_package(source: ExportSource, single: SinglePrecision | None = None) -> dict[str, str]:
+    """Files of a controller in C99, by name; ``single``: written for single precision."""
+    law = source.law if single is None else single.law
+    source = replace(source, law=law, notes=(*source.notes, single.note) if single else source.notes)
+    made = target_program(law, Precision(single=single is not None))
+    code = controller_code(source, made, 0.0 if single is None else single.tolerance)
     vectors = self_test(law)
     files = code | {
         CHECK: templates().get_template("check.c.jinja").render(),
@@ -39,29 +33,24 @@ def controller_package(source: ExportSource, precision: Precision | None = None)
     }
     if source.drive is not None:
         files["drive.toml"] = drive_text(source.drive)
-    return files | {"README.md": _readme(source, made, files)}
+    return files | {"README.md": _readme(source, made, files, 0.0 if single is None else single.tolerance)}
 
 
-def controller_code(source: ExportSource, made: TargetProgram) -> dict[str, str]:
-    """Header and source of a translated controller."""
-    words = _words(source, made)
+def controller_code(source: ExportSource, made: TargetProgram, tolerance: float = 0.0) -> dict[str, str]:
+    """Header and source of a translated controller; ``tolerance``: of its self-test [N m]."""
+    words = _words(source, made, tolerance)
     functions = made.program.functions()
     shell = templates().get_template("law.c.jinja")
     tables = made.program.used_tables(
         functions + made.start_call + made.step_call + ("RISE" if words["generator"] else "")
     )
-    body = shell.render(**words, functions=functions, tables=tables, runtime=runtime(made, functions))
+    body = shell.render(
+        **words, functions=functions, tables=tables, runtime=runtime_text(made.program.precision, functions)
+    )
     return {HEADER: templates().get_template("law.h.jinja").render(**words), SOURCE: body}
 
 
-def runtime(made: TargetProgram, text: str) -> str:
-    """The few functions below the kernels, those that a text uses."""
-    word, exponent = EXPONENTS[made.program.precision.single]
-    template = templates().get_template("runtime.c.jinja")
-    return template.render(word=word, exponent=exponent, used=lambda name: mentions(text, name))
-
-
-def _words(source: ExportSource, made: TargetProgram) -> dict[str, Any]:
+def _words(source: ExportSource, made: TargetProgram, tolerance: float) -> dict[str, Any]:
     law, precision = source.law, made.program.precision
     named = source.drive.title or source.drive.name if source.drive is not None else "controller"
     return {
@@ -73,7 +62,7 @@ def _words(source: ExportSource, made: TargetProgram) -> dict[str, Any]:
         "counts": [precision.literal(count) for count in law.counts],
         "single": precision.single,
         "literal": precision.literal,
-        "tolerance": "0.0",
+        "tolerance": f"{tolerance:.3g}" if tolerance else "0.0",
         "structs": made.program.structs(),
         "generator": bool(made.row_call),
         "order": needed_rise(law) if made.row_call else 0,
@@ -84,8 +73,8 @@ def _words(source: ExportSource, made: TargetProgram) -> dict[str, Any]:
     }
 
 
-def _readme(source: ExportSource, made: TargetProgram, files: dict[str, str]) -> str:
-    law, words = source.law, _words(source, made)
+def _readme(source: ExportSource, made: TargetProgram, files: dict[str, str], tolerance: float) -> str:
+    law, words = source.law, _words(source, made, tolerance)
     size = 4 if made.program.precision.single else 8
     state = sum(
         part.size * (size if part.dtype.kind == "f" else 4)

@@ -8,10 +8,22 @@ from pathlib import Path
 from typing import Any
 
 from cabledrive.export.c99 import controller_package
-from cabledrive.export.source import read_source
-from cabledrive.parameters import InputRefused
+from cabledrive.export.drive_source import read_drive
+from cabledrive.export.fmu import fmu_package
+from cabledrive.export.klipper import klipper_files
+from cabledrive.export.mjcf import mjcf_files
+from cabledrive.export.modelica import modelica_files
+from cabledrive.export.plant_source import NOTE
+from cabledrive.export.single_precision import single_precision
+from cabledrive.export.source import ExportSource, read_source
+from cabledrive.export.system_package import system_package
+from cabledrive.parameters import InputRefused, content_hash
 
 FORMATS = ("c99", "fmu2", "fmu3", "mjcf", "modelica", "st", "klipper")
+NO_ST = (
+    "format st: Structured Text is not written, no compiler of it is at hand that could test it: take c99, "
+    "which IEC 61131-3 runtimes call as a C function block"
+)
 PARTS = ("controller", "plant", "loop")
 
 
@@ -55,20 +67,60 @@ def export_to(
         raise InputRefused(f"format = {format!r} is not known: take one of {', '.join(FORMATS)}")
     if what not in PARTS:
         raise InputRefused(f"what = {what!r} is not known: take one of {', '.join(PARTS)}")
-    if format != "c99" or what != "controller" or float32:
-        raise InputRefused(
-            f"format {format}, {what}{', float32' * float32} has not come yet: take c99, controller"
-        )
     place = checked_folder(folder)
+    if format == "st":
+        raise InputRefused(NO_ST)
+    if float32 and (format != "c99" or what != "controller"):
+        raise InputRefused(
+            f"float32 is for --format c99 --what controller, not {format} {what}: leave it out"
+        )
+    if format in ("mjcf", "modelica", "klipper"):
+        return _model(place, source, format, what)
     found = read_source(source, controller)
-    files = controller_package(found)
+    files, notes = _package(found, format, what, float32)
     write_folder(place, files)
+    return _said(format, files, found.law.sample_time, found.law.drive_hash, notes)
+
+
+def _package(
+    found: ExportSource, format: str, what: str, float32: bool
+) -> tuple[Mapping[str, str | bytes], list[str]]:
+    """Files of a controller, plant or loop, and notes."""
+    if format in ("fmu2", "fmu3"):
+        return fmu_package(found, int(format[-1]), what)
+    if what != "controller":
+        return system_package(found, what), [*found.notes, NOTE]
+    if not float32:
+        return controller_package(found), list(found.notes)
+    single = single_precision(found)
+    return controller_package(found, single), [*found.notes, single.note]
+
+
+def _model(place: Path, source: Any, format: str, what: str) -> dict[str, Any]:
+    """A model of the mechanics, or lines for a printer."""
+    if what == "loop":
+        raise InputRefused(f"{format} holds no controller: leave --what loop out, or take fmu2, fmu3 or c99")
+    if format == "klipper":
+        files = klipper_files(source)
+        write_folder(place, files)
+        return _said(format, files, None, None, [])
+    drive = read_drive(source)
+    files = mjcf_files(drive) if format == "mjcf" else modelica_files(drive)
+    write_folder(place, files)
+    rate = drive.sensors.sample_rate if drive.sensors else None
+    notes = ["links are linear: valid while no span goes slack"]
+    return _said(format, files, None if rate is None else 1.0 / rate, content_hash(drive), notes)
+
+
+def _said(
+    format: str, files: Mapping[str, Any], time: float | None, drive_hash: str | None, notes: list[str]
+) -> dict[str, Any]:
     return {
         "format": format,
         "files": sorted(files),
-        "sample_time": found.law.sample_time,
-        "drive_hash": found.law.drive_hash,
-        "notes": list(found.notes),
+        "sample_time": time,
+        "drive_hash": drive_hash,
+        "notes": notes,
     }
 
 

@@ -1,6 +1,7 @@
 """Readings, references and the commands that the interpreted kernels give: what the self-test replays."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -13,8 +14,8 @@ from cabledrive.rig.laws.controller_file import ControllerFile
 Array = np.ndarray
 SAMPLES, SEED = 1000, 20
 DROPOUT, INFINITE = slice(500, 506), 700
-RIPPLE = 3.0
-"""Deviation of the readings from the wanted angle, in counts."""
+RIPPLE = 0.5
+"""Deviation of the readings from the wanted angle, in counts: more would keep the command at its limit."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -48,7 +49,7 @@ def self_test(law: ControllerFile, samples: int = SAMPLES, seed: int = SEED) -> 
 def pulse_numbers(law: ControllerFile, samples: int) -> tuple[float, float, float, int]:
     """Angle at the first shaft [rad], rise, dwell [s] and count of a pulse that fills most of the samples."""
     time = samples * law.sample_time
-    return 0.7 * law.load_gear, 0.3 * time, 0.1 * time, 1
+    return 0.02 * law.load_gear, 0.4 * time, 0.1 * time, 1
 
 
 def started_path(law: ControllerFile, samples: int) -> PathState:
@@ -73,8 +74,8 @@ def rippled_readings(law: ControllerFile, samples: int, generator: np.random.Gen
     """Encoder angles about the wanted one, in whole counts, shape (samples, m) [rad]."""
     wanted = wanted_angle(law, samples)
     counts = np.array(law.counts)
-    ripple = RIPPLE * np.sin(np.outer(np.arange(samples) * 0.05, 1.0 + np.arange(len(counts))))
-    noise = generator.uniform(-0.5, 0.5, (samples, len(counts)))
+    ripple = RIPPLE * np.sin(np.outer(np.arange(samples) * 0.01, 1.0 + np.arange(len(counts))))
+    noise = 0.1 * generator.uniform(-1.0, 1.0, (samples, len(counts)))
     readings: Array = counts * np.rint(wanted[:, None] / counts + ripple + noise)
     if samples > INFINITE:
         readings[DROPOUT, 0], readings[INFINITE, -1] = np.nan, np.inf
@@ -102,13 +103,32 @@ def wanted_angle(law: ControllerFile, samples: int) -> Array:
     return angles
 
 
-def commands_of(law: ControllerFile, readings: Array, references: Array) -> tuple[Array, Array]:
-    """Commands [N m] of the interpreted kernels, and where the last one was kept, shape (samples,)."""
-    state = new_target_state(law.observer, law.law, law.late_samples)
-    interpreted(start_target)(start_values(law), state, readings[0])
-    step = interpreted(target_step)
+def as_type(numbers: Any, kind: Any) -> Any:
+    """A NamedTuple with its floating-point arrays in another precision, whatever is inside it."""
+    changed = {}
+    for name, part in numbers._asdict().items():
+        if hasattr(part, "_asdict"):
+            changed[name] = as_type(part, kind)
+        elif isinstance(part, np.ndarray) and part.dtype.kind == "f":
+            changed[name] = part.astype(kind)
+        else:
+            changed[name] = part
+    return numbers._replace(**changed)
+
+
+def commands_of(
+    law: ControllerFile, readings: Array, references: Array, kind: Any = np.float64
+) -> tuple[Array, Array]:
+    """Commands [N m] of the interpreted kernels, and where the last one was kept, shape (samples,).
+
+    ``kind``: precision of state and inputs; that of the numbers is the law's own.
+    """
+    state = as_type(new_target_state(law.observer, law.law, law.late_samples), kind)
+    readings, references = readings.astype(kind), references.astype(kind)
+    interpreted(start_target)(start_values(law).astype(kind), state, readings[0])
+    step, limit = interpreted(target_step), kind(law.torque_limit)
     commands, held = np.zeros(len(readings)), np.zeros(len(readings), dtype=bool)
     for k, (y, row) in enumerate(zip(readings, references, strict=True)):
-        commands[k], valid = step(law.observer, law.law, law.torque_limit, state, y, row[None])
+        commands[k], valid = step(law.observer, law.law, limit, state, y, row[None])
         held[k] = not valid
     return commands, held

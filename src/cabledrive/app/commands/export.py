@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from cabledrive.app.options import Subcommand, answering
-from cabledrive.app.results import Answer, provenance
+from cabledrive.app.results import Absent, Answer, provenance
 from cabledrive.parameters import InputRefused
 
 METHOD = "kernels translated to C99; oracle of the self-test: the same kernels, interpreted"
@@ -50,4 +50,6 @@ def command(
         compile_ = "cc -std=c99 -ffp-contract=off *.c -lm -o check && ./check"
         lines += ["", f"self-test: cd {output} && {compile_}"]
     lines += [f"note: {note}" for note in found["notes"]]
+    reasons = {"sample_time": "the source names no sample rate", "drive_hash": "the source is no drive"}
+    found |= {key: Absent(reason=why) for key, why in reasons.items() if found[key] is None}
     return Answer(data=found, text="\n".join(lines), provenance=provenance(method=METHOD))

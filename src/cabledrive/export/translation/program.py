@@ -56,6 +56,7 @@ class Program:
         self.done: dict[Any, Translated] = {}
         self.order: list[Translated] = []
         self.tables: dict[str, tuple[np.ndarray, str]] = {}
+        self.numbers: dict[str, float] = {}
         self.records: dict[str, Any] = {}
         self.names: dict[int, str] = {}
         self.taken: set[str] = set()
@@ -67,6 +68,8 @@ class Program:
             if isinstance(part, np.ndarray) and part.size:
                 about = f"{name}.{field}, shape {part.shape}"
                 self.tables[f"{name}_{field}"] = (part, about)
+            elif isinstance(part, float):
+                self.numbers[f"{name}_{field}"] = part
         return Value(name, kind_of(numbers, name, frozen=True), frozenset([FROZEN]))
 
     def state(self, name: str, pointer: str, state: Any) -> Value:
@@ -89,6 +92,11 @@ class Program:
             return Value(part, kind, base.roots)
         text = f"{base.text[1:]}.{name}" if base.text.startswith("&") else f"{base.text}->{name}"
         return Value("&" + text if isinstance(kind, Record) else text, kind, base.roots)
+
+    def plain_record(self, value: Value) -> Record:
+        """The type of a value that is a record."""
+        assert isinstance(value.type, Record)
+        return value.type
 
     def structs(self) -> str:
         """Definitions of the structs of state."""
@@ -233,7 +241,12 @@ class Program:
 
     def used_tables(self, text: str) -> str:
         """Definitions of the tables that a text mentions."""
-        return "\n".join(
+        numbers = "".join(
+            f"static const real {name} = {self.precision.literal(value)};\n"
+            for name, value in self.numbers.items()
+            if mentions(text, name)
+        )
+        return numbers + "\n".join(
             self.precision.table(name, array, about)
             for name, (array, about) in self.tables.items()
             if mentions(text, name)

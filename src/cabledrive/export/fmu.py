@@ -1,0 +1,189 @@
+"""An FMU for co-simulation, FMI 2.0 or 3.0: sources, description, a binary where a compiler is at hand."""
+
+import hashlib
+import io
+import platform
+import shutil
+import subprocess
+import tempfile
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from cabledrive.export.c99 import controller_code
+from cabledrive.export.plant_source import NOTE, plant_source
+from cabledrive.export.shells import templates
+from cabledrive.export.source import ExportSource
+from cabledrive.export.system_package import system_code
+from cabledrive.export.target_program import target_program
+from cabledrive.export.translation.literals import Precision
+from cabledrive.parameters.version import __version__
+
+FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=hidden", "-I.")
+MADE = (2000, 1, 1, 0, 0, 0)
+"""Date of every file of the archive: the same source gives the same archive."""
+NO_COMPILER = (
+    "no C compiler (cc) is at hand: the FMU has its sources and no binary; compile it with "
+    "`python -m fmpy compile`"
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Variable:
+    """A variable of an FMU: causality "input", "output" or "parameter"; ``unit`` may be empty."""
+
+    name: str
+    causality: str
+    unit: str
+    about: str
+    start: float = 0.0
+
+
+def fmu_package(source: ExportSource, version: int, what: str) -> tuple[dict[str, bytes], list[str]]:
+    """The FMU by its name, and notes.
+
+    ``version``, {2, 3}: of FMI; ``what``, {"controller", "plant", "loop"}.
+    """
+    name = f"cabledrive_{what}"
+    if what == "controller":
+        code = controller_code(source, target_program(source.law))
+    else:
+        code = system_code(source, what)
+    variables = variables_of(source, what)
+    sources = code | _shell(source, version, what, variables, code)
+    files: dict[str, bytes] = {f"sources/{each}": text.encode() for each, text in sources.items()}
+    token = token_of(code)
+    files["modelDescription.xml"] = _description(source, version, what, variables, token).encode()
+    if version == 3:
+        build = templates().get_template("buildDescription.xml.jinja")
+        files["sources/buildDescription.xml"] = build.render(name=name, compiled=_compiled(what)).encode()
+    notes = list(source.notes) + ([NOTE] if what != "controller" else [])
+    binary = compiled_library(sources, _compiled(what), name)
+    if binary is None:
+        notes.append(NO_COMPILER)
+    else:
+        files[f"binaries/{binary_folder(version)}/{name}{_suffix()}"] = binary
+    return {f"{name}.fmu": archive(files)}, notes
+
+
+def variables_of(source: ExportSource, what: str) -> list[Variable]:
+    """Inputs, parameters and outputs, in the order of their reference numbers."""
+    law = source.law
+    readings = [f"{name}_encoder" for name in law.encoders]
+    disturbances = [
+        Variable(name=f"{on}_torque", causality="input", unit="N.m", about=f"disturbing torque on the {on}")
+        for on in ("motor", "load")
+    ]
+    command = Variable(name="command", causality="output", unit="N.m", about="limited command")
+    kept = Variable(name="kept", causality="output", unit="", about="1 where the last command was kept")
+    if what == "controller":
+        seen = [Variable(name=one, causality="input", unit="rad", about="angle read") for one in readings]
+        rows = [
+            Variable(name=f"ref_{i}", causality="input", unit="", about=column)
+            for i, column in enumerate(law.columns)
+        ]
+        return [*seen, *rows, command, kept]
+    shafts = plant_source(source).shafts
+    outputs = [Variable(name=one, causality="output", unit="rad", about="angle read") for one in readings]
+    for unit, kind in (("rad", "angle"), ("rad/s", "speed")):
+        outputs += [
+            Variable(name=f"{one}_{kind}", causality="output", unit=unit, about=f"true {kind} of the {one}")
+            for one in shafts
+        ]
+    outputs.append(
+        Variable(name="slip", causality="output", unit="", about="1, -1: the motor slips; 0: sticks")
+    )
+    if what == "plant":
+        given = Variable(name="command", causality="input", unit="N.m", about="torque asked of the motor")
+        return [given, *disturbances, *outputs]
+    motion = [
+        Variable(
+            name="angle", causality="parameter", unit="rad", about="of the load, there and back", start=0.5
+        ),
+        Variable(name="rise", causality="parameter", unit="s", about="time of a move", start=0.5),
+        Variable(name="dwell", causality="parameter", unit="s", about="rest after a move", start=0.5),
+        Variable(name="pulses", causality="parameter", unit="", about="how many", start=1.0),
+    ]
+    wanted = Variable(
+        name="wanted", causality="output", unit="rad", about="wanted load angle of the last sample"
+    )
+    return [*motion, *disturbances, command, kept, wanted, *outputs]
+
+
+def token_of(code: Mapping[str, str]) -> str:
+    """Identity of an FMU, by its translated sources."""
+    digest = hashlib.sha256("".join(code[name] for name in sorted(code)).encode()).hexdigest()
+    return f"{{{digest[:8]}-{digest[8:12]}-{digest[12:16]}-{digest[16:20]}-{digest[20:32]}}}"
+
+
+def _compiled(what: str) -> list[str]:
+    return ["fmu.c", "cabledrive_law.c" if what == "controller" else f"cabledrive_{what}.c"]
+
+
+def _shell(
+    source: ExportSource, version: int, what: str, variables: list[Variable], code: Mapping[str, str]
+) -> dict[str, str]:
+    shafts = () if what == "controller" else plant_source(source).shafts
+    part = templates().get_template("fmu_part.c.jinja")
+    words: dict[str, Any] = {"what": what, "variables": variables, "token": token_of(code), "shafts": shafts}
+    return {
+        "part.c": part.render(**words, encoders=source.law.encoders, literal=Precision().literal),
+        "fmu.c": templates().get_template(f"fmi{version}.c.jinja").render(),
+    }
+
+
+def _description(source: ExportSource, version: int, what: str, variables: list[Variable], token: str) -> str:
+    named = source.drive.name if source.drive is not None else "drive"
+    return (
+        templates()
+        .get_template(f"fmi{version}.xml.jinja")
+        .render(
+            name=f"cabledrive_{what}",
+            title=f"{named}: {what}" + ("" if what == "plant" else f", law {source.law.name}"),
+            token=token,
+            version=__version__,
+            compiled=_compiled(what),
+            units=sorted({variable.unit for variable in variables if variable.unit}),
+            variables=variables,
+            step=repr(source.law.sample_time),
+            stop=repr(1000 * source.law.sample_time),
+        )
+    )
+
+
+def compiled_library(sources: Mapping[str, str], compiled: list[str], name: str) -> bytes | None:
+    """The shared library of an FMU; none where no compiler is at hand."""
+    compiler = shutil.which("cc")
+    if compiler is None or platform.system() == "Windows":
+        return None
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder)
+        for each, text in sources.items():
+            (place / each).write_text(text, encoding="utf-8")
+        command = [compiler, *FLAGS, *compiled, "-lm", "-o", name + _suffix()]
+        subprocess.run(command, cwd=place, check=True, capture_output=True)
+        return (place / (name + _suffix())).read_bytes()
+
+
+def _suffix() -> str:
+    return ".dylib" if platform.system() == "Darwin" else ".so"
+
+
+def binary_folder(version: int) -> str:
+    """Folder of this platform's binary in an FMU."""
+    system, machine = platform.system(), platform.machine().lower()
+    if version == 2:
+        return "darwin64" if system == "Darwin" else "linux64"
+    cpu = {"amd64": "x86_64", "arm64": "aarch64"}.get(machine, machine)
+    return f"{cpu}-{'darwin' if system == 'Darwin' else 'linux'}"
+
+
+def archive(files: Mapping[str, bytes]) -> bytes:
+    """A ZIP archive, the same for the same files."""
+    target = io.BytesIO()
+    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as made:
+        for name in sorted(files):
+            made.writestr(zipfile.ZipInfo(name, MADE), files[name], zipfile.ZIP_DEFLATED)
+    return target.getvalue()

@@ -1,0 +1,169 @@
+"""FMUs validate, step as the interpreted loop to the bit, and refuse what they do not offer."""
+
+import shutil
+from functools import cache
+
+import numpy as np
+import pytest
+
+from cabledrive.export.door import write_folder
+from cabledrive.export.fmu import archive, fmu_package, variables_of
+from cabledrive.export.plant_source import plant_source
+from cabledrive.export.self_test import self_test
+from cabledrive.export.system_package import new_loop, system_package
+from cabledrive.export.translation.source import interpreted
+from cabledrive.rig.closed_loop.target_plant_kernels import loop_step
+from export.compilers import COMPILERS, WARNINGS, checked
+from export.designs import source_of
+
+fmpy = pytest.importorskip("fmpy", reason="needs fmpy")
+pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+ERROR = 3
+
+
+@cache
+def package(version: int, what: str, law: str = "darc-4") -> bytes:
+    files, _ = fmu_package(source_of(law), version, what)
+    return next(iter(files.values()))
+
+
+class Slave:
+    """An FMU stepped by hand."""
+
+    def __init__(self, folder, version: int, what: str, law: str = "darc-4"):
+        path = folder / "one.fmu"
+        path.write_bytes(package(version, what, law))
+        self.described = fmpy.read_model_description(str(path))
+        kind = {2: fmpy.fmi2.FMU2Slave, 3: fmpy.fmi3.FMU3Slave}[version]
+        self.version, self.place = version, fmpy.extract(str(path), str(folder / "fmu"))
+        identity = {2: self.described.guid, 3: self.described.instantiationToken}[version]
+        self.fmu = kind(
+            guid=identity,
+            unzipDirectory=self.place,
+            modelIdentifier=self.described.coSimulation.modelIdentifier,
+            instanceName="one",
+        )
+        self.numbers = {one.name: one.valueReference for one in self.described.modelVariables}
+        self.fmu.instantiate()
+
+    def start(self, **values):
+        if self.version == 2:
+            self.fmu.setupExperiment(startTime=0.0)
+        self.set(**values)
+        self.fmu.enterInitializationMode()
+        self.fmu.exitInitializationMode()
+
+    def set(self, **values):
+        if values:
+            setter = self.fmu.setReal if self.version == 2 else self.fmu.setFloat64
+            setter([self.numbers[name] for name in values], list(values.values()))
+
+    def get(self, *names):
+        getter = self.fmu.getReal if self.version == 2 else self.fmu.getFloat64
+        return list(getter([self.numbers[name] for name in names]))
+
+    def step(self, k: int, size: float):
+        self.fmu.doStep(currentCommunicationPoint=k * size, communicationStepSize=size)
+
+
+@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("what", ["controller", "plant", "loop"])
+def test_the_description_is_valid(version, what, tmp_path):
+    from fmpy.validation import validate_fmu
+
+    (tmp_path / "one.fmu").write_bytes(package(version, what))
+    assert validate_fmu(str(tmp_path / "one.fmu")) == []
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_the_controller_steps_as_the_interpreted_kernel_to_the_bit(version, tmp_path):
+    law = source_of("darc-4").law
+    vectors = self_test(law, 300)
+    one = Slave(tmp_path, version, "controller")
+    one.start()
+    names = [v.name for v in variables_of(source_of("darc-4"), "controller") if v.causality == "input"]
+    found = []
+    for k, row in enumerate(np.column_stack((vectors.readings, vectors.references)).tolist()):
+        one.set(**dict(zip(names, row, strict=True)))
+        one.step(k, law.sample_time)
+        found.append(one.get("command")[0])
+    assert found == vectors.commands.tolist()
+
+
+@pytest.mark.kernel  # cabledrive.rig.closed_loop.target_plant_kernels
+@pytest.mark.parametrize(
+    "law, samples",
+    [("darc-4", 150), *(pytest.param(law, 10_000, marks=pytest.mark.verify) for law in ("darc-4", "lqg"))],
+)
+def test_the_loop_steps_as_the_interpreted_loop_to_the_bit(law, samples, tmp_path, measured):
+    source = source_of(law)
+    plant = plant_source(source)
+    state, step = new_loop(source.law, plant), interpreted(loop_step)
+    angle, rise, dwell = 0.3, 0.2 * samples * source.law.sample_time, 0.1 * samples * source.law.sample_time
+    state.path.motion.scalars[:] = (source.law.load_gear * angle, rise, dwell, 1.0)
+    one = Slave(tmp_path, 2, "loop", law)
+    one.start(angle=angle, rise=rise, dwell=dwell, pulses=1.0)
+    numbers = (source.law.observer, source.law.law, source.law.reference, source.law.torque_limit)
+    for k in range(samples):
+        push = 0.01 if k % 60 > 30 else 0.0
+        command, _ = step(plant.plant, plant.kinks, plant.rig, *numbers, state, 0.0, push)
+        one.set(load_torque=push)
+        one.step(k, source.law.sample_time)
+        found = one.get("command", "load_angle", "motor_speed", "slip")
+        x = state.plant.x
+        assert found == [command, x[2], x[3], float(state.plant.discrete[0])], f"sample {k}"
+    measured(f"{law}: {samples} samples equal to the bit")
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_a_step_of_another_size_is_an_error(version, tmp_path):
+    one = Slave(tmp_path, version, "plant")
+    one.start()
+    with pytest.raises(fmpy.fmi1.FMICallException if version == 2 else Exception) as failed:
+        one.step(0, 1e-3)
+    assert getattr(failed.value, "status", ERROR) == ERROR
+    assert one.get("load_angle") == [0.0]
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_a_state_can_be_kept_and_taken_up_again(version, tmp_path):
+    one = Slave(tmp_path, version, "plant")
+    one.start()
+    time = source_of("darc-4").law.sample_time
+
+    def run(first: int) -> list[float]:
+        angles = []
+        for k in range(first, first + 40):
+            one.set(command=0.2)
+            one.step(k, time)
+            angles += one.get("load_angle")
+        return angles
+
+    run(0)
+    fmu = one.fmu
+    kept = fmu.getFMUstate() if version == 2 else fmu.getFMUState()
+    first = run(40)
+    (fmu.setFMUstate if version == 2 else fmu.setFMUState)(kept)
+    assert run(40) == first
+    assert first[-1] > 0.0
+
+
+def test_another_identity_is_refused(tmp_path):
+    one = Slave(tmp_path, 2, "plant")
+    one.fmu.guid = "{0}"
+    with pytest.raises(Exception, match="instantiate"):
+        one.fmu.instantiate()
+
+
+def test_the_same_source_gives_the_same_archive():
+    files = {"a": b"1", "b": b"2"}
+    assert archive(files) == archive(dict(reversed(files.items())))
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("what", ["plant", "loop"])
+def test_plant_and_loop_in_c_are_the_interpreted_kernels_to_the_bit(what, tmp_path):
+    write_folder(tmp_path / "c", system_package(source_of("darc-4"), what))
+    for compiler in COMPILERS:
+        done = checked(tmp_path / "c", "-O2", *WARNINGS, compiler=compiler)
+        assert done.returncode == 0, done.stdout

@@ -1,0 +1,156 @@
+"""Models for other programs: MuJoCo, Modelica, printer firmware."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+import cabledrive as cd
+from cabledrive.export import export_to
+from cabledrive.export.drive_source import lumped_models
+from cabledrive.export.mjcf import mjcf_files
+from cabledrive.export.modelica import modelica_files
+from cabledrive.reduction.lumped_chain import state_space
+
+DRIVES = ("dissertation-2", "dissertation-3")
+
+
+@pytest.mark.parametrize("name", DRIVES)
+def test_mujoco_oscillates_at_the_frequencies_of_the_chain(name, measured):
+    """Stiffness by MuJoCo's own passive forces, inertia by its own accelerations."""
+    mujoco = pytest.importorskip("mujoco", reason="needs mujoco")
+    drive = cd.load_drive(name)
+    files = mjcf_files(drive)
+    gaps = []
+    for number, chain in lumped_models(drive).items():
+        model = mujoco.MjModel.from_xml_string(files[f"model-{number}.xml"])
+        data, n = mujoco.MjData(model), chain.size
+        stiffness, inertia = np.zeros((n, n)), np.zeros((n, n))
+        model.dof_frictionloss[:] = 0.0
+        mujoco.mj_forward(model, data)
+        rest = data.qfrc_passive.copy()
+        for i in range(n):
+            data.qpos[:] = np.eye(n)[i] * 1e-3
+            mujoco.mj_forward(model, data)
+            stiffness[:, i] = -(data.qfrc_passive - rest) / 1e-3
+            data.qpos[:] = 0.0
+            data.qfrc_applied[:] = np.eye(n)[i]
+            mujoco.mj_forward(model, data)
+            with_torque = data.qacc.copy()
+            data.qfrc_applied[:] = 0.0
+            mujoco.mj_forward(model, data)
+            inertia[:, i] = with_torque - data.qacc
+        found = np.sqrt(np.sort(np.abs(np.linalg.eigvals(inertia @ stiffness))))
+        a, _ = state_space(chain)
+        wanted = np.sqrt(np.sort(np.abs(np.linalg.eigvals(-a[n:, :n]))))
+        gaps.append(np.abs(found - wanted).max() / max(wanted.max(), 1.0))
+    measured(f"{name}: {max(gaps):.1e}")
+    assert max(gaps) < 1e-5, f"observed {gaps}"
+
+
+def test_mujoco_runs_the_free_oscillation_in_time():
+    mujoco = pytest.importorskip("mujoco", reason="needs mujoco")
+    drive = cd.load_drive("dissertation-3")
+    chain = lumped_models(drive)[3]
+    model = mujoco.MjModel.from_xml_string(mjcf_files(drive)["model-3.xml"])
+    model.dof_damping[:], model.dof_frictionloss[:], model.tendon_damping[:] = 0.0, 0.0, 0.0
+    data = mujoco.MjData(model)
+    data.qpos[-1] = 0.01
+    twist = []
+    for _ in range(20_000):
+        mujoco.mj_step(model, data)
+        twist.append(data.qpos[0] - data.qpos[1])
+    twist = np.array(twist) - np.mean(twist)
+    crossings = np.flatnonzero((twist[:-1] < 0.0) & (twist[1:] >= 0.0))
+    share = twist[crossings] / (twist[crossings] - twist[crossings + 1])
+    times = (crossings + share) * model.opt.timestep
+    hertz = (len(times) - 1) / (times[-1] - times[0])
+    k = chain.stiffness[0] * chain.ratios[0][0] * chain.ratios[0][1]
+    wanted = np.sqrt(k * (1 / chain.inertias[0] + 1 / chain.inertias[1])) / (2 * np.pi)
+    assert hertz == pytest.approx(wanted, rel=1e-4)
+
+
+@pytest.mark.parametrize("name", DRIVES)
+def test_the_equations_of_the_modelica_text_are_those_of_the_chain(name):
+    """Its equations, evaluated in Python line by line, accelerate as the state space does."""
+    drive = cd.load_drive(name)
+    generator = np.random.default_rng(3)
+    for number, chain in lumped_models(drive).items():
+        text = modelica_files(drive)[f"Model{number}.mo"]
+        n = chain.size
+        angle, speed = generator.standard_normal(n), generator.standard_normal(n)
+        values = {"angle": angle, "speed": speed, "torque": 0.7, "load_torque": -0.2, "tanh": np.tanh}
+        for key, value in re.findall(r"parameter Real (\w+)(?:\[n\])?(?:\(.*?\))? = (.*?);", text):
+            values[key] = eval(value.replace("{", "[").replace("}", "]"))
+        equations = text.partition("\nequation\n")[2].partition("\nend ")[0].replace("\n", " ").split(";")
+        acceleration = {}
+        for one in filter(None, map(str.strip, equations)):
+            left, right = one.split(" = ", 1)
+            right = re.sub(r"\[(\d+)\]", lambda hit: f"[{int(hit[1]) - 1}]", right)
+            if left.startswith("stretch"):
+                values[left] = eval(right, values)
+                values[f"rate_{left}"] = eval(right.replace("angle", "speed"), values)
+            elif left.startswith("inertia"):
+                i = int(left[8])
+                acceleration[i] = eval(right, values) / chain.inertias[i - 1]
+            elif left.startswith("force"):
+                values[left] = eval(re.sub(r"der\((\w+)\)", r"rate_\1", right), values)
+            else:
+                assert one == "der(angle) = speed"
+        a, b = state_space(chain)
+        torques = np.array(chain.offsets) - np.array(chain.coulomb) * np.tanh(50.0 * speed)
+        torques[0] += 0.7
+        torques[-1] += -0.2
+        wanted = (a @ np.concatenate((angle, speed)) + b @ torques)[n:]
+        found = np.array([acceleration[i + 1] for i in range(n)])
+        np.testing.assert_allclose(found, wanted, rtol=1e-10, atol=1e-10 * np.abs(wanted).max())
+
+
+def shaper_json(folder, **changes):
+    data = {
+        "axis": "x",
+        "recommended": "mzv",
+        "recommended_shaper": {"frequency_hz": 48.34},
+        "damping": 0.1,
+        "configuration": "[input_shaper]\nshaper_type_x: mzv\nshaper_freq_x: 48.3",
+    } | changes
+    (folder / "shaper.json").write_text(json.dumps(data))
+    return folder / "shaper.json"
+
+
+def test_klipper_gets_its_lines(tmp_path):
+    found = export_to(tmp_path / "out", shaper_json(tmp_path), "klipper")
+    assert found["files"] == ["marlin.gcode", "printer.cfg"]
+    assert "shaper_freq_x: 48.3" in (tmp_path / "out" / "printer.cfg").read_text()
+    assert (
+        (tmp_path / "out" / "marlin.gcode").read_text().startswith("M593 X F48.3 D0.1 ; Marlin has ZV alone")
+    )
+
+
+@pytest.mark.parametrize(
+    "format, source, options, named",
+    [
+        ("klipper", {"axis": None}, {}, "axis"),
+        ("klipper", {"recommended_shaper": None}, {}, "no answer of shaper"),
+        ("st", None, {}, "Structured Text"),
+        ("mjcf", None, {"what": "loop"}, "loop"),
+        ("fmu2", None, {"float32": True}, "float32"),
+        ("mjcf", None, {"float32": True}, "float32"),
+    ],
+)
+def test_what_a_format_does_not_hold_is_one_line(format, source, options, named, tmp_path):
+    given = "dissertation-3" if source is None else shaper_json(tmp_path, **source)
+    with pytest.raises(cd.InputRefused, match=named) as refusal:
+        export_to(tmp_path / "out", given, format, **options)
+    assert "\n" not in str(refusal.value)
+    assert not (tmp_path / "out").exists()
+
+
+def test_mechanics_of_a_study_are_those_of_its_identified_drive(tmp_path):
+    (tmp_path / "study").mkdir()
+    changed = cd.load_drive("dissertation-3", overrides=["pulley.1.inertia=0.003"])
+    cd.save_drive(changed, str(tmp_path / "study" / "drive.toml"))
+    found = export_to(tmp_path / "out", tmp_path / "study", "mjcf")
+    assert found["drive_hash"] == cd.content_hash(changed)
+    assert "0.003" in (tmp_path / "out" / "model-3.xml").read_text()
