@@ -1,0 +1,95 @@
+"""One control step of Model 4 in exported C beside the same kernels in machine code by numba, on one core."""
+
+import ctypes
+import json
+import subprocess
+import tempfile
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from case_control_step import LAWS, made, steps
+from harness import duration, side_by_side, table
+
+import cabledrive as cd
+from cabledrive.export.c99 import controller_package
+from cabledrive.export.source import ExportSource
+from cabledrive.export.stack_usage import stack_bytes
+from cabledrive.rig.closed_loop.loop import loop_at_rest
+from cabledrive.rig.laws.controller_file import controller_from, controller_numbers
+
+TITLE = "One control step in exported C"
+TARGET, COMPILERS = 150e-9, ("gcc", "clang")
+REPLAY = """
+#include "cabledrive_law.h"
+double replay(const double *y, const double *ref, long n)
+{
+    static cd_law law;
+    double total = 0.0, u = 0.0;
+    cd_init(&law, y);
+    for (long k = 0; k < n; ++k) {
+        cd_step(&law, y + k * CD_READINGS, ref + k * CD_REFERENCES, &u);
+        total += u;
+    }
+    return total;
+}
+"""
+
+
+def report() -> str:
+    rows = []
+    for label, (name, _) in LAWS.items():
+        loop, readings, _ = made(name, "printed")
+        data = controller_numbers(loop, cd.load_drive("dissertation-3"), "motor")
+        law = controller_from(json.loads(json.dumps(data)), name)
+        files = controller_package(ExportSource(law=law, data=data, drive=None))
+        contestants = {"numba": partial(by_numba, replace(loop, observer=law.observer), readings)}
+        reference = np.ascontiguousarray(loop.controller.reference)
+        for compiler in COMPILERS:
+            contestants[compiler] = partial(by_c, library(files, compiler), readings, reference)
+        times = side_by_side(contestants)
+        each = {one: 1e9 * timing.median / len(readings) for one, timing in times.items()}
+        stack = stack_bytes(files)
+        for one, timing in times.items():
+            below = "yes" if 1e-9 * each[one] < TARGET else "no"
+            rows.append(
+                (label, one, duration(timing), f"{each[one]:.0f} ns", below, stack if one == "gcc" else "")
+            )
+    note = (
+        "The same readings and reference rows; the filter at the gain on which it settles. C: -O2 -ffp-contract=off, every "
+        "sum in the order of the Python; numba may reorder them. Stack: the sum over all functions in bytes, as gcc counts "
+        "it; no heap. Target: less than 150 ns, less than 1 kB."
+    )
+    return table(["law", "by", "whole motion", "one step", "below 150 ns", "stack"], rows) + "\n\n" + note
+
+
+def library(files: dict[str, str], compiler: str) -> ctypes.CDLL:
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder)
+        for name in ("cabledrive_law.h", "cabledrive_law.c"):
+            (place / name).write_text(files[name])
+        (place / "replay.c").write_text(REPLAY)
+        command = [
+            compiler,
+            "-std=c99",
+            "-O2",
+            "-ffp-contract=off",
+            "-shared",
+            "-fPIC",
+            "replay.c",
+            "cabledrive_law.c",
+        ]
+        subprocess.run([*command, "-lm", "-o", "law.so"], cwd=place, check=True)
+        return ctypes.CDLL(str(place / "law.so"))
+
+
+def by_c(law: ctypes.CDLL, readings: np.ndarray, reference: np.ndarray) -> float:
+    law.replay.restype = ctypes.c_double
+    address = [ctypes.c_void_p(array.ctypes.data) for array in (readings, reference)]
+    return law.replay(*address, ctypes.c_long(len(readings)))
+
+
+def by_numba(loop, readings: np.ndarray) -> float:
+    state, made = loop_at_rest(loop), loop.controller
+    return steps(loop.observer, made.law, made.reference, readings, loop.rig.torque_limit, state)
