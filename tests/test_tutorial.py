@@ -2,6 +2,8 @@
 
 import re
 import shlex
+import shutil
+import subprocess
 import tomllib
 from pathlib import Path
 
@@ -35,6 +37,10 @@ def test_the_tutorial_runs_from_an_empty_folder_and_prints_what_it_shows(tmp_pat
             assert done.stdout == shown, line
     listed = re.findall(r"^\| `([\w.]+)/?` \|", TUTORIAL, re.M)
     assert sorted(path.name for path in Path("study").iterdir()) == sorted(listed)
+    line, shown = re.search(r"^\$ (cd firmware .+)\n((?:(?!```).*\n)*)", TUTORIAL, re.M).groups()
+    if shutil.which("cc"):
+        done = subprocess.run(line, shell=True, capture_output=True, text=True, check=False)
+        assert (done.returncode, done.stdout) == (0, shown), done.stderr
 
 
 @pytest.mark.parametrize("line", re.findall(r"^\$ cabledrive (.+)", HOWTO, re.M))
