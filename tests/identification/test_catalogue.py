@@ -125,3 +125,12 @@ def test_a_fit_that_runs_away_under_its_own_torque_is_a_finding_and_no_crash():
     found = identify(log_from(made(truth, 41)))
     assert found.findings
     assert found.refused
+
+
+@pytest.mark.parametrize("seed", [10_000, 11_000])
+def test_the_instant_of_the_convention_is_within_the_interval_of_a_precise_log(seed):
+    """Smooth moves known to 1e-4: the instant found, 10 microseconds off, had moved the inertia out."""
+    smooth = next(truth for truth in TRUTHS if truth.name == "sound/servo-smooth/held/fine")
+    silent, blamed, _ = judged(smooth, seed)
+    assert not silent
+    assert not blamed

@@ -34,6 +34,7 @@ from cabledrive.identification.regression import Factors, Fit, only, solve, suit
 from cabledrive.identification.repetition import design_effect
 from cabledrive.identification.rigid_axis import AxisOptions, channels_of
 from cabledrive.identification.torque_timing import (
+    CONVENTIONS,
     FARTHEST,
     NEAR,
     SETTLED,
@@ -76,6 +77,8 @@ def refine_by_prediction(
         if other is not None and other.power < best.power:
             best, other = other, best
     doubts = [_doubt_of_hold(best, logs[0].interval), _doubt_of_observer(best, options.lag)]
+    if options.lag:
+        doubts.append(_doubt_of_instant(best, logs[0].interval))
     if other is not None:
         doubts.append(other.values - best.values)
     extra = _own_error(best.tracks, best.values, best.bandwidths, options.lag)
@@ -155,6 +158,16 @@ def _refined(
     return _Refined(
         timing=timing, tracks=tracks, bandwidths=bandwidths, values=values, fit=fit, runs=runs, power=power
     )
+
+
+def _doubt_of_instant(refined: _Refined, interval: float) -> Array:
+    """What the instant of the convention that the torque's agrees with would change in the parameters."""
+    name = refined.timing.convention(interval)
+    if name is None:
+        return np.zeros(len(BASE))
+    moved = CONVENTIONS[name] * interval - refined.timing.shift
+    along = refined.fit.covariance[: len(BASE), -1] / refined.fit.covariance[-1, -1]
+    return np.asarray(moved * along)
 
 
 def _doubt_of_observer(refined: _Refined, lag: bool) -> Array:
