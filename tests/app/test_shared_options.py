@@ -39,7 +39,7 @@ CONTRACT = {
     "study",
     "reproduce",
 }
-MORE = {"report", "camera", "sweep", "export", "compare"}
+MORE = {"report", "camera", "sweep", "sensitivity", "tolerance", "export", "compare"}
 
 
 def test_every_command_is_one_of_the_contract_or_named_here():
@@ -88,6 +88,10 @@ def test_help_has_one_example_and_it_runs(name, tmp_path, monkeypatch):
     if "campaign.toml" in arguments:
         (tmp_path / "campaign.toml").write_text(CAMPAIGN)
         arguments = ["1" if word == "2" else word for word in arguments]  # two are tested elsewhere
+    if "campaign.zarr" in arguments[1:2]:
+        groups = CAMPAIGN.replace(", n = 4", "").replace('"grid"', '"saltelli"\nbase = 64')
+        (tmp_path / "groups.toml").write_text(groups)
+        assert call("sweep", "groups.toml", "-o", "campaign.zarr", "--workers", "1").exit_code == 0
     if "clip.avi" in arguments:
         film(tmp_path / "clip.avi")
     done = call(*arguments)
@@ -285,7 +289,8 @@ def test_help_lists_every_command_once_under_a_heading_with_a_whole_sentence():
 def test_every_command_answers_in_json_quietly_or_at_length(name):
     options = {opt for option in main.get_command(Context(main), name).params for opt in option.opts}
     assert {"--json", "--quiet", "--verbose"} <= options
-    assert "--output" not in options or "--force" in options, f"{name} writes and has no --force"
+    writes = "--output" in options and name != "sensitivity"  # where it names an output of the store
+    assert not writes or "--force" in options, f"{name} writes and has no --force"
 
 
 def test_output_names_a_path_wherever_there_is_o(tmp_path):
@@ -293,7 +298,7 @@ def test_output_names_a_path_wherever_there_is_o(tmp_path):
     for name in main.list_commands(Context(main)):
         options = [option.opts for option in main.get_command(Context(main), name).params]
         for opts in options:
-            assert ("-o" in opts) == ("--output" in opts) or name == "response", (name, opts)
+            assert ("-o" in opts) == ("--output" in opts) or name in ("response", "sensitivity"), (name, opts)
     assert "-o, --output" in call("response", "--help").stdout
 
 

@@ -246,3 +246,19 @@ def test_a_second_driver_on_the_same_store_is_refused(sweep, tmp_path):
     with only_driver(store, ""):
         line = refusal("sweep", str(tmp_path / "spec.toml"), "-o", str(store), "--workers", "1")
     assert "another process" in line
+
+
+def test_rows_at_once_and_rows_one_by_one_are_the_same(sweep, monkeypatch):
+    """Rows of every kind of motor, some refused, at once and by the single command's function."""
+    text = 'drive = "DRIVE"\n[vary]\n"pulley.0.radius" = { values = ["3 cm", -1.0, "5 cm"] }\n'
+    text += '"cable.pretension" = { from = "3 N", to = "9 N", n = 3 }\n[design]\nkind = "grid"\n'
+    text += '[compute]\nwhat = "modes"\ncount = 4\n'
+    for name in ("dissertation-2", "dissertation-3"):
+        _, at_once = sweep(text.replace("DRIVE", name), name=f"{name}-a.zarr")
+        with monkeypatch.context() as patch:
+            patch.setattr("cabledrive.campaign.many_modes.fits", lambda spec: False)
+            _, singly = sweep(text.replace("DRIVE", name), name=f"{name}-b.zarr")
+        assert at_once.code.values.tolist() == [0, 0, 0, 2, 2, 2, 0, 0, 0]
+        np.testing.assert_allclose(at_once.longitudinal_hz, singly.longitudinal_hz, rtol=1e-12)
+        for same in ("code", "reason", "longitudinal_proven", "seed"):
+            assert at_once[same].values.tolist() == singly[same].values.tolist()

@@ -184,6 +184,14 @@ class NamedComputation:
         """Compute one row."""
         return kinds()[self.what].one(row)
 
+    def many(self, spec: Any, values: Mapping[str, NDArray[Any]]) -> Any:
+        """Compute many rows at once where there is a way, see `cabledrive.campaign.rows.ManyRows`."""
+        from cabledrive.campaign import many_modes
+
+        if self.what == "modes" and many_modes.fits(spec):
+            return many_modes.many_modes(spec, values)
+        return None
+
 
 def kinds() -> dict[str, Kind]:
     """Every computation that a SPEC can name."""

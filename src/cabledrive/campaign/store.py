@@ -90,6 +90,7 @@ def _fill(folder: Path, spec: CampaignSpec, chunk: int) -> None:
             "chunk": chunk,
             "rows": rows,
             "varied": list(spec.units),
+            "axes": [list(axis.units) for axis in spec.axes],
             "environment": environment(),
         }
     )

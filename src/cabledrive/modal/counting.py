@@ -23,7 +23,7 @@ from cabledrive.mechanics.stiffness_matrix import dynamic_stiffness, free_joints
 from cabledrive.modal import counting_kernels
 from cabledrive.modal.polish import LONG_CHAIN
 
-_CUT_SHARES = ((0.382, 0.146), (0.236, 0.71), (0.618, 0.31), (0.09, 0.854))
+CUT_SHARES = ((0.382, 0.146), (0.236, 0.71), (0.618, 0.31), (0.09, 0.854))
 _CLEAR = 1e-13
 
 
@@ -62,7 +62,7 @@ class ModeCounter:
         best, clearest = self._kernel(omega, *self._cut(self._clear_cut))
         if clearest > _CLEAR:
             return int(best)
-        for number in range(1 + len(_CUT_SHARES)):
+        for number in range(1 + len(CUT_SHARES)):
             count, margin = self._kernel(omega, *self._cut(number))
             if margin > clearest:
                 best, clearest = count, margin
@@ -92,7 +92,7 @@ def _cut_rings(chain: Chain) -> Iterator[tuple[Chain, tuple[int]]]:
     n = chain.masses.size
     yield chain, ((n + 1) // 2,)
     other = max(1, round(0.38 * n))
-    for share, other_share in _CUT_SHARES:
+    for share, other_share in CUT_SHARES:
         pieces = ([(1 - share) * chain.lengths[0]], chain.lengths[1:other])
         cut = chain.lengths[other] * np.array([other_share, 1 - other_share])
         lengths = np.concatenate((*pieces, cut, chain.lengths[other + 1 :], [share * chain.lengths[0]]))

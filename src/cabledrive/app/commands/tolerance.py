@@ -1,0 +1,60 @@
+"""`cabledrive tolerance`: the yield of a campaign against goals, and which key must be tighter."""
+
+from dataclasses import asdict
+from typing import Any
+
+import click
+
+from cabledrive.app.options import Subcommand, answering, saves_answer
+from cabledrive.app.results import Absent, Answer, provenance
+
+METHOD = "share of the rows; conditional yield in twenty parts along each key; Clopper-Pearson, 95 %"
+
+
+@click.command(
+    cls=Subcommand,
+    example="cabledrive tolerance campaign.zarr --goal 'longitudinal_hz[0] > 5.5 Hz' --target 0.95",
+    short_help="Yield of a sweep against goals; which key must be tighter, by how much.",
+)
+@answering
+@saves_answer
+@click.argument("store", metavar="STORE.zarr", type=click.Path())
+@click.option(
+    "--goal", "goals", multiple=True, metavar="GOAL", help='Such as "peak_error_deg < 0.05 deg"; repeatable.'
+)
+@click.option(
+    "--target", type=float, default=0.99, show_default=True, metavar="SHARE", help="Yield that is wanted."
+)
+def command(store: str, goals: tuple[str, ...], target: float) -> Answer:
+    """Yield of the rows of STORE.zarr against every --goal, and the intervals of keys that would raise it."""
+    from cabledrive.campaign.tolerance import tolerance
+
+    found = tolerance(store, list(goals), target=target)
+    keys: dict[str, Any] = {}
+    for key, one in found.keys.items():
+        keys[key] = asdict(one)
+        if one.tightened is None:
+            keys[key]["tightened"] = Absent(reason=f"no interval of this key alone yields {target:.4g}")
+    data = {
+        "goals": [{"goal": goal.text, "output": goal.output, "limit": goal.limit} for goal in found.goals],
+        "target": target,
+        "yield": found.share,
+        "yield_low": found.share_low,
+        "yield_high": found.share_high,
+        "keys": keys,
+    } | {name: getattr(found, name) for name in ("rows", "held", "refused", "failed", "missed")}
+    words = " and ".join(goal.text for goal in found.goals)
+    lines = [
+        f"{100 * found.share:.2f} % of {found.rows} rows hold {words} "
+        f"(95 %: {100 * found.share_low:.2f} to {100 * found.share_high:.2f} %)",
+        *(f"  {count} rows miss {text}" for text, count in found.missed.items() if count),
+    ]
+    if found.refused or found.failed:
+        lines.append(f"  {found.refused} rows were refused, {found.failed} not completed: counted as misses")
+    lines += ["", f"for a yield of {100 * target:.4g} %, one key alone:"]
+    for key, one in found.keys.items():
+        unit = "" if one.unit == "1" else f" {one.unit}"
+        now = f"{one.low:.5g} to {one.high:.5g}{unit}"
+        then = one.tightened and f"{one.tightened.low:.5g} to {one.tightened.high:.5g}{unit}"
+        lines.append(f"  {key:<32} {now}: {then or 'not by this key alone'}")
+    return Answer(data=data, text="\n".join(lines), provenance=provenance(method=METHOD))

@@ -1,0 +1,263 @@
+"""The yield of a campaign against goals, and which key must be tighter, by how much."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.campaign.results import Results, open_results
+from cabledrive.parameters import InputRefused
+from cabledrive.parameters.units import to_si
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+BINS = 20
+"""Equal counts of rows along a key."""
+FEWEST_ROWS = 100
+CONFIDENCE = 0.95
+_GOAL = re.compile(r"\s*([\w\[\]]+)\s*(<=|>=|<|>)\s*(.+?)\s*")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LimitOf:
+    """A goal: a limit of an output.
+
+    Attributes
+    ----------
+    output : str
+    below : bool
+        Whether the limit is an upper one; the limit itself is allowed.
+    limit : float
+        In the unit of the output.
+    text : str
+    """
+
+    output: str
+    below: bool
+    limit: float
+    text: str
+
+    def holds(self, results: Results) -> Flags:
+        """Whether each row holds it, shape (rows,); rows without the output do not."""
+        values = results.output(self.output)
+        return np.asarray(values <= self.limit if self.below else values >= self.limit)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Interval:
+    """A narrower interval of one key, the others as they are.
+
+    Attributes
+    ----------
+    low, high : float
+        In SI.
+    share : float
+        Yield of the rows inside.
+    rows : int
+        Inside.
+    """
+
+    low: float
+    high: float
+    share: float
+    rows: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KeyTolerance:
+    """What a key does to the yield.
+
+    Attributes
+    ----------
+    unit : str
+    low, high : float
+        Smallest and largest value in the campaign, in SI.
+    share_at_low, share_at_high : float
+        Yield of the twentieth of the rows at each end.
+    gain_per_low, gain_per_high : float
+        Gain of the yield per SI unit by which that end is drawn in, at the start.
+    tightened : Interval or None
+        Widest interval in which the yield reaches the target; None: no interval of this key alone does.
+    """
+
+    unit: str
+    low: float
+    high: float
+    share_at_low: float
+    share_at_high: float
+    gain_per_low: float
+    gain_per_high: float
+    tightened: Interval | None
+
+    @property
+    def gain(self) -> float:
+        """Largest gain of the yield when one end is drawn in by a hundredth of the interval."""
+        return 0.01 * (self.high - self.low) * max(self.gain_per_low, self.gain_per_high)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tolerance:
+    """Yield of a campaign.
+
+    Attributes
+    ----------
+    goals : tuple of LimitOf
+    target : float
+        Yield that is wanted.
+    rows, held, refused, failed : int
+        Rows with a status, those that hold every goal, those that were refused or not completed.
+    share, share_low, share_high : float
+        Yield, refused and failed rows counted as not holding, with the 95 % interval of Clopper and Pearson.
+    missed : dict of str to int
+        Rows that miss each goal.
+    keys : dict of str to KeyTolerance
+        By key, the one whose tightening gains most first.
+    """
+
+    goals: tuple[LimitOf, ...]
+    target: float
+    rows: int
+    held: int
+    refused: int
+    failed: int
+    share: float
+    share_low: float
+    share_high: float
+    missed: dict[str, int]
+    keys: dict[str, KeyTolerance]
+
+
+def goal_of(text: str, results: Results) -> LimitOf:
+    """A goal from its text: ``longitudinal_hz[0] > 5.8 Hz``.
+
+    Raises `InputRefused` if it is none, names no output, or its limit has another unit.
+    """
+    found = _GOAL.fullmatch(text)
+    if found is None:
+        raise InputRefused(f'--goal "{text[:60]}" is none: write such as "peak_error_deg < 0.05 deg"')
+    results.output(found[1])
+    unit = results.unit(found[1])
+    try:
+        limit = to_si(found[3], unit) if unit == "1" else _in_unit(found[3], unit)
+    except InputRefused as refusal:
+        raise InputRefused(f"--goal {found[1]}: {refusal}") from None
+    return LimitOf(output=found[1], below=found[2] in ("<", "<="), limit=limit, text=text.strip())
+
+
+def _in_unit(text: str, unit: str) -> float:
+    """A limit in the unit of its output, which may be deg or mm; a bare number is taken to be in it."""
+    try:
+        return float(text)
+    except ValueError:
+        return to_si(text, unit) / to_si(f"1 {unit}", unit)
+
+
+def tolerance(store: str | Path, goals: list[str], *, target: float = 0.99) -> Tolerance:
+    """Yield against goals, and what each key's ends do to it.
+
+    Parameters
+    ----------
+    store : path-like
+    goals : list of str
+        Such as ``["peak_error_deg < 0.05 deg"]``; all have to hold.
+    target : float, default 0.99
+        Yield that is wanted.
+
+    Returns
+    -------
+    Tolerance
+
+    Raises
+    ------
+    InputRefused
+        If a goal is not understood, no goal is given, or fewer than 100 rows are done.
+    """
+    results = open_results(store)
+    if not goals:
+        raise InputRefused('--goal is missing: give such as --goal "peak_error_deg < 0.05 deg"')
+    if not 0.0 < target <= 1.0:
+        raise InputRefused(f"target = {target:.6g} must be above 0 and at most 1: give a share of the rows")
+    limits = tuple(goal_of(text, results) for text in goals)
+    done = results.code >= 0
+    if np.count_nonzero(done) < FEWEST_ROWS:
+        raise InputRefused(
+            f"{np.count_nonzero(done)} rows are done, {FEWEST_ROWS} are needed: finish the sweep"
+        )
+    fine = results.code[done] == 0
+    each = [limit.holds(results)[done] & fine for limit in limits]
+    held = np.all(each, axis=0)
+    low, high = yield_bounds(int(held.sum()), held.size)
+    keys = {}
+    for key in results.keys:
+        values = results.key(key)[done]
+        if np.ptp(values) > 0.0:
+            keys[key] = _key_tolerance(values, held, results.unit(key), target)
+    counts = results.counts
+    return Tolerance(
+        goals=limits,
+        target=target,
+        rows=int(held.size),
+        held=int(held.sum()),
+        refused=counts["refused"],
+        failed=counts["failed"],
+        share=float(held.mean()),
+        share_low=low,
+        share_high=high,
+        missed={
+            limit.text: int(np.count_nonzero(fine & ~ok)) for limit, ok in zip(limits, each, strict=True)
+        },
+        keys=dict(sorted(keys.items(), key=lambda item: -item[1].gain)),
+    )
+
+
+def yield_bounds(held: int, rows: int) -> tuple[float, float]:
+    """Two-sided 95 % interval of Clopper and Pearson."""
+    from scipy.stats import beta
+
+    tail = 0.5 * (1.0 - CONFIDENCE)
+    low = beta.ppf(tail, held, rows - held + 1) if held else 0.0
+    high = beta.ppf(1.0 - tail, held + 1, rows - held) if held < rows else 1.0
+    return float(low), float(high)
+
+
+def _key_tolerance(values: Array, held: Flags, unit: str, target: float) -> KeyTolerance:
+    r"""Yield along one key.
+
+    Of an interval with a share :math:`d` of the rows per SI unit at its end, where the yield is :math:`Y_e`,
+    drawing the end in gains :math:`(Y - Y_e)\,d` per SI unit.
+    """
+    order = np.argsort(values, kind="stable")
+    x, good = values[order], held[order].astype(float)
+    parts = np.array_split(np.arange(x.size), min(BINS, x.size // 5))
+    shares = np.array([good[part].mean() for part in parts])
+    whole = float(good.mean())
+
+    def gain(part: NDArray[np.intp], share: float) -> float:
+        width = float(x[part[-1]] - x[part[0]])
+        return (whole - share) * (part.size / x.size) / width if width > 0.0 else 0.0
+
+    return KeyTolerance(
+        unit=unit,
+        low=float(x[0]),
+        high=float(x[-1]),
+        share_at_low=float(shares[0]),
+        share_at_high=float(shares[-1]),
+        gain_per_low=gain(parts[0], float(shares[0])),
+        gain_per_high=gain(parts[-1], float(shares[-1])),
+        tightened=_widest(x, good, parts, target),
+    )
+
+
+def _widest(x: Array, good: Array, parts: list[NDArray[np.intp]], target: float) -> Interval | None:
+    """The widest run of parts whose yield reaches the target."""
+    best: Interval | None = None
+    for first in range(len(parts)):
+        for last in range(first, len(parts)):
+            a, b = int(parts[first][0]), int(parts[last][-1])
+            share = float(good[a : b + 1].mean())
+            if share >= target and (best is None or x[b] - x[a] > best.high - best.low):
+                best = Interval(low=float(x[a]), high=float(x[b]), share=share, rows=b - a + 1)
+    return best

@@ -1,0 +1,107 @@
+"""Indices, yields and tolerances agree with functions whose answers are known."""
+
+from itertools import chain
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from cabledrive.campaign import run_sweep
+from cabledrive.campaign.sensitivity import indices, sensitivity
+from cabledrive.campaign.tolerance import yield_bounds
+from campaign_computations import Dangerous, Ishigami
+from command import answer, refusal
+
+A, B = 7.0, 0.1
+VARIANCE = A**2 / 8 + B * np.pi**4 / 5 + B**2 * np.pi**8 / 18 + 0.5
+FIRST = np.array([0.5 * (1 + B * np.pi**4 / 5) ** 2, A**2 / 8, 0.0]) / VARIANCE
+TOTAL = FIRST + np.array([1.0, 0.0, 1.0]) * B**2 * np.pi**8 * (1 / 18 - 1 / 50) / VARIANCE
+
+KEYS = "".join(f'"own.x{i}" = {{ from = {-np.pi}, to = {np.pi} }}\n' for i in (1, 2, 3))
+ISHIGAMI = f'drive = "dissertation-3"\n[vary]\n{KEYS}[design]\nkind = "saltelli"\nbase = 512\nseed = 2\n'
+
+
+@pytest.fixture(scope="module")
+def ishigami(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("ishigami")
+    (folder / "spec.toml").write_text(ISHIGAMI)
+    run_sweep(folder / "spec.toml", folder / "store.zarr", computation=Ishigami(), progress=False)
+    return folder / "store.zarr"
+
+
+def test_the_indices_of_ishigami_s_function_lie_in_their_intervals(ishigami):
+    found = answer("sensitivity", str(ishigami), "--output", "y")
+    assert (found["output"], found["rows"], found["groups_left_out"]) == ("y", 512 * 5, 0)
+    assert found["standard_deviation"] == pytest.approx(np.sqrt(VARIANCE), rel=0.03)
+    for i, key in enumerate(f"own.x{n}" for n in (1, 2, 3)):
+        for kind, truth in (("first", FIRST[i]), ("total", TOTAL[i])):
+            index = found[kind][key]
+            assert index["low"] <= truth <= index["high"], (key, kind, index, truth)
+            assert index["high"] - index["low"] < 0.35
+            assert index["low"] <= index["value"] <= index["high"]
+
+
+def test_bootstrap_intervals_hold_the_truth_as_often_as_they_say():
+    """Of y = x1 + 2 x2, x normal: indices 0.2 and 0.8. 95 % intervals, 30 repetitions of 64 groups."""
+    generator, held, asked = np.random.default_rng(4), 0, 0
+    for _ in range(30):
+        a, b = generator.normal(size=(2, 64, 2))
+        mixed = [
+            a[:, 0] * (i != 0) + b[:, 0] * (i == 0) + 2 * (a[:, 1] * (i != 1) + b[:, 1] * (i == 1))
+            for i in (0, 1)
+        ]
+        groups = np.column_stack((a @ [1.0, 2.0], b @ [1.0, 2.0], *mixed))
+        for truth, one in zip((0.2, 0.8, 0.2, 0.8), chain(*indices(groups, generator)), strict=True):
+            held, asked = held + (one.low <= truth <= one.high), asked + 1
+    assert 0.86 <= held / asked <= 0.99, f"{held} of {asked}"
+
+
+def test_refused_rows_leave_out_their_group_and_are_counted(tmp_path):
+    (tmp_path / "spec.toml").write_text(
+        'drive = "dissertation-3"\n[vary]\n"own.x" = { values = [1.0, 2.0, 3.0, 4.0] }\n'
+        '[design]\nkind = "saltelli"\nbase = 64\n'
+    )
+    store = tmp_path / "store.zarr"
+    run_sweep(tmp_path / "spec.toml", store, computation=Dangerous(folder=str(tmp_path)), progress=False)
+    data = xr.open_zarr(store).load()
+    refused = (data.code.values == 2).reshape(64, 3)
+    found = sensitivity(store, "square", generator=np.random.default_rng(0))
+    assert found.refused == np.count_nonzero(refused)
+    assert found.groups_left_out == np.count_nonzero(refused.any(axis=1)) > 0
+    assert found.groups == 64 - found.groups_left_out
+
+
+def test_what_cannot_be_asked_of_a_store_is_refused(ishigami, tmp_path):
+    assert "y" in refusal("sensitivity", str(ishigami), "--output", "z")
+    assert "y" in refusal("sensitivity", str(ishigami), "--output", "y[0]")
+    assert "sweep" in refusal("sensitivity", str(tmp_path), "--output", "y")
+    assert "write such as" in refusal("tolerance", str(ishigami), "--goal", "y is small")
+    assert "m" in refusal("tolerance", str(ishigami), "--goal", "y < 3 m")
+
+
+def test_yield_and_tolerance_of_a_limit_on_one_key(tmp_path):
+    """y = x^2 + noise below 7, x uniform from 0 to 8: y < 23 for x < sqrt(17) always, for x > sqrt(23) never."""
+    (tmp_path / "spec.toml").write_text(
+        'drive = "dissertation-3"\n[vary]\n"own.x" = { from = 0, to = 8 }\n'
+        '"own.idle" = { from = 0, to = 1 }\n'
+        '[design]\nkind = "sobol"\nrows = 2048\n'
+    )
+    store = tmp_path / "store.zarr"
+    run_sweep(tmp_path / "spec.toml", store, computation=Dangerous(folder=str(tmp_path)), progress=False)
+    found = answer("tolerance", str(store), "--goal", "square < 23", "--target", "0.999")
+    assert np.sqrt(17.0) / 8.0 < found["yield"] < np.sqrt(23.0) / 8.0
+    assert found["yield_low"] < found["yield"] < found["yield_high"]
+    first = next(iter(found["keys"]))
+    assert first == "own.x"
+    tight = found["keys"]["own.x"]["tightened"]
+    assert tight["low"] < 0.01
+    assert 3.6 <= tight["high"] <= np.sqrt(17.0) + 0.05
+    assert found["keys"]["own.idle"]["tightened"] is None
+    slope = found["keys"]["own.x"]["gain_per_high"]
+    assert slope == pytest.approx(found["yield"] / 8.0, rel=0.1), "(Y - 0) times the density 1/8"
+
+
+def test_the_interval_of_a_yield_is_that_of_clopper_and_pearson():
+    """10 of 100: 4.90 % to 17.62 %, a table's value; all of n: low end 0.025^(1/n)."""
+    assert yield_bounds(10, 100) == pytest.approx((0.0490, 0.1762), abs=1e-4)
+    assert yield_bounds(20, 20) == pytest.approx((0.025 ** (1 / 20), 1.0))
