@@ -49,7 +49,7 @@ def test_every_command_is_one_of_the_contract_or_named_here():
 CAMPAIGN = """
 drive = "dissertation-3"
 [vary]
-"cable.pretension" = { from = "3 N", to = "9 N", n = 4 }
+"pulley.1.inertia" = { from = 0.002, to = 0.003, n = 4 }
 [design]
 kind = "grid"
 [compute]

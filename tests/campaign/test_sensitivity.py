@@ -71,6 +71,20 @@ def test_refused_rows_leave_out_their_group_and_are_counted(tmp_path):
     assert found.groups == 64 - found.groups_left_out
 
 
+def test_an_output_that_does_not_vary_has_no_indices(tmp_path):
+    text = 'drive = "dissertation-3"\n[vary]\n"own.x" = { values = [2.0] }\n"own.y" = { from = 0, to = 1 }\n'
+    (tmp_path / "spec.toml").write_text(text + '[design]\nkind = "saltelli"\nbase = 16\n')
+
+    class Constant(Dangerous):
+        def one(self, row):
+            return {"square": row.own["x"]}
+
+    store = tmp_path / "store.zarr"
+    constant = Constant(folder=str(tmp_path))
+    run_sweep(tmp_path / "spec.toml", store, computation=constant, progress=False)
+    assert "depends on none" in refusal("sensitivity", str(store), "--output", "square", status=3)
+
+
 def test_what_cannot_be_asked_of_a_store_is_refused(ishigami, tmp_path):
     assert "y" in refusal("sensitivity", str(ishigami), "--output", "z")
     assert "y" in refusal("sensitivity", str(ishigami), "--output", "y[0]")
@@ -80,7 +94,7 @@ def test_what_cannot_be_asked_of_a_store_is_refused(ishigami, tmp_path):
 
 
 def test_yield_and_tolerance_of_a_limit_on_one_key(tmp_path):
-    """y = x^2 + noise below 7, x uniform from 0 to 8: y < 23 for x < sqrt(17) always, for x > sqrt(23) never."""
+    """y = x^2 + noise below 7, x uniform from 0 to 8: y < 23 below sqrt(17) always, above sqrt(23) never."""
     (tmp_path / "spec.toml").write_text(
         'drive = "dissertation-3"\n[vary]\n"own.x" = { from = 0, to = 8 }\n'
         '"own.idle" = { from = 0, to = 1 }\n'

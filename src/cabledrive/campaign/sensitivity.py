@@ -108,9 +108,9 @@ def sensitivity(store: str | Path, output: str, *, generator: np.random.Generato
             f"{len(kept)} of {len(groups)} groups are done in all their rows, {FEWEST_GROUPS} are needed: "
             "finish the sweep, or narrow what is varied"
         ).at(str(store))
-    first, total = indices(kept, generator)
-    if not np.all(np.isfinite([index.value for index in first])):
+    if not np.all(np.isfinite(_estimates(kept))):
         raise NotComputed(f"{output} is the same in all {len(kept)} groups: it depends on none of the keys")
+    first, total = indices(kept, generator)
     names = [" + ".join(keys) for keys in axes]
     samples = kept[:, :2]
     counts = results.counts
