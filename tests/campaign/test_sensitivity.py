@@ -1,11 +1,14 @@
 """Indices, yields and tolerances agree with functions whose answers are known."""
 
+import re
+from base64 import b64decode
 from itertools import chain
 
 import numpy as np
 import pytest
 import xarray as xr
 
+import cabledrive as cd
 from cabledrive.campaign import run_sweep
 from cabledrive.campaign.sensitivity import indices, sensitivity
 from cabledrive.campaign.tolerance import yield_bounds
@@ -119,3 +122,28 @@ def test_the_interval_of_a_yield_is_that_of_clopper_and_pearson():
     """10 of 100: 4.90 % to 17.62 %, a table's value; all of n: low end 0.025^(1/n)."""
     assert yield_bounds(10, 100) == pytest.approx((0.0490, 0.1762), abs=1e-4)
     assert yield_bounds(20, 20) == pytest.approx((0.025 ** (1 / 20), 1.0))
+
+
+def test_the_page_of_a_campaign_needs_nothing_else_and_gives_the_worst_machines_with_their_files(tmp_path):
+    (tmp_path / "spec.toml").write_text(
+        'drive = "dissertation-3"\n[vary]\n"cable.pretension" = { from = "-0.2 N", to = "7 N" }\n'
+        '"pulley.1.inertia" = { normal = ["23.5 kg cm^2", "1 kg cm^2"] }\n'
+        '[design]\nkind = "sobol"\nrows = 128\n[compute]\nwhat = "modes"\ncount = 2\n'
+    )
+    store, page = tmp_path / "store.zarr", tmp_path / "page.html"
+    run_sweep(tmp_path / "spec.toml", store, progress=False)
+    answer("report", str(store), "--goal", "longitudinal_hz[0] < 5.9 Hz", "-o", str(page))
+    html = page.read_text()
+    assert not re.findall(r'(?:src|href)="(?!data:|#)', html)
+    assert "must be above 0" in html
+    data = xr.open_zarr(store).load()
+    held = float(np.mean((data.code == 0) & (data.longitudinal_hz[:, 0] < 5.9)))
+    assert f"{100 * held:.2f}" in html
+    files = [b64decode(text) for text in re.findall(r"data:application/toml;base64,([\w+/=]+)", html)]
+    assert len(files) == 10
+    worst = int(np.nanargmax(data.longitudinal_hz[:, 0]))
+    (tmp_path / "worst.toml").write_bytes(files[0])
+    drive = cd.load_drive(tmp_path / "worst.toml")
+    assert drive.cable.pretension == float(data["cable.pretension"][worst])
+    assert drive.load_pulley.inertia == float(data["pulley.1.inertia"][worst])
+    assert "--goal" in refusal("report", "elevator", "--goal", "y < 3", "-o", str(tmp_path / "b.html"))

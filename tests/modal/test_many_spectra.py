@@ -1,4 +1,7 @@
-"""Spectra of many drives in one call equal those of each drive alone."""
+"""Spectra of many drives in one call equal those of each drive alone.
+
+The kernels are those of cabledrive.modal.batch_kernels and cabledrive.modal.batch_counting_kernels.
+"""
 
 import numpy as np
 import pytest
@@ -6,7 +9,7 @@ import pytest
 import cabledrive as cd
 from cabledrive.mechanics.chain import Chain
 from cabledrive.mechanics.spans import longitudinal_chains
-from cabledrive.modal.batch import ChainBatch, many_spectra  # compiles cabledrive.modal.batch_kernels
+from cabledrive.modal.batch import ChainBatch, many_spectra
 
 pytestmark = pytest.mark.kernel
 

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from cabledrive.campaign.computation import FLAG, TEXT
 from cabledrive.campaign.rows import NOT_YET, UNKNOWN, Chunk, counts
 from cabledrive.campaign.spec import CampaignSpec
-from cabledrive.parameters import InputRefused
+from cabledrive.parameters import InputRefused, drive_text
 from cabledrive.parameters.version import __version__
 
 FORMAT = 1
@@ -89,6 +89,7 @@ def _fill(folder: Path, spec: CampaignSpec, chunk: int) -> None:
             "campaign": spec.identity,
             "chunk": chunk,
             "rows": rows,
+            "drives": {name: drive_text(drive) for name, drive in spec.drives.items()},
             "varied": list(spec.units),
             "axes": [list(axis.units) for axis in spec.axes],
             "environment": environment(),

@@ -1,18 +1,28 @@
-"""`cabledrive report`: everything about some drives on one page."""
+"""`cabledrive report`: everything about some drives, or a campaign, on one page."""
+
+from pathlib import Path
 
 import click
 
+from cabledrive.app.combinations import refuse_given
 from cabledrive.app.messages import note
 from cabledrive.app.new_file import PAGE, NewFile, NewFileType
 from cabledrive.app.options import Subcommand, answering, force_option
 from cabledrive.app.results import Answer, provenance
-from cabledrive.parameters import content_hash, load_drive, packaged_drives
+from cabledrive.parameters import InputRefused, content_hash, load_drive, packaged_drives
 
 
 @click.command(cls=Subcommand, example="cabledrive report elevator ropeway -o report.html")
 @answering
 @force_option
 @click.argument("drives", nargs=-1, metavar="[DRIVE]...")
+@click.option(
+    "--goal",
+    "goals",
+    multiple=True,
+    metavar="GOAL",
+    help='Of a campaign: a limit such as "peak_error_deg < 0.05 deg"; repeatable.',
+)
 @click.option(
     "-o",
     "--output",
@@ -21,8 +31,14 @@ from cabledrive.parameters import content_hash, load_drive, packaged_drives
     metavar="FILE",
     help="The HTML page, in one file.",
 )
-def command(drives: tuple[str, ...], output: NewFile) -> Answer:
-    """Write one self-contained page about each DRIVE; without one, about the packaged drives."""
+def command(drives: tuple[str, ...], goals: tuple[str, ...], output: NewFile) -> Answer:
+    """Write one self-contained page about each DRIVE; without one, about the packaged drives.
+
+    A store of a sweep, STORE.zarr, in place of DRIVE: yield, drivers of failure, scatter, worst machines.
+    """
+    if any((Path(name) / "zarr.json").is_file() for name in drives):
+        return _campaign(drives, goals, output)
+    refuse_given("goals", why="is for the store of a sweep: name one, or leave it out")
     loaded = [load_drive(name) for name in drives or packaged_drives()]
     from cabledrive.report import write_report
 
@@ -30,4 +46,18 @@ def command(drives: tuple[str, ...], output: NewFile) -> Answer:
     rows = [{"name": drive.name, "drive_hash": content_hash(drive)} for drive in loaded]
     return Answer(
         data={"report": str(path), "drives": rows}, text=f"written to {path}", provenance=provenance()
+    )
+
+
+def _campaign(stores: tuple[str, ...], goals: tuple[str, ...], output: NewFile) -> Answer:
+    """The page of a campaign."""
+    from cabledrive.campaign.page import campaign_page
+
+    if len(stores) > 1:
+        raise InputRefused(f"{stores[1]}: a page is about one campaign: name one store")
+    output.write(campaign_page(stores[0], goals))
+    return Answer(
+        data={"report": str(output.path), "store": stores[0]},
+        text=f"written to {output.path}",
+        provenance=provenance(),
     )
