@@ -15,6 +15,7 @@ DOCS = ROOT / "docs"
 BLOCK = re.compile(r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```\n)?", re.S | re.M)
 FILES = {
     "index.md": ("belt-axis.toml", r"```toml\n(.*?)```"),
+    "campaigns.md": ("campaign.toml", r"```toml\n(.*?)```"),
 }
 """Files that a page's Python reads, and where on the page they stand."""
 MOVE = "time [ms],torque [mN m]\n" + "".join(f"{k},{4 * sin(2 * pi * 0.08174 * k):.6g}\n" for k in range(400))
