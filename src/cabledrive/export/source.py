@@ -18,6 +18,7 @@ from cabledrive.rig.laws.controller_file import (
     read_controller,
 )
 from cabledrive.rig.laws.registry import design, known_name, needed_order
+from cabledrive.rig.ranking.best import BEST, best_controller
 from cabledrive.rig.setting import Motion, RigOptions
 from cabledrive.rig.trial import check_motion, spec_for
 
@@ -76,11 +77,12 @@ def designed(drive: Drive, name: str | None) -> ExportSource:
 
 def designed_loop(drive: Drive, name: str | None) -> Loop:
     """The loop of a law and a drive along the standard pulse."""
-    name = known_name(name, drive)
+    best = name == BEST
+    name = known_name(None if best else name, drive)
     motion, options = Motion(order=needed_order(name, drive)), RigOptions()
     check_motion(drive, motion)
     spec = replace(spec_for(drive, motion, best=True, options=options), feedback=options.feedback)
-    made = design(name, spec)
+    made = best_controller(spec) if best else design(name, spec)
     return close_loop(drive, drive, made, motion, options, np.random.default_rng(0))
 
 

@@ -8,7 +8,9 @@ from cabledrive.app.options import Subcommand, answering
 from cabledrive.app.results import Absent, Answer, provenance
 from cabledrive.parameters import InputRefused
 
-METHOD = "kernels translated to C99; oracle of the self-test: the same kernels, interpreted"
+KERNELS = "kernels translated to C99; oracle of the self-test: the same kernels, interpreted"
+LUMPED = "lumped Models 1 to 4 of the drive, links linear"
+METHODS = {"mjcf": LUMPED, "modelica": LUMPED, "klipper": "numbers as `shaper` found them"}
 
 
 @click.command(
@@ -52,4 +54,6 @@ def command(
     lines += [f"note: {note}" for note in found["notes"]]
     reasons = {"sample_time": "the source names no sample rate", "drive_hash": "the source is no drive"}
     found |= {key: Absent(reason=why) for key, why in reasons.items() if found[key] is None}
-    return Answer(data=found, text="\n".join(lines), provenance=provenance(method=METHOD))
+    return Answer(
+        data=found, text="\n".join(lines), provenance=provenance(method=METHODS.get(format_, KERNELS))
+    )
