@@ -235,6 +235,10 @@ def test_a_folder_with_something_in_it_and_an_empty_study_are_refused(tmp_path):
     (tmp_path / "study").mkdir()
     with pytest.raises(cd.InputRefused, match=r"holds no controller\.json"):
         export_to(tmp_path / "out", tmp_path / "study", "c99")
+    old = {key: value for key, value in source_of("pd").data.items() if key not in ("reference", "columns")}
+    (tmp_path / "controller.json").write_text(json.dumps(old))
+    with pytest.raises(cd.InputRefused, match="earlier version"):
+        export_to(tmp_path / "out", tmp_path / "controller.json", "c99")
     (tmp_path / "controller.json").write_text(json.dumps({"drive_hash": "0"}))
     with pytest.raises(cd.InputRefused, match=r"controller\.json"):
         export_to(tmp_path / "out", tmp_path / "controller.json", "c99")

@@ -59,6 +59,10 @@ def _from_file(path: Path) -> ExportSource:
     if path.is_dir() and not place.exists():
         raise InputRefused(f"{path}: holds no {FILE}: the study is not finished, or found no controller")
     law = read_controller(place)
+    if not law.columns:
+        raise InputRefused(
+            "has no names of its reference's columns, an earlier version wrote it: run the study again"
+        ).at(str(place))
     data = json.loads(place.read_text(encoding="utf-8"))
     beside = place.parent / DRIVE
     drive = load_drive(str(beside)) if beside.is_file() else None
