@@ -18,6 +18,8 @@ ALLOWED_FAILURES = 2
 PATIENCE = 20.0
 """Until a scheduler has to answer [s]."""
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
+QUIET = {"DASK_LOGGING__DISTRIBUTED": "critical"}
+"""Of a worker process: an interrupt ends its work, and the driver says so in one line."""
 
 
 def dask_at_hand() -> bool:
@@ -37,7 +39,7 @@ def local_workers(count: int) -> Iterator[Any]:
 
     settings = {
         "distributed.scheduler.allowed-failures": ALLOWED_FAILURES,
-        "distributed.nanny.pre-spawn-environ": ONE_THREAD,
+        "distributed.nanny.pre-spawn-environ": ONE_THREAD | QUIET,
         "distributed.worker.daemon": True,
     }
     with _quiet_logs(), dask.config.set(settings):
