@@ -18,6 +18,7 @@ from cabledrive.app.new_file import FORCE, OBJECT, NewFile, NewFileType
 from cabledrive.app.results import Answer, json_text, provenance, show
 from cabledrive.mechanics.compile_time import LISTENERS
 from cabledrive.parameters import Drive, InputRefused, NotComputed, load_drive
+from cabledrive.parameters.route.drive import RoutedDrive, refuse_route
 from cabledrive.parameters.units import to_si
 
 Function = Callable[..., Any]
@@ -120,8 +121,17 @@ ANGLE, DURATION, FREQUENCY = Quantity("rad", "deg"), Quantity("s"), Quantity("Hz
 def drive_argument(function: Function) -> Function:
     """Give a command the argument DRIVE and the option ``--set``; it is called with the drive itself.
 
-    ``function``: takes ``drive``.
+    ``function``: takes ``drive``, of kind "loop" or "line".
     """
+    return _with_argument(function, routes=False)
+
+
+def machine_argument(function: Function) -> Function:
+    """As `drive_argument`, for a command that takes machines with routes as well."""
+    return _with_argument(function, routes=True)
+
+
+def _with_argument(function: Function, *, routes: bool) -> Function:
 
     @click.argument("drive", metavar="DRIVE", shell_complete=complete_drive)
     @click.option(
@@ -134,7 +144,13 @@ def drive_argument(function: Function) -> Function:
     @functools.wraps(function)
     def _with_drive(*, drive: str, settings: tuple[str, ...], **options: Any) -> Any:
         loaded = load_drive(drive, overrides=settings)
-        click.get_current_context().meta[_ABOUT] = loaded
+        context = click.get_current_context()
+        if isinstance(loaded, RoutedDrive) and not routes:
+            try:
+                refuse_route(f"`{context.info_name}`")
+            except InputRefused as refusal:
+                raise refusal.at(drive) from None
+        context.meta[_ABOUT] = loaded
         return function(drive=loaded, **options)
 
     return _with_drive

@@ -12,6 +12,7 @@ import click
 from cabledrive.app.failures import watched_output
 from cabledrive.app.messages import colours
 from cabledrive.parameters import Drive, content_hash
+from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.version import __version__
 
 NOT_FINITE = "not a finite number"
@@ -52,7 +53,7 @@ class Answer:
 
 
 def provenance(
-    drive: Drive | None = None,
+    drive: Drive | RoutedDrive | None = None,
     *,
     method: str | None = None,
     step: float | None = None,

@@ -15,6 +15,7 @@ from cabledrive.mechanics.static_tension import lowest_static_tension
 from cabledrive.mechanics.taut_string import irvine_parameter, midspan_sag, squared_shear, tension_with_sag
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.pulley import Pulley
+from cabledrive.parameters.route.drive import require_two_pulleys
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -144,6 +145,7 @@ def derived_quantities(drive: Drive) -> DerivedQuantities:
     -------
     DerivedQuantities
     """
+    require_two_pulleys(drive, "`derived_quantities`")
     return DerivedQuantities(
         **_of_the_cable(drive),
         **_of_the_sag(drive),

@@ -6,6 +6,7 @@ from math import degrees
 from cabledrive.mechanics.datasheet import DerivedQuantities, derived_quantities
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.fields import rounded
+from cabledrive.parameters.route.drive import require_two_pulleys
 
 ELASTIC_RULE = 0.02  # strain, where the file states no limit
 SMALL_SAG = 0.01  # of the span
@@ -26,6 +27,7 @@ def practitioner_warnings(drive: Drive) -> tuple[str, ...]:
     tuple of str
         One line each: what, value with unit, the bound it met, the remedy. Empty if nothing stands out.
     """
+    require_two_pulleys(drive, "`practitioner_warnings`")
     sheet = derived_quantities(drive)
     checks = (
         _static,

@@ -7,9 +7,11 @@ import numpy as np
 
 from cabledrive.mechanics import derived_quantities
 from cabledrive.mechanics.holding import CONDITIONS, FREE, HELD, HOLDING, motor_condition
+from cabledrive.mechanics.network.motion import condition
 from cabledrive.modal.certified import Modes
 from cabledrive.modal.natural import natural_frequencies
 from cabledrive.parameters import Drive, NotComputed
+from cabledrive.parameters.route import RoutedDrive
 
 NAMES = {motor: f"lowest_frequency_{motor}_hz" for motor in CONDITIONS}
 
@@ -72,7 +74,7 @@ def derived_with_lowest(drive: Drive) -> dict[str, Any]:
     return sheet | lowest.as_dict() | {"reasons": sheet["reasons"] | lowest.reasons}
 
 
-def lowest_frequencies(drive: Drive) -> LowestFrequencies:
+def lowest_frequencies(drive: Drive | RoutedDrive) -> LowestFrequencies:
     """Lowest longitudinal natural frequency with the rotor free, held, and on its holding stiffness.
 
     What a user measures on a machine at rest is mostly one of the last two: a stepper, or a servo whose
@@ -80,10 +82,15 @@ def lowest_frequencies(drive: Drive) -> LowestFrequencies:
     """
     found: dict[str, float | None] = dict.fromkeys(CONDITIONS)
     reasons: dict[str, str] = {}
-    for motor in CONDITIONS if motor_condition(drive) == HOLDING else (FREE, HELD):
+    given = condition(drive) if isinstance(drive, RoutedDrive) else motor_condition(drive)
+    for motor in CONDITIONS if given == HOLDING else (FREE, HELD):
         try:
             with np.errstate(all="ignore"):  # what cannot be refined is said, not warned of
-                found[motor] = float(natural_frequencies(drive, count=1, motor=motor)[0])
+                listed = natural_frequencies(drive, count=1, motor=motor)
+            if listed.size:
+                found[motor] = float(listed[0])
+            else:
+                reasons[NAMES[motor]] = "no longitudinal mode among the first of the network"
         except NotComputed as failure:
             reasons[NAMES[motor]] = str(failure)
-    return LowestFrequencies(**found, has_motor=drive.motor is not None, reasons=reasons)
+    return LowestFrequencies(**found, has_motor=bool(drive.motor), reasons=reasons)

@@ -48,6 +48,8 @@ class Mode:
         where both spans vibrate together.
     model : str or None
         Transverse modes: what the cable is taken for, one of `STRING`, `HEAVY_STRING`, `SHALLOW_SAG`.
+    clamped : bool, default False
+        Of a machine with routes: a wave of one rope between ends that rest.
     proven : bool
         Whether counts just below and just above prove that it exists, with this multiplicity.
     """
@@ -59,6 +61,7 @@ class Mode:
     plane: str | None = None
     section: tuple[float, float] | None = None
     model: str | None = None
+    clamped: bool = False
     proven: bool
     _motion: "Motion" = field(repr=False)
 
@@ -71,6 +74,12 @@ class Mode:
     def kinetic_shares(self) -> dict[str, float]:
         """Share of the kinetic energy in each joint that moves and in the "cable"; mean over the shapes."""
         return self._motion.kinetic_shares
+
+    @property
+    def strain_shares(self) -> dict[str, float]:
+        """Of a machine with routes: share of the strain energy by span and direction, "belt 1, along"."""
+        shares = getattr(self._motion, "strain_by_span", {})
+        return {f"{span}, {way}": share for (span, way), share in shares.items() if share > 0.0}
 
     @property
     def joint_names(self) -> tuple[str, ...]:

@@ -10,6 +10,7 @@ from cabledrive.modal.mode import BOTH, LONGITUDINAL, Mode
 SAME = 1e-9  # relative; multiple roots are known to this
 _WORTH_NAMING = 0.01
 _PLANES = {("v",): "horizontal plane", ("w",): "vertical plane", ("v", "w"): "both planes"}
+_OF_ROUTES = {"w": "in plane", "v": "out of plane"}
 _SPANS = {
     ("upper",): "upper span",
     ("lower",): "lower span",
@@ -55,6 +56,9 @@ class ModeRow:
         if self.kind == LONGITUDINAL:
             return _energy(self.modes[0].kinetic_shares)
         named = {mode.span or "" for mode in self.modes}
+        if not named <= {"upper", "lower", BOTH}:
+            ways = sorted({_OF_ROUTES[mode.plane or ""] for mode in self.modes})
+            return f"{', '.join(sorted(named))}; {' and '.join(ways)}"
         spans = _SPANS[(BOTH,) if BOTH in named else tuple(sorted(named, reverse=True))]
         planes = _PLANES[tuple(sorted({mode.plane or "" for mode in self.modes}))]
         return f"{spans}{_section(self.modes)}; {planes}"

@@ -14,8 +14,10 @@ from cabledrive.modal.band import Band, order_of
 from cabledrive.modal.certified import Certificate, Modes
 from cabledrive.modal.mode import LONGITUDINAL, Mode
 from cabledrive.modal.model_range import INCOMPLETE, mode_warnings, model_limit
+from cabledrive.modal.network.routed import routed_longitudinal, routed_modes
 from cabledrive.modal.resting_modes import transverse_band
 from cabledrive.parameters import Drive, InputRefused, content_hash
+from cabledrive.parameters.route.drive import RoutedDrive, refuse_route
 
 DEFAULT_COUNT = 10
 MOST_MODES = 20_000
@@ -23,7 +25,7 @@ LOWEST_BELOW, HIGHEST_BELOW = 1e-30, 1e30
 
 
 def modes(
-    drive: Drive | Chain,
+    drive: Drive | RoutedDrive | Chain,
     *,
     below: float | None = None,
     count: int | None = None,
@@ -39,9 +41,10 @@ def modes(
 
     Parameters
     ----------
-    drive : Drive or Chain
-        A `cabledrive.mechanics.Chain` has the modes of its one direction of motion, listed as longitudinal;
-        its own springs and fixed ends say how it is held.
+    drive : Drive, RoutedDrive or Chain
+        Of a machine with routes each mode has the kind of its larger strain energy. A
+        `cabledrive.mechanics.Chain` has the modes of its one direction of motion, listed as longitudinal; its
+        own springs and fixed ends say how it is held.
     below : float, optional
         Upper end [Hz].
     count : int, optional
@@ -74,6 +77,8 @@ def modes(
     """
     if isinstance(drive, Chain):
         return _of_chain(drive, below, count, motor is not None or bool(hold) or at_torque != 0.0)
+    if isinstance(drive, RoutedDrive):
+        return _of_routes(drive, below, count, motor, hold, at_torque)
     chains = longitudinal_chains(drive, motor=motor, hold=hold)
     along, across = Band(chains, LONGITUDINAL), transverse_band(clamped(drive, hold), chains, at_torque)
     if below is not None:
@@ -108,6 +113,25 @@ def modes(
     )
 
 
+def _of_routes(
+    drive: RoutedDrive,
+    below: float | None,
+    count: int | None,
+    motor: str | None,
+    hold: Sequence[str],
+    at_torque: float,
+) -> Modes:
+    """Modes of a machine with routes."""
+    if at_torque != 0.0:
+        refuse_route("a steady torque (at_torque)")
+    if below is not None:
+        _check_below(below, count)
+        return routed_modes(drive, below=below, motor=motor, hold=hold)
+    return routed_modes(
+        drive, count=_checked_count(DEFAULT_COUNT if count is None else count), motor=motor, hold=hold
+    )
+
+
 def _of_chain(chain: Chain, below: float | None, count: int | None, held: bool) -> Modes:
     """Modes of a chain that is built in Python, certified by the same count."""
     if held:
@@ -139,7 +163,7 @@ def _of_chain(chain: Chain, below: float | None, count: int | None, held: bool) 
 
 
 def natural_frequencies(
-    drive: Drive,
+    drive: Drive | RoutedDrive,
     *,
     below: float | None = None,
     count: int | None = None,
@@ -150,7 +174,7 @@ def natural_frequencies(
 
     Parameters
     ----------
-    drive : Drive
+    drive : Drive or RoutedDrive
     below : float, optional
         Upper end [Hz].
     count : int, optional
@@ -173,7 +197,7 @@ def natural_frequencies(
 
 
 def longitudinal_modes(
-    drive: Drive,
+    drive: Drive | RoutedDrive,
     *,
     below: float | None = None,
     count: int | None = None,
@@ -184,7 +208,7 @@ def longitudinal_modes(
 
     Parameters
     ----------
-    drive : Drive
+    drive : Drive or RoutedDrive
     below : float, optional
         Upper end [Hz].
     count : int, optional
@@ -202,6 +226,11 @@ def longitudinal_modes(
     InputRefused, NotComputed
         As `modes`.
     """
+    if isinstance(drive, RoutedDrive):
+        if below is not None:
+            _check_below(below, count)
+        wanted = None if below is not None else _checked_count(DEFAULT_COUNT if count is None else count)
+        return routed_longitudinal(drive, below=below, count=wanted, motor=motor, hold=hold)
     band = Band(longitudinal_chains(drive, motor=motor, hold=hold), LONGITUDINAL)
     if below is not None:
         _check_below(below, count, band)

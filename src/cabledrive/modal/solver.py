@@ -1,8 +1,8 @@
-"""Every mode of a chain: isolated by counting, refined by inverse iteration, proven by counting again."""
+"""Every mode of a structure: isolated by counting, refined by inverse iteration, proven by counting again."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,6 +80,75 @@ class ChainMode:
     proven: bool
 
 
+class Refined(NamedTuple):
+    """Modes that inverse iteration has found.
+
+    Attributes
+    ----------
+    omegas : ndarray, shape (k,)
+        Natural frequencies [rad/s], ascending.
+    shapes : ndarray, shape (joints, k)
+        Displacements, normalised to unit modal mass [kg^-1/2].
+    frame : object
+        What the shapes are given on.
+    """
+
+    omegas: Array
+    shapes: NDArray[Any]
+    frame: Any
+
+
+class Structure(Protocol):
+    """What the solver asks of a structure whose modes can be counted."""
+
+    rigid_body_modes: int
+    longest: float
+    """Longest travel time of a wave-carrying part [s]."""
+
+    def count(self, omega: float) -> int:
+        """Number of modes below a frequency [rad/s], rigid-body modes included."""
+
+    def refined(self, start: float, modes: int, low: float, high: float) -> Refined | None:
+        """So many modes between two frequencies [rad/s], or None where iteration leaves the interval."""
+
+
+class Proven(NamedTuple):
+    """One natural frequency with the shapes that belong to it.
+
+    Attributes
+    ----------
+    omega : float
+        [rad/s].
+    multiplicity : int
+    shapes : ndarray, shape (joints, multiplicity)
+    frame : object
+        What the shapes are given on.
+    enclosure : float or None
+        Relative half-width of the interval in which two counts prove it; None: not proven.
+    """
+
+    omega: float
+    multiplicity: int
+    shapes: NDArray[Any]
+    frame: Any
+    enclosure: float | None
+
+
+class _ChainStructure:
+    """A chain as the solver sees it."""
+
+    def __init__(self, chain: Chain, count: ModeCounter) -> None:
+        self._chain, self.count = chain, count
+        self.rigid_body_modes = chain.rigid_body_modes
+        self.longest = float(np.max(chain.travel_times))
+
+    def refined(self, start: float, modes: int, low: float, high: float) -> Refined | None:
+        """Inverse iteration on the chain, its long segments cut."""
+        split, joints = split_at_antinodes(self._chain, start)
+        found = inverse_iteration(split, start, modes, low, high)
+        return None if found is None else Refined(*found, (split, joints))
+
+
 def chain_modes(
     chain: Chain, top: float, *, first: int | None = None, count: ModeCounter | None = None
 ) -> list[ChainMode]:
@@ -89,48 +158,69 @@ def chain_modes(
     mode is not cut; ``count``: the chain's own, if there is one already.
     Raises `NotComputed` if a mode the count promises cannot be found.
     """
-    count = count or ModeCounter(chain)
-    rigid = chain.rigid_body_modes
-    everything = Bracket(0.0, float(top), rigid, max(count(top), rigid))
+    structure = _ChainStructure(chain, count or ModeCounter(chain))
+    return [
+        ChainMode(mode.omega, mode.multiplicity, split, joints, mode.shapes, mode.enclosure is not None)
+        for mode in modes_of(structure, top, first=first)
+        for split, joints in [mode.frame]
+    ]
+
+
+def modes_of(
+    structure: Structure,
+    top: float,
+    *,
+    first: int | None = None,
+    enclosures: tuple[float, ...] = (ENCLOSURE,),
+    multiple: float = MULTIPLE,
+) -> Iterator[Proven]:
+    """All modes of a structure below a frequency, ascending, without rigid-body modes.
+
+    ``top``: upper end [rad/s]; ``first``: stop after so many modes, counted with multiplicity; a multiple
+    mode is not cut; ``enclosures``: relative half-widths to prove each in, the first that two counts confirm;
+    ``multiple``: modes closer than this are one.
+    Raises `NotComputed` if a mode the count promises cannot be found.
+    """
+    rigid = structure.rigid_body_modes
+    everything = Bracket(0.0, float(top), rigid, max(structure.count(top), rigid))
     wanted = everything.below_high - rigid if first is None else min(first, everything.below_high - rigid)
-    modes: list[ChainMode] = []
     found = 0
-    for bracket in _isolate(everything, count, chain):
+    for bracket in _isolate(everything, structure, multiple):
         if found >= wanted:
             break
-        for mode in _refine(_narrow(bracket, count, _START), count, chain):
-            modes.append(mode)
+        for mode in _refine(_narrow(bracket, structure, _START), structure, enclosures, multiple):
             found += mode.multiplicity
-    return modes
+            yield mode
 
 
-def _isolate(bracket: Bracket, count: ModeCounter, chain: Chain) -> Iterator[Bracket]:
+def _isolate(bracket: Bracket, structure: Structure, multiple: float) -> Iterator[Bracket]:
     """Bisect on the count until an interval holds one mode, or a cluster too close to part; lowest first."""
-    longest = float(np.max(chain.travel_times))
+    longest = structure.longest
     stack = [bracket]
     while stack:
         item = stack.pop()
         if item.modes == 0:
             continue
         narrow = (item.high - item.low) * longest <= 0.5 or item.high * longest <= 2.0
-        if narrow and (item.modes == 1 or item.high - item.low <= MULTIPLE * item.high):
+        if narrow and (item.modes == 1 or item.high - item.low <= multiple * item.high):
             yield item
         else:
-            stack.extend(reversed(item.halves(count)))
+            stack.extend(reversed(item.halves(structure.count)))
 
 
-def _refine(bracket: Bracket, count: ModeCounter, chain: Chain) -> list[ChainMode]:
+def _refine(
+    bracket: Bracket, structure: Structure, enclosures: tuple[float, ...], multiple: float
+) -> list[Proven]:
     """Inverse iteration from the middle; where it leaves the interval or is not proven, narrow and repeat."""
-    modes: list[ChainMode] = []
+    modes: list[Proven] = []
     while bracket.high - bracket.low > 1e-15 * bracket.high:
         middle = 0.5 * (bracket.low + bracket.high)
-        split, joints = split_at_antinodes(chain, middle)
-        found = inverse_iteration(split, middle, bracket.modes, bracket.low, bracket.high)
+        found = structure.refined(middle, bracket.modes, bracket.low, bracket.high)
         if found is not None:
-            modes = _prove(*found, bracket, count, split, joints)
-            if all(mode.proven for mode in modes):
+            modes = _prove(found, bracket, structure.count, enclosures, multiple)
+            if all(mode.enclosure is not None for mode in modes):
                 return modes  # else it may be the neighbour's, which lies on the end of the interval
-        wider, bracket = bracket, _narrow(bracket, count, 2.0**-4)
+        wider, bracket = bracket, _narrow(bracket, structure, 2.0**-4)
         if bracket is wider:
             break
     if modes:
@@ -140,11 +230,11 @@ def _refine(bracket: Bracket, count: ModeCounter, chain: Chain) -> list[ChainMod
     )
 
 
-def _narrow(bracket: Bracket, count: ModeCounter, share: float) -> Bracket:
+def _narrow(bracket: Bracket, structure: Structure, share: float) -> Bracket:
     """Bisect on the count to a share of the width and clear of zero, as long as the modes stay together."""
     width = share * (bracket.high - bracket.low)
     while bracket.high - bracket.low > max(min(width, 0.5 * bracket.high), 1e-15 * bracket.high):
-        holding = [half for half in bracket.halves(count) if half.modes]
+        holding = [half for half in bracket.halves(structure.count) if half.modes]
         if len(holding) > 1:
             break
         bracket = holding[0]
@@ -152,17 +242,25 @@ def _narrow(bracket: Bracket, count: ModeCounter, share: float) -> Bracket:
 
 
 def _prove(
-    omegas: Array, shapes: Array, bracket: Bracket, count: ModeCounter, split: Chain, joints: NDArray[np.intp]
-) -> list[ChainMode]:
+    found: Refined,
+    bracket: Bracket,
+    count: Callable[[float], int],
+    enclosures: tuple[float, ...],
+    multiple: float,
+) -> list[Proven]:
     """Group what is closer than round-off can part, and prove each group by counts at both sides."""
+    omegas = found.omegas
     groups = [np.arange(omegas.size)]
     if omegas.size > 1:
-        groups = np.split(groups[0], np.flatnonzero(np.diff(omegas) > MULTIPLE * omegas[:-1]) + 1)
+        groups = np.split(groups[0], np.flatnonzero(np.diff(omegas) > multiple * omegas[:-1]) + 1)
     modes = []
     for group in groups:
-        low, high = omegas[group[0]] * (1 - ENCLOSURE), omegas[group[-1]] * (1 + ENCLOSURE)
-        below, above = bracket.below_low + group[0], bracket.below_low + group[-1] + 1
-        proven = bool(count(low) <= below and count(high) >= above)
-        omega = float(omegas[group[0]] if group.size == 1 else np.mean(omegas[group]))
-        modes.append(ChainMode(omega, group.size, split, joints, shapes[:, group], proven))
+        below, above = bracket.below_low + int(group[0]), bracket.below_low + int(group[-1]) + 1
+        first, last = float(omegas[group[0]]), float(omegas[group[-1]])
+        enclosure = next(
+            (e for e in enclosures if count(first * (1 - e)) <= below and count(last * (1 + e)) >= above),
+            None,
+        )
+        omega = first if group.size == 1 else float(np.mean(omegas[group]))
+        modes.append(Proven(omega, group.size, found.shapes[:, group], found.frame, enclosure))
     return modes

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from math import sqrt
 
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.fields import check_fields, quantity
+from cabledrive.parameters.fields import check_fields, quantity, words
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,6 +30,14 @@ class Cable:
         Kelvin-Voigt damping :math:`b_{kv}` [N s]: force per strain rate.
     strain_limit : float or None, default None
         Largest strain of the elastic range [-], if known.
+    strength : float or None, default None
+        Breaking load of a rope, allowed tension of a belt [N].
+    bending_stiffness : float or None, default None
+        EI [N m^2], for information.
+    least_radius : float or None, default None
+        Smallest radius of a pulley [m].
+    type : str, default ""
+        Name in the packaged table of belts and ropes; what it says has been filled in.
     """
 
     youngs_modulus: float | None = quantity("Pa", "positive", "Young's modulus E", None)
@@ -42,6 +50,10 @@ class Cable:
     transverse_damping: float = quantity("1/s", "nonnegative", "transverse damping Gamma", 0.0)
     axial_damping: float = quantity("N s", "nonnegative", "Kelvin-Voigt damping, force per strain rate", 0.0)
     strain_limit: float | None = quantity("1", "positive", "largest strain of the elastic range", None)
+    strength: float | None = quantity("N", "positive", "breaking load, or allowed tension of a belt", None)
+    bending_stiffness: float | None = quantity("N m^2", "positive", "bending stiffness EI", None)
+    least_radius: float | None = quantity("m", "positive", "smallest radius of a pulley", None)
+    type: str = words("name in the packaged table of belts and ropes", "")
 
     def __post_init__(self) -> None:
         check_fields(self)

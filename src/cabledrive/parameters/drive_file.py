@@ -3,16 +3,21 @@
 import re
 import tomllib
 from collections.abc import Iterable
+from functools import cache
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.files import write_whole
-from cabledrive.parameters.tables import ARRAYS, drive_from_tables, tables_from_drive
+from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.moving import POSE, is_pose_key, moved
+from cabledrive.parameters.route.tables import ROUTE_ARRAYS, routed_from_tables, tables_from_routed
+from cabledrive.parameters.tables import ARRAYS, check_schema, drive_from_tables, tables_from_drive
 from cabledrive.parameters.toml_values import LARGEST_FILE, toml_of
+from cabledrive.parameters.units import to_si
 
 DEEPEST_KEY = 3  # pulley.0.inertia
 
@@ -26,11 +31,14 @@ def load_drive(source: str | Path, *, overrides: Iterable[str] = ()) -> Drive:
         Path of a TOML file, or a name listed by `packaged_drives`.
     overrides : iterable of str, optional
         Settings ``"key.path=value"`` that replace values of the file: ``"cable.pretension=6 N"``,
-        ``"pulley.0.inertia=0.001"``.
+        ``"pulley.0.inertia=0.001"``. Named tables are reached by name, ``"pulley.motor.inertia=..."``, and
+        ``"head.x=0.2 m"`` or ``"arm.turn=5 deg"`` moves a body of a machine with routes.
 
     Returns
     -------
     Drive
+        Of kind "route" a `cabledrive.parameters.route.RoutedDrive`, which has bodies and routes instead of
+        two pulleys; what supports two pulleys alone refuses it.
 
     Raises
     ------
@@ -39,11 +47,35 @@ def load_drive(source: str | Path, *, overrides: Iterable[str] = ()) -> Drive:
     """
     try:
         data = toml_of(_read(source))
-        for setting in overrides:
-            _override(data, setting)
-        return drive_from_tables(data)
+        return cast(Drive, _built(data, overrides))
     except InputRefused as refusal:
         raise refusal.at(str(source) or '""') from None
+
+
+def _built(data: dict[str, Any], overrides: Iterable[str]) -> Drive | RoutedDrive:
+    """The drive of a file's plain data, with settings; a machine with routes is moved once it is whole."""
+    pose: dict[str, float] = {}
+    for setting in overrides:
+        key, _, value = (part.strip() for part in setting.partition("="))
+        if is_pose_key(data, key):
+            pose[key] = _pose_value(key, _setting(value))
+        else:
+            _override(data, setting)
+    if data.get("kind") != "route":
+        return drive_from_tables(data)
+    check_schema(data)
+    drive = routed_from_tables(data)
+    return moved(drive, pose) if pose else drive
+
+
+def _pose_value(key: str, value: Any) -> float:
+    unit = POSE[key.rpartition(".")[2]]
+    number = to_si(value, unit) if isinstance(value, str) else value
+    if isinstance(number, bool) or not isinstance(number, (int, float)) or not abs(number) < float("inf"):
+        raise InputRefused(
+            f'--set "{key[:80]}" needs one number in {unit}: write, for instance, {key}="0.1 {unit}"'
+        )
+    return float(number)
 
 
 def save_drive(drive: Drive, path: str | Path, *, force: bool = False) -> Path:
@@ -84,11 +116,17 @@ def drive_text(drive: Drive) -> str:
     """
     import tomli_w
 
-    return tomli_w.dumps(tables_from_drive(drive), multiline_strings=True)
+    tables = tables_from_routed(drive) if isinstance(drive, RoutedDrive) else tables_from_drive(drive)
+    return tomli_w.dumps(tables, multiline_strings=True)
 
 
-def packaged_drives() -> tuple[str, ...]:
+def packaged_drives(*kinds: str) -> tuple[str, ...]:
     """Names of the drives that come with the package.
+
+    Parameters
+    ----------
+    *kinds : {"loop", "line", "route"}
+        Only drives of these kinds; default: all.
 
     Returns
     -------
@@ -96,9 +134,18 @@ def packaged_drives() -> tuple[str, ...]:
         In alphabetical order.
     """
     folder = resources.files("cabledrive.parameters") / "drives"
-    return tuple(
-        sorted(entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml"))
+    names = sorted(
+        entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml")
     )
+    return tuple(name for name in names if not kinds or _kind(name) in kinds)
+
+
+@cache
+def _kind(name: str) -> str:
+    """Kind of a packaged drive."""
+    found = re.search(r'^kind\s*=\s*"(\w+)"', packaged_text(name), re.MULTILINE)
+    assert found is not None
+    return found[1]
 
 
 def packaged_text(name: str) -> str:
@@ -174,16 +221,27 @@ def _enter(table: Any, step: str, path: list[str]) -> Any:
     """One step down the key path; a missing table is made, and an array grows by one at its end."""
     place = ".".join(path)
     if isinstance(table, list):
+        named = [row for row in table if isinstance(row, dict) and row.get("name") == step]
+        if named:
+            return named[0]
         if not re.fullmatch("[0-9]{1,6}", step) or int(step) > len(table):
             raise InputRefused(
                 f'--set: "{place}" does not exist: {path[-2]} has {len(table)} entries, numbered from 0'
+                f"{_names(table)}"
             )
         if int(step) == len(table):
             table.append({})
         return table[int(step)]
     if not isinstance(table, dict):
         raise InputRefused(f'--set: "{place}" is inside a value, not a table: shorten the key')
-    return table.setdefault(step, [] if step in ARRAYS else {})
+    # One motor may be a plain table also where several could be listed.
+    return table.setdefault(step, [] if step in ARRAYS or (step in ROUTE_ARRAYS and step != "motor") else {})
+
+
+def _names(table: list[Any]) -> str:
+    """Names by which the entries of an array can be called as well."""
+    names = [str(row["name"]) for row in table if isinstance(row, dict) and row.get("name")]
+    return f", or by name: {', '.join(names)}" if names else ""
 
 
 def _setting(text: str) -> Any:

@@ -66,6 +66,16 @@ def words(meaning: str, default: str) -> Any:
     return dataclasses.field(default=default, metadata={"words": True, "meaning": meaning})
 
 
+def pair(unit: str, meaning: str, default: Any = dataclasses.MISSING) -> Any:
+    """Declare two quantities along x and y as a dataclass field.
+
+    ``unit``: SI unit of both; ``meaning``: one line for the schema and the reference; ``default``: value when
+    the file is silent.
+    Returns the field, with "pair", its unit and meaning in its metadata.
+    """
+    return dataclasses.field(default=default, metadata={"pair": unit, "meaning": meaning})
+
+
 def check_fields(table: Any) -> None:
     """Refuse a value outside its declared bound; called at construction, so results can trust it.
 
@@ -78,6 +88,8 @@ def check_fields(table: Any) -> None:
             object.__setattr__(table, field.name, _checked(field, value))
         elif "words" in field.metadata:
             check_text(field.name, value)
+        elif "pair" in field.metadata and not (value is None and field.default is None):
+            object.__setattr__(table, field.name, _checked_pair(field, value))
         elif "options" in field.metadata and not _among(value, field.metadata["options"]):
             options = " or ".join(written(option) for option in field.metadata["options"])
             raise InputRefused(f"{field.name} = {written(value)} is not one of its values: write {options}")
@@ -150,6 +162,21 @@ def _checked(field: dataclasses.Field[Any], value: Any) -> float | int:
             raise InputRefused(f"{shown} must be a whole number of counts per revolution")
         return int(number)
     return number + 0.0  # not -0.0: equal drives have equal hashes
+
+
+def _checked_pair(field: dataclasses.Field[Any], value: Any) -> tuple[float, float]:
+    name, unit = field.name, field.metadata["pair"]
+    if not isinstance(value, (list, tuple)) or len(value) != 2:
+        raise InputRefused(
+            f'{name} is {kind_of(value)}, not two quantities along x and y: write ["1 {unit}", "2 {unit}"]'
+        )
+    numbers_found = [_number(name, part, unit) for part in value]
+    for number in numbers_found:
+        if not abs(number) <= LARGEST:
+            raise InputRefused(
+                f"{name} = {number:.9g} {unit} must be finite and below {LARGEST:g}: check its unit"
+            )
+    return numbers_found[0] + 0.0, numbers_found[1] + 0.0
 
 
 def _number(name: str, value: Any, unit: str) -> float:

@@ -4,8 +4,12 @@ import dataclasses
 from math import pi
 from typing import Any
 
+from cabledrive.parameters.cable_types import cable_types
 from cabledrive.parameters.drive import MOST_CARRIAGES, WORDS, Drive
 from cabledrive.parameters.fields import LARGEST, SMALLEST, key_of
+from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.parts import MOVES
+from cabledrive.parameters.route.tables import ROUTE_ARRAYS, ROUTE_TABLES
 from cabledrive.parameters.tables import ARRAYS, TABLES
 
 _LIMITS: dict[str, dict[str, float]] = {
@@ -22,8 +26,21 @@ def drive_schema() -> dict[str, Any]:
     Returns
     -------
     dict
-        Every table and key with its meaning, unit and bound; unknown keys are not allowed.
+        By kind: under "then" that of a file of kind "route", under "else" that of two pulleys. Every table
+        and key with its meaning, unit and bound; unknown keys are not allowed.
     """
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "cabledrive drive file",
+        "type": "object",
+        "if": {"properties": {"kind": {"const": "route"}}, "required": ["kind"]},
+        "then": _route_schema(),
+        "else": _two_pulley_schema(),
+    }
+
+
+def _two_pulley_schema() -> dict[str, Any]:
+    """Files of kind "loop" and "line"."""
     schema = _table_schema(Drive)
     for key in WORDS:
         schema["properties"][key] = {"type": "string"}
@@ -36,18 +53,84 @@ def drive_schema() -> dict[str, Any]:
     schema["properties"]["layout"] |= {
         "oneOf": [{"required": ["span_length"]}, {"required": ["pulley_distance"]}]
     }
-    schema["properties"]["cable"] |= {
+    schema["properties"]["cable"] |= {"anyOf": [_of_a_type(), _with_rigidity()]}
+    schema["properties"]["cable"]["required"] = ["pretension"]
+    schema["required"] = ["schema", *schema["required"]]
+    return schema
+
+
+def _of_a_type() -> dict[str, Any]:
+    """A cable of the packaged table: what the file does not say, the table does."""
+    return {
+        "properties": {"type": {"enum": list(cable_types())}},
+        "required": ["type"],
+        "not": _both_rigidities(),
+    }
+
+
+def _with_rigidity() -> dict[str, Any]:
+    """A cable whose mass and rigidity the file tells."""
+    return {
+        "required": ["mass_per_length"],
+        "not": {"required": ["type"]},
         "oneOf": [
             {"required": ["youngs_modulus", "area"], "not": {"required": ["axial_rigidity"]}},
             {
                 "required": ["axial_rigidity"],
                 "not": {"anyOf": [{"required": ["youngs_modulus"]}, {"required": ["area"]}]},
             },
+        ],
+    }
+
+
+def _both_rigidities() -> dict[str, Any]:
+    return {
+        "anyOf": [
+            {"required": ["axial_rigidity", "youngs_modulus"]},
+            {"required": ["axial_rigidity", "area"]},
         ]
     }
-    schema["required"] = ["schema", *schema["required"]]
-    head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "cabledrive drive file"}
-    return head | schema
+
+
+def _route_schema() -> dict[str, Any]:
+    """Files of kind "route"."""
+    schema = _table_schema(RoutedDrive)
+    for key in WORDS:
+        schema["properties"][key] = {"type": "string"}
+    for key, table in ROUTE_TABLES.items():
+        schema["properties"][key] = _table_schema(table)
+    for key, table in ROUTE_ARRAYS.items():
+        schema["properties"][key] = {"type": "array", "items": _table_schema(table)}
+    keys = schema["properties"]
+    point, text = _pair_schema("m"), {"type": "string"}
+    keys["body"]["items"]["properties"]["moves"] = {
+        "anyOf": [{"enum": list(MOVES)}, {"type": "array", "items": {"enum": list(MOVES)}, "minItems": 1}],
+        "description": "how it moves; turn: about its pivot",
+    }
+    keys["body"]["items"]["required"] = ["name", "at", "moves"]
+    keys["pulley"]["items"]["properties"]["at"] = {"anyOf": [point, {"type": "array", "items": point}]}
+    position = keys["carriage"]["items"]["properties"]["position"]
+    keys["carriage"]["items"]["properties"]["position"] = {
+        "anyOf": [position, {"type": "array", "items": position}]
+    }
+    keys["route"]["items"]["properties"]["path"] = {"type": "array", "items": text, "minItems": 2}
+    for table in (keys["route"]["items"], keys["cable"]):
+        table["properties"]["type"] = {"enum": list(cable_types())}
+        table["not"] = _both_rigidities()
+    keys["route"] |= {"minItems": 1}
+    keys["carriage"] |= {"maxItems": MOST_CARRIAGES}
+    motor = keys["motor"]
+    keys["motor"] = {"anyOf": [motor, motor["items"]]}
+    for key, needed in (("pulley", "name"), ("anchor", "name"), ("route", "name")):
+        keys[key]["items"]["required"] = [needed, *keys[key]["items"]["required"]]
+    keys["route"]["items"]["required"] = ["name", "path"]
+    schema["required"] = ["schema", "kind", "name", "route"]
+    return schema
+
+
+def _pair_schema(unit: str) -> dict[str, Any]:
+    part = {"anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^\s*[+-]?(\d|\.\d)"}]}
+    return {"type": "array", "items": part, "minItems": 2, "maxItems": 2, "description": f"x and y [{unit}]"}
 
 
 def _table_schema(table: type) -> dict[str, Any]:
@@ -70,6 +153,8 @@ def _field_schema(field: dataclasses.Field[Any]) -> dict[str, Any]:
         schema = {"anyOf": [number, {"type": "string", "pattern": r"^\s*[+-]?(\d|\.\d)"}]}
     elif "words" in field.metadata:
         schema = {"type": "string"}
+    elif "pair" in field.metadata:
+        return _pair_schema(field.metadata["pair"]) | {"description": field.metadata["meaning"]}
     else:
         return {}
     unit = field.metadata.get("unit", "1")

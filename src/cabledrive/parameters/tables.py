@@ -1,9 +1,11 @@
 """The tables of a drive file and how plain data becomes a Drive, and a Drive plain data again."""
 
 import dataclasses
+from collections.abc import Mapping
 from typing import Any
 
 from cabledrive.parameters.cable import Cable
+from cabledrive.parameters.cable_types import with_type
 from cabledrive.parameters.carriage import Carriage
 from cabledrive.parameters.drive import SCHEMA_VERSION, WORDS, Drive, check_count
 from cabledrive.parameters.errors import InputRefused
@@ -42,19 +44,21 @@ def drive_from_tables(data: dict[str, Any]) -> Drive:
     Raises `InputRefused` for an unknown or missing key, a value of the wrong type, unit or range, or parts
     that do not fit.
     """
-    _check_schema(data)
-    _check_keys(data, Drive, "")
+    check_schema(data)
+    check_keys(data, Drive, "")
     content: dict[str, Any] = {key: data[key] for key in HEAD if key in data}
     for key, table in TABLES.items():
         if key in data:
-            content[key] = _table(data[key], table, key)
+            given = with_type(data[key], key) if key == "cable" else data[key]
+            content[key] = table_from(given, table, key)
     for key, table in ARRAYS.items():
         if key in data:
             content[key] = _array(data[key], table, key)
     return Drive(**content)
 
 
-def _check_schema(data: dict[str, Any]) -> None:
+def check_schema(data: dict[str, Any]) -> None:
+    """Refuse a file that is empty or of another version."""
     if not data:
         raise InputRefused(
             'no keys: a drive file starts with schema = 1 and name = "..."; see cabledrive schema'
@@ -67,7 +71,8 @@ def _check_schema(data: dict[str, Any]) -> None:
         )
 
 
-def _check_keys(data: dict[str, Any], table: type, place: str) -> None:
+def check_keys(data: dict[str, Any], table: type, place: str) -> None:
+    """Refuse keys that a table does not know, and a table that lacks one; ``place``: "cable."."""
     fields = {key_of(field): field for field in dataclasses.fields(table)}
     for key in data:
         if key not in fields:
@@ -86,15 +91,16 @@ def _array(rows: Any, table: type, key: str) -> tuple[Any, ...]:
         raise InputRefused(f"{key} is {kind_of(rows)}, not an array of tables: write [[{key}]] above each")
     if key == "carriage":
         check_count(len(rows))
-    return tuple(_table(row, table, f"{key}.{number}") for number, row in enumerate(rows))
+    return tuple(table_from(row, table, f"{key}.{number}") for number, row in enumerate(rows))
 
 
-def _table(data: Any, table: type, place: str) -> Any:
+def table_from(data: Any, table: type, place: str) -> Any:
+    """One table of a file as its dataclass; ``place``: where it stands, "pulley.0"."""
     if not isinstance(data, dict):
         head, dot, _ = place.partition(".")
         remedy = f"[[{head}]]" if dot else f"[{place}]"
         raise InputRefused(f"{place} is {kind_of(data)}, not a table: write {remedy} above its keys")
-    _check_keys(data, table, f"{place}.")
+    check_keys(data, table, f"{place}.")
     fields = {key_of(field): field for field in dataclasses.fields(table)}
     try:
         return table(**{fields[key].name: _value(value, fields[key], key) for key, value in data.items()})
@@ -103,6 +109,8 @@ def _table(data: Any, table: type, place: str) -> Any:
 
 
 def _value(value: Any, field: dataclasses.Field[Any], key: str) -> Any:
+    if "pair" in field.metadata:
+        return _pair(value, field.metadata["pair"], key)
     unit = field.metadata.get("unit")
     if unit is None:
         return value
@@ -112,6 +120,16 @@ def _value(value: Any, field: dataclasses.Field[Any], key: str) -> Any:
         return value
     try:
         return to_si(value, "1" if unit == "count" else unit)
+    except InputRefused as refusal:
+        raise InputRefused(f"{key} = {refusal}") from None
+
+
+def _pair(value: Any, unit: str, key: str) -> Any:
+    """Two quantities, texts with a unit made numbers; what is no list is refused where fields are checked."""
+    if not isinstance(value, list):
+        return value
+    try:
+        return tuple(to_si(part, unit) if isinstance(part, str) else part for part in value)
     except InputRefused as refusal:
         raise InputRefused(f"{key} = {refusal}") from None
 
@@ -129,20 +147,24 @@ def tables_from_drive(drive: Drive, *, words: bool = True) -> dict[str, Any]:
     }
     for key in TABLES:
         if getattr(drive, key) is not None:
-            data[key] = _plain(getattr(drive, key), words)
+            data[key] = plain_table(getattr(drive, key), words)
     for key in ARRAYS:
         if getattr(drive, key):
-            data[key] = [_plain(row, words) for row in getattr(drive, key)]
+            data[key] = [plain_table(row, words) for row in getattr(drive, key)]
     return data
 
 
-def _plain(table: Any, words: bool) -> dict[str, Any]:
+def plain_table(table: Any, words: bool) -> dict[str, Any]:
+    """A table as plain data, each quantity with its unit, defaults left out; ``words``: texts included."""
     return {
-        key_of(field): _text(getattr(table, field.name), field.metadata.get("unit"))
+        key_of(field): _text(getattr(table, field.name), field.metadata)
         for field in dataclasses.fields(table)
         if getattr(table, field.name) != field.default and (words or "words" not in field.metadata)
     }
 
 
-def _text(value: Any, unit: str | None) -> Any:
+def _text(value: Any, metadata: Mapping[str, Any]) -> Any:
+    if "pair" in metadata:
+        return [f"{part!r} {metadata['pair']}" for part in value]
+    unit = metadata.get("unit")
     return value if unit in (None, "1", "count") else f"{value!r} {unit}"

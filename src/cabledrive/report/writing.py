@@ -6,6 +6,7 @@ from pathlib import Path
 
 from cabledrive.parameters import Drive
 from cabledrive.parameters.files import check_writable, write_whole
+from cabledrive.parameters.route.drive import require_two_pulleys
 from cabledrive.report.chapters import topic_views
 from cabledrive.report.context import make_context
 from cabledrive.report.machine.page import machine_view
@@ -49,6 +50,8 @@ def write_report(
     NotComputed
         If the modes of a drive could not be computed.
     """
+    for drive in drives:
+        require_two_pulleys(drive, "`write_report`")
     path = check_writable(path, force=force)
     return write_whole(path, report_html(drives, written_at=written_at, progress=progress), force=force)
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from cabledrive.control.own_controller import ControllerProtocol, checked_controller
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.route.drive import require_two_pulleys
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
 from cabledrive.rig.closed_loop.other_plants import check_drawable
@@ -90,6 +91,7 @@ def track(
     InputRefused
         If a name is unknown, data are missing, or the motion exceeds what the drive can do.
     """
+    require_two_pulleys(drive, "`track`")
     motion, options = motion or Motion(), options or RigOptions()
     actual = plant_drive or drive
     if seed < 0:

@@ -14,6 +14,7 @@ from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused, NotComputed
 from cabledrive.parameters.files import check_writable
 from cabledrive.parameters.one_process import one_process
+from cabledrive.parameters.route.drive import require_two_pulleys
 from cabledrive.simulation.audit import energy_handled, rest_energy, slack_events
 from cabledrive.simulation.case import CarriageForce, Case, Recording, case_of
 from cabledrive.simulation.error_estimate import error_estimate_of
@@ -93,6 +94,7 @@ def simulate(
     SimulationInterrupted
         On Ctrl-C. It carries the result so far.
     """
+    require_two_pulleys(drive, "`simulate`")
     scheme = scheme or Scheme()
     if model is not None:
         scheme = replace(scheme, model=model)

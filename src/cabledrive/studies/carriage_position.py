@@ -9,6 +9,7 @@ import numpy as np
 from cabledrive.mechanics.chain import Array
 from cabledrive.modal import longitudinal_modes, natural_frequencies
 from cabledrive.parameters import Carriage, Drive, InputRefused, NotComputed
+from cabledrive.parameters.route.drive import require_two_pulleys
 from cabledrive.studies.labels import stamped
 
 if TYPE_CHECKING:
@@ -100,6 +101,7 @@ def frequency_against_carriage_position(
     InputRefused
         If a ratio is negative or a position lies outside the span.
     """
+    require_two_pulleys(drive, "`frequency_against_carriage_position`")
     import xarray as xr
 
     ratios, places = np.atleast_1d(mass_ratios).astype(float), np.atleast_1d(positions).astype(float)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from cabledrive.mechanics.chain import Array
 from cabledrive.modal import modes as certified_modes
 from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.parameters.route.drive import require_two_pulleys
 from cabledrive.studies.crossings import Crossing, crossings
 from cabledrive.studies.following import Follower, Station
 from cabledrive.studies.labels import stamped
@@ -54,6 +55,7 @@ def frequency_against(
     NotComputed
         If the modes cannot be followed.
     """
+    require_two_pulleys(drive, "`frequency_against`")
     unit, meaning = quantity_of(drive, key)
     ordered, place = np.unique(_checked(values, modes), return_inverse=True)
     drives = {float(value): varied(drive, key, value) for value in ordered}

@@ -9,6 +9,7 @@ from cabledrive.mechanics.warnings import largest_pretension
 from cabledrive.modal.tuning import Pair, pulley_mode, resonant_pairs, span_frequency, tuned_pretension
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import LARGEST
+from cabledrive.parameters.route.drive import require_two_pulleys
 from cabledrive.reduction.autoparametric import AutoparametricModel, autoparametric_model
 from cabledrive.reduction.decay import guessed_damping
 from cabledrive.reduction.threshold import (
@@ -132,6 +133,7 @@ def resonance(drive: Drive, *, torque: float | None = None, load_torque: float =
     NotComputed
         If a span hangs slack at rest.
     """
+    require_two_pulleys(drive, "`resonance`")
     tau = default_torque(drive) if torque is None else torque
     if not tau >= 0.0:
         raise InputRefused(f"torque = {tau:.6g} N m must not be negative: give its amplitude")

@@ -5,11 +5,14 @@ from typing import Any
 
 import click
 
-from cabledrive.app.options import Subcommand, answering, drive_argument, saves_answer
+from cabledrive.app.new_file import NewFile, NewFileType
+from cabledrive.app.options import Subcommand, answering, machine_argument, saves_answer
 from cabledrive.app.results import Answer, provenance
+from cabledrive.app.route_answer import checked_route
 from cabledrive.mechanics.warnings import practitioner_warnings
 from cabledrive.modal.lowest import derived_with_lowest
 from cabledrive.parameters import Drive, content_hash
+from cabledrive.parameters.route import RoutedDrive
 
 METHOD = "closed formulas of the datasheet; lowest frequencies by the exact dynamic stiffness"
 
@@ -17,9 +20,24 @@ METHOD = "closed formulas of the datasheet; lowest frequencies by the exact dyna
 @click.command(cls=Subcommand, example='cabledrive check elevator --set cable.pretension="20 kN"')
 @answering
 @saves_answer
-@drive_argument
-def command(drive: Drive) -> Answer:
+@machine_argument
+@click.option(
+    "--plot",
+    type=NewFileType(".png", ".svg", ".pdf"),
+    metavar="FILE",
+    help="Draw the machine from its coordinates into FILE, ending in .png, .svg or .pdf.",
+)
+def command(drive: Drive | RoutedDrive, plot: NewFile | None) -> Answer:
     """Validate DRIVE; print derived quantities and warnings."""
+    answer = checked_route(drive) if isinstance(drive, RoutedDrive) else _checked(drive)
+    if plot is not None:
+        from cabledrive.report.machine_figure import machine_drawing
+
+        plot.write(machine_drawing(drive, plot.path.suffix[1:]))
+    return answer
+
+
+def _checked(drive: Drive) -> Answer:
     derived = derived_with_lowest(drive)
     warnings = practitioner_warnings(drive)
     return Answer(

@@ -10,7 +10,8 @@ from cabledrive.app.messages import note
 from cabledrive.app.new_file import PAGE, NewFile, NewFileType
 from cabledrive.app.options import Subcommand, answering, saves_answer
 from cabledrive.app.results import Answer, provenance
-from cabledrive.parameters import InputRefused, load_drive
+from cabledrive.parameters import Drive, InputRefused, load_drive
+from cabledrive.parameters.route.drive import require_two_pulleys
 
 
 @click.command(
@@ -138,7 +139,7 @@ def _ping(logs: tuple[str, ...], name: str, place: tuple[str | None, int], colum
     """Tension of each span from one recording."""
     from cabledrive.identification.tension import read_ping, tension_from_ping
 
-    drive = load_drive(name)
+    drive = _loop_or_line(name)
     found = tension_from_ping(read_ping(_only(logs), columns), drive, span=place[0], section=place[1])
     data = found.as_dict()
     formula = [
@@ -156,7 +157,7 @@ def _ping_of_both(logs: tuple[str, ...], name: str, place: tuple[str | None, int
     """Tension of both spans from one recording in which both sound."""
     from cabledrive.identification.tension import read_ping, tension_of_both
 
-    drive = load_drive(name)
+    drive = _loop_or_line(name)
     found = tension_of_both(read_ping(_only(logs), columns), drive, plucked=place[0], section=place[1])
     data = found.as_dict()
     return Answer(
@@ -165,6 +166,13 @@ def _ping_of_both(logs: tuple[str, ...], name: str, place: tuple[str | None, int
         provenance=provenance(drive, method="two families of decaying tones against certified modes"),
         incomplete=None if found.identifiable else found.unidentifiable[0],
     )
+
+
+def _loop_or_line(name: str) -> Drive:
+    """The drive whose spans are asked for; one with routes is refused."""
+    drive = load_drive(name)
+    require_two_pulleys(drive, "`identify --ping`")
+    return drive
 
 
 def _only(logs: tuple[str, ...]) -> str:

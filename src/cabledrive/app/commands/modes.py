@@ -5,7 +5,7 @@ from typing import Any
 import click
 
 from cabledrive.app.new_file import NewFile, NewFileType
-from cabledrive.app.options import Quantity, Subcommand, answering, drive_argument, saves_answer
+from cabledrive.app.options import Quantity, Subcommand, answering, machine_argument, saves_answer
 from cabledrive.app.results import Answer, provenance
 from cabledrive.mechanics.holding import CONDITIONS
 from cabledrive.modal import Mode, Modes, modes
@@ -13,6 +13,7 @@ from cabledrive.modal.lowest import how_held, lowest_frequencies
 from cabledrive.modal.mode_table import certificate_line, mode_table
 from cabledrive.modal.model_range import INCOMPLETE
 from cabledrive.parameters import Drive
+from cabledrive.parameters.route.drive import RoutedDrive, require_two_pulleys
 
 METHOD = "exact dynamic stiffness, Wittrick-Williams count, inverse iteration"
 
@@ -24,7 +25,7 @@ METHOD = "exact dynamic stiffness, Wittrick-Williams count, inverse iteration"
 )
 @answering
 @saves_answer
-@drive_argument
+@machine_argument
 @click.option("--below", type=Quantity("Hz"), metavar="HZ", help="Every mode below this frequency.")
 @click.option("--count", type=int, metavar="N", help="The first N of each kind instead; default: 10.")
 @click.option(
@@ -52,7 +53,7 @@ METHOD = "exact dynamic stiffness, Wittrick-Williams count, inverse iteration"
     help="Draw frequencies and shapes into FILE, ending in .png, .svg or .pdf.",
 )
 def command(
-    drive: Drive,
+    drive: Drive | RoutedDrive,
     below: float | None,
     count: int | None,
     motor: str | None,
@@ -61,8 +62,10 @@ def command(
     plot: NewFile | None,
 ) -> Answer:
     """List all natural modes of DRIVE, both kinds, with a certificate of completeness."""
-    found = modes(drive, below=below, count=count, motor=motor, hold=hold, at_torque=at_torque)
     if plot is not None:
+        require_two_pulleys(drive, "`modes --plot`")
+    found = modes(drive, below=below, count=count, motor=motor, hold=hold, at_torque=at_torque)
+    if plot is not None and isinstance(drive, Drive):
         from cabledrive.report.mode_figure import mode_picture
 
         plot.write(mode_picture(drive, found, plot.path.suffix[1:]))
@@ -116,4 +119,8 @@ def mode_data(mode: Mode) -> dict[str, Any]:
     }
     if mode.span is not None:
         data |= {"span": mode.span, "plane": mode.plane, "section": mode.section, "model": mode.model}
+    if mode.clamped:
+        data["clamped"] = True
+    if mode.strain_shares:
+        data["strain_shares"] = mode.strain_shares
     return data

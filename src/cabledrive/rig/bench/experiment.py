@@ -19,6 +19,7 @@ from cabledrive.identification.excitation import (
 from cabledrive.identification.logs.log import Log
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import nearest
+from cabledrive.parameters.route.drive import require_two_pulleys
 from cabledrive.parameters.toml_values import flag_of, quantities_of, quantity_of, read_toml, whole_of
 from cabledrive.rig.bench.chapter_4 import rig_of
 from cabledrive.rig.bench.load_cell import with_load_cell
@@ -190,6 +191,7 @@ def experiment(
     -------
     Log
     """
+    require_two_pulleys(drive, "`experiment`")
     rng = random_from(seed)
     rig = rig_of(drive, model)
     command = command_of(excitation or Excitation(), rig.sample_rate, rng)

@@ -10,6 +10,7 @@ from cabledrive.identification.logs.log import Log
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive, content_hash
+from cabledrive.parameters.route.drive import require_two_pulleys
 from cabledrive.studies.study.acceptance_stage import no_runs
 from cabledrive.studies.study.assumed_motion import goals_for
 from cabledrive.studies.study.carriage_pipeline import (
@@ -70,6 +71,7 @@ def run_study(
     -------
     StudyResult
     """
+    require_two_pulleys(drive, "`run_study`")
     goals, note = goals_for(drive, goals or Goals()), note or (lambda line: None)
     hashes = [file_hash(path) for path in logs]
     cache = StageCache(folder=folder, note=note)

@@ -1,0 +1,285 @@
+r"""The network of a machine: spans that carry waves, masses and springs, with the rows by which q moves them.
+
+Waves along a span have :math:`R = EA`, waves across it :math:`R = T/(1+\varepsilon)` per unstretched metre.
+Of a rope that runs with speed v the waves across it have
+
+.. math:: \tau = \frac{c L}{c^2 - v^2}, \qquad \delta = \frac{v L}{c^2 - v^2}, \qquad Z = \sqrt{R\rho},
+          \qquad \text{Eq. (R.3)}
+
+travel time, lag and impedance; the motion along it has :math:`v \ll c` and keeps :math:`\tau = L/c`.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.mechanics.holding import HOLDING
+from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, Array, Motion, condition
+from cabledrive.mechanics.network.pieces import Piece, pieces_of
+from cabledrive.mechanics.network.statics import Statics, gravity, statics_of
+from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route.geometry import Point
+
+DIRECTIONS = (ALONG, ACROSS, OUT_OF_PLANE)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Network:
+    """Waves, masses and springs of a machine in its coordinates.
+
+    Attributes
+    ----------
+    motion : Motion
+        Its coordinates.
+    statics : Statics
+    pieces : list of Piece
+    piece : ndarray of int, shape (m,)
+        Piece of each link; three links a piece: along, across, out of plane.
+    direction : ndarray of int, shape (m,)
+        0: along, 1: across, 2: out of plane.
+    start, end : ndarray, shape (m, n)
+        Rows of both ends of each link.
+    impedance, time, lag : ndarray, shape (m,)
+        Z of one rope [kg/s], travel time and lag [s], Eq. (R.3).
+    ropes : ndarray of int, shape (m,)
+        Parallel ropes.
+    mass, mass_rows : ndarray, shapes (k,), (k, n)
+        Masses [kg] and moments of inertia [kg m^2], and how q moves them.
+    spring, spring_rows : ndarray, shapes (j,), (j, n)
+        Springs [N/m], [N m/rad], and how q strains them.
+    spring_names : tuple of str
+    geometric : ndarray, shape (n, n)
+        Stiffness of turning bodies under the forces at rest, Eq. (R.4).
+    """
+
+    motion: Motion
+    statics: Statics
+    pieces: list[Piece]
+    piece: NDArray[np.intp]
+    direction: NDArray[np.intp]
+    start: Array
+    end: Array
+    impedance: Array
+    time: Array
+    lag: Array
+    ropes: NDArray[np.intp]
+    mass: Array
+    mass_rows: Array
+    spring: Array
+    spring_rows: Array
+    spring_names: tuple[str, ...]
+    geometric: Array
+
+    @property
+    def drive(self) -> RoutedDrive:
+        """The machine."""
+        return self.motion.drive
+
+    @cached_property
+    def static_stiffness(self) -> Array:
+        """Stiffness of every coordinate against every other at rest, shape (n, n)."""
+        stretch = self.start - self.end
+        link = self.ropes * self.impedance / self.time
+        matrix = (stretch.T * link) @ stretch + (self.spring_rows.T * self.spring) @ self.spring_rows
+        return np.asarray(matrix + self.geometric)
+
+    @cached_property
+    def static_mass(self) -> Array:
+        """Mass matrix of slow motions, ropes shared out between their ends, shape (n, n)."""
+        rope = self.ropes * self.impedance * self.time / 6.0
+        matrix = (self.mass_rows.T * self.mass) @ self.mass_rows
+        for a, b, share in (
+            (self.start, self.start, 2.0),
+            (self.end, self.end, 2.0),
+            (self.start, self.end, 1.0),
+        ):
+            part = (a.T * (share * rope)) @ b
+            matrix = matrix + (part + part.T) / (2.0 if a is b else 1.0)
+        return np.asarray(matrix)
+
+
+def network_of(drive: RoutedDrive, *, motor: str | None = None, hold: Sequence[str] = ()) -> Network:
+    """The network of a machine about its state of rest.
+
+    ``motor``, ``hold``: how the rotors are held, and what else, see `cabledrive.modal.modes`.
+    Raises `InputRefused` if there is no such state, a rope runs too fast, or nothing holds a part.
+    """
+    names = (hold,) if isinstance(hold, str) else tuple(hold)
+    motion, statics = Motion(drive, condition(drive, motor), names), statics_of(drive)
+    pieces = pieces_of(motion, statics)
+    links = [(number, way) for number in range(len(pieces)) for way in range(len(DIRECTIONS))]
+    waves = [_waves(drive, pieces[number], DIRECTIONS[way]) for number, way in links]
+    start, end = (
+        np.array([pieces[number].rows[DIRECTIONS[way]][side] for number, way in links]) for side in (0, 1)
+    )
+    mass, mass_rows = _masses(motion)
+    spring, spring_rows, spring_names = _springs(motion)
+    network = Network(
+        motion=motion,
+        statics=statics,
+        pieces=pieces,
+        piece=np.array([number for number, _ in links]),
+        direction=np.array([way for _, way in links]),
+        start=start,
+        end=end,
+        impedance=np.array([wave[0] for wave in waves]),
+        time=np.array([wave[1] for wave in waves]),
+        lag=np.array([wave[2] for wave in waves]),
+        ropes=np.array(
+            [drive.route[drive.free_spans[pieces[number].span].route].ropes for number, _ in links]
+        ),
+        mass=mass,
+        mass_rows=mass_rows,
+        spring=spring,
+        spring_rows=spring_rows,
+        spring_names=spring_names,
+        geometric=_geometric(motion, statics),
+    )
+    _check_held(network)
+    return network
+
+
+def _waves(drive: RoutedDrive, piece: Piece, direction: str) -> tuple[float, float, float]:
+    """Impedance of one rope, travel time and lag of a piece, Eq. (R.3).
+
+    Across, the tension counts by the travel time of a string in which it changes evenly.
+    """
+    span = drive.free_spans[piece.span]
+    rope, route = drive.ropes[span.route], drive.route[span.route]
+    tension = (0.5 * (sqrt(piece.start_tension) + sqrt(piece.end_tension))) ** 2
+    stretch = 1.0 + tension / rope.axial_rigidity
+    length = piece.length / stretch
+    rigidity = rope.axial_rigidity if direction == ALONG else tension / stretch
+    c, v = sqrt(rigidity / rope.density), route.speed / stretch
+    z = sqrt(rigidity * rope.density)
+    if direction == ALONG or v == 0.0:
+        return z, length / c, 0.0
+    if abs(v) >= c:
+        raise InputRefused(
+            f'route "{route.name}": speed = {route.speed:.4g} m/s reaches the wave speed '
+            f"{c * stretch:.4g} m/s of span "
+            f"{span.name}, above which no vibration is stable: lower the speed, or raise the pretension"
+        )
+    return z, c * length / (c**2 - v**2), v * length / (c**2 - v**2)
+
+
+def _masses(motion: Motion) -> tuple[Array, Array]:
+    """Masses and moments of inertia with the rows by which they move."""
+    drive = motion.drive
+    parts: list[tuple[float, Array]] = []
+    for number, body in enumerate(drive.body):
+        parts += [(body.mass, row) for row in motion.point(body.at, number)]
+        parts.append((body.inertia, motion.rotation(number)))
+    motors = dict(zip(drive.driven, drive.motor, strict=True))
+    for number, pulley in enumerate(drive.pulley):
+        body_number = drive.body_number(pulley.on, pulley.name)
+        parts += [(pulley.mass, row) for row in motion.point(pulley.at, body_number)]
+        motor = motors.get(number)
+        rigid = motor.inertia if motor is not None and motor.joint_stiffness is None else 0.0
+        parts.append((pulley.inertia + rigid, motion.angle(number)))
+        if motor is not None and motor.joint_stiffness is not None:
+            parts.append((motor.inertia, _rotor(motion, number)))
+    for number, carriage in enumerate(drive.carriage):
+        name = motion.carriage_name(number)
+        parts += [(carriage.mass, motion.unit(f"{name} {way}")) for way in DIRECTIONS]
+    kept = [(mass, row) for mass, row in parts if mass > 0.0 and row.any()]
+    return _stacked(kept, len(motion.names))
+
+
+def _stacked(parts: list[tuple[float, Array]], n: int) -> tuple[Array, Array]:
+    rows = np.array([row for _, row in parts]) if parts else np.zeros((0, n))
+    return np.array([value for value, _ in parts]), rows
+
+
+def _rotor(motion: Motion, pulley: int) -> Array:
+    """Turn of the rotor behind a flexible joint; of a held one that of the body it is mounted on."""
+    part = motion.drive.pulley[pulley]
+    name = f"rotor of {part.name}"
+    if name in motion.names:
+        return motion.unit(name)
+    return motion.rotation(motion.drive.body_number(part.on, part.name))
+
+
+def _springs(motion: Motion) -> tuple[Array, Array, tuple[str, ...]]:
+    """Springs of bodies, joints and holding stiffnesses, with the rows that strain them and their names."""
+    drive = motion.drive
+    parts: list[tuple[float, Array]] = []
+    names: list[str] = []
+    for body in drive.body:
+        if body.stiffness > 0.0:
+            parts += [(body.stiffness, motion.unit(f"{body.name}.{move}")) for move in body.moves]
+            names += [f"spring of {body.name}"] * len(body.moves)
+    for number, motor in zip(drive.driven, drive.motor, strict=True):
+        part = drive.pulley[number]
+        shaft = motion.angle(number)
+        if motor.joint_stiffness is not None:
+            rotor = _rotor(motion, number)
+            parts.append((motor.joint_stiffness, rotor - shaft))
+            names.append("motor joint")
+            shaft = rotor
+        if motion.motor == HOLDING and motor.holding_stiffness is not None:
+            mount = motion.rotation(drive.body_number(part.on, part.name))
+            parts.append((motor.holding_stiffness, shaft - mount))
+            names.append("holding stiffness")
+    kept = [(part, name) for part, name in zip(parts, names, strict=True) if part[1].any()]
+    stiffness, rows = _stacked([part for part, _ in kept], len(motion.names))
+    return stiffness, rows, tuple(name for _, name in kept)
+
+
+def _geometric(motion: Motion, statics: Statics) -> Array:
+    r"""Stiffness of turning bodies under constant forces, Eq. (R.4).
+
+    .. math:: K_{ij} = -\sum F \cdot \frac{\partial^2 c}{\partial q_i\,\partial q_j}, \qquad
+              \frac{\partial^2 c}{\partial q_a\,\partial q_b} = e_z \times \frac{\partial c}{\partial q_b}
+
+    where a turns and carries b, or is b itself; zero else.
+    """
+    drive = motion.drive
+    total = np.zeros((len(motion.names), len(motion.names)))
+    if not any("turn" in body.moves for body in drive.body):
+        return total
+    g = gravity(drive)
+    loads: list[tuple[Array, Point, int | None]] = [
+        (body.mass * g + np.array(body.load), body.at, i) for i, body in enumerate(drive.body)
+    ]
+    loads += [
+        (pulley.mass * g, pulley.at, drive.body_number(pulley.on, pulley.name)) for pulley in drive.pulley
+    ]
+    for number, span in enumerate(drive.free_spans):
+        for end, place in enumerate((span.start, span.end)):
+            loads.append((statics.forces[number, end], place.centre, motion.body_of(place)))
+    for force, at, body in loads:
+        rows = motion.point(at, body)
+        turned = force[1] * rows[0] - force[0] * rows[1]  # F . (e_z x dc/dq)
+        chain = drive.carried_by(body)
+        for position, outer in enumerate(chain):
+            if "turn" not in drive.body[outer].moves:
+                continue
+            a = motion.unit(f"{drive.body[outer].name}.turn")
+            for inner in chain[: position + 1]:
+                for move in drive.body[inner].moves:
+                    b = motion.unit(f"{drive.body[inner].name}.{move}")
+                    value = -float(turned @ b)
+                    total += value * np.outer(a, b)
+                    total += value * np.outer(b, a) if inner != outer else 0.0
+    return total
+
+
+def _check_held(network: Network) -> None:
+    """Refuse a coordinate that no rope and no spring holds."""
+    held = np.abs(network.static_stiffness).sum(axis=0)
+    for name, stiffness in zip(network.motion.names, held, strict=True):
+        if stiffness == 0.0:
+            body, _, move = name.rpartition(".")
+            if body in [part.name for part in network.drive.body]:
+                way = "about its pivot" if move == "turn" else f"along {move}"
+                raise InputRefused(
+                    f"body {body}: nothing holds it {way}, no rope and no spring: add an anchor, a "
+                    "pulley or stiffness"
+                )
+            raise InputRefused(f"pulley {name}: no route passes it: add it to a path, or leave it out")

@@ -1,0 +1,181 @@
+r"""Coordinates of a machine with routes, and how its points and spans' ends move with them.
+
+The coordinates q are the moves of each body, the angle of each pulley that turns, place along and across of
+each carriage, and the rotor behind a flexible joint. An end of a span on a pulley of centre c, sense s and
+radius r moves by
+
+.. math:: u = t \cdot J_c\,q + s\,r\,\theta, \qquad w = n \cdot J_c\,q, \qquad \text{Eq. (R.2)}
+
+along and across the span; :math:`J_c` is the motion of the body that carries it.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.mechanics.holding import FREE, HELD, HOLDING
+from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.fields import nearest
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route.geometry import Place, Point
+
+Array = NDArray[np.float64]
+
+ALONG, ACROSS, OUT_OF_PLANE = "along", "across", "out of plane"
+AT_REST = 1e-9
+"""Part of a row, relative to its largest entry, that is round-off."""
+
+
+def condition(drive: RoutedDrive, motor: str | None = None) -> str:
+    """How the rotors are held, as `cabledrive.mechanics.holding.motor_condition`.
+
+    ``motor``, {"free", "held", "holding"} or None for the file's own.
+    Raises `InputRefused` if the file has no holding stiffness.
+    """
+    sprung = any(own.holding_stiffness is not None for own in drive.motor)
+    if motor is None:
+        return HOLDING if sprung else FREE
+    if motor not in (FREE, HELD, HOLDING):
+        raise InputRefused(f'motor = "{motor}" is not one of its values: write free, held or holding')
+    if motor == HOLDING and not sprung:
+        raise InputRefused(
+            'motor = "holding" needs motor.holding_stiffness [N m/rad], which the drive file does not give: '
+            "add it, or take free or held"
+        )
+    return motor
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Coordinates of a machine, some of them held.
+
+    Attributes
+    ----------
+    drive : RoutedDrive
+    motor : {"free", "held", "holding"}
+        How the rotors are held.
+    hold : tuple of str
+        Names of bodies, pulleys and carriages that are held as well.
+    """
+
+    drive: RoutedDrive
+    motor: str = FREE
+    hold: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        known = [body.name for body in self.drive.body] + [pulley.name for pulley in self.drive.pulley]
+        known += [self.carriage_name(number) for number in range(len(self.drive.carriage))]
+        for name in self.hold:
+            if name not in known:
+                hint = (
+                    ': the rotors are held by motor = "held"'
+                    if name == "motor"
+                    else nearest(name[:60], known)
+                )
+                raise InputRefused(f'hold = "{name[:60]}" is no part of this drive that can be held{hint}')
+
+    def carriage_name(self, number: int) -> str:
+        """Name of a carriage, "carriage 0" where the file gives none."""
+        return self.drive.carriage[number].name or f"carriage {number}"
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names of the coordinates: "head.x", "motor a", "carriage 0 along", "rotor of motor a"."""
+        drive = self.drive
+        found = [
+            f"{body.name}.{move}" for body in drive.body if body.name not in self.hold for move in body.moves
+        ]
+        found += [pulley.name for number, pulley in enumerate(drive.pulley) if self.turns(number)]
+        for number, carriage in enumerate(drive.carriage):
+            name = self.carriage_name(number)
+            if name not in self.hold:
+                found.append(f"{name} {ALONG}")
+                found += [] if carriage.guided else [f"{name} {ACROSS}", f"{name} {OUT_OF_PLANE}"]
+        if self.motor != HELD:
+            found += [
+                f"rotor of {drive.pulley[pulley].name}"
+                for motor, pulley in zip(drive.motor, drive.driven, strict=True)
+                if motor.joint_stiffness is not None
+            ]
+        return tuple(found)
+
+    def turns(self, number: int) -> bool:
+        """Whether a pulley turns: it is no guide, and neither held nor the rigid shaft of a held rotor."""
+        pulley = self.drive.pulley[number]
+        if pulley.fixed or pulley.name in self.hold:
+            return False
+        if self.motor != HELD:
+            return True
+        if not self.drive.motor:
+            return number != 0
+        rigid = (
+            own
+            for own, motor in zip(self.drive.driven, self.drive.motor, strict=True)
+            if motor.joint_stiffness is None
+        )
+        return number not in rigid
+
+    def unit(self, name: str) -> Array:
+        """Row that picks one coordinate, zero where it is held, shape (n,)."""
+        row = np.zeros(len(self.names))
+        if name in self._index:
+            row[self._index[name]] = 1.0
+        return row
+
+    @cached_property
+    def _index(self) -> dict[str, int]:
+        return {name: number for number, name in enumerate(self.names)}
+
+    def point(self, at: Point, body: int | None) -> Array:
+        """Motion of a point of a body, rows x and y, shape (2, n)."""
+        rows = np.zeros((2, len(self.names)))
+        for number in self.drive.carried_by(body):
+            part = self.drive.body[number]
+            for move in part.moves:
+                step = self.unit(f"{part.name}.{move}")
+                if part.pivot is not None:
+                    rows[0] -= (at[1] - part.pivot[1]) * step
+                    rows[1] += (at[0] - part.pivot[0]) * step
+                else:
+                    rows["xy".index(move)] += step
+        return rows
+
+    def rotation(self, body: int | None) -> Array:
+        """Turn of a body, shape (n,) [rad]."""
+        row = np.zeros(len(self.names))
+        for number in self.drive.carried_by(body):
+            part = self.drive.body[number]
+            if "turn" in part.moves:
+                row += self.unit(f"{part.name}.turn")
+        return row
+
+    def angle(self, pulley: int) -> Array:
+        """Turn of a pulley, shape (n,) [rad]; a guide and a held pulley turn with their body."""
+        part = self.drive.pulley[pulley]
+        if self.turns(pulley):
+            return self.unit(part.name)
+        return self.rotation(self.drive.body_number(part.on, part.name))
+
+    def body_of(self, place: Place) -> int | None:
+        """Body that carries a place of a path."""
+        if place.anchor is not None:
+            part = self.drive.anchor[place.anchor]
+            return self.drive.body_number(part.on, part.name)
+        assert place.pulley is not None
+        pulley = self.drive.pulley[place.pulley]
+        return self.drive.body_number(pulley.on, pulley.name)
+
+    def end_rows(self, place: Place, along: Point, across: Point) -> tuple[Array, Array]:
+        """Rows u and w of a span's end, Eq. (R.2), each shape (n,)."""
+        rows = self.point(place.centre, self.body_of(place))
+        u, w = along[0] * rows[0] + along[1] * rows[1], across[0] * rows[0] + across[1] * rows[1]
+        if place.pulley is not None:
+            u = u + place.sense * place.radius * self.angle(place.pulley)
+        return _clean(u), _clean(w)
+
+
+def _clean(row: Array) -> Array:
+    """A row without what round-off left of directions at right angles, whatever the unit of a column."""
+    return np.where(np.abs(row) > AT_REST * np.maximum(1.0, np.abs(row).max(initial=0.0)), row, 0.0)

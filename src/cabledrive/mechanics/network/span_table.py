@@ -1,0 +1,159 @@
+"""What a machine with routes is at rest, span by span and pulley by pulley, and what looks odd about it."""
+
+from collections.abc import Iterator
+from math import asin, degrees, log
+from typing import Any
+
+import numpy as np
+
+from cabledrive.mechanics.network.motion import Motion
+from cabledrive.mechanics.network.statics import Statics, lean, sag_parameter, statics_of
+from cabledrive.parameters.route import RoutedDrive
+
+_ASKEW_FROM, _ASKEW_TO = 1e-3, 15.0
+"""Angles [deg] between which a span was probably meant to be parallel to a slide."""
+
+_LITTLE_SAFETY = 3.0
+
+
+def span_rows(drive: RoutedDrive, statics: Statics) -> list[dict[str, Any]]:
+    """One row for each free span, in SI."""
+    rows = []
+    for number, span in enumerate(drive.free_spans):
+        rope, route = drive.ropes[span.route], drive.route[span.route]
+        tension = float(statics.mean[number])
+        largest = float(max(statics.start[number], statics.end[number]))
+        rigidity = rope.axial_rigidity
+        irvine = sag_parameter(rigidity, tension, statics.line_load[number], span)
+        rows.append(
+            {
+                "name": span.name,
+                "route": route.name,
+                "length": span.length,
+                "unstretched_length": span.length / (1.0 + tension / rigidity),
+                "tension": tension,
+                "tension_start": float(statics.start[number]),
+                "tension_end": float(statics.end[number]),
+                "ropes": route.ropes,
+                "wrap": span.wrap,
+                "pulley": span.end.name if span.end.sense else None,
+                "along": list(span.along),
+                "string_frequency_hz": (rope.wave_speed(tension) ** 2 - route.speed**2)
+                / rope.wave_speed(tension)
+                / (2.0 * span.length),
+                "irvine_parameter": irvine,
+                # Ernst: the chord of a sagging rope is softer than the rope.
+                "equivalent_rigidity": rigidity / (1.0 + irvine / 12.0),
+                "safety_factor": None if rope.strength is None else rope.strength / largest,
+            }
+        )
+    return rows
+
+
+def pulley_rows(drive: RoutedDrive, statics: Statics) -> list[dict[str, Any]]:
+    """One row for each pulley that a rope passes: wrap, tensions, the friction that holds them."""
+    rows = []
+    for number, span in enumerate(drive.free_spans):
+        if span.wrap is None or span.end.pulley is None:
+            continue
+        after = next(
+            i
+            for i, other in enumerate(drive.free_spans)
+            if other.route == span.route and _follows(drive, number, i)
+        )
+        rope, route = drive.ropes[span.route], drive.route[span.route]
+        momentum = rope.density * route.speed**2
+        first, last = float(statics.end[number]), float(statics.start[after])
+        pulley = drive.pulley[span.end.pulley]
+        rows.append(
+            {
+                "name": pulley.name,
+                "route": route.name,
+                "wrap": span.wrap,
+                "tension_in": first,
+                "tension_out": last,
+                "needed_friction": _needed_friction(first - momentum, last - momentum, span.wrap),
+                "capstan_friction": pulley.capstan_friction,
+                "bend_ratio": None if rope.least_radius is None else pulley.radius / rope.least_radius,
+            }
+        )
+    return rows
+
+
+def _follows(drive: RoutedDrive, number: int, other: int) -> bool:
+    """Whether a span is the next one of its route."""
+    route = drive.free_spans[number].route
+    own = [i for i, span in enumerate(drive.free_spans) if span.route == route]
+    return other == own[(own.index(number) + 1) % len(own)]
+
+
+def _needed_friction(first: float, last: float, wrap: float) -> float | None:
+    r"""Friction that keeps the rope from slipping, :math:`|\ln(T_1/T_2)|/\text{wrap}`; None: none does."""
+    if min(first, last) <= 0.0:
+        return None
+    unequal = abs(log(first / last))
+    if unequal < 1e-12:
+        return 0.0
+    return unequal / wrap if wrap > 0.0 else None
+
+
+def route_warnings(drive: RoutedDrive) -> tuple[str, ...]:
+    """What looks odd about a machine with routes, one line each."""
+    statics = statics_of(drive)
+    return (
+        *_askew(drive),
+        *_slipping(drive, statics),
+        *_strength(drive, statics),
+        *_pretension(drive, statics),
+    )
+
+
+def _askew(drive: RoutedDrive) -> Iterator[str]:
+    """Spans that are not quite parallel to the slide that one of their ends rides on."""
+    motion = Motion(drive)
+    for span in drive.free_spans:
+        ends = [motion.point(place.centre, motion.body_of(place)) for place in (span.start, span.end)]
+        for column, name in enumerate(motion.names):
+            step = (ends[1] - ends[0])[:, column]
+            if name.rpartition(".")[2] not in ("x", "y") or not step.any():
+                continue
+            angle = degrees(asin(min(1.0, lean(span, (float(step[0]), float(step[1]))))))
+            if _ASKEW_FROM < angle < _ASKEW_TO:
+                yield (
+                    f"span {span.name} runs askew to {name} by {angle:.3g} deg: its tension pulls "
+                    "across the slide and "
+                    "turns a rigid-body mode into a slow one"
+                )
+
+
+def _slipping(drive: RoutedDrive, statics: Statics) -> Iterator[str]:
+    for row in pulley_rows(drive, statics):
+        have, need = row["capstan_friction"], row["needed_friction"]
+        if have is not None and (need is None or need > have):
+            shown = "more than any" if need is None else f"{need:.3g}"
+            yield f"the rope slips on {row['name']}: friction {have:.3g}, needed {shown}"
+        if row["bend_ratio"] is not None and row["bend_ratio"] < 1.0:
+            yield f"pulley {row['name']} bends the rope to {row['bend_ratio']:.2g} of its smallest radius"
+
+
+def _strength(drive: RoutedDrive, statics: Statics) -> Iterator[str]:
+    for row in span_rows(drive, statics):
+        safety = row["safety_factor"]
+        if safety is not None and safety < _LITTLE_SAFETY:
+            yield f"span {row['name']} has a safety factor of {safety:.3g} at rest"
+
+
+def _pretension(drive: RoutedDrive, statics: Statics) -> Iterator[str]:
+    """A pretension that the balance of the bodies overrules."""
+    for number, rope in enumerate(drive.ropes):
+        if rope.pretension is None:
+            continue
+        own = [i for i, span in enumerate(drive.free_spans) if span.route == number]
+        found = np.concatenate((statics.start[own], statics.end[own]))
+        worst = float(found[np.argmax(np.abs(found - rope.pretension))])
+        if abs(worst - rope.pretension) > 0.01 * rope.pretension:
+            yield (
+                f"route {drive.route[number].name}: bodies and weights make its tension up to "
+                f"{worst:.4g} N, its "
+                f"pretension is {rope.pretension:.4g} N"
+            )

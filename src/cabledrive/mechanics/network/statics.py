@@ -1,0 +1,342 @@
+r"""Tensions of a machine at rest: every body in balance, weights of bodies and ropes included.
+
+A section is a piece of a route along which the tension is passed on: between clamps, drums, guides, driven
+pulleys, and pulleys that several ropes turn. Its tension grows against gravity by :math:`\rho g` per metre of
+height. Unknown is one tension a section; each coordinate of a body without a spring must be in balance. Of
+all solutions the one nearest to the given pretensions is taken.
+"""
+
+from dataclasses import dataclass
+from math import hypot
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.mechanics.network.motion import Array, Motion
+from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route.geometry import FreeSpan
+
+_BALANCED = 1e-6
+_SINGULAR = 1e-10
+_ROUNDS = 4
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Statics:
+    """Forces of a machine at rest.
+
+    Attributes
+    ----------
+    start, end : ndarray, shape (spans,)
+        Tension of one rope at the start and the end of each free span [N].
+    line_load : ndarray, shape (spans, 2)
+        Weight of one rope per metre [N/m].
+    forces : ndarray, shape (spans, 2, 2)
+        Force of all parallel ropes of a span on what carries its start and its end [N].
+    preload : dict of str to float
+        What the springs of the bodies hold at rest, by coordinate [N] or [N m].
+    """
+
+    start: Array
+    end: Array
+    line_load: Array
+    forces: Array
+    preload: dict[str, float]
+
+    @property
+    def mean(self) -> Array:
+        """Mean tension of one rope of each span, shape (spans,) [N]."""
+        return 0.5 * (self.start + self.end)
+
+
+def gravity(drive: RoutedDrive) -> Array:
+    """Gravity in the plane of the machine, shape (2,) [m/s^2]."""
+    slope = drive.layout.inclination
+    return -drive.layout.gravity * np.array([np.sin(slope), np.cos(slope)])
+
+
+def statics_of(drive: RoutedDrive) -> Statics:
+    """Tensions at rest.
+
+    Raises `InputRefused` if no tensions balance the bodies, they are not told, or one is not positive.
+    """
+    motion = Motion(drive)
+    walks = sections_of(drive)
+    sections, count = _numbers(walks, len(drive.free_spans)), len(walks)
+    strain = np.zeros(len(drive.free_spans))
+    for _ in range(_ROUNDS):  # the weight of a rope depends on its strain, slightly
+        offsets = _Offsets(drive, walks, strain)
+        tension = _balanced(drive, motion, sections, count, offsets)
+        start = tension[sections] + offsets.start
+        end = tension[sections] + offsets.end
+        rigidity = np.array([drive.ropes[span.route].axial_rigidity for span in drive.free_spans])
+        strain = 0.5 * (start + end) / rigidity
+    for number, span in enumerate(drive.free_spans):
+        lowest = min(start[number], end[number])
+        if not lowest > 0.0:
+            raise InputRefused(
+                f"span {span.name}: its tension at rest is {lowest:.4g} N, a rope cannot push: "
+                "raise pretension, "
+                "or change masses and loads"
+            )
+    forces = offsets.constant + tension[sections][:, None, None] * offsets.unit
+    return Statics(
+        start=start,
+        end=end,
+        line_load=offsets.line_load,
+        forces=forces,
+        preload=_preload(drive, motion, forces),
+    )
+
+
+def sections_of(drive: RoutedDrive) -> list[list[int]]:
+    """Numbers of the free spans of each section, in order of travel."""
+    visits = [place.pulley for places in drive.places for place in places if place.pulley is not None]
+    passing = {
+        number
+        for number, pulley in enumerate(drive.pulley)
+        if not pulley.fixed and number not in drive.driven and visits.count(number) == 1
+    }
+    found: list[list[int]] = []
+    for route, data in enumerate(drive.route):
+        own = [number for number, span in enumerate(drive.free_spans) if span.route == route]
+        breaks = [i for i, number in enumerate(own) if drive.free_spans[number].start.pulley not in passing]
+        if data.closed:
+            first = breaks[0] if breaks else 0
+            own, breaks = own[first:] + own[:first], [i - first for i in breaks] or [0]
+        elif 0 not in breaks:
+            breaks.insert(0, 0)
+        found += [own[i:j] for i, j in zip(breaks, [*breaks[1:], len(own)], strict=True)]
+    return found
+
+
+def _numbers(walks: list[list[int]], spans: int) -> NDArray[np.intp]:
+    """Number of the section of each span."""
+    section = np.zeros(spans, dtype=np.intp)
+    for number, walk in enumerate(walks):
+        section[walk] = number
+    return section
+
+
+class _Offsets:
+    """What the tensions of the sections leave open: weights of ropes and carriages along every span.
+
+    ``constant`` and ``unit``, shape (spans, 2, 2): forces at both ends without and per unit of section
+    tension.
+    """
+
+    def __init__(self, drive: RoutedDrive, walks: list[list[int]], strain: Array) -> None:
+        n, g = len(drive.free_spans), gravity(drive)
+        self.start, self.end = np.zeros(n), np.zeros(n)
+        self.line_load = np.zeros((n, 2))
+        self.constant, self.unit = np.zeros((n, 2, 2)), np.zeros((n, 2, 2))
+        for walk in walks:
+            reached = 0.0
+            for number in walk:
+                reached = self._add(drive, number, g, float(strain[number]), reached)
+            self._check_closed(drive, walk, reached)
+
+    def _add(self, drive: RoutedDrive, number: int, g: Array, strain: float, at_start: float) -> float:
+        """One more span of a section, which starts with a tension; returns that at its end."""
+        span = drive.free_spans[number]
+        rope, route = drive.ropes[span.route], drive.route[span.route]
+        along, across = np.array(span.along), np.array(span.across)
+        density = rope.density / (1.0 + strain)
+        load = density * g
+        weight_along, moment_across, total_across = _carried(drive, number, span, g)
+        at_end = at_start - float(load @ along) * span.length - weight_along
+        self.start[number], self.end[number], self.line_load[number] = at_start, at_end, load
+        momentum = density * route.speed**2
+        hanging = float(load @ across) * span.length / 2.0
+        push = (
+            (at_start - momentum) * along + (hanging + total_across - moment_across) * across,
+            -(at_end - momentum) * along + (hanging + moment_across) * across,
+        )
+        self.constant[number] = route.ropes * np.array(push)
+        self.unit[number] = route.ropes * np.array((along, -along))
+        return at_end
+
+    def _check_closed(self, drive: RoutedDrive, walk: list[int], reached: float) -> None:
+        """Where a rope runs round free pulleys alone, nothing holds weights that pull it one way."""
+        first, last = drive.free_spans[walk[0]], drive.free_spans[walk[-1]]
+        driven = first.start.pulley in drive.driven or first.start.sense == 0
+        if not drive.route[first.route].closed or driven or drive.pulley[first.start.pulley or 0].fixed:
+            return
+        if last.end == first.start and abs(reached) > _BALANCED * (1.0 + np.abs(self.end[walk]).max()):
+            raise InputRefused(
+                f'route "{drive.route[first.route].name}": no static solution, weights on it pull '
+                f"{abs(reached):.4g} "
+                "N one way and every pulley turns freely: drive a pulley by [[motor]], or fix one"
+            )
+
+
+def _carried(drive: RoutedDrive, number: int, span: FreeSpan, g: Array) -> tuple[float, float, float]:
+    """Weights of a span's carriages: along it, at its end and in total across it [N]."""
+    along = at_end = total = 0.0
+    for carriage, (own, place) in zip(drive.carriage, drive.carriage_places, strict=True):
+        if own == number:
+            along += carriage.mass * float(g @ np.array(span.along))
+            if not carriage.guided:
+                across = carriage.mass * float(g @ np.array(span.across))
+                total, at_end = total + across, at_end + across * place / span.length
+    return along, at_end, total
+
+
+def _end_matrix(drive: RoutedDrive, motion: Motion, number: int) -> Array:
+    """Motion of what carries both ends of a span, shape (2 ends, 2 directions, n): the centres of pulleys."""
+    span = drive.free_spans[number]
+    return np.stack([motion.point(place.centre, motion.body_of(place)) for place in (span.start, span.end)])
+
+
+def applied_forces(drive: RoutedDrive, motion: Motion) -> Array:
+    """Weights and loads on the coordinates, without the ropes, shape (n,)."""
+    g, total = gravity(drive), np.zeros(len(motion.names))
+    for number, body in enumerate(drive.body):
+        total += (body.mass * g + np.array(body.load)) @ motion.point(body.at, number)
+    for pulley in drive.pulley:
+        total += pulley.mass * g @ motion.point(pulley.at, drive.body_number(pulley.on, pulley.name))
+    return total
+
+
+def _held_torques(drive: RoutedDrive, motion: Motion, number: int) -> Array:
+    """Motion of the shafts that take the moment of a span's two ends, per unit tension, shape (2, n).
+
+    A guide and a driven pulley hand the moment of the rope to the body that carries them.
+    """
+    span, rows = drive.free_spans[number], np.zeros((2, len(motion.names)))
+    for end, (place, sign) in enumerate(((span.start, 1.0), (span.end, -1.0))):
+        if place.pulley is None:
+            continue
+        if drive.pulley[place.pulley].fixed or place.pulley in drive.driven:
+            rows[end] = sign * place.sense * place.radius * motion.rotation(motion.body_of(place))
+    return rows
+
+
+def rope_forces(drive: RoutedDrive, motion: Motion, forces: Array) -> Array:
+    """Forces of the ropes on the coordinates of bodies, shape (n,).
+
+    ``forces``, shape (spans, 2, 2).
+    """
+    total = np.zeros(len(motion.names))
+    for number, span in enumerate(drive.free_spans):
+        total += np.einsum("ei,ein->n", forces[number], _end_matrix(drive, motion, number))
+        pull = forces[number] @ np.array(span.along) * np.array((1.0, -1.0))
+        total += pull @ _held_torques(drive, motion, number)
+    return total
+
+
+def _balanced(
+    drive: RoutedDrive, motion: Motion, sections: NDArray[np.intp], count: int, offsets: _Offsets
+) -> Array:
+    """Tensions of the sections nearest to the pretensions that balance every body, shape (sections,)."""
+    rows = [
+        number
+        for number, name in enumerate(motion.names)
+        for body in drive.body
+        if name.rpartition(".")[0] == body.name and body.stiffness == 0.0
+    ]
+    matrix = np.zeros((len(motion.names), count))
+    for section in range(count):
+        matrix[:, section] = rope_forces(drive, motion, offsets.unit * (sections == section)[:, None, None])
+    rest = -applied_forces(drive, motion) - rope_forces(drive, motion, offsets.constant)
+    matrix, rest = matrix[rows], rest[rows]
+    matrix, rest = _with_common_pulleys(drive, sections, offsets, matrix, rest)
+    given = _given_tension(drive, sections, count)
+    start = np.where(np.isnan(given), 0.0, given)
+    scale = np.abs(matrix).max(axis=1, initial=0.0)
+    scale[scale == 0.0] = 1.0
+    inverse = np.linalg.pinv(matrix / scale[:, None], rcond=_SINGULAR)
+    tension = start + inverse @ ((rest - matrix @ start) / scale)
+    _check_told(drive, sections, given, matrix / scale[:, None], inverse)
+    missing = rest - matrix @ tension
+    size = np.abs(rest) + np.abs(matrix) @ np.abs(tension)
+    for place, row in enumerate(rows):
+        if abs(missing[place]) > _BALANCED * max(size[place], 1e-9):
+            _refuse_unbalanced(
+                motion.names[row], float(missing[place]), matrix[place] * tension, float(rest[place])
+            )
+    return tension
+
+
+def _with_common_pulleys(
+    drive: RoutedDrive, sections: NDArray[np.intp], offsets: _Offsets, matrix: Array, rest: Array
+) -> tuple[Array, Array]:
+    """One more equation for each free pulley that several ropes turn: their moments balance."""
+    visits = [(place.pulley, route) for route, places in enumerate(drive.places) for place in places]
+    for number, pulley in enumerate(drive.pulley):
+        seen = sum(own == number for own, _ in visits)
+        if pulley.fixed or number in drive.driven or seen < 2:
+            continue
+        row, known = np.zeros(matrix.shape[1]), 0.0
+        for index, span in enumerate(drive.free_spans):
+            ropes = drive.route[span.route].ropes
+            for place, sign, offset in ((span.start, 1, offsets.start), (span.end, -1, offsets.end)):
+                if place.pulley == number:
+                    arm = sign * place.sense * place.radius * ropes
+                    row[sections[index]] += arm
+                    known += arm * offset[index]
+        matrix, rest = np.vstack((matrix, row)), np.append(rest, -known)
+    return matrix, rest
+
+
+def _given_tension(drive: RoutedDrive, sections: NDArray[np.intp], count: int) -> Array:
+    """Pretension of each section, NaN where the file gives none, shape (sections,)."""
+    given = np.full(count, np.nan)
+    for number, span in enumerate(drive.free_spans):
+        pretension = drive.ropes[span.route].pretension
+        if pretension is not None:
+            given[sections[number]] = pretension
+    return given
+
+
+def _check_told(
+    drive: RoutedDrive, sections: NDArray[np.intp], given: Array, matrix: Array, inverse: Array
+) -> None:
+    """Refuse where the balance leaves a tension open for which the file gives no pretension."""
+    open_directions = np.eye(given.size) - inverse @ matrix
+    for section in np.flatnonzero(np.isnan(given)):
+        if np.abs(open_directions[section]).max() > 1e-6:
+            span = drive.free_spans[int(np.flatnonzero(sections == section)[0])]
+            raise InputRefused(
+                f'route "{drive.route[span.route].name}": the balance of bodies and weights leaves '
+                "the tension of "
+                f"{span.name} open: give pretension [N], in [cable] or in the route"
+            )
+
+
+def _refuse_unbalanced(name: str, missing: float, pulls: Array, rest: float) -> None:
+    body, _, move = name.rpartition(".")
+    unit = "N m" if move == "turn" else "N"
+    way = "about its pivot" if move == "turn" else f"along {move}"
+    both = [*pulls, -rest]
+    ahead, back = sum(p for p in both if p > 0.0), -sum(p for p in both if p < 0.0)
+    raise InputRefused(
+        f"body {body}: no static solution, {abs(missing):.4g} {unit} {way} are missing; ropes, "
+        "weights and loads "
+        f"pull {ahead:.4g} {unit} one way and {back:.4g} {unit} the other: change loads, masses or "
+        "the routes, or give it stiffness"
+    )
+
+
+def _preload(drive: RoutedDrive, motion: Motion, forces: Array) -> dict[str, float]:
+    """What the springs of the bodies hold at rest, by coordinate."""
+    total = applied_forces(drive, motion) + rope_forces(drive, motion, forces)
+    sprung = {body.name for body in drive.body if body.stiffness > 0.0}
+    return {
+        name: -float(force)
+        for name, force in zip(motion.names, total, strict=True)
+        if name.rpartition(".")[0] in sprung
+    }
+
+
+def sag_parameter(rigidity: float, tension: float, load: Array, span: FreeSpan) -> float:
+    r"""Irvine's :math:`\lambda^2 = (w L/T)^2\,EA/T` of a rope, w the weight across it per metre."""
+    across = abs(load[0] * span.across[0] + load[1] * span.across[1])
+    return (across * span.length / tension) ** 2 * rigidity / tension
+
+
+def lean(span: FreeSpan, direction: tuple[float, float]) -> float:
+    """Sine of the angle between a span and a direction."""
+    cross = span.along[0] * direction[1] - span.along[1] * direction[0]
+    return abs(cross) / hypot(*direction)

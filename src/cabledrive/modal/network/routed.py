@@ -1,0 +1,125 @@
+"""The certified modes of a machine with routes."""
+
+from collections.abc import Sequence
+from math import pi
+
+from cabledrive.mechanics.network import network_of
+from cabledrive.modal.certified import Certificate, Modes
+from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE, Mode
+from cabledrive.modal.model_range import INCOMPLETE
+from cabledrive.modal.network.range import range_limit, range_warnings
+from cabledrive.modal.network.spectrum import NetworkSpectrum, order_of
+from cabledrive.modal.solver import ENCLOSURE
+from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.hashing import content_hash
+from cabledrive.parameters.route import RoutedDrive
+
+DEFAULT_COUNT = 10
+MOST_MODES = 20_000
+LOOKED_THROUGH = 400
+"""Modes of a network among which the first longitudinal ones are looked for."""
+
+
+def routed_modes(
+    drive: RoutedDrive,
+    *,
+    below: float | None = None,
+    count: int | None = None,
+    motor: str | None = None,
+    hold: Sequence[str] = (),
+) -> Modes:
+    """All natural modes of a machine with routes; parameters as of `cabledrive.modal.modes`."""
+    spectrum = NetworkSpectrum(network_of(drive, motor=motor, hold=hold))
+    if below is not None:
+        top = _clear(spectrum, 2 * pi * below)
+        listed = spectrum.below(top)
+    else:
+        listed, top = first_of_each_kind(spectrum, DEFAULT_COUNT if count is None else count)
+    return _certified(spectrum, listed, top, below)
+
+
+def routed_longitudinal(
+    drive: RoutedDrive,
+    *,
+    below: float | None = None,
+    count: int | None = None,
+    motor: str | None = None,
+    hold: Sequence[str] = (),
+) -> tuple[Mode, ...]:
+    """Longitudinal modes alone; parameters as of `cabledrive.modal.longitudinal_modes`."""
+    spectrum = NetworkSpectrum(network_of(drive, motor=motor, hold=hold))
+    if below is not None:
+        listed = spectrum.below(_clear(spectrum, 2 * pi * below))
+    else:
+        assert count is not None
+        listed = first_longitudinal(spectrum, count)
+    return tuple(mode for mode in listed if mode.kind == LONGITUDINAL)
+
+
+def _certified(spectrum: NetworkSpectrum, listed: list[Mode], top: float, below: float | None) -> Modes:
+    number = spectrum.count(top)
+    under = [mode for mode in listed if 2 * pi * mode.frequency < top]
+    parts = {
+        kind: sum(mode.multiplicity for mode in under if mode.kind == kind)
+        for kind in (LONGITUDINAL, TRANSVERSE)
+    }
+    proven = sum(parts.values()) == number and all(mode.proven for mode in listed)
+    limit = range_limit(spectrum.network, listed)
+    network = spectrum.network
+    return Modes(
+        modes=tuple(listed),
+        certified=proven and limit is None,
+        certified_reason=limit if proven else INCOMPLETE,
+        warnings=tuple(range_warnings(network)),
+        at_torque=0.0,
+        certificate=Certificate(
+            below=below if below is not None and top == 2 * pi * below else top / (2 * pi),
+            count=number,
+            longitudinal=parts[LONGITUDINAL],
+            transverse=number - parts[LONGITUDINAL],
+            enclosure=spectrum.enclosure,
+        ),
+        rigid_body_modes=spectrum.rigid_body_modes,
+        drive_hash=content_hash(network.drive),
+        motor=network.motion.motor,
+        hold=tuple(sorted(network.motion.hold)),
+    )
+
+
+def _clear(spectrum: NetworkSpectrum, omega: float) -> float:
+    """The frequency, or one just below it, at which the count does not depend on round-off [rad/s]."""
+    _check_number(spectrum, omega)
+    step = 4 * ENCLOSURE
+    while spectrum.count(omega * (1 - ENCLOSURE)) != spectrum.count(omega * (1 + ENCLOSURE)):
+        omega, step = omega * (1 - step), 2 * step
+    return omega
+
+
+def _check_number(spectrum: NetworkSpectrum, omega: float) -> None:
+    held = spectrum.count(omega)
+    if held > MOST_MODES:
+        below = omega / (2 * pi)
+        raise InputRefused(
+            f"below = {below:.9g} Hz holds {held} modes, at most {MOST_MODES} are certified: lower "
+            "it to about "
+            f"{below * MOST_MODES / held:.3g} Hz"
+        )
+
+
+def first_of_each_kind(spectrum: NetworkSpectrum, count: int) -> tuple[list[Mode], float]:
+    """The first modes of each kind, and the frequency up to which the list is complete [rad/s]."""
+    along = first_longitudinal(spectrum, count)
+    across = spectrum.first(TRANSVERSE, count, LOOKED_THROUGH)
+    listed = sorted([*along, *across], key=order_of)
+    ends = [part[-1].frequency for part in (along, across) if part]
+    lowest = 2 * pi * min(ends)
+    held = sum(mode.multiplicity for mode in listed if 2 * pi * mode.frequency <= lowest * (1 + ENCLOSURE))
+    for room in (0.1, 1e-3, 1e-6, 1e-9, 2e-10, 2 * ENCLOSURE):
+        if spectrum.count(lowest * (1 + room)) == held:
+            return listed, lowest * (1 + room)
+    return listed, lowest * (1 - 2 * max(ENCLOSURE, spectrum.enclosure))
+
+
+def first_longitudinal(spectrum: NetworkSpectrum, count: int) -> list[Mode]:
+    """The first longitudinal modes, ascending; fewer where so many are not among the first of each part."""
+    return spectrum.first(LONGITUDINAL, count, LOOKED_THROUGH)

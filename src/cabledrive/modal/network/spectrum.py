@@ -1,0 +1,196 @@
+"""All modes of a network, merged from its independent parts and its waves between held ends, in order."""
+
+from collections.abc import Iterator
+from math import pi
+
+import numpy as np
+
+from cabledrive.mechanics.network.assembly import DIRECTIONS, Network
+from cabledrive.mechanics.network.motion import ALONG
+from cabledrive.modal.mode import LONGITUDINAL, STRING, TRANSVERSE, Mode
+from cabledrive.modal.network.component import HeldWaves, components_of
+from cabledrive.modal.network.motion import PLANES, HeldMotion, NetworkMotion
+from cabledrive.modal.network.structure import ENCLOSURES, MULTIPLE, ComponentStructure
+from cabledrive.modal.solver import ENCLOSURE, Proven, modes_of
+
+SAME = 1e-12
+"""Harmonics of equal spans are one longitudinal mode when closer than this, relative."""
+
+
+MOST_DOUBLINGS = 60
+"""Of the frequency, in search of so many modes of a part; one that stores no waves has only a few."""
+
+
+class NetworkSpectrum:
+    """Modes of a network: counted, listed and proven.
+
+    Parameters
+    ----------
+    network : Network
+    """
+
+    def __init__(self, network: Network) -> None:
+        self.network = network
+        components, self._held = components_of(network)
+        self._structures = [ComponentStructure(component) for component in components]
+        self.rigid_body_modes = sum(structure.rigid_body_modes for structure in self._structures)
+        self.enclosure = ENCLOSURE
+        self._lazy: dict[int, tuple[list[Mode], Iterator[Mode]]] = {}
+
+    def count(self, omega: float) -> int:
+        """Number of modes below a frequency [rad/s], without rigid-body modes."""
+        coupled = sum(max(own.count(omega), own.rigid_body_modes) for own in self._structures)
+        return coupled - self.rigid_body_modes + sum(wave.below(omega) for wave in self._held)
+
+    @property
+    def slowest(self) -> float:
+        """A frequency below which few modes lie [rad/s]."""
+        times = [structure.longest for structure in self._structures]
+        return pi / max([*times, *(wave.time for wave in self._held)]) / 8.0
+
+    def below(self, omega: float) -> list[Mode]:
+        """All modes below a frequency [rad/s], ascending."""
+        found = [self._mode(own) for structure in self._structures for own in self._solved(structure, omega)]
+        return sorted([*found, *self._waves(omega)], key=order_of)
+
+    def first(self, kind: str, count: int, limit: int) -> list[Mode]:
+        """The first modes of one kind, ascending, a multiple one at the end whole.
+
+        ``count``: how many; ``limit``: modes of each independent part that are looked through for them. Fewer
+        are returned where more are not certain to be the first.
+        """
+        found = self._first_waves(kind, count)
+        reach = np.inf
+        for structure in self._structures:
+            own, end = self._first_of(structure, kind, count, limit)
+            found += own
+            reach = min(reach, end)
+        found.sort(key=order_of)
+        kept: list[Mode] = []
+        for mode in found:
+            if sum(own.multiplicity for own in kept) >= count or 2 * pi * mode.frequency > reach:
+                break
+            kept.append(mode)
+        return kept
+
+    def _first_waves(self, kind: str, count: int) -> list[Mode]:
+        """As many waves between held ends, at least, as are asked for of one kind."""
+        ways = [self._held_kind(wave) == kind for wave in self._held]
+        if not any(ways):
+            return []
+        slowest = max(wave.time for wave, own in zip(self._held, ways, strict=True) if own)
+        top = (count + 0.5) * pi / slowest  # so many harmonics of the slowest one
+        return [mode for mode in self._waves(top) if mode.kind == kind]
+
+    def _held_kind(self, wave: HeldWaves) -> str:
+        return LONGITUDINAL if DIRECTIONS[self.network.direction[wave.link]] == ALONG else TRANSVERSE
+
+    def _first_of(
+        self, structure: ComponentStructure, kind: str, count: int, limit: int
+    ) -> tuple[list[Mode], float]:
+        """First modes of one kind of an independent part, and up to where these are all [rad/s]."""
+        along = self.network.direction[structure.component.links] == DIRECTIONS.index(ALONG)
+        if not np.any(along if kind == LONGITUDINAL else ~along):
+            return [], np.inf
+        found: list[Mode] = []
+        seen, reach = 0, 0.0
+        for mode in self._in_order(structure, limit):
+            seen += mode.multiplicity
+            reach = 2 * pi * mode.frequency
+            if mode.kind == kind:
+                found.append(mode)
+            if sum(own.multiplicity for own in found) >= count:
+                return found, np.inf
+        return found, reach if seen >= limit else np.inf
+
+    def _in_order(self, structure: ComponentStructure, limit: int) -> Iterator[Mode]:
+        """The first modes of a part, ascending, solved as they are asked for and kept."""
+        kept, more = self._lazy.setdefault(id(structure), ([], self._ascending(structure, limit)))
+        yield from list(kept)
+        for mode in more:
+            kept.append(mode)
+            yield mode
+
+    def _ascending(self, structure: ComponentStructure, limit: int) -> Iterator[Mode]:
+        top = self.slowest
+        for _ in range(MOST_DOUBLINGS):
+            if structure.count(top) - structure.rigid_body_modes >= limit:
+                break
+            top *= 2.0
+        for solved in self._solved(structure, top, limit):
+            yield self._mode(solved)
+
+    def _solved(
+        self, structure: ComponentStructure, omega: float, first: int | None = None
+    ) -> Iterator[Proven]:
+        if structure.component.columns.size:
+            yield from modes_of(structure, omega, first=first, enclosures=ENCLOSURES, multiple=MULTIPLE)
+
+    def _mode(self, solved: Proven) -> Mode:
+        """A solved mode in the terms of the machine."""
+        if solved.enclosure is not None:
+            self.enclosure = max(self.enclosure, solved.enclosure)
+        motion = NetworkMotion(self.network, solved)
+        span, way = motion.place if motion.strain_by_span else ("", ALONG)
+        across = motion.kind == TRANSVERSE
+        if across and way == ALONG:
+            ways = {key: share for key, share in motion.strain_by_span.items() if key[1] != ALONG}
+            span, way = max(ways, key=lambda key: ways[key])
+        return Mode(
+            frequency=solved.omega / (2 * pi),
+            kind=motion.kind,
+            multiplicity=solved.multiplicity,
+            span=span if across else None,
+            plane=PLANES[way] if across else None,
+            section=(0.0, self._length(span)) if across else None,
+            model=STRING if across else None,
+            proven=solved.enclosure is not None,
+            _motion=motion,
+        )
+
+    def _length(self, span: str) -> float:
+        return next(own.length for own in self.network.drive.free_spans if own.name == span)
+
+    def _waves(self, omega: float) -> Iterator[Mode]:
+        """Waves between held ends below a frequency; longitudinal ones of one frequency together."""
+        along: list[tuple[float, int, HeldWaves]] = []
+        for wave in self._held:
+            way = DIRECTIONS[self.network.direction[wave.link]]
+            for number in range(1, int(np.floor(omega * wave.time / pi)) + 1):
+                frequency = number / (2.0 * wave.time)
+                if way == ALONG:
+                    along.append((frequency, number, wave))
+                else:
+                    yield self._held_mode(frequency, number, (wave,), PLANES[way])
+        along.sort(key=lambda item: item[0])
+        group: list[tuple[float, int, HeldWaves]] = []
+        for item in along:
+            if group and (item[1] != group[0][1] or item[0] > group[0][0] * (1.0 + SAME)):
+                yield self._held_mode(group[0][0], group[0][1], tuple(own for _, _, own in group), None)
+                group = []
+            group.append(item)
+        if group:
+            yield self._held_mode(group[0][0], group[0][1], tuple(own for _, _, own in group), None)
+
+    def _held_mode(
+        self, frequency: float, number: int, waves: tuple[HeldWaves, ...], plane: str | None
+    ) -> Mode:
+        motion = HeldMotion(self.network, waves, number)
+        piece = self.network.pieces[self.network.piece[waves[0].link]]
+        return Mode(
+            frequency=frequency,
+            kind=LONGITUDINAL if plane is None else TRANSVERSE,
+            multiplicity=sum(wave.count for wave in waves),
+            span=None if plane is None else motion.place[0],
+            plane=plane,
+            section=None if plane is None else (piece.start, piece.end),
+            model=None if plane is None else STRING,
+            clamped=True,
+            proven=True,
+            _motion=motion,
+        )
+
+
+def order_of(mode: Mode) -> tuple[float, str, str, str]:
+    """Key that sorts modes by frequency, then kind, span and plane."""
+    return mode.frequency, mode.kind, mode.span or "", mode.plane or ""

@@ -1,0 +1,21 @@
+"""Machines of kind "route": any number of pulleys, bodies and cables, in the words of the file."""
+
+from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.geometry import FreeSpan, Place
+from cabledrive.parameters.route.moving import moved
+from cabledrive.parameters.route.parts import Anchor, Body, RoutedCarriage, RoutedMotor, RoutedPulley
+from cabledrive.parameters.route.rope import Rope, Route
+
+__all__ = [
+    "Anchor",
+    "Body",
+    "FreeSpan",
+    "Place",
+    "Rope",
+    "Route",
+    "RoutedCarriage",
+    "RoutedDrive",
+    "RoutedMotor",
+    "RoutedPulley",
+    "moved",
+]

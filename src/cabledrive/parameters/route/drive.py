@@ -1,0 +1,264 @@
+"""A machine of kind "route": bodies, pulleys, anchors and the ways of its cables, checked."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, NoReturn
+
+from cabledrive.parameters.drive import SCHEMA_VERSION, WORDS, check_count
+from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.fields import check_fields, check_text, choice, nearest
+from cabledrive.parameters.instruments import Goal, Sensors
+from cabledrive.parameters.route.geometry import FreeSpan, Place, spans_of_route
+from cabledrive.parameters.route.parts import (
+    Anchor,
+    Body,
+    RoutedCarriage,
+    RoutedMotor,
+    RoutedPulley,
+    RouteLayout,
+)
+from cabledrive.parameters.route.rope import Rope, Route, rope_of
+
+_UNDER_GRAVITY = RouteLayout()
+ONLY_TWO_PULLEYS = frozenset(
+    {"drive_pulley", "load_pulley", "span_length", "pulley_distance", "spans", "lumped", "carriages_on"}
+    | {"carriage_number", "moving_with"}
+)
+"""What a drive of kind "loop" or "line" has and a machine with routes has not."""
+
+
+def refuse_route(what: str = "this calculation") -> NoReturn:
+    """Refuse a machine of kind "route" where only two pulleys are known.
+
+    ``what``: what was asked for.
+    Raises `InputRefused` always.
+    """
+    raise InputRefused(
+        f'kind = "route": {what} supports drives of kind "loop" or "line" only; check, modes, map and '
+        "resonance take routes"
+    )
+
+
+def require_two_pulleys(drive: object, what: str) -> None:
+    """Refuse a machine with routes at a door that knows two pulleys only; ``what``: the door's name."""
+    if isinstance(drive, RoutedDrive):
+        refuse_route(what)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RoutedDrive:
+    """A machine whose cables run over any number of pulleys, with the names of its file.
+
+    Attributes
+    ----------
+    name : str
+        Short name.
+    cable : Rope or None
+        What the routes have in common.
+    layout : RouteLayout
+    body, pulley, anchor, route, carriage, motor : tuple
+        Its parts, in the order of the file.
+    sensors : Sensors or None
+    goal : Goal or None
+    title, source : str
+        What it is, and where its figures come from.
+    schema : int
+        Version of the file format.
+    """
+
+    name: str
+    kind: str = choice(("route",), "the ways of the cables are listed", "route")
+    cable: Rope | None = None
+    layout: RouteLayout = _UNDER_GRAVITY
+    body: tuple[Body, ...] = ()
+    pulley: tuple[RoutedPulley, ...] = ()
+    anchor: tuple[Anchor, ...] = ()
+    route: tuple[Route, ...]
+    carriage: tuple[RoutedCarriage, ...] = ()
+    motor: tuple[RoutedMotor, ...] = ()
+    sensors: Sensors | None = None
+    goal: Goal | None = None
+    title: str = ""
+    source: str = ""
+    schema: int = choice((SCHEMA_VERSION,), "version of the file format", SCHEMA_VERSION)
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        for key in WORDS:
+            check_text(key, getattr(self, key))
+        for key in ("body", "pulley", "anchor", "route", "carriage", "motor"):
+            object.__setattr__(self, key, tuple(getattr(self, key)))
+        check_count(len(self.carriage))
+        if not self.route:
+            raise InputRefused("route: none given: list the way of at least one cable under [[route]]")
+        _check_unique(self)
+        self.parents  # noqa: B018 (refuses unknown names and rings of bodies)
+        self.driven  # noqa: B018
+        self.free_spans  # noqa: B018
+        self.carriage_places  # noqa: B018
+
+    def __getattr__(self, name: str) -> Any:
+        if name in ONLY_TWO_PULLEYS:
+            refuse_route()
+        raise AttributeError(name)
+
+    @cached_property
+    def ropes(self) -> tuple[Rope, ...]:
+        """The rope of each route."""
+        return tuple(rope_of(self.cable, route) for route in self.route)
+
+    @cached_property
+    def parents(self) -> tuple[int | None, ...]:
+        """Number of the body that carries each body; None: the frame."""
+        found = tuple(self.body_number(part.on, f"body.{i}.on") for i, part in enumerate(self.body))
+        for number, body in enumerate(self.body):
+            above, steps = found[number], 0
+            while above is not None:
+                above, steps = found[above], steps + 1
+                if steps > len(found):
+                    raise InputRefused(f'body "{body.name}" is carried by itself: check the keys `on`')
+        return found
+
+    @cached_property
+    def driven(self) -> tuple[int, ...]:
+        """Number of the pulley that each motor drives."""
+        names = [pulley.name for pulley in self.pulley]
+        found = []
+        for number, motor in enumerate(self.motor):
+            if not names:
+                raise InputRefused("motor: there is no [[pulley]] to drive: add one")
+            if motor.pulley and motor.pulley not in names:
+                hint = nearest(motor.pulley[:60], names)
+                raise InputRefused(f'motor.{number}.pulley = "{motor.pulley[:60]}" is no pulley{hint}')
+            pulley = names.index(motor.pulley) if motor.pulley else 0
+            if self.pulley[pulley].fixed:
+                raise InputRefused(f'pulley "{names[pulley]}" is fixed, but a motor drives it: leave one out')
+            if pulley in found:
+                raise InputRefused(f'pulley "{names[pulley]}" has two motors: give each motor its pulley')
+            found.append(pulley)
+        return tuple(found)
+
+    def body_number(self, name: str, key: str) -> int | None:
+        """Number of a body by its name, None for the frame; ``key``: where the name is written."""
+        if not name:
+            return None
+        names = [body.name for body in self.body]
+        if name not in names:
+            raise InputRefused(f'{key} = "{name[:60]}" is no body{nearest(name[:60], names)}')
+        return names.index(name)
+
+    @cached_property
+    def places(self) -> tuple[tuple[Place, ...], ...]:
+        """Places of each route, in order of its path."""
+        return tuple(
+            tuple(_place(self, step, f'route "{route.name}"') for step in route.path) for route in self.route
+        )
+
+    @cached_property
+    def free_spans(self) -> tuple[FreeSpan, ...]:
+        """Free spans of all routes, each in order of travel; names told apart where two are alike."""
+        found: list[FreeSpan] = []
+        for number, (route, places) in enumerate(zip(self.route, self.places, strict=True)):
+            found += spans_of_route(number, route.name, list(places), route.closed, route.crossed)
+        names = [span.name for span in found]
+        return tuple(
+            span
+            if names.count(span.name) == 1
+            else replace(
+                span, name=f"{self.route[span.route].name}: {span.name} ({names[: i + 1].count(span.name)})"
+            )
+            for i, span in enumerate(found)
+        )
+
+    @cached_property
+    def carriage_places(self) -> tuple[tuple[int, float], ...]:
+        """Span of each carriage and its distance from the span's start [m]."""
+        return tuple(_carriage_place(self, number) for number in range(len(self.carriage)))
+
+    def carried_by(self, number: int | None) -> tuple[int, ...]:
+        """A body and all that carry it, the body itself first; empty for the frame."""
+        found: list[int] = []
+        while number is not None:
+            found.append(number)
+            number = self.parents[number]
+        return tuple(found)
+
+
+def _check_unique(drive: RoutedDrive) -> None:
+    """A name calls one pulley or anchor of a path, and one body; `--hold` must know which is meant."""
+    pulleys = [pulley.name for pulley in drive.pulley]
+    groups = (
+        ("[[pulley]] and [[anchor]]", [*pulleys, *(anchor.name for anchor in drive.anchor)]),
+        ("[[body]] and [[pulley]]", [*(body.name for body in drive.body), *pulleys]),
+        ("[[route]]", [route.name for route in drive.route]),
+        ("[[carriage]]", [carriage.name for carriage in drive.carriage if carriage.name]),
+    )
+    for where, names in groups:
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if twice is not None:
+            raise InputRefused(f'name = "{twice[:60]}" is given twice among {where}: choose another')
+
+
+def _place(drive: RoutedDrive, step: str, where: str) -> Place:
+    """What one step of a path calls."""
+    sense = {"+": 1, "-": -1}.get(step[:1], 0)
+    name = step[1:].strip() if sense else step
+    parts: Sequence[RoutedPulley | Anchor] = drive.pulley if sense else drive.anchor
+    names = [part.name for part in parts]
+    if name not in names:
+        other = [part.name for part in (drive.anchor if sense else drive.pulley)]
+        if name in other:
+            remedy = "write it without a sign" if sense else f'write "+{name}" (anticlockwise) or "-{name}"'
+            raise InputRefused(f'{where}: path step "{step[:60]}" names the wrong kind of part: {remedy}')
+        kind = "pulley" if sense else "anchor"
+        raise InputRefused(
+            f'{where}: path step "{step[:60]}" is no {kind}{nearest(name[:60], names + other)}'
+        )
+    number = names.index(name)
+    part = parts[number]
+    if isinstance(part, Anchor):
+        return Place(name=name, pulley=None, anchor=number, sense=0, centre=part.at, radius=0.0)
+    return Place(
+        name=name,
+        pulley=number,
+        anchor=None,
+        sense=sense,
+        centre=part.at,
+        radius=part.radius,
+        turns=part.turns,
+    )
+
+
+def _carriage_place(drive: RoutedDrive, number: int) -> tuple[int, float]:
+    carriage = drive.carriage[number]
+    names = [route.name for route in drive.route]
+    if carriage.route and carriage.route not in names:
+        hint = nearest(carriage.route[:60], names)
+        raise InputRefused(f'carriage.{number}.route = "{carriage.route[:60]}" is no route{hint}')
+    route = names.index(carriage.route) if carriage.route else 0
+    if drive.route[route].ropes > 1:
+        raise InputRefused(
+            f'carriage.{number}: route "{names[route]}" has {drive.route[route].ropes} ropes, a '
+            "carriage is clamped "
+            "to one: make it a body with anchors"
+        )
+    left = carriage.position
+    total = 0.0
+    for index, span in enumerate(drive.free_spans):
+        if span.route == route:
+            if left < span.length:
+                if left <= 1e-9 * span.length:
+                    raise InputRefused(
+                        f"carriage.{number}.position = {carriage.position:.9g} m is where "
+                        f"{span.start.name} is: "
+                        "move it into a span"
+                    )
+                return index, left
+            left -= span.length
+            total += span.length
+    raise InputRefused(
+        f"carriage.{number}.position = {carriage.position:.9g} m lies outside its route of "
+        f"{total:.9g} m of free "
+        "spans: move it inside"
+    )

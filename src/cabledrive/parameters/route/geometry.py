@@ -1,0 +1,183 @@
+r"""Where a cable leaves one pulley and meets the next: tangents, wraps and lengths of a route's spans.
+
+The tangent between circles of centres :math:`c_1, c_2`, radii r and senses s (1: anticlockwise), with
+:math:`d = c_2 - c_1`, :math:`D = |d|`, :math:`\sin a = -(s_2 r_2 - s_1 r_1)/D`, runs along
+
+.. math:: t = \cos a\,\frac{d}{D} + \sin a\,e_z \times \frac{d}{D}, \qquad n = e_z \times t
+
+from :math:`c_1 - s_1 r_1 n` to :math:`c_2 - s_2 r_2 n`; its length is :math:`D \cos a`, Eq. (R.1).
+"""
+
+from dataclasses import dataclass
+from math import atan2, degrees, hypot, pi, sqrt
+
+from cabledrive.parameters.errors import InputRefused
+
+Point = tuple[float, float]
+
+LARGEST_WRAP = 315.0 * pi / 180.0
+"""A larger angle is a negative one: the cable has left the pulley."""
+
+_ROUND_OFF = 1e-9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Place:
+    """One place of a path: an anchor, or a pulley with the sense in which the cable goes round it.
+
+    Attributes
+    ----------
+    name : str
+    pulley, anchor : int or None
+        Number in the file; one of the two is None.
+    sense : {1, -1, 0}
+        1: anticlockwise; 0: an anchor.
+    centre : (float, float)
+        [m].
+    radius : float
+        [m]; 0 of an anchor.
+    turns : int
+        Full turns of the cable beyond the angle.
+    """
+
+    name: str
+    pulley: int | None
+    anchor: int | None
+    sense: int
+    centre: Point
+    radius: float
+    turns: int = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FreeSpan:
+    """A free length of cable between two neighbouring places of a route.
+
+    Attributes
+    ----------
+    name : str
+        "motor to idler".
+    route : int
+        Number of its route in the file.
+    start, end : Place
+    along : (float, float)
+        Unit vector t in the direction of travel.
+    length : float
+        Free length under tension [m].
+    wrap : float or None
+        Angle of wrap at the pulley where it ends [rad]; None at an anchor or a drum.
+    """
+
+    name: str
+    route: int
+    start: Place
+    end: Place
+    along: Point
+    length: float
+    wrap: float | None = None
+
+    @property
+    def across(self) -> Point:
+        """Unit vector n, to the left of travel."""
+        return -self.along[1], self.along[0]
+
+    @property
+    def contacts(self) -> tuple[Point, Point]:
+        """Points where it leaves its start and meets its end [m]."""
+        nx, ny = self.across
+        first, last = (
+            (
+                place.centre[0] - place.sense * place.radius * nx,
+                place.centre[1] - place.sense * place.radius * ny,
+            )
+            for place in (self.start, self.end)
+        )
+        return first, last
+
+
+def tangent(start: Place, end: Place, route: str) -> tuple[Point, float]:
+    """Direction and length of the free span between two places, Eq. (R.1).
+
+    ``route``: its name, for a refusal.
+    Returns unit vector and length [m].
+    Raises `InputRefused` if there is no such tangent, or it has no length.
+    """
+    dx, dy = end.centre[0] - start.centre[0], end.centre[1] - start.centre[1]
+    distance = hypot(dx, dy)
+    offset = end.sense * end.radius - start.sense * start.radius
+    where = f'route "{route}": {start.name} to {end.name}'
+    if not abs(offset) < distance * (1.0 - _ROUND_OFF):
+        crossing = "cross" if start.sense != end.sense else "enclose each other"
+        raise InputRefused(
+            f"{where}: no free span, {distance:.4g} m between centres do not exceed "
+            f"{abs(offset):.4g} m, so the "
+            f"circles {crossing}: move one apart, or turn the other way round it (+ or -)"
+        )
+    sine = -offset / distance
+    cosine = sqrt(1.0 - sine**2)
+    ex, ey = dx / distance, dy / distance
+    return (cosine * ex - sine * ey, cosine * ey + sine * ex), distance * cosine
+
+
+def spans_of_route(
+    number: int, name: str, places: list[Place], closed: bool, crossed: bool
+) -> list[FreeSpan]:
+    """Free spans of one route, in order of travel.
+
+    ``number``: of the route in the file; ``crossed``: whether its spans may cross.
+    Raises `InputRefused` where the cable cannot run so.
+    """
+    following = places[1:] + places[:1] if closed else places[1:]
+    pairs = list(zip(places, following, strict=False))
+    lines = [tangent(start, end, name) for start, end in pairs]
+    spans = []
+    for i, ((start, end), (along, length)) in enumerate(zip(pairs, lines, strict=True)):
+        leaving = lines[(i + 1) % len(lines)][0] if closed or i + 1 < len(lines) else None
+        wrap = _wrap(end, along, leaving, name) if leaving is not None and end.sense else None
+        words = f"{start.name} to {end.name}"
+        spans.append(
+            FreeSpan(name=words, route=number, start=start, end=end, along=along, length=length, wrap=wrap)
+        )
+    if not crossed:
+        _check_crossings(spans, name)
+    return spans
+
+
+def _wrap(place: Place, coming: Point, leaving: Point, route: str) -> float:
+    """Angle from the direction of arrival to that of leaving, in the sense of the pulley."""
+    cross = coming[0] * leaving[1] - coming[1] * leaving[0]
+    turned = atan2(cross, coming[0] * leaving[0] + coming[1] * leaving[1])
+    wrap = (place.sense * turned) % (2.0 * pi)
+    if 2.0 * pi - wrap < _ROUND_OFF:
+        wrap = 0.0
+    if wrap > LARGEST_WRAP and not place.turns:
+        raise InputRefused(
+            f'route "{route}": the wrap at {place.name} is {degrees(wrap) - 360.0:.4g} deg, the '
+            "cable has left "
+            "the pulley: move it, turn the other way round it (+ or -), or give its turns"
+        )
+    return wrap + 2.0 * pi * place.turns
+
+
+def _check_crossings(spans: list[FreeSpan], route: str) -> None:
+    for i, one in enumerate(spans):
+        for other in spans[i + 1 :]:
+            if _cross(*one.contacts, *other.contacts):
+                raise InputRefused(
+                    f'route "{route}": the spans {one.name} and {other.name} cross: check the signs '
+                    "+ and - of "
+                    "its path, or write crossed = true where they pass each other"
+                )
+
+
+def _cross(a: Point, b: Point, c: Point, d: Point) -> bool:
+    """Whether two segments meet at a point inside both."""
+
+    def side(p: Point, q: Point, r: Point) -> float:
+        """Twice the signed area over the length of pq: distance of r from the line [m]."""
+        area = (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
+        return area / hypot(q[0] - p[0], q[1] - p[1])
+
+    clear = _ROUND_OFF * (hypot(b[0] - a[0], b[1] - a[1]) + hypot(d[0] - c[0], d[1] - c[1]))
+    first, second = (side(a, b, c), side(a, b, d)), (side(c, d, a), side(c, d, b))
+    return all(min(pair) < -clear and max(pair) > clear for pair in (first, second))

@@ -1,0 +1,201 @@
+"""Parts of a machine whose cable's way is listed: bodies, pulleys, anchors, motors, carriages."""
+
+from dataclasses import dataclass
+
+from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.fields import check_fields, choice, pair, quantity, words, written
+from cabledrive.parameters.motor import Motor
+
+MOVES = ("x", "y", "turn")
+
+
+def check_name(name: str) -> None:
+    """Refuse a name that no key or path could call."""
+    if not name.strip() or name != name.strip() or name[0] in "+-" or "." in name:
+        raise InputRefused(
+            f"name = {written(name)} cannot be called: write letters and numbers, no dot, + or - not first"
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Body:
+    """A mass that moves as the file says and carries pulleys, anchors and other bodies.
+
+    Attributes
+    ----------
+    name : str
+    at : (float, float)
+        Centre of mass [m].
+    moves : tuple of {"x", "y", "turn"}
+        How it moves; "turn": about its pivot.
+    on : str, default ""
+        Body that carries it; the frame if empty.
+    pivot : (float, float) or None
+        Axis of "turn" [m].
+    mass, inertia : float, default 0.0
+        Mass [kg]; moment of inertia about `at` [kg m^2].
+    stiffness : float, default 0.0
+        Spring from its own motion to what carries it [N/m], of a turn [N m/rad]. Its preload balances the
+        forces at rest.
+    damping, coulomb_friction : float, default 0.0
+        Of its own motion [N s/m] and [N], of a turn [N m s/rad] and [N m].
+    load : (float, float), default (0.0, 0.0)
+        Constant force at `at` [N].
+    """
+
+    name: str = words("name by which it is called", "")
+    at: tuple[float, float] = pair("m", "centre of mass")
+    moves: tuple[str, ...] = ()
+    on: str = words("body that carries it; absent: the frame", "")
+    pivot: tuple[float, float] | None = pair("m", "axis about which it turns", None)
+    mass: float = quantity("kg", "nonnegative", "mass", 0.0)
+    inertia: float = quantity("kg m^2", "nonnegative", "moment of inertia about `at`", 0.0)
+    stiffness: float = quantity("N/m", "nonnegative", "spring of its own motion; of a turn N m/rad", 0.0)
+    damping: float = quantity("N s/m", "nonnegative", "damper of its own motion; of a turn N m s/rad", 0.0)
+    coulomb_friction: float = quantity("N", "nonnegative", "friction of its own motion; of a turn N m", 0.0)
+    load: tuple[float, float] = pair("N", "constant force at `at`", (0.0, 0.0))
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        check_name(self.name)
+        given = (self.moves,) if isinstance(self.moves, str) else tuple(self.moves)
+        object.__setattr__(self, "moves", given)
+        if not given or any(move not in MOVES for move in given) or len(set(given)) < len(given):
+            raise InputRefused(f'moves = {written(list(given))} must be "x", "y", "turn", or ["x", "y"]')
+        if "turn" in given and len(given) > 1:
+            raise InputRefused(
+                'moves = "turn" stands alone: put a sliding body under the turning one with `on`'
+            )
+        if ("turn" in given) != (self.pivot is not None):
+            remedy = "add pivot = [x, y]" if self.pivot is None else 'leave it out, or write moves = "turn"'
+            raise InputRefused(f'pivot goes together with moves = "turn": {remedy}')
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RoutedPulley:
+    """A pulley, idler or drum that stands somewhere, on the frame or on a body.
+
+    Attributes
+    ----------
+    name : str
+    at : (float, float)
+        Centre [m].
+    on : str, default ""
+        Body that carries it; the frame if empty.
+    radius : float
+        Radius at the cable's centre line [m].
+    inertia : float
+        Moment of inertia about its axis [kg m^2], without the motor; 0 is allowed.
+    mass : float, default 0.0
+        Mass that moves with the body that carries it [kg].
+    viscous_friction, coulomb_friction : float, default 0.0
+        Friction of its bearing [N m s/rad], [N m].
+    fixed : bool, default False
+        A sliding guide that does not turn.
+    capstan_friction : float or None
+        Coefficient of friction between cable and pulley [-].
+    turns : int, default 0
+        Full turns of the cable on top of the angle that the geometry gives.
+    """
+
+    name: str = words("name by which it is called", "")
+    at: tuple[float, float] = pair("m", "centre")
+    on: str = words("body that carries it; absent: the frame", "")
+    radius: float = quantity("m", "positive", "radius at the cable's centre line")
+    inertia: float = quantity("kg m^2", "nonnegative", "moment of inertia about the axis", 0.0)
+    mass: float = quantity("kg", "nonnegative", "mass, carried by its body", 0.0)
+    viscous_friction: float = quantity("N m s/rad", "nonnegative", "viscous friction b", 0.0)
+    coulomb_friction: float = quantity("N m", "nonnegative", "Coulomb friction c", 0.0)
+    fixed: bool = choice((False, True), "a sliding guide that does not turn", False)
+    capstan_friction: float | None = quantity(
+        "1", "positive", "friction coefficient of cable on pulley", None
+    )
+    turns: int = quantity("count", "nonnegative", "full turns of the cable beyond the angle of wrap", 0)
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        check_name(self.name)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Anchor:
+    """A point of a body or the frame where a cable ends or is clamped.
+
+    Attributes
+    ----------
+    name : str
+    at : (float, float)
+        Place [m].
+    on : str, default ""
+        Body it belongs to; the frame if empty.
+    """
+
+    name: str = words("name by which it is called", "")
+    at: tuple[float, float] = pair("m", "place")
+    on: str = words("body that carries it; absent: the frame", "")
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        check_name(self.name)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RoutedMotor(Motor):
+    """A motor on the shaft of a named pulley.
+
+    Attributes
+    ----------
+    pulley : str, default ""
+        Pulley it drives; the first of the file if empty.
+    """
+
+    pulley: str = words("pulley it drives; absent: the first", "")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RoutedCarriage:
+    """A point mass clamped to the cable of a route.
+
+    Attributes
+    ----------
+    mass : float
+        Mass [kg].
+    position : float
+        Sum of the free span lengths from the route's first contact, arcs not counted [m].
+    route : str, default ""
+        Route that carries it; the first of the file if empty.
+    guided : bool, default True
+        Rides on a rail and has no transverse motion; False: it hangs on the cable.
+    name : str, default ""
+        Name by which it can be called.
+    """
+
+    mass: float = quantity("kg", "positive", "mass clamped to the cable")
+    position: float = quantity("m", "positive", "free span lengths from the route's first contact")
+    route: str = words("route that carries it; absent: the first", "")
+    guided: bool = choice(
+        (False, True), "rides on a rail (no transverse motion); false: hangs on the cable", True
+    )
+    name: str = words("name by which it can be called", "")
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RouteLayout:
+    """Gravity in the plane of the machine.
+
+    Attributes
+    ----------
+    gravity : float, default 9.81
+        Gravitational acceleration g [m/s^2], along -y.
+    inclination : float, default 0.0
+        Angle of the x axis above the horizontal [rad].
+    """
+
+    gravity: float = quantity("m/s^2", "nonnegative", "gravitational acceleration, along -y", 9.81)
+    inclination: float = quantity("rad", "steepness", "angle of the x axis above the horizontal", 0.0)
+
+    def __post_init__(self) -> None:
+        check_fields(self)

@@ -1,0 +1,182 @@
+"""From the plain data of a file of kind "route" to the machine, and back."""
+
+from typing import Any
+
+from cabledrive.parameters.cable_types import with_type
+from cabledrive.parameters.drive import WORDS
+from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.fields import kind_of
+from cabledrive.parameters.instruments import Goal, Sensors
+from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.parts import (
+    Anchor,
+    Body,
+    RoutedCarriage,
+    RoutedMotor,
+    RoutedPulley,
+    RouteLayout,
+)
+from cabledrive.parameters.route.rope import Rope, Route
+from cabledrive.parameters.tables import HEAD, check_keys, plain_table, table_from
+from cabledrive.parameters.units import to_si
+
+ROUTE_TABLES: dict[str, type] = {"cable": Rope, "layout": RouteLayout, "sensors": Sensors, "goal": Goal}
+ROUTE_ARRAYS: dict[str, type] = {
+    "body": Body,
+    "pulley": RoutedPulley,
+    "anchor": Anchor,
+    "route": Route,
+    "carriage": RoutedCarriage,
+    "motor": RoutedMotor,
+}
+TURNING = {"stiffness": "N m/rad", "damping": "N m s/rad", "coulomb_friction": "N m"}
+"""Keys of a body with the unit they have where it turns."""
+
+
+def routed_from_tables(data: dict[str, Any]) -> RoutedDrive:
+    """Build a machine from the plain data of its file.
+
+    ``data``: of kind "route", its version checked.
+    Raises `InputRefused` for what does not fit.
+    """
+    check_keys(data, RoutedDrive, "")
+    content: dict[str, Any] = {key: data[key] for key in HEAD if key in data}
+    for key, table in ROUTE_TABLES.items():
+        if key in data:
+            given = with_type(data[key], key) if key == "cable" else data[key]
+            content[key] = table_from(given, table, key)
+    rows = {key: _rows(data, key) for key in ROUTE_ARRAYS if key in data}
+    groups = _several_places(rows)
+    _several_positions(rows)
+    _expand_paths(rows, groups)
+    for key, table in ROUTE_ARRAYS.items():
+        content[key] = tuple(
+            table_from(_completed(row, key, number), table, f"{key}.{number}")
+            for number, row in enumerate(rows.get(key, []))
+        )
+    return RoutedDrive(**content)
+
+
+def tables_from_routed(drive: RoutedDrive, *, words: bool = True) -> dict[str, Any]:
+    """Write a machine as the plain data of a file: SI, each quantity with its unit, defaults left out.
+
+    ``words``: whether with names and other text; without them parts are called by their numbers.
+    """
+    data = {
+        key: getattr(drive, key)
+        for key in HEAD
+        if (words or key not in WORDS) and (key == "name" or getattr(drive, key) != "")
+    }
+    for key in ROUTE_TABLES:
+        table = getattr(drive, key)
+        if table is not None and (key != "layout" or table != RouteLayout()):
+            data[key] = plain_table(table, words)
+    for key in ROUTE_ARRAYS:
+        if getattr(drive, key):
+            data[key] = [_plain_row(row, words) for row in getattr(drive, key)]
+    return data if words else _numbered(drive, data)
+
+
+def _plain_row(row: Any, words: bool) -> dict[str, Any]:
+    data = plain_table(row, words)
+    if isinstance(row, Body):
+        data["moves"] = list(row.moves)
+        if row.moves == ("turn",):
+            data |= {key: f"{getattr(row, key)!r} {unit}" for key, unit in TURNING.items() if key in data}
+    if isinstance(row, Route):
+        data["path"] = list(row.path)
+    return data
+
+
+def _numbered(drive: RoutedDrive, data: dict[str, Any]) -> dict[str, Any]:
+    """Parts called by number instead of name, so that a hash does not depend on names."""
+    for key in ("body", "pulley", "anchor"):
+        for part, row in zip(getattr(drive, key), data.get(key, []), strict=False):
+            number = drive.body_number(part.on, key)
+            if number is not None:
+                row["on"] = number
+    for places, row in zip(drive.places, data["route"], strict=True):
+        row["path"] = [[place.sense, place.pulley if place.sense else place.anchor] for place in places]
+    for pulley, row in zip(drive.driven, data.get("motor", []), strict=True):
+        row["pulley"] = pulley
+    for (span, _), row in zip(drive.carriage_places, data.get("carriage", []), strict=True):
+        row["route"] = drive.free_spans[span].route
+    return data
+
+
+def _rows(data: dict[str, Any], key: str) -> list[Any]:
+    """Tables of one array; a single motor may be a plain table."""
+    rows = data[key]
+    if key == "motor" and isinstance(rows, dict):
+        return [rows]
+    if not isinstance(rows, list):
+        raise InputRefused(f"{key} is {kind_of(rows)}, not an array of tables: write [[{key}]] above each")
+    return list(rows)
+
+
+def _several_places(rows: dict[str, list[Any]]) -> dict[str, list[str]]:
+    """A pulley at several places becomes as many, "tower 1", "tower 2"; returns the names of each."""
+    groups: dict[str, list[str]] = {}
+    expanded = []
+    for row in rows.get("pulley", []):
+        at = row.get("at") if isinstance(row, dict) else None
+        if not (isinstance(at, list) and at and all(isinstance(place, list) for place in at)):
+            expanded.append(row)
+            continue
+        name = row.get("name", "")
+        groups[name] = [f"{name} {number + 1}" for number in range(len(at))]
+        expanded += [row | {"name": own, "at": place} for own, place in zip(groups[name], at, strict=True)]
+    if "pulley" in rows:
+        rows["pulley"] = expanded
+    return groups
+
+
+def _several_positions(rows: dict[str, list[Any]]) -> None:
+    """A carriage at several positions becomes as many."""
+    expanded = []
+    for row in rows.get("carriage", []):
+        if isinstance(row, dict) and isinstance(row.get("position"), list):
+            name = row.get("name", "")
+            for number, position in enumerate(row["position"]):
+                expanded.append(
+                    row | {"position": position} | ({"name": f"{name} {number + 1}"} if name else {})
+                )
+        else:
+            expanded.append(row)
+    if "carriage" in rows:
+        rows["carriage"] = expanded
+
+
+def _expand_paths(rows: dict[str, list[Any]], groups: dict[str, list[str]]) -> None:
+    """A path that names a pulley at several places passes them in the order of the list."""
+    if not groups:
+        return
+    routes = []
+    for row in rows.get("route", []):
+        path = row.get("path") if isinstance(row, dict) else None
+        if isinstance(path, list):
+            steps: list[Any] = []
+            for step in path:
+                known = isinstance(step, str) and step[:1] in ("+", "-") and step[1:].strip() in groups
+                steps += [f"{step[0]}{own}" for own in groups[step[1:].strip()]] if known else [step]
+            row = row | {"path": steps}
+        routes.append(row)
+    rows["route"] = routes
+
+
+def _completed(row: Any, key: str, number: int) -> Any:
+    """A row with its units and the packaged belt or rope that it names."""
+    if key == "body":
+        return _turning(row)
+    return with_type(row, f"{key}.{number}") if key == "route" else row
+
+
+def _turning(row: Any) -> Any:
+    """A turning body's spring, damper and friction as numbers in the units of a turn."""
+    if not isinstance(row, dict) or row.get("moves") not in ("turn", ["turn"]):
+        return row
+    try:
+        own = {key: to_si(row[key], unit) for key, unit in TURNING.items() if isinstance(row.get(key), str)}
+    except InputRefused as refusal:
+        raise InputRefused(f'body "{row.get("name", "")}": {refusal}') from None
+    return row | own

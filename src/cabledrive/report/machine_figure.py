@@ -1,0 +1,154 @@
+"""A machine drawn to scale from its coordinates: pulleys, spans, anchors, bodies, carriages, motors."""
+
+from collections.abc import Iterator
+from io import BytesIO
+from math import atan2, degrees
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from cabledrive.parameters import Drive
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route.geometry import FreeSpan, Place, Point
+from cabledrive.parameters.route.geometry import spans_of_route as _spans
+from cabledrive.report.mode_figure import file_style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_COLOURS = ("#1f5fa8", "#c8641b", "#2f7d4f", "#8a3f8f", "#8c6d1f", "#555555")
+_INK, _BODY = "#222222", "#dfe6ee"
+_WIDTH = 8.0  # inch
+
+
+def machine_drawing(drive: Drive | RoutedDrive, form: str) -> bytes:
+    """The drawing as the content of a file; ``form``, {"svg", "png", "pdf"}."""
+    undated: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
+    with file_style(), BytesIO() as file:
+        machine_figure(drive).savefig(file, format=form, dpi=150, metadata=undated.get(form))
+        return file.getvalue()
+
+
+def machine_figure(drive: Drive | RoutedDrive) -> "Figure":
+    """Draw a machine to scale, each rope in its colour with an arrow along its path."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(_WIDTH, _WIDTH * 0.75), layout="constrained")
+    axes = figure.add_subplot()
+    if isinstance(drive, RoutedDrive):
+        _draw_routes(axes, drive)
+    else:
+        _draw_two_pulleys(axes, drive)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.margins(0.08)
+    axes.set_xlabel("x [m]")
+    axes.set_ylabel("y [m]")
+    axes.set_title(drive.title or drive.name, wrap=True)
+    return figure
+
+
+def _draw_routes(axes: "Axes", drive: RoutedDrive) -> None:
+    for body in drive.body:
+        points = [body.at, *([body.pivot] if body.pivot else [])]
+        points += [pulley.at for pulley in drive.pulley if pulley.on == body.name]
+        points += [anchor.at for anchor in drive.anchor if anchor.on == body.name]
+        points += [other.at for other in drive.body if other.on == body.name]
+        _draw_body(axes, body.name, points)
+    for index, span in enumerate(drive.free_spans):
+        _draw_span(axes, span, _COLOURS[span.route % len(_COLOURS)])
+        for (own, place), carriage in zip(drive.carriage_places, drive.carriage, strict=True):
+            if own == index:
+                (x, y), _ = span.contacts
+                at = x + place * span.along[0], y + place * span.along[1]
+                axes.plot(*at, "s" if carriage.guided else "v", color=_INK, markersize=6, zorder=5)
+    for here, after in _arcs(drive):
+        _draw_arc(axes, here, after, _COLOURS[here.route % len(_COLOURS)])
+    for number, pulley in enumerate(drive.pulley):
+        _draw_pulley(axes, pulley.name, pulley.at, pulley.radius, number in drive.driven, pulley.fixed)
+    for anchor in drive.anchor:
+        axes.plot(*anchor.at, "o", color=_INK, markersize=4, zorder=6)
+
+
+def _arcs(drive: RoutedDrive) -> Iterator[tuple[FreeSpan, FreeSpan]]:
+    """Neighbouring spans of a route with a pulley between them."""
+    for route in range(len(drive.route)):
+        own = [span for span in drive.free_spans if span.route == route]
+        for here, after in zip(own, own[1:] + own[:1], strict=True):
+            if here.wrap is not None and here.end == after.start:
+                yield here, after
+
+
+def _draw_two_pulleys(axes: "Axes", drive: Drive) -> None:
+    """The drive pulley at the origin, the load pulley along x or up the slope."""
+    slope = drive.layout.inclination
+    ends = ((0.0, 0.0), (drive.pulley_distance * np.cos(slope), drive.pulley_distance * np.sin(slope)))
+    places = [
+        Place(name=name, pulley=i, anchor=None, sense=-1, centre=ends[i], radius=drive.pulley[i].radius)
+        for i, name in enumerate(("drive pulley", "load pulley"))
+    ]
+    loop = drive.kind == "loop"
+    spans = _spans(0, drive.name, places, loop, True)
+    for span in spans:
+        _draw_span(axes, span, _COLOURS[0])
+    if loop:
+        _draw_arc(axes, spans[0], spans[1], _COLOURS[0])
+        _draw_arc(axes, spans[1], spans[0], _COLOURS[0])
+    for carriage in drive.carriage:
+        span = spans[("upper", "lower").index(carriage.span)]
+        share = carriage.position / drive.span_length
+        (x1, y1), (x2, y2) = span.contacts
+        at = x1 + share * (x2 - x1), y1 + share * (y2 - y1)
+        axes.plot(*at, "s" if carriage.guided else "v", color=_INK, markersize=6, zorder=5)
+    for i, place in enumerate(places):
+        motor = i == 0 and drive.motor is not None
+        _draw_pulley(axes, place.name, place.centre, place.radius, motor, drive.pulley[i].fixed)
+
+
+def _draw_span(axes: "Axes", span: FreeSpan, colour: str) -> None:
+    (x1, y1), (x2, y2) = span.contacts
+    axes.plot([x1, x2], [y1, y2], color=colour, linewidth=1.6, zorder=3)
+    middle = 0.5 * (x1 + x2), 0.5 * (y1 + y2)
+    ahead = middle[0] + 1e-3 * (x2 - x1), middle[1] + 1e-3 * (y2 - y1)
+    axes.annotate("", xy=ahead, xytext=middle, arrowprops={"arrowstyle": "-|>", "color": colour}, zorder=4)
+
+
+def _draw_arc(axes: "Axes", here: FreeSpan, after: FreeSpan, colour: str) -> None:
+    """The rope on a pulley, from where it arrives to where it leaves."""
+    place = here.end
+    start, end = (
+        degrees(atan2(point[1] - place.centre[1], point[0] - place.centre[0]))
+        for point in (here.contacts[1], after.contacts[0])
+    )
+    if place.sense < 0:
+        start, end = end, start
+    turned = np.radians(np.linspace(start, start + (end - start) % 360.0, 60))
+    x = place.centre[0] + place.radius * np.cos(turned)
+    y = place.centre[1] + place.radius * np.sin(turned)
+    axes.plot(x, y, color=colour, linewidth=1.6, zorder=3)
+
+
+def _draw_pulley(axes: "Axes", name: str, centre: Point, radius: float, motor: bool, fixed: bool) -> None:
+    from matplotlib.patches import Circle
+
+    axes.add_patch(
+        Circle(centre, radius, fill=fixed, facecolor="#bbbbbb", edgecolor=_INK, linewidth=0.8, zorder=2)
+    )
+    axes.plot(*centre, "+" if not motor else "x", color=_INK, markersize=5, zorder=5)
+    words = f"{name} (motor)" if motor else name
+    axes.annotate(
+        words,
+        (centre[0], centre[1] + radius),
+        (0, 3),
+        textcoords="offset points",
+        fontsize=6,
+        ha="center",
+        zorder=7,
+    )
+
+
+def _draw_body(axes: "Axes", name: str, points: list[Point]) -> None:
+    """A body as the band round its points, with its name at the centre of mass."""
+    x, y = zip(*points, strict=True)
+    axes.plot(x, y, color=_BODY, linewidth=9, solid_capstyle="round", zorder=1)
+    axes.annotate(name, points[0], (4, -9), textcoords="offset points", fontsize=7, style="italic", zorder=7)

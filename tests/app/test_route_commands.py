@@ -1,0 +1,146 @@
+"""Machines with routes at the command line: what answers, and what refuses in one line."""
+
+from pathlib import Path
+
+import click
+import numpy as np
+import pytest
+
+import cabledrive as cd
+from cabledrive.app.main import main
+from command import answer, call, refusal
+
+ROUTES = Path(__file__).parent.parent / "parameters" / "routes"
+COREXY = str(ROUTES / "corexy.toml")
+TAKES_ROUTES = {"check", "modes", "drives"}
+OTHERWISE = {"identify"}  # takes a drive for a ping alone, see below
+ENDINGS = {"report": "page.html", "experiment": "log.csv", "simulate": "run.nc"}
+
+
+def commands_of_a_drive():
+    context = click.Context(main)
+    for name in main.list_commands(context):
+        command = main.get_command(context, name)
+        if any(parameter.name in ("drive", "drives") for parameter in command.params):
+            yield name, command
+
+
+def required(name, command):
+    """The options without which a command does not start, each with a value."""
+    for parameter in command.params:
+        if isinstance(parameter, click.Option) and parameter.required:
+            yield parameter.opts[-1]
+            yield ENDINGS.get(name, "out") if parameter.name == "output" else "1"
+
+
+@pytest.mark.parametrize(
+    "name", [name for name, _ in commands_of_a_drive() if name not in TAKES_ROUTES | OTHERWISE]
+)
+def test_what_does_not_support_routes_refuses_in_one_line_and_writes_nothing(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    command = dict(commands_of_a_drive())[name]
+    line = refusal(name, COREXY, *required(name, command))
+    assert 'kind = "route"' in line
+    assert "check, modes, map and resonance take routes" in line
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_ping_of_a_route_is_refused(tmp_path):
+    log = tmp_path / "log.csv"
+    log.write_text("time [s],position [m]\n" + "".join(f"{i / 1000},{i % 7}\n" for i in range(2000)))
+    assert 'kind = "route"' in refusal("identify", str(log), "--ping", COREXY)
+
+
+@pytest.mark.parametrize(
+    "call_it",
+    [
+        lambda drive: cd.simulate(drive, duration=0.01),
+        lambda drive: cd.track(drive),
+        lambda drive: cd.resonance(drive),
+        lambda drive: cd.derived_quantities(drive),
+        lambda drive: cd.practitioner_warnings(drive),
+        lambda drive: cd.modes(drive, at_torque=1.0),
+        lambda drive: drive.span_length,
+    ],
+)
+def test_python_refuses_what_routes_do_not_support(call_it):
+    with pytest.raises(cd.InputRefused, match=r'kind = "route"'):
+        call_it(cd.load_drive(COREXY))
+
+
+def test_check_lists_every_span_with_length_wrap_and_tension():
+    found = answer("check", str(ROUTES / "printer.toml"))
+    names = [row["name"] for row in found["spans"]]
+    assert names == [
+        "left clamp to motor",
+        "motor to lower idler",
+        "lower idler to upper idler",
+        "upper idler to right clamp",
+    ]
+    assert [row["length"] for row in found["spans"]] == pytest.approx([0.18, 0.4, 0.004732, 0.18])
+    wraps = [row["wrap"] for row in found["spans"]]
+    assert wraps[:3] == pytest.approx([np.pi, np.pi / 2, np.pi / 2])
+    assert wraps[3] is None
+    assert [row["tension"] for row in found["spans"]] == pytest.approx([30.0] * 4)
+    assert found["derived"]["lowest_frequency_free_hz"] == pytest.approx(189.6749, abs=1e-4)
+    assert found["derived"]["rigid_body_modes"] == 1
+    assert found["warnings"] == []
+
+
+def test_check_tells_the_friction_that_a_traction_sheave_needs():
+    """|ln(T1/T2)| over the wrap; 1729 and 1565.5 N a rope without the ropes' weight."""
+    light = [f"--set=route.{name}.mass_per_length=1e-9" for name in ("suspension", "compensation")]
+    found = answer("check", str(ROUTES / "elevator.toml"), *light)
+    sheave = next(row for row in found["pulleys"] if row["name"] == "traction sheave")
+    assert sheave["tension_in"], sheave["tension_out"] == pytest.approx((1729.0, 1565.5), abs=0.1)
+    assert sheave["needed_friction"] == pytest.approx(np.log(1729.0125 / 1565.5125) / np.pi, rel=1e-6)
+
+
+def test_check_tells_which_belt_runs_askew():
+    found = answer("check", COREXY, "--set", 'pulley.beam left a.at=["0 m", "0.213 m"]')
+    askew = [line for line in found["warnings"] if "askew" in line]
+    assert any("head left a to beam left a" in line and "head.x" in line for line in askew)
+    assert float(askew[0].split(" by ")[1].split(" deg")[0]) == pytest.approx(4.95, abs=0.01)
+
+
+def test_check_tells_the_safety_factor_of_a_belt_from_the_table():
+    found = answer("check", str(ROUTES / "printer.toml"), "--set", 'cable.type="GT2-6mm"')
+    assert found["spans"][0]["safety_factor"] == pytest.approx(113.0 / 30.0)
+
+
+@pytest.mark.parametrize("name", ["corexy", "serpentine", "ropeway"])
+def test_check_draws_a_machine(name, tmp_path):
+    picture = tmp_path / f"{name}.svg"
+    assert call("check", str(ROUTES / f"{name}.toml"), "--plot", str(picture)).exit_code == 0
+    text = picture.read_text()
+    assert text.startswith("<?xml")
+    assert text.count("<path") > 20
+
+
+def test_check_draws_a_loop(tmp_path):
+    picture = tmp_path / "loop.png"
+    assert call("check", "linear-axis", "--plot", str(picture)).exit_code == 0
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_modes_says_which_waves_are_between_held_ends_and_how_the_rotors_are_held():
+    found = answer("modes", COREXY, "--below", "140", "--motor", "held")
+    assert (found["motor"], found["certified"], found["rigid_body_modes"]) == ("held", True, 0)
+    clamped = [mode.get("clamped", False) for mode in found["modes"]]
+    assert any(clamped)
+    assert not all(clamped)
+    assert {mode["kind"] for mode in found["modes"]} == {"longitudinal", "transverse"}
+    assert all(mode["span"] for mode in found["modes"] if mode["kind"] == "transverse")
+
+
+def test_modes_can_hold_a_body_by_name():
+    free, held = (answer("modes", COREXY, "--below", "150", *extra) for extra in ((), ("--hold", "beam")))
+    assert (free["rigid_body_modes"], held["rigid_body_modes"]) == (2, 1)
+    assert held["hold"] == ["beam"]
+    assert "did you mean" in refusal("modes", COREXY, "--hold", "heat")
+
+
+def test_the_table_of_modes_names_spans():
+    text = call("modes", COREXY, "--below", "75").stdout
+    assert "rear left b to front left b" in text
+    assert "Complete up to 75 Hz (certified)" in text

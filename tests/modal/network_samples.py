@@ -1,0 +1,95 @@
+"""Random networks, and machines with routes built from drives with two pulleys."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from cabledrive.modal.network.component import Component
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route.parts import RoutedCarriage, RoutedMotor, RoutedPulley, RouteLayout
+from cabledrive.parameters.route.rope import Rope, Route
+from oracles.network_fem import String
+
+
+def random_network(rng, moving):
+    """A component of 2 to 6 coordinates with dense rows, and the same for the oracle."""
+    n, links = int(rng.integers(2, 7)), int(rng.integers(1, 5))
+    mass = np.where(rng.random(n) < 0.25, 0.0, rng.uniform(0.05, 3.0, n))  # massless idlers among them
+    spring = np.where(rng.random(n) < 0.5, 0.0, rng.uniform(0.1, 30.0, n))
+    strings = []
+    for _ in range(links + n):  # enough of them that each coordinate is tied
+        start, end = rng.normal(size=(2, n)) * (rng.random((2, n)) < 0.6)
+        if not (start.any() or end.any()):
+            start = rng.normal(size=n)
+        c = rng.uniform(0.5, 4.0)
+        v = rng.uniform(-0.85, 0.85) * c if moving and rng.random() < 0.7 else 0.0
+        ropes = 1 if moving else int(rng.integers(1, 4))
+        strings.append(String(start, end, rng.uniform(0.1, 2.0), c, v, ropes))
+    start, end = np.array([s.start for s in strings]), np.array([s.end for s in strings])
+    ropes = np.array([s.ropes for s in strings])
+    rho, c, v = (np.array([getattr(s, key) for s in strings]) for key in ("density", "wave_speed", "speed"))
+    component = Component(
+        columns=np.arange(n),
+        links=np.arange(len(strings)),
+        start=start,
+        end=end,
+        impedance=ropes * rho * c,
+        time=c / (c**2 - v**2),
+        lag=v / (c**2 - v**2),
+        mass=mass[mass > 0],
+        mass_rows=np.eye(n)[mass > 0],
+        spring=spring[spring > 0],
+        spring_rows=np.eye(n)[spring > 0],
+        geometric=np.zeros((n, n)),
+        rigid_body_modes=0,
+    )
+    return component, strings, np.diag(mass), np.diag(spring), ropes - 1
+
+
+def as_route(drive):
+    """A drive with two equal pulleys as a machine with routes, without gravity."""
+    radius, distance, stretch = drive.pulley[0].radius, drive.pulley_distance, 1.0 + drive.cable.prestrain
+    assert drive.pulley[1].radius == radius
+    names = ("drive pulley", "load pulley")
+    pulleys = tuple(
+        RoutedPulley(
+            name=name,
+            at=(i * distance, 0.0),
+            radius=radius,
+            inertia=drive.pulley[i].inertia,
+            fixed=drive.pulley[i].fixed,
+        )
+        for i, name in enumerate(names)
+    )
+    rope = Rope(
+        given_rigidity=drive.cable.axial_rigidity,
+        mass_per_length=drive.cable.mass_per_length,
+        pretension=drive.cable.pretension,
+    )
+    carriages = tuple(
+        RoutedCarriage(
+            mass=carriage.mass,
+            guided=carriage.guided,
+            position=carriage.position * stretch + (distance if carriage.span == "lower" else 0.0),
+        )
+        for carriage in drive.carriage
+    )
+    motor = drive.motor
+    motors = ()
+    if motor is not None:
+        keys = ("inertia", "joint_stiffness", "holding_stiffness")
+        motors = (RoutedMotor(**{key: getattr(motor, key) for key in keys}),)
+    return RoutedDrive(
+        name=drive.name,
+        cable=rope,
+        layout=RouteLayout(gravity=0.0),
+        pulley=pulleys,
+        carriage=carriages,
+        motor=motors,
+        route=(Route(name="cable", path=("-drive pulley", "-load pulley"), closed=drive.kind == "loop"),),
+    )
+
+
+def without_gravity(drive):
+    """The drive in free fall, where strings are straight."""
+    return replace(drive, layout=replace(drive.layout, gravity=0.0))

@@ -1,0 +1,69 @@
+"""The count of a network against finite elements that know no wave formula, still and moving."""
+
+import numpy as np
+import pytest
+from network_samples import random_network
+
+from cabledrive.modal.network.structure import ENCLOSURES, MULTIPLE, ComponentStructure
+from cabledrive.modal.solver import modes_of
+from oracles.network_fem import natural_frequencies
+
+DEGREE = 26
+
+
+def wrong_counts(seed, networks, moving):
+    """Counts at eight frequencies of each network that differ from the oracle's; and how many were made."""
+    rng, wrong, made = np.random.default_rng(seed), 0, 0
+    for _ in range(networks):
+        component, strings, mass, spring, others = random_network(rng, moving)
+        truth = natural_frequencies(strings, mass, spring, DEGREE)
+        slowest = min(string.wave_speed - abs(string.speed) for string in strings)
+        counter = ComponentStructure(component)
+        for omega in rng.uniform(0.05, 1.0, 8) * slowest * DEGREE / 2.4:
+            if np.min(np.abs(truth - omega)) < 1e-4 * omega:  # closer than the oracle knows its frequencies
+                continue
+            own = counter.count(omega) + int(others @ np.floor(omega * component.time / np.pi))
+            wrong += own != int(np.sum(truth < omega))
+            made += 1
+    return wrong, made
+
+
+@pytest.mark.parametrize("moving", [False, True])
+def test_counts_of_random_networks_are_those_of_finite_elements(moving):
+    wrong, made = wrong_counts(11 + moving, 12, moving)
+    assert made > 80
+    assert wrong == 0, f"{wrong} of {made} counts"
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("moving", [False, True])
+def test_no_count_of_two_thousand_random_networks_is_wrong(moving, measured):
+    wrong, made = wrong_counts(2024 + moving, 1000, moving)
+    measured(f"random networks, {'moving to 0.85 c' if moving else 'still'}: {wrong} of {made} counts wrong")
+    assert wrong == 0, f"{wrong} of {made} counts"
+
+
+@pytest.mark.parametrize("moving", [False, True])
+def test_modes_of_random_networks_are_those_of_finite_elements(moving):
+    rng = np.random.default_rng(5)
+    for _ in range(4):
+        component, strings, mass, spring, others = random_network(rng, moving)
+        if others.any():
+            strings = [type(s)(s.start, s.end, s.density * s.ropes, s.wave_speed, s.speed) for s in strings]
+        truth = natural_frequencies(strings, mass, spring, DEGREE)
+        top = 0.5 * min(string.wave_speed - abs(string.speed) for string in strings) * DEGREE / 2.4
+        found = list(modes_of(ComponentStructure(component), top, enclosures=ENCLOSURES, multiple=MULTIPLE))
+        listed = np.repeat([mode.omega for mode in found], [mode.multiplicity for mode in found])
+        rigid = int(np.sum(truth < 1e-5 * top))
+        expected = truth[rigid : rigid + listed.size]
+        assert all(mode.enclosure is not None for mode in found)
+        np.testing.assert_allclose(listed[listed > 1e-4 * top], expected[expected > 1e-4 * top], rtol=2e-8)
+
+
+def test_a_count_never_falls():
+    rng = np.random.default_rng(3)
+    component, *_ = random_network(rng, True)
+    counter = ComponentStructure(component)
+    counts = [counter.count(omega) for omega in np.linspace(0.01, 60.0, 400)]
+    assert np.all(np.diff(counts) >= 0)
+    assert counts[-1] > counts[0]

@@ -1,0 +1,330 @@
+"""Certified modes of machines with routes: drives with two pulleys, closed forms, reference machines."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from network_samples import as_route, without_gravity
+from scipy.linalg import eigh
+from scipy.optimize import brentq
+
+import cabledrive as cd
+from cabledrive.mechanics.network import network_of
+from cabledrive.modal.network.component import Component, components_of
+from cabledrive.modal.network.motion import NetworkMotion
+from cabledrive.modal.network.structure import ENCLOSURES, MULTIPLE, ComponentStructure
+from cabledrive.modal.solver import modes_of
+from cabledrive.parameters.route.parts import RoutedCarriage
+
+ROUTES = Path(__file__).parent.parent / "parameters" / "routes"
+FIVE = ("dissertation-1", "dissertation-2", "dissertation-3", "printer-belt", "linear-axis")
+
+
+def route(name, *overrides):
+    return cd.load_drive(ROUTES / f"{name}.toml", overrides=overrides)
+
+
+def coupled(drive, below, **options):
+    """Frequencies [Hz] of the modes in which bodies or pulleys move."""
+    found = cd.modes(drive, below=below, **options)
+    assert found.certified
+    return [mode.frequency for mode in found.modes if not mode.clamped]
+
+
+@pytest.mark.parametrize("motor", ["free", "held"])
+@pytest.mark.parametrize("name", FIVE)
+def test_a_loop_as_a_route_has_the_frequencies_of_the_loop(name, motor, measured):
+    drive = without_gravity(cd.load_drive(name))
+    expected = cd.natural_frequencies(drive, count=6, motor=motor)
+    found = cd.natural_frequencies(as_route(drive), count=6, motor=motor)
+    error = np.max(np.abs(found / expected - 1.0))
+    measured(f"{name} as a route, motor {motor}: largest relative difference {error:.1e}")
+    assert error < 1e-13, error
+
+
+@pytest.mark.parametrize("name", [*FIVE, "camera-line"])
+def test_a_drive_as_a_route_has_all_its_modes_with_their_number(name):
+    """Strings in both planes included; hanging carriages swing in both."""
+    drive = without_gravity(cd.load_drive(name))
+    below = 1.7 * cd.modes(drive, count=2).modes[-1].frequency
+    expected, found = cd.modes(drive, below=below), cd.modes(as_route(drive), below=below)
+    assert found.certified
+    assert found.certificate.count == expected.certificate.count
+    assert found.rigid_body_modes == expected.rigid_body_modes
+    spread = [
+        np.repeat([m.frequency for m in one.modes], [m.multiplicity for m in one.modes])
+        for one in (found, expected)
+    ]
+    np.testing.assert_allclose(*spread, rtol=1e-12)
+
+
+# Each to the digits that were stated.
+REFERENCES = [
+    ("printer", 2000.0, {}, {0: 189.6749, 1: 848.658}),
+    ("corexy", 210.0, {}, {3: 138.18, 4: 200.20}),
+    ("corexy", 100.0, {"motor": "held"}, {0: 61.0, 1: 88.6}),
+    ("elevator", 15.0, {}, {0: 3.75, 1: 8.07, 2: 11.10}),
+    ("serpentine", 250.0, {}, {0: 75.6, 1: 92.0, 2: 157.2}),
+]
+
+
+@pytest.mark.parametrize(("name", "below", "options", "expected"), REFERENCES)
+def test_reference_machines_have_their_frequencies(name, below, options, expected):
+    found = coupled(route(name), below, **options)
+    for number, frequency in expected.items():
+        digits = len(f"{frequency}".partition(".")[2])
+        assert found[number] == pytest.approx(frequency, abs=0.6 * 10.0**-digits)
+
+
+@pytest.mark.parametrize(
+    ("name", "below", "speed", "number"),
+    [
+        ("serpentine", 250.0, 0, 6),
+        ("serpentine", 300.0, 25, 8),
+        ("serpentine", 150.0, 40, 6),
+        ("finger", 1000.0, 0, 4),
+    ],
+)
+def test_reference_machines_have_so_many_coupled_modes(name, below, speed, number):
+    overrides = [f"route.belt.speed={speed}"] if speed else []
+    assert len(coupled(route(name, *overrides), below)) == number
+
+
+def condensed(drive, count):
+    """Frequencies [Hz] of a machine whose belts stretch evenly: mass and stiffness of slow motions."""
+    network = network_of(drive)
+    squares = eigh(network.static_stiffness, network.static_mass, eigvals_only=True)
+    return np.sqrt(squares[squares > 1.0][:count]) / (2 * np.pi)
+
+
+def test_the_corexy_over_its_bed():
+    """Modes of y and x [Hz], motors free, at y = 50, 200, 330 mm and x = 60, 210, 360 mm.
+
+    The figures are of belts that stretch evenly. The strings at the head, of 92 Hz where the head is aside,
+    shift the y-mode by up to half a hertz.
+    """
+    y_mode = [[97.5, 97.6, 97.5], [103.1, 106.7, 103.1], [111.9, 122.4, 111.9]]
+    x_mode = [[119.8, 114.2, 119.8], [139.9, 125.0, 139.9], [187.1, 143.6, 187.1]]
+    for row, y in enumerate((0.05, 0.2, 0.33)):
+        for column, x in enumerate((0.06, 0.21, 0.36)):
+            drive = route("corexy", f"beam.y={y}", f"head.x={x}")
+            expected = [y_mode[row][column], x_mode[row][column]]
+            assert condensed(drive, 2) == pytest.approx(expected, abs=0.06)
+            assert cd.natural_frequencies(drive, count=2) == pytest.approx(expected, abs=0.6)
+
+
+@pytest.mark.parametrize(("stiffness", "expected"), [(20.0, (57.0, 83.0)), (7.0, (51.0, 72.0))])
+def test_steppers_hold_the_corexy_by_their_magnetic_springs(stiffness, expected):
+    overrides = [f"motor.{motor}.holding_stiffness={stiffness}" for motor in (0, 1)]
+    drive = route("corexy", *overrides)
+    assert cd.modes(drive, count=1).motor == "holding"
+    assert cd.natural_frequencies(drive, count=2) == pytest.approx(expected, abs=0.6)
+
+
+def test_parallel_ropes_have_modes_against_each_other():
+    """Six ropes of equal halves: n - 1 a span at each frequency of the held rope, both spans together."""
+    found = [mode for mode in cd.modes(route("elevator"), below=130.0).longitudinal if mode.clamped]
+    multiplicities = sorted(mode.multiplicity for mode in found)
+    assert multiplicities == [2, 10, 10]
+    rigidity, density = 65e9 * 30e-6, 0.22
+    assert found[0].frequency == pytest.approx(np.sqrt(rigidity / density) / 2 / 20.5, rel=1e-3)
+
+
+def test_rigid_body_modes_are_counted():
+    assert [cd.modes(route(name), count=1).rigid_body_modes for name in ("corexy", "elevator", "finger")] == [
+        2,
+        1,
+        0,
+    ]
+
+
+@pytest.mark.parametrize("share", [0.0, 0.35, 0.8])
+def test_a_running_string_between_held_ends(share):
+    """n pi (c^2 - v^2)/(c L), Archibald and Emslie 1958; here of the free span of a serpentine belt."""
+    wave_speed = np.sqrt(300.0 * (1 + 300.0 / 170e3) / 0.1029)
+    found = cd.modes(route("serpentine", f"route.belt.speed={share * wave_speed}"), below=300.0)
+    span = next(span for span in route("serpentine").free_spans if span.name == "accessory to crank")
+    listed = [mode.frequency for mode in found.modes if mode.span == span.name and mode.plane == "v"]
+    expected = np.arange(1, len(listed) + 1) * wave_speed * (1 - share**2) / 2 / span.length
+    assert len(listed) > 1
+    np.testing.assert_allclose(listed, expected, rtol=1e-12)
+
+
+def bare(start, end, impedance, time, lag, mass, spring):
+    """A component of point masses on springs, tied by strings."""
+    n = start.shape[1]
+    return Component(
+        columns=np.arange(n),
+        links=np.arange(start.shape[0]),
+        start=start,
+        end=end,
+        impedance=np.full(start.shape[0], impedance),
+        time=np.full(start.shape[0], time),
+        lag=np.full(start.shape[0], lag),
+        mass=np.full(n, mass),
+        mass_rows=np.eye(n),
+        spring=np.full(n, spring) if spring else np.zeros(0),
+        spring_rows=np.eye(n) if spring else np.zeros((0, n)),
+        geometric=np.zeros((n, n)),
+        rigid_body_modes=0,
+    )
+
+
+def listed(component, top):
+    found = modes_of(ComponentStructure(component), top, enclosures=ENCLOSURES, multiple=MULTIPLE)
+    return np.concatenate([np.repeat(mode.omega, mode.multiplicity) for mode in found])
+
+
+def roots(function, top):
+    grid = np.linspace(1e-6, top, 40_001)
+    values = np.array([function(x) for x in grid])
+    signs = np.flatnonzero(values[:-1] * values[1:] < 0)
+    return [brentq(function, grid[i], grid[i + 1], xtol=1e-15, rtol=1e-15) for i in signs]
+
+
+def test_beads_on_a_heavy_string():
+    """cos(j pi/(N+1)) = cos kl - (m k/2 rho) sin kl at equal pitch l, and kl = n pi."""
+    beads, mass, top = 7, 0.6, 8.0
+    rows = np.vstack((np.zeros(beads), np.eye(beads), np.zeros(beads)))
+    found = listed(bare(rows[:-1], rows[1:], 1.0, 1.0, 0.0, mass, 0.0), top)
+    expected = [n * np.pi for n in range(1, int(top / np.pi) + 1)]  # hidden at the poles, beads at rest
+    for j in range(1, beads + 1):
+        expected += roots(
+            lambda k, j=j: np.cos(k) - mass * k / 2 * np.sin(k) - np.cos(j * np.pi / (beads + 1)), top
+        )
+    np.testing.assert_allclose(found, sorted(expected), rtol=1e-12)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.35, 0.8])
+def test_a_ring_of_running_spans_over_sprung_masses(share):
+    """2Z (cos wt - cos(2 pi j/N - wd)) + (k/w - w m) sin wt = 0, j = 0 to N - 1; only this sees the phase."""
+    n, mass, spring, z = 5, 0.7, 9.0, 1.3
+    time, lag = 1.0 / (1 - share**2), share / (1 - share**2)
+    rows = np.eye(n)
+    top = 6.0 / time
+    found = listed(bare(rows, np.roll(rows, -1, axis=0), z, time, lag, mass, spring), top)
+    expected = []
+    for j in range(n):
+        phase = 2 * np.pi * j / n
+
+        def closed(w, phase=phase):
+            bend = 2 * z * (np.cos(w * time) - np.cos(phase - w * lag))
+            return bend + (spring / w - w * mass) * np.sin(w * time)
+
+        expected += [w for w in roots(closed, top) if not np.isclose(w * time % np.pi, 0.0, atol=1e-9)]
+    np.testing.assert_allclose(found, sorted(expected), rtol=1e-11)
+
+
+def belt_length(drive, angle):
+    """Length of the serpentine belt, arcs included [m], with the arm turned."""
+    turned = cd.load_drive(ROUTES / "serpentine.toml", overrides=[f"arm.turn={angle!r}"])
+    total = sum(span.length for span in turned.free_spans)
+    return total + sum(span.wrap * span.end.radius for span in turned.free_spans)
+
+
+def test_geometric_stiffness_is_the_curvature_of_the_belts_length():
+    """T d2(length)/dpsi2 = bodies' term + strings' term; without the bodies' 15 % of it would miss."""
+    drive = route("serpentine")
+    network = network_of(drive)
+    arm = network.motion.names.index("arm.turn")
+    step = 2e-4
+    lengths = [belt_length(drive, angle) for angle in (-2 * step, -step, 0.0, step, 2 * step)]
+    curvature = (
+        (-lengths[0] + 16 * lengths[1] - 30 * lengths[2] + 16 * lengths[3] - lengths[4]) / 12 / step**2
+    )
+    across = network.direction == 1
+    rows = (network.start - network.end)[across, arm]
+    strings = float(np.sum(network.impedance[across] / network.time[across] * rows**2))
+    bodies = float(network.geometric[arm, arm])
+    assert bodies == pytest.approx(-8.246214, rel=1e-6)
+    assert strings == pytest.approx(17.585556, rel=1e-6)
+    assert bodies + strings == pytest.approx(300.0 * curvature, rel=1e-5)
+
+
+@pytest.mark.parametrize("name", ["printer", "corexy", "finger"])
+def test_frequencies_do_not_change_when_a_route_is_travelled_the_other_way(name):
+    drive = route(name)
+    swap = {"+": "-", "-": "+"}
+    turned = replace(
+        drive,
+        route=tuple(
+            replace(r, path=tuple(swap.get(p[0], "") + p.lstrip("+-") for p in reversed(r.path)))
+            for r in drive.route
+        ),
+    )
+    one, other = (cd.natural_frequencies(d, count=3) for d in (drive, turned))
+    np.testing.assert_allclose(one, other, rtol=1e-12)
+
+
+def test_frequencies_of_a_finger_do_not_change_when_the_whole_machine_is_turned():
+    drive = route("finger")
+    c, s = np.cos(0.7), np.sin(0.7)
+
+    def placed(part):
+        moved = {"at": (c * part.at[0] - s * part.at[1], s * part.at[0] + c * part.at[1])}
+        if getattr(part, "pivot", None):
+            moved["pivot"] = (c * part.pivot[0] - s * part.pivot[1], s * part.pivot[0] + c * part.pivot[1])
+        return replace(part, **moved)
+
+    turned = replace(
+        drive, **{key: tuple(map(placed, getattr(drive, key))) for key in ("body", "pulley", "anchor")}
+    )
+    one, other = (coupled(d, 1000.0) for d in (drive, turned))
+    np.testing.assert_allclose(one, other, rtol=1e-11)
+
+
+def test_a_carriage_of_almost_no_mass_changes_nothing():
+    drive = route("printer")
+    light = replace(drive, carriage=(RoutedCarriage(mass=1e-12, position=0.3, guided=False),))
+    one, other = (cd.natural_frequencies(d, count=3) for d in (drive, light))
+    np.testing.assert_allclose(one, other, rtol=1e-9)
+
+
+def test_kinetic_shares_of_a_mode_are_one_and_the_x_mode_moves_the_head():
+    for mode in cd.modes(route("corexy", "head.x=0.21"), below=140.0).longitudinal:
+        assert sum(mode.kinetic_shares.values()) == pytest.approx(1.0, abs=1e-9)
+    first, second = cd.modes(route("corexy", "head.x=0.21"), below=140.0).longitudinal
+    assert first.kinetic_shares["beam.y"] > 0.25
+    assert second.kinetic_shares["head.x"] > 0.25
+    assert abs(first.kinetic_shares.get("head.x", 0.0)) < 0.01
+
+
+def test_strain_energy_is_kinetic_energy():
+    """What springs, turning bodies and spans store in a mode of unit modal mass is omega^2/2."""
+    for name in ("printer", "serpentine", "finger"):
+        network = network_of(route(name))
+        for component in components_of(network)[0]:
+            for mode in modes_of(
+                ComponentStructure(component), 3000.0, enclosures=ENCLOSURES, multiple=MULTIPLE
+            ):
+                motion = NetworkMotion(network, mode)
+                assert motion._potential / (2 * mode.omega**2) == pytest.approx(1.0, rel=1e-9)
+
+
+def test_shapes_meet_their_pulleys():
+    """At its end on a pulley the belt moves along as the rim does."""
+    drive = route("printer")
+    mode = cd.modes(drive, below=300.0).longitudinal[0]
+    span = drive.free_spans[1]
+    ends = mode.shape(span.name, np.array([0.0, span.length]))[0]
+    rims = [place.radius * mode.joints[place.name][0] for place in (span.start, span.end)]
+    np.testing.assert_allclose(ends, rims, rtol=1e-10)
+
+
+def test_a_belt_that_runs_too_fast_is_refused():
+    with pytest.raises(cd.InputRefused, match="reaches the wave speed"):
+        cd.modes(route("serpentine", "route.belt.speed=60"))
+
+
+def test_a_fast_belt_is_warned_of():
+    assert "83% of the wave speed" in " ".join(
+        cd.modes(route("serpentine", "route.belt.speed=45"), below=100.0).warnings
+    )
+
+
+def test_a_sagging_span_is_not_certified():
+    """With gravity across, 1 N of pretension lets the belts sag."""
+    found = cd.modes(route("printer", "layout.gravity=9.81", "cable.pretension=1"), below=40.0)
+    assert not found.certified
+    assert "sag" in found.certified_reason

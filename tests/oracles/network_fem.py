@@ -1,0 +1,71 @@
+"""Modes of a network of strings by the p-version of finite elements: no wave formula, every rope its own.
+
+Shape functions of a string of length 1 are the two linear ones and integrated Legendre polynomials. A string
+that runs with speed v has the kinetic energy of (w_t + v w_x), hence a gyroscopic matrix.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import Legendre
+
+
+@dataclass(frozen=True)
+class String:
+    """One rope: rows of its ends, density, wave speed and speed; its length is 1."""
+
+    start: np.ndarray
+    end: np.ndarray
+    density: float
+    wave_speed: float
+    speed: float = 0.0
+    ropes: int = 1
+
+
+def shape_functions(degree):
+    """Values and slopes of the shape functions at Gauss points of [0, 1], with the weights."""
+    x, weights = np.polynomial.legendre.leggauss(degree + 2)
+    values, slopes = [(1 - x) / 2, (1 + x) / 2], [np.full_like(x, -0.5), np.full_like(x, 0.5)]
+    for n in range(2, degree + 1):
+        scale = np.sqrt((2 * n - 1) / 2)
+        slopes.append(scale * Legendre.basis(n - 1)(x))
+        values.append(scale * (Legendre.basis(n)(x) - Legendre.basis(n - 2)(x)) / (2 * n - 1))
+    return np.array(values), 2 * np.array(slopes), weights / 2
+
+
+def matrices(strings, mass, stiffness, degree):
+    """Mass, gyroscopic and stiffness matrix of a network; its own coordinates first."""
+    n = mass.shape[0]
+    total = n + sum(string.ropes for string in strings) * (degree - 1)
+    m, g, k = (np.zeros((total, total)) for _ in range(3))
+    m[:n, :n], k[:n, :n] = mass, stiffness
+    values, slopes, weights = shape_functions(degree)
+    inner = n
+    for string in strings:
+        rho, c, v = string.density, string.wave_speed, string.speed
+        for _ in range(string.ropes):
+            rows = np.zeros((degree + 1, total))
+            rows[0, :n], rows[1, :n] = string.start, string.end
+            rows[2:, inner : inner + degree - 1] = np.eye(degree - 1)
+            inner += degree - 1
+            cross = (values * weights) @ slopes.T
+            for matrix, local in (
+                (m, rho * (values * weights) @ values.T),
+                (g, rho * v * (cross - cross.T)),
+                (k, rho * (c**2 - v**2) * (slopes * weights) @ slopes.T),
+            ):
+                matrix += rows.T @ local @ rows
+    return m, g, k
+
+
+def natural_frequencies(strings, mass, stiffness, degree):
+    """All natural frequencies of the discretised network [rad/s], rigid-body modes as zeros."""
+    from scipy.linalg import eigh, eigvals
+
+    m, g, k = matrices(strings, mass, stiffness, degree)
+    if not g.any():
+        return np.sqrt(np.maximum(eigh(k, m, eigvals_only=True), 0.0))
+    size = m.shape[0]
+    one, none = np.eye(size), np.zeros((size, size))
+    values = eigvals(np.block([[none, one], [-k, -g]]), np.block([[one, none], [none, m]]))
+    return np.sort(values.imag)[-size:]

@@ -1,0 +1,270 @@
+"""Files of kind "route": they load, their geometry follows, what cannot be is refused in a line."""
+
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+
+import cabledrive as cd
+from cabledrive.mechanics.network import network_of, statics_of
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route.tables import routed_from_tables
+
+ROUTES = Path(__file__).parent / "routes"
+NAMES = sorted(path.stem for path in ROUTES.glob("*.toml"))
+VALIDATOR = jsonschema.Draft202012Validator(cd.drive_schema())
+
+
+def load(name, *overrides):
+    return cd.load_drive(ROUTES / f"{name}.toml", overrides=overrides)
+
+
+def text_of(name):
+    return (ROUTES / f"{name}.toml").read_text(encoding="utf-8")
+
+
+def refused(text, tmp_path, then=network_of):
+    """The line with which a file is refused, at the latest when its state of rest is asked for."""
+    path = tmp_path / "machine.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(cd.InputRefused) as refusal:
+        then(cd.load_drive(path))
+    assert "\n" not in str(refusal.value)
+    return str(refusal.value)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_six_files_load_and_are_written_and_read_again_without_loss(name, tmp_path):
+    drive = load(name)
+    assert isinstance(drive, RoutedDrive)
+    again = cd.load_drive(cd.save_drive(drive, tmp_path / "again.toml"))
+    assert again == drive
+    assert cd.content_hash(again) == cd.content_hash(drive)
+    VALIDATOR.validate(tomllib.loads(text_of(name)))
+    VALIDATOR.validate(tomllib.loads((tmp_path / "again.toml").read_text()))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_names_have_no_bearing_on_the_hash(name):
+    data = tomllib.loads(text_of(name))
+    renamed = tomllib.loads(text_of(name))
+    old = {
+        part["name"]: f"part {i}"
+        for i, part in enumerate(p for k in ("body", "pulley", "anchor", "route") for p in data.get(k, []))
+    }
+    for key in ("body", "pulley", "anchor", "route"):
+        for part in renamed.get(key, []):
+            part["name"] = old[part["name"]]
+            if "on" in part:
+                part["on"] = old[part["on"]]
+            if "path" in part:
+                part["path"] = [(s[0] + old[s[1:]]) if s[0] in "+-" else old[s] for s in part["path"]]
+    motors = renamed.get("motor", [])
+    for motor in motors if isinstance(motors, list) else [motors]:
+        motor["pulley"] = old[motor["pulley"]]
+    for carriage in renamed.get("carriage", []):
+        carriage["route"] = old[carriage["route"]]
+    one, other = (cd.content_hash(routed_from_tables(each)) for each in (data, renamed))
+    assert one == other
+
+
+def test_every_number_has_a_bearing_on_the_hash():
+    hashes = {
+        cd.content_hash(load("corexy", *extra))
+        for extra in (
+            (),
+            ("pulley.motor a.inertia=2e-7",),
+            ("head.x=0.1",),
+            ("route.belt a.ropes=2",),
+            ("motor.1.inertia=1e-6",),
+        )
+    }
+    assert len(hashes) == 5
+
+
+def test_named_tables_are_reached_by_name_and_bodies_move_with_what_they_carry():
+    drive = load(
+        "corexy", "head.x=0.10", "beam.y=0.05", "body.head.mass=0.5 kg", "pulley.motor a.inertia=2e-7"
+    )
+    assert drive.body[1].mass == 0.5
+    assert drive.pulley[0].inertia == 2e-7
+    assert drive.body[1].at == pytest.approx((0.10, 0.05))
+    anchors = {anchor.name: anchor.at for anchor in drive.anchor}
+    assert anchors["head left a"] == pytest.approx((0.08, 0.044))
+    on_beam = next(pulley for pulley in drive.pulley if pulley.name == "beam right a")
+    assert on_beam.at == pytest.approx((0.408, 0.038))
+
+
+def test_an_arm_turns_about_its_pivot():
+    turned = load("serpentine", "arm.turn=-5 deg")
+    (px, py), (dx, dy) = (0.2508, 0.0635), (0.3477 - 0.2508, 0.05715 - 0.0635)
+    c, s = np.cos(np.radians(-5)), np.sin(np.radians(-5))
+    assert turned.pulley[1].at == pytest.approx((px + c * dx - s * dy, py + s * dx + c * dy))
+    with pytest.raises(cd.InputRefused, match="the cable has left the pulley"):
+        load("serpentine", "arm.turn=90 deg")
+
+
+def test_lengths_of_a_crossed_and_an_open_belt_are_those_of_the_textbook():
+    """Open: sqrt(D^2 - (r1 - r2)^2); crossed: sqrt(D^2 - (r1 + r2)^2)."""
+    for signs, offset in (("++", 0.1), ("+-", 0.3)):
+        data = {
+            "schema": 1,
+            "kind": "route",
+            "name": "two pulleys",
+            "cable": {"axial_rigidity": 1e4, "mass_per_length": 0.01, "pretension": 10},
+            "layout": {"gravity": 0},
+            "pulley": [
+                {"name": "a", "at": [0, 0], "radius": 0.2, "inertia": 1e-3},
+                {"name": "b", "at": [0.6, 0.8], "radius": 0.1, "inertia": 1e-3},
+            ],
+            "route": [
+                {"name": "r", "path": [signs[0] + "a", signs[1] + "b"], "closed": True, "crossed": True}
+            ],
+        }
+        drive = routed_from_tables(data)
+        for span in drive.free_spans:
+            assert span.length == pytest.approx(np.sqrt(1 - offset**2), rel=1e-12)
+        wraps = [span.wrap for span in drive.free_spans]
+        expected = np.arcsin(offset)
+        sides = (np.pi - 2 * expected, np.pi + 2 * expected) if offset == 0.1 else (np.pi + 2 * expected,) * 2
+        assert wraps == pytest.approx(sides)
+
+
+def test_tensions_of_a_lift_follow_from_weights_alone():
+    light = ("route.suspension.mass_per_length=1e-9", "route.compensation.mass_per_length=1e-9")
+    assert statics_of(load("elevator", *light)).mean == pytest.approx(
+        [1729.0125] * 2 + [1565.5125] * 2 + [367.875] * 2
+    )
+
+
+def test_the_weight_of_the_ropes_is_carried():
+    """Forces on the frame add up to all weights: hitches and sheave hold car, weight, frame and ropes."""
+    drive = load("elevator")
+    statics = statics_of(drive)
+    held = 0.0
+    for number, span in enumerate(drive.free_spans):
+        for end, place in enumerate((span.start, span.end)):
+            if place.name in ("car hitch", "weight hitch", "traction sheave"):
+                held += statics.forces[number, end, 1]
+    ropes = sum(
+        drive.ropes[span.route].mass_per_length * drive.route[span.route].ropes * span.length
+        for span in drive.free_spans
+    )
+    weights = (2000 + 1800 + 150 + 80 + ropes) * 9.81
+    assert -held == pytest.approx(weights, rel=1e-3)  # ropes by unstretched length here
+    tensions = np.diff(np.array([statics.start[0], statics.end[0]]))[0]
+    assert tensions == pytest.approx(-0.22 * 9.81 * 20.5, rel=2e-3)
+
+
+REFUSALS = [
+    ("printer", '"+motor"', '"+moter"', 'did you mean "motor"'),
+    ("printer", '"+motor"', '"motor"', 'write "+motor"'),
+    ("printer", 'on = "head"', 'on = "haed"', 'did you mean "head"'),
+    ("printer", 'pulley = "motor"', 'pulley = "moter"', 'did you mean "motor"'),
+    ("printer", 'moves = "x"', 'moves = ["x", "y"]\nload = ["0 N", "5 N"]', "5 N along y are missing"),
+    ("printer", 'moves = "x"', 'moves = "x"\nload = ["-70 N", "0 N"]', "a rope cannot push"),
+    ("printer", 'pretension = "30 N"', "", "give pretension"),
+    ("printer", '"+lower idler", "+upper idler"', '"+upper idler", "+lower idler"', "cross"),
+    ("ropeway", '["701.2 m", "12.0000 m"]', '["701.2 m", "11.9800 m"]', "the cable has left the pulley"),
+    (
+        "serpentine",
+        'at = ["0.3477 m", "0.05715 m"]',
+        'at = ["0.3477 m", "0.16 m"]',
+        "the cable has left the pulley",
+    ),
+    ("serpentine", 'at = ["0.3477 m", "0.05715 m"]', 'at = ["0.5 m", "0.05715 m"]', "no free span"),
+    (
+        "serpentine",
+        "[[route]]",
+        '[[body]]\nname = "loose"\nmass = 1\nat = [0, 0]\nmoves = "x"\n[[route]]',
+        "nothing holds it along x",
+    ),
+    ("corexy", 'on = "beam"\nmass', 'on = "head"\nmass', "carried by itself"),
+    ("corexy", 'name = "beam left a"', 'name = "motor a"', "given twice"),
+    ("printer", 'mass = "0.35 kg"', 'mas = "0.35 kg"', 'did you mean "body.0.mass"'),
+    ("printer", 'moves = "x"', 'moves = "z"', "moves ="),
+    ("finger", 'pivot = ["0 mm", "0 mm"]', "", "add pivot"),
+    ("ropeway", '"2050 m"]', '"2950 m"]', "outside its route"),
+    ("printer", 'at = ["0.18 m", "6.366 mm"]', 'at = ["0.18 m"]', "two quantities"),
+    ("printer", 'at = ["0.18 m", "6.366 mm"]', 'at = ["0.18 kg", "6.366 mm"]', "not m"),
+    ("printer", 'axial_rigidity = "19.4 kN"', "", "axial rigidity is missing"),
+    ("printer", 'axial_rigidity = "19.4 kN"', 'type = "GT2-6m"', 'did you mean "GT2-6mm"'),
+]
+
+
+@pytest.mark.parametrize(("name", "old", "new", "words"), REFUSALS)
+def test_what_cannot_be_is_refused_in_one_line(name, old, new, words, tmp_path):
+    text = text_of(name)
+    assert old in text
+    line = refused(text.replace(old, new, 1), tmp_path)
+    assert words in line, line
+
+
+def test_an_arm_beyond_its_dead_point_is_refused(tmp_path):
+    """A pendulum that stands on its pivot: weight pushes it away, and a slack spring cannot hold it."""
+    text = """
+schema = 1
+kind = "route"
+name = "inverted pendulum"
+[cable]
+axial_rigidity = 1e4
+mass_per_length = 0.01
+pretension = 1
+[[body]]
+name = "arm"
+at = [0, 1]
+pivot = [0, 0]
+moves = "turn"
+mass = 100
+stiffness = 10
+[[anchor]]
+name = "hip"
+at = [0, 0.5]
+on = "arm"
+[[anchor]]
+name = "floor"
+at = [0, -1]
+[[route]]
+name = "rope"
+path = ["floor", "hip"]
+"""
+    line = refused(text, tmp_path, then=lambda drive: cd.modes(drive, count=1))
+    assert "unstable" in line
+    assert "arm" in line
+
+
+def test_weights_on_a_rope_that_nothing_drives_are_refused(tmp_path):
+    text = text_of("ropeway").replace('gravity = "0 m/s^2"', 'inclination = "20 deg"')
+    text = text[: text.index("[motor]")]
+    assert "every pulley turns freely" in refused(text, tmp_path)
+
+
+def test_turns_allow_a_wrap_of_more_than_a_circle(tmp_path):
+    drive = load("printer", "pulley.motor.turns=2")
+    assert drive.free_spans[0].wrap == pytest.approx(5 * np.pi)
+
+
+def test_a_route_needs_a_pretension_only_where_statics_leaves_it_open():
+    assert load("elevator").cable.pretension is None
+    assert statics_of(load("elevator")).start.min() > 0
+
+
+def test_a_belt_from_the_table_serves_loops_and_routes():
+    data = tomllib.loads(text_of("printer"))
+    data["cable"] = {"type": "GT2-6mm", "pretension": 30}
+    drive = routed_from_tables(data)
+    assert drive.ropes[0].axial_rigidity == 19400.0
+    VALIDATOR.validate(data)
+    loop = cd.load_drive("printer-belt", overrides=['cable.type="GT2-9mm"'])
+    assert loop.cable.axial_rigidity == pytest.approx(
+        5.13e9 * 3.78e-6
+    )  # the file's own modulus and area stay
+    assert loop.cable.strength == 169.0
+
+
+def test_a_moved_body_keeps_the_machine_it_came_from():
+    drive = load("corexy")
+    assert replace(drive) == drive
