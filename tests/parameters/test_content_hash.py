@@ -55,6 +55,7 @@ def variants(table):
             "fixed",
             "given_rigidity",
             "coupled",
+            "type",
             "direction",
         ):
             copies = []

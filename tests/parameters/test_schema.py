@@ -23,7 +23,7 @@ FULL |= {
     "carriage": [{"mass": 1, "position": 0.5}],
 }
 PLACES = [(), *[(key,) for key in FULL if isinstance(FULL[key], dict)], ("pulley", 1), ("carriage", 0)]
-TABLE_SCHEMAS = {place: VALIDATOR.schema["properties"][place[0]] for place in PLACES[1:]}
+TABLE_SCHEMAS = {place: VALIDATOR.schema["else"]["properties"][place[0]] for place in PLACES[1:]}
 QUANTITIES = {
     (*place, key): field
     for place, table in TABLE_SCHEMAS.items()

@@ -113,7 +113,7 @@ def network_of(drive: RoutedDrive, *, motor: str | None = None, hold: Sequence[s
     motion, statics = Motion(drive, condition(drive, motor), names), statics_of(drive)
     pieces = pieces_of(motion, statics)
     links = [(number, way) for number in range(len(pieces)) for way in range(len(DIRECTIONS))]
-    waves = [_waves(drive, pieces[number], DIRECTIONS[way]) for number, way in links]
+    waves = [waves_of_piece(drive, pieces[number], DIRECTIONS[way]) for number, way in links]
     start, end = (
         np.array([pieces[number].rows[DIRECTIONS[way]][side] for number, way in links]) for side in (0, 1)
     )
@@ -138,13 +138,13 @@ def network_of(drive: RoutedDrive, *, motor: str | None = None, hold: Sequence[s
         spring=spring,
         spring_rows=spring_rows,
         spring_names=spring_names,
-        geometric=_geometric(motion, statics),
+        geometric=geometric_stiffness(motion, statics),
     )
     _check_held(network)
     return network
 
 
-def _waves(drive: RoutedDrive, piece: Piece, direction: str) -> tuple[float, float, float]:
+def waves_of_piece(drive: RoutedDrive, piece: Piece, direction: str) -> tuple[float, float, float]:
     """Impedance of one rope, travel time and lag of a piece, Eq. (R.3).
 
     Across, the tension counts by the travel time of a string in which it changes evenly.
@@ -231,7 +231,7 @@ def _springs(motion: Motion) -> tuple[Array, Array, tuple[str, ...]]:
     return stiffness, rows, tuple(name for _, name in kept)
 
 
-def _geometric(motion: Motion, statics: Statics) -> Array:
+def geometric_stiffness(motion: Motion, statics: Statics) -> Array:
     r"""Stiffness of turning bodies under constant forces, Eq. (R.4).
 
     .. math:: K_{ij} = -\sum F \cdot \frac{\partial^2 c}{\partial q_i\,\partial q_j}, \qquad

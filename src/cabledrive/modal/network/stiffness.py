@@ -104,7 +104,7 @@ def cut_component(component: Component, omega: float) -> CutComponent:
 
 @dataclass(frozen=True, eq=False)
 class Assembled:
-    """The stiffness of Eq. (R.5) at one frequency, as terms that are squares of rows.
+    """The dynamic stiffness at one frequency, as terms that are squares of rows.
 
     Attributes
     ----------

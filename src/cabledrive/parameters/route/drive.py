@@ -36,7 +36,7 @@ def refuse_route(what: str = "this calculation") -> NoReturn:
     """
     raise InputRefused(
         f'kind = "route": {what} supports drives of kind "loop" or "line" only; check, modes, map and '
-        "resonance take routes"
+        "modes take routes"
     )
 
 
