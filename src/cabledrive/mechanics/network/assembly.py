@@ -4,7 +4,7 @@ Waves along a span have :math:`R = EA`, waves across it :math:`R = T/(1+\varepsi
 Of a rope that runs with speed v the waves across it have
 
 .. math:: \tau = \frac{c L}{c^2 - v^2}, \qquad \delta = \frac{v L}{c^2 - v^2}, \qquad Z = \sqrt{R\rho},
-          \qquad \text{Eq. (R.3)}
+          \qquad \text{Eq. (N.3)}
 
 travel time, lag and impedance; the motion along it has :math:`v \ll c` and keeps :math:`\tau = L/c`.
 """
@@ -45,7 +45,7 @@ class Network:
     start, end : ndarray, shape (m, n)
         Rows of both ends of each link.
     impedance, time, lag : ndarray, shape (m,)
-        Z of one rope [kg/s], travel time and lag [s], Eq. (R.3).
+        Z of one rope [kg/s], travel time and lag [s], Eq. (N.3).
     ropes : ndarray of int, shape (m,)
         Parallel ropes.
     mass, mass_rows : ndarray, shapes (k,), (k, n)
@@ -54,7 +54,7 @@ class Network:
         Springs [N/m], [N m/rad], and how q strains them.
     spring_names : tuple of str
     geometric : ndarray, shape (n, n)
-        Stiffness of turning bodies under the forces at rest, Eq. (R.4).
+        Stiffness of turning bodies under the forces at rest, Eq. (N.4).
     """
 
     motion: Motion
@@ -145,7 +145,7 @@ def network_of(drive: RoutedDrive, *, motor: str | None = None, hold: Sequence[s
 
 
 def waves_of_piece(drive: RoutedDrive, piece: Piece, direction: str) -> tuple[float, float, float]:
-    """Impedance of one rope, travel time and lag of a piece, Eq. (R.3).
+    """Impedance of one rope, travel time and lag of a piece, Eq. (N.3).
 
     Across, the tension counts by the travel time of a string in which it changes evenly.
     """
@@ -232,7 +232,7 @@ def _springs(motion: Motion) -> tuple[Array, Array, tuple[str, ...]]:
 
 
 def geometric_stiffness(motion: Motion, statics: Statics) -> Array:
-    r"""Stiffness of turning bodies under constant forces, Eq. (R.4).
+    r"""Stiffness of turning bodies under constant forces, Eq. (N.4).
 
     .. math:: K_{ij} = -\sum F \cdot \frac{\partial^2 c}{\partial q_i\,\partial q_j}, \qquad
               \frac{\partial^2 c}{\partial q_a\,\partial q_b} = e_z \times \frac{\partial c}{\partial q_b}

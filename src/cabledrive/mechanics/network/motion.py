@@ -4,7 +4,7 @@ The coordinates q are the moves of each body, the angle of each pulley that turn
 each carriage, and the rotor behind a flexible joint. An end of a span on a pulley of centre c, sense s and
 radius r moves by
 
-.. math:: u = t \cdot J_c\,q + s\,r\,\theta, \qquad w = n \cdot J_c\,q, \qquad \text{Eq. (R.2)}
+.. math:: u = t \cdot J_c\,q + s\,r\,\theta, \qquad w = n \cdot J_c\,q, \qquad \text{Eq. (N.2)}
 
 along and across the span; :math:`J_c` is the motion of the body that carries it.
 """
@@ -168,7 +168,7 @@ class Motion:
         return self.drive.body_number(pulley.on, pulley.name)
 
     def end_rows(self, place: Place, along: Point, across: Point) -> tuple[Array, Array]:
-        """Rows u and w of a span's end, Eq. (R.2), each shape (n,)."""
+        """Rows u and w of a span's end, Eq. (N.2), each shape (n,)."""
         rows = self.point(place.centre, self.body_of(place))
         u, w = along[0] * rows[0] + along[1] * rows[1], across[0] * rows[0] + across[1] * rows[1]
         if place.pulley is not None:

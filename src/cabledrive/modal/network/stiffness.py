@@ -6,12 +6,12 @@ With the rows :math:`B_a, B_b` of a link's ends, :math:`\alpha = \omega\tau` and
 .. math::
     \hat K = \sum \frac{Z}{\sin\alpha}\,\bigl|e^{i\varphi} B_a - B_b\bigr|^2
              - Z \tan\frac{\alpha}{2}\,\bigl(|B_a|^2 + |B_b|^2\bigr) + \frac{K_q}{\omega} - \omega M_q,
-    \qquad \text{Eq. (R.5)}
+    \qquad \text{Eq. (N.5)}
 
 where :math:`|B|^2` stands for :math:`B^H B`. Then :math:`-\hat K' > 0`, also where ropes run, so each
 eigenvalue falls and crosses zero once; by Sylvester's law and the modes between held ends
 
-.. math:: J(\omega) = s\{\hat K(\omega)\} + \sum \lfloor \omega\tau/\pi \rfloor, \qquad \text{Eq. (R.6)}
+.. math:: J(\omega) = s\{\hat K(\omega)\} + \sum \lfloor \omega\tau/\pi \rfloor, \qquad \text{Eq. (N.6)}
 
 counts all modes below :math:`\omega`, rigid-body modes included. A link longer than 2 rad is cut as in
 `cabledrive.mechanics.chain.split_at_antinodes`, with one more coordinate, so that no part is near a pole.
@@ -170,7 +170,7 @@ class Assembled:
 
 
 def assembled(cut: CutComponent, omega: float) -> Assembled:
-    """The stiffness of a component at one frequency, Eq. (R.5); ``omega`` [rad/s]."""
+    """The stiffness of a component at one frequency, Eq. (N.5); ``omega`` [rad/s]."""
     time, z = cut.time, cut.impedance
     t = np.tan(0.5 * omega * time)  # sin = 2 t / (1 + t^2), cos = (1 - t^2) / (1 + t^2)
     link = z * (t + 1.0 / t) / 2

@@ -45,7 +45,7 @@ class ComponentStructure:
         self._counted: dict[float, int] = {}
 
     def count(self, omega: float) -> int:
-        """Number of modes below a frequency [rad/s], rigid-body modes included, Eq. (R.6)."""
+        """Number of modes below a frequency [rad/s], rigid-body modes included, Eq. (N.6)."""
         if omega <= 0.0:
             return 0
         if omega not in self._counted:
@@ -66,10 +66,10 @@ class ComponentStructure:
         )
 
     def refined(self, start: float, modes: int, low: float, high: float) -> Refined | None:
-        r"""Refine the modes between two frequencies by subspace iteration with Rayleigh-Ritz, as Eq. (M.6).
+        """Refine the modes between two frequencies by subspace iteration with Rayleigh-Ritz.
 
         ``start``: where to begin [rad/s]; ``modes``: how many lie between `low` and `high` [rad/s].
-        Returns None if the iteration leaves the interval.
+        Returns None if the iteration leaves the interval. As Eq. (M.6).
         """
         cut = cut_component(self.component, start)
         if modes > cut.size:

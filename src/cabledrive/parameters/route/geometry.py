@@ -5,7 +5,7 @@ The tangent between circles of centres :math:`c_1, c_2`, radii r and senses s (1
 
 .. math:: t = \cos a\,\frac{d}{D} + \sin a\,e_z \times \frac{d}{D}, \qquad n = e_z \times t
 
-from :math:`c_1 - s_1 r_1 n` to :math:`c_2 - s_2 r_2 n`; its length is :math:`D \cos a`, Eq. (R.1).
+from :math:`c_1 - s_1 r_1 n` to :math:`c_2 - s_2 r_2 n`; its length is :math:`D \cos a`, Eq. (N.1).
 """
 
 from dataclasses import dataclass
@@ -96,7 +96,7 @@ class FreeSpan:
 
 
 def tangent(start: Place, end: Place, route: str) -> tuple[Point, float]:
-    """Direction and length of the free span between two places, Eq. (R.1).
+    """Direction and length of the free span between two places, Eq. (N.1).
 
     ``route``: its name, for a refusal.
     Returns unit vector and length [m].
