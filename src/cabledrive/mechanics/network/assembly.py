@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from cabledrive.mechanics.holding import HOLDING
 from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, Array, Motion, condition
 from cabledrive.mechanics.network.pieces import Piece, pieces_of
-from cabledrive.mechanics.network.statics import Statics, gravity, statics_of
+from cabledrive.mechanics.network.sections import gravity
+from cabledrive.mechanics.network.statics import Statics, statics_of
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.geometry import Point

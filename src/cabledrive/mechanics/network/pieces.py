@@ -6,7 +6,8 @@ from itertools import pairwise
 import numpy as np
 
 from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, Array, Motion
-from cabledrive.mechanics.network.statics import Statics, gravity
+from cabledrive.mechanics.network.sections import gravity
+from cabledrive.mechanics.network.statics import Statics
 from cabledrive.parameters.errors import InputRefused
 
 

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from cabledrive.mechanics.network.motion import Motion
-from cabledrive.mechanics.network.statics import Statics, lean, sag_parameter, statics_of
+from cabledrive.mechanics.network.statics import Statics, statics_of
+from cabledrive.mechanics.network.straightness import lean, sag_parameter
 from cabledrive.parameters.route import RoutedDrive
 
 _ASKEW_FROM, _ASKEW_TO = 1e-3, 15.0

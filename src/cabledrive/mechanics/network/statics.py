@@ -7,15 +7,14 @@ all solutions the one nearest to the given pretensions is taken.
 """
 
 from dataclasses import dataclass
-from math import hypot
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.network.motion import Array, Motion
+from cabledrive.mechanics.network.sections import Offsets, gravity, section_numbers, sections_of
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.parameters.route.geometry import FreeSpan
 
 _BALANCED = 1e-6
 _SINGULAR = 1e-10
@@ -50,12 +49,6 @@ class Statics:
         return 0.5 * (self.start + self.end)
 
 
-def gravity(drive: RoutedDrive) -> Array:
-    """Gravity in the plane of the machine, shape (2,) [m/s^2]."""
-    slope = drive.layout.inclination
-    return -drive.layout.gravity * np.array([np.sin(slope), np.cos(slope)])
-
-
 def statics_of(drive: RoutedDrive) -> Statics:
     """Tensions at rest.
 
@@ -63,10 +56,10 @@ def statics_of(drive: RoutedDrive) -> Statics:
     """
     motion = Motion(drive)
     walks = sections_of(drive)
-    sections, count = _numbers(walks, len(drive.free_spans)), len(walks)
+    sections, count = section_numbers(walks, len(drive.free_spans)), len(walks)
     strain = np.zeros(len(drive.free_spans))
     for _ in range(_ROUNDS):  # the weight of a rope depends on its strain, slightly
-        offsets = _Offsets(drive, walks, strain)
+        offsets = Offsets(drive, walks, strain)
         tension = _balanced(drive, motion, sections, count, offsets)
         start = tension[sections] + offsets.start
         end = tension[sections] + offsets.end
@@ -88,99 +81,6 @@ def statics_of(drive: RoutedDrive) -> Statics:
         forces=forces,
         preload=_preload(drive, motion, forces),
     )
-
-
-def sections_of(drive: RoutedDrive) -> list[list[int]]:
-    """Numbers of the free spans of each section, in order of travel."""
-    visits = [place.pulley for places in drive.places for place in places if place.pulley is not None]
-    passing = {
-        number
-        for number, pulley in enumerate(drive.pulley)
-        if not pulley.fixed and number not in drive.driven and visits.count(number) == 1
-    }
-    found: list[list[int]] = []
-    for route, data in enumerate(drive.route):
-        own = [number for number, span in enumerate(drive.free_spans) if span.route == route]
-        breaks = [i for i, number in enumerate(own) if drive.free_spans[number].start.pulley not in passing]
-        if data.closed:
-            first = breaks[0] if breaks else 0
-            own, breaks = own[first:] + own[:first], [i - first for i in breaks] or [0]
-        elif 0 not in breaks:
-            breaks.insert(0, 0)
-        found += [own[i:j] for i, j in zip(breaks, [*breaks[1:], len(own)], strict=True)]
-    return found
-
-
-def _numbers(walks: list[list[int]], spans: int) -> NDArray[np.intp]:
-    """Number of the section of each span."""
-    section = np.zeros(spans, dtype=np.intp)
-    for number, walk in enumerate(walks):
-        section[walk] = number
-    return section
-
-
-class _Offsets:
-    """What the tensions of the sections leave open: weights of ropes and carriages along every span.
-
-    ``constant`` and ``unit``, shape (spans, 2, 2): forces at both ends without and per unit of section
-    tension.
-    """
-
-    def __init__(self, drive: RoutedDrive, walks: list[list[int]], strain: Array) -> None:
-        n, g = len(drive.free_spans), gravity(drive)
-        self.start, self.end = np.zeros(n), np.zeros(n)
-        self.line_load = np.zeros((n, 2))
-        self.constant, self.unit = np.zeros((n, 2, 2)), np.zeros((n, 2, 2))
-        for walk in walks:
-            reached = 0.0
-            for number in walk:
-                reached = self._add(drive, number, g, float(strain[number]), reached)
-            self._check_closed(drive, walk, reached)
-
-    def _add(self, drive: RoutedDrive, number: int, g: Array, strain: float, at_start: float) -> float:
-        """One more span of a section, which starts with a tension; returns that at its end."""
-        span = drive.free_spans[number]
-        rope, route = drive.ropes[span.route], drive.route[span.route]
-        along, across = np.array(span.along), np.array(span.across)
-        density = rope.density / (1.0 + strain)
-        load = density * g
-        weight_along, moment_across, total_across = _carried(drive, number, span, g)
-        at_end = at_start - float(load @ along) * span.length - weight_along
-        self.start[number], self.end[number], self.line_load[number] = at_start, at_end, load
-        momentum = density * route.speed**2
-        hanging = float(load @ across) * span.length / 2.0
-        push = (
-            (at_start - momentum) * along + (hanging + total_across - moment_across) * across,
-            -(at_end - momentum) * along + (hanging + moment_across) * across,
-        )
-        self.constant[number] = route.ropes * np.array(push)
-        self.unit[number] = route.ropes * np.array((along, -along))
-        return at_end
-
-    def _check_closed(self, drive: RoutedDrive, walk: list[int], reached: float) -> None:
-        """Where a rope runs round free pulleys alone, nothing holds weights that pull it one way."""
-        first, last = drive.free_spans[walk[0]], drive.free_spans[walk[-1]]
-        driven = first.start.pulley in drive.driven or first.start.sense == 0
-        if not drive.route[first.route].closed or driven or drive.pulley[first.start.pulley or 0].fixed:
-            return
-        if last.end == first.start and abs(reached) > _BALANCED * (1.0 + np.abs(self.end[walk]).max()):
-            raise InputRefused(
-                f'route "{drive.route[first.route].name}": no static solution, weights on it pull '
-                f"{abs(reached):.4g} "
-                "N one way and every pulley turns freely: drive a pulley by [[motor]], or fix one"
-            )
-
-
-def _carried(drive: RoutedDrive, number: int, span: FreeSpan, g: Array) -> tuple[float, float, float]:
-    """Weights of a span's carriages: along it, at its end and in total across it [N]."""
-    along = at_end = total = 0.0
-    for carriage, (own, place) in zip(drive.carriage, drive.carriage_places, strict=True):
-        if own == number:
-            along += carriage.mass * float(g @ np.array(span.along))
-            if not carriage.guided:
-                across = carriage.mass * float(g @ np.array(span.across))
-                total, at_end = total + across, at_end + across * place / span.length
-    return along, at_end, total
 
 
 def _end_matrix(drive: RoutedDrive, motion: Motion, number: int) -> Array:
@@ -227,7 +127,7 @@ def rope_forces(drive: RoutedDrive, motion: Motion, forces: Array) -> Array:
 
 
 def _balanced(
-    drive: RoutedDrive, motion: Motion, sections: NDArray[np.intp], count: int, offsets: _Offsets
+    drive: RoutedDrive, motion: Motion, sections: NDArray[np.intp], count: int, offsets: Offsets
 ) -> Array:
     """Tensions of the sections nearest to the pretensions that balance every body, shape (sections,)."""
     rows = [
@@ -260,7 +160,7 @@ def _balanced(
 
 
 def _with_common_pulleys(
-    drive: RoutedDrive, sections: NDArray[np.intp], offsets: _Offsets, matrix: Array, rest: Array
+    drive: RoutedDrive, sections: NDArray[np.intp], offsets: Offsets, matrix: Array, rest: Array
 ) -> tuple[Array, Array]:
     """One more equation for each free pulley that several ropes turn: their moments balance."""
     visits = [(place.pulley, route) for route, places in enumerate(drive.places) for place in places]
@@ -328,15 +228,3 @@ def _preload(drive: RoutedDrive, motion: Motion, forces: Array) -> dict[str, flo
         for name, force in zip(motion.names, total, strict=True)
         if name.rpartition(".")[0] in sprung
     }
-
-
-def sag_parameter(rigidity: float, tension: float, load: Array, span: FreeSpan) -> float:
-    r"""Irvine's :math:`\lambda^2 = (w L/T)^2\,EA/T` of a rope, w the weight across it per metre."""
-    across = abs(load[0] * span.across[0] + load[1] * span.across[1])
-    return (across * span.length / tension) ** 2 * rigidity / tension
-
-
-def lean(span: FreeSpan, direction: tuple[float, float]) -> float:
-    """Sine of the angle between a span and a direction."""
-    cross = span.along[0] * direction[1] - span.along[1] * direction[0]
-    return abs(cross) / hypot(*direction)

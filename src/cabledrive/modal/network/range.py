@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from math import pi
 
 from cabledrive.mechanics.network.assembly import Network
-from cabledrive.mechanics.network.statics import sag_parameter
+from cabledrive.mechanics.network.straightness import sag_parameter
 from cabledrive.modal.mode import TRANSVERSE, Mode
 
 ALLOWED = 1e-3
