@@ -1,7 +1,6 @@
 """Machines with routes: coordinates, tensions at rest, and the network of spans, springs and masses."""
 
 from cabledrive.mechanics.network.assembly import Network, network_of
-from cabledrive.mechanics.network.motion import Motion
 from cabledrive.mechanics.network.statics import Statics, statics_of
 
-__all__ = ["Motion", "Network", "Statics", "network_of", "statics_of"]
+__all__ = ["Network", "Statics", "network_of", "statics_of"]

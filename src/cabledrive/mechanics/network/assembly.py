@@ -107,8 +107,22 @@ class Network:
 def network_of(drive: RoutedDrive, *, motor: str | None = None, hold: Sequence[str] = ()) -> Network:
     """The network of a machine about its state of rest.
 
-    ``motor``, ``hold``: how the rotors are held, and what else, see `cabledrive.modal.modes`.
-    Raises `InputRefused` if there is no such state, a rope runs too fast, or nothing holds a part.
+    Parameters
+    ----------
+    drive : RoutedDrive
+    motor : {"free", "held", "holding"}, optional
+        How the rotors are held; default: "holding" where the file gives a holding stiffness, else "free".
+    hold : sequence of str, optional
+        Bodies, pulleys and carriages that are held as well.
+
+    Returns
+    -------
+    Network
+
+    Raises
+    ------
+    InputRefused
+        If there is no such state, a rope runs too fast, or nothing holds a part.
     """
     names = (hold,) if isinstance(hold, str) else tuple(hold)
     motion, statics = Motion(drive, condition(drive, motor), names), statics_of(drive)

@@ -52,7 +52,18 @@ class Statics:
 def statics_of(drive: RoutedDrive) -> Statics:
     """Tensions at rest.
 
-    Raises `InputRefused` if no tensions balance the bodies, they are not told, or one is not positive.
+    Parameters
+    ----------
+    drive : RoutedDrive
+
+    Returns
+    -------
+    Statics
+
+    Raises
+    ------
+    InputRefused
+        If no tensions balance the bodies, they are not told, or one is not positive.
     """
     motion = Motion(drive)
     walks = sections_of(drive)

@@ -139,7 +139,25 @@ class RoutedDrive:
         return tuple(found)
 
     def body_number(self, name: str, key: str) -> int | None:
-        """Number of a body by its name, None for the frame; ``key``: where the name is written."""
+        """Number of a body by its name.
+
+        Parameters
+        ----------
+        name : str
+            Empty for the frame.
+        key : str
+            Where the name is written.
+
+        Returns
+        -------
+        int or None
+            None for the frame.
+
+        Raises
+        ------
+        InputRefused
+            If no body has that name.
+        """
         if not name:
             return None
         names = [body.name for body in self.body]
@@ -176,7 +194,18 @@ class RoutedDrive:
         return tuple(_carriage_place(self, number) for number in range(len(self.carriage)))
 
     def carried_by(self, number: int | None) -> tuple[int, ...]:
-        """A body and all that carry it, the body itself first; empty for the frame."""
+        """A body and all that carry it.
+
+        Parameters
+        ----------
+        number : int or None
+            Of the body; None for the frame.
+
+        Returns
+        -------
+        tuple of int
+            The body itself first; empty for the frame.
+        """
         found: list[int] = []
         while number is not None:
             found.append(number)

@@ -24,11 +24,23 @@ def is_pose_key(drive_data: Mapping[str, Any], key: str) -> bool:
 
 
 def moved(drive: RoutedDrive, pose: Mapping[str, float]) -> RoutedDrive:
-    """The machine with bodies moved.
+    """The machine with bodies moved; those that carry others move first.
 
-    ``pose``: "head.x", "head.y": new coordinate of the body's `at` [m]; "arm.turn": angle from the pose of
-    the file [rad], about its pivot. Bodies that carry others move first.
-    Raises `InputRefused` for an unknown body, or a pose in which the machine cannot be.
+    Parameters
+    ----------
+    drive : RoutedDrive
+    pose : mapping of str to float
+        "head.x", "head.y": new coordinate of the body's `at` [m]; "arm.turn": angle from the pose of the file
+        [rad], about its pivot.
+
+    Returns
+    -------
+    RoutedDrive
+
+    Raises
+    ------
+    InputRefused
+        For an unknown body, or a pose in which the machine cannot be.
     """
     names = [body.name for body in drive.body]
     steps = []

@@ -77,7 +77,18 @@ class Rope:
         return self.mass_per_length
 
     def wave_speed(self, tension: float) -> float:
-        """Transverse wave speed along the pretensioned rope under a tension [m/s]."""
+        """Transverse wave speed along the rope under a tension.
+
+        Parameters
+        ----------
+        tension : float
+            [N].
+
+        Returns
+        -------
+        float
+            [m/s].
+        """
         return sqrt(tension * (1.0 + tension / self.axial_rigidity) / self.density)
 
 
