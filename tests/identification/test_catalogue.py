@@ -134,3 +134,14 @@ def test_the_instant_of_the_convention_is_within_the_interval_of_a_precise_log(s
     silent, blamed, _ = judged(smooth, seed)
     assert not silent
     assert not blamed
+
+
+@pytest.mark.parametrize(
+    "name, seed", [("servo-periodic/before/coarse", 12_002), ("servo-periodic/held/fine", 12_003)]
+)
+def test_periodic_moves_whose_instant_the_regression_misses_blame_no_sound_axis(name, seed):
+    """The observer that loses the log from the regression's instant finds it from that of a convention."""
+    silent, blamed, inside = judged(next(truth for truth in TRUTHS if truth.name == f"sound/{name}"), seed)
+    assert not silent
+    assert not blamed
+    assert sum(inside) == 4

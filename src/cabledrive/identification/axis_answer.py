@@ -17,7 +17,8 @@ from cabledrive.identification.method_error import widened, with_own_error
 from cabledrive.identification.model_check import MISFIT, checked_by_innovations, checked_by_lines
 from cabledrive.identification.position_waves import position_wave
 from cabledrive.identification.prediction_error import NAME as PREDICTION
-from cabledrive.identification.prediction_error import Predicted, refine_by_prediction
+from cabledrive.identification.prediction_error import Predicted
+from cabledrive.identification.prediction_start import predict_from_some_instant
 from cabledrive.identification.rigid_axis import AxisOptions, channels_of, identify_rigid_axis
 from cabledrive.identification.torque_alignment import timing_of
 from cabledrive.identification.torque_lines import driven_by_lines, noise_between_lines
@@ -178,7 +179,7 @@ def _predicted(
     try:
         if any(torque in log.saturated and log.saturated[torque].any() for log in logs):
             raise NotComputed("the torque saturates")
-        return refine_by_prediction(logs, found, request.axis, timing), False
+        return predict_from_some_instant(logs, found, request.axis, timing), False
     except NotComputed as failure:
         if forced:
             raise
