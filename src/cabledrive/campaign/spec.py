@@ -23,6 +23,7 @@ from cabledrive.campaign.keys import DRIVE, GOAL_UNITS, MOTION_UNITS, si_tables,
 from cabledrive.campaign.vary import Varied, axes_of, varied_keys
 from cabledrive.parameters import Drive, InputRefused, content_hash, load_drive
 from cabledrive.parameters.fields import nearest
+from cabledrive.parameters.route.drive import require_two_pulleys
 from cabledrive.parameters.toml_values import quantity_of, read_toml, table_of, text_of, whole_of
 
 TABLES = ("drive", "vary", "design", "compute", "motion", "goals")
@@ -188,6 +189,7 @@ def _drives(given: Any, folder: Path) -> dict[str, Drive]:
         word = text_of("drive", name)
         beside = folder / word
         found[word] = load_drive(beside if beside.is_file() else word)
+        require_two_pulleys(found[word], "`sweep`")
     return found
 
 

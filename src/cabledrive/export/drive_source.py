@@ -5,6 +5,7 @@ from typing import Any
 
 from cabledrive.export.source import DRIVE
 from cabledrive.parameters import Drive, InputRefused, load_drive
+from cabledrive.parameters.route.drive import require_two_pulleys
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.models import highest_model, lumped_model
 from cabledrive.rig.laws.controller_file import FILE
@@ -23,7 +24,10 @@ def read_drive(source: Any) -> Drive:
         if not beside.is_file():
             raise InputRefused(f"{source}: no {DRIVE} beside it, and mechanics are wanted: give the drive")
         return load_drive(str(beside))
-    return load_drive(str(source))
+    require_two_pulleys(source, "`export`")
+    drive = load_drive(str(source))
+    require_two_pulleys(drive, "`export`")
+    return drive
 
 
 def lumped_models(drive: Drive) -> dict[int, LumpedChain]:

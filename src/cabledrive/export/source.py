@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from cabledrive.parameters import Drive, InputRefused, content_hash, load_drive
+from cabledrive.parameters.route.drive import require_two_pulleys
 from cabledrive.rig.closed_loop.loop import Loop, close_loop
 from cabledrive.rig.laws.controller_file import (
     FILE,
@@ -51,7 +52,10 @@ def read_source(source: Any, controller: str | None = None) -> ExportSource:
         if controller is not None:
             raise InputRefused(f"{source}: holds its own law: leave --controller {controller} out")
         return _from_file(Path(source))
-    return designed(load_drive(str(source)), controller)
+    require_two_pulleys(source, "`export`")
+    drive = load_drive(str(source))
+    require_two_pulleys(drive, "`export`")
+    return designed(drive, controller)
 
 
 def _from_file(path: Path) -> ExportSource:
