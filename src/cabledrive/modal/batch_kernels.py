@@ -34,7 +34,7 @@ polish = njit_strict(polish_kernels.polish)
 @njit_strict
 @for_kernels
 def split_segments(omega, times, masses, springs, joint, out):
-    """Segments longer than 2 rad cut in two, Eq. (M.2), into the three rows of `out`.
+    """Segments longer than 2 rad cut in two, as `split_at_antinodes` does, into the three rows of `out`.
 
     Returns number of segments, and where the joint of the pendant is.
     """
