@@ -142,3 +142,11 @@ def test_branches_without_damping_end_with_status_3_and_keep_the_rest():
     assert result.exit_code == 3
     assert "undamped" in result.stderr
     assert '"threshold_torque": 0' in result.stdout
+
+
+def test_a_trial_that_would_slacken_a_span_is_no_remedy():
+    """The lift at half its pretension hangs slack beside the car: that change is left out, the answer stands."""
+    found = answer("resonance", "elevator")
+    assert found["verdict"] == "resonant"
+    assert found["threshold_torque"] > 0.0
+    assert any("keep the torque" in one["text"] for one in found["remedies"]), found["remedies"]

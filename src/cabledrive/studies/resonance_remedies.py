@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.warnings import elastic_range, largest_pretension
-from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension, autoparametric_model
 from cabledrive.reduction.averaging import AveragedCoefficients, averaged_coefficients
 from cabledrive.reduction.threshold import threshold_torque
@@ -87,7 +87,7 @@ def remedies(drive: Drive, torque: float, load_torque: float = 0.0) -> tuple[Rem
                 ).verdict
                 == SAFE
             )
-        except InputRefused:  # the steady load takes a span's tension away
+        except (InputRefused, NotComputed):  # weights or the steady load take a span's tension away
             return False
 
     return (
