@@ -31,7 +31,7 @@ def test_a_quantity_of_another_dimension_is_refused(kind, text):
 
 
 def test_every_option_that_measures_takes_a_unit():
-    """A plain float is left where the option counts: pixels, and numbers without a dimension."""
+    """A plain float is left where the option counts: pixels, and a share."""
     context = click.Context(command)
     plain = [
         (name, option.name)
@@ -39,7 +39,7 @@ def test_every_option_that_measures_takes_a_unit():
         for option in command.get_command(context, name).params
         if option.type is click.FLOAT
     ]
-    assert plain == [("camera", "known_pixels")]
+    assert plain == [("camera", "known_pixels"), ("tolerance", "target")]
 
 
 def test_the_help_of_track_lists_the_laws():

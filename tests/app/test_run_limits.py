@@ -24,7 +24,7 @@ DRIVE = "dissertation-3"
         (["--jitter", "1 ms"], "jitter = 0.001 s is above 0.4 of the sample time"),
         (["--blind", "load:1e300:1e301"], "starts at 1e+300 s, the motion ends at 2 s"),
         (["--disturbance", "load:0.1:3:4"], "disturbance on the load: starts at 3 s, the motion ends at 2 s"),
-        (["--angle", "nan"], "angle = nan deg must be finite"),
+        (["--angle", "nan"], '"nan" is not a quantity: write a number and a unit'),
     ],
 )
 def test_a_run_without_end_is_refused_before_it_begins(arguments, words):

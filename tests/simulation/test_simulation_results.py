@@ -184,14 +184,6 @@ def test_an_ensemble_that_makes_no_sense_is_refused(axes, words):
         simulate_ensemble(DRIVE, 0.02, axes)
 
 
-def test_without_numba_the_readable_march_gives_the_same(monkeypatch):
-    expected = example()
-    monkeypatch.setattr("cabledrive.simulation.verlet.numba_at_hand", lambda: False)
-    readable = example()
-    scale = np.max(np.abs(expected.rows), axis=0) + 1e-12
-    assert np.max(np.abs(readable.rows - expected.rows) / scale) < 1e-9
-
-
 def test_compiled_kernels_lie_in_a_folder_of_the_user_and_version(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     compiled._cache_folder.cache_clear()

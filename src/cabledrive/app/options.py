@@ -209,7 +209,8 @@ def answering(function: Function) -> Function:
         meta = click.get_current_context().meta
         meta[QUIET] = quiet
         meta[BEGUN] = time.monotonic() if verbose else None
-        LISTENERS[:] = [note] if verbose or sys.stderr.isatty() else []  # a script counts lines
+        seen = sys.stderr is not None and sys.stderr.isatty()  # a script counts lines
+        LISTENERS[:] = [note] if verbose or seen else []
         try:
             answer = function(**options)
         except NotComputed as failure:
