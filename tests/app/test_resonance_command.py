@@ -145,7 +145,7 @@ def test_branches_without_damping_end_with_status_3_and_keep_the_rest():
 
 
 def test_a_trial_that_would_slacken_a_span_is_no_remedy():
-    """The lift at half its pretension hangs slack beside the car: that change is left out, the answer stands."""
+    """The lift at half its pretension hangs slack beside the car: that change is left out."""
     found = answer("resonance", "elevator")
     assert found["verdict"] == "resonant"
     assert found["threshold_torque"] > 0.0
