@@ -18,7 +18,7 @@ from oracles.axis_catalogue import FAULTS, TRUTHS, made
 
 SEEDS = 24
 """Of each truth: 2,040 logs."""
-OF_THE_LOG = {"torque-timing", "outliers"}
+OF_THE_LOG = {"torque-timing", "outliers", "saturated"}
 """Codes of findings on the log that leave the axis alone."""
 
 
@@ -145,3 +145,9 @@ def test_periodic_moves_whose_instant_the_regression_misses_blame_no_sound_axis(
     assert not silent
     assert not blamed
     assert sum(inside) == 4
+
+
+def test_a_sensor_that_saturates_is_a_finding():
+    """The clipped samples are left out, which moved the instant by a millisecond and the friction with it."""
+    clipped = next(one for one in TRUTHS if one.name == "clipped-sensor/servo-periodic/held/coarse")
+    assert "saturated" in identify(log_from(made(clipped, 13_000))).codes

@@ -11,7 +11,7 @@ from cabledrive.identification.estimates import Identification, without_interval
 from cabledrive.identification.feedback import inside_a_loop
 from cabledrive.identification.finding import Finding, code_of
 from cabledrive.identification.innovations import NotReproduced, follow
-from cabledrive.identification.log_doubts import doubtful_interval, without_outliers
+from cabledrive.identification.log_doubts import doubtful_interval, saturated_torque, without_outliers
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.method_error import widened, with_own_error
 from cabledrive.identification.model_check import MISFIT, checked_by_innovations, checked_by_lines
@@ -68,7 +68,10 @@ def answer(logs: Sequence[Log], request: Request) -> Identification:
     axis = replace(request.axis, lag=not known)
     moved = with_torque_moved(logs, torque, timing)
     found = identify_rigid_axis(moved, axis)
-    found = replace(found, findings=(*outliers, *doubtful_interval(logs), *found.findings))
+    found = replace(
+        found,
+        findings=(*outliers, *saturated_torque(logs, torque), *doubtful_interval(logs), *found.findings),
+    )
     found = _by_methods(logs, found, replace(request, axis=axis), timing)
     if len(logs) > 1 and request.check:
         found = compared(found, _each_alone(logs, replace(request, check=False)))

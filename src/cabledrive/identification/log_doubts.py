@@ -42,6 +42,21 @@ def without_outliers(logs: Sequence[Log], channel: str) -> tuple[list[Log], tupl
     return cleaned, tuple(found)
 
 
+def saturated_torque(logs: Sequence[Log], channel: str) -> tuple[Finding, ...]:
+    """Where a torque channel stands at an end of its range: what acts on the axis is then not known."""
+    found = []
+    for log in logs:
+        flat = log.saturated.get(channel)
+        if flat is not None and flat.any():
+            words = (
+                f"{log.source}: {channel} stands at an end of its range in {100 * flat.mean():.2g} % of the "
+                "samples, which were left out, and the model is not checked: give the sensor more range, "
+                "or excite less"
+            )
+            found.append(Finding("saturated", words))
+    return tuple(found)
+
+
 def doubtful_interval(logs: Sequence[Log]) -> tuple[Finding, ...]:
     """Whether the time of a log is likely to have another unit."""
     return tuple(
