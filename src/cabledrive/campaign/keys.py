@@ -7,23 +7,11 @@ from typing import Any
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import key_of, nearest
 from cabledrive.parameters.tables import ARRAYS, HEAD, TABLES, drive_from_tables
+from cabledrive.studies.study.goals import QUANTITIES
 
 DRIVE, PLANT, MOTION, GOALS, COMPUTE, OWN = "drive", "plant", "motion", "goals", "compute", "own"
 MOTION_UNITS = {"angle": "rad", "rise": "s", "dwell": "s", "pulses": "count", "order": "count"}
-GOAL_UNITS = {
-    "error": "rad",
-    "angle": "rad",
-    "duration": "s",
-    "dwell": "s",
-    "torque": "N m",
-    "travel": "m",
-    "carriage_error": "m",
-    "hanging_mass": "kg",
-    "line_length": "m",
-    "rail_friction": "N s/m",
-    "pulses": "count",
-    "order": "count",
-}
+GOAL_UNITS = {**QUANTITIES, "pulses": "count", "order": "count"}
 WORD = ""
 """In place of a unit: a key that takes text, or true and false."""
 

@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable
 
 from cabledrive.campaign.work import Report
+from cabledrive.simulation.progress import rounded_time
 
 ON_A_TERMINAL, ELSEWHERE = 0.5, 30.0
 """Seconds between two lines."""
@@ -47,7 +48,7 @@ class CampaignProgress:
         rate = (self.done - self._from) / max(now - self._began, 1e-9)
         left = (self._rows - self.done) / rate if rate > 0.0 else None
         parts = [f"{self.done} of {self._rows} rows", f"{rate:.4g} rows/s", f"{self.bad} refused or failed"]
-        parts += [f"{_spelled(left)} left"] if left is not None else []
+        parts += [f"{rounded_time(left)} left"] if left is not None else []
         parts += [f"workers {memory / 1e6:.0f} MB"] if memory is not None else []
         return ", ".join(parts)
 
@@ -62,10 +63,3 @@ class CampaignProgress:
         """Clear the line."""
         if self._width:
             print(f"\r{'':<{self._width}}\r", end="", file=sys.stderr, flush=True)
-
-
-def _spelled(seconds: float) -> str:
-    if seconds < 90.0:
-        return f"{seconds:.0f} s"
-    minutes = seconds / 60.0
-    return f"{minutes:.0f} min" if minutes < 90.0 else f"{minutes / 60.0:.1f} h"

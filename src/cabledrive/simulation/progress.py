@@ -37,7 +37,7 @@ class Progress:
         self._last = now
         left = (now - self._began) * (self._duration - simulated) / (simulated - self._from)
         share = 100.0 * simulated / self._duration
-        line = f"{simulated:.4g} s of {self._duration:.4g} s ({share:.0f} %), {_spelled(left)} left"
+        line = f"{simulated:.4g} s of {self._duration:.4g} s ({share:.0f} %), {rounded_time(left)} left"
         print(f"\r{line:<60}", end="", file=sys.stderr, flush=True)
         self._written = True
 
@@ -47,7 +47,8 @@ class Progress:
             print(f"\r{'':<60}\r", end="", file=sys.stderr, flush=True)
 
 
-def _spelled(seconds: float) -> str:
+def rounded_time(seconds: float) -> str:
+    """A time [s] in seconds, minutes or hours."""
     if seconds < 90.0:
         return f"{seconds:.0f} s"
     minutes = seconds / 60.0

@@ -10,7 +10,8 @@ import click
 from cabledrive.app.finished_study import REPORT, RESULTS, STAGES, asked_hash, check_folder, finished
 from cabledrive.app.messages import note
 from cabledrive.app.new_file import FORCE
-from cabledrive.app.options import ANGLE, DURATION, Subcommand, answering, drive_argument, force_option
+from cabledrive.app.options import ANGLE, Subcommand, answering, drive_argument, force_option
+from cabledrive.app.pulse_options import pulse_options
 from cabledrive.app.results import Answer, plain, provenance
 from cabledrive.parameters import Drive, InputRefused
 
@@ -33,18 +34,7 @@ METHOD = "Monte Carlo on lumped plants with drawn disturbances, one tuning proce
 )
 @click.option("--draws", type=int, default=100, show_default=True, metavar="N", help="Plants for every law.")
 @click.option("--seed", type=int, default=0, show_default=True, metavar="N")
-@click.option(
-    "--angle",
-    type=ANGLE,
-    default=45.0,
-    show_default=True,
-    metavar="DEG",
-    help="Of each pulse.",
-)
-@click.option("--rise", type=DURATION, default=0.5, show_default=True, metavar="S", help="Rise time.")
-@click.option(
-    "--dwell", type=DURATION, default=0.5, show_default=True, metavar="S", help="Rest after a move."
-)
+@pulse_options
 @click.option("--pulses", type=int, default=2, show_default=True, metavar="N")
 @click.option(
     "--goal",

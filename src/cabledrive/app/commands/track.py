@@ -8,8 +8,6 @@ from cabledrive.app.combinations import refuse_given, tell_given
 from cabledrive.app.completion import complete_controller, control_laws
 from cabledrive.app.new_file import NewFile, NewFileType
 from cabledrive.app.options import (
-    ANGLE,
-    DURATION,
     FREQUENCY,
     Quantity,
     Subcommand,
@@ -17,6 +15,7 @@ from cabledrive.app.options import (
     drive_argument,
     saves_answer,
 )
+from cabledrive.app.pulse_options import pulse_options
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import Drive, load_drive
 
@@ -55,18 +54,7 @@ METHOD = "hybrid simulation: exact between samples, stick-slip events on the exa
     help="Inverse that pd, pid, lqg, lqi, hinf, dob and shaper follow.",
 )
 @click.option("--plant", metavar="NAME", help="model-1 to model-4, cable; by default the highest model.")
-@click.option(
-    "--angle",
-    type=ANGLE,
-    default=45.0,
-    show_default=True,
-    metavar="DEG",
-    help="Of each pulse.",
-)
-@click.option("--rise", type=DURATION, default=0.5, show_default=True, metavar="S", help="Rise time.")
-@click.option(
-    "--dwell", type=DURATION, default=0.5, show_default=True, metavar="S", help="Rest after a move."
-)
+@pulse_options
 @click.option("--pulses", type=int, default=1, show_default=True, metavar="N")
 @click.option(
     "--order", type=int, metavar="N", help="Odd order of the rise; default: what the law needs, 9 or 11."
