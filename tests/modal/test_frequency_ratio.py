@@ -130,7 +130,7 @@ def test_tuned_pretension_of_configuration_2(measured):
     np.testing.assert_allclose(tuned, [3.28377, 0.8191, 0.3639], atol=6e-5)
 
 
-@pytest.mark.parametrize("name", [*cd.packaged_drives()])
+@pytest.mark.parametrize("name", [*cd.packaged_drives("loop", "line")])
 def test_every_pair_is_tuned_by_its_pretension(name):
     """Set to its tuned pretension, every pair has the ratio one half; carriages and joints included."""
     drive = cd.load_drive(name)

@@ -12,7 +12,10 @@ from numpy.polynomial import Legendre
 
 @dataclass(frozen=True)
 class String:
-    """One rope: rows of its ends, density, wave speed and speed; its length is 1."""
+    """One rope: rows of its ends, density, wave speed and speed; its length is 1.
+
+    ``taper``: how much its stiffness grows from start to end, as a share of the mean, evenly along it.
+    """
 
     start: np.ndarray
     end: np.ndarray
@@ -20,17 +23,18 @@ class String:
     wave_speed: float
     speed: float = 0.0
     ropes: int = 1
+    taper: float = 0.0
 
 
 def shape_functions(degree):
-    """Values and slopes of the shape functions at Gauss points of [0, 1], with the weights."""
+    """Values and slopes of the shape functions at Gauss points of [0, 1], with the weights and points."""
     x, weights = np.polynomial.legendre.leggauss(degree + 2)
     values, slopes = [(1 - x) / 2, (1 + x) / 2], [np.full_like(x, -0.5), np.full_like(x, 0.5)]
     for n in range(2, degree + 1):
         scale = np.sqrt((2 * n - 1) / 2)
         slopes.append(scale * Legendre.basis(n - 1)(x))
         values.append(scale * (Legendre.basis(n)(x) - Legendre.basis(n - 2)(x)) / (2 * n - 1))
-    return np.array(values), 2 * np.array(slopes), weights / 2
+    return np.array(values), 2 * np.array(slopes), weights / 2, (1 + x) / 2
 
 
 def matrices(strings, mass, stiffness, degree):
@@ -39,7 +43,7 @@ def matrices(strings, mass, stiffness, degree):
     total = n + sum(string.ropes for string in strings) * (degree - 1)
     m, g, k = (np.zeros((total, total)) for _ in range(3))
     m[:n, :n], k[:n, :n] = mass, stiffness
-    values, slopes, weights = shape_functions(degree)
+    values, slopes, weights, points = shape_functions(degree)
     inner = n
     for string in strings:
         rho, c, v = string.density, string.wave_speed, string.speed
@@ -52,7 +56,10 @@ def matrices(strings, mass, stiffness, degree):
             for matrix, local in (
                 (m, rho * (values * weights) @ values.T),
                 (g, rho * v * (cross - cross.T)),
-                (k, rho * (c**2 - v**2) * (slopes * weights) @ slopes.T),
+                (
+                    k,
+                    rho * (slopes * weights * (c**2 * (1 + string.taper * (points - 0.5)) - v**2)) @ slopes.T,
+                ),
             ):
                 matrix += rows.T @ local @ rows
     return m, g, k

@@ -23,7 +23,7 @@ def rungs(axis):
     return sorted(xy[0, 1] for xy in lines if xy.shape == (2, 2) and xy[0, 0] == 0.0 and xy[0, 1] == xy[1, 1])
 
 
-@pytest.mark.parametrize("name", cd.packaged_drives())
+@pytest.mark.parametrize("name", cd.packaged_drives("loop", "line"))
 def test_every_frequency_has_its_rung(name):
     _, found, shown = panels(name)
     for kind, axis in shown.items():

@@ -61,7 +61,7 @@ def frequencies_of_the_loop(drive, segments):
 
 
 @pytest.mark.verify
-@pytest.mark.parametrize("name", packaged_drives())
+@pytest.mark.parametrize("name", packaged_drives("loop", "line"))
 def test_every_listed_frequency_is_one_of_the_loop_or_a_warning_says_why_not(name, measured):
     """By the error of the loop's own segments, halved once; with a warning of sag, by its 1 %.
 

@@ -55,5 +55,5 @@ def _list() -> Answer:
         for name, drive in drives.items()
     ]
     width = max(map(len, drives))
-    text = "\n".join(f"{name:<{width}}  {drive.title}" for name, drive in drives.items())
+    text = "\n".join(f"{name:<{width}}  {drive.kind:<5}  {drive.title}" for name, drive in drives.items())
     return Answer(data={"drives": rows}, text=text, provenance=provenance())

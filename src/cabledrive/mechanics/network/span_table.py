@@ -1,7 +1,7 @@
 """What a machine with routes is at rest, span by span and pulley by pulley, and what looks odd about it."""
 
 from collections.abc import Iterator
-from math import asin, degrees, log
+from math import asin, degrees, log, sqrt
 from typing import Any
 
 import numpy as np
@@ -9,7 +9,7 @@ import numpy as np
 from cabledrive.mechanics.network.motion import Motion
 from cabledrive.mechanics.network.statics import Statics, statics_of
 from cabledrive.mechanics.network.straightness import lean, sag_parameter
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Rope, RoutedDrive
 
 _ASKEW_FROM, _ASKEW_TO = 1e-3, 15.0
 """Angles [deg] between which a span was probably meant to be parallel to a slide."""
@@ -75,10 +75,23 @@ def pulley_rows(drive: RoutedDrive, statics: Statics) -> list[dict[str, Any]]:
                 "tension_out": last,
                 "needed_friction": _needed_friction(first - momentum, last - momentum, span.wrap),
                 "capstan_friction": pulley.capstan_friction,
-                "bend_ratio": None if rope.least_radius is None else pulley.radius / rope.least_radius,
+                "bend_ratio": _bend_ratio(rope, pulley.radius, span.wrap, 0.5 * (first + last)),
             }
         )
     return rows
+
+
+def _bend_ratio(rope: Rope, radius: float, wrap: float, tension: float) -> float | None:
+    r"""Radius to which a pulley bends the rope over the smallest radius it may have.
+
+    A rope of bending stiffness EI that passes a small angle :math:`\alpha` under a tension T is bent to no less
+    than :math:`2\sqrt{EI/T}/\alpha`, however small the pulley is.
+    """
+    if rope.least_radius is None:
+        return None
+    if rope.bending_stiffness is not None and tension > 0.0 and wrap > 0.0:
+        radius = max(radius, 2.0 * sqrt(rope.bending_stiffness / tension) / wrap)
+    return radius / rope.least_radius
 
 
 def _follows(drive: RoutedDrive, number: int, other: int) -> bool:
@@ -110,13 +123,18 @@ def route_warnings(drive: RoutedDrive) -> tuple[str, ...]:
 
 
 def _askew(drive: RoutedDrive) -> Iterator[str]:
-    """Spans that are not quite parallel to the slide that one of their ends rides on."""
+    """Spans that are not quite parallel to the slide that one of their ends rides on.
+
+    A body that moves along x and y has no slide to be parallel to.
+    """
     motion = Motion(drive)
+    both_ways = {body.name for body in drive.body if set(body.moves) == {"x", "y"}}
     for span in drive.free_spans:
         ends = [motion.point(place.centre, motion.body_of(place)) for place in (span.start, span.end)]
         for column, name in enumerate(motion.names):
             step = (ends[1] - ends[0])[:, column]
-            if name.rpartition(".")[2] not in ("x", "y") or not step.any():
+            body, _, move = name.rpartition(".")
+            if move not in ("x", "y") or body in both_ways or not step.any():
                 continue
             angle = degrees(asin(min(1.0, lean(span, (float(step[0]), float(step[1]))))))
             if _ASKEW_FROM < angle < _ASKEW_TO:

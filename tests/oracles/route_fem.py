@@ -1,0 +1,208 @@
+"""A machine of kind "route" as finite elements, from the places in its file: own kinematics, own tangents.
+
+Points move by rotations and shifts; rows of the ends of spans and the stiffness of turning bodies are numerical
+derivatives of them. Shared with the package: the drive's numbers and the tensions of its spans.
+"""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+from scipy.linalg import eigh
+
+from oracles.network_fem import String, matrices
+
+STEP = 1e-3
+
+
+class Kinematics:
+    """Coordinates of the bodies' moves and of the turning pulleys, and where points are."""
+
+    def __init__(self, drive):
+        self.drive = drive
+        self.moves = [(body.name, move) for body in drive.body for move in body.moves]
+        self.turning = [pulley.name for pulley in drive.pulley if not pulley.fixed]
+        self.size = len(self.moves) + len(self.turning)
+        self.bodies = {body.name: body for body in drive.body}
+
+    def point(self, at, on, q):
+        """Where a point of a body is, shape (2,)."""
+        at = np.array(at, dtype=float)
+        while on:
+            body = self.bodies[on]
+            step = {move: q[i] for i, (name, move) in enumerate(self.moves) if name == on}
+            if "turn" in step:
+                angle, pivot = step["turn"], np.array(body.pivot)
+                turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+                at = pivot + turn @ (at - pivot)
+            at = at + np.array([step.get("x", 0.0), step.get("y", 0.0)])
+            on = body.on
+        return at
+
+    def slope(self, at, on):
+        """Derivative of a point's place, shape (2, n): of fourth order in the step."""
+        rows = np.zeros((2, self.size))
+        for i in range(len(self.moves)):
+            e = np.eye(self.size)[i] * STEP
+            near = self.point(at, on, e) - self.point(at, on, -e)
+            far = self.point(at, on, 2 * e) - self.point(at, on, -2 * e)
+            rows[:, i] = (8 * near - far) / (12 * STEP)
+        return rows
+
+    def turn(self, on):
+        """How fast a body turns with each coordinate, shape (n,)."""
+        rate = np.zeros(self.size)
+        while on:
+            for i, (name, move) in enumerate(self.moves):
+                rate[i] += name == on and move == "turn"
+            on = self.bodies[on].on
+        return rate
+
+    def second(self, force, at, on):
+        """Second derivative of force times place, shape (n, n)."""
+        n, total = len(self.moves), np.zeros((self.size, self.size))
+        unit = np.eye(self.size)
+
+        def work(q):
+            return float(force @ self.point(at, on, q))
+
+        def mixed(i, j, h):
+            a, b = h * unit[i], h * unit[j]
+            return (work(a + b) - work(a - b) - work(b - a) + work(-a - b)) / (4 * h * h)
+
+        for i in range(n):
+            for j in range(n):
+                total[i, j] = (4 * mixed(i, j, 10 * STEP) - mixed(i, j, 20 * STEP)) / 3
+        return total
+
+
+def places(drive, route):
+    """Centre, carrier, radius times sense, and number among the pulleys of each step of a path."""
+    pulleys = {pulley.name: pulley for pulley in drive.pulley}
+    anchors = {anchor.name: anchor for anchor in drive.anchor}
+    for step in route.path:
+        if step[0] in "+-":
+            pulley = pulleys[step[1:]]
+            yield pulley.at, pulley.on, pulley.radius * (1 if step[0] == "+" else -1), pulley.name
+        else:
+            yield anchors[step].at, anchors[step].on, 0.0, None
+
+
+def span_frames(drive):
+    """Each span in the order of the file: its two places, direction, length, route."""
+    for number, route in enumerate(drive.route):
+        steps = list(places(drive, route))
+        for first, last in pairwise([*steps, steps[0]] if route.closed else steps):
+            d = complex(*last[0]) - complex(*first[0])
+            sine = (first[2] - last[2]) / abs(d)
+            direction = d / abs(d) * complex(np.sqrt(1 - sine**2), sine)
+            yield (
+                first,
+                last,
+                np.array([direction.real, direction.imag]),
+                abs(d) * np.sqrt(1 - sine**2),
+                number,
+            )
+
+
+def rows(kin, place, along, sign_of_turn=1.0):
+    """Motion along and across the span at one of its ends, each shape (n,)."""
+    at, on, reach, name = place
+    slope, across = kin.slope(at, on), np.array([-along[1], along[0]])
+    u = along @ slope
+    if name in kin.turning:
+        u[len(kin.moves) + kin.turning.index(name)] += sign_of_turn * reach
+    elif name is not None:  # a guide turns with the body that carries it
+        u = u + reach * kin.turn(on)
+    return u, across @ slope
+
+
+def system(drive, tensions):
+    """Strings, mass and stiffness of a machine whose rotors turn with their pulleys."""
+    kin = Kinematics(drive)
+    free = 3 * len(drive.carriage)
+    n = kin.size + free
+    mass, stiffness = np.zeros((n, n)), np.zeros((n, n))
+    gravity = -drive.layout.gravity * np.array(
+        [np.sin(drive.layout.inclination), np.cos(drive.layout.inclination)]
+    )
+    weighed = [(body.mass, body.at, body.name, np.array(body.load)) for body in drive.body]
+    weighed += [(pulley.mass, pulley.at, pulley.on, np.zeros(2)) for pulley in drive.pulley]
+    own = slice(0, kin.size)
+    for kilograms, at, on, load in weighed:
+        slope = kin.slope(at, on)
+        mass[own, own] += kilograms * slope.T @ slope
+        stiffness[own, own] -= kin.second(kilograms * gravity + load, at, on)
+    for body in drive.body:
+        rate = kin.turn(body.name)
+        mass[own, own] += body.inertia * np.outer(rate, rate)
+        for i, (name, _) in enumerate(kin.moves):
+            stiffness[i, i] += body.stiffness * (name == body.name)
+    for pulley in drive.pulley:
+        if not pulley.fixed:
+            i = len(kin.moves) + kin.turning.index(pulley.name)
+            mass[i, i] += pulley.inertia
+    for motor in drive.motor:
+        assert motor.joint_stiffness is None
+        i = len(kin.moves) + kin.turning.index(motor.pulley or drive.pulley[0].name)
+        mass[i, i] += motor.inertia
+        stiffness[i, i] += motor.holding_stiffness or 0.0
+    strings, reached = [], {}
+    for span, (first, last, along, length, number) in enumerate(span_frames(drive)):
+        rope, route = drive.ropes[number], drive.route[number]
+        start, end = tensions[span]
+        for place, pull in ((first, start), (last, -end)):
+            stiffness[own, own] -= kin.second(route.ropes * pull * along, place[0], place[1])
+        ends = [np.zeros((3, n)), np.zeros((3, n))]
+        for row, place in zip(ends, (first, last), strict=True):
+            row[0, own], row[1, own] = rows(kin, place, along)
+        before = reached.get(number, 0.0)
+        reached[number] = before + length
+        cuts = [(0.0, ends[0])]
+        names = [one.name for one in drive.route]
+        for index, carriage in enumerate(drive.carriage):
+            at = carriage.position - before
+            if (names.index(carriage.route) if carriage.route else 0) == number and 0 < at < length:
+                row = np.zeros((3, n))
+                directions = 1 if carriage.guided else 3
+                row[range(directions), range(kin.size + 3 * index, kin.size + 3 * index + directions)] = 1.0
+                mass += carriage.mass * row.T @ row
+                cuts.append((at, row))
+        cuts = [*sorted(cuts, key=lambda cut: cut[0]), (length, ends[1])]
+        tension = 0.5 * (start + end)
+        assert start == end or not drive.carriage  # the taper is of whole spans
+        growth = (end - start) / tension
+        for (low, left), (high, right) in pairwise(cuts):
+            stretch = 1 + tension / rope.axial_rigidity
+            unstretched = (high - low) / stretch
+            for way in range(3):
+                rigidity = rope.axial_rigidity if way == 0 else tension / stretch
+                speed = np.sqrt(rigidity / rope.density) / unstretched
+                strings.append(
+                    String(
+                        left[way],
+                        right[way],
+                        rope.density * unstretched,
+                        speed,
+                        ropes=route.ropes,
+                        taper=growth if way else 0.0,
+                    )
+                )
+    used = np.flatnonzero(np.diag(mass) + np.diag(stiffness) + sum(s.start**2 + s.end**2 for s in strings))
+    strings = [replace(string, start=string.start[used], end=string.end[used]) for string in strings]
+    square = np.ix_(used, used)
+    return strings, mass[square], stiffness[square]
+
+
+def frequencies_of_route(drive, tensions, degree, below):
+    """Natural frequencies [Hz] up to about ``below``; ``tensions`` of each span's ends [N].
+
+    The largest eigenvalues of M against K + w^2 M, both scaled to a unit diagonal: the low modes of light idlers on
+    stiff belts would drown in the round-off of K against M.
+    """
+    mass, _, stiffness = matrices(*system(drive, tensions), degree)
+    squared = (2 * np.pi * below) ** 2
+    shifted = stiffness + squared * mass
+    scale = 1 / np.sqrt(np.diag(shifted))
+    values = eigh(mass * np.outer(scale, scale), shifted * np.outer(scale, scale), eigvals_only=True)[::-1]
+    return np.sqrt(np.maximum(1 / values[values > 0] - squared, 0.0)) / (2 * np.pi)
