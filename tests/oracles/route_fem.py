@@ -1,7 +1,7 @@
 """A machine of kind "route" as finite elements, from the places in its file: own kinematics, own tangents.
 
-Points move by rotations and shifts; rows of the ends of spans and the stiffness of turning bodies are numerical
-derivatives of them. Shared with the package: the drive's numbers and the tensions of its spans.
+Points move by rotations and shifts; rows of the ends of spans and the stiffness of turning bodies are
+numerical derivatives of them. Shared with the package: the drive's numbers and the tensions of its spans.
 """
 
 from dataclasses import replace
@@ -197,8 +197,8 @@ def system(drive, tensions):
 def frequencies_of_route(drive, tensions, degree, below):
     """Natural frequencies [Hz] up to about ``below``; ``tensions`` of each span's ends [N].
 
-    The largest eigenvalues of M against K + w^2 M, both scaled to a unit diagonal: the low modes of light idlers on
-    stiff belts would drown in the round-off of K against M.
+    The largest eigenvalues of M against K + w^2 M, both scaled to a unit diagonal: the low modes of light
+    idlers on stiff belts would drown in the round-off of K against M.
     """
     mass, _, stiffness = matrices(*system(drive, tensions), degree)
     squared = (2 * np.pi * below) ** 2

@@ -84,8 +84,8 @@ def pulley_rows(drive: RoutedDrive, statics: Statics) -> list[dict[str, Any]]:
 def _bend_ratio(rope: Rope, radius: float, wrap: float, tension: float) -> float | None:
     r"""Radius to which a pulley bends the rope over the smallest radius it may have.
 
-    A rope of bending stiffness EI that passes a small angle :math:`\alpha` under a tension T is bent to no less
-    than :math:`2\sqrt{EI/T}/\alpha`, however small the pulley is.
+    A rope of bending stiffness EI that passes a small angle :math:`\alpha` under a tension T is bent to no
+    less than :math:`2\sqrt{EI/T}/\alpha`, however small the pulley is.
     """
     if rope.least_radius is None:
         return None
