@@ -36,6 +36,18 @@ QUIET = ["--quiet"]
 PATIENT = {"cabledrive.simulation.run:NODE_STEPS_PER_CHUNK": 3000}
 CHUNKS = PATIENT | {"cabledrive.simulation.run:SECONDS_PER_COMMIT": 0.0}
 GOALS = '[motion]\nduration = "0.3 s"\ndwell = "0.1 s"\n[acceptance]\ndraws = 2\ncable_draws = 0\n'
+SWEEP = """drive = "dissertation-2"
+[vary]
+"pulley.1.inertia" = { from = "20 kg cm^2", to = "26 kg cm^2" }
+[design]
+kind = "sobol"
+rows = 64
+seed = 3
+[compute]
+what = "modes"
+count = 2
+chunk = 16
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,19 +59,26 @@ class Command:
     arguments : list of str
         With what it writes to in the current folder.
     written : tuple of str
-        Files that are the same to the byte however often the run was stopped.
+        Patterns of files that are the same to the byte however often the run was stopped.
     go_on : list of str
         What is added to go on.
+    keeps : bool
+        Finished parts are kept in its folder while it works.
+    replaces : bool
+        It has `--force`.
     """
 
     arguments: list[str]
     written: tuple[str, ...]
     go_on: list[str] = field(default_factory=list)
+    keeps: bool = False
+    replaces: bool = True
 
 
 RUN = ["simulate", "dissertation-2", "--duration", "0.02", "--segments", "12", "--rate", "5000"]
 RUN += ["--fields", "7", "--pluck-upper", "1 mm", "--torque-amplitude", "0.02", "--torque-frequency", "81.7"]
-TRACKED = ["track", "dissertation-3", "--controller", "pd", "--rise", "0.1", "--dwell", "0.05"]
+TRACKED = ["track", "dissertation-3", "--controller", "pd", "--rise", "0.3", "--dwell", "0.05"]
+COMPARED = ["compare", "dissertation-3", "--controllers", "lqi", "--draws", "2", "--pulses", "1"]
 COMMANDS = {
     "simulate": Command(arguments=[*RUN, "-o", "r.nc"], written=("r.nc",), go_on=["--resume"]),
     "fast": Command(
@@ -71,9 +90,24 @@ COMMANDS = {
     "study": Command(
         arguments=["study", "dissertation-3", "--goals", "../goals.toml", "-o", "s"],
         written=("s/results.json", "s/drive.toml", "s/controller.json"),
+        keeps=True,
     ),
     "reproduce": Command(
-        arguments=["reproduce", "--quick", "-o", "d"], written=("d/results.json", "d/report.html")
+        arguments=["reproduce", "--quick", "-o", "d"],
+        written=("d/results.json",),
+        keeps=True,
+    ),
+    "compare": Command(arguments=[*COMPARED, "-o", "c"], written=("c/stages/runs-*",), keeps=True),
+    "export": Command(
+        arguments=["export", "dissertation-3", "--format", "c99", "--controller", "lqg", "-o", "e"],
+        written=("e/*",),
+        replaces=False,
+    ),
+    "sweep": Command(
+        arguments=["sweep", "../sweep.toml", "--part", "1/1", "-o", "w.zarr"],
+        written=("w.zarr/longitudinal_*/c/**/*", "w.zarr/code/c/*", "w.zarr/seed/c/*", "w.zarr/pulley*/c/*"),
+        keeps=True,
+        replaces=False,
     ),
 }
 KINDS = ("kill", "interrupt", "power", "full", "fault")
@@ -85,6 +119,7 @@ class Attack:
     def __init__(self, nursery: Nursery, folder: Path) -> None:
         self.nursery, self.folder = nursery, folder
         (folder / "goals.toml").write_text(GOALS)
+        (folder / "sweep.toml").write_text(SWEEP)
         self._known: dict[str, tuple[dict[str, bytes], int]] = {}
 
     def whole(self, name: str) -> tuple[dict[str, bytes], int]:
@@ -96,13 +131,14 @@ class Attack:
     def _undisturbed(self, name: str) -> tuple[dict[str, bytes], int]:
         place = self._fresh("whole")
         done = self._run(name, place, mode=COUNT)
+        files = self._files(name, place)
         assert done.status == 0, done
-        return self._files(name, place), done.calls
+        assert files, name
+        return files, done.calls
 
     def _files(self, name: str, place: Path) -> dict[str, bytes]:
-        return {
-            file: (place / file).read_bytes() for file in COMMANDS[name].written if (place / file).exists()
-        }
+        found = [file for pattern in COMMANDS[name].written for file in place.glob(pattern)]
+        return {str(file.relative_to(place)): _timeless(file) for file in found if file.is_file()}
 
     def _fresh(self, name: str) -> Path:
         place = self.folder / name
@@ -145,16 +181,20 @@ class Attack:
         if first.status == 0 and self._files(name, place) != self.whole(name)[0]:
             return "status 0 and other bytes"
         again = self._run(name, place, *COMMANDS[name].go_on)
-        if again.status == 2 and again.errors.count("\n") == 1 and self._untouched(name, place, first):
+        if again.status == 2 and again.errors.count("\n") == 1 and self._untouched(name, place):
+            if not COMMANDS[name].replaces:
+                return ""
             again = self._run(name, place, "--force")
         if again.status != 0:
             return f"going on ended with {again.status}: {again.errors[-300:]}"
         return "" if self._files(name, place) == self.whole(name)[0] else "other bytes after going on"
 
-    def _untouched(self, name: str, place: Path, first: Ended) -> bool:
+    def _untouched(self, name: str, place: Path) -> bool:
         """What is there under a result's name is a whole result."""
+        if COMMANDS[name].replaces and COMMANDS[name].keeps:
+            return True
         found, whole = self._files(name, place), self.whole(name)[0]
-        return name in ("study", "reproduce") or all(found[file] == whole[file] for file in found)
+        return found == whole if not COMMANDS[name].replaces else found.items() <= whole.items()
 
 
 def _ending_fault(first: Ended, kind: str, cause: str) -> str:
@@ -169,6 +209,20 @@ def _ending_fault(first: Ended, kind: str, cause: str) -> str:
     if first.status == 0:
         return "" if not lines else told
     return "" if first.status in (2, 3) and len(lines) == 1 and cause in lines[0] else told
+
+
+def _timeless(file: Path) -> bytes:
+    """The bytes of a file; of JSON without what tells when it was made, in how long, and the hashes of that."""
+    content = file.read_bytes()
+    if file.suffix != ".json":
+        return content
+    return json.dumps(_without(json.loads(content), {"seconds", "sha256", "files", "provenance"})).encode()
+
+
+def _without(value: Any, keys: set[str]) -> Any:
+    if isinstance(value, dict):
+        return {key: _without(one, keys) for key, one in value.items() if key not in keys}
+    return [_without(one, keys) for one in value] if isinstance(value, list) else value
 
 
 def _lose_power(place: Path, journal: Path, rng: random.Random) -> None:
@@ -198,7 +252,9 @@ def _lose_power(place: Path, journal: Path, rng: random.Random) -> None:
 
 
 @contextmanager
-def attacker(folder: Path, warmed: tuple[str, ...] = ("simulate", "track")) -> Iterator[Attack | None]:
+def attacker(
+    folder: Path, warmed: tuple[str, ...] = ("simulate", "track", "compare", "export")
+) -> Iterator[Attack | None]:
     """An attack that is ready; None where no faults can be made here."""
     library = compiled_faults(folder)
     if library is None:

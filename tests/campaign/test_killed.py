@@ -11,6 +11,10 @@ import pytest
 import xarray as xr
 
 from cabledrive.campaign import run_sweep
+from cabledrive.campaign.lone import do_alone
+from cabledrive.campaign.spec import read_spec
+from cabledrive.campaign.store import check_store
+from cabledrive.campaign.work import Plan
 from campaign_computations import Dangerous
 from command import object_of, run
 
@@ -40,6 +44,31 @@ def test_a_killed_worker_and_a_poisoned_row_leave_the_store_of_a_serial_run(tmp_
     assert "SIGABRT" in b.reason.values[17]
     others = [row for row in range(30) if row != 17]
     assert b.isel(row=others).drop_vars("time").equals(a.isel(row=others).drop_vars("time"))
+
+
+INERTIAS = """
+drive = "dissertation-2"
+[vary]
+"pulley.1.inertia" = { from = "20 kg cm^2", to = "26 kg cm^2" }
+[design]
+kind = "sobol"
+rows = 32
+[compute]
+what = "modes"
+chunk = 16
+"""
+
+
+def test_a_chunk_that_ended_its_process_once_has_the_same_bytes_as_any_other(tmp_path):
+    (tmp_path / "spec.toml").write_text(INERTIAS)
+    store = tmp_path / "whole.zarr"
+    run_sweep(tmp_path / "spec.toml", store, progress=False)
+    before = contents(store)
+    for file in store.glob("longitudinal_hz/c/1/*"):
+        file.unlink()
+    spec = read_spec(tmp_path / "spec.toml")
+    do_alone(1, Plan(spec=spec, store=store.resolve(), chunk=check_store(store, spec)))
+    assert contents(store) == before
 
 
 MODES = """

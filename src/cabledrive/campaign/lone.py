@@ -14,31 +14,38 @@ STARTING = -1
 
 
 def do_alone(number: int, plan: Plan) -> Report:
-    """Compute a chunk row by row in processes of its own, and mark the rows that end them.
+    """Compute a chunk in processes of its own, and mark the rows that end them.
 
+    The chunk is tried as any other first, so that it has the same bits; row by row where that ends the process.
     Raises `NotComputed` if the processes end before any row.
     """
     poisoned: dict[int, str] = {}
     ended: dict[int, int] = {}
+    at_once = True
     while True:
-        report, row, why = _try(number, plan, poisoned)
+        report, row, why = _try(number, plan, poisoned, at_once)
         if report is not None:
             return report
+        if at_once and row == STARTING:
+            at_once = False
+            continue
         ended[row] = ended.get(row, 0) + 1
         if ended[row] < CERTAIN:
             continue
         if row == STARTING:
             first, last = plan.bounds(number)
             raise NotComputed(f"rows {first} to {last - 1}: the process ended before the first row ({why})")
-        poisoned[row] = why
+        poisoned[row], at_once = why, True
 
 
-def _try(number: int, plan: Plan, poisoned: dict[int, str]) -> tuple[Report | None, int, str]:
+def _try(number: int, plan: Plan, poisoned: dict[int, str], at_once: bool) -> tuple[Report | None, int, str]:
     """The report, or the row at which the process ended, and how."""
     context = multiprocessing.get_context("spawn")
     row = context.Value("q", STARTING)
     reader, writer = context.Pipe(duplex=False)
-    child = context.Process(target=_in_child, args=(number, plan, poisoned, row, writer), daemon=True)
+    child = context.Process(
+        target=_in_child, args=(number, plan, poisoned, at_once, row, writer), daemon=True
+    )
     child.start()
     writer.close()
     answer: Any = None
@@ -55,14 +62,14 @@ def _try(number: int, plan: Plan, poisoned: dict[int, str]) -> tuple[Report | No
 
 
 def _in_child(
-    number: int, plan: Plan, poisoned: dict[int, str], row: "Synchronized[int]", writer: Any
+    number: int, plan: Plan, poisoned: dict[int, str], at_once: bool, row: "Synchronized[int]", writer: Any
 ) -> None:
     def begin(now: int) -> None:
         row.value = now
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the driver's business
     try:
-        writer.send(do_chunk(number, plan, poisoned=poisoned, begin=begin, at_once=False))
+        writer.send(do_chunk(number, plan, poisoned=poisoned, begin=begin, at_once=at_once))
     except Exception as error:
         writer.send(error)
 

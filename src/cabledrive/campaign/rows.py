@@ -98,13 +98,14 @@ def compute_rows(
     code, times = np.full(count, DONE, dtype=np.int8), np.zeros(count)
     reason = np.full(count, "", dtype=object)
     done: NDArray[np.bool_] = np.zeros(count, dtype=bool)
-    if at_once and not poisoned and isinstance(spec.computation, ManyRows):
+    if at_once and isinstance(spec.computation, ManyRows):
+        sound = np.array([row not in poisoned for row in range(first, last)])
         began = time.perf_counter()
-        found = spec.computation.many(spec, values)
+        found = spec.computation.many(spec, {key: column[sound] for key, column in values.items()})
         if found is not None:
-            done, columns = found
+            done[sound], columns = found
             for name in outputs:
-                outputs[name][done] = columns[name][done]
+                outputs[name][done] = columns[name][done[sound]]
             times[done] = (time.perf_counter() - began) / count
     for i in np.flatnonzero(~done):
         row = first + int(i)
