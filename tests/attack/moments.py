@@ -212,7 +212,7 @@ def _ending_fault(first: Ended, kind: str, cause: str) -> str:
 
 
 def _timeless(file: Path) -> bytes:
-    """The bytes of a file; of JSON without what tells when it was made, in how long, and the hashes of that."""
+    """The bytes of a file; of JSON without when it was made, in how long, and the hashes of that."""
     content = file.read_bytes()
     if file.suffix != ".json":
         return content
