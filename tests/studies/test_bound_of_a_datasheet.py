@@ -15,6 +15,8 @@ from cabledrive.studies.study.closed_loop import joined_loop, make_law, with_val
 from cabledrive.studies.study.controller_stage import design_controller
 from cabledrive.studies.study.goals import SPREADS
 from cabledrive.studies.study.knowledge_stage import know
+from cabledrive.studies.study.law_settings import LawSetting
+from cabledrive.studies.study.load_plant import load_loop
 from cabledrive.studies.study.stage_cache import StageCache
 
 DRIVE = load_drive("dissertation-3")
@@ -27,18 +29,15 @@ def test_no_plant_within_the_datasheet_leaves_the_bound(draws, measured):
     motion = Motion()
     holds = {one.model: one.holds_5 for one in model_quality(DRIVE) if one.model in (3, 4)}
     control = design_controller(DRIVE, motion, known.quantities, holds, None)
+    law = LawSetting(controller=control.name, model=control.model, value=control.bandwidth)
     runs = accept(
-        DRIVE,
-        motion,
+        load_loop(DRIVE, motion, known, law, None, cable=False),
         known,
-        make_law(DRIVE, motion, known.quantities, control.model, control.bandwidth),
+        plant="lumped",
+        law=law.controller,
         draws=draws,
         seed=7,
-        torque=None,
-        error=None,
-        cable=False,
         cache=StageCache(folder=None, note=lambda line: None),
-        inputs={},
         bound=control.bound,
     )
     worst, bound = np.degrees(runs.peaks[-1]), np.degrees(control.bound)

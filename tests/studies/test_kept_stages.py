@@ -10,7 +10,9 @@ from cabledrive.app import finished_study
 from cabledrive.mechanics.sources import PACKAGE
 from cabledrive.parameters.own_hash import OWN_HASH, intact_object, with_own_hash
 from cabledrive.studies.study import stage_cache
-from cabledrive.studies.study.stage_cache import StageCache
+from cabledrive.studies.study.log_files import log_files
+from cabledrive.studies.study.plain_data import as_plain
+from cabledrive.studies.study.stage_cache import Made, StageCache
 
 
 @dataclass(frozen=True)
@@ -20,12 +22,19 @@ class Found:
     value: float
 
 
-def staged(folder, calls):
-    def compute():
-        calls.append(1)
-        return Found(1.5)
+CALLS = []
 
-    return StageCache(folder=folder, note=print).staged("stage", Found, {"input": 2.0}, compute)
+
+def half_more(value: float) -> Found:
+    CALLS.append(value)
+    return Found(1.5 * value)
+
+
+def staged(folder, calls, function=half_more, argument=1.0):
+    CALLS.clear()
+    found = StageCache(folder=folder, note=print).staged("stage", function, argument)
+    calls.extend(CALLS)
+    return found
 
 
 def edited(content):
@@ -96,9 +105,44 @@ def digest_of(copy):
 def test_the_key_of_a_stage_holds_the_digest(monkeypatch, tmp_path):
     calls = []
     staged(tmp_path, calls)
-    monkeypatch.setattr(stage_cache, "sources_hash", lambda: "of other sources")
+    monkeypatch.setattr(stage_cache, "sources_hash", lambda module: f"other sources than of {module}")
     staged(tmp_path, calls)
     assert len(calls) == 2
+
+
+def twice(value: float) -> Found:
+    CALLS.append(value)
+    return Found(2.0 * value)
+
+
+def test_a_stage_is_known_by_its_function_and_by_every_argument_that_it_is_given(tmp_path):
+    calls = []
+    assert staged(tmp_path, calls, argument=2.0) == Found(3.0)
+    assert staged(tmp_path, calls, argument=3.0) == Found(4.5)
+    assert staged(tmp_path, calls, twice, 2.0) == Found(4.0)
+    assert calls == [2.0, 3.0, 2.0]
+
+
+def test_what_is_made_of_arguments_is_known_by_them_and_made_when_it_is_needed(tmp_path):
+    calls, made = [], []
+
+    def half(value):
+        made.append(value)
+        return value / 2.0
+
+    for value in (2.0, 2.0, 4.0):
+        assert staged(tmp_path, calls, argument=Made(half, (value,))) == Found(0.75 * value)
+    assert made == [2.0, 4.0], "served from the folder, nothing is made"
+
+
+def test_where_a_log_lies_is_no_part_of_what_it_is(tmp_path):
+    for folder, text in (("here", "1"), ("there", "1"), ("elsewhere", "2")):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "log.csv").write_text(text)
+    here, there, elsewhere = (
+        as_plain(log_files([tmp_path / folder / "log.csv"])) for folder in ("here", "there", "elsewhere")
+    )
+    assert here == there != elsewhere
 
 
 def test_results_are_a_finished_study_only_with_the_files_they_were_written_with(tmp_path):

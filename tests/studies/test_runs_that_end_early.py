@@ -13,10 +13,12 @@ from cabledrive.report.study.acceptance import acceptance_chapter
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study.acceptance_stage import accept
 from cabledrive.studies.study.candidates import score
+from cabledrive.studies.study.controller_stage import ControllerResult
 from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.goals import SPREADS
 from cabledrive.studies.study.knowledge_stage import know
-from cabledrive.studies.study.law_settings import LawSetting, law_of
+from cabledrive.studies.study.law_settings import LawSetting
+from cabledrive.studies.study.load_plant import load_loop
 from cabledrive.studies.study.plain_data import as_plain
 from cabledrive.studies.study.stage_cache import StageCache
 from cabledrive.studies.study.tried_laws import TriedLaws
@@ -27,6 +29,20 @@ WRIST = drive_of("wrist")
 ASKED = goals(60, 0.3, error=0.5 * DEGREE)
 LAW = LawSetting(controller="darc-4-damped", model=4, value=55.0)
 BOUND = 1.0 * DEGREE
+DESIGN = ControllerResult(
+    model=4,
+    name=LAW.controller,
+    bandwidth=LAW.value,
+    sliding_rate=None,
+    bound=BOUND,
+    chosen=None,
+    candidates=(),
+    lower=(),
+    upper=(),
+    shares={},
+    broken=(),
+    reason="",
+)
 
 
 def accepted(pretension, *, drive=WRIST, law=LAW, draws=12):
@@ -34,17 +50,14 @@ def accepted(pretension, *, drive=WRIST, law=LAW, draws=12):
     drive = replace(drive, cable=replace(drive.cable, pretension=pretension))
     known = know(drive, [], SPREADS, backlash=0.0)
     return accept(
-        drive,
-        ASKED.motion,
+        load_loop(drive, ASKED.motion, known, law, None, cable=False),
         known,
-        law_of(law, drive, ASKED.motion, known),
+        plant="lumped",
+        law=law.controller,
         draws=draws,
         seed=0,
-        torque=None,
-        error=ASKED.error,
-        cable=False,
         cache=StageCache(folder=None, note=lambda line: None),
-        inputs={},
+        error=ASKED.error,
         bound=BOUND,
     )
 
@@ -63,7 +76,7 @@ def tried(runs):
     """The law of these runs, as a study holds it."""
     one = score(LAW.controller, LAW.words, "lumped", runs.peaks, runs.draws, ASKED.error)
     cable = replace(runs, plant="cable", draws=0, peaks=(), failed=0, reason="not requested")
-    return TriedLaws(scores=(one,), cable_scores=(), chosen=LAW, lumped=runs, cable=cable)
+    return TriedLaws(scores=(one,), cable_scores=(), chosen=LAW, runs=runs, cable=cable)
 
 
 def judged(runs):
@@ -76,9 +89,9 @@ def judged(runs):
             knowledge=know(WRIST, [], SPREADS),
             demand=SimpleNamespace(exceeded=(), demands=()),
             resonance=SimpleNamespace(refuses=False, alarm="", verdict="", slack=False),
-            controller=SimpleNamespace(chosen=None, bound=BOUND, broken=()),
+            controller=DESIGN,
             laws=laws,
-            lumped=runs,
+            runs=runs,
             cable=laws.cable,
         )
     )
@@ -87,11 +100,12 @@ def judged(runs):
 def pictures(runs):
     laws = tried(runs)
     result = SimpleNamespace(
-        controller=SimpleNamespace(bound=BOUND),
+        controller=DESIGN,
+        carried=False,
         laws=laws,
         scores=laws.scores,
         goals=ASKED,
-        lumped=runs,
+        runs=runs,
         cable=laws.cable,
         knowledge=know(WRIST, [], SPREADS),
     )

@@ -17,8 +17,9 @@ from cabledrive.report.study.controller import controller_chapter
 from cabledrive.report.study.verdict import verdict_chapter
 from cabledrive.rig.carriage.carriage_loop import run_carriage
 from cabledrive.studies.study import Goals, run_study
+from cabledrive.studies.study.acceptance_stage import accept
 from cabledrive.studies.study.assumed_motion import goals_for
-from cabledrive.studies.study.carriage_acceptance import accept_carriage
+from cabledrive.studies.study.candidates import score
 from cabledrive.studies.study.carriage_case import case_of, errors, loop_at, whole_run
 from cabledrive.studies.study.carriage_demand import carriage_model
 from cabledrive.studies.study.carriage_machine import (
@@ -28,6 +29,7 @@ from cabledrive.studies.study.carriage_machine import (
     missing_for_carriage,
     transporter_with,
 )
+from cabledrive.studies.study.carriage_plant import CarriagePlant
 from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.goals import goals_of
 from cabledrive.studies.study.plain_data import as_plain, revived
@@ -55,24 +57,40 @@ def test_a_belt_axis_is_answered_by_its_goal(studied):
     assert found.verdict.answer == "yes", found.verdict
     assert found.verdict.reasons[0] == "scheduled follows 0.05 m in 0.3 s within the goal of 0.1 mm"
     assert any("no theorem bounds" in words for words in found.verdict.cautions)
-    assert found.carriage.model.deviation < 0.01, f"observed {found.carriage.model.deviation:.4f}"
+    assert found.model.deviation < 0.01, f"observed {found.model.deviation:.4f}"
 
 
-def judged(found, goals, stages):
-    """The verdict of a study, had its carriage these stages and goals."""
-    parts = {name: getattr(found, name) for name in ("check", "knowledge", "demand", "resonance", "lumped")}
-    return judge(
-        Findings(goals=goals, controller=None, laws=None, cable=found.cable, carriage=stages, **parts)
+def judged(found, goals, runs):
+    """The verdict of a study, had its law these runs and goals."""
+    names = ("check", "knowledge", "demand", "resonance", "model", "controller", "cable")
+    one = score("scheduled", "", "carriage", runs.peaks, runs.draws, goals.carriage_error)
+    laws = replace(found.laws, scores=(one,), runs=runs)
+    parts = {name: getattr(found, name) for name in names}
+    return judge(Findings(goals=goals, laws=laws, runs=runs, **parts))
+
+
+def other_plants(found, goals, seed):
+    """The law of a study on plants that it never drew."""
+    plant = CarriagePlant(drive=BELT, goals=found.goals, cache=StageCache(folder=None, note=print))
+    return accept(
+        plant.closed_loop(found.laws.chosen, cable=False),
+        found.knowledge,
+        plant="carriage",
+        law="scheduled",
+        draws=goals.carriage_draws,
+        seed=seed,
+        cache=plant.cache,
+        error=goals.carriage_error,
+        to_the_end=True,
     )
 
 
 def test_the_same_runs_decide_otherwise_where_another_goal_is_asked(studied, measured):
     """Of no goal: unknown, with one that could be stated; of the largest: yes; of the median: unknown."""
-    found, stages = studied[0], studied[0].carriage
-    runs = stages.acceptance
+    found, runs = studied[0], studied[0].runs
 
     def asked(error):
-        verdict = judged(found, replace(found.goals, carriage_error=error), stages)
+        verdict = judged(found, replace(found.goals, carriage_error=error), runs)
         words = "none" if error is None else f"{1e3 * error:.3g} mm"
         measured(f"goal {words}: {verdict.answer}")
         return verdict
@@ -129,11 +147,10 @@ def test_a_motor_without_limit_is_not_given_one(studied):
 
 
 def test_runs_that_end_early_count_against_the_goal(studied, measured):
-    stages, goals = studied[0].carriage, studied[0].goals
-    runs = stages.acceptance
+    goals, runs = studied[0].goals, studied[0].runs
     lost = replace(runs, peaks=runs.peaks[:-4], failed=4, reached=296 / 300)
     assert lost.quantile(0.99) is None
-    verdict = judged(studied[0], goals, replace(stages, acceptance=lost))
+    verdict = judged(studied[0], goals, lost)
     measured(f"{verdict.answer}: {verdict.reasons[0]}")
     assert verdict.answer == "unknown"
     assert "4 of 300 runs on plants with a carriage ended early" in " ".join(verdict.reasons)
@@ -141,16 +158,8 @@ def test_runs_that_end_early_count_against_the_goal(studied, measured):
 
 def test_twenty_other_plants_keep_below_the_worst_of_the_studied_ones(studied, measured):
     """300 plants and twenty others of one lot: every order is alike, and rarely is one beyond all 300."""
-    stages, worst = studied[0].carriage, studied[0].carriage.acceptance.peaks[-1]
-    others = accept_carriage(
-        BELT,
-        replace(studied[0].goals, seed=77, carriage_error=worst, carriage_draws=20),
-        studied[0].knowledge.quantities,
-        stages.controller.bandwidth,
-        stages.model.left_out,
-        cache=StageCache(folder=None, note=lambda line: None),
-        inputs={},
-    )
+    worst = studied[0].runs.peaks[-1]
+    others = other_plants(studied[0], replace(ASKED, carriage_error=worst, carriage_draws=20), seed=77)
     beyond = int(np.count_nonzero(np.array(others.peaks) > worst))
     measured(f"{beyond} of 20 beyond {1e3 * worst:.4f} mm, worst {1e3 * others.peaks[-1]:.4f} mm")
     assert others.failed == 0
@@ -162,7 +171,7 @@ def test_more_than_the_motor_has_is_a_no_and_the_longer_move_is_possible(measure
     measured(f"{quick.verdict.answer}: {quick.verdict.reasons[0]}")
     assert quick.verdict.answer == "no"
     assert quick.verdict.reasons[0].startswith("speed")
-    assert quick.carriage.controller is None
+    assert quick.controller is None
     slower = goals_for(BELT, replace(ASKED, duration=quick.demand.shortest))
     speed = np.abs(case_of(BELT, slower).reference[:, 4]).max() / BELT.drive_pulley.radius
     assert speed <= BELT.motor.speed_limit
@@ -171,7 +180,7 @@ def test_more_than_the_motor_has_is_a_no_and_the_longer_move_is_possible(measure
 
 def test_an_interrupted_study_of_a_carriage_goes_on_to_the_same_end(studied, tmp_path):
     def stop(line):
-        if "carriage: 25" in line:
+        if "carriage plants: 25" in line:
             raise KeyboardInterrupt
 
     for path in studied[1].iterdir():
@@ -179,18 +188,18 @@ def test_an_interrupted_study_of_a_carriage_goes_on_to_the_same_end(studied, tmp
             copy2(path, tmp_path)
     with pytest.raises(KeyboardInterrupt):
         run_study(BELT, [], ASKED, folder=tmp_path, note=stop)
-    assert any(path.name.startswith("acceptance-carriage-00000") for path in tmp_path.iterdir())
+    assert any(path.name.startswith("acceptance-carriage-scheduled-00000") for path in tmp_path.iterdir())
     kept = {path.name: path.stat().st_mtime_ns for path in tmp_path.iterdir()}
     assert run_study(BELT, [], ASKED, folder=tmp_path) == studied[0]
     assert kept == {name: (tmp_path / name).stat().st_mtime_ns for name in kept}
 
 
-def test_another_goal_redoes_the_judgement_of_the_runs_and_not_the_runs(studied):
+def test_another_goal_redoes_the_judgement_and_not_the_runs(studied):
     found, folder = studied
     before = {path.name for path in folder.iterdir()}
     run_study(BELT, [], replace(ASKED, carriage_error=2e-4), folder=folder)
     fresh = {path.name.rsplit("-", 1)[0] for path in folder.iterdir() if path.name not in before}
-    assert fresh == {"acceptance-carriage"}
+    assert fresh == set()
     assert revived(StudyResult, as_plain(found)) == found
 
 

@@ -112,10 +112,10 @@ def asked_for_what_it_reached(found):
     goal = float(reached.error)
     parts = {
         key: getattr(found, key)
-        for key in ("check", "knowledge", "demand", "resonance", "controller", "lumped")
+        for key in ("check", "knowledge", "demand", "resonance", "controller", "runs")
     }
     chosen = found.laws.chosen
-    one = score(chosen.controller, chosen.words, "lumped", found.lumped.peaks, found.lumped.draws, goal)
+    one = score(chosen.controller, chosen.words, "lumped", found.runs.peaks, found.runs.draws, goal)
     laws = replace(found.laws, scores=(one,), cable_scores=())
     wanted = replace(found.goals, error=goal)
     return goal, judge(Findings(goals=wanted, laws=laws, cable=found.cable, **parts)).answer

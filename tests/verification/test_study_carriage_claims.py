@@ -1,12 +1,11 @@
 """What a study of a carriage says of its error holds on plants that it never drew."""
 
-from dataclasses import replace
-
 import pytest
 
 from cabledrive.parameters import load_drive
 from cabledrive.studies.study import Goals, run_study
-from cabledrive.studies.study.carriage_acceptance import accept_carriage
+from cabledrive.studies.study.acceptance_stage import accept
+from cabledrive.studies.study.carriage_plant import CarriagePlant
 from cabledrive.studies.study.stage_cache import StageCache
 from cabledrive.studies.study.verdict_words import rounded_up
 from cabledrive.studies.transporter_moves import scaled_transporter
@@ -34,19 +33,21 @@ def test_the_goal_that_a_study_proposes_is_kept_by_other_plants(name, measured):
     drive, goals = CASES[name]
     found = run_study(drive, [], goals)
     assert found.verdict.answer == "unknown", found.verdict
-    stages = found.carriage
     proposed = 1e-3 * rounded_up(1e3 * found.verdict.reached.error)
-    others = accept_carriage(
-        drive,
-        replace(found.goals, seed=77, carriage_error=proposed, carriage_draws=200),
-        found.knowledge.quantities,
-        stages.controller.bandwidth,
-        stages.model.left_out,
-        cache=StageCache(folder=None, note=lambda line: None),
-        inputs={},
+    plant = CarriagePlant(drive=drive, goals=found.goals, cache=StageCache(folder=None, note=print))
+    others = accept(
+        plant.closed_loop(found.laws.chosen, cable=False),
+        found.knowledge,
+        plant="carriage",
+        law="scheduled",
+        draws=200,
+        seed=77,
+        cache=plant.cache,
+        error=proposed,
+        to_the_end=True,
     )
     sizes = (proposed, others.quantile(0.5), others.peaks[-1])
     words = "goal {:.3g}, median {:.3g}, worst {:.3g} mm".format(*(1e3 * size for size in sizes))
-    measured(f"kept by {100 * others.reached:.1f} %: {words}, at {stages.controller.bandwidth:.3g} Hz")
+    measured(f"kept by {100 * others.reached:.1f} %: {words}, at {found.controller.bandwidth:.3g} Hz")
     assert others.failed == 0
     assert others.reached >= 0.97, f"observed {others.reached:.3f} within {1e3 * proposed:.3g} mm"

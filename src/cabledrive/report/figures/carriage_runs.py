@@ -6,7 +6,7 @@ import numpy as np
 
 from cabledrive.report.picture import Picture, picture
 from cabledrive.report.style import BLUE, GREEN, INK, LINE, ORANGE, PURPLE, QUIET, RED, label, log_axis
-from cabledrive.studies.study.carriage_acceptance import CarriageAcceptance, CarriageWorst
+from cabledrive.studies.study.acceptance_stage import AcceptanceResult, WorstCase
 from cabledrive.studies.study.carriage_controller import CarriageController
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ def carriage_bandwidths_picture(name: str, found: CarriageController) -> Picture
     return picture(name, _draw, wide=280.0, narrow=260.0)
 
 
-def carriage_peaks_picture(name: str, runs: CarriageAcceptance, goal: float | None) -> Picture:
+def carriage_peaks_picture(name: str, runs: AcceptanceResult, goal: float | None) -> Picture:
     """Share of the runs below an error, all the way and at rest, with the goal.
 
     ``name``: unique on the page; ``goal`` [m].
@@ -74,7 +74,7 @@ def carriage_peaks_picture(name: str, runs: CarriageAcceptance, goal: float | No
     return picture(name, _draw, wide=280.0, narrow=260.0)
 
 
-def carriage_worst_picture(name: str, worst: CarriageWorst) -> Picture:
+def carriage_worst_picture(name: str, worst: WorstCase) -> Picture:
     """Course, error and torque of the worst run.
 
     ``name``: unique on the page.
@@ -83,7 +83,7 @@ def carriage_worst_picture(name: str, worst: CarriageWorst) -> Picture:
     def _draw(figure: "Figure", narrow: bool) -> None:
         panels = figure.subplots(3, 1, sharex=True)
         rows = (
-            ("course [mm]", 1e3 * np.array(worst.course), QUIET),
+            ("course [mm]", 1e3 * np.array(worst.reference), QUIET),
             ("error [mm]", 1e3 * np.array(worst.error), BLUE),
             ("torque [N m]", np.array(worst.torque), GREEN),
         )

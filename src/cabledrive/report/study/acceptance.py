@@ -8,15 +8,16 @@ from cabledrive.report.study.quantity_tables import worst_plant_table
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import StudyResult
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult, WorstCase
+from cabledrive.studies.study.controller_stage import ControllerResult
 
 NAMES = {"lumped": "lumped plants", "cable": "plants on the distributed cable"}
 
 
 def acceptance_chapter(result: StudyResult) -> Chapter | None:
     """Results of the runs, if there is a controller."""
-    if result.laws is None:
+    if result.laws is None or result.carried:
         return None
-    runs = [one for one in (result.lumped, result.cable) if one.draws]
+    runs = [one for one in (result.runs, result.cable) if one.draws]
     blocks: list[Block] = [
         Paragraph(
             text="All laws are tested on the same plants, sampled from the parameters above: encoders at "
@@ -26,7 +27,7 @@ def acceptance_chapter(result: StudyResult) -> Chapter | None:
             f"{_chosen(result)}."
         )
     ]
-    for one in (result.lumped, result.cable):
+    for one in (result.runs, result.cable):
         if not one.draws:
             words = f"Not run on {NAMES[one.plant]}: {one.reason}."
             blocks.append(Note(text=words, tone="warning"))
@@ -35,8 +36,8 @@ def acceptance_chapter(result: StudyResult) -> Chapter | None:
         blocks.append(_table(runs))
     if any(one.peaks for one in runs):
         blocks.append(_peaks(result, [one for one in runs if one.peaks]))
-    if result.lumped.worst is not None:
-        worst = result.lumped.worst
+    if result.runs.worst is not None:
+        worst = result.runs.worst
         blocks.append(_worst(result, worst))
         blocks.append(worst_plant_table(worst.values, result.knowledge.values, worst.phases))
     return Chapter(
@@ -118,7 +119,8 @@ def _below(one: AcceptanceResult) -> str:
 
 
 def _peaks(result: StudyResult, runs: list[AcceptanceResult]) -> Figure:
-    bound = result.controller.bound if result.controller and runs[0].inside is not None else None
+    control, stated = result.controller, runs[0].inside is not None
+    bound = control.bound if stated and isinstance(control, ControllerResult) else None
     picture = peaks_picture("peaks", runs, bound, result.goals.error)
     words = "; ".join(_below(one) for one in runs)
     return Figure(

@@ -11,10 +11,11 @@ from cabledrive.report.study.laws_table import laws_table
 from cabledrive.report.study.quantity_tables import shares_table, worst_plant_table
 from cabledrive.report.study.verdict import sentences
 from cabledrive.studies.study import StudyResult
-from cabledrive.studies.study.carriage_acceptance import CarriageAcceptance, CarriageWorst
+from cabledrive.studies.study.acceptance_stage import AcceptanceResult, WorstCase
 from cabledrive.studies.study.carriage_controller import CarriageCandidate, CarriageController
 from cabledrive.studies.study.carriage_demand import CarriageModel
 from cabledrive.studies.study.carriage_verdict import NO_BOUND
+from cabledrive.studies.study.controller_stage import ControllerResult
 
 
 def carriage_controller_chapter(result: StudyResult) -> Chapter | None:
@@ -22,9 +23,10 @@ def carriage_controller_chapter(result: StudyResult) -> Chapter | None:
 
     Returns none: the drive has no carriage that the law covers.
     """
-    if result.carriage is None:
+    found, model = result.controller, result.model
+    if not isinstance(model, CarriageModel):
         return None
-    found, model = result.carriage.controller, result.carriage.model
+    assert not isinstance(found, ControllerResult)
     blocks: list[Block] = [_model(model)]
     if model.reason:
         blocks.append(Note(text=sentences((model.reason,)), tone="warning"))
@@ -137,8 +139,8 @@ def _shares(found: CarriageController) -> Table:
 
 def carriage_acceptance_chapter(result: StudyResult) -> Chapter | None:
     """What the runs said, if there were any."""
-    runs = result.carriage.acceptance if result.carriage else None
-    if runs is None:
+    runs = result.runs
+    if not result.carried or not runs.draws:
         return None
     blocks: list[Block] = [
         Paragraph(
@@ -167,7 +169,7 @@ def carriage_acceptance_chapter(result: StudyResult) -> Chapter | None:
     )
 
 
-def _runs(runs: CarriageAcceptance) -> Table:
+def _runs(runs: AcceptanceResult) -> Table:
     def millimetres(value: float | None) -> str:
         return "" if value is None else number(1e3 * value, 3)
 
@@ -175,6 +177,8 @@ def _runs(runs: CarriageAcceptance) -> Table:
         tuple(millimetres(runs.quantile(share, rest=still)) for share in (0.5, 0.99, 1.0))
         for still in (False, True)
     )
+    assert runs.largest_torque is not None
+    assert runs.smallest_tension is not None
     reached = "no goal" if runs.reached is None else f"{100 * runs.reached:.1f} %"
     return Table(
         caption=f"Largest error in each of {runs.draws} runs, in millimetres.",
@@ -191,7 +195,7 @@ def _runs(runs: CarriageAcceptance) -> Table:
     )
 
 
-def _peaks(result: StudyResult, runs: CarriageAcceptance) -> Figure:
+def _peaks(result: StudyResult, runs: AcceptanceResult) -> Figure:
     goal = result.goals.carriage_error
     picture = carriage_peaks_picture("peaks", runs, goal)
     stated = "" if goal is None else f" The goal is {1e3 * goal:.3g} mm."
@@ -206,7 +210,7 @@ def _peaks(result: StudyResult, runs: CarriageAcceptance) -> Figure:
     )
 
 
-def _worst(worst: CarriageWorst) -> Figure:
+def _worst(worst: WorstCase) -> Figure:
     picture = carriage_worst_picture("worst", worst)
     return Figure(
         name="worst",

@@ -29,7 +29,7 @@ UNITS = ("kg m²", "N m s/rad", "N m", "N m")
 def controller_chapter(result: StudyResult) -> Chapter | None:
     """The controller, if one was designed."""
     found = result.controller
-    if found is None:
+    if not isinstance(found, ControllerResult):
         return None
     blocks: list[Block] = []
     if found.bandwidth is None:

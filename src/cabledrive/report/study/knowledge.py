@@ -54,7 +54,7 @@ def _words(result: StudyResult, identified: int) -> str:
 
 def _sheet(result: StudyResult) -> dict[str, Quantity]:
     """What stood in file and goals before any log."""
-    if result.carriage is not None:
+    if result.carried:
         return carriage_quantities(result.drive, result.goals)
     return by_datasheet(result.drive, result.goals.spreads)
 

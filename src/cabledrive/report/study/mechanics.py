@@ -6,7 +6,7 @@ from cabledrive.report.numbers import number, quantity
 from cabledrive.report.study.loop_in_motion import loop_in_motion
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import StudyResult
-from cabledrive.studies.study.modes_stage import MODEL_WORDS
+from cabledrive.studies.study.modes_stage import MODEL_WORDS, ModelResult
 from cabledrive.studies.study.resonance_stage import REPEATED
 
 VERDICTS = {"safe": "good", "close": "warning", "resonant": "warning"}
@@ -75,7 +75,8 @@ def _rows(result: StudyResult) -> Table:
 
 
 def _models(result: StudyResult) -> Table:
-    windup = {one.model: one.windup for one in result.model.evidence} if result.model else {}
+    evidence = result.model.evidence if isinstance(result.model, ModelResult) else ()
+    windup = {one.model: one.windup for one in evidence}
     rows: tuple[tuple[Cell, ...], ...] = tuple(
         (
             f"{q.model}: {MODEL_WORDS[q.model]}",

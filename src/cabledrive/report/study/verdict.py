@@ -43,14 +43,13 @@ def verdict_chapter(result: StudyResult) -> Chapter:
         blocks.append(_margins(verdict.margins))
     if verdict.cautions:
         blocks.append(points("Notes:", verdict.cautions))
-    carried = result.carriage is not None
     travels = result.goals.travel is not None
     blocks.append(asked_of_carriage(result.goals) if travels else _asked(result.goals))
     return Chapter(
         title="Verdict",
         anchor="verdict",
         blocks=tuple(blocks),
-        methods=(*VERDICT_METHODS, *(CARRIAGE_METHODS if carried else ())),
+        methods=(*VERDICT_METHODS, *(CARRIAGE_METHODS if result.carried else ())),
     )
 
 

@@ -1,15 +1,14 @@
 """`compare`: tune laws by one procedure, run them on the same plants, and keep what is done."""
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
-from functools import partial
+from functools import reduce
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from cabledrive.mechanics.sources import digest_with_imports
 from cabledrive.parameters import Drive, InputRefused, NotComputed, content_hash
 from cabledrive.parameters.one_process import one_process
 from cabledrive.rig.disturbances import torque_limit
@@ -36,7 +35,7 @@ from cabledrive.studies.controller_comparison.comparison import (
     law_words,
     recorded,
 )
-from cabledrive.studies.study.stage_cache import StageCache
+from cabledrive.studies.study.stage_cache import Made, StageCache
 
 DRAWS, BLOCK, MOST_DRAWS = 100, 20, 100_000
 PULSES = 2
@@ -100,7 +99,7 @@ def compare(
     check_motion(drive, motion)
     spec = spec_for(drive, motion, options=COMPARED)
     allowed = goal_of(drive) if goal is None else goal * DEGREE
-    job = _Job(drive, spec, asked, draws, seed, note or (lambda line: None), folder)
+    job = _Job(drive, motion, asked, draws, seed, note or (lambda line: None), folder)
     if folder is None:
         laws = job.run(names)
     else:
@@ -133,22 +132,16 @@ class _Job:
     def __init__(
         self,
         drive: Drive,
-        spec: DesignSpec,
+        motion: Motion,
         disturbances: Disturbances,
         draws: int,
         seed: int,
         note: Callable[[str], None],
         folder: str | Path | None,
     ) -> None:
-        self.spec, self.disturbances, self.draws, self.seed, self.note = spec, disturbances, draws, seed, note
+        self.asked = replace(drive, name="", title="", source=""), motion, disturbances
+        self.draws, self.seed, self.note, self.several = draws, seed, note, motion.pulses > 1
         self.cache = StageCache(folder=None if folder is None else Path(folder), note=note)
-        self.inputs: Mapping[str, Any] = {
-            "drive": content_hash(drive),
-            "motion": spec.motion,
-            "disturbances": disturbances,
-            "seed": seed,
-            "compare": digest_with_imports(Path(__file__)),
-        }
         self.begun, self.finished, self.planned = time.monotonic(), 0.0, 1.0
 
     def run(self, names: Sequence[str]) -> tuple[ComparedLaw, ...]:
@@ -157,55 +150,20 @@ class _Job:
         return tuple(self._law(name) for name in names)
 
     def _law(self, name: str) -> ComparedLaw:
-        several = self.spec.motion is not None and self.spec.motion.pulses > 1
-        tuning = self.cache.staged(
-            f"tuning-{name}", TuningRecord, {**self.inputs, "name": name}, lambda: self._tuning(name)
-        )
-        scores: Scores | None = None
-        if tuning.bandwidth is not None:
-            law: list[TunedLaw] = []
-            for first in range(0, self.draws, BLOCK):
-                draws = range(first, min(first + BLOCK, self.draws))
-                block = self.cache.staged(
-                    f"runs-{name}-{first:05d}",
-                    Scores,
-                    {
-                        **self.inputs,
-                        "tuning": replace(tuning, seconds=0.0),
-                        "draws": [draws.start, draws.stop],
-                    },
-                    partial(self._runs, tuning, law, draws),
-                )
-                scores = block if scores is None else scores.joined(block)
-                self._progress(f"{name}: {draws.stop} of {self.draws} plants", len(draws) / self.draws)
-        else:
-            self._progress(f"{name}: {tuning.reason}", 1.0)
-        return ComparedLaw(tuning=tuning, scores=scores, learns=several and name in LEARNS)
-
-    def _tuning(self, name: str) -> TuningRecord:
         self.note(f"{name}: tuning")
-        begun = time.perf_counter()
-        try:
-            found = tuned_by_limits(name, self.spec, self.disturbances, COMPARED)
-        except (NotComputed, InputRefused) as failure:
-            seconds = time.perf_counter() - begun
-            return TuningRecord(
-                name=name,
-                bandwidth=None,
-                filter="",
-                disk=None,
-                gain=None,
-                phase=None,
-                ripple=None,
-                seconds=seconds,
-                reason=str(failure),
-            )
-        return recorded(name, found.bandwidth, found.filter, found.margins, found.seconds)
+        tuning = self.cache.staged(f"tuning-{name}", tuning_of, name, *self.asked)
+        scores = None if tuning.bandwidth is None else self._scores(tuning)
+        if scores is None:
+            self._progress(f"{name}: {tuning.reason}", 1.0)
+        return ComparedLaw(tuning=tuning, scores=scores, learns=self.several and name in LEARNS)
 
-    def _runs(self, tuning: TuningRecord, law: list[TunedLaw], draws: range) -> Scores:
-        if not law:
-            law.append(tuned_again(tuning, self.spec))
-        return scored(law[0], self.spec, self.disturbances, COMPARED, self.seed, draws)
+    def _scores(self, tuning: TuningRecord) -> Scores:
+        law, blocks = Made(tuned_again, (replace(tuning, seconds=0.0), *self.asked[:2])), []
+        for first in range(0, self.draws, BLOCK):
+            last, name = min(first + BLOCK, self.draws), f"runs-{tuning.name}-{first:05d}"
+            blocks.append(self.cache.staged(name, runs_of, law, *self.asked, self.seed, first, last))
+            self._progress(f"{tuning.name}: {last} of {self.draws} plants", (last - first) / self.draws)
+        return reduce(Scores.joined, blocks)
 
     def _progress(self, words: str, share: float) -> None:
         self.finished += share
@@ -213,9 +171,31 @@ class _Job:
         self.note(f"{words}; about {left:.0f} s left" if left >= 1.0 else words)
 
 
-def tuned_again(record: TuningRecord, spec: DesignSpec) -> TunedLaw:
+def tuning_of(name: str, drive: Drive, motion: Motion, disturbances: Disturbances) -> TuningRecord:
+    """A law tuned within the limits, or why it cannot be."""
+    begun = time.perf_counter()
+    try:
+        found = tuned_by_limits(name, spec_for(drive, motion, options=COMPARED), disturbances, COMPARED)
+    except (NotComputed, InputRefused) as failure:
+        seconds = time.perf_counter() - begun
+        return TuningRecord(
+            name=name,
+            bandwidth=None,
+            filter="",
+            disk=None,
+            gain=None,
+            phase=None,
+            ripple=None,
+            seconds=seconds,
+            reason=str(failure),
+        )
+    return recorded(name, found.bandwidth, found.filter, found.margins, found.seconds)
+
+
+def tuned_again(record: TuningRecord, drive: Drive, motion: Motion) -> TunedLaw:
     """The law of a tuning that was kept."""
     assert record.bandwidth is not None
+    spec = spec_for(drive, motion, options=COMPARED)
     made = CONTROLLERS[record.name](replace(spec, bandwidth=record.bandwidth))
     tuning = dict(filters(record.name, spec))[record.filter]
     loop = nominal_loop(made, spec, COMPARED, tuning)
@@ -227,6 +207,20 @@ def tuned_again(record: TuningRecord, spec: DesignSpec) -> TunedLaw:
         margins=margins_of(loop),
         seconds=record.seconds,
     )
+
+
+def runs_of(
+    law: TunedLaw,
+    drive: Drive,
+    motion: Motion,
+    disturbances: Disturbances,
+    seed: int,
+    first: int,
+    last: int,
+) -> Scores:
+    """A tuned law on the plants of some draws."""
+    spec = spec_for(drive, motion, options=COMPARED)
+    return scored(law, spec, disturbances, COMPARED, seed, range(first, last))
 
 
 def _summary(

@@ -1,44 +1,31 @@
-"""Stage 7: the sampled controller on many plants drawn from what is known, lumped and on the cable."""
+"""Stage 7: a sampled law on many plants drawn from what is known."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from cabledrive.parameters import Drive
-from cabledrive.rig.closed_loop.loop import Loop, run
-from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
-from cabledrive.rig.laws.controllers import Controller
-from cabledrive.rig.setting import Motion
 from cabledrive.studies.study.candidates import lost
-from cabledrive.studies.study.closed_loop import joined_loop, with_values
+from cabledrive.studies.study.correlations import Correlation
 from cabledrive.studies.study.knowledge_stage import Knowledge
 from cabledrive.studies.study.lasting_runs import quantile_of_all
+from cabledrive.studies.study.machine import Quantity
+from cabledrive.studies.study.plant import ClosedLoop, Score
 from cabledrive.studies.study.sampled_plants import sampled_plant
-from cabledrive.studies.study.stage_cache import StageCache
+from cabledrive.studies.study.stage_cache import Made, StageCache
 
-BLOCK, CABLE_BLOCK = 50, 5
+BLOCKS = {"lumped": 50, "carriage": 25, "cable": 5}
+"""Runs that are kept together, by the kind of plant."""
 KEPT = 400
 """Points of the worst run that are kept."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SampleBlock:
-    """Runs on some plants.
+    """Runs on some plants, in the order of their draws."""
 
-    Attributes
-    ----------
-    peaks, torques : tuple of float or None
-        Largest error [rad] and torque [N m] of each run; None where it ended before its time. Eccentricity of
-        the load encoder is added to the error, since the law follows what it reads.
-    saturated : tuple of float
-        Share of the samples at the torque's limit.
-    """
-
-    peaks: tuple[float | None, ...]
-    torques: tuple[float | None, ...]
-    saturated: tuple[float, ...]
+    scores: tuple[Score, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,7 +40,7 @@ class WorstCase:
     phases : tuple of float
         Of its encoders, in counts.
     time, reference, error, torque : tuple of float
-        Thinned course [s], [rad], [rad], [N m].
+        Thinned course [s], [rad] or [m], the same, [N m].
     """
 
     draw: int
@@ -71,10 +58,11 @@ class AcceptanceResult:
 
     Attributes
     ----------
-    plant : {"lumped", "cable"}
+    plant : {"lumped", "carriage", "cable"}
     draws : int
-    peaks : tuple of float
-        Largest error of each run that lasted, ascending [rad].
+    peaks, rests : tuple of float
+        Largest error of each run that lasted, and of a carriage the largest while it is to stand, both
+        ascending [rad] or [m].
     inside : float or None
         Share of all runs whose error stayed inside the stated bound; None: no bound is stated for the law.
     reached : float or None
@@ -84,7 +72,9 @@ class AcceptanceResult:
     saturated : int
         Runs in which the torque met its limit.
     largest_torque : float or None
-        Of the runs that lasted [N m]; None: none did, or none was made.
+        [N m]; of loads only in the runs that lasted; None: there is none.
+    smallest_tension : float or None
+        Of a strand with a carriage [N].
     worst : WorstCase or None
         None: every run failed, or none was made.
     reason : str
@@ -92,159 +82,128 @@ class AcceptanceResult:
     """
 
     plant: str
-    draws: int
-    peaks: tuple[float, ...]
-    inside: float | None
-    reached: float | None
-    failed: int
-    saturated: int
-    largest_torque: float | None
-    worst: WorstCase | None
-    reason: str
+    draws: int = 0
+    peaks: tuple[float, ...] = ()
+    rests: tuple[float, ...] = ()
+    inside: float | None = None
+    reached: float | None = None
+    failed: int = 0
+    saturated: int = 0
+    largest_torque: float | None = None
+    smallest_tension: float | None = None
+    worst: WorstCase | None = None
+    reason: str = ""
 
-    def quantile(self, share: float) -> float | None:
+    def quantile(self, share: float, *, rest: bool = False) -> float | None:
         """Error that a share of all runs kept below.
 
-        Returns [rad]; None where too many runs ended early, or without runs.
+        ``rest``: only while a carriage is to stand.
+        Returns [rad] or [m]; None where too many runs ended early, or without runs.
         """
-        return quantile_of_all(self.peaks, self.draws, share)
+        return quantile_of_all(self.rests if rest else self.peaks, self.draws, share)
 
 
 def accept(
-    drive: Drive,
-    motion: Motion,
+    loop: ClosedLoop | Made[ClosedLoop],
     known: Knowledge,
-    law: Controller,
     *,
+    plant: str,
+    law: str,
     draws: int,
     seed: int,
-    torque: float | None,
-    error: float | None,
-    cable: bool,
     cache: StageCache,
-    inputs: Mapping[str, object],
+    error: float | None = None,
     bound: float | None = None,
+    to_the_end: bool = False,
 ) -> AcceptanceResult:
     """Run a law on many plants, block by block; each finished block is kept.
 
-    A law that has missed the goal more often than all the runs allow is not run further. Blocks of a
-    controller of the user's own are not kept: a changed step could not be distinguished from the one before.
+    A law that has missed the goal more often than all the runs allow is not run further. Blocks of a loop
+    that is not `Made`, such as one with a controller of the user's own, are not kept: a changed step could
+    not be distinguished from the one before.
 
-    ``drive``: with the best values; ``torque``, ``error``: goals [N m], [rad]; ``cable``: whether the plants
-    are distributed nonlinear cables; ``inputs``: all that the stage depends on, for the blocks' keys;
-    ``bound``: stated for the law [rad].
+    ``plant``, {"lumped", "carriage", "cable"}; ``law``: its name; ``error``, ``bound``: goal, stated for the
+    law [rad] or [m]; ``to_the_end``: also where the goal is missed.
     """
-    loop = joined_loop(drive, drive, law, motion, torque, cable=cable)
-    cache = cache if law.own is None else replace(cache, folder=None)
-    plant, size = ("cable", CABLE_BLOCK) if cable else ("lumped", BLOCK)
-    blocks: list[SampleBlock] = []
-    for first in range(0, draws, size):
-        last = min(first + size, draws)
-        blocks.append(
-            cache.staged(
-                f"acceptance-{plant}-{law.name}-{first:05d}",
-                SampleBlock,
-                {**inputs, "first": first, "last": last},
-                _block(loop, drive, known, seed, range(first, last)),
-            )
-        )
-        cache.note(f"      {law.name}, {plant} plants: {last} of {draws}")
-        if error is not None and lost(_misses(blocks, error), draws, plant):
+    keep = cache if isinstance(loop, Made) else StageCache(folder=None, note=cache.note)
+    about, name = (loop, known.quantities, known.correlations, seed), f"acceptance-{plant}-{law}"
+    scores: list[Score] = []
+    for first in range(0, draws, BLOCKS[plant]):
+        last = min(first + BLOCKS[plant], draws)
+        scores += keep.staged(f"{name}-{first:05d}", sampled_block, *about, first, last).scores
+        cache.note(f"      {law}, {plant} plants: {last} of {draws}")
+        misses = sum(one.peak is None or (error is not None and one.peak > error) for one in scores)
+        if error is not None and not to_the_end and lost(misses, draws, plant):
             break
-    return _summed(loop, drive, known, seed, blocks, bound, error, plant)
+    lasting = sorted((one.peak, draw) for draw, one in enumerate(scores) if one.peak is not None)
+    worst = keep.staged(f"{name}-worst", worst_case, *about, lasting[-1][1]) if lasting else None
+    return _summed(scores, worst, plant=plant, error=error, bound=bound)
 
 
-def _misses(blocks: list[SampleBlock], error: float) -> int:
-    return sum(peak is None or peak > error for block in blocks for peak in block.peaks)
+def sampled_block(
+    loop: ClosedLoop,
+    quantities: dict[str, Quantity],
+    correlations: Sequence[Correlation],
+    seed: int,
+    first: int,
+    last: int,
+) -> SampleBlock:
+    """The runs of some draws, two at a time."""
 
+    def one(draw: int) -> Score:
+        return loop.run(*sampled_plant(quantities, loop.encoders, seed, draw, correlations))
 
-def _block(loop: Loop, drive: Drive, known: Knowledge, seed: int, draws: range) -> Callable[[], SampleBlock]:
-    def compute() -> SampleBlock:
-        def one(draw: int) -> tuple[float | None, float | None, float]:
-            values, phases = sampled_plant(
-                known.quantities, len(loop.rig.phases), seed, draw, known.correlations
-            )
-            moved = with_values(loop, drive, values, phases)
-            done = run(moved, log=False)
-            score = dict(zip(SUMMARY, (float(v) for v in done.state.summary), strict=False))
-            share = score["saturated"] / len(moved.target)
-            if done.failed:
-                return None, None, share
-            peak = score["peak"] / moved.gear + values.get("eccentricity", 0.0)
-            return peak, score["peak_torque"], share
-
-        with ThreadPoolExecutor(2) as pool:
-            peaks, torques, saturated = zip(*pool.map(one, draws), strict=True)
-        return SampleBlock(peaks=peaks, torques=torques, saturated=saturated)
-
-    return compute
+    with ThreadPoolExecutor(2) as pool:
+        return SampleBlock(scores=tuple(pool.map(one, range(first, last))))
 
 
 def _summed(
-    loop: Loop,
-    drive: Drive,
-    known: Knowledge,
-    seed: int,
-    blocks: list[SampleBlock],
-    bound: float | None,
-    error: float | None,
-    plant: str,
+    scores: Sequence[Score], worst: WorstCase | None, *, plant: str, error: float | None, bound: float | None
 ) -> AcceptanceResult:
-    peaks = [p for block in blocks for p in block.peaks]
-    lasting = sorted((p, draw) for draw, p in enumerate(peaks) if p is not None)
-    torques = [t for block in blocks for t in block.torques if t is not None]
+    peaks = sorted(one.peak for one in scores if one.peak is not None)
+    torques = [one.torque for one in scores if one.torque is not None]
 
-    def within(limit: float) -> float:
-        return sum(p <= limit for p, _ in lasting) / len(peaks)
+    def within(limit: float | None) -> float | None:
+        return None if limit is None else sum(p <= limit for p in peaks) / len(scores)
 
     return AcceptanceResult(
         plant=plant,
-        draws=len(peaks),
-        peaks=tuple(p for p, _ in lasting),
-        inside=None if bound is None else within(bound),
-        reached=None if error is None else within(error),
-        failed=len(peaks) - len(lasting),
-        saturated=sum(s > 0.0 for block in blocks for s in block.saturated),
-        largest_torque=max(torques) if torques else None,
-        worst=_worst(loop, drive, known, seed, lasting[-1][1]) if lasting else None,
-        reason="",
+        draws=len(scores),
+        peaks=tuple(peaks),
+        rests=tuple(sorted(one.rest for one in scores if one.rest is not None)),
+        inside=within(bound),
+        reached=within(error),
+        failed=len(scores) - len(peaks),
+        saturated=sum(one.saturated > 0.0 for one in scores),
+        largest_torque=max(torques, default=None),
+        smallest_tension=min((one.tension for one in scores if one.tension is not None), default=None),
+        worst=worst,
     )
 
 
-def _worst(loop: Loop, drive: Drive, known: Knowledge, seed: int, draw: int) -> WorstCase:
-    values, phases = sampled_plant(known.quantities, len(loop.rig.phases), seed, draw, known.correlations)
-    moved = with_values(loop, drive, values, phases)
-    done = run(moved)
-    n, rig = moved.chain.size, moved.rig
-    error = moved.load_error(done.log)
-    step = max(1, len(error) // KEPT)
-    shown = np.unique(np.append(np.arange(0, len(error), step), np.argmax(np.abs(error))))
-    command = done.log[shown, 2 * n + 1 + len(rig.encoders)]
+def worst_case(
+    loop: ClosedLoop,
+    quantities: dict[str, Quantity],
+    correlations: Sequence[Correlation],
+    seed: int,
+    draw: int,
+) -> WorstCase:
+    """The run of one draw over time, thinned to what is shown."""
+    values, phases = sampled_plant(quantities, loop.encoders, seed, draw, correlations)
+    course = loop.course(values, phases)
+    n = len(course.error)
+    shown = np.unique(np.append(np.arange(0, n, max(1, n // KEPT)), np.argmax(np.abs(course.error))))
     return WorstCase(
         draw=draw,
         values=values,
         phases=tuple(float(p) for p in phases),
-        time=tuple(float(t) for t in rig.interval * shown),
-        reference=tuple(float(r) for r in moved.target[shown] / moved.gear),
-        error=tuple(float(e) for e in error[shown]),
-        torque=tuple(float(u) for u in command),
+        time=tuple(float(t) for t in course.time[shown]),
+        reference=tuple(float(r) for r in course.reference[shown]),
+        error=tuple(float(e) for e in course.error[shown]),
+        torque=tuple(float(u) for u in course.torque[shown]),
     )
 
 
 def no_runs(plant: str, reason: str) -> AcceptanceResult:
-    """An acceptance that was not made, with its reason.
-
-    ``plant``, {"lumped", "cable"}.
-    """
-    return AcceptanceResult(
-        plant=plant,
-        draws=0,
-        peaks=(),
-        inside=None,
-        reached=None,
-        failed=0,
-        saturated=0,
-        largest_torque=None,
-        worst=None,
-        reason=reason,
-    )
+    """An acceptance that was not made, with its reason."""
+    return AcceptanceResult(plant=plant, reason=reason)

@@ -1,6 +1,6 @@
 """The bandwidth of a carriage's law: the smallest error that torque, sampling and stability allow."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from math import pi
@@ -10,6 +10,7 @@ from numpy.linalg import LinAlgError
 
 from cabledrive.parameters import Drive
 from cabledrive.rig.carriage.carriage_loop import CarriageLoop
+from cabledrive.studies.study.bandwidth_search import SAMPLES_PER_PERIOD, while_quiet
 from cabledrive.studies.study.carriage_case import (
     Array,
     CarriageCase,
@@ -22,7 +23,6 @@ from cabledrive.studies.study.carriage_case import (
     whole_run,
 )
 from cabledrive.studies.study.carriage_machine import carriage_values, transporter_with
-from cabledrive.studies.study.controller_stage import RIPPLE, SAMPLES_PER_PERIOD
 from cabledrive.studies.study.goals import Goals
 from cabledrive.studies.study.machine import Quantity
 
@@ -110,7 +110,8 @@ def design_carriage_law(
     case = case_of(drive, goals)
     lowest, rate = float(case.cable_frequencies.min()), 1.0 / case.interval / SAMPLES_PER_PERIOD
     candidates, best, parts = [], None, {}
-    for found, shares in _tried(case, quantities, _bandwidths(case, lowest, rate), left_out):
+    hertz = _bandwidths(case, lowest, rate)
+    for found, shares in while_quiet(evaluate(case, quantities, f, left_out) for f in hertz):
         candidates.append(found)
         if found.refused or found.estimate is None:
             continue
@@ -136,22 +137,6 @@ def _bandwidths(case: CarriageCase, lowest: float, rate: float) -> list[float]:
         swing = (case.design.gravity / case.design.line_length) ** 0.5 / (2.0 * pi)
         hertz += [share * swing for share in SWINGS if share * swing < SHARES[-1] * lowest]
     return sorted({float(f"{f:.3g}") for f in hertz if f <= rate})
-
-
-def _tried(
-    case: CarriageCase, quantities: Mapping[str, Quantity], hertz: list[float], left_out: float
-) -> Iterator[tuple[CarriageCandidate, dict[str, float]]]:
-    """Bandwidths from the lowest on, until the encoders' counts make too much torque."""
-    calm = float("inf")
-    for bandwidth in hertz:
-        found, shares = evaluate(case, quantities, bandwidth, left_out)
-        calm = min(calm, found.torque if found.torque is not None else calm)
-        loud = found.torque is not None and found.torque > RIPPLE * calm
-        if loud and not found.refused:
-            found = replace(found, refused="quantisation raises the torque by half and more")
-        yield found, shares
-        if loud:
-            return
 
 
 def evaluate(

@@ -56,7 +56,7 @@ def carriage_model(drive: Drive, goals: Goals) -> CarriageModel:
         positions=places,
         lumped=tuple(cable_frequency(case.design, x) for x in places),
         exact=tuple(_certified(machine, x) for x in places),
-        left_out=_left_out(case),
+        left_out=left_out_of(case),
         reason="",
     )
     if found.deviation <= RIGHT:
@@ -74,8 +74,8 @@ def _certified(drive: Drive, position: float) -> float:
     return float(natural_frequencies(there, count=1)[0])
 
 
-def _left_out(case: CarriageCase) -> float:
-    """Largest windup of the joint along the motion, and the whole of its backlash."""
+def left_out_of(case: CarriageCase) -> float:
+    """Largest windup of the joint along the motion, and the whole of its backlash, at the rim [m]."""
     motor, r = case.drive.motor, case.design.radius
     assert motor is not None
     windup = 0.0

@@ -10,6 +10,7 @@ from cabledrive.reduction.transporter import Transporter, compliance, frozen_fre
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study.datasheet_bounds import by_datasheet
 from cabledrive.studies.study.goals import Goals
+from cabledrive.studies.study.knowledge_stage import Knowledge, with_load
 from cabledrive.studies.study.machine import (
     DATASHEET,
     GOAL,
@@ -30,6 +31,7 @@ SHARED = (
     "cable_stiffness",
     "cable_damping",
 )
+UNUSED = "the regression models have no carriage: the logs were not used, all values are from the data sheet"
 RAIL = 0.5
 """Default friction of a carriage on its guide [N s/m]: an estimate, sampled from 0 to twice as much."""
 STIFF_JOINT = 10.0
@@ -146,6 +148,22 @@ def carriage_quantities(drive: Drive, goals: Goals) -> dict[str, Quantity]:
             name=name, value=value, low=value - half, high=value + half, unit=UNITS[name], source=source
         )
     return found
+
+
+def know_carriage(drive: Drive, goals: Goals, spreads: Mapping[str, float], *, logged: bool) -> Knowledge:
+    """What is known of a drive with a carriage: the data sheet, the goals and estimates.
+
+    ``spreads``: relative uncertainty of the data sheet, by kind; ``logged``: whether logs were given.
+    """
+    found = Knowledge(
+        quantities=carriage_quantities(drive, replace(goals, spreads=spreads)),
+        undetermined=(UNUSED,) if logged else (),
+        open_names=(),
+        findings=(),
+        residual=None,
+        method="no log: data-sheet values with stated uncertainty",
+    )
+    return found if goals.load_inertia is None else with_load(found, goals.load_inertia)
 
 
 def transporter_with(drive: Drive, values: Mapping[str, float]) -> Transporter:

@@ -1,8 +1,8 @@
 """Remedies and cautions of a carriage's verdict: no theorem bounds its error, the runs decide."""
 
 from cabledrive.studies.study.carriage_controller import CarriageController
-from cabledrive.studies.study.carriage_pipeline import CarriageStages
-from cabledrive.studies.study.goals import Goals
+from cabledrive.studies.study.carriage_demand import CarriageModel
+from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.machine import WORDS
 
 NO_BOUND = "no theorem bounds the error of the scheduled law: the error is a result of the runs"
@@ -34,30 +34,30 @@ def carriage_remedies(control: CarriageController) -> list[str]:
     return [*words, LONGER]
 
 
-def carriage_cautions(found: CarriageStages, goals: Goals, current_loop: bool) -> list[str]:
+def carriage_cautions(found: Findings, current_loop: bool) -> list[str]:
     """What does not decide, and should be known.
 
-    ``current_loop``: whether the drive file names a torque loop or a delay.
+    ``found``: of a carriage; ``current_loop``: whether the drive file names a torque loop or a delay.
     """
-    words = [NO_BOUND] if found.acceptance is not None else []
-    if goals.rail_friction is None:
+    runs, model, control = found.runs, found.model, found.controller
+    words = [NO_BOUND] if runs.draws else []
+    if found.goals.rail_friction is None:
         words.append(
             "friction of the carriage on its guide is an estimate, 0 to 1 N s/m: state rail_friction "
             "in [carriage]"
         )
-    if found.model.left_out > 0.0:
+    if isinstance(model, CarriageModel) and model.left_out > 0.0:
         words.append(
             "the motor joint is taken as rigid: its windup and backlash, "
-            f"{_millimetres(found.model.left_out)} at the carriage, are added to every error"
+            f"{_millimetres(model.left_out)} at the carriage, are added to every error"
         )
     if current_loop:
         words.append(
             "the runs contain neither delay nor torque loop; both are short compared with the period of "
             "the carriage"
         )
-    if found.controller is not None and not found.controller.both:
+    if isinstance(control, CarriageController) and not control.both:
         words.append("the law uses the motor-side encoder only: the load pulley has no equal encoder")
-    if found.acceptance is not None and found.acceptance.saturated:
-        runs = found.acceptance
+    if runs.saturated:
         words.append(f"{runs.saturated} of {runs.draws} runs reached the torque limit")
     return words

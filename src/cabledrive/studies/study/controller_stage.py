@@ -1,7 +1,7 @@
 """Stage 6: bandwidth by what modes, sensors, torque and uncertainty allow; the bound that goes with it."""
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 from cabledrive.control.numbers import HIGH, LOW
 from cabledrive.parameters import Drive
@@ -10,14 +10,11 @@ from cabledrive.rig.laws.controllers import Controller
 from cabledrive.rig.setting import DEGREE, Motion
 from cabledrive.rig.tracking import summarize
 from cabledrive.studies.study.bandwidth_cost import Candidate, evaluate
+from cabledrive.studies.study.bandwidth_search import SAMPLES_PER_PERIOD, while_quiet
 from cabledrive.studies.study.closed_loop import joined_loop, make_law, rig_options
 from cabledrive.studies.study.machine import Quantity
 
 BANDWIDTHS = (5.0, 7.5, 10.0, 14.0, 19.0, 23.0, 27.0, 32.0, 38.0, 45.0, 55.0, 70.0, 90.0)
-RIPPLE = 1.5
-"""Largest torque from quantisation, over that of the bandwidth with the least."""
-
-SAMPLES_PER_PERIOD = 40.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,7 +73,10 @@ def design_controller(
     candidates: list[Candidate] = []
     best, parts = None, {}
     for model, holds in models.items():
-        for found, shares in _tried(drive, motion, quantities, model, min(holds, rate), torque):
+        hertz = [h for h in BANDWIDTHS if h <= min(holds, rate)]
+        for found, shares in while_quiet(
+            evaluate(drive, motion, quantities, model, h, torque) for h in hertz
+        ):
             candidates.append(found)
             if found.bound is not None and not found.refused and (best is None or _below(found, best)):
                 best, parts = found, shares
@@ -98,27 +98,6 @@ def design_controller(
         broken=_broken(drive, motion, law),
         reason=_reason(best, models, rate),
     )
-
-
-def _tried(
-    drive: Drive,
-    motion: Motion,
-    quantities: Mapping[str, Quantity],
-    model: int,
-    highest: float,
-    torque: float | None,
-) -> Iterator[tuple[Candidate, dict[str, float]]]:
-    """Bandwidths from the lowest on, until the encoders' counts make too much torque."""
-    calm = float("inf")
-    for hertz in (h for h in BANDWIDTHS if h <= highest):
-        found, shares = evaluate(drive, motion, quantities, model, hertz, torque)
-        calm = min(calm, found.torque if found.torque is not None else calm)
-        loud = found.torque is not None and found.torque > RIPPLE * calm
-        if loud and not found.refused:
-            found = replace(found, refused="quantisation raises the torque by half and more")
-        yield found, shares
-        if loud:
-            return
 
 
 def _below(one: Candidate, other: Candidate) -> bool:

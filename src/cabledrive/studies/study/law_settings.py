@@ -50,8 +50,9 @@ class LawSetting:
         Of a law of the chain; None: a baseline with feedforward.
     value : float or None
         Bandwidth [Hz]; of lqg the torque that weighs as one count [N m]; None: nothing could be used.
-    filter : {"as known", "by uncertainty"}
-        What the Kalman filter takes as its noise: the encoders' counts, or also what is not known.
+    filter : {"as known", "by uncertainty", ""}
+        What the Kalman filter takes as its noise: the encoders' counts, or also what is not known; empty: the
+        law has its own.
     reason : str
         Why it cannot be used; empty where it can.
     """
@@ -68,7 +69,7 @@ class LawSetting:
         if self.value is None:
             return ""
         unit = "N m per count" if self.controller == "lqg" else "Hz"
-        return f"{self.value:.3g} {unit}, filter noise {self.filter}"
+        return f"{self.value:.3g} {unit}" + (f", filter noise {self.filter}" if self.filter else "")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -12,7 +12,7 @@ from cabledrive.parameters.tables import drive_from_tables, tables_from_drive
 
 
 def as_plain(value: Any) -> Any:
-    """What JSON can hold of a result, without loss.
+    """What JSON can hold of a result, without loss; fields that no comparison sees are left out.
 
     ``value``: dataclasses, drives, mappings, tuples, finite numbers, words, None.
     Raises `ValueError` if a number is not finite: a result says None instead, and why.
@@ -20,7 +20,8 @@ def as_plain(value: Any) -> Any:
     if isinstance(value, Drive):
         return tables_from_drive(value)
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {field.name: as_plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+        seen = (field.name for field in dataclasses.fields(value) if field.compare)
+        return {name: as_plain(getattr(value, name)) for name in seen}
     if isinstance(value, Mapping):
         return {str(key): as_plain(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
@@ -38,7 +39,7 @@ def revived(kind: Any, data: Any) -> Any:
     """
     origin, arguments = typing.get_origin(kind), typing.get_args(kind)
     if origin in (types.UnionType, typing.Union):
-        return None if data is None else revived(next(a for a in arguments if a is not type(None)), data)
+        return None if data is None else revived(_member(arguments, data), data)
     if kind is Drive:
         return drive_from_tables(data)
     if dataclasses.is_dataclass(kind):
@@ -55,3 +56,11 @@ def revived(kind: Any, data: Any) -> Any:
     if kind is float and isinstance(data, int):
         return float(data)
     return data
+
+
+def _member(kinds: tuple[Any, ...], data: Any) -> Any:
+    """The kind of a union that data are of: of several dataclasses the one with these fields."""
+    found = [kind for kind in kinds if kind is not type(None)]
+    if len(found) == 1:
+        return found[0]
+    return next(kind for kind in found if {field.name for field in dataclasses.fields(kind)} == set(data))

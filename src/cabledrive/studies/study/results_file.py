@@ -17,6 +17,7 @@ from cabledrive.rig.laws.controller_file import plain_numbers
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult
 from cabledrive.studies.study.candidates import LawScore
 from cabledrive.studies.study.carriage_case import case_of, loop_at
+from cabledrive.studies.study.carriage_controller import CarriageController
 from cabledrive.studies.study.closed_loop import joined_loop, near_encoder
 from cabledrive.studies.study.error_units import error_unit, goal_of
 from cabledrive.studies.study.goals import Goals
@@ -26,6 +27,8 @@ from cabledrive.studies.study.result import StudyResult
 from cabledrive.studies.study.stage_cache import sources_hash
 
 RESULTS, REPORT, DRIVE, CONTROLLER = "results.json", "report.html", "drive.toml", "controller.json"
+LOAD_KEYS, CARRIAGE_KEYS = ("plant", "inside", "reason"), ("rests", "smallest_tension")
+"""Keys of an acceptance that only loads, and only carriages, have."""
 METHOD = "study in stages, each kept by the hash of its inputs"
 
 
@@ -34,16 +37,16 @@ def results_of(result: StudyResult) -> dict[str, Any]:
 
     Returns plain data, SI.
     """
-    verdict, carriage = result.verdict, result.carriage
+    verdict, laws = result.verdict, None if result.carried else result.laws
     stages = {
         "check": result.check,
         "identification": result.knowledge,
         "modes": result.modes,
         "resonance": result.resonance,
         "demand": result.demand,
-        "model": result.model if carriage is None else carriage.model,
-        "controller": result.controller if carriage is None else carriage.controller,
-        "laws": result.laws and {"chosen": result.laws.chosen, "cable": result.laws.cable_scores},
+        "model": result.model,
+        "controller": result.controller,
+        "laws": laws and {"chosen": laws.chosen, "cable": laws.cable_scores},
     }
     goals = as_plain(result.goals)
     return {
@@ -105,19 +108,19 @@ def _candidate(one: LawScore, goals: Goals) -> dict[str, Any]:
 
 
 def _acceptance(result: StudyResult) -> dict[str, Any]:
-    if result.carriage is None:
-        return {"lumped": _shown(result.lumped), "cable": _shown(result.cable)}
-    runs = result.carriage.acceptance
-    if runs is None:
+    runs = result.runs
+    if not result.carried:
+        return {"lumped": _shown(runs, CARRIAGE_KEYS), "cable": _shown(result.cable, CARRIAGE_KEYS)}
+    if not runs.draws:
         return {"carriage": None}
-    shares = {"median": 0.5, "quantile_95": 0.95, "quantile_99": 0.99, "largest": 1.0}
-    found: dict[str, Any] = as_plain(runs)
-    found |= {f"{name}_error": runs.quantile(share) for name, share in shares.items()}
-    return {"carriage": found | {"quantile_99_error_at_rest": runs.quantile(0.99, rest=True)}}
+    found = _shown(runs, LOAD_KEYS) | {"quantile_99_error_at_rest": runs.quantile(0.99, rest=True)}
+    if found["worst"]:
+        found["worst"]["course"] = found["worst"].pop("reference")
+    return {"carriage": found}
 
 
-def _shown(found: AcceptanceResult) -> dict[str, Any]:
-    data: dict[str, Any] = as_plain(found)
+def _shown(found: AcceptanceResult, left_out: tuple[str, ...]) -> dict[str, Any]:
+    data = {name: value for name, value in as_plain(found).items() if name not in left_out}
     shares = {"median": 0.5, "quantile_95": 0.95, "quantile_99": 0.99, "largest": 1.0}
     return data | {f"{name}_error": found.quantile(share) for name, share in shares.items()}
 
@@ -127,27 +130,25 @@ def controller_numbers(result: StudyResult) -> dict[str, Any] | None:
 
     Returns none where no controller was found.
     """
-    goals = result.goals
-    if result.carriage is not None:
-        return _carriage_numbers(result)
+    goals, control = result.goals, result.controller
+    if isinstance(control, CarriageController):
+        return _carriage_numbers(result, control)
     chosen = result.laws.chosen if result.laws is not None else None
     if chosen is None:
         return None
     law = law_of(chosen, result.known, goals.motion, result.knowledge)
-    bounded = chosen.model is not None and result.controller is not None
     loop = joined_loop(result.known, result.known, law, goals.motion, goals.torque)
     numbers = law_and_filter(loop, result.known, near_encoder(result.known))
     return numbers | {
         "logs": {log.name: log.sha256 for log in result.check.logs},
         "setting": chosen.words,
-        "stated_bound": result.controller.bound if bounded and result.controller is not None else None,
+        "stated_bound": control.bound if chosen.model is not None and control is not None else None,
     }
 
 
-def _carriage_numbers(result: StudyResult) -> dict[str, Any] | None:
+def _carriage_numbers(result: StudyResult, found: CarriageController) -> dict[str, Any] | None:
     """Tables of the scheduled law over the carriage's place; forces at the rim of the drive pulley."""
-    found = result.carriage.controller if result.carriage else None
-    if found is None or found.bandwidth is None:
+    if found.bandwidth is None:
         return None
     case = case_of(result.known, result.goals)
     law = loop_at(case, found.bandwidth).law

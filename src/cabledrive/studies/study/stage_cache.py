@@ -1,13 +1,16 @@
 """Results of stages by the hash of all that they depend on: what is done once is not done again."""
 
 import hashlib
+import inspect
 import json
+import sys
 import time
+import typing
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar
 
 from cabledrive.mechanics.sources import PACKAGE, digest_with_imports
 from cabledrive.parameters import InputRefused
@@ -32,10 +35,51 @@ def key_of(name: str, inputs: Mapping[str, Any]) -> str:
     return hashlib.sha256(canonical.encode()).hexdigest()
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Made(Generic[Result]):
+    """What a function makes of its arguments, when it is first needed, and then once.
+
+    An argument of a stage that is no plain data, such as a log or a closed loop: the key of the stage holds
+    the function and the arguments instead.
+    """
+
+    function: Callable[..., Result]
+    arguments: tuple[Any, ...]
+    kept: list[Result] = field(default_factory=list)
+
+    @property
+    def value(self) -> Result:
+        """The thing itself."""
+        if not self.kept:
+            self.kept.append(self.function(*(value_of(one) for one in self.arguments)))
+        return self.kept[0]
+
+
+def value_of(argument: Any) -> Any:
+    """An argument, or what is made of it."""
+    return argument.value if isinstance(argument, Made) else argument
+
+
+def call_of(function: Callable[..., Any], *arguments: Any, **named: Any) -> dict[str, Any]:
+    """A call as plain data: the function, the sources that it stands on, and each argument by its name."""
+    given = inspect.signature(function).bind(*arguments, **named)
+    given.apply_defaults()
+    return {
+        "function": f"{function.__module__}.{function.__qualname__}",
+        "sources": sources_hash(function.__module__),
+        "arguments": {
+            name: call_of(one.function, *one.arguments) if isinstance(one, Made) else as_plain(one)
+            for name, one in given.arguments.items()
+        },
+    }
+
+
 @cache
-def sources_hash() -> str:
-    """Hash of all modules that a stage imports, in whatever room, and of the packaged drives."""
-    digest = hashlib.sha256(digest_with_imports(Path(__file__).with_name("pipeline.py")).encode())
+def sources_hash(module: str = "cabledrive.studies.study.pipeline") -> str:
+    """Hash of a module with all that it imports, in whatever room, and of the packaged drives."""
+    source = sys.modules[module].__file__
+    assert source is not None
+    digest = hashlib.sha256(digest_with_imports(Path(source)).encode())
     for path in sorted(PACKAGE.rglob("*.toml")):
         digest.update(path.name.encode() + path.read_bytes())
     return digest.hexdigest()
@@ -68,21 +112,21 @@ class StageCache:
     folder: Path | None
     note: Callable[[str], None]
 
-    def staged(
-        self, name: str, kind: type[Result], inputs: Mapping[str, Any], compute: Callable[[], Result]
-    ) -> Result:
-        """A result from the folder, or computed and kept there.
+    def staged(self, name: str, compute: Callable[..., Result], *arguments: Any, **named: Any) -> Result:
+        """A function's result, from the folder or computed and kept there.
 
-        ``kind``: of the result, a frozen dataclass; ``inputs``: all that the result depends on; ``compute``:
-        takes nothing.
+        The key is the call: what a stage depends on it is given, and what it is given is in its key.
+
+        ``compute``: of a module, its return a frozen dataclass; ``arguments``: plain data, or `Made`.
         Returns the result; a fresh one too has gone through its plain data, so that it is the same either
         way.
         """
-        key = key_of(name, {**inputs, "sources": sources_hash()})
+        key = key_of(name, call_of(compute, *arguments, **named)) if self.folder is not None else ""
         data = self._found(name, key)
         if data is None:
-            data = self._kept(name, key, compute)
-        result: Result = revived(kind, data)
+            given = {word: value_of(one) for word, one in named.items()}
+            data = self._kept(name, key, lambda: compute(*map(value_of, arguments), **given))
+        result: Result = revived(typing.get_type_hints(compute)["return"], data)
         return result
 
     def _found(self, name: str, key: str) -> Any:

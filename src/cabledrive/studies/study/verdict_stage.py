@@ -11,8 +11,10 @@ from cabledrive.mechanics.warnings import elastic_range, largest_pretension
 from cabledrive.parameters import Drive
 from cabledrive.parameters.fields import rounded
 from cabledrive.studies.study.candidates import LawScore
+from cabledrive.studies.study.carriage_controller import CarriageController
 from cabledrive.studies.study.carriage_verdict import carriage_cautions, carriage_remedies
 from cabledrive.studies.study.confidence import ENOUGH, ReachedError
+from cabledrive.studies.study.controller_stage import ControllerResult
 from cabledrive.studies.study.error_units import ErrorUnit, error_unit, goal_of
 from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.machine import WORDS
@@ -91,10 +93,10 @@ def judge(found: Findings) -> Verdict:
         certain = goal_of(goals) is not None and not goals.assumed
         answer, reasons = NO if certain else UNKNOWN, refusals
     elif found.check.missing:
-        carries = found.drive is not None and bool(found.drive.carriage)
+        carries = found.known is not None and bool(found.known.carriage)
         answer, reasons, remedies = UNKNOWN, list(found.check.missing), [OTHER if carries else COMPLETE]
     elif chosen is None:
-        answer, reasons, remedies = UNKNOWN, [_no_law(found)], ["sample faster, or fit finer encoders"]
+        answer, reasons, remedies = UNKNOWN, [found.runs.reason], ["sample faster, or fit finer encoders"]
     else:
         answer, reasons, remedies = _by_acceptance(found, chosen)
     if goals.assumed:
@@ -128,7 +130,7 @@ def _refusals(found: Findings) -> tuple[list[str], list[str]]:
         reasons.append(resonance_words(resonance))
         remedies += [resonance.remedy] if resonance.remedy and resonance.remedy != "none needed" else []
         if resonance.tuned_pretension is not None:
-            remedies.append(_away_from_tuning(resonance.tuned_pretension, found.drive))
+            remedies.append(_away_from_tuning(resonance.tuned_pretension, found.known))
     return reasons, remedies
 
 
@@ -139,13 +141,6 @@ def _away_from_tuning(tuned: float, drive: Drive | None) -> str:
         f"no pretension {elastic_range(drive)} tunes the lowest mode of an empty span: keep away from the "
         "pretensions of the other pairs, which cabledrive resonance lists"
     )
-
-
-def _no_law(found: Findings) -> str:
-    if found.carriage is not None:
-        control = found.carriage.controller
-        return control.reason if control is not None else found.carriage.model.reason
-    return found.lumped.reason or "no controller was designed"
 
 
 def _by_acceptance(found: Findings, chosen: LawScore) -> tuple[str, list[str], list[str]]:
@@ -164,7 +159,7 @@ def _by_acceptance(found: Findings, chosen: LawScore) -> tuple[str, list[str], l
         return UNKNOWN, [*doubts, *short], [*remedies, *([RECORD] if found.knowledge.open_names else [])]
     if not short:
         return YES, held_words(chosen, cable, goals, unit), []
-    median = found.median
+    median = found.runs.quantile(0.5)
     few = chosen.share == 1.0
     if found.knowledge.residual is None and median is not None and median <= goal and not few:
         return UNKNOWN, [*short, SHEET], [RECORD, *_remedies(found, chosen)]
@@ -193,10 +188,8 @@ def _remedies(found: Findings, chosen: LawScore) -> list[str]:
     if chosen.share_low is not None and chosen.share == 1.0:
         key = "carriage_draws" if chosen.plant == "carriage" else "draws"
         return [f"run more plants: raise {key} in [acceptance], or omit --quick"]
-    if found.carriage is not None:
-        assert found.carriage.controller is not None
-        return carriage_remedies(found.carriage.controller)
-    return remedies_for(found)
+    control = found.controller
+    return carriage_remedies(control) if isinstance(control, CarriageController) else remedies_for(found)
 
 
 def _margins(found: Findings) -> tuple[Margin, ...]:
@@ -210,16 +203,18 @@ def _margins(found: Findings) -> tuple[Margin, ...]:
         if goal is not None and one is not None and one.reached is not None and one.reached.error is not None:
             error = one.reached.error
             rows.append(Margin(name=f"error, {one.plant}", value=error, allowed=goal, unit=unit.si))
-    controller = found.controller
-    if goal is not None and controller is not None and controller.bound is not None and _bounded(found):
-        rows.append(Margin(name="bound", value=controller.bound, allowed=goal, unit="rad"))
+    bound = _bound(found)
+    if goal is not None and bound is not None:
+        rows.append(Margin(name="bound", value=bound, allowed=goal, unit="rad"))
     return tuple(rows)
 
 
-def _bounded(found: Findings) -> bool:
-    """Whether the chosen law is the one that a bound is stated for."""
-    chosen = found.laws.chosen if found.laws is not None else None
-    return chosen is not None and chosen.model is not None
+def _bound(found: Findings) -> float | None:
+    """Stated for the chosen law [rad]; None: the chosen law is not the one that a bound is stated for."""
+    chosen, control = found.laws.chosen if found.laws is not None else None, found.controller
+    if chosen is None or chosen.model is None or not isinstance(control, ControllerResult):
+        return None
+    return control.bound
 
 
 def _cautions(found: Findings, reasons: Sequence[str]) -> tuple[str, ...]:
@@ -240,10 +235,10 @@ def _cautions(found: Findings, reasons: Sequence[str]) -> tuple[str, ...]:
         words.append(
             "the response of the pulley mode to the motion takes a span's tension to zero for a moment"
         )
-    if found.carriage is not None:
-        return (*words, *carriage_cautions(found.carriage, found.goals, _late(found.drive)))
+    if found.carried:
+        return (*words, *carriage_cautions(found, _late(found.known)))
     words += unrun(found, reasons)
-    for one in (found.lumped, found.cable):
+    for one in (found.runs, found.cable):
         if one.saturated:
             words.append(f"{one.saturated} of {one.draws} {one.plant} runs reached the torque limit")
     words += _on_the_bound(found)
@@ -252,10 +247,10 @@ def _cautions(found: Findings, reasons: Sequence[str]) -> tuple[str, ...]:
 
 def _on_the_bound(found: Findings) -> list[str]:
     controller = found.controller
-    if not _bounded(found) or controller is None or controller.bound is None:
+    if _bound(found) is None or not isinstance(controller, ControllerResult):
         return []
     words = []
-    for one in (found.lumped, found.cable):
+    for one in (found.runs, found.cable):
         if one.inside is not None and one.inside < ENOUGH[one.plant]:
             words.append(f"the stated bound held in {100 * one.inside:.1f} % of {one.draws} {one.plant} runs")
     if controller.broken:

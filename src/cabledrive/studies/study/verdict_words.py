@@ -7,6 +7,7 @@ from cabledrive.parameters.fields import rounded
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study.candidates import LawScore
 from cabledrive.studies.study.confidence import CONFIDENCE, ENOUGH
+from cabledrive.studies.study.controller_stage import ControllerResult
 from cabledrive.studies.study.error_units import ErrorUnit, goal_of
 from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.goals import Goals
@@ -140,10 +141,10 @@ def unrun(found: Findings, reasons: Sequence[str]) -> list[str]:
 
     ``reasons``: of the verdict.
     """
-    left = {one.reason: one.plant for one in (found.cable, found.lumped) if not one.draws and one.reason}
+    left = {one.reason: one.plant for one in (found.cable, found.runs) if not one.draws and one.reason}
     words = []
     for reason, plant in left.items():
-        where = "" if len(left) == 1 and not found.lumped.draws else f" on the {plant} plant"
+        where = "" if len(left) == 1 and not found.runs.draws else f" on the {plant} plant"
         why = reason
         if reason in reasons:
             why = "no controller was found, see above"
@@ -156,11 +157,11 @@ def unrun(found: Findings, reasons: Sequence[str]) -> list[str]:
 def remedies_for(found: Findings) -> list[str]:
     """Changes that keep the runs from ending early, or else make the bound smaller."""
     slower = "lengthen the move: the acceleration falls with the square of its duration"
-    if found.lumped.failed:
+    if found.runs.failed:
         unstable = f"where the loop is unstable, identify the drive more accurately: {RECORD}"
         return ["raise cable.pretension to keep the spans from going slack", slower, unstable]
     controller = found.controller
-    if controller is None or controller.chosen is None:
+    if not isinstance(controller, ControllerResult) or controller.chosen is None:
         return [slower, RECORD]
     chosen, words = controller.chosen, []
     parts = {

@@ -1,0 +1,126 @@
+"""A machine as a study sees it: one class for loads on pulleys, one for a guided carriage."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.parameters import Drive
+from cabledrive.studies.study.carriage_controller import CarriageController
+from cabledrive.studies.study.carriage_demand import CarriageModel
+from cabledrive.studies.study.controller_stage import ControllerResult
+from cabledrive.studies.study.demand_stage import DemandResult
+from cabledrive.studies.study.knowledge_stage import Knowledge
+from cabledrive.studies.study.law_settings import LawSetting
+from cabledrive.studies.study.log_files import Logs
+from cabledrive.studies.study.modes_stage import ModelResult, ModesResult
+from cabledrive.studies.study.stage_cache import Made
+
+Array = NDArray[np.float64]
+EXCEEDED = "the motion exceeds the limits of the drive"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Score:
+    """What one run left.
+
+    Attributes
+    ----------
+    peak, rest : float or None
+        Largest error [rad] or [m], and the largest while a carriage is to stand [m]; None: the run ended
+        before its time, or nothing is to stand.
+    torque, tension : float or None
+        Largest torque [N m] and, of a carriage, smallest tension of a strand [N].
+    saturated : float
+        Share of the samples at the torque's limit.
+    """
+
+    peak: float | None
+    torque: float | None
+    saturated: float
+    rest: float | None = None
+    tension: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Course:
+    """One run over time, each of shape (samples,): [s], [rad] or [m], the same, [N m]."""
+
+    time: Array
+    reference: Array
+    error: Array
+    torque: Array
+
+
+class ClosedLoop(Protocol):
+    """A law that can be run on one plant after another."""
+
+    @property
+    def encoders(self) -> int:
+        """Encoders whose phases are drawn."""
+
+    def run(self, values: Mapping[str, float], phases: Array) -> Score:
+        """What a plant with these quantities leaves, its encoders at these phases, shape (encoders,)."""
+
+    def course(self, values: Mapping[str, float], phases: Array) -> Course:
+        """The same run over time."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Candidates:
+    """Model, controller and laws of a plant, as far as it has them.
+
+    Attributes
+    ----------
+    model : ModelResult, CarriageModel or None
+    controller : ControllerResult, CarriageController or None
+    laws : tuple of LawSetting
+        Simplest first.
+    bound : float or None
+        Stated for the law of the chain [rad].
+    reason : str
+        Why there is no law; empty where there is one.
+    """
+
+    model: ModelResult | CarriageModel | None = None
+    controller: ControllerResult | CarriageController | None = None
+    laws: tuple[LawSetting, ...] = ()
+    bound: float | None = None
+    reason: str = ""
+
+
+class Plant(Protocol):
+    """What a study asks of a machine, in the order in which it asks."""
+
+    @property
+    def kind(self) -> str:
+        """Of the plants that decide: "lumped" or "carriage"."""
+
+    @property
+    def drive(self) -> Drive:
+        """With the best values, once they are known."""
+
+    @property
+    def no_models(self) -> str:
+        """Why the reduced models do not apply; empty where they do."""
+
+    @property
+    def no_cable(self) -> str:
+        """Why there are no plants on the distributed cable; empty where there are."""
+
+    def quantities(self, logs: Logs) -> Knowledge:
+        """What is known of the machine."""
+
+    def knowing(self, known: Knowledge) -> "Plant":
+        """The machine with the best value of every quantity."""
+
+    def demand(self) -> DemandResult:
+        """What the motion asks of motor and cable."""
+
+    def candidates(self, modes: ModesResult, *, possible: bool) -> Candidates:
+        """Model, controller and laws; ``possible``: whether the drive has what the motion asks for."""
+
+    def closed_loop(self, law: LawSetting, *, cable: bool) -> Made[ClosedLoop]:
+        """A law ready to run; ``cable``: on the distributed nonlinear cable."""
