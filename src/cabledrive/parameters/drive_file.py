@@ -52,6 +52,11 @@ def load_drive(source: str | Path, *, overrides: Iterable[str] = ()) -> Drive:
         raise refusal.at(str(source) or '""') from None
 
 
+def drive_from_text(text: str, *, overrides: Iterable[str] = ()) -> Drive:
+    """As `load_drive`, from the text of a drive file; a machine with routes is a `RoutedDrive`."""
+    return cast(Drive, _built(toml_of(text.encode()), overrides))
+
+
 def _built(data: dict[str, Any], overrides: Iterable[str]) -> Drive | RoutedDrive:
     """The drive of a file's plain data, with settings; a machine with routes is moved once it is whole."""
     pose: dict[str, float] = {}

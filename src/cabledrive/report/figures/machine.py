@@ -29,6 +29,11 @@ def machine_sketch(drive: Drive) -> Markup:
 
 
 def _drawn(sheet: Sheet, drive: Drive, width: float) -> Markup:
+    return sheet.svg(draw_machine(sheet, drive, width).size)
+
+
+def draw_machine(sheet: Sheet, drive: Drive, width: float) -> MachineLayout:
+    """Draw a machine on a sheet of a width [px]; returns where its parts stand."""
     layout = machine_layout(drive, width, width == NARROW)
     _cable(sheet, drive, layout)
     _pulleys(sheet, drive, layout)
@@ -41,7 +46,7 @@ def _drawn(sheet: Sheet, drive: Drive, width: float) -> Markup:
     if not sheet.wordless:
         _length(sheet, drive, layout)
         _gravity(sheet, drive, layout)
-    return sheet.svg(layout.size)
+    return layout
 
 
 def _cable(sheet: Sheet, drive: Drive, layout: MachineLayout) -> None:

@@ -2,7 +2,6 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import cumulative_simpson
 
 from cabledrive.mechanics.rest import RestingStretch, RestState, rest_state
 from cabledrive.parameters import Drive, NotComputed
@@ -46,6 +45,8 @@ def sag_of(drive: Drive, span: str) -> tuple[Array, Array]:
 
 def _fallen(stretch: RestingStretch) -> tuple[Array, Array]:
     """Positions of a stretch [m] and its fall from its start [m]."""
+    from scipy.integrate import cumulative_simpson  # slow to import, and few machines sag
+
     at = np.linspace(stretch.start, stretch.end, POINTS)
     along, across = stretch.force_at(at)
     if not np.any(across):

@@ -1,0 +1,41 @@
+"""`cabledrive studio`: the drive on the screen, in the browser, on this machine alone."""
+
+import click
+
+from cabledrive.app.completion import complete_drive
+from cabledrive.app.options import Subcommand
+
+
+@click.command(
+    cls=Subcommand,
+    example="cabledrive studio dissertation-3 --folder my-studio",
+    short_help="Open a drive in the browser: sliders, modes, resonance, logs, controllers.",
+)
+@click.argument("drive", metavar="[DRIVE]", required=False, shell_complete=complete_drive)
+@click.option(
+    "--port",
+    type=click.IntRange(0, 65535),
+    default=0,
+    metavar="N",
+    help="Port of 127.0.0.1; default: a free one.",
+)
+@click.option("--no-browser", is_flag=True, help="Print the address only.")
+@click.option(
+    "--folder",
+    type=click.Path(),
+    default="cabledrive-studio",
+    show_default=True,
+    metavar="DIR",
+    help="Where drives, logs and results are kept.",
+)
+def command(drive: str | None, port: int, no_browser: bool, folder: str) -> None:
+    """Open DRIVE in the browser: the first line printed is the address, with a token that works once.
+
+    The page is served on 127.0.0.1 alone. Nothing is written outside DIR. Ctrl-C ends it.
+    """
+    from cabledrive.studio import open_studio
+
+    try:
+        open_studio(drive, port=port, browser=not no_browser, folder=folder)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(f"what was made is kept in {folder}") from None

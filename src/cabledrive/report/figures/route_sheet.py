@@ -1,0 +1,110 @@
+"""A machine with routes on a sheet, to scale: bodies, pulleys, rope on the rims, anchors, carriages."""
+
+from collections.abc import Callable
+from math import atan2, pi
+
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route.geometry import FreeSpan
+from cabledrive.parameters.route.geometry import Point as Metres
+from cabledrive.report.figures.sheet import Point, Sheet
+from cabledrive.report.style import NARROW, SMALL
+
+MARGIN, HEAD = 46.0, 34.0  # px
+TALLEST = 520.0  # px
+SMALLEST = 2.5  # px, of a pulley as drawn
+FEW = 14
+"""Pulleys that are all named."""
+
+Placer = Callable[[Metres], Point]
+
+
+def draw_route(sheet: Sheet, drive: RoutedDrive, width: float) -> tuple[Point, Placer]:
+    """Draw all but the free spans on a sheet of a width [px]; returns its size and the map of places."""
+    size, place, scale = _placer(drive, width)
+    for number, body in enumerate(drive.body):
+        _body(sheet, drive, number, place)
+        sheet.words(body.name, _beside(place(body.at), (0.0, 18.0)), colour="green", size=SMALL)
+    for here, after in _neighbours(drive):
+        _arc(sheet, here, after, place, scale)
+    few = len(drive.pulley) <= FEW and width > NARROW
+    for number, pulley in enumerate(drive.pulley):
+        driven = number in drive.driven
+        centre, radius = place(pulley.at), max(scale * pulley.radius, SMALLEST)
+        sheet.circle(
+            centre, max(radius - 1.5, 1.5), colour="quiet", width=1.0, fill="line" if pulley.fixed else "card"
+        )
+        if driven:
+            sheet.circle(centre, 3.0, fill="ink")
+        if few or driven:
+            words = f"{pulley.name}, motor" if driven else pulley.name
+            sheet.words(
+                words, _beside(centre, (0.0, -radius - 5.0)), colour="ink" if driven else "quiet", size=SMALL
+            )
+    for anchor in drive.anchor:
+        sheet.circle(place(anchor.at), 3.0, fill="ink")
+    for (span, along), carriage in zip(drive.carriage_places, drive.carriage, strict=True):
+        (x, y), _ = drive.free_spans[span].contacts
+        way = drive.free_spans[span].along
+        at = place((x + along * way[0], y + along * way[1]))
+        sheet.box(at if carriage.guided else _beside(at, (0.0, 9.0)), (14.0, 12.0), colour="green")
+    return size, place
+
+
+def _placer(drive: RoutedDrive, width: float) -> tuple[Point, Placer, float]:
+    """Size of the sheet [px], the map from m, and its scale [px/m]."""
+    margin = MARGIN / 2 if width == NARROW else MARGIN
+    points = [(p.at[0] + s * p.radius, p.at[1] + s * p.radius) for p in drive.pulley for s in (-1.0, 1.0)]
+    points += [anchor.at for anchor in drive.anchor] + [body.at for body in drive.body]
+    xs, ys = zip(*points, strict=True)
+    wide, tall = max(max(xs) - min(xs), 1e-9), max(max(ys) - min(ys), 1e-9)
+    scale = min((width - 2 * margin) / wide, TALLEST / tall)
+    left = (width - scale * wide) / 2
+    height = scale * tall + 2 * MARGIN + HEAD
+
+    def _place(at: Metres) -> Point:
+        return left + scale * (at[0] - min(xs)), height - MARGIN - scale * (at[1] - min(ys))
+
+    return (width, height), _place, scale
+
+
+def _body(sheet: Sheet, drive: RoutedDrive, number: int, place: Placer) -> None:
+    """A body as a band through all that it carries."""
+    body = drive.body[number]
+    points = [body.at, *([body.pivot] if body.pivot else [])]
+    points += [pulley.at for pulley in drive.pulley if pulley.on == body.name]
+    points += [anchor.at for anchor in drive.anchor if anchor.on == body.name]
+    points += [other.at for other in drive.body if other.on == body.name]
+    path = "M" + " L".join(f"{x:.1f} {y:.1f}" for x, y in map(place, points))
+    sheet.path(path, colour="faint", width=11.0)
+    sheet.box(place(body.at), (10.0, 10.0), colour="green")
+
+
+def _neighbours(drive: RoutedDrive) -> list[tuple[FreeSpan, FreeSpan]]:
+    """Neighbouring spans of a route with a pulley between them."""
+    found = []
+    for route in range(len(drive.route)):
+        own = [span for span in drive.free_spans if span.route == route]
+        pairs = zip(own, own[1:] + own[:1], strict=True)
+        found += [(here, after) for here, after in pairs if here.wrap is not None and here.end == after.start]
+    return found
+
+
+def _arc(sheet: Sheet, here: FreeSpan, after: FreeSpan, place: Placer, scale: float) -> None:
+    """The rope on a pulley, from where it arrives to where it leaves."""
+    centre, sense, radius = here.end.centre, here.end.sense, scale * here.end.radius
+    first, last = (
+        atan2(point[1] - centre[1], point[0] - centre[0]) for point in (here.contacts[1], after.contacts[0])
+    )
+    turned = (sense * (last - first)) % (2 * pi)
+    start, end = place(here.contacts[1]), place(after.contacts[0])
+    sweep = int(sense < 0)  # y points downwards on the sheet
+    sheet.path(
+        f"M{start[0]:.1f} {start[1]:.1f} A{radius:.2f} {radius:.2f} 0 {int(turned > pi)} {sweep} "
+        f"{end[0]:.1f} {end[1]:.1f}",
+        colour="quiet",
+        width=2.4,
+    )
+
+
+def _beside(at: Point, step: Point) -> Point:
+    return at[0] + step[0], at[1] + step[1]

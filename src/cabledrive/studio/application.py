@@ -1,0 +1,71 @@
+"""The routes of the studio, put together."""
+
+import contextlib
+from collections.abc import AsyncIterator, Callable
+from typing import Any
+
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import PlainTextResponse, Response
+from starlette.routing import Route
+
+from cabledrive.parameters import InputRefused, NotComputed
+from cabledrive.studio import pages
+from cabledrive.studio.desk import Desk
+from cabledrive.studio.guard import Guard, Keys
+from cabledrive.studio.jobs import Jobs
+from cabledrive.studio.library import LOGS, WORK, Library
+from cabledrive.studio.log_store import LogStore
+from cabledrive.studio.machine_view import home, machine_page, machine_part, take_text
+from cabledrive.studio.state import State
+from cabledrive.studio.warm import Warm
+
+
+def application(library: Library, keys: Keys, first: State, *, warm: bool = True) -> Guard:
+    """The studio as an ASGI application behind its guard; ``warm``: make kernels ready in the background."""
+    desk = Desk(
+        library=library,
+        first=first,
+        jobs=Jobs(library.folder / WORK),
+        logs=LogStore(library.folder / LOGS),
+        warm=Warm(),
+    )
+    app = Starlette(
+        routes=[
+            Route("/", home),
+            Route("/assets/{name}", pages.asset),
+            Route("/machine", machine_page),
+            Route("/machine/part", machine_part),
+            Route("/machine/text", take_text, methods=["POST"]),
+            Route("/ready", _ready),
+        ],
+        lifespan=_lifespan(desk, warm),
+        exception_handlers={
+            InputRefused: _refused,
+            NotComputed: _refused,
+            ValueError: _refused,  # bytes of a request that are no text, a query that is none
+        },
+    )
+    app.state.desk = desk
+    return Guard(app, keys)
+
+
+def _lifespan(desk: Desk, warm: bool) -> Callable[[Any], Any]:
+    @contextlib.asynccontextmanager
+    async def _life(app: Starlette) -> AsyncIterator[None]:
+        if warm:
+            desk.warm.begin()
+        yield
+        desk.warm.end()
+        await desk.jobs.end()
+
+    return _life
+
+
+def _ready(request: Request) -> Response:
+    """What is being made ready in the background; empty when all is."""
+    return PlainTextResponse(request.app.state.desk.warm.words)
+
+
+async def _refused(request: Request, error: Exception) -> Response:
+    return PlainTextResponse(f"{error}\n", 400)

@@ -1,0 +1,197 @@
+"""Every quantity of a drive file as a field: label, unit and help from the schema, value from the text."""
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+from cabledrive.parameters import drive_schema
+from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.units import to_si
+
+LEFT_OUT = {"schema", "name", "kind", "title", "source"}
+"""Of the head of a file: what the text alone changes."""
+TITLES = {
+    "cable": "Cable",
+    "layout": "Layout",
+    "pulley": "Pulley",
+    "carriage": "Carriage",
+    "motor": "Motor",
+    "lumped": "Measured, lumped",
+    "sensors": "Sensors",
+    "goal": "Goal",
+    "body": "Body",
+    "anchor": "Anchor",
+    "route": "Route",
+}
+OF_TWO = ("drive pulley", "load pulley")
+_UNIT = re.compile(r"^(.*?)\s*\[([^\]]+)\]$", re.DOTALL)
+_NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Field:
+    """One key of the file.
+
+    Attributes
+    ----------
+    key : str
+        As ``--set`` takes it.
+    label, help, unit : str
+    base : str
+        Value of the text, without settings; empty where the text is silent.
+    value : str
+        With settings.
+    default : str
+        What holds where nothing is written.
+    choices : tuple of str
+        Values it may take; empty for a quantity or words.
+    number : float or None
+        Number of the base value in its own unit, where a slider can move it.
+    suffix : str
+        Unit written behind the base value.
+    """
+
+    key: str
+    label: str
+    help: str
+    unit: str
+    base: str
+    value: str
+    default: str
+    choices: tuple[str, ...] = ()
+    number: float | None = None
+    suffix: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Group:
+    """A table of the file.
+
+    Attributes
+    ----------
+    title, help : str
+    given : bool
+        Whether the text has it.
+    fields : tuple of Field
+    """
+
+    title: str
+    help: str
+    given: bool
+    fields: tuple[Field, ...]
+
+
+def groups_of(tables: Mapping[str, Any], settings: Sequence[tuple[str, str]]) -> list[Group]:
+    """The form of a file.
+
+    ``tables``: plain tables of the text; ``settings``: made on them.
+    """
+    schema = _schema()["then" if tables.get("kind") == "route" else "else"]["properties"]
+    made = dict(settings)
+    groups = []
+    for name, part in schema.items():
+        if name not in LEFT_OUT:
+            groups += list(_groups(name, part, tables.get(name), made))
+    return groups
+
+
+def field_of_refusal(groups: Sequence[Group], words: str) -> str:
+    """The key that a refusal is about: the longest one that it names; empty where it names none."""
+    named = [field.key for group in groups for field in group.fields if _names(words, field.key)]
+    if named:
+        return max(named, key=len)
+    changed = [f.key for group in groups for f in group.fields if f.value != f.base]
+    about = [key for key in changed if re.search(rf"\b{re.escape(key.rpartition('.')[2])}\b", words)]
+    return about[0] if len(about) == 1 else ""
+
+
+def _names(words: str, key: str) -> bool:
+    return re.search(rf"(?<![\w.]){re.escape(key)}(?![\w.]\w)", words) is not None
+
+
+@lru_cache(maxsize=1)
+def _schema() -> dict[str, Any]:
+    return drive_schema()
+
+
+def _groups(name: str, part: Mapping[str, Any], table: Any, made: Mapping[str, str]) -> Iterator[Group]:
+    title = TITLES.get(name, name)
+    if part.get("type") == "array" or isinstance(table, list):
+        items = part.get("items", part)
+        for number, row in enumerate(table if isinstance(table, list) else []):
+            yield _group(f"{name}.{number}", _named(name, number, row), items, row, made)
+        return
+    yield _group(name, title, part, table, made)
+
+
+def _named(name: str, number: int, row: Any) -> str:
+    if isinstance(row, dict) and isinstance(row.get("name"), str) and row["name"]:
+        return f"{TITLES.get(name, name)} {row['name']}"
+    return (
+        OF_TWO[number].capitalize()
+        if name == "pulley" and number < 2
+        else f"{TITLES.get(name, name)} {number}"
+    )
+
+
+def _group(place: str, title: str, part: Mapping[str, Any], table: Any, made: Mapping[str, str]) -> Group:
+    row = table if isinstance(table, dict) else {}
+    properties = part.get("properties", {})
+    fields = (_field(f"{place}.{key}", entry, row.get(key), made) for key, entry in properties.items())
+    return Group(
+        title=title,
+        help=part.get("description", ""),
+        given=bool(row) or any(key.startswith(f"{place}.") for key in made),
+        fields=tuple(field for field in fields if field is not None),
+    )
+
+
+def _field(key: str, entry: Mapping[str, Any], written: Any, made: Mapping[str, str]) -> Field | None:
+    """The field of a key; none for arrays, which the text alone changes."""
+    if isinstance(written, list | dict) or entry.get("type") in ("array", "object"):
+        return None
+    meaning = str(entry.get("description", ""))
+    match = _UNIT.match(meaning)
+    words, unit = (match[1], match[2]) if match else (meaning, "")
+    base = _shown(written)
+    number, suffix = _parted(base, unit)
+    return Field(
+        key=key,
+        label=key.rpartition(".")[2].replace("_", " "),
+        help=words,
+        unit=unit,
+        base=base,
+        value=made.get(key, base),
+        default=_shown(entry.get("default")),
+        choices=_choices(entry),
+        number=number,
+        suffix=suffix,
+    )
+
+
+def _choices(entry: Mapping[str, Any]) -> tuple[str, ...]:
+    if entry.get("type") == "boolean":
+        return ("true", "false")
+    return tuple(_shown(value) for value in entry.get("enum", ()))
+
+
+def _shown(value: Any) -> str:
+    """A value as a person writes it into the field."""
+    if value is None or isinstance(value, list | dict):
+        return ""
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _parted(text: str, unit: str) -> tuple[float | None, str]:
+    """Number and unit of a quantity that a slider can move: one above zero."""
+    match = _NUMBER.match(text)
+    if not unit or match is None:
+        return None, ""
+    try:
+        value = to_si(text, unit if unit != "count" else "1")
+    except InputRefused:
+        return None, ""
+    number = float(match[0])
+    return (number, text[match.end() :].strip()) if value > 0.0 else (None, "")

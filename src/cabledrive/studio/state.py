@@ -1,0 +1,124 @@
+"""What a person looks at: a drive and the settings made on it, as an address, as tables, as a command."""
+
+import copy
+import shlex
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+from urllib.parse import parse_qsl, urlencode
+
+from cabledrive.parameters import Drive, InputRefused, load_drive, packaged_drives
+from cabledrive.parameters.drive_file import drive_from_text
+from cabledrive.parameters.files import require_regular
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.toml_values import toml_of
+from cabledrive.studio.library import LONGEST_TEXT, Library
+
+MOST_SETTINGS = 200
+LONGEST_SETTING = 400
+FIRST = "dissertation-2"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class State:
+    """A drive with settings.
+
+    Attributes
+    ----------
+    drive : str
+        Name in the library.
+    settings : tuple of (str, str)
+        Keys and values as ``--set`` takes them.
+    """
+
+    drive: str
+    settings: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def overrides(self) -> list[str]:
+        """The settings as ``load_drive`` takes them."""
+        return [f"{key}={value}" for key, value in self.settings]
+
+    @property
+    def query(self) -> str:
+        """The state as part of an address."""
+        return urlencode([("drive", self.drive), *(("set", setting) for setting in self.overrides)])
+
+
+def first_state(library: Library, source: str | None) -> State:
+    """The state of a new studio; a file's text is kept in the folder.
+
+    Raises `InputRefused` if the source is no drive.
+    """
+    if source is None:
+        return State(drive=FIRST)
+    loaded = load_drive(source)
+    if source in packaged_drives() and not Path(source).is_file():
+        return State(drive=source)
+    text = require_regular(source, "give the path of a drive file").read_text(encoding="utf-8-sig")
+    return State(drive=library.keep(text, loaded.name, given=source))
+
+
+def state_of(query: str, first: State) -> State:
+    """Read a state from an address.
+
+    ``first``: where the address names no drive.
+    Raises `InputRefused` if it is too long.
+    """
+    try:
+        pairs = parse_qsl(query, keep_blank_values=True, max_num_fields=2 * MOST_SETTINGS)
+    except ValueError:
+        raise InputRefused(f"the address has more than {MOST_SETTINGS} settings: edit the text") from None
+    drive = next((value for name, value in pairs if name == "drive"), None)
+    settings = [value for name, value in pairs if name == "set"]
+    if len(settings) > MOST_SETTINGS or any(len(one) > LONGEST_SETTING for one in settings):
+        raise InputRefused(f"more than {MOST_SETTINGS} settings, or one too long: edit the text instead")
+    if drive is None:
+        return first
+    parted = [one.partition("=") for one in settings]
+    return State(drive=drive, settings=tuple((key.strip(), value) for key, _, value in parted))
+
+
+def drive_of(library: Library, state: State) -> Drive | RoutedDrive:
+    """The drive of a state.
+
+    Raises `InputRefused` as `load_drive` does.
+    """
+    return drive_from_text(library.text(state.drive), overrides=state.overrides)
+
+
+def tables_of(library: Library, state: State) -> dict[str, Any]:
+    """The plain tables of a state's file, as written there, without the settings.
+
+    Raises `InputRefused` if the text is no TOML.
+    """
+    return copy.deepcopy(_parsed(library.text(state.drive)))
+
+
+@lru_cache(maxsize=16)
+def _parsed(text: str) -> dict[str, Any]:
+    return toml_of(text.encode())
+
+
+def edited(library: Library, text: str) -> State:
+    """Check and keep an edited text.
+
+    Raises `InputRefused` if it describes no drive; nothing is kept then.
+    """
+    if len(text) > LONGEST_TEXT:
+        raise InputRefused(f"the text is longer than {LONGEST_TEXT} characters: lump carriages together")
+    text = text.replace("\r\n", "\n")
+    return State(drive=library.keep(text, drive_from_text(text).name))
+
+
+def command_line(library: Library, state: State, command: str, *options: str) -> str:
+    """The line that does the same in a terminal."""
+    settings = [f"--set={setting}" for setting in state.overrides]
+    return shlex.join(["cabledrive", command, library.shown_source(state.drive), *settings, *options])
+
+
+def arguments(library: Library, state: State, command: str, *options: str) -> list[str]:
+    """Arguments of a command of the package for a state; values never stand alone, so none is an option."""
+    settings = [f"--set={setting}" for setting in state.overrides]
+    return [command, library.source(state.drive), *settings, *options]
