@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from cabledrive.simulation import simulate
     from cabledrive.studies import frequency_against, frequency_against_carriage_position
     from cabledrive.studies.controller_comparison import compare
+    from cabledrive.studies.mode_map import map_modes
     from cabledrive.studies.resonance import resonance
     from cabledrive.studies.study import run_study
 
@@ -68,6 +69,7 @@ __getattr__ = on_demand(
         "frequency_against": "studies",
         "frequency_against_carriage_position": "studies",
         "identify": "identification.one_log",
+        "map_modes": "studies.mode_map",
         "read_log": "identification.logs.reading",
         "reproduce": "dissertation",
         "resonance": "studies.resonance",
@@ -114,6 +116,7 @@ __all__ = [
     "frequency_against_carriage_position",
     "identify",
     "load_drive",
+    "map_modes",
     "modes",
     "natural_frequencies",
     "packaged_drives",

@@ -3,12 +3,13 @@
 from typing import TYPE_CHECKING
 
 from cabledrive.parameters import Drive, content_hash
+from cabledrive.parameters.route import RoutedDrive
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-def stamped(data: "xr.Dataset", drive: Drive, title: str) -> "xr.Dataset":
+def stamped(data: "xr.Dataset", drive: Drive | RoutedDrive, title: str) -> "xr.Dataset":
     """Add title, drive, hash, version and method to a result.
 
     ``drive``: the drive it was computed from; ``title``: what it shows.

@@ -1,0 +1,129 @@
+"""`cabledrive map`: natural frequencies over figures of a machine, with the speeds that excite them."""
+
+import os
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cabledrive.app.combinations import refuse_given
+from cabledrive.app.new_file import PAGE, NewFile, NewFileType
+from cabledrive.app.options import Subcommand, answering, force_option, machine_argument
+from cabledrive.app.results import Answer, provenance
+from cabledrive.mechanics.holding import CONDITIONS
+from cabledrive.parameters import Drive
+from cabledrive.parameters.route import RoutedDrive
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from cabledrive.studies.excitation_orders import Zone
+
+METHOD = "exact dynamic stiffness at every point, modes isolated by counting"
+WORKERS = 2
+
+
+@click.command(
+    cls=Subcommand,
+    example="cabledrive map corexy --vary head.x=60mm:360mm:3 --vary beam.y=50mm:330mm:3 -o map.nc",
+    short_help="Natural frequencies over the bed, the travel, or any figures of a drive.",
+)
+@answering
+@force_option
+@machine_argument
+@click.option(
+    "--vary",
+    "texts",
+    multiple=True,
+    required=True,
+    metavar="KEY=FROM:TO[:N]",
+    help="A key of the drive file, or a move such as head.x, with its range; repeatable. Keys joined "
+    "by a comma move together: car.y=5m:35m,counterweight.y=35m:5m.",
+)
+@click.option("--count", type=int, default=6, metavar="N", help="Modes of each kind; default: 6.")
+@click.option(
+    "--motor",
+    type=click.Choice(CONDITIONS),
+    help="How the rotor is held; default: holding with a motor.holding_stiffness, else free.",
+)
+@click.option("--hold", multiple=True, metavar="NAME", help="Hold a part as well; repeatable.")
+@click.option(
+    "--order",
+    "orders",
+    multiple=True,
+    metavar="NAME=PART",
+    help="Excitation that follows the speed: NAME=PULLEY (once a turn), NAME=PULLEY*N, NAME=KEY/LENGTH (rail "
+    "joints); needs --speed.",
+)
+@click.option(
+    "--speed", metavar="KEY=FROM:TO", help="A coordinate with the range of its speed: car.y=0.1m/s:1m/s."
+)
+@click.option(
+    "--margin", type=float, default=0.05, help="Share of a frequency that is too near; default: 0.05."
+)
+@click.option(
+    "-o", "--output", type=NewFileType(".nc"), metavar="FILE", help="Write the map to FILE, NetCDF."
+)
+@click.option(
+    "--plot", type=NewFileType(".png", ".svg", ".pdf"), metavar="FILE", help="Draw the map into FILE."
+)
+@click.option("--page", type=NewFileType(*PAGE), metavar="FILE", help="Write an interactive page to FILE.")
+def command(
+    drive: Drive | RoutedDrive,
+    texts: tuple[str, ...],
+    count: int,
+    motor: str | None,
+    hold: tuple[str, ...],
+    orders: tuple[str, ...],
+    speed: str | None,
+    margin: float,
+    output: NewFile | None,
+    plot: NewFile | None,
+    page: NewFile | None,
+) -> Answer:
+    """Natural frequencies of DRIVE over a grid of its figures, and speeds at which it would be excited."""
+    from cabledrive.app.map_answer import map_answer
+    from cabledrive.app.vary_options import order_of, speed_range, vary_of
+    from cabledrive.studies.excitation_orders import clear_speeds, danger_zones, with_critical_speeds
+    from cabledrive.studies.mode_map import map_modes
+
+    if bool(orders) != (speed is not None):
+        refuse_given("orders", "speed", why="needs both --order and --speed: add the other, or leave it out")
+    if not orders:
+        refuse_given("margin", why="belongs to --order and --speed: add those, or leave it out")
+    workers = min(WORKERS, os.cpu_count() or 1)
+    found = map_modes(drive, vary_of(drive, texts), count=count, motor=motor, hold=hold, workers=workers)
+    zones: tuple[Zone, ...] = ()
+    clear: tuple[tuple[float, float], ...] = ()
+    asked = None
+    if speed is not None:
+        asked = speed_range(speed)
+        found = with_critical_speeds(found, drive, [order_of(text) for text in orders], asked[0])
+        zones = danger_zones(found, asked[1], asked[2], margin)
+        clear = clear_speeds(zones, asked[1], asked[2])
+    data, text = map_answer(drive, found, asked, zones, clear)
+    for file, content in ((output, _netcdf), (plot, _drawn), (page, _page)):
+        if file is not None:
+            file.write(content(drive, found, file.path, zones))
+    return Answer(data=data, text=text, provenance=provenance(drive, method=METHOD))
+
+
+def _netcdf(drive: Any, found: "xr.Dataset", path: Path, zones: Any) -> bytes:
+    """The map as the content of a NetCDF file."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "map.nc"
+        found.to_netcdf(file, engine="h5netcdf")
+        return file.read_bytes()
+
+
+def _drawn(drive: Any, found: "xr.Dataset", path: Path, zones: Any) -> bytes:
+    from cabledrive.report.map_figure import map_drawing
+
+    return map_drawing(found, path.suffix[1:])
+
+
+def _page(drive: Any, found: "xr.Dataset", path: Path, zones: Any) -> str:
+    from cabledrive.report.map_page import map_html
+
+    return map_html(drive, found, zones)

@@ -1,0 +1,107 @@
+"""What `map` says: keys, shape, the range of each frequency and where its ends are, speeds to avoid."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from cabledrive.parameters import Drive
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.studies.excitation_orders import Zone
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+OWN = ("longitudinal_hz", "transverse_hz", "coordinate_hz")
+
+
+def map_answer(
+    drive: Drive | RoutedDrive,
+    found: "xr.Dataset",
+    asked: tuple[str, float, float] | None,
+    zones: Sequence[Zone],
+    clear: Sequence[tuple[float, float]],
+) -> tuple[dict[str, Any], str]:
+    """JSON object and text of a map."""
+    dims = [str(dim) for dim in found["certified"].dims]
+    refused = found["reason"].values.ravel()
+    data: dict[str, Any] = {
+        "keys": [str(key) for key, own in found.coords.items() if own.dims and own.dims[0] in dims],
+        "shape": [int(found.sizes[dim]) for dim in dims],
+        "outputs": [str(name) for name in found.data_vars],
+        "motor": found.attrs["motor"],
+        "certified_points": int(np.sum(found["certified"].values)),
+        "points_without_modes": int(np.sum(refused != "")),
+        "ranges": [row for name in OWN if name in found for row in _ranges(found, name, dims)],
+    }
+    if data["points_without_modes"]:
+        data["first_reason"] = str(next(reason for reason in refused if reason))
+    text = [f"{drive.title or drive.name}", _shape_line(data), "", _table(data["ranges"])]
+    if data["points_without_modes"]:
+        text.append(
+            f"{data['points_without_modes']} points have no modes, the first: {data['first_reason']}."
+        )
+    if asked is not None:
+        key, low, high = asked
+        data["speed"] = {"key": key, "low": low, "high": high}
+        data["orders"] = [
+            {"name": str(name), "hz_per_speed": float(found["hz_per_speed"].sel(order=name))}
+            for name in found["order"].values
+        ]
+        data["danger"] = [
+            {"order": z.order, "kind": z.kind, "mode": z.mode, "low": z.low, "high": z.high} for z in zones
+        ]
+        data["clear_speeds"] = [list(part) for part in clear]
+        text += ["", *_speeds(data)]
+    return data, "\n".join(text)
+
+
+def _ranges(found: "xr.Dataset", name: str, dims: list[str]) -> list[dict[str, Any]]:
+    """Lowest and highest frequency of each mode or coordinate over the map, and where they are."""
+    rows = []
+    other = next(dim for dim in found[name].dims if dim not in dims)
+    for label in found[other].values:
+        own = found[name].sel({other: label})
+        if not np.isfinite(own.values).any():
+            continue
+        places = [np.unravel_index(pick(own.values), own.shape) for pick in (np.nanargmin, np.nanargmax)]
+        low, high = (
+            {"frequency_hz": float(own.values[place])}
+            | {dim: float(found[dim].values[i]) for dim, i in zip(dims, place, strict=True)}
+            for place in places
+        )
+        rows.append({"output": name, str(other): _plain(label), "lowest": low, "highest": high})
+    return rows
+
+
+def _plain(label: Any) -> int | str:
+    return int(label) if isinstance(label, np.integer) else str(label)
+
+
+def _shape_line(data: dict[str, Any]) -> str:
+    size = " x ".join(str(n) for n in data["shape"])
+    held = {"free": "free", "held": "held", "holding": "on its holding stiffness"}[data["motor"]]
+    keys = ", ".join(data["keys"])
+    return f"{size} points over {keys}; motor {held}; certified at {data['certified_points']}."
+
+
+def _table(rows: list[dict[str, Any]]) -> str:
+    lines = [f"{'':<24}{'lowest [Hz]':>14}{'highest [Hz]':>14}"]
+    for row in rows:
+        word = row.get("coordinate") or f"{row['output'].removesuffix('_hz')} {row['mode']}"
+        lines.append(
+            f"{word:<24}{row['lowest']['frequency_hz']:>14.6g}{row['highest']['frequency_hz']:>14.6g}"
+        )
+    return "\n".join(lines)
+
+
+def _speeds(data: dict[str, Any]) -> list[str]:
+    unit = "m/s" if data["speed"]["key"].endswith((".x", ".y")) else "rad/s"
+    lines = [f"Order {one['name']}: {one['hz_per_speed']:.5g} Hz per {unit}." for one in data["orders"]]
+    for zone in data["danger"]:
+        lines.append(
+            f"Avoid {zone['low']:.4g} to {zone['high']:.4g} {unit}: {zone['order']} excites {zone['kind']} "
+            f"mode {zone['mode']}."
+        )
+    clear = ", ".join(f"{low:.4g} to {high:.4g} {unit}" for low, high in data["clear_speeds"])
+    return [*lines, f"Clear of all listed modes: {clear or 'no speed of the range'}."]

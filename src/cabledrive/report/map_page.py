@@ -1,0 +1,142 @@
+"""Natural frequencies over figures of a machine as one interactive page that needs no other file."""
+
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from cabledrive.parameters import Drive, content_hash
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.report.blocks import Block, Chapter, Column, Figure, Note, RowGroup, Table
+from cabledrive.report.map_figure import draw_map, fields_of, plane_of
+from cabledrive.report.numbers import number
+from cabledrive.report.page import Page, render
+from cabledrive.report.picture import picture
+from cabledrive.report.plot import Panel, Plot, Series
+from cabledrive.report.provenance import Provenance, versions
+from cabledrive.report.time_plots import COLOURS
+from cabledrive.studies.excitation_orders import Zone
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+METHOD = "exact dynamic stiffness at every point, modes isolated by counting"
+MOST_CURVES = 7
+
+
+def map_html(
+    drive: Drive | RoutedDrive,
+    found: "xr.Dataset",
+    zones: Sequence[Zone] = (),
+    written_at: datetime | None = None,
+) -> str:
+    """The page of a map; HTML that needs no other file."""
+    blocks: list[Block] = [_notes(found), _field(found)] if len(plane_of(found)) > 1 else [_notes(found)]
+    chapter = Chapter(
+        title="Natural frequencies",
+        anchor="map",
+        blocks=(*blocks, _curves(found), *([_zones(found, zones)] if "hz_per_speed" in found else [])),
+        methods=(METHOD,),
+    )
+    origin = Provenance(
+        written_at=(written_at or datetime.now(UTC)).astimezone(UTC),
+        versions=versions(),
+        hashes=((drive.name, content_hash(drive)),),
+        methods=chapter.methods,
+    )
+    subtitle = "Natural frequencies over " + ", ".join(str(dim) for dim in found["certified"].dims)
+    return render(
+        Page(title=drive.title or drive.name, subtitle=subtitle, chapters=(chapter,), provenance=origin)
+    )
+
+
+def _notes(found: "xr.Dataset") -> Note:
+    certified, points = int(found["certified"].sum()), int(found["certified"].size)
+    held = {"free": "free", "held": "held", "holding": "on its holding stiffness"}[found.attrs["motor"]]
+    good = certified == points
+    text = f"Motor {held}. The lists of {certified} of {points} points are certified complete."
+    return Note(text=text, tone="good" if good else "warning")
+
+
+def _field(found: "xr.Dataset") -> Figure:
+    rows = len(fields_of(found))
+    drawn = picture(
+        "map-field",
+        lambda figure, narrow: draw_map(figure, found, 1 if narrow else 2),
+        wide=330.0 * -(-rows // 2),
+        narrow=330.0 * rows,
+    )
+    return Figure(
+        name="map-field",
+        alt="Fields of natural frequency over two figures of the machine.",
+        caption="Frequency of the mode in which each coordinate has most of its energy."
+        if "coordinate_hz" in found
+        else "The lowest longitudinal modes.",
+        wide=drawn.wide,
+        narrow=drawn.narrow,
+    )
+
+
+def _curves(found: "xr.Dataset") -> Plot:
+    """Curves over the first figure, one for some values of the second."""
+    first, *second = plane_of(found)
+    order = np.argsort(found[first].values)
+    if second:
+        size = found.sizes[second[0]]
+        picks = np.unique(np.linspace(0, size - 1, min(size, MOST_CURVES)).round().astype(int))
+        panels = [
+            Panel(
+                title=name,
+                unit="Hz",
+                series=tuple(
+                    Series(
+                        name=f"{second[0]} = {number(float(found[second[0]].values[i]), 4)}",
+                        values=data.transpose(first, second[0]).values[order, i],
+                        colour=COLOURS[place % len(COLOURS)],
+                    )
+                    for place, i in enumerate(picks)
+                ),
+            )
+            for name, data in fields_of(found)
+        ]
+    else:
+        rest = {str(dim): 0 for dim in found["certified"].dims if dim != first}
+        panels = [
+            Panel(
+                title=kind,
+                unit="Hz",
+                series=tuple(
+                    Series(
+                        name=f"mode {mode}",
+                        values=found[f"{kind}_hz"].sel(mode=mode).isel(rest).values[order],
+                        colour=COLOURS[place % len(COLOURS)],
+                    )
+                    for place, mode in enumerate(found["mode"].values)
+                ),
+            )
+            for kind in ("longitudinal", "transverse")
+        ]
+    return Plot(
+        name="map-curves",
+        alt=f"Natural frequencies over {first}.",
+        caption="Move the pointer for values, drag to zoom.",
+        points=found[first].values[order].astype(float),
+        along=first,
+        unit=str(found[first].attrs["units"]),
+        panels=tuple(panels),
+    )
+
+
+def _zones(found: "xr.Dataset", zones: Sequence[Zone]) -> Table:
+    rows = tuple((z.order, f"{z.kind} {z.mode}", number(z.low, 4), number(z.high, 4)) for z in zones)
+    return Table(
+        caption=f"Speeds of {found.attrs['speed_of']} at which an excitation comes near a mode.",
+        columns=(
+            Column(title="Order"),
+            Column(title="Mode"),
+            Column(title="From", numeric=True),
+            Column(title="To", numeric=True),
+        ),
+        groups=(RowGroup(rows=rows or (("none", "", "", ""),)),),
+    )

@@ -1,0 +1,235 @@
+"""Natural frequencies over a grid of figures of a machine: a head over its bed, a car over its travel."""
+
+import itertools
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.mechanics.holding import motor_condition
+from cabledrive.mechanics.network.motion import condition
+from cabledrive.modal import Modes
+from cabledrive.modal import modes as certified_modes
+from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.studies.labels import stamped
+from cabledrive.studies.varied_drive import quantity_of, varied_together
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
+Vary = Mapping[str, Any] | Mapping[tuple[str, ...], Any]
+"""Values in SI by a key, or rows of values by keys that move together."""
+
+MOST_POINTS = 20_000
+MOST_MODES = 200
+FEW = 64
+"""Points below which a second process would cost more than it saves."""
+
+
+class Axis(NamedTuple):
+    """Keys that move together along one dimension of a map.
+
+    Attributes
+    ----------
+    keys : tuple of str
+        The first names the dimension.
+    values : ndarray, shape (keys, p)
+        In SI.
+    """
+
+    keys: tuple[str, ...]
+    values: Array
+
+
+class _Point(NamedTuple):
+    """What one point of a map holds: frequencies [Hz], padded by NaN, and why there are none."""
+
+    longitudinal: Array
+    transverse: Array
+    family: list[str]
+    span: list[str]
+    coordinate: Array
+    certified: bool
+    reason: str
+
+
+def map_modes(
+    drive: Drive | RoutedDrive,
+    vary: Vary,
+    *,
+    count: int = 6,
+    motor: str | None = None,
+    hold: Sequence[str] = (),
+    workers: int = 1,
+    progress: Callable[[int], None] | None = None,
+) -> "xr.Dataset":
+    """Natural frequencies over a grid of any figures of a machine.
+
+    Parameters
+    ----------
+    drive : Drive or RoutedDrive
+    vary : mapping
+        Values by key, in SI: ``{"head.x": [...], "beam.y": [...]}`` spans a grid. A tuple of keys with a row
+        of values each moves them together: ``{("car.y", "counterweight.y"): [[5, 20, 35], [35, 20, 5]]}``.
+    count : int, default 6
+        Modes of each kind.
+    motor : {"free", "held", "holding"}, optional
+        As of `cabledrive.modes`.
+    hold : sequence of str, optional
+        As of `cabledrive.modes`.
+    workers : int, default 1
+        Processes that share the points.
+    progress : callable, optional
+        Called with the number of points done.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over the keys: ``longitudinal_hz`` and ``transverse_hz`` (..., mode), each frequency by its
+        multiplicity; ``family`` and ``span`` (..., mode), what moves in a longitudinal mode and which span in
+        a transverse one; ``coordinate_hz`` (..., coordinate), on machines with routes, the frequency of the
+        mode in which a body's move has its largest share; ``certified``; ``reason``, why a point has no
+        modes.
+
+    Raises
+    ------
+    InputRefused
+        If a key names no quantity of this drive, or no point of the map is a machine.
+    """
+    axes = _checked(drive, vary, count)
+    held = condition(drive, motor) if isinstance(drive, RoutedDrive) else motor_condition(drive, motor)
+    settings = [
+        {key: float(value) for axis, i in zip(axes, place, strict=True) for key, value in _at(axis, i)}
+        for place in itertools.product(*(range(axis.values.shape[1]) for axis in axes))
+    ]
+    jobs = [(drive, setting, count, held, tuple(hold)) for setting in settings]
+    points = []
+    for number, point in enumerate(_solved(jobs, workers)):
+        points.append(point)
+        if progress is not None:
+            progress(number + 1)
+    if all(point.reason for point in points):
+        raise InputRefused(f"no point of the map is a machine: {points[0].reason}")
+    return _dataset(drive, axes, points, count, held)
+
+
+def _at(axis: Axis, number: int) -> Iterable[tuple[str, float]]:
+    return zip(axis.keys, axis.values[:, number], strict=True)
+
+
+def _checked(drive: Drive | RoutedDrive, vary: Vary, count: int) -> list[Axis]:
+    if not vary:
+        raise InputRefused("vary: no key is given: name at least one, with its values")
+    if not 0 < count <= MOST_MODES:
+        raise InputRefused(f"count = {count} must lie between 1 and {MOST_MODES}: list fewer at a time")
+    axes = []
+    for keys, values in vary.items():
+        names = (keys,) if isinstance(keys, str) else tuple(keys)
+        array = np.atleast_2d(np.asarray(values, dtype=float))
+        if array.shape[0] != len(names) or array.ndim != 2 or not array.size or not np.isfinite(array).all():
+            raise InputRefused(f"{', '.join(names)}: a row of finite numbers is needed for each key")
+        axes.append(Axis(names, array))
+    every = [key for axis in axes for key in axis.keys]
+    for key in every:
+        quantity_of(drive, key)
+        if every.count(key) > 1:
+            raise InputRefused(f'"{key}" is varied twice: name it once')
+    points = int(np.prod([axis.values.shape[1] for axis in axes]))
+    if points > MOST_POINTS:
+        raise InputRefused(f"the map has {points} points, at most {MOST_POINTS} are computed: take fewer")
+    return axes
+
+
+def _solved(jobs: list[tuple[Any, ...]], workers: int) -> Iterable[_Point]:
+    """The points in order, by several processes where that pays."""
+    if workers <= 1 or len(jobs) < FEW:
+        yield from map(_point, jobs)
+        return
+    import multiprocessing
+
+    # Children start from this process, its libraries loaded, where the system can do so.
+    method = "fork" if "fork" in multiprocessing.get_all_start_methods() else "spawn"
+    with multiprocessing.get_context(method).Pool(workers) as pool:
+        yield from pool.imap(_point, jobs, chunksize=max(1, len(jobs) // (8 * workers)))
+
+
+def _point(job: tuple[Any, ...]) -> _Point:
+    drive, setting, count, motor, hold = job
+    coordinates = coordinates_of(drive)
+    nothing = np.full(count, np.nan)
+    try:
+        found = certified_modes(varied_together(drive, setting), count=count, motor=motor, hold=hold)
+    except (InputRefused, NotComputed) as failure:
+        none = [""] * count
+        return _Point(nothing, nothing, none, none, np.full(len(coordinates), np.nan), False, str(failure))
+    return _Point(
+        _spread(found, "longitudinal", count),
+        _spread(found, "transverse", count),
+        _words([m.family for m in found.longitudinal for _ in range(m.multiplicity)], count),
+        _words([m.span or "" for m in found.transverse for _ in range(m.multiplicity)], count),
+        np.array([_of_coordinate(found, name) for name in coordinates]),
+        found.certified,
+        "",
+    )
+
+
+def _spread(found: Modes, kind: str, count: int) -> Array:
+    listed = [m.frequency for m in found.modes if m.kind == kind for _ in range(m.multiplicity)][:count]
+    return np.array(listed + [np.nan] * (count - len(listed)))
+
+
+def _words(words: list[str], count: int) -> list[str]:
+    return (words + [""] * count)[:count]
+
+
+def coordinates_of(drive: Drive | RoutedDrive) -> tuple[str, ...]:
+    """Moves of the bodies of a machine with routes, such as "head.x"."""
+    if not isinstance(drive, RoutedDrive):
+        return ()
+    return tuple(f"{body.name}.{move}" for body in drive.body for move in body.moves)
+
+
+def _of_coordinate(found: Modes, name: str) -> float:
+    """Frequency of the listed mode in which a coordinate has the largest share of the energy; else NaN."""
+    shares = [(m.kinetic_shares.get(name, 0.0), -m.frequency) for m in found.modes if not m.clamped]
+    share, frequency = max(shares, default=(0.0, np.nan))
+    return -frequency if share > 0.0 else float("nan")
+
+
+def _dataset(
+    drive: Drive | RoutedDrive, axes: list[Axis], points: list[_Point], count: int, motor: str
+) -> "xr.Dataset":
+    import xarray as xr
+
+    dims = tuple(axis.keys[0] for axis in axes)
+    shape = tuple(axis.values.shape[1] for axis in axes)
+    hertz = {"units": "Hz"}
+
+    def over(
+        values: Sequence[Any], *more: str, attrs: dict[str, str] | None = None, text: bool = False
+    ) -> Any:
+        array = np.array(values, dtype=object if text else None)
+        return (*dims, *more), array.reshape(*shape, *array.shape[1:]), attrs or {}
+
+    coords: dict[str, Any] = {"mode": np.arange(1, count + 1)}
+    for axis in axes:
+        for key, values in zip(axis.keys, axis.values, strict=True):
+            unit, meaning = quantity_of(drive, key)
+            coords[key] = (axis.keys[0], values, {"units": unit, "long_name": meaning})
+    data = {
+        "longitudinal_hz": over([p.longitudinal for p in points], "mode", attrs=hertz),
+        "transverse_hz": over([p.transverse for p in points], "mode", attrs=hertz),
+        "family": over([p.family for p in points], "mode", text=True),
+        "span": over([p.span for p in points], "mode", text=True),
+        "certified": over([p.certified for p in points]),
+        "reason": over([p.reason for p in points], text=True),
+    }
+    names = coordinates_of(drive)
+    if names:
+        coords["coordinate"] = list(names)
+        data["coordinate_hz"] = over([p.coordinate for p in points], "coordinate", attrs=hertz)
+    found = xr.Dataset(data, coords).assign_attrs(motor=motor)
+    return stamped(found, drive, "natural frequencies over figures of the machine")
