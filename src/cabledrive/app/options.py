@@ -156,6 +156,23 @@ def _with_argument(function: Function, *, routes: bool) -> Function:
     return _with_drive
 
 
+def axis_argument(function: Function) -> Function:
+    """As `machine_argument`, with ``--axis``: a machine with routes becomes the drive of its axis."""
+
+    @machine_argument
+    @click.option("--axis", metavar="NAME", help="Axis of a machine with routes: its load, such as head.x.")
+    @functools.wraps(function)
+    def _with_axis(*, drive: Drive | RoutedDrive, axis: str | None, **options: Any) -> Any:
+        if isinstance(drive, RoutedDrive) or axis is not None:
+            from cabledrive.reduction.network_axis import as_axis
+
+            drive = as_axis(drive, axis)
+            click.get_current_context().meta[_ABOUT] = drive
+        return function(drive=drive, **options)
+
+    return _with_axis
+
+
 def force_option(function: Function) -> Function:
     """Give a command the option ``--force``, which its `NewFileType` options obey."""
 

@@ -18,6 +18,7 @@ from cabledrive.export.single_precision import single_precision
 from cabledrive.export.source import ExportSource, read_source
 from cabledrive.export.system_package import system_package
 from cabledrive.parameters import InputRefused, content_hash
+from cabledrive.reduction.network_axis import axis_notes
 
 FORMATS = ("c99", "fmu2", "fmu3", "mjcf", "modelica", "st", "klipper")
 NO_ST = (
@@ -33,6 +34,7 @@ def export_to(
     format: str,
     *,
     controller: str | None = None,
+    axis: str | None = None,
     what: str = "controller",
     float32: bool = False,
 ) -> dict[str, Any]:
@@ -42,12 +44,14 @@ def export_to(
     ----------
     folder : str or path
         New folder that receives the files.
-    source : Drive, str or path
+    source : Drive, RoutedDrive, str or path
         A drive, its name or file; a study's folder; a controller.json.
     format : {"c99", "fmu2", "fmu3", "mjcf", "modelica", "st", "klipper"}
         What to write.
     controller : str, optional
         Law for a drive; default: the one that its joint calls for.
+    axis : str, optional
+        Of a machine with routes: its load, such as "head.x"; needed where two motors drive two axes.
     what : {"controller", "plant", "loop"}
         Which part.
     float32 : bool, default False
@@ -75,8 +79,8 @@ def export_to(
             f"float32 is for --format c99 --what controller, not {format} {what}: leave it out"
         )
     if format in ("mjcf", "modelica", "klipper"):
-        return _model(place, source, format, what)
-    found = read_source(source, controller)
+        return _model(place, source, format, what, axis)
+    found = read_source(source, controller, axis)
     files, notes = _package(found, format, what, float32)
     write_folder(place, files)
     return _said(format, files, found.law.sample_time, found.law.drive_hash, notes)
@@ -96,7 +100,7 @@ def _package(
     return controller_package(found, single), [*found.notes, single.note]
 
 
-def _model(place: Path, source: Any, format: str, what: str) -> dict[str, Any]:
+def _model(place: Path, source: Any, format: str, what: str, axis: str | None) -> dict[str, Any]:
     """A model of the mechanics, or lines for a printer."""
     if what == "loop":
         raise InputRefused(f"{format} holds no controller: leave --what loop out, or take fmu2, fmu3 or c99")
@@ -104,11 +108,11 @@ def _model(place: Path, source: Any, format: str, what: str) -> dict[str, Any]:
         files = klipper_files(source)
         write_folder(place, files)
         return _said(format, files, None, None, [])
-    drive = read_drive(source)
+    drive = read_drive(source, axis)
     files = mjcf_files(drive) if format == "mjcf" else modelica_files(drive)
     write_folder(place, files)
     rate = drive.sensors.sample_rate if drive.sensors else None
-    notes = ["links are linear: valid while no span goes slack"]
+    notes = ["links are linear: valid while no span goes slack", *axis_notes(drive)]
     return _said(format, files, None if rate is None else 1.0 / rate, content_hash(drive), notes)
 
 

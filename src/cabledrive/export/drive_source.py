@@ -5,29 +5,27 @@ from typing import Any
 
 from cabledrive.export.source import DRIVE
 from cabledrive.parameters import Drive, InputRefused, load_drive
-from cabledrive.parameters.route.drive import require_two_pulleys
+from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.models import highest_model, lumped_model
+from cabledrive.reduction.network_axis import as_axis
 from cabledrive.rig.laws.controller_file import FILE
 
 
-def read_drive(source: Any) -> Drive:
-    """A drive, its name or file, or the identified drive of a study's folder.
+def read_drive(source: Any, axis: str | None = None) -> Drive:
+    """A drive, its name or file, or the identified drive of a study's folder; ``axis``: of one with routes.
 
     Raises `InputRefused` if there is none.
     """
-    if isinstance(source, Drive):
-        return source
+    if isinstance(source, Drive | RoutedDrive):
+        return as_axis(source, axis)
     place = Path(str(source))
     if place.is_dir() or place.name == FILE:
         beside = (place if place.is_dir() else place.parent) / DRIVE
         if not beside.is_file():
             raise InputRefused(f"{source}: no {DRIVE} beside it, and mechanics are wanted: give the drive")
         return load_drive(str(beside))
-    require_two_pulleys(source, "`export`")
-    drive = load_drive(str(source))
-    require_two_pulleys(drive, "`export`")
-    return drive
+    return as_axis(load_drive(str(source)), axis)
 
 
 def lumped_models(drive: Drive) -> dict[int, LumpedChain]:

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from cabledrive.parameters import Drive, InputRefused, content_hash, load_drive
-from cabledrive.parameters.route.drive import require_two_pulleys
+from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.reduction.network_axis import as_axis, axis_notes
 from cabledrive.rig.closed_loop.loop import Loop, close_loop
 from cabledrive.rig.laws.controller_file import (
     FILE,
@@ -40,22 +41,22 @@ class ExportSource:
     notes: tuple[str, ...] = ()
 
 
-def read_source(source: Any, controller: str | None = None) -> ExportSource:
+def read_source(source: Any, controller: str | None = None, axis: str | None = None) -> ExportSource:
     """Read what is to be exported.
 
-    ``source``: Drive, its name or path, a study's folder or a controller.json; ``controller``: with a drive.
+    ``source``: Drive, its name or path, a study's folder or a controller.json; ``controller``, ``axis``:
+    with a drive.
     Raises `InputRefused` if it is none of them, or the law cannot be had for the drive.
     """
-    if isinstance(source, Drive):
-        return designed(source, controller)
+    if isinstance(source, Drive | RoutedDrive):
+        return designed(as_axis(source, axis), controller)
     if is_controller_path(str(source)) and not str(source).endswith(".toml"):
         if controller is not None:
             raise InputRefused(f"{source}: holds its own law: leave --controller {controller} out")
+        if axis is not None:
+            raise InputRefused(f"{source}: holds the law of its own axis: leave --axis {axis} out")
         return _from_file(Path(source))
-    require_two_pulleys(source, "`export`")
-    drive = load_drive(str(source))
-    require_two_pulleys(drive, "`export`")
-    return designed(drive, controller)
+    return designed(as_axis(load_drive(str(source)), axis), controller)
 
 
 def _from_file(path: Path) -> ExportSource:
@@ -80,7 +81,7 @@ def designed(drive: Drive, name: str | None) -> ExportSource:
     loop = designed_loop(drive, name)
     data = controller_numbers(loop, drive, RigOptions().feedback)
     law = controller_from(json.loads(json.dumps(data)), FILE)
-    return ExportSource(law=law, data=data, drive=drive, notes=_notes(law))
+    return ExportSource(law=law, data=data, drive=drive, notes=(*_notes(law), *axis_notes(drive)))
 
 
 def designed_loop(drive: Drive, name: str | None) -> Loop:

@@ -17,6 +17,7 @@ from cabledrive.modal.model_range import INCOMPLETE, mode_warnings, model_limit
 from cabledrive.modal.network.routed import routed_longitudinal, routed_modes
 from cabledrive.modal.resting_modes import transverse_band
 from cabledrive.parameters import Drive, InputRefused, content_hash
+from cabledrive.parameters.route.axis import AxisDrive
 from cabledrive.parameters.route.drive import RoutedDrive, refuse_route
 
 DEFAULT_COUNT = 10
@@ -75,6 +76,8 @@ def modes(
     ----------
     .. [1] Eqs. (3.10)-(3.13), (3.17)-(3.20), (3.24)-(3.26), (3.27), (3.37)-(3.38), generalised.
     """
+    if isinstance(drive, AxisDrive):
+        drive = drive.machine
     if isinstance(drive, Chain):
         return _of_chain(drive, below, count, motor is not None or bool(hold) or at_torque != 0.0)
     if isinstance(drive, RoutedDrive):
@@ -226,6 +229,8 @@ def longitudinal_modes(
     InputRefused, NotComputed
         As `modes`.
     """
+    if isinstance(drive, AxisDrive):
+        drive = drive.machine
     if isinstance(drive, RoutedDrive):
         if below is not None:
             _check_below(below, count)

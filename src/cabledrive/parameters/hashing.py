@@ -5,6 +5,7 @@ import json
 from typing import Any
 
 from cabledrive.parameters.drive import Drive
+from cabledrive.parameters.route.axis import AxisDrive
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.tables import tables_from_routed
 from cabledrive.parameters.tables import tables_from_drive
@@ -28,6 +29,8 @@ def content_hash(drive: Drive | RoutedDrive) -> str:
     if isinstance(drive, RoutedDrive):
         return _digest(tables_from_routed(drive, words=False))
     content = tables_from_drive(drive, words=False)
+    if isinstance(drive, AxisDrive):
+        content["machine"] = tables_from_routed(drive.machine, words=False)
     for number, carriage in enumerate(drive.carriage):
         if carriage.coupled:  # by the number of the other one, which a new name does not change
             content["carriage"][number]["coupled"] = drive.carriage_number(carriage.coupled)

@@ -8,8 +8,10 @@ import numpy as np
 
 from cabledrive.control.own_controller import ControllerProtocol, checked_controller
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.parameters.route.drive import require_two_pulleys
+from cabledrive.parameters.route.axis import AxisDrive
+from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.reduction.network_axis import as_axis
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
 from cabledrive.rig.closed_loop.other_plants import check_drawable
 from cabledrive.rig.closed_loop.own_plant import PlantProtocol
@@ -34,14 +36,15 @@ GAINS = {"best": True, "dissertation": False, "printed": False}
 
 
 def track(
-    drive: Drive,
+    drive: Drive | RoutedDrive,
     *,
     controller: str | PathLike[str] | ControllerProtocol | None = None,
     bandwidth: float | None = None,
     plant: str | LumpedChain | PlantProtocol | None = None,
     motion: Motion | None = None,
     options: RigOptions | None = None,
-    plant_drive: Drive | None = None,
+    plant_drive: Drive | RoutedDrive | None = None,
+    axis: str | None = None,
     seed: int = 0,
     gains: str = "best",
     adapt: bool = True,
@@ -52,8 +55,8 @@ def track(
 
     Parameters
     ----------
-    drive : Drive
-        As the law believes it to be.
+    drive : Drive or RoutedDrive
+        As the law believes it to be; of a machine with routes the chain of its axis, where it is one.
     controller : str, path or ControllerProtocol, optional
         Name of the law, "best" (what `compare` ranks first), the controller.json of a study or its folder,
         or a controller of your own (`OwnController`); by default the law that the drive's joint calls for.
@@ -70,6 +73,8 @@ def track(
         Default: encoders with random phases, Kalman filter, stick-slip.
     plant_drive : Drive, optional
         The drive as it is, where that differs.
+    axis : str, optional
+        Of a machine with routes: its load, such as "head.x"; needed where two motors drive two axes.
     seed : int, default 0
         Of encoder phases and jitter.
     gains : {"best", "dissertation"}
@@ -91,9 +96,12 @@ def track(
     InputRefused
         If a name is unknown, data are missing, or the motion exceeds what the drive can do.
     """
-    require_two_pulleys(drive, "`track`")
+    drive = as_axis(drive, axis)
+    plant_drive = None if plant_drive is None else as_axis(plant_drive, axis)
     motion, options = motion or Motion(), options or RigOptions()
     actual = plant_drive or drive
+    if isinstance(actual, AxisDrive) and not options.forbid_slack:
+        raise InputRefused("a lumped chain of routes ends where a span goes slack: leave --tension-only out")
     if seed < 0:
         raise InputRefused(f"seed = {seed} must not be negative: give 0 or more")
     if gains not in GAINS:
@@ -159,7 +167,15 @@ def track(
         found.summary["learnt"] = None if learnt is None else learnt.words
     if draws:
         found.summary["over_draws"] = over_draws(first, spec, motion, options, draws, seed)
+    if isinstance(drive, AxisDrive):
+        found.summary["axis"] = _axis_words(drive, found.summary["peak_error_deg"])
     return found
+
+
+def _axis_words(drive: AxisDrive, peak_error: float) -> dict[str, Any]:
+    """The chain of a machine with routes, with the error at a load that slides [mm]."""
+    error = {"peak_error_mm": 1e3 * abs(drive.gain) * peak_error * DEGREE} if drive.slides else {}
+    return drive.words | error
 
 
 def over_draws(

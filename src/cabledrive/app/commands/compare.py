@@ -10,7 +10,7 @@ import click
 from cabledrive.app.finished_study import REPORT, RESULTS, STAGES, asked_hash, check_folder, finished
 from cabledrive.app.messages import note
 from cabledrive.app.new_file import FORCE
-from cabledrive.app.options import ANGLE, Subcommand, answering, drive_argument, force_option
+from cabledrive.app.options import ANGLE, Subcommand, answering, axis_argument, force_option
 from cabledrive.app.pulse_options import pulse_options
 from cabledrive.app.results import Answer, plain, provenance
 from cabledrive.parameters import Drive, InputRefused
@@ -24,7 +24,7 @@ METHOD = "Monte Carlo on lumped plants with drawn disturbances, one tuning proce
     short_help="Compare control laws on the same disturbed plants.",
 )
 @answering
-@drive_argument
+@axis_argument
 @click.option("--controllers", metavar="A,B,...", help="Laws to compare; default: those that fit the drive.")
 @click.option(
     "--disturbances",

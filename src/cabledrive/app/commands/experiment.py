@@ -6,7 +6,7 @@ import click
 
 from cabledrive.app.combinations import refuse_given
 from cabledrive.app.new_file import NewFile, NewFileType
-from cabledrive.app.options import Quantity, Subcommand, answering, drive_argument, force_option
+from cabledrive.app.options import Quantity, Subcommand, answering, axis_argument, force_option
 from cabledrive.app.results import Absent, Answer, provenance
 from cabledrive.parameters import Drive, InputRefused
 
@@ -23,7 +23,7 @@ METHOD = (
 )
 @answering
 @force_option
-@drive_argument
+@axis_argument
 @click.option("--excitation", type=click.Path(), metavar="FILE", help="TOML file of the command.")
 @click.option("--model", type=click.IntRange(1, 4), help="Plant: Model 1 to 4; by default the highest.")
 @click.option("--seed", type=int, default=0, show_default=True, metavar="N", help="Of noise and phases.")

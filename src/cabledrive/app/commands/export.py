@@ -29,6 +29,7 @@ METHODS = {"mjcf": LUMPED, "modelica": LUMPED, "klipper": "numbers as `shaper` f
     help="c99, fmu2, fmu3, mjcf, modelica, st or klipper.",
 )
 @click.option("--controller", metavar="NAME", help="Control law for a drive; default: by the motor joint.")
+@click.option("--axis", metavar="NAME", help="Axis of a machine with routes: its load, such as head.x.")
 @click.option(
     "--what",
     type=click.Choice(["controller", "plant", "loop"]),
@@ -39,14 +40,20 @@ METHODS = {"mjcf": LUMPED, "modelica": LUMPED, "klipper": "numbers as `shaper` f
 @click.option("--float32", is_flag=True, help="Single precision; refused where the law does not hold in it.")
 @click.option("-o", "--output", type=click.Path(), required=True, metavar="DIR", help="New folder to write.")
 def command(
-    source: str, format_: str, controller: str | None, what: str, float32: bool, output: str
+    source: str,
+    format_: str,
+    controller: str | None,
+    axis: str | None,
+    what: str,
+    float32: bool,
+    output: str,
 ) -> Answer:
     """Export SOURCE: a study's folder, a controller.json, a drive (name or file), or the JSON of `shaper`."""
     from cabledrive.export import export_to
 
     if not source:
         raise InputRefused("SOURCE names nothing: give a study's folder, a controller.json or a drive")
-    found = export_to(output, source, format_, controller=controller, what=what, float32=float32)
+    found = export_to(output, source, format_, controller=controller, axis=axis, what=what, float32=float32)
     lines = [f"{format_}: {len(found['files'])} files in {Path(output)}", *(f"  {n}" for n in found["files"])]
     if format_ == "c99":
         compile_ = "cc -std=c99 -ffp-contract=off *.c -lm -o check && ./check"

@@ -7,10 +7,13 @@ import click
 
 from cabledrive.app.combinations import refuse_given
 from cabledrive.app.log_options import Chooser, reading_options
+from cabledrive.app.machine_response import is_machine, response_of_machine
 from cabledrive.app.new_file import OBJECT, NewFile, NewFileType
-from cabledrive.app.options import Quantity, Subcommand, answering, force_option
+from cabledrive.app.options import FREQUENCY, Quantity, Subcommand, answering, force_option
 from cabledrive.app.results import Answer, json_text, provenance
 from cabledrive.parameters import InputRefused
+
+_OF_LOGS = ("config", "segment", "overlap", "estimator", "keep_all", "coulomb", "offset", "amplifier")
 
 
 class _Response(Subcommand):
@@ -53,6 +56,7 @@ class _OutputPath(click.Option):
     help="Overlap of neighbouring windows; default: 0.2 s, at most half a window.",
 )
 @click.option("--estimator", type=click.Choice(["H1", "H2", "Hv"]), default="H1", show_default=True)
+@click.option("--below", type=FREQUENCY, metavar="HZ", help="Of a drive file: highest line.")
 @click.option("--keep-all", is_flag=True, help="Keep all records, also those with a disturbance.")
 @click.option("--differentiate", is_flag=True, help="The speed of the output, an angle or position.")
 @click.option("--coulomb", type=Quantity("N m"), help="Coulomb friction to take off the input first.")
@@ -78,6 +82,7 @@ def command(
     segment: float,
     overlap: float | None,
     estimator: str,
+    below: float | None,
     keep_all: bool,
     differentiate: bool,
     coulomb: float | None,
@@ -88,13 +93,21 @@ def command(
     """Measure the response from one channel of LOG to another: magnitude, phase, coherence.
 
     Without --input and --response LOG is a measured response itself, a table of frequency, magnitude and
-    phase; repeats are averaged robustly.
+    phase; repeats are averaged robustly. LOG may also be the file of a machine with routes: its response is
+    computed, --input and --response are then coordinates such as "motor" and head.x.
     """
     from cabledrive.identification.log_response import response
     from cabledrive.identification.one_log import IdentifyOptions, load_options
     from cabledrive.identification.response_inputs import read_pair
 
     output = column or former
+    if is_machine(log):
+        refuse_given(*_OF_LOGS, why="is for logs: leave it out with a drive file")
+        answer = response_of_machine(log, input_, output, below, speed=differentiate)
+        if file is not None:
+            file.write(json_text(answer) + "\n")
+        return answer
+    refuse_given("below", why="is for drive files: leave it out with a log")
     if input_ is None and output is None:
         return _of_a_file(log, file)
     if input_ is None or output is None:

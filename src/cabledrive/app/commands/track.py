@@ -12,7 +12,7 @@ from cabledrive.app.options import (
     Quantity,
     Subcommand,
     answering,
-    drive_argument,
+    axis_argument,
     saves_answer,
 )
 from cabledrive.app.pulse_options import pulse_options
@@ -30,7 +30,7 @@ METHOD = "hybrid simulation: exact between samples, stick-slip events on the exa
 )
 @answering
 @saves_answer
-@drive_argument
+@axis_argument
 @click.option(
     "--controller",
     metavar="NAME|FILE",
@@ -111,6 +111,7 @@ METHOD = "hybrid simulation: exact between samples, stick-slip events on the exa
 def command(drive: Drive, log_file: NewFile | None, plant_settings: tuple[str, ...], **spec: Any) -> Answer:
     """Let a control law follow pulses of the load pulley of DRIVE, on a rig with encoders and friction."""
     from cabledrive.app.run_limits import check_run
+    from cabledrive.reduction.network_axis import as_axis
     from cabledrive.rig import Motion, RigOptions, track
     from cabledrive.rig.log_file import log_text
     from cabledrive.rig.parsed_options import parse_disturbance, parse_encoder_dropout
@@ -119,7 +120,8 @@ def command(drive: Drive, log_file: NewFile | None, plant_settings: tuple[str, .
     given = click.get_current_context().params
     actual = None
     if plant_settings:
-        actual = load_drive(given["drive"], overrides=(*given["settings"], *plant_settings))
+        settings = (*given["settings"], *plant_settings)
+        actual = as_axis(load_drive(given["drive"], overrides=settings), given["axis"])
     motion = Motion(**{name: spec[name] for name in ("angle", "rise", "dwell", "pulses", "order")})
     options = RigOptions(
         observer=spec["observer"],
@@ -184,6 +186,8 @@ def _text(drive: Drive, said: dict[str, Any]) -> str:
         f"  peak torque     {said['peak_torque']:9.4f} N m",
         f"  at its limit    {100 * said['saturated_fraction']:9.1f} % of the samples",
     ]
+    if "axis" in said:
+        lines += axis_lines(said["axis"])
     if said["theory_bound_deg"] is not None:
         lines.append(f"  bound           {said['theory_bound_deg']:9.4f} deg")
     if said["broken_assumptions"]:
@@ -203,6 +207,20 @@ def _text(drive: Drive, said: dict[str, Any]) -> str:
             lines.append(f"  bound for all uncertainties together {over['expected_bound_deg']:.4f} deg")
     lines += [f"  {reason}" for reason in said["gains"].get("reasons", ())]
     return "\n".join(lines)
+
+
+def axis_lines(axis: dict[str, Any]) -> list[str]:
+    """The lumped chain of a machine with routes."""
+    shown = " and ".join(f"{'-' if share < 0 else ''}{name}" for name, share in axis["motors"].items())
+    gain = f"{1e3 * axis['gain']:.4g} mm/rad" if axis["slides"] else f"{axis['gain']:.4g} rad/rad"
+    lines = [
+        f"  axis            {axis['load']} driven by {shown}, {gain}",
+        f"   modes left out {100 * axis['neglected']:9.2g} %   strings "
+        f"{100 * axis['neglected_strings']:.2g} %   off the end {100 * axis['off_the_end']:.2g} %",
+    ]
+    if "peak_error_mm" in axis:
+        lines.append(f"   peak error     {axis['peak_error_mm']:9.4f} mm")
+    return lines
 
 
 def _disturbances(said: dict[str, Any]) -> list[str]:

@@ -41,8 +41,11 @@ def refuse_route(what: str = "this calculation") -> NoReturn:
 
 def require_two_pulleys(drive: object, what: str) -> None:
     """Refuse a machine with routes at a door that knows two pulleys only; ``what``: the door's name."""
+    from cabledrive.parameters.route.axis import require_own_spans
+
     if isinstance(drive, RoutedDrive):
         refuse_route(what)
+    require_own_spans(drive, what)
 
 
 @dataclass(frozen=True, kw_only=True)

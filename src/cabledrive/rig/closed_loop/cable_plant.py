@@ -10,6 +10,7 @@ from cabledrive.control.observer_numbers import ObserverNumbers
 from cabledrive.mechanics.holding import released
 from cabledrive.modal import modes, natural_frequencies
 from cabledrive.parameters import Drive, InputRefused, Lumped
+from cabledrive.parameters.route.axis import require_own_spans
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.quality import with_measured_stiffness
 from cabledrive.rig.closed_loop.cable_kernels import CableNumbers, run_cable_loop
@@ -53,6 +54,7 @@ def cable_plant(
     drive's own.
     Raises `InputRefused` if the plant cannot follow what is asked of the rig.
     """
+    require_own_spans(drive, "the distributed cable as plant")
     _check(drive, options)
     free = released(drive)
     own = with_measured_stiffness(free) if measured and not options.as_printed else free

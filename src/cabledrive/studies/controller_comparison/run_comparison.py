@@ -11,6 +11,9 @@ import numpy as np
 
 from cabledrive.parameters import Drive, InputRefused, NotComputed, content_hash
 from cabledrive.parameters.one_process import one_process
+from cabledrive.parameters.route.axis import AxisDrive
+from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.reduction.network_axis import as_axis
 from cabledrive.rig.disturbances import torque_limit
 from cabledrive.rig.disturbed.disturbances_file import Disturbances, load_disturbances, standard_disturbances
 from cabledrive.rig.laws.controllers import DesignSpec
@@ -47,8 +50,9 @@ NOT_COVERED = (
 
 
 def compare(
-    drive: Drive,
+    drive: Drive | RoutedDrive,
     *,
+    axis: str | None = None,
     controllers: Sequence[str] | None = None,
     disturbances: Disturbances | str | Path | None = None,
     draws: int = DRAWS,
@@ -62,8 +66,10 @@ def compare(
 
     Parameters
     ----------
-    drive : Drive
-        As every law believes it to be.
+    drive : Drive or RoutedDrive
+        As every law believes it to be; of a machine with routes the chain of its axis, where it is one.
+    axis : str, optional
+        Of a machine with routes: its load, such as "head.x".
     controllers : sequence of str, optional
         Names of laws, as `track` knows them; default: those that fit the drive.
     disturbances : Disturbances or path, optional
@@ -90,6 +96,7 @@ def compare(
     InputRefused
         If a name, a file or a number is not understood, or the motion exceeds what the drive can do.
     """
+    drive = as_axis(drive, axis)
     motion = motion or Motion(pulses=PULSES)
     names = offered(drive, motion) if controllers is None else checked_names(controllers)
     if motion.order is None:
@@ -256,4 +263,4 @@ def _summary(
         "not_covered": list(NOT_COVERED),
         "drive": spec.drive.name,
         "drive_hash": content_hash(spec.drive),
-    }
+    } | ({"axis": spec.drive.words} if isinstance(spec.drive, AxisDrive) else {})

@@ -1,0 +1,62 @@
+"""What `response` answers of a drive file: the frequency response of a machine with routes."""
+
+from typing import Any
+
+import numpy as np
+
+from cabledrive.app.results import Answer, provenance
+from cabledrive.parameters import InputRefused, load_drive, packaged_drives
+from cabledrive.parameters.route import RoutedDrive
+
+LINES = 400
+_FIRST = 1e-2
+"""Lowest line, relative to the highest."""
+
+
+def is_machine(source: str) -> bool:
+    """Whether a source of `response` is a drive, by name or file, and no log."""
+    return source.endswith(".toml") or source in packaged_drives()
+
+
+def response_of_machine(
+    source: str, force_on: str | None, motion_of: str | None, below: float | None, *, speed: bool
+) -> Answer:
+    """The response of a machine with routes; ``below`` [Hz]; ``speed``: of the motion's speed."""
+    from cabledrive.mechanics.network import machine_response
+    from cabledrive.mechanics.network.motion import condition
+    from cabledrive.modal import natural_frequencies
+
+    drive = load_drive(source)
+    if not isinstance(drive, RoutedDrive):
+        raise InputRefused(
+            f'{source}: the response of a drive file needs kind = "route"; give the log of a measured one'
+        )
+    force_on = force_on or (drive.pulley[drive.driven[0]].name if drive.motor else None)
+    if force_on is None:
+        raise InputRefused("a machine without a motor: name the coordinate that is pushed with --input")
+    motion_of = motion_of or force_on
+    top = 3.0 * float(natural_frequencies(drive, count=1)[0]) if below is None else below
+    frequency = top * np.geomspace(_FIRST, 1.0, LINES)
+    found = machine_response(drive, frequency, force_on, motion_of)
+    if speed:
+        found = 2j * np.pi * frequency * found
+    data: dict[str, Any] = {
+        "frequency_hz": frequency,
+        "magnitude": np.abs(found),
+        "phase_deg": np.degrees(np.unwrap(np.angle(found))),
+        "input": force_on,
+        "output": motion_of,
+        "motor": condition(drive),
+        "left_out": [],
+        "warnings": ["Coulomb friction is left out"] if _rubs(drive) else [],
+    }
+    what = "speed" if speed else "motion"
+    text = f"{drive.name}: {what} of {motion_of} per force on {force_on}, {LINES} lines up to {top:.4g} Hz"
+    text += "".join(f"\nwarning: {words}" for words in data["warnings"])
+    return Answer(data=data, text=text, provenance=provenance(drive, method="exact waves on every span"))
+
+
+def _rubs(drive: RoutedDrive) -> bool:
+    return any(
+        part.coulomb_friction > 0.0 for group in (drive.body, drive.pulley, drive.motor) for part in group
+    )

@@ -1,0 +1,45 @@
+"""One axis of a machine with routes, as the loop round two pulleys that has the same lumped chain."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from cabledrive.parameters.drive import Drive
+from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.route.drive import RoutedDrive
+
+
+@dataclass(frozen=True, kw_only=True)
+class AxisDrive(Drive):
+    """The chain that a motor of a machine with routes drives, for control: it has no spans of its own.
+
+    Its cable has the chain's stiffness and no mass; its pretension is that of a loop which goes slack at the
+    same torque.
+
+    Attributes
+    ----------
+    machine : RoutedDrive
+        Where it comes from.
+    load : str
+        Coordinate that is the load.
+    gain : float
+        Its motion per motor angle [m/rad], [rad/rad].
+    slides : bool
+        Whether the load slides: its "load angle" is then its place over the gain.
+    words : dict
+        How the chain was found, for results.
+    """
+
+    machine: RoutedDrive
+    load: str
+    gain: float
+    slides: bool
+    words: dict[str, Any] = field(compare=False)
+
+
+def require_own_spans(drive: object, what: str) -> None:
+    """Refuse an axis of a machine with routes where the spans themselves are needed; ``what``: by whom."""
+    if isinstance(drive, AxisDrive):
+        raise InputRefused(
+            f'kind = "route": {what} needs the spans, and the axis of {drive.load} is a lumped chain: '
+            "take a lumped plant"
+        )

@@ -1,0 +1,254 @@
+r"""An axis of a machine with routes as a drive for control: its chain, friction, slack torque and sensors.
+
+The drive is the loop round two pulleys that has the same lumped chain: with the motor pulley's radius r,
+the stiffness k and damping d of its last link, spans of :math:`k/2r^2` and :math:`b_c = d/2r`, and a
+tension :math:`\tau_s/2r` that vanishes at the torque :math:`\tau_s` at which the machine's first span goes
+slack.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from cabledrive.mechanics.network.assembly import DIRECTIONS, Network
+from cabledrive.mechanics.network.damping import relative_turn, rotor_turn
+from cabledrive.mechanics.network.motion import ALONG, Array
+from cabledrive.parameters import Cable, Drive, InputRefused, Layout, Lumped, Motor, Pulley
+from cabledrive.parameters.route.axis import AxisDrive
+from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.parts import RoutedMotor
+from cabledrive.reduction.network_chain import NetworkChain, network_chains
+
+_NO_MASS = 1e-12
+"""Mass per length of the chain's cable, whose mass its inertias hold [kg/m]."""
+
+
+def as_axis(drive: Drive | RoutedDrive, axis: str | None = None) -> Drive:
+    """A drive for control: itself, or an axis of a machine with routes.
+
+    ``axis``: its load, such as "head.x"; needed where two motors drive two axes.
+    Raises `InputRefused` if there is no such axis, or its load is not the end of a lumped chain.
+    """
+    if not isinstance(drive, RoutedDrive):
+        if axis is not None:
+            raise InputRefused(f'axis = "{axis[:60]}" is for machines of kind "route": leave it out')
+        return drive
+    chains = network_chains(drive)
+    known = ", ".join(chain.load for chain in chains)
+    if axis is None and len(chains) > 1:
+        raise InputRefused(f"two motors drive two axes, {known}: name one with --axis (axis=)")
+    found = [chain for chain in chains if axis in (None, chain.load)]
+    if not found:
+        raise InputRefused(f'axis = "{str(axis)[:60]}" is no axis of this machine: take {known}')
+    if found[0].refusal is not None:
+        raise InputRefused(f"no lumped chain: {found[0].refusal}")
+    return axis_drive(found[0])
+
+
+def axis_drive(chain: NetworkChain) -> AxisDrive:
+    """The drive for control of a chain whose load is its end."""
+    machine = chain.network.drive
+    motors = list(machine.motor)
+    joint = motors[0].joint_stiffness is not None
+    radius, gain = machine.pulley[machine.driven[0]].radius, abs(chain.gain)
+    slides = (chain.load.rpartition(".")[2] in ("x", "y", ALONG) and "." in chain.load) or _is_carriage(chain)
+    friction = _Friction(chain, slides)
+    inertia = sum(motor.inertia for motor in motors)
+    first = chain.inertias[0]
+    if not joint:  # of the inertia of the rigid joint only the sum counts
+        inertia = min(inertia, 0.9 * first)
+    per_load = 1.0 if slides else 1.0 / gain
+    stiffness = float(chain.stiffness[-1])
+    return AxisDrive(
+        name=machine.name,
+        kind="loop",
+        title=f"{machine.title or machine.name}: axis of {chain.load}",
+        source=machine.source,
+        cable=Cable(
+            given_rigidity=stiffness / (2.0 * radius**2),
+            mass_per_length=_NO_MASS,
+            pretension=slack_torque(chain) / (2.0 * radius),
+        ),
+        layout=Layout(span_length=1.0),
+        pulley=(
+            Pulley(
+                radius=radius,
+                inertia=float(chain.inertias[1] if joint else first - inertia),
+                viscous_friction=friction.viscous,
+                coulomb_friction=friction.coulomb,
+            ),
+            Pulley(
+                radius=radius * per_load,
+                inertia=float(chain.inertias[-1]) * per_load**2,
+                viscous_friction=friction.load_viscous,
+                coulomb_friction=friction.load_coulomb,
+            ),
+        ),
+        motor=_motor(motors, float(first) if joint else inertia, chain),
+        lumped=Lumped(
+            cable_stiffness=stiffness / (2.0 * radius**2), cable_damping=_link_damping(chain) / (2.0 * radius)
+        ),
+        sensors=machine.sensors,
+        goal=machine.goal,
+        machine=machine,
+        load=chain.load,
+        gain=chain.gain,
+        slides=slides,
+        words=chain_words(chain) | {"slack_torque": slack_torque(chain), "slides": slides},
+    )
+
+
+def axis_notes(drive: Drive) -> tuple[str, ...]:
+    """What the numbers of an exported axis of a machine with routes mean; none for any other drive."""
+    if not isinstance(drive, AxisDrive):
+        return ()
+    unit = "m/rad, and its angle here is its place over that" if drive.slides else "rad/rad"
+    return (
+        f"axis {drive.load} of a machine with routes, {drive.gain:.6g} {unit}; lumped chain, links linear",
+    )
+
+
+def chain_words(chain: NetworkChain) -> dict[str, Any]:
+    """What a result says of the chain."""
+    return {
+        "load": chain.load,
+        "motors": chain.motors,
+        "gain": chain.gain,
+        "inertias": chain.inertias.tolist(),
+        "stiffness": chain.stiffness.tolist(),
+        "load_row": chain.load_row.tolist(),
+        "off_the_end": chain.off_the_end,
+        "coupling": chain.cross,
+        "frequencies_hz": chain.frequencies.tolist(),
+        "neglected": chain.neglected,
+        "neglected_strings": chain.strings,
+        "reason": chain.refusal,
+    }
+
+
+def slack_torque(chain: NetworkChain) -> float:
+    """Torque of the motor against a held load at which the first span has no tension left [N m]."""
+    network = chain.network
+    turn, load = _motor_turn(network, chain.motors), network.motion.unit(chain.load)
+    n = load.size
+    bordered = np.zeros((n + 1, n + 1))
+    bordered[:n, :n], bordered[:n, n], bordered[n, :n] = network.static_stiffness, load, load
+    # Of two axes the other one is free to move and does not: least squares leave it where it is.
+    motion = np.linalg.lstsq(bordered, np.append(turn, 0.0), rcond=1e-12)[0][:n]
+    along = np.flatnonzero(network.direction == DIRECTIONS.index(ALONG))
+    pull = (network.impedance / network.time)[along] * ((network.end - network.start)[along] @ motion)
+    tension = np.array(
+        [min(network.pieces[i].start_tension, network.pieces[i].end_tension) for i in network.piece[along]]
+    )
+    return float(1.0 / np.max(np.abs(pull) / tension))
+
+
+def _motor_turn(network: Network, motors: dict[str, float]) -> Array:
+    """Row of the motor angle of an axis, shape (n,)."""
+    names = [network.drive.pulley[number].name for number in network.drive.driven]
+    turns = [motors[name] * rotor_turn(network, network.drive.driven[i]) for i, name in enumerate(names)]
+    return np.asarray(sum(turns) / len(turns))
+
+
+def _is_carriage(chain: NetworkChain) -> bool:
+    """Whether the load is a carriage on a rope, which slides."""
+    motion = chain.network.motion
+    names = [motion.carriage_name(number) for number in range(len(motion.drive.carriage))]
+    return chain.load in [f"{name} {ALONG}" for name in names]
+
+
+def _motor(motors: list[RoutedMotor], inertia: float, chain: NetworkChain) -> Motor:
+    """All motors of an axis as one; each takes the same torque, so the weakest one limits it."""
+    first, count = motors[0], len(motors)
+
+    def least(name: str) -> float | None:
+        given = [getattr(motor, name) for motor in motors if getattr(motor, name) is not None]
+        return min(given) if given else None
+
+    def total(name: str) -> float:
+        return float(sum(getattr(motor, name) or 0.0 for motor in motors))
+
+    limit, volts = least("torque_limit"), least("torque_per_volt")
+    return Motor(
+        inertia=inertia,
+        viscous_friction=total("viscous_friction"),
+        coulomb_friction=total("coulomb_friction"),
+        offset_torque=float(sum(chain.motors[name] * m.offset_torque for name, m in _named(chain, motors))),
+        joint_stiffness=float(chain.stiffness[0]) if first.joint_stiffness is not None else None,
+        joint_damping=total("joint_damping"),
+        torque_limit=None if limit is None else count * limit,
+        torque_per_volt=None if volts is None else count * volts,
+        speed_limit=least("speed_limit"),
+        gear_ratio=first.gear_ratio,
+        holding_stiffness=total("holding_stiffness") or None,
+        backlash=max(motor.backlash for motor in motors),
+        current_bandwidth=least("current_bandwidth"),
+    )
+
+
+def _named(chain: NetworkChain, motors: list[RoutedMotor]) -> list[tuple[str, RoutedMotor]]:
+    machine = chain.network.drive
+    return [
+        (machine.pulley[number].name, motor) for number, motor in zip(machine.driven, motors, strict=True)
+    ]
+
+
+class _Friction:
+    """Friction of the load at the load, of everything else at the motor's pulley, by the rigid motion.
+
+    ``viscous``, ``coulomb`` [N m s/rad], [N m]; ``load_viscous``, ``load_coulomb`` of the load angle.
+    """
+
+    def __init__(self, chain: NetworkChain, slides: bool) -> None:
+        network = chain.network
+        rigid = chain.shapes[:, 0] / float(_motor_turn(network, chain.motors) @ chain.shapes[:, 0])
+        own = network.motion.unit(chain.load)
+        scale = abs(chain.gain) if slides else 1.0  # load angle of a slide: its place over the gain
+        self.viscous = self.coulomb = self.load_viscous = self.load_coulomb = 0.0
+        for viscous, coulomb, row in _frictions(network):
+            if np.array_equal(row, own):
+                self.load_viscous += viscous * scale**2
+                self.load_coulomb += coulomb * scale
+            else:
+                moved = abs(float(row @ rigid))
+                self.viscous += viscous * moved**2
+                self.coulomb += coulomb * moved
+
+
+def _frictions(network: Network) -> list[tuple[float, float, Array]]:
+    """Viscous and Coulomb friction of bodies and pulleys with their rows; motors have their own."""
+    machine, motion = network.drive, network.motion
+    found = [
+        (body.damping, body.coulomb_friction, motion.unit(f"{body.name}.{move}"))
+        for body in machine.body
+        for move in body.moves
+    ]
+    return found + [
+        (pulley.viscous_friction, pulley.coulomb_friction, relative_turn(network, number))
+        for number, pulley in enumerate(machine.pulley)
+        if not pulley.fixed
+    ]
+
+
+def _link_damping(chain: NetworkChain) -> float:
+    """Damper of the last link that loses in the first mode what the ropes lose in it [N m s/rad]."""
+    network, shape = chain.network, chain.shapes[:, 1]
+    lost = 0.0
+    for link in np.flatnonzero(network.direction == DIRECTIONS.index(ALONG)):
+        piece = network.pieces[network.piece[link]]
+        rope = network.drive.ropes[network.drive.free_spans[piece.span].route]
+        stretch = float((network.end[link] - network.start[link]) @ shape)
+        length = float(network.time[link] * rope.axial_rigidity / network.impedance[link])
+        lost += float(network.ropes[link]) * rope.axial_damping / length * stretch**2
+    return lost / _last_stretch(chain) ** 2
+
+
+def _last_stretch(chain: NetworkChain) -> float:
+    """Stretch of the chain's last link in its first mode of unit modal mass [rad]."""
+    n = chain.inertias.size
+    stiffness = np.zeros((n, n))
+    for i, k in enumerate(chain.stiffness):
+        stiffness[i : i + 2, i : i + 2] += k * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    root = 1.0 / np.sqrt(chain.inertias)
+    vectors = np.linalg.eigh(root[:, None] * stiffness * root)[1] * root[:, None]
+    return float(vectors[-1, 1] - vectors[-2, 1])

@@ -1,0 +1,313 @@
+r"""The lumped chain that the motor of a machine with routes drives, and whether the load is its end.
+
+Of the certified modes the rigid one and the few that the motor feels most are kept, each with its exact
+frequency. Lanczos' recursion on :math:`\mathrm{diag}(\omega_j^2)`, begun with the motor's row, gives a
+tridiagonal matrix :math:`\alpha, \beta`: a chain with these frequencies and the motor's own zeros,
+
+.. math:: J_1 = \frac{1}{|\varphi_m|^2}, \qquad k_i = \alpha_i J_i - k_{i-1}, \qquad
+          J_{i+1} = \frac{k_i^2}{\beta_i^2 J_i}, \qquad y = \sum c_i z_i,\; c_i = (Q\varphi_y)_i \sqrt{J_i},
+          \qquad \text{Eq. (N.8)}
+
+with the load row c. The load is the chain's end where all other :math:`c_i` are small.
+"""
+
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+from cabledrive.mechanics.holding import FREE
+from cabledrive.mechanics.network import Network, network_of
+from cabledrive.mechanics.network.damping import rotor_turn
+from cabledrive.mechanics.network.motion import Array
+from cabledrive.mechanics.network.response import network_response
+from cabledrive.modal.mode import TRANSVERSE
+from cabledrive.modal.network.spectrum import NetworkSpectrum
+from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.route import RoutedDrive
+
+SUM, DIFFERENCE = "sum", "difference"
+MOST_OFF_THE_END = 0.02
+"""Largest entry of the load row before its end, and of the other axis, relative to the end."""
+MOST_NEGLECTED = 0.02
+"""Largest contribution of the modes left out, up to twice the chain's first mode."""
+MOST_STRINGS = 0.2
+"""Largest contribution of transverse vibrations of the spans there."""
+LOSS_FACTOR = 0.02
+"""Of both models when they are compared: one per cent of critical damping."""
+_SAME = 1e-9
+_FREQUENCIES = 400
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class NetworkChain:
+    """The chain that an axis of a machine with routes reduces to, Eq. (N.8).
+
+    Attributes
+    ----------
+    load : str
+        Coordinate that is the load: "head.x", "joint.turn", the name of a pulley.
+    motors : dict of str to float
+        Sign of each pulley's turn in the motor angle of the chain; its torque is that of all together.
+    inertias : ndarray, shape (n,)
+        [kg m^2], the motor first.
+    stiffness : ndarray, shape (n - 1,)
+        [N m/rad].
+    load_row : ndarray, shape (n,)
+        Load per angle of each inertia [m/rad], [rad/rad].
+    cross : float
+        Largest angle of the other axis' motors per angle of this chain; 0 with one motor.
+    ground : float
+        Stiffness that holds the chain to the frame, relative to its last link.
+    frequencies : ndarray, shape (n - 1,)
+        Of the modes kept [Hz].
+    neglected : float
+        Largest contribution of the modes left out to the response of motor and load, up to twice the first
+        mode, relative to the sum of the parts of the chain's modes.
+    strings : float
+        The same contribution of the transverse modes below that.
+    shapes : ndarray, shape (n, modes)
+        The modes kept, of unit modal mass, the rigid one first.
+    network : Network
+    """
+
+    load: str
+    motors: dict[str, float]
+    inertias: Array
+    stiffness: Array
+    load_row: Array
+    cross: float
+    ground: float
+    frequencies: Array
+    neglected: float
+    strings: float
+    shapes: Array
+    network: Network
+
+    @property
+    def gain(self) -> float:
+        """Load per motor angle of the rigid motion [m/rad], [rad/rad]."""
+        return float(self.load_row.sum())
+
+    @property
+    def off_the_end(self) -> float:
+        """Largest entry of the load row before its end, relative to the end."""
+        return float(np.abs(self.load_row[:-1]).max(initial=0.0) / abs(self.load_row[-1]))
+
+    @property
+    def refusal(self) -> str | None:
+        """Why the load is not the end of this chain; None where it is."""
+        who = " and ".join(self.motors)
+        if self.cross > MOST_OFF_THE_END:
+            return (
+                f"the motors of {who} do not split into sum and difference: {self.load} moves the other "
+                f"axis by {100 * self.cross:.3g} %, allowed are {100 * MOST_OFF_THE_END:.3g} %: move the "
+                "bodies to where the machine is symmetric"
+            )
+        if self.ground > MOST_OFF_THE_END:
+            return f"springs hold {self.load} to the frame: the motor turns no free chain"
+        if self.off_the_end > MOST_OFF_THE_END:
+            row = ", ".join(f"{one:.3g}" for one in self.load_row / np.abs(self.load_row).max())
+            return (
+                f"{self.load} is not the end of the chain that {who} drives: load row ({row}), "
+                f"allowed before the end are {100 * MOST_OFF_THE_END:.3g} %"
+            )
+        if self.neglected > MOST_NEGLECTED:
+            return (
+                f"the chain of {self.inertias.size} inertias leaves out {100 * self.neglected:.3g} % of the "
+                f"response up to {2 * self.frequencies[0]:.4g} Hz, allowed are {100 * MOST_NEGLECTED:.3g} %"
+            )
+        if self.strings > MOST_STRINGS:
+            return (
+                f"transverse vibrations of the spans make up {100 * self.strings:.3g} % of the response up "
+                f"to {2 * self.frequencies[0]:.4g} Hz, allowed are {100 * MOST_STRINGS:.3g} %: change pretension"
+            )
+        return None
+
+
+def network_chains(drive: RoutedDrive) -> tuple[NetworkChain, ...]:
+    """The chain of the motor, of two motors those of their sum and their difference.
+
+    Raises `InputRefused` without a motor, with more than two, or where no rigid motion is driven.
+    """
+    if any(route.speed for route in drive.route):
+        raise InputRefused("a running rope (route.speed) is no chain of inertias: set its speed to 0")
+    if not 1 <= len(drive.motor) <= 2:
+        raise InputRefused(
+            f"motor: {len(drive.motor)} given, a chain is driven by one, or by two as sum and difference"
+        )
+    network = network_of(drive, motor=FREE)
+    turns = [rotor_turn(network, number) for number in drive.driven]
+    names = [drive.pulley[number].name for number in drive.driven]
+    if len(turns) == 1:
+        return (_chain(network, {names[0]: 1.0}, turns[0], None),)
+    half = 0.5 * (turns[0] + turns[1]), 0.5 * (turns[0] - turns[1])
+    return tuple(
+        _chain(network, dict(zip(names, (1.0, sign), strict=True)), half[way], half[1 - way])
+        for way, sign in ((0, 1.0), (1, -1.0))
+    )
+
+
+def _chain(network: Network, motors: dict[str, float], turn: Array, other: Array | None) -> NetworkChain:
+    """The chain of one axis; ``turn``, ``other``, shape (n,): its motor angle and that of the other axis."""
+    drive = network.drive
+    joints = {motor.joint_stiffness is not None for motor in drive.motor}
+    if len(joints) > 1:
+        raise InputRefused("motor: one joint is flexible and the other rigid: the axes do not split")
+    spectrum = NetworkSpectrum(network)
+    squares, shapes = _kept_modes(network, spectrum, turn, 2 if joints.pop() else 1, " and ".join(motors))
+    load = _load_of(network, shapes[:, 0], " and ".join(motors))
+    alpha, beta, basis = _lanczos(squares, turn @ shapes)
+    inertias, stiffness, rest = _chain_numbers(alpha, beta, turn @ shapes)
+    rows = basis @ (np.vstack([network.motion.unit(load), turn if other is None else other]) @ shapes).T
+    rows = rows.T * np.sqrt(inertias)
+    neglected, strings = _left_out(
+        network, spectrum, squares, shapes, np.vstack([turn, network.motion.unit(load)])
+    )
+    return NetworkChain(
+        load=load,
+        motors=motors,
+        inertias=inertias,
+        stiffness=stiffness,
+        load_row=rows[0],
+        cross=0.0 if other is None else float(np.abs(rows[1]).max()),
+        ground=abs(rest) / stiffness[-1],
+        frequencies=np.sqrt(squares[1:]) / (2.0 * pi),
+        neglected=neglected,
+        strings=strings,
+        shapes=shapes,
+        network=network,
+    )
+
+
+def _kept_modes(
+    network: Network, spectrum: NetworkSpectrum, turn: Array, count: int, who: str
+) -> tuple[Array, Array]:
+    """Squares of the frequencies and shapes of the rigid motion and the modes that the motor feels most.
+
+    Shapes are of unit modal mass; modes of one frequency are merged into the one that the motor drives.
+    """
+    squares, shapes = eigh(network.static_stiffness, network.static_mass)
+    rigid = spectrum.rigid_body_modes
+    first = _merged(turn, shapes[:, :rigid])
+    if first is None:
+        raise InputRefused(f"springs hold all that {who} drives to the frame: the motor turns no free chain")
+    felt = (turn @ shapes[:, rigid:]) ** 2 / squares[rigid:]
+    if felt.size < count:
+        raise InputRefused(
+            f"the machine has {felt.size} modes that bodies take part in, a chain needs {count}"
+        )
+    highest = np.sqrt(squares[rigid:][np.argsort(felt)[-count:]].max())
+    # Condensed frequencies lie above the exact ones: belts that stretch evenly are stiffer than waves.
+    groups = _groups(network, spectrum, highest * (1.0 + 1e-6))
+    merged = [(square, _merged(turn, group)) for square, group, _ in groups]
+    modes = [(square, shape) for square, shape in merged if shape is not None]
+    modes.sort(key=lambda mode: float((turn @ mode[1]) ** 2 / mode[0]))
+    kept = sorted(modes[-count:], key=lambda mode: mode[0])
+    return np.array([0.0, *(square for square, _ in kept)]), np.column_stack([first, *(x for _, x in kept)])
+
+
+def _groups(network: Network, spectrum: NetworkSpectrum, omega: float) -> list[tuple[float, Array, bool]]:
+    """Squares of the frequencies and shapes of the coupled modes below one, and whether they are transverse.
+
+    Modes of one frequency and kind stand together.
+    """
+    found: list[tuple[float, Array, bool]] = []
+    for mode in spectrum.below(omega):
+        joints = mode.joints
+        if not joints:
+            continue
+        shape = np.array(
+            [joints.get(name, np.zeros(mode.multiplicity)) for name in network.motion.names]
+        ).real
+        square, across = (2.0 * pi * mode.frequency) ** 2, mode.kind == TRANSVERSE
+        if found and square < found[-1][0] * (1.0 + _SAME) and across == found[-1][2]:
+            found[-1] = found[-1][0], np.hstack((found[-1][1], shape)), across
+        else:
+            found.append((square, shape, across))
+    return found
+
+
+def _merged(turn: Array, shapes: Array) -> Array | None:
+    """Of modes of one frequency the combination that a force drives, shape (n,); None: it drives none."""
+    force = turn @ shapes
+    size = np.linalg.norm(force)
+    if size <= _SAME * np.sqrt(np.abs(turn).max()):
+        return None
+    return np.asarray(shapes @ force / size)
+
+
+def _load_of(network: Network, rigid: Array, who: str) -> str:
+    """The coordinate with the largest kinetic energy of the rigid motion, the motors' own left out."""
+    momentum = (network.mass_rows.T * network.mass) @ (network.mass_rows @ rigid)
+    energy = dict(zip(network.motion.names, rigid * momentum, strict=True))
+    pulleys = [network.drive.pulley[number].name for number in network.drive.driven]
+    for name in pulleys:
+        energy.pop(name, None)
+        energy.pop(f"rotor of {name}", None)
+    if not energy or max(energy.values()) <= 0.0:
+        raise InputRefused(f"{who} drives nothing but itself: there is no load")
+    return max(energy, key=lambda name: float(energy[name]))
+
+
+def _lanczos(squares: Array, start: Array) -> tuple[Array, Array, Array]:
+    """Tridiagonal matrix of distinct squares begun with a row: diagonal, off-diagonal, rows of the basis."""
+    n = squares.size
+    alpha, beta, basis = np.zeros(n), np.zeros(n - 1), np.zeros((n, n))
+    basis[0] = start / np.linalg.norm(start)
+    for i in range(n):
+        alpha[i] = basis[i] @ (squares * basis[i])
+        if i == n - 1:
+            break
+        rest = squares * basis[i]
+        for _ in range(2):  # twice is enough for full orthogonality
+            rest = rest - basis[: i + 1].T @ (basis[: i + 1] @ rest)
+        beta[i] = np.linalg.norm(rest)
+        basis[i + 1] = -rest / beta[i]  # minus: a positive spring pulls neighbours together
+    return alpha, beta, basis
+
+
+def _chain_numbers(alpha: Array, beta: Array, start: Array) -> tuple[Array, Array, float]:
+    """Inertias, springs, and the spring left over at the end, Eq. (N.8)."""
+    inertias, stiffness, before = [1.0 / float(start @ start)], [], 0.0
+    for i, off in enumerate(beta):
+        link = alpha[i] * inertias[i] - before
+        stiffness.append(link)
+        inertias.append(link**2 / (off**2 * inertias[i]))
+        before = link
+    return np.array(inertias), np.array(stiffness), float(alpha[-1] * inertias[-1] - before)
+
+
+def _left_out(
+    network: Network, spectrum: NetworkSpectrum, squares: Array, shapes: Array, rows: Array
+) -> tuple[float, float]:
+    """Parts of the responses of motor and load up to twice the first mode that a chain of these modes lacks.
+
+    ``rows``, shape (2, n): of the motor's angle and the load. Returns the part of all other modes but the
+    transverse ones, and that of these. The parts of rigid motion and modes are added by magnitude: a zero of
+    the response does not count as an error.
+    """
+    top = 2.0 * np.sqrt(squares[1])
+    omega = top * np.linspace(0.025, 1.0, _FREQUENCIES)
+    exact = network_response(network, omega, rows[0], rows, loss_factor=LOSS_FACTOR)
+    kept = _modal_parts(squares, shapes, rows, omega)
+    size = np.abs(kept).sum(axis=2)
+    strings = [
+        (s, x) for s, group, across in _groups(network, spectrum, 1.1 * top) if across for x in group.T
+    ]
+    strings = [(s, x) for s, x in strings if not np.any(np.abs(s - squares) <= _SAME * s)]
+    across = np.zeros_like(exact)
+    if strings:
+        modes = np.array([s for s, _ in strings]), np.column_stack([x for _, x in strings])
+        across = _modal_parts(*modes, rows, omega).sum(axis=2)
+    along = exact - kept.sum(axis=2) - across
+    return float((np.abs(along) / size).max()), float((np.abs(across) / size).max())
+
+
+def _modal_parts(squares: Array, shapes: Array, rows: Array, omega: Array) -> NDArray[np.complex128]:
+    """Part of each mode in the motion of each row per force on row 0, shape (frequencies, rows, modes)."""
+    weights = (rows @ shapes) * (rows[0] @ shapes)
+    damped = squares * (1.0 + 1j * LOSS_FACTOR)
+    return np.asarray(weights / (damped - omega[:, None] ** 2)[:, None, :])
