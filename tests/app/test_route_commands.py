@@ -14,6 +14,7 @@ ROUTES = Path(__file__).parent.parent / "parameters" / "routes"
 COREXY = str(ROUTES / "corexy.toml")
 TAKES_ROUTES = {"check", "modes", "drives"}
 OTHERWISE = {"identify"}  # takes a drive for a ping alone, see below
+AXES = {"track", "compare", "experiment"}  # on the chain of an axis
 ENDINGS = {"report": "page.html", "experiment": "log.csv", "simulate": "run.nc"}
 
 
@@ -34,7 +35,7 @@ def required(name, command):
 
 
 @pytest.mark.parametrize(
-    "name", [name for name, _ in commands_of_a_drive() if name not in TAKES_ROUTES | OTHERWISE]
+    "name", [name for name, _ in commands_of_a_drive() if name not in TAKES_ROUTES | OTHERWISE | AXES]
 )
 def test_what_does_not_support_routes_refuses_in_one_line_and_writes_nothing(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -42,6 +43,15 @@ def test_what_does_not_support_routes_refuses_in_one_line_and_writes_nothing(nam
     line = refusal(name, COREXY, *required(name, command))
     assert 'kind = "route"' in line
     assert "take routes" in line
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", sorted(AXES))
+def test_a_machine_of_two_axes_asks_which_in_one_line_and_writes_nothing(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    line = refusal(name, COREXY, *required(name, dict(commands_of_a_drive())[name]))
+    assert 'kind = "route"' in line
+    assert "head.x, beam.y" in line
     assert list(tmp_path.iterdir()) == []
 
 

@@ -33,6 +33,14 @@ def as_axis(drive: Drive | RoutedDrive, axis: str | None = None) -> Drive:
         if axis is not None:
             raise InputRefused(f'axis = "{axis[:60]}" is for machines of kind "route": leave it out')
         return drive
+    try:
+        return axis_drive(_chain_of(drive, axis))
+    except InputRefused as refusal:
+        raise InputRefused(f'kind = "route": {refusal}') from None
+
+
+def _chain_of(drive: RoutedDrive, axis: str | None) -> NetworkChain:
+    """The chain of an axis whose load is its end."""
     chains = network_chains(drive)
     known = ", ".join(chain.load for chain in chains)
     if axis is None and len(chains) > 1:
@@ -42,7 +50,7 @@ def as_axis(drive: Drive | RoutedDrive, axis: str | None = None) -> Drive:
         raise InputRefused(f'axis = "{str(axis)[:60]}" is no axis of this machine: take {known}')
     if found[0].refusal is not None:
         raise InputRefused(f"no lumped chain: {found[0].refusal}")
-    return axis_drive(found[0])
+    return found[0]
 
 
 def axis_drive(chain: NetworkChain) -> AxisDrive:

@@ -122,7 +122,8 @@ class NetworkChain:
         if self.strings > MOST_STRINGS:
             return (
                 f"transverse vibrations of the spans make up {100 * self.strings:.3g} % of the response up "
-                f"to {2 * self.frequencies[0]:.4g} Hz, allowed are {100 * MOST_STRINGS:.3g} %: change pretension"
+                f"to {2 * self.frequencies[0]:.4g} Hz, allowed are {100 * MOST_STRINGS:.3g} %: change "
+                "the pretension"
             )
         return None
 
