@@ -271,7 +271,7 @@ def _lanczos(squares: Array, start: Array) -> tuple[Array, Array, Array]:
 
 
 def _chain_numbers(alpha: Array, beta: Array, start: Array) -> tuple[Array, Array, float]:
-    """Inertias, springs, and the spring left over at the end, Eq. (N.8)."""
+    """Inertias, springs, and the spring left over at the end."""
     inertias, stiffness, before = [1.0 / float(start @ start)], [], 0.0
     for i, off in enumerate(beta):
         link = alpha[i] * inertias[i] - before
