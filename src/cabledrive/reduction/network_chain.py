@@ -27,6 +27,7 @@ from cabledrive.modal.mode import TRANSVERSE
 from cabledrive.modal.network.spectrum import NetworkSpectrum
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route import RoutedDrive
+from cabledrive.reduction.lanczos import chain_numbers, lanczos
 
 SUM, DIFFERENCE = "sum", "difference"
 MOST_OFF_THE_END = 0.02
@@ -160,8 +161,8 @@ def _chain(network: Network, motors: dict[str, float], turn: Array, other: Array
     spectrum = NetworkSpectrum(network)
     squares, shapes = _kept_modes(network, spectrum, turn, 2 if joints.pop() else 1, " and ".join(motors))
     load = _load_of(network, shapes[:, 0], " and ".join(motors))
-    alpha, beta, basis = _lanczos(squares, turn @ shapes)
-    inertias, stiffness, rest = _chain_numbers(alpha, beta, turn @ shapes)
+    alpha, beta, basis = lanczos(squares, turn @ shapes)
+    inertias, stiffness, rest = chain_numbers(alpha, beta, turn @ shapes)
     rows = basis @ (np.vstack([network.motion.unit(load), turn if other is None else other]) @ shapes).T
     rows = rows.T * np.sqrt(inertias)
     neglected, strings = _left_out(
@@ -251,34 +252,6 @@ def _load_of(network: Network, rigid: Array, who: str) -> str:
     if not energy or max(energy.values()) <= 0.0:
         raise InputRefused(f"{who} drives nothing but itself: there is no load")
     return max(energy, key=lambda name: float(energy[name]))
-
-
-def _lanczos(squares: Array, start: Array) -> tuple[Array, Array, Array]:
-    """Tridiagonal matrix of distinct squares begun with a row: diagonal, off-diagonal, rows of the basis."""
-    n = squares.size
-    alpha, beta, basis = np.zeros(n), np.zeros(n - 1), np.zeros((n, n))
-    basis[0] = start / np.linalg.norm(start)
-    for i in range(n):
-        alpha[i] = basis[i] @ (squares * basis[i])
-        if i == n - 1:
-            break
-        rest = squares * basis[i]
-        for _ in range(2):  # twice is enough for full orthogonality
-            rest = rest - basis[: i + 1].T @ (basis[: i + 1] @ rest)
-        beta[i] = np.linalg.norm(rest)
-        basis[i + 1] = -rest / beta[i]  # minus: a positive spring pulls neighbours together
-    return alpha, beta, basis
-
-
-def _chain_numbers(alpha: Array, beta: Array, start: Array) -> tuple[Array, Array, float]:
-    """Inertias, springs, and the spring left over at the end."""
-    inertias, stiffness, before = [1.0 / float(start @ start)], [], 0.0
-    for i, off in enumerate(beta):
-        link = alpha[i] * inertias[i] - before
-        stiffness.append(link)
-        inertias.append(link**2 / (off**2 * inertias[i]))
-        before = link
-    return np.array(inertias), np.array(stiffness), float(alpha[-1] * inertias[-1] - before)
 
 
 def _left_out(
