@@ -1,4 +1,4 @@
-"""Lanczos' recursion on distinct squares of frequencies, and the chain of inertias and springs it stands for."""
+"""Lanczos' recursion on distinct squares of frequencies, and the chain of inertias and springs it gives."""
 
 import numpy as np
 
