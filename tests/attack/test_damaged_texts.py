@@ -1,4 +1,4 @@
-"""Whatever has happened to a drive file, goals, an excitation or a motion: taken, or refused in one line."""
+"""Whatever has happened to a file that is read as text: taken, or refused in one line."""
 
 import pytest
 
@@ -14,6 +14,10 @@ WHOLE = pytest.mark.verify
         ("goals", 0, 200),
         ("excitation", 0, 200),
         ("motion", 0, 200),
+        ("route", 0, 100),
+        ("sweep", 0, 100),
+        ("disturbances", 0, 100),
+        ("controller", 0, 150),
         *(pytest.param(kind, 1, 20_000, marks=WHOLE) for kind in texts.KINDS),
     ],
 )

@@ -1,4 +1,4 @@
-"""Damaged drive files, goals, excitations and motions, seeded, through the doors that a command uses.
+"""Damaged files of every kind that is read as text, seeded, through the doors that a command uses.
 
 ``python tests/attack/texts.py --seed 1 --count 100000`` adds a batch of each kind to the ledger and prints
 how they ended; ``--kind drive`` takes one kind, ``--processes`` runs each in a process of its own, with a
@@ -8,6 +8,7 @@ limit on its memory. A case is made from kind, seed and number alone.
 import argparse
 import contextlib
 import io
+import json
 import random
 import resource
 import signal
@@ -48,6 +49,31 @@ EXCITATION = b"""kind = "sines"
 amplitude = "2 V"
 duration = "2 s"
 frequencies = ["3 Hz", "7.5 Hz", 11]
+"""
+SWEEP = b"""drive = "dissertation-2"
+[vary]
+"pulley.1.inertia" = { from = "20 kg cm^2", to = "26 kg cm^2" }
+"cable.pretension" = { values = ["3 N", 4, "500 gf"] }
+"motor.joint_stiffness" = { normal = ["130 N m/rad", "5 N m/rad"] }
+[design]
+kind = "sobol"
+rows = 64
+seed = 3
+[compute]
+what = "modes"
+count = 2
+chunk = 16
+outputs = ["longitudinal_hz"]
+"""
+DISTURBANCES = b"""load_coulomb = ["0 N m", "0.02 N m"]
+backlash = "1 deg"
+added_delay = ["0 ms", "1 ms"]
+load_factor = [0.5, 3]
+cogging = "5 mN m"
+cogging_periods = 7
+shock_torque = ["-0.1 N m", "0.1 N m"]
+shock_time = "0.3 s"
+shock_duration = "10 ms"
 """
 MOTION = b"time [s],torque [N m],pretension [N],carriage [mm]\n" + b"".join(
     f"{0.01 * k:.2f},{0.1 * (k % 7):.3f},{7 - 0.01 * k:.3f},{250 + k}\n".encode() for k in range(60)
@@ -186,6 +212,21 @@ def _drives() -> list[bytes]:
     return list(FILES)
 
 
+def _routes() -> list[bytes]:
+    from cabledrive.parameters import packaged_drives
+    from cabledrive.parameters.drive_file import packaged_text
+
+    return [packaged_text(name).encode() for name in packaged_drives("route")]
+
+
+def _controllers() -> list[bytes]:
+    from cabledrive.export.source import designed
+    from cabledrive.parameters import load_drive
+
+    data = designed(load_drive("dissertation-3"), "darc-4").data
+    return [json.dumps(data, indent=1).encode(), json.dumps(data).encode()]
+
+
 def _check(path: Path) -> None:
     """What `cabledrive check FILE --json` does, in this process."""
     from cabledrive.app.main import main
@@ -213,6 +254,24 @@ def _motion(path: Path) -> None:
     _ending(lambda: read_motion(path))
 
 
+def _sweep(path: Path) -> None:
+    from cabledrive.campaign.spec import read_spec
+
+    _ending(lambda: read_spec(path))
+
+
+def _disturbances(path: Path) -> None:
+    from cabledrive.rig.disturbed.disturbances_file import load_disturbances
+
+    _ending(lambda: load_disturbances(path))
+
+
+def _controller(path: Path) -> None:
+    from cabledrive.export.source import read_source
+
+    _ending(lambda: read_source(path))
+
+
 def _ending(run: Callable[[], object]) -> None:
     """As the command ends when this is what it does first."""
     from cabledrive.app.failures import status_of
@@ -225,6 +284,10 @@ KINDS: dict[str, tuple[str, Callable[[], list[bytes]], Callable[[Path], None]]] 
     "goals": (".toml", lambda: [GOALS], _goals),
     "excitation": (".toml", lambda: [EXCITATION], _excitation),
     "motion": (".csv", lambda: [MOTION], _motion),
+    "route": (".toml", _routes, _check),
+    "sweep": (".toml", lambda: [SWEEP], _sweep),
+    "disturbances": (".toml", lambda: [DISTURBANCES], _disturbances),
+    "controller": (".json", _controllers, _controller),
 }
 
 

@@ -23,7 +23,7 @@ def klipper_files(source: Any) -> dict[str, str]:
         axis, lines = data["axis"], str(data["configuration"])
     except OSError as error:
         raise InputRefused(f"cannot be read ({error.strerror}): {REMEDY}").at(str(place)) from None
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise InputRefused(f"is no answer of shaper ({type(error).__name__}: {error}): {REMEDY}").at(
             str(place)
         ) from None

@@ -160,7 +160,7 @@ def read_controller(path: Any) -> ControllerFile:
         data = json.loads(place.read_text(encoding="utf-8"))
     except OSError as error:
         raise InputRefused(f"cannot be read ({error.strerror}): {REMEDY}").at(str(place)) from None
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise InputRefused(f"is no controller ({type(error).__name__}: {error}): {REMEDY}").at(
             str(place)
         ) from None
