@@ -65,7 +65,7 @@ def test_compiled_integration_equals_its_python():
         k, (b, m) = model.natural.size, model.transverse.shape
         q, p, a = np.zeros(k), np.zeros(k), np.full((b, m), 1e-4)
         a[np.arange(m) >= model.count[:, None]] = 0.0
-        top, modal, when = np.zeros(numbers.probes.shape[:2]), np.zeros((b, m)), np.zeros((b, m))
+        top, modal, when = np.zeros((b, numbers.probes.shape[2])), np.zeros((b, m)), np.zeros((b, m))
         least, history = np.array([np.inf]), np.zeros((60, k))
         rate = np.zeros((b, m))
         kernel(integrate_sagging)(

@@ -45,40 +45,45 @@ def integrate_sagging(c, force, first, h, floor, q, p, a, b, top, modal, when, l
     at the watched segments; `history` the longitudinal amplitudes of every step.
     """
     modes, rows, most = c.direct.shape
-    band = c.square.shape[2] // 2
-    slope, turned = np.zeros((modes, rows, most)), np.zeros((rows, most))
-    pulled, pushed, above = np.zeros(modes), np.zeros(modes), np.zeros(most)
+    products = np.zeros((rows, (1 + modes) * most))  # of `c.table` and the amplitudes, stretch by stretch
+    pulled, pushed, pull, above = np.zeros(modes), np.zeros(modes), np.zeros(most), np.zeros(most)
+    places = np.zeros(c.probes.shape[2])
     for n in range(force.size):
         # forces at the time of the displacements; speeds live half a step earlier
         stretch = 0.0
         for k in range(modes):
             pulled[k] = 0.0
         for r in range(rows):
+            product = products[r]
+            for m in range(product.size):
+                product[m] = 0.0
+            for i in range(c.counts[r]):
+                amplitude, row = a[r, i], c.table[r, i]
+                for m in range(product.size):
+                    product[m] += row[m] * amplitude
             for j in range(c.counts[r]):
-                low, high = max(0, j - band), min(c.counts[r], j + band + 1)
-                total = 0.0
-                for i in range(low, high):
-                    total += c.square[r, j, i - j + band] * a[r, i]
-                turned[r, j] = total
-                stretch += (c.bend[r, j] + total) * a[r, j]
-                for k in range(modes):
-                    if c.stiff[k] > 0.0:
-                        total = 0.0
-                        for i in range(low, high):
-                            total += c.coupling[k, r, j, i - j + band] * a[r, i]
-                        slope[k, r, j] = c.direct[k, r, j] + total
-                        pulled[k] += (c.direct[k, r, j] + 0.5 * total) * a[r, j]
+                stretch += (c.bend[r, j] + product[j]) * a[r, j]
+            for k in range(modes):
+                total, at = 0.0, (1 + k) * most
+                for j in range(c.counts[r]):
+                    half = 0.5 * product[at + j]
+                    product[at + j] += c.direct[k, r, j]
+                    total += (product[at + j] - half) * a[r, j]
+                pulled[k] += total
         for k in range(modes):
             pushed[k] = c.torque_shape[k] * force[n] - c.stiff[k] * q[k] - pulled[k]
         for r in range(rows):
+            product = products[r]
             for j in range(c.counts[r]):
-                pull = c.carried * stretch * (c.bend[r, j] + 2.0 * turned[r, j])
-                for k in range(modes):
-                    if c.stiff[k] > 0.0:
-                        # the kept modes' static share is in `carried` already: their inertia is what differs
-                        pull += (q[k] + pulled[k] * c.compliance[k]) * slope[k, r, j]
+                pull[j] = c.carried * stretch * (c.bend[r, j] + 2.0 * product[j])
+            for k in range(modes):
+                # the kept modes' static share is in `carried` already: their inertia is what differs
+                moved, at = q[k] + pulled[k] * c.compliance[k], (1 + k) * most
+                for j in range(c.counts[r]):
+                    pull[j] += moved * product[at + j]
+            for j in range(c.counts[r]):
                 loss = 0.5 * h * c.loss[r, j]
-                rate = c.spring[r, j] * a[r, j] + pull / c.mass[r, j]
+                rate = c.spring[r, j] * a[r, j] + pull[j] / c.mass[r, j]
                 b[r, j] = ((1.0 - loss) * b[r, j] - h * rate) / (1.0 + loss)
         for k in range(modes):  # a loop compiles in a tenth of the time that a product of matrices takes
             total = 0.0
@@ -110,11 +115,13 @@ def integrate_sagging(c, force, first, h, floor, q, p, a, b, top, modal, when, l
                     if size > modal[r, j]:
                         modal[r, j] = size
                         when[r, j] = first + n
-                for x in range(c.probes.shape[1]):
-                    place = 0.0
-                    for j in range(c.counts[r]):
-                        place += c.probes[r, x, j] * above[j]
-                    top[r, x] = max(top[r, x], abs(place) + floor)
+                for x in range(places.size):
+                    places[x] = 0.0
+                for j in range(c.counts[r]):
+                    for x in range(places.size):
+                        places[x] += c.probes[r, j, x] * above[j]
+                for x in range(places.size):
+                    top[r, x] = max(top[r, x], abs(places[x]) + floor)
         for x in range(c.rest.size):
             tension = c.rest[x] + c.raised * stretch
             for k in range(modes):

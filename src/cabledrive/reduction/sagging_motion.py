@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.reduction.sagging_kernels import integrate_sagging
-from cabledrive.reduction.sagging_model import SaggingModel
+from cabledrive.reduction.sagging_model import BAND, SaggingModel
 from cabledrive.reduction.static_state import StaticState
 
 Array = NDArray[np.float64]
@@ -18,7 +18,12 @@ PROBES = 40
 
 
 class SaggingNumbers(NamedTuple):
-    """What a step needs, arrays only; see `cabledrive.reduction.sagging_model.SaggingModel`."""
+    """What a step needs, arrays only; see `cabledrive.reduction.sagging_model.SaggingModel`.
+
+    ``table``, shape (b, m, (1 + k) m), is the model's ``square`` and then its ``coupling`` with each of the k
+    longitudinal modes, in rows along which a step runs in one loop; ``probes``, shape (b, m, points). A rigid
+    motion strains nothing: its part of ``direct`` and ``table`` is zero.
+    """
 
     stiff: Array
     compliance: Array
@@ -35,9 +40,8 @@ class SaggingNumbers(NamedTuple):
     mass: Array
     loss: Array
     direct: Array
-    coupling: Array
+    table: Array
     bend: Array
-    square: Array
     carried: float
     raised: float
     probes: Array
@@ -97,10 +101,9 @@ def numbers_of(model: SaggingModel, state: StaticState, h: float, detuned: float
         spring=exact_spring(natural, h),
         mass=model.mass,
         loss=model.loss,
-        direct=model.direct,
-        coupling=model.coupling,
+        direct=model.direct * (model.natural > 0.0)[:, None, None],
+        table=_table(model),
         bend=model.bend,
-        square=model.square,
         carried=model.carried,
         raised=0.5 * rigidity,
         probes=_probes(model),
@@ -109,16 +112,27 @@ def numbers_of(model: SaggingModel, state: StaticState, h: float, detuned: float
     )
 
 
+def _table(model: SaggingModel) -> Array:
+    """What the amplitudes are multiplied with, shape (b, m, (1 + k) m): a row for each of them."""
+    rows, most = model.transverse.shape
+    banded = np.stack([model.square, *(model.coupling * (model.natural > 0.0)[:, None, None, None])])
+    found = np.zeros((rows, most, banded.shape[0], most))
+    for i in range(most):
+        for j in range(max(0, i - BAND), min(most, i + BAND + 1)):
+            found[:, i, :, j] = banded[:, :, j, i - j + BAND].T
+    return found.reshape(rows, most, -1)
+
+
 def _probes(model: SaggingModel) -> Array:
-    """Shapes at the watched points, shape (b, points, m)."""
+    """Shapes at the watched points, shape (b, m, points)."""
     rows, most = model.transverse.shape
     highest = max(number for part in model.stretches for number in part.numbers)
     points = min(PROBES, 2 * highest + 5)
-    found = np.zeros((rows, points, most))
+    found = np.zeros((rows, most, points))
     for r, part in enumerate(model.stretches):
         nodes = part.shapes.shape[1]
         at = np.unique(np.linspace(0, nodes - 1, points + 2).round().astype(int)[1:-1])
-        found[r, : at.size, : part.omega.size] = part.shapes[:, at].T
+        found[r, : part.omega.size, : at.size] = part.shapes[:, at]
     return found
 
 
@@ -154,7 +168,7 @@ def integrate(
     inside = np.arange(most) < first.counts[:, None]
     a = np.where(inside, floor * np.cos(phase), 0.0)
     b = np.where(inside, floor * np.sin(phase) * first.natural, 0.0)
-    top, modal = np.zeros(first.probes.shape[:2]), np.zeros((rows, most))
+    top, modal = np.zeros((rows, first.probes.shape[2])), np.zeros((rows, most))
     when, done = np.zeros((rows, most)), 0
     least, kept = np.array([np.inf]), []
     for numbers, torque in stages:

@@ -80,10 +80,7 @@ class PreparedMotion:
         """
         stages = [(numbers, torque * part) for numbers, part in _stages(self, detuned)]
         if not parametric:
-            stages = [
-                (numbers._replace(coupling=0.0 * numbers.coupling, square=0.0 * numbers.square), part)
-                for numbers, part in stages
-            ]
+            stages = [(numbers._replace(table=0.0 * numbers.table), part) for numbers, part in stages]
         return integrate(stages, self.h, floor=floor, phase=phase)[0]
 
 
