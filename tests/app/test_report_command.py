@@ -2,9 +2,19 @@
 
 import os
 
+import pytest
+
 import cabledrive as cd
+from cabledrive.report import chapters
 from cabledrive.report.typesetting import typeset
 from command import answer, call, refusal
+
+
+@pytest.fixture(autouse=True)
+def few_chapters(monkeypatch):
+    """The page without its long studies; with them the example of the command's help makes one."""
+    chosen = tuple(entry for entry in chapters.registry() if entry.name == "what_moves_them")
+    monkeypatch.setattr(chapters, "registry", lambda: chosen)
 
 
 def test_page_holds_the_drives_that_are_named(tmp_path):

@@ -32,8 +32,8 @@ JOINTED = LumpedChain(
     ratios=((1.0, 1.0),),
 )
 PLAIN = IdentifyOptions(check=False)
-FEW, LOGS = 8, 4
-"""Repeats and logs of each kind in the quick tests, for time."""
+FEW = 4
+"""Repeats in the quick tests, for time."""
 
 
 def printed(test):
@@ -150,9 +150,9 @@ def test_each_friction_is_right_for_its_own_regressor_and_the_other_is_noticed(s
 
 
 @pytest.mark.parametrize("case", CASES)
-@pytest.mark.parametrize("seed", [1])
-def test_a_wrong_model_is_noticed_and_named(case, seed):
-    found = identify(faulty_log(case, seed))
+def test_a_wrong_model_is_noticed_and_named(case):
+    """One log of each; `make verify` counts two hundred."""
+    found = identify(faulty_log(case, 1))
     words = CASES[case][2]
     if words is None:
         assert found.findings == ()
@@ -166,17 +166,6 @@ def alarms_and_named(case, logs):
     words = CASES[case][2]
     named = [findings for findings in found if words and findings and words in findings[-1]]
     return sum(map(bool, found)), len(named)
-
-
-@pytest.mark.parametrize("case", CASES)
-def test_a_few_logs_of_each_fault(case, measured):
-    """No fewer named, and no more false alarms, than chance in a thousand allows for 180 and 16 of 200."""
-    alarms, named = alarms_and_named(case, LOGS)
-    measured(f"{named} of {LOGS} named, {alarms} with an alarm")
-    if CASES[case][2] is None:
-        assert alarms <= binom.isf(1e-3, LOGS, 16 / 200), f"{alarms} false alarms"
-    else:
-        assert named >= binom.ppf(1e-3, LOGS, 180 / 200), f"{named} of {LOGS} named"
 
 
 @pytest.mark.verify

@@ -136,9 +136,9 @@ def test_what_is_not_checked_is_said():
     assert identify(log, model="rigid-axis-tanh").method["model_check"] == NOT_MADE["smooth"]
 
 
-def test_two_sound_logs_of_each_motion():
-    """As many false alarms in 8 as 8 % make, but once in 1,000."""
-    alarms = [bool(f) for motion in MOTIONS for f in found_in(motion, "rigid", range(60_000, 60_002))]
+def test_a_sound_log_of_each_motion():
+    """No more false alarms in 4 than 8 % make, but once in 1,000."""
+    alarms = [bool(f) for motion in MOTIONS for f in found_in(motion, "rigid", [60_000])]
     most = stats.binom.ppf(0.999, len(alarms), 0.08)
     assert sum(alarms) <= most, f"{sum(alarms)} of {len(alarms)} false alarms"
 
@@ -185,11 +185,9 @@ def test_emps_has_friction_that_falls_behind_a_straight_line(shared_data, measur
     assert not beyond & {"backlash", "flexibility", "stribeck"}
 
 
-def test_a_joint_too_stiff_for_four_moves_is_called_nothing_else():
-    """Two logs of each motion, fewer than a tenth for time: another fault as seldom as in 3 of 40."""
-    found = [
-        f for motion in ("trapezoids", "s-curves") for f in found_in(motion, "flexible", (60_000, 60_001))
-    ]
+def test_a_joint_too_stiff_for_two_moves_is_called_nothing_else():
+    """A log of each motion, fewer than a tenth for time: another fault as seldom as in 3 of 40."""
+    found = [f for motion in ("trapezoids", "s-curves") for f in found_in(motion, "flexible", [60_000])]
     wrong = sum(bool(f) and WORDS["flexible"] not in f[-1] for f in found)
     assert wrong <= stats.binom.ppf(0.999, len(found), 3 / 40), found
 
