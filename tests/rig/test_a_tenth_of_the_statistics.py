@@ -32,7 +32,7 @@ def loop_of(name: str, motion: Motion, *, best: bool) -> Loop:
 
 
 @cache
-def learning(best: bool, draws: int, seed: int, *, rubbing: bool = False) -> LearningSamples:
+def learning(best: bool, draws: int, seed: int, rubbing: bool) -> LearningSamples:
     loop, spec = loop_of("darc-indirect", TWO, best=best), spec_for(DRIVE, TWO, best=best)
     spreads = RUBBING_LOAD if rubbing else None
     return run_learning_samples(loop, spec, RigOptions(), draws, seed, spreads=spreads)
@@ -109,7 +109,7 @@ def test_backstepping_of_six_states_over_100_draws(measured):
 @pytest.mark.parametrize("best, draws, seed, own", [(True, FEW, 2027, 0.036), (False, 10, 2030, 0.038)])
 def test_law_that_learns_keeps_within_its_encoders_count(best, draws, seed, own, measured):
     """99 of 100 within, and as many of these as that allows; at 23/25 Hz ten of a hundred."""
-    found = learning(best, draws, seed)
+    found = learning(best, draws, seed, False)
     outside = beyond(found.own_later, own), beyond(found.later, 0.050)
     first = np.degrees(found.first.max())
     measured(f"{outside[0]} and {outside[1]} of {draws} outside, first pulse {first:.4f} deg at most")
@@ -123,7 +123,7 @@ def test_law_that_learns_keeps_within_its_encoders_count(best, draws, seed, own,
 )
 def test_beta_after_one_pulse_and_the_coverage_of_its_interval(rubbing, measured):
     """At least 93 % of all intervals of beta hold it, 85 % of the others."""
-    found = learning(True, FEW, 2027, rubbing=rubbing)
+    found = learning(True, FEW, 2027, rubbing)
     held, worst = found.covered.sum(axis=0), np.abs(found.beta).max()
     measured(f"beta {100 * worst:.3f} % at most; held of {FEW}: {', '.join(str(count) for count in held)}")
     assert held[0] >= binom.ppf(RARE, FEW, 0.93)
@@ -144,7 +144,7 @@ MISSED = (
     ],
 )
 def test_beta_after_one_pulse_is_right_to_two_thousandths(rubbing, measured):
-    worst = np.abs(learning(True, FEW, 2027, rubbing=rubbing).beta).max()
+    worst = np.abs(learning(True, FEW, 2027, rubbing).beta).max()
     measured(f"beta {100 * worst:.3f} % at most, of {FEW} draws")
     assert worst <= 2e-3, f"observed {100 * worst:.3f} %"
 

@@ -1,9 +1,9 @@
-"""The filter of `cabledrive.control.kalman` says what a regression on everything read so far says."""
+"""The filter of `cabledrive.control.kalman_kernels` says what a regression on everything read so far says."""
 
 import numpy as np
 import pytest
 
-from cabledrive.control.kalman import gain_schedule
+from cabledrive.control.kalman_kernels import gain_schedule
 
 
 def batch_state(transition, noise, output, reading, start, readings):
