@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from machines import machine, ring_of, some_cable, spread, symmetric_loop
 
-from cabledrive.mechanics.chain import Chain
+from cabledrive.mechanics.chain import Chain, Pendant
 from cabledrive.mechanics.compiled import njit_strict
 from cabledrive.mechanics.spans import longitudinal_chains
 from cabledrive.modal import counting, counting_kernels, polish, refinement
@@ -24,15 +24,18 @@ def some_ring(rng):
     n = int(rng.integers(2, 9))
     pendant = (spread(rng, 1e2), spread(rng, 1e2)) if rng.random() < 0.2 else None
     grounds = np.where(rng.random(n) < 0.3, [spread(rng, 1e4) for _ in range(n)], 0.0)
+    lengths, masses = (np.array([spread(rng, 1e4) for _ in range(n)]) for _ in range(2))
+    joint, pendants = int(rng.integers(n)), ()
+    if pendant is not None:
+        ground = spread(rng, 1e4) if rng.random() < 0.5 else 0.0
+        pendants = (Pendant(stiffness=pendant[0], mass=pendant[1], joint=joint, ground=ground),)
     return Chain(
         rigidity=1.0,
         density=1.0,
-        lengths=np.array([spread(rng, 1e4) for _ in range(n)]),
-        masses=np.array([spread(rng, 1e4) for _ in range(n)]),
+        lengths=lengths,
+        masses=masses,
         closed=True,
-        pendant=pendant,
-        pendant_joint=int(rng.integers(n)),
-        pendant_ground=spread(rng, 1e4) if pendant is not None and rng.random() < 0.5 else 0.0,
+        pendants=pendants,
         grounds=grounds if rng.random() < 0.4 else None,
     )
 
@@ -88,7 +91,7 @@ def test_count_grows_with_frequency_and_as_weyl_predicts():
         omegas = np.sort(200.0 * rng.random(20) / total)
         counts = np.array([counter(omega) for omega in omegas])
         assert np.all(np.diff(counts) >= 0)
-        room = chain.masses.size + (chain.pendant is not None) + 1
+        room = chain.masses.size + len(chain.pendants) + 1
         assert np.all(np.abs(counts - omegas * total / np.pi) <= room)
 
 
@@ -188,8 +191,7 @@ def long_chain(rng, closed, pendant):
         masses=np.array([spread(rng, 100.0) for _ in range(n)]),
         closed=closed,
         fixed=(False, False) if closed else (False, True),
-        pendant=(0.05, 20.0) if pendant else None,
-        pendant_joint=0,
+        pendants=(Pendant(stiffness=0.05, mass=20.0),) if pendant else (),
     )
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
-from cabledrive.mechanics.chain import Chain
+from cabledrive.mechanics.chain import NO_PENDANT, Chain
 from cabledrive.mechanics.spans import longitudinal_chains
 from cabledrive.modal.batch import ChainBatch, many_spectra
 
@@ -15,12 +15,13 @@ pytestmark = pytest.mark.kernel
 
 
 def batch(chains: list[Chain]) -> ChainBatch:
+    pendants = [chain.pendant or NO_PENDANT for chain in chains]
     return ChainBatch(
         times=np.array([chain.travel_times for chain in chains]),
         masses=np.array([chain.masses for chain in chains]),
         grounds=np.array([chain.ground_springs for chain in chains]),
         impedance=np.array([chain.impedance for chain in chains]),
-        pendant=np.array([[*(chain.pendant or (0.0, 0.0)), chain.pendant_ground] for chain in chains]),
+        pendant=np.array([[own.stiffness, own.mass, own.ground] for own in pendants]),
         closed=chains[0].closed,
     )
 

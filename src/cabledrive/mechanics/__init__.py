@@ -2,7 +2,7 @@
 
 from cabledrive.mechanics.cable_law import CableLaw
 from cabledrive.mechanics.cable_laws import ExactLaw, LinearLaw
-from cabledrive.mechanics.chain import Chain
+from cabledrive.mechanics.chain import Chain, Pendant
 from cabledrive.mechanics.datasheet import DerivedQuantities, derived_quantities
 from cabledrive.mechanics.labelled_chain import LabelledChain
 from cabledrive.mechanics.rest import RestingSection, RestingStretch, RestState, rest_state
@@ -18,6 +18,7 @@ __all__ = [
     "ExactLaw",
     "LabelledChain",
     "LinearLaw",
+    "Pendant",
     "RestState",
     "RestingSection",
     "RestingStretch",

@@ -9,9 +9,35 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pendant:
+    """A mass on a spring at a joint: a motor behind a flexible joint, an absorber.
+
+    Attributes
+    ----------
+    stiffness : float
+        Of the spring between joint and mass [N/m].
+    mass : float
+        [kg].
+    joint : int, default 0
+        Number of the joint.
+    ground : float, default 0.0
+        Stiffness from the mass to the ground [N/m]: the motor's holding stiffness.
+    """
+
+    stiffness: float
+    mass: float
+    joint: int = 0
+    ground: float = 0.0
+
+
+NO_PENDANT = Pendant(stiffness=0.0, mass=0.0)
+"""Stands in a kernel's arguments for a pendant that is not there."""
+
+
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Chain:
-    r"""Uniform segments that carry waves, joined at point masses: an open line or a closed ring.
+    r"""Segments that carry waves, joined at point masses: an open line or a closed ring.
 
     Lengths and density are per unstretched metre, so that
     :math:`\rho_0\,\ddot u = R\,\partial^2 u/\partial s^2` with :math:`R = EA` for longitudinal motion and
@@ -19,10 +45,10 @@ class Chain:
 
     Attributes
     ----------
-    rigidity : float
-        Force per slope R [N].
-    density : float
-        Mass per length rho0 [kg/m].
+    rigidity : float or ndarray, shape (m,)
+        Force per slope R [N]; an array where the segments are different cables.
+    density : float or ndarray, shape (m,)
+        Mass per length rho0 [kg/m], likewise.
     lengths : ndarray, shape (m,)
         Lengths of the segments [m]; segment i from joint i to i + 1, a ring's last one to joint 0.
     masses : ndarray, shape (n,)
@@ -31,25 +57,19 @@ class Chain:
         Whether the chain closes to a ring.
     fixed : (bool, bool), default (False, False)
         Whether the first and last joint of a line are held.
-    pendant : (float, float) or None, default None
-        Stiffness [N/m] and mass [kg] of a spring and mass on a joint: the motor behind a flexible joint.
-    pendant_joint : int, default 0
-        The joint it is attached to.
-    pendant_ground : float, default 0.0
-        Stiffness from the pendant's mass to the ground [N/m]: the motor's holding stiffness.
+    pendants : tuple of Pendant, default ()
+        Masses on springs at the joints.
     grounds : ndarray, shape (n,), optional
         Stiffness of a spring from each joint to the ground [N/m]; none where absent.
     """
 
-    rigidity: float
-    density: float
+    rigidity: float | Array
+    density: float | Array
     lengths: Array
     masses: Array
     closed: bool = False
     fixed: tuple[bool, bool] = (False, False)
-    pendant: tuple[float, float] | None = None
-    pendant_joint: int = 0
-    pendant_ground: float = 0.0
+    pendants: tuple[Pendant, ...] = ()
     grounds: Array | None = None
 
     def __post_init__(self) -> None:
@@ -58,25 +78,60 @@ class Chain:
             raise ValueError(f"{self.masses.size} joints need {segments} segments, {self.lengths.size} given")
 
     @property
+    def uniform(self) -> bool:
+        """Whether all segments are of one cable and there is at most one pendant."""
+        return len(self.pendants) < 2 and np.ndim(self.rigidity) == 0 and np.ndim(self.density) == 0
+
+    @property
+    def pendant(self) -> Pendant | None:
+        """The pendant of a chain that has no second one."""
+        return self.pendants[0] if self.pendants else None
+
+    @property
     def wave_speed(self) -> float:
-        """Wave speed in unstretched metres per second, sqrt(R / rho0)."""
+        """Wave speed in unstretched metres per second, sqrt(R / rho0); of a chain of one cable."""
         return sqrt(self.rigidity / self.density)
 
     @property
     def impedance(self) -> float:
-        """Wave impedance sqrt(R rho0) [kg/s]."""
+        """Wave impedance sqrt(R rho0) [kg/s]; of a chain of one cable."""
         return sqrt(self.rigidity * self.density)
+
+    @property
+    def wave_speeds(self) -> Array:
+        """Wave speed of each segment, shape (m,) [m/s]."""
+        return np.broadcast_to(np.sqrt(self.rigidity / self.density), self.lengths.shape)
+
+    @property
+    def impedances(self) -> Array:
+        """Wave impedance of each segment, shape (m,) [kg/s]."""
+        return np.broadcast_to(np.sqrt(self.rigidity * self.density), self.lengths.shape)
 
     @property
     def travel_times(self) -> Array:
         """Time a wave takes along each segment, shape (m,) [s]."""
-        return self.lengths / self.wave_speed
+        return self.lengths / np.sqrt(self.rigidity / self.density)
+
+    @property
+    def all_masses(self) -> Array:
+        """Masses of the joints, then of the pendants [kg]."""
+        return np.append(self.masses, [pendant.mass for pendant in self.pendants])
+
+    @property
+    def cable_mass(self) -> float:
+        """Mass of all segments [kg]."""
+        varied = np.ndim(self.density) > 0
+        return float(np.sum(self.density * self.lengths) if varied else self.density * self.lengths.sum())
 
     @property
     def rigid_body_modes(self) -> int:
         """Motions that strain nothing: one of a free ring or line, none where anything is held or sprung."""
-        grounded = self.pendant_ground > 0.0 or bool(np.any(self.ground_springs))
-        return 0 if any(self.fixed) or grounded else 1
+        return 0 if any(self.fixed) or self.sprung else 1
+
+    @property
+    def sprung(self) -> bool:
+        """Whether a joint or a pendant has a spring to the ground."""
+        return any(pendant.ground > 0.0 for pendant in self.pendants) or bool(np.any(self.ground_springs))
 
     @property
     def ground_springs(self) -> Array:
@@ -117,6 +172,18 @@ def split_at_antinodes(chain: Chain, omega: float) -> tuple[Chain, NDArray[np.in
     if chain.grounds is not None:
         grounds = np.zeros(masses.size)
         grounds[joints] = chain.grounds
-    pendant_joint = int(joints[chain.pendant_joint])
-    split = replace(chain, lengths=lengths, masses=masses, pendant_joint=pendant_joint, grounds=grounds)
+    split = replace(
+        chain,
+        rigidity=_repeated(chain.rigidity, 1 + long),
+        density=_repeated(chain.density, 1 + long),
+        lengths=lengths,
+        masses=masses,
+        pendants=tuple(replace(pendant, joint=int(joints[pendant.joint])) for pendant in chain.pendants),
+        grounds=grounds,
+    )
     return split, joints
+
+
+def _repeated(value: float | Array, times: NDArray[np.intp]) -> float | Array:
+    """What each part of a cut segment has of its cable."""
+    return np.repeat(value, times) if np.ndim(value) else value

@@ -37,9 +37,12 @@ class LabelledChain:
     ----------
     chain : Chain
     joints : tuple of str
-        "drive pulley", "load pulley", "carriage 3" (its number in the file); last "motor", if it has a joint.
+        "drive pulley", "load pulley", "carriage 3" (its number in the file); then the
+        pendants: "motor".
     stretches : tuple of Stretch
         One for each segment.
+    pendant_springs : tuple of str
+        Names of the springs of its pendants; by default of one, the motor's.
     ground : {"", "motor joint", "holding stiffness", "spring to the ground"}, default ""
         What its springs to the ground are.
     """
@@ -47,6 +50,7 @@ class LabelledChain:
     chain: Chain
     joints: tuple[str, ...]
     stretches: tuple[Stretch, ...]
+    pendant_springs: tuple[str, ...] = (MOTOR_JOINT,)
     ground: str = ""
 
     @cached_property
@@ -54,19 +58,3 @@ class LabelledChain:
         """Which of the joints are carriages."""
         carried = [number for number, name in enumerate(self.joints) if name.startswith("carriage")]
         return np.array(carried, dtype=np.intp)
-
-
-def own_chain(chain: Chain) -> LabelledChain:
-    """A chain built in Python: joints "joint 0", ..., and each segment a span of its own, "segment 0", ..."""
-    joints = tuple(f"joint {i}" for i in range(chain.masses.size))
-    stretches = tuple(
-        Stretch(span=f"segment {i}", start=0.0, end=float(length)) for i, length in enumerate(chain.lengths)
-    )
-    pendant = ("motor",) if chain.pendant is not None else ()
-    sprung = chain.pendant_ground > 0.0 or bool(np.any(chain.ground_springs))
-    return LabelledChain(
-        chain=chain,
-        joints=joints + pendant,
-        stretches=stretches,
-        ground="spring to the ground" if sprung else "",
-    )

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from cabledrive.mechanics.chain import Chain
+from cabledrive.mechanics.chain import Chain, Pendant
 from cabledrive.mechanics.holding import (
     DRIVE_PULLEY,
     HELD,
@@ -227,9 +227,14 @@ def _with_motor(
         assert drive.motor is not None
         chain = replace(
             chain,
-            pendant=(joint / square, drive.motor.inertia / square),
-            pendant_joint=place,
-            pendant_ground=holding,
+            pendants=(
+                Pendant(
+                    stiffness=joint / square,
+                    mass=drive.motor.inertia / square,
+                    joint=place,
+                    ground=holding,
+                ),
+            ),
         )
         return LabelledChain(chain=chain, joints=(*names, MOTOR), stretches=stretches, ground=ground)
     if joint is not None:

@@ -79,9 +79,10 @@ def dynamic_stiffness(chain: Chain, omega: float) -> DynamicStiffness:
 
     .. math::
         \hat K:\quad \frac{Z}{\sin\alpha}\ \text{(link)},\quad -Z\tan\frac{\alpha}{2}\ \text{(ground)},\quad
-        -\omega m\ \text{(mass)},\quad \frac{k}{\omega}\ \text{(spring of the pendant, or to the ground)}
+        -\omega m\ \text{(mass)},\quad \frac{k}{\omega}\ \text{(spring of a pendant, or to the ground)}
 
-    Held joints stay in the list; leave them out with `free_joints`. The pendant's mass is the last joint.
+    Held joints stay in the list; leave them out with `free_joints`. The pendants' masses are the
+    last joints.
 
     Parameters
     ----------
@@ -96,7 +97,7 @@ def dynamic_stiffness(chain: Chain, omega: float) -> DynamicStiffness:
     """
     n, segments = chain.masses.size, chain.lengths.size
     left, right = links(chain)
-    time, z = chain.travel_times, chain.impedance
+    time, z = chain.travel_times, chain.impedances
     t = np.tan(omega * time / 2)  # sin = 2 t / (1 + t^2), cos = (1 - t^2) / (1 + t^2)
     link = z * (t + 1.0 / t) / 2
     link_rate = link * time * (1.0 / t - t) / 2
@@ -109,36 +110,35 @@ def dynamic_stiffness(chain: Chain, omega: float) -> DynamicStiffness:
         total[1:] += part[: n - 1]
         if chain.closed:
             total[0] += part[-1]
-    if chain.pendant is not None:
-        spring, mass = chain.pendant
+    for pendant in chain.pendants:
+        spring, mass, held = pendant.stiffness, pendant.mass, pendant.ground
         link, link_rate = np.append(link, spring / omega), np.append(link_rate, spring / omega**2)
-        held = chain.pendant_ground
         ground = np.append(ground, held / omega - omega * mass)
         ground_rate = np.append(ground_rate, held / omega**2 + mass)
     return DynamicStiffness(omega, left, right, link, link_rate, ground, ground_rate)
 
 
 def links(chain: Chain) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Joints at the two ends of each link: the segments in order, then the pendant's spring.
+    """Joints at the two ends of each link: the segments in order, then the pendants' springs.
 
-    Returns ``left, right``: indices of joints; the pendant's mass is the last joint.
+    Returns ``left, right``: indices of joints; the pendants' masses are the last ones.
     """
     n, segments = chain.masses.size, chain.lengths.size
     left = np.arange(segments)
     right = np.arange(1, segments + 1)
     if chain.closed:
         right[-1] = 0
-    if chain.pendant is not None:
-        left, right = np.append(left, n), np.append(right, chain.pendant_joint)
+    for number, pendant in enumerate(chain.pendants):
+        left, right = np.append(left, n + number), np.append(right, pendant.joint)
     return left, right
 
 
 def free_joints(chain: Chain) -> NDArray[np.intp]:
-    """Joints that can move: all but the held ends, the pendant's mass included.
+    """Joints that can move: all but the held ends, the pendants' masses included.
 
     Returns indices into the joints of `dynamic_stiffness`.
     """
     n = chain.masses.size
-    free = np.ones(n + (chain.pendant is not None), dtype=bool)
+    free = np.ones(n + len(chain.pendants), dtype=bool)
     free[0], free[n - 1] = not chain.fixed[0], not chain.fixed[1]
     return np.flatnonzero(free)

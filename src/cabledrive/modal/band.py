@@ -1,11 +1,11 @@
 """All modes of one kind: counted, listed and proven over the chains that carry them."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import pi
 from typing import Any
 
 from cabledrive.mechanics.labelled_chain import LabelledChain
-from cabledrive.modal.counting import ModeCounter
+from cabledrive.modal.counting import counter_of
 from cabledrive.modal.mode import TRANSVERSE, Mode, make_mode
 from cabledrive.modal.solver import ENCLOSURE, chain_modes
 
@@ -23,8 +23,9 @@ class Band:
 
     def __init__(self, chains: Sequence[LabelledChain], kind: str) -> None:
         self._chains, self._kind = chains, kind
-        self._counters = [ModeCounter(chain.chain) for chain in chains]
+        self._counters = [counter_of(chain.chain) for chain in chains]
         self._planes: tuple[str | None, ...] = PLANES if kind == TRANSVERSE else (None,)
+        self.enclosure = ENCLOSURE
         self.rigid_body_modes = sum(chain.chain.rigid_body_modes for chain in chains)
 
     @property
@@ -69,14 +70,15 @@ class Band:
 
     def _modes(self, top: float, first: int | None = None) -> list[Mode]:
         found = [
-            make_mode(chain, solved, self._kind, plane)
+            (chain, solved)
             for counter, chain in self._pairs()
             for solved in chain_modes(chain.chain, top, first=first, count=counter)
-            for plane in self._planes
         ]
-        return sorted(found, key=order_of)
+        self.enclosure = max([self.enclosure, *(own.enclosure for _, own in found if own.enclosure)])
+        named = [make_mode(*own, self._kind, plane) for own in found for plane in self._planes]
+        return sorted(named, key=order_of)
 
-    def _pairs(self) -> list[tuple[ModeCounter, LabelledChain]]:
+    def _pairs(self) -> list[tuple[Callable[[float], int], LabelledChain]]:
         return list(zip(self._counters, self._chains, strict=True))
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from cabledrive.mechanics.chain import Array
 from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY
-from cabledrive.mechanics.labelled_chain import MOTOR_JOINT, LabelledChain
+from cabledrive.mechanics.labelled_chain import LabelledChain
 from cabledrive.modal.solver import ChainMode
 
 LONGITUDINAL, TRANSVERSE = "longitudinal", "transverse"
@@ -61,8 +61,9 @@ class ChainMotion:
         """
         split, shapes = self.solved.split, self.solved.shapes
         out = np.zeros((self.solved.multiplicity, positions.size))
-        wave_number = self.solved.omega / split.wave_speed
+        wave_numbers = self.solved.omega / split.wave_speeds
         for piece, (start, end) in self._pieces(span):
+            wave_number = wave_numbers[piece]
             here = (positions >= start) & (positions <= end)
             s, length = positions[here] - start, end - start
             near, far = shapes[piece], shapes[(piece + 1) % split.masses.size]
@@ -79,12 +80,13 @@ class ChainMotion:
         """
         split, shapes = self.solved.split, self.solved.shapes
         here = int(self.solved.joints[self.chain.joints.index(joint)])
-        wave_number = self.solved.omega / split.wave_speed
+        wave_numbers = self.solved.omega / split.wave_speeds
         slopes = []
         for piece, end in ((here - 1, 1), (here, 0)):
             if not split.closed and not 0 <= piece < split.lengths.size:
                 slopes.append(np.zeros(self.solved.multiplicity))
                 continue
+            wave_number = wave_numbers[piece]
             phase = wave_number * float(split.lengths[piece])
             near, far = shapes[piece % split.masses.size], shapes[(piece + 1) % split.masses.size]
             turned = far * np.cos(phase) - near if end else far - near * np.cos(phase)
@@ -107,16 +109,14 @@ class ChainMotion:
 
 
 def _joint_shapes(chain: LabelledChain, solved: ChainMode) -> Array:
-    """Displacements of the joints, shape (joints, multiplicity)."""
-    rows = np.append(solved.joints, solved.split.masses.size)
-    return solved.shapes[rows[: len(chain.joints)]]
+    """Displacements of the joints and pendants, shape (joints, multiplicity)."""
+    pendants = solved.split.masses.size + np.arange(len(chain.chain.pendants))
+    return solved.shapes[np.append(solved.joints, pendants)]
 
 
 def _joint_shares(chain: LabelledChain, solved: ChainMode) -> Array:
     """Shares of the joints in the kinetic energy, which is one half omega^2 for shapes of unit modal mass."""
-    pendant = chain.chain.pendant
-    masses = chain.chain.masses if pendant is None else np.append(chain.chain.masses, pendant[1])
-    return masses * np.mean(_joint_shapes(chain, solved) ** 2, axis=1)
+    return chain.chain.all_masses * np.mean(_joint_shapes(chain, solved) ** 2, axis=1)
 
 
 def family_of(chain: LabelledChain, solved: ChainMode, kind: str) -> str:
@@ -141,24 +141,22 @@ def family_of(chain: LabelledChain, solved: ChainMode, kind: str) -> str:
 
 
 def _spring_shares(chain: LabelledChain, shapes: Array, omega: float) -> dict[str, float]:
-    """Share of the strain energy in the motor's joint and in what springs the chain to the ground.
+    """Share of the strain energy in the pendants' springs and in what springs the chain to the ground.
 
     The strain energy of a shape of unit modal mass is one half omega^2.
     """
     parts, stored = chain.chain, {}
-    if parts.pendant is not None:
-        twist = shapes[-1] - shapes[parts.pendant_joint]
-        stored[MOTOR_JOINT] = parts.pendant[0] * float(np.mean(twist**2))
-        if parts.pendant_ground > 0.0:
-            stored[chain.ground] = parts.pendant_ground * float(np.mean(shapes[-1] ** 2))
-    elif chain.ground:
-        squares = np.mean(shapes[: parts.masses.size] ** 2, axis=1)
-        stored[chain.ground] = float(parts.ground_springs @ squares)
+    hung = shapes[parts.masses.size :]
+    for name, pendant, motion in zip(chain.pendant_springs, parts.pendants, hung, strict=False):
+        stored[name] = pendant.stiffness * float(np.mean((motion - shapes[pendant.joint]) ** 2))
+    if chain.ground:
+        springs = np.append(parts.ground_springs, [pendant.ground for pendant in parts.pendants])
+        stored[chain.ground] = float(springs @ np.mean(shapes**2, axis=1))
     return {name: energy / omega**2 for name, energy in stored.items()}
 
 
 def _pulley_family(chain: LabelledChain, shapes: Array) -> str:
-    mass = chain.chain.masses.sum() + chain.chain.density * chain.chain.lengths.sum()
+    mass = chain.chain.masses.sum() + chain.chain.cable_mass
     rims = {
         name: shapes[chain.joints.index(name)] for name in (DRIVE_PULLEY, LOAD_PULLEY) if name in chain.joints
     }

@@ -12,23 +12,29 @@ Applied Mathematics 24(3), 263-284, 1971.
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
 
-from cabledrive.mechanics.chain import Chain, split_at_antinodes
+from cabledrive.mechanics.chain import NO_PENDANT, Chain, split_at_antinodes
 from cabledrive.mechanics.compiled import njit_strict
 from cabledrive.mechanics.stiffness_matrix import dynamic_stiffness, free_joints
 from cabledrive.modal import counting_kernels
+from cabledrive.modal.mixed_counting import mixed_count
 from cabledrive.modal.polish import LONG_CHAIN
 
 CUT_SHARES = ((0.382, 0.146), (0.236, 0.71), (0.618, 0.31), (0.09, 0.854))
 _CLEAR = 1e-13
 
 
+def counter_of(chain: Chain) -> Callable[[float], int]:
+    """What counts the modes of a chain below a frequency [rad/s]."""
+    return ModeCounter(chain) if chain.uniform else partial(mixed_count, chain)
+
+
 class ModeCounter:
-    """Counts the modes of one chain; make it once, call it with many frequencies.
+    """Counts the modes of one uniform chain; make it once, call it with many frequencies.
 
     Parameters
     ----------
@@ -80,11 +86,11 @@ class ModeCounter:
 
 def _arguments(chain: Chain, long: bool, *ends: int) -> tuple[Any, ...]:
     """What the kernels take after omega: lists for Python, arrays for machine code."""
-    pendant = chain.pendant if chain.pendant is not None else (0.0, 0.0)
+    pendant = chain.pendant or NO_PENDANT
     arrays = chain.travel_times, np.ascontiguousarray(chain.masses), chain.ground_springs
     times, masses, springs = arrays if long else (array.tolist() for array in arrays)
-    held = chain.pendant_ground
-    return times, masses, springs, chain.impedance, *pendant, held, chain.pendant_joint, *ends
+    hung = pendant.stiffness, pendant.mass, pendant.ground, pendant.joint
+    return times, masses, springs, chain.impedance, *hung, *ends
 
 
 def _cut_rings(chain: Chain) -> Iterator[tuple[Chain, tuple[int]]]:
@@ -99,8 +105,11 @@ def _cut_rings(chain: Chain) -> Iterator[tuple[Chain, tuple[int]]]:
         masses, grounds = (
             np.insert(np.roll(each, -1), (0, other), 0.0) for each in (chain.masses, chain.ground_springs)
         )
-        joint = chain.pendant_joint + int(chain.pendant_joint > other) if chain.pendant_joint else n + 1
-        cut_ring = replace(chain, lengths=lengths, masses=masses, pendant_joint=joint, grounds=grounds)
+        pendants = tuple(
+            replace(own, joint=own.joint + int(own.joint > other) if own.joint else n + 1)
+            for own in chain.pendants
+        )
+        cut_ring = replace(chain, lengths=lengths, masses=masses, pendants=pendants, grounds=grounds)
         yield cut_ring, (other + 1,)
 
 

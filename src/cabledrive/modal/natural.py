@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from cabledrive.mechanics.chain import Chain
 from cabledrive.mechanics.holding import clamped, held_joints, motor_condition
-from cabledrive.mechanics.labelled_chain import own_chain
+from cabledrive.mechanics.own_chain import own_chain
 from cabledrive.mechanics.spans import longitudinal_chains
 from cabledrive.modal.band import Band, order_of
 from cabledrive.modal.certified import Certificate, Modes
@@ -45,7 +45,7 @@ def modes(
     drive : Drive, RoutedDrive or Chain
         Of a machine with routes each mode has the kind of its larger strain energy. A
         `cabledrive.mechanics.Chain` has the modes of its one direction of motion, listed as longitudinal; its
-        own springs and fixed ends say how it is held.
+        own springs and fixed ends say how it is held. Its segments may be different cables.
     below : float, optional
         Upper end [Hz].
     count : int, optional
@@ -139,7 +139,7 @@ def _of_chain(chain: Chain, below: float | None, count: int | None, held: bool) 
     """Modes of a chain that is built in Python, certified by the same count."""
     if held:
         raise InputRefused(
-            "motor, hold and at_torque are about drives; a chain has fixed, grounds, pendant_ground"
+            "motor, hold and at_torque are about drives; a chain is held by its own fixed ends and grounds"
         )
     band = Band([own_chain(chain)], LONGITUDINAL)
     if below is not None:
@@ -157,7 +157,9 @@ def _of_chain(chain: Chain, below: float | None, count: int | None, held: bool) 
         certified_reason=None if proven else INCOMPLETE,
         warnings=(),
         at_torque=0.0,
-        certificate=Certificate(below=clear, count=number, longitudinal=number, transverse=0),
+        certificate=Certificate(
+            below=clear, count=number, longitudinal=number, transverse=0, enclosure=band.enclosure
+        ),
         rigid_body_modes=band.rigid_body_modes,
         drive_hash="",
         motor="free",

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.mechanics.chain import Array, Chain
+from cabledrive.mechanics.chain import NO_PENDANT, Array, Chain
 from cabledrive.mechanics.compiled import njit_strict
 from cabledrive.modal.polish_kernels import polish
 
@@ -32,9 +32,8 @@ def polished(split: Chain, start: float, low: float, high: float) -> tuple[Array
     if not isfinite(omega):
         return None
     if split.pendant is not None:
-        spring, mass = split.pendant
-        own = split.pendant_ground - omega**2 * mass
-        shape = np.append(shape, shape[split.pendant_joint] / (1.0 + own / spring))
+        own = split.pendant.ground - omega**2 * split.pendant.mass
+        shape = np.append(shape, shape[split.pendant.joint] / (1.0 + own / split.pendant.stiffness))
     return np.array([omega]), shape[:, None]
 
 
@@ -43,8 +42,8 @@ def _turned(ring: Chain) -> Chain:
     lengths, masses, grounds = (
         np.concatenate((array[1:], array[:1])) for array in (ring.lengths, ring.masses, ring.ground_springs)
     )
-    joint = (ring.pendant_joint - 1) % ring.masses.size
-    return replace(ring, lengths=lengths, masses=masses, pendant_joint=joint, grounds=grounds)
+    pendants = tuple(replace(own, joint=(own.joint - 1) % ring.masses.size) for own in ring.pendants)
+    return replace(ring, lengths=lengths, masses=masses, pendants=pendants, grounds=grounds)
 
 
 def _by_elimination(split: Chain, start: float, low: float, high: float) -> tuple[float, Array]:
@@ -53,14 +52,15 @@ def _by_elimination(split: Chain, start: float, low: float, high: float) -> tupl
     first = 1 if split.closed or split.fixed[0] else 0
     last = n - 2 if split.fixed[1] else n - 1
     shape = np.cos((1.0 + np.sqrt(2.0)) * np.arange(1, n + 1))
-    held = split.pendant is not None and not split.closed and not first <= split.pendant_joint <= last
+    held = split.pendant is not None and not split.closed and not first <= split.pendant.joint <= last
     if last < first or held:  # a pendant on a held joint vibrates by itself
         return nan, shape
     long = split.lengths.size > LONG_CHAIN
     arrays = split.travel_times, split.masses, split.ground_springs, shape
     times, masses, springs, x = arrays if long else (array.tolist() for array in arrays)
     work = tuple(np.empty((7, n))) if long else tuple([0.0] * n for _ in range(7))
-    pendant = (*(split.pendant or (0.0, 0.0)), split.pendant_ground, split.pendant_joint)
+    hung = split.pendant or NO_PENDANT
+    pendant = hung.stiffness, hung.mass, hung.ground, hung.joint
     kernel = _compiled() if long else polish
     ends = split.closed, first, last
     chain = times, masses, springs, split.impedance, pendant

@@ -28,10 +28,10 @@ def inverse_iteration(
     ``split``: no segment near a pole between `low` and `high`; ``start``: where to begin [rad/s]; ``modes``:
     how many modes lie between `low` and `high`; ``low``, ``high``: interval the modes must lie in [rad/s].
     Returns ``omegas``, shape (modes,): natural frequencies [rad/s], ascending; ``shapes``, shape (joints,
-    modes): displacements of the joints (the pendant's last), of unit modal mass. Or None, if the iteration
+    modes): displacements of the joints (the pendants' last), of unit modal mass. Or None, if the iteration
     leaves the interval.
     """
-    if modes == 1:
+    if modes == 1 and split.uniform:
         found = polished(split, start, low, high)
         if found is not None:
             return found
@@ -80,10 +80,10 @@ class FoldedBand:
 
     def __init__(self, split: Chain, masses: Array) -> None:
         self.free = free_joints(split)
-        self._total = split.masses.size + (split.pendant is not None)
+        self._total = split.masses.size + len(split.pendants)
         self._place = _places(split, self.free)
         self._order = self.free[np.argsort(self._place[self.free])]
-        self._width = 1 + split.closed + (split.pendant is not None)
+        self._width = 1 + split.closed + len(split.pendants)
         self._left, self._right = (self._place[joints] for joints in links(split))
         self._both = (self._left >= 0) & (self._right >= 0)
         near, far = self._left[self._both], self._right[self._both]
@@ -163,9 +163,9 @@ def _places(split: Chain, free: NDArray[np.intp]) -> NDArray[np.intp]:
     order = np.arange(n)
     if split.closed:
         order[0::2], order[1::2] = np.arange((n + 1) // 2), np.arange(n - 1, (n - 1) // 2, -1)
-    if split.pendant is not None:
-        order = np.insert(order, np.flatnonzero(order == split.pendant_joint), n)
-    place = np.full(n + (split.pendant is not None), -1)
+    for number, pendant in enumerate(split.pendants):
+        order = np.insert(order, np.flatnonzero(order == pendant.joint), n + number)
+    place = np.full(n + len(split.pendants), -1)
     place[free] = 0
     order = order[place[order] == 0]
     place[order] = np.arange(order.size)

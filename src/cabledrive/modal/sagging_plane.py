@@ -110,17 +110,16 @@ class SaggingPlane:
 
     def _along_mass(self, number: int, x: Array) -> float:
         chain, _ = self._matrix.chains[number]
-        joints = np.zeros(chain.masses.size + (chain.pendant is not None))
+        joints = np.zeros(chain.masses.size + len(chain.pendants))
         joints[self._matrix.along[number]] = x[
             self._matrix.offsets[number] : self._matrix.offsets[number + 1]
         ]
-        masses = chain.masses if chain.pendant is None else np.append(chain.masses, chain.pendant[1])
         near, far = (
             joints[: chain.lengths.size],
             np.roll(joints[: chain.masses.size], -1)[: chain.lengths.size],
         )
         cable = chain.density * chain.lengths / 3.0
-        return float(masses @ joints**2 + cable @ (near**2 + near * far + far**2))
+        return float(chain.all_masses @ joints**2 + cable @ (near**2 + near * far + far**2))
 
 
 def _negative_blocks(diagonal: Array, pivots: NDArray[np.intp]) -> int:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.chain import Array, Chain, split_at_antinodes
-from cabledrive.modal.counting import ModeCounter
+from cabledrive.modal.counting import counter_of
 from cabledrive.modal.refinement import inverse_iteration
 from cabledrive.parameters import NotComputed
 
@@ -17,6 +17,9 @@ MULTIPLE = 1e-10
 
 ENCLOSURE = 1e-12
 """Half-width, relative, of the interval in which each mode is proven to lie by two counts."""
+
+ENCLOSURES = (1e-12, 1e-11, 1e-10, 1e-9, 1e-8)
+"""Half-widths where the count is of an assembled matrix: the first that its round-off allows."""
 
 _START = 2.0**-2
 
@@ -66,10 +69,10 @@ class ChainMode:
         The chain with massless joints added, on which the shapes are given.
     joints : ndarray of int
         Where the chain's own joints are among those of `split`.
-    shapes : ndarray, shape (joints of split and pendant, multiplicity)
+    shapes : ndarray, shape (joints of split and pendants, multiplicity)
         Displacements at the joints, normalised to unit modal mass [kg^-1/2].
-    proven : bool
-        Whether counts at both ends of the enclosure prove it.
+    enclosure : float or None
+        Relative half-width of the interval in which two counts prove it; None: not proven.
     """
 
     omega: float
@@ -77,7 +80,12 @@ class ChainMode:
     split: Chain
     joints: NDArray[np.intp]
     shapes: Array
-    proven: bool
+    enclosure: float | None
+
+    @property
+    def proven(self) -> bool:
+        """Whether counts at both ends of the enclosure prove it."""
+        return self.enclosure is not None
 
 
 class Refined(NamedTuple):
@@ -137,7 +145,7 @@ class Proven(NamedTuple):
 class _ChainStructure:
     """A chain as the solver sees it."""
 
-    def __init__(self, chain: Chain, count: ModeCounter) -> None:
+    def __init__(self, chain: Chain, count: Callable[[float], int]) -> None:
         self._chain, self.count = chain, count
         self.rigid_body_modes = chain.rigid_body_modes
         self.longest = float(np.max(chain.travel_times))
@@ -150,7 +158,7 @@ class _ChainStructure:
 
 
 def chain_modes(
-    chain: Chain, top: float, *, first: int | None = None, count: ModeCounter | None = None
+    chain: Chain, top: float, *, first: int | None = None, count: Callable[[float], int] | None = None
 ) -> list[ChainMode]:
     """All modes of a chain below a frequency, ascending, without the rigid-body mode.
 
@@ -158,10 +166,11 @@ def chain_modes(
     mode is not cut; ``count``: the chain's own, if there is one already.
     Raises `NotComputed` if a mode the count promises cannot be found.
     """
-    structure = _ChainStructure(chain, count or ModeCounter(chain))
+    structure = _ChainStructure(chain, count or counter_of(chain))
+    widths = (ENCLOSURE,) if chain.uniform else ENCLOSURES
     return [
-        ChainMode(mode.omega, mode.multiplicity, split, joints, mode.shapes, mode.enclosure is not None)
-        for mode in modes_of(structure, top, first=first)
+        ChainMode(mode.omega, mode.multiplicity, split, joints, mode.shapes, mode.enclosure)
+        for mode in modes_of(structure, top, first=first, enclosures=widths)
         for split, joints in [mode.frame]
     ]
 

@@ -119,7 +119,7 @@ def pulley_mode(drive: Drive) -> PulleyMode:
 
 def _rim_motion(chain: LabelledChain, solved: ChainMode) -> np.ndarray:
     """Motion of the rims in each shape, relative to a rigid motion of the whole chain."""
-    total = chain.chain.masses.sum() + chain.chain.density * chain.chain.lengths.sum()
+    total = chain.chain.masses.sum() + chain.chain.cable_mass
     rows = [
         solved.joints[chain.joints.index(name)]
         for name in (DRIVE_PULLEY, LOAD_PULLEY)
@@ -208,7 +208,7 @@ def _tuned_at_rest(drive: Drive, place: int, number: int) -> float:
     rigidity, current = drive.cable.axial_rigidity, drive
     for _ in range(_PASSES):
         string = strings_at_rest(current)[place]
-        own, force = section_frequencies(string, number)[number - 1], string.chain.rigidity
+        own, force = section_frequencies(string, number)[number - 1], float(string.chain.rigidity)
         wanted = force * (pulley_mode(current).omega / (2 * own)) ** 2
         if wanted >= rigidity:
             raise InputRefused(_no_tuning(wanted, rigidity))

@@ -101,5 +101,5 @@ def rigid_mass(drive: Drive) -> float:
     """
     (chain,) = longitudinal_chains(drive)
     parts = chain.chain
-    pendant = parts.pendant[1] if parts.pendant else 0.0
-    return float(parts.masses.sum() + parts.density * parts.lengths.sum() + pendant)
+    pendant = parts.pendant.mass if parts.pendant else 0.0
+    return float(parts.masses.sum() + parts.cable_mass + pendant)

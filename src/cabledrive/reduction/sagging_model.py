@@ -139,8 +139,8 @@ def _of_chain(
     """Frequency, rims and strain of each mode of one chain."""
     rows, parts = [], chain.chain
     if parts.rigid_body_modes:
-        mass = float(parts.masses.sum() + parts.density * parts.lengths.sum())
-        mass += parts.pendant[1] if parts.pendant else 0.0
+        mass = float(parts.masses.sum() + parts.cable_mass)
+        mass += parts.pendant.mass if parts.pendant else 0.0
         rows.append((0.0, np.full(3, mass**-0.5), np.zeros(state.mesh.spacing.size)))
     wanted = max(least, FEWEST_MODES, parts.masses.size)
     reach = max(top, 1.5 * wanted * pi / float(parts.travel_times.sum()))

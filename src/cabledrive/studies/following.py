@@ -165,8 +165,7 @@ def mass_weighted_shapes(drive: Drive, modes: tuple[Mode, ...], cells: int) -> A
     """
     masses: dict[str, float] = {}
     for chain in longitudinal_chains(drive):
-        held = chain.chain.pendant[1] if chain.chain.pendant else 0.0
-        masses |= dict(zip(chain.joints, [*chain.chain.masses, held], strict=False))
+        masses |= dict(zip(chain.joints, chain.chain.all_masses, strict=True))
     midpoints = (np.arange(cells) + 0.5) * drive.span_length / cells
     cell_mass = drive.cable.mass_per_length * drive.span_length / cells
     columns = []

@@ -10,8 +10,8 @@ from cabledrive.mechanics.network.motion import ALONG
 from cabledrive.modal.mode import LONGITUDINAL, STRING, TRANSVERSE, Mode
 from cabledrive.modal.network.component import HeldWaves, components_of
 from cabledrive.modal.network.motion import PLANES, HeldMotion, NetworkMotion
-from cabledrive.modal.network.structure import ENCLOSURES, MULTIPLE, ComponentStructure
-from cabledrive.modal.solver import ENCLOSURE, Proven, modes_of
+from cabledrive.modal.network.structure import MULTIPLE, ComponentStructure
+from cabledrive.modal.solver import ENCLOSURE, ENCLOSURES, Proven, modes_of
 
 SAME = 1e-12
 """Harmonics of equal spans are one longitudinal mode when closer than this, relative."""

@@ -16,9 +16,6 @@ from cabledrive.modal.network.stiffness import (
 )
 from cabledrive.modal.solver import Refined
 
-ENCLOSURES = (1e-12, 1e-11, 1e-10, 1e-9, 1e-8)
-"""Relative half-widths in which modes are proven: the first that round-off of the count allows."""
-
 MULTIPLE = 1e-9
 """Modes closer than this, relative to their frequency, are one mode of higher multiplicity."""
 
