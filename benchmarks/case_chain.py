@@ -45,16 +45,16 @@ def compared(library, segments: int, name: str, plucks):
     case = prepared(segments, plucks, "verlet", 1e3)
     steps = case.grid.every * max(1, round(2000 / case.grid.every))
     contestants = {
-        f"kernel, records at {rate}": Marched(prepared(segments, plucks, "verlet", hertz))
+        f"kernel, records at {rate}": Integrated(prepared(segments, plucks, "verlet", hertz))
         for rate, hertz in RATES.items()
     }
-    contestants["kernel with a carriage, records at 1 kHz"] = Marched(
+    contestants["kernel with a carriage, records at 1 kHz"] = Integrated(
         prepared(segments, plucks, "verlet", 1e3, CARRIAGE)
     )
-    contestants["energy-conserving, records at 1 kHz"] = Marched(
+    contestants["energy-conserving, records at 1 kHz"] = Integrated(
         prepared(segments, plucks, "energy-conserving", 1e3)
     )
-    contestants["energy-conserving with a carriage, records at 1 kHz"] = Marched(
+    contestants["energy-conserving with a carriage, records at 1 kHz"] = Integrated(
         prepared(segments, plucks, "energy-conserving", 1e3, CARRIAGE)
     )
     contestants["plain C"] = InC(library, case)
@@ -79,7 +79,7 @@ def prepared(segments: int, plucks, method: str, rate: float, drive=DRIVE) -> Ca
 
 
 def difference(case: Case, in_c: InC, steps: int) -> float:
-    ours = Marched(case)
+    ours = Integrated(case)
     ours(steps)
     in_c(steps)
     return max(
@@ -87,8 +87,8 @@ def difference(case: Case, in_c: InC, steps: int) -> float:
     )
 
 
-class Marched:
-    """A method's march from the start of a case, with its records."""
+class Integrated:
+    """The steps of a method from the start of a case, with its records."""
 
     def __init__(self, case: Case):
         self.case, self.state, self.work = case, case.first_state(), new_workspace(case.plan)
@@ -100,8 +100,8 @@ class Marched:
         if self.inputs[0].size != steps:
             self.inputs = case.inputs(0, steps)
             self.rows = np.zeros((-(-steps // case.grid.every), case.width))
-        code = case.method.march(
+        code = case.method.integrate(
             case.plan, self.state, self.work, *self.inputs, case.grid.every, self.rows, self.fields
         )
         if code:
-            raise RuntimeError(f"the march ended with code {code}")
+            raise RuntimeError(f"the integration ended with code {code}")

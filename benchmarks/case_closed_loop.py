@@ -11,7 +11,7 @@ from sampled_loops import InC, InNumpy, InPythonControl, compiled
 
 import cabledrive as cd
 from cabledrive.rig import Motion, RigOptions
-from cabledrive.rig.closed_loop.lanes import lane_of, march_alone, reference_table
+from cabledrive.rig.closed_loop.lanes import integrate_alone, lane_of, reference_table
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
 from cabledrive.rig.laws.registry import design
 from cabledrive.rig.plant_samples import run_samples
@@ -75,7 +75,7 @@ def loop_of(options: RigOptions, motion: Motion) -> Loop:
 
 
 def alone(loop: Loop, lane: np.ndarray, table: np.ndarray) -> float:
-    return float(march_alone(loop, lane, table)[0])
+    return float(integrate_alone(loop, lane, table)[0])
 
 
 def general(loop: Loop):

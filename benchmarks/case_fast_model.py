@@ -6,7 +6,7 @@ from functools import partial
 from unittest import mock
 
 import numpy as np
-from case_chain import DRIVE, TORQUE, Marched
+from case_chain import DRIVE, TORQUE, Integrated
 from harness import duration, side_by_side, table
 
 from cabledrive.reduction import fast_simulation
@@ -32,7 +32,7 @@ def report() -> str:
     note = (
         "One second of `dissertation-2` at 3.26 N, Gamma 2 1/s, torque 0.02 N m at 81.6 Hz, both spans plucked "
         f"by 1 mm. Errors: largest difference of the envelopes from those of {REFERENCE} segments over the "
-        f"largest. The fewest segments and sines within {100 * ACCURACY:g} % are timed, marches alone, with "
+        f"largest. The fewest segments and sines within {100 * ACCURACY:g} % are timed, integration alone, with "
         f"{1.0 / STEP:,.0f} records. Targets: {TARGETS['half-sine']} and {TARGETS['triangle']} times."
     )
     columns = ["pluck", "method", "load angle", "midpoint", "time per second", "times the fast model"]
@@ -62,8 +62,8 @@ def compared(shape: str):
         scheme=Scheme(segments=segments),
         recording=RECORDING,
     )
-    chain = Marched(case)
-    times = side_by_side({"chain": lambda: chain(case.grid.steps), "fast": lambda: marched(arguments)})
+    chain = Integrated(case)
+    times = side_by_side({"chain": lambda: chain(case.grid.steps), "fast": lambda: integrated(arguments)})
     ratio = times["chain"].times_slower_than(times["fast"])
     for name, error, key, times_fast in (
         (f"chain, {segments} segments", chain_error, "chain", f"{ratio:.0f}"),
@@ -92,7 +92,7 @@ def fast_run(shape: str, sines: int, exact):
     return errors(exact, result), taken[0]
 
 
-def marched(arguments):
+def integrated(arguments):
     c, q, p, a, b, *rest = arguments
     return integrate(c, q.copy(), p.copy(), a.copy(), b.copy(), *rest)
 

@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 import pinned_string
-from case_chain import Marched
+from case_chain import Integrated
 from harness import duration, side_by_side, table
 from pinned_string import DRIVE, DURATION, HEIGHT, RATE, TIMES
 
@@ -24,9 +24,9 @@ TARGETS = {"MuJoCo": 100, "MoorDyn": 100, "PyElastica": 1000}
 
 def report() -> str:
     exact = chain(REFERENCE)
-    marches, absent = at_hand()
-    agreement = [row for name, found in marches.items() for row in agreeing(name, found, exact)]
-    speed = [compared(name, n, march, exact) for name, found in marches.items() for n, march in found.items()]
+    simulations, absent = at_hand()
+    agreement = [row for name, found in simulations.items() for row in agreeing(name, found, exact)]
+    speed = [compared(name, n, run, exact) for name, found in simulations.items() for n, run in found.items()]
     missing = f"\n\nNot installed here, hence not compared: {', '.join(absent)}." if absent else ""
     return (
         table(["package", "n", "its error", "our error", "difference", "agrees"], agreement)
@@ -55,21 +55,21 @@ SPEED = (
 
 def at_hand() -> tuple[dict[str, dict[int, Callable[[], np.ndarray]]], list[str]]:
     """Marches of each package that is installed, and those that are not."""
-    marches, absent = {}, []
+    simulations, absent = {}, []
     for package, pieces in PIECES.items():
         try:
             with silence():
-                marches[package] = {n: getattr(pinned_string, f"in_{package.lower()}")(n) for n in pieces}
+                simulations[package] = {n: getattr(pinned_string, f"in_{package.lower()}")(n) for n in pieces}
         except ImportError:
             absent.append(package)
-    return marches, absent
+    return simulations, absent
 
 
-def agreeing(package: str, marches, exact: np.ndarray) -> Iterator[tuple[object, ...]]:
+def agreeing(package: str, simulations, exact: np.ndarray) -> Iterator[tuple[object, ...]]:
     before = np.inf
-    for n, march in marches.items():
+    for n, run in simulations.items():
         with silence():
-            found = march()
+            found = run()
         error, ours = distance(found, exact), distance(chain(n), exact)
         difference = distance(found, chain(n))
         agrees = difference <= error + ours and (before == np.inf or error < before / 3.0)
@@ -77,14 +77,14 @@ def agreeing(package: str, marches, exact: np.ndarray) -> Iterator[tuple[object,
         before = error
 
 
-def compared(package: str, pieces: int, march, exact: np.ndarray) -> tuple[object, ...]:
+def compared(package: str, pieces: int, run, exact: np.ndarray) -> tuple[object, ...]:
     with silence():
-        error = distance(march(), exact)
+        error = distance(run(), exact)
     ours = next(n for n in FINER if distance(chain(n), exact) <= error)
     case = pinned_string.chain_case(ours)
-    marched = Marched(case)
+    integrated = Integrated(case)
     with silence():
-        times = side_by_side({"theirs": march, "ours": lambda: marched(case.grid.steps)}, rounds=ROUNDS)
+        times = side_by_side({"theirs": run, "ours": lambda: integrated(case.grid.steps)}, rounds=ROUNDS)
     theirs, mine = (type(t)(t.seconds / DURATION, None) for t in times.values())
     ratio = f"{theirs.times_slower_than(mine):.0f}"
     return package, pieces, duration(theirs), ours, duration(mine), ratio

@@ -44,13 +44,13 @@ def both_tables(machine) -> str:
     peer_seconds, peer = peer_run(machine, points)
     rows, errors = [], {}
     for method, target in TARGETS.items():
-        found, march, whole, processor = timed(machine, method)
-        per_point = march / found.growth.size
+        found, inner, whole, processor = timed(machine, method)
+        per_point = inner / found.growth.size
         ratio = peer_seconds / per_point
         rows.append(
             (
                 method,
-                f"{march:.3f} s",
+                f"{inner:.3f} s",
                 f"{whole:.3f} s",
                 f"{processor:.3f} s",
                 f"{target:g} s",
@@ -60,15 +60,15 @@ def both_tables(machine) -> str:
         own = [found.growth[find(TORQUES, t), find(PRETENSIONS, p)] for p, t in points]
         errors[method] = max(abs(a / b - 1.0) for a, b in zip(own, peer, strict=True))
     note = (
-        f"{PRETENSIONS.size * TORQUES.size:,} sets, one second each, two threads, least of {ROUNDS} runs. March: "
+        f"{PRETENSIONS.size * TORQUES.size:,} sets, one second each, two threads, least of {ROUNDS} runs. Integration: "
         "wall time of the integration. Whole call: wall time of `growth_map`, with the modes of the drive, "
-        "coefficients of every set and the start map. Targets are for the march. Last column: scipy's "
+        "coefficients of every set and the start map. Targets are for the integration. Last column: scipy's "
         f"`solve_ivp` (DOP853, rtol 1e-8) on the equations (A.9) at {len(points)} of the points, "
-        f"{peer_seconds:.2f} s each on one core, over the march's time per point. Growth differs from it by at "
+        f"{peer_seconds:.2f} s each on one core, over the integration per point. Growth differs from it by at "
         f"most {100 * errors['averaged']:.2g} % (averaged) and {100 * errors['oscillators']:.2g} % "
         "(oscillators) at those points."
     )
-    columns = ["method", "march", "whole call", "processor", "target", "times solve_ivp per point"]
+    columns = ["method", "integration", "whole call", "processor", "target", "times solve_ivp per point"]
     return table(columns, rows) + "\n\n" + note
 
 
@@ -77,8 +77,8 @@ def find(axis: np.ndarray, value: float) -> int:
 
 
 def timed(machine, method: str):
-    """Result, least wall time of the march and of the whole call, least processor time of the call."""
-    spent, inner = [], ensembles._on_threads  # the march as the map calls it
+    """Result, least wall time of the integration and of the whole call, least processor time of the call."""
+    spent, inner = [], ensembles._on_threads  # the integration as the map calls it
 
     def watched(work, blocks, threads):
         began = time.perf_counter()

@@ -1,7 +1,7 @@
 """A pinned string after a half-sine pluck, in plain terms that every package can be told, and in each of them.
 
 The string: EA, mass per unstretched metre and pretension of `dissertation-2`, both ends held, no weight, no
-damping, exact geometry. Each function marches it with n pieces and returns the displacement at midspan at the
+damping, exact geometry. Each function integrates it with n pieces and returns the displacement at midspan at the
 times asked for. Packages that are not installed raise ImportError.
 """
 
@@ -52,7 +52,7 @@ def chain_case(pieces: int) -> Case:
 
 
 def in_mujoco(pieces: int):
-    """Point masses on two slides each, joined by tendons that are linear springs; returns a march."""
+    """Point masses on two slides each, joined by tendons that are linear springs; returns its run."""
     import mujoco
 
     h, step = LENGTH / pieces, dividing(0.9 * largest_step(pieces))
@@ -80,7 +80,7 @@ def in_mujoco(pieces: int):
     data = mujoco.MjData(model)
     per_record, middle = round(1.0 / RATE / step), 2 * (pieces // 2 - 1) + 1
 
-    def march() -> np.ndarray:
+    def run() -> np.ndarray:
         mujoco.mj_resetData(model, data)
         data.qpos[1::2] = pluck(h * np.arange(1, pieces))
         mujoco.mj_forward(model, data)
@@ -91,11 +91,11 @@ def in_mujoco(pieces: int):
             found[k] = data.qpos[middle]
         return found
 
-    return march
+    return run
 
 
 def in_moordyn(pieces: int):
-    """A mooring line in a sea without density, its nodes put on the half-sine; returns a march."""
+    """A mooring line in a sea without density, its nodes put on the half-sine; returns its run."""
     import moordyn
 
     step = dividing(1.2 * largest_step(pieces))
@@ -140,7 +140,7 @@ RK4      tScheme
         old, new = (np.hstack((places, *columns)).ravel() for places in (straight[1:-1], plucked))
         state = _replaced(state, old, new)
 
-    def march() -> np.ndarray:
+    def run() -> np.ndarray:
         moordyn.Deserialize(system, state.tobytes())
         found = np.empty(TIMES.size)
         time = 0.0
@@ -149,7 +149,7 @@ RK4      tScheme
             found[k] = moordyn.GetLineNodePos(line, pieces // 2)[2] - height
         return found
 
-    return march
+    return run
 
 
 def _replaced(words: np.ndarray, old: np.ndarray, new: np.ndarray) -> np.ndarray:
@@ -165,7 +165,7 @@ def _replaced(words: np.ndarray, old: np.ndarray, new: np.ndarray) -> np.ndarray
 
 
 def in_exudyn(pieces: int):
-    """Cubic elements without bending stiffness, marched by the trapezoidal rule; returns a march."""
+    """Cubic elements without bending stiffness, integrated by the trapezoidal rule; returns its run."""
     import exudyn as exu
     from exudyn import utilities as item
 
@@ -211,17 +211,17 @@ def in_exudyn(pieces: int):
         system.Assemble()
         return container, system, middle
 
-    def march() -> np.ndarray:
+    def run() -> np.ndarray:
         _container, system, middle = made()
         system.SolveDynamic(settings, solverType=exu.DynamicSolverType.TrapezoidalIndex2)
         told = system.GetSensorStoredData(middle)
         return np.interp(TIMES, told[:, 0], told[:, 2])
 
-    return march
+    return run
 
 
 def in_pyelastica(pieces: int):
-    """A Cosserat rod, the thinner the more elements, so that its bending vanishes as well; returns a march."""
+    """A Cosserat rod, the thinner the more elements, so that its bending vanishes as well; returns its run."""
     import elastica as ea
 
     radius = 0.02 / pieces
@@ -256,7 +256,7 @@ def in_pyelastica(pieces: int):
 
     stepper, per_record = ea.PositionVerlet(), round(1.0 / RATE / step)
 
-    def march() -> np.ndarray:
+    def run() -> np.ndarray:
         system, rod = made()
         found, time = np.empty(TIMES.size), np.float64(0.0)
         for k in range(TIMES.size):
@@ -265,4 +265,4 @@ def in_pyelastica(pieces: int):
             found[k] = rod.position_collection[2, pieces // 2]
         return found
 
-    return march
+    return run

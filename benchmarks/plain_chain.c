@@ -2,7 +2,7 @@
    u, v, w and their velocities have 2 n + 1 entries, the last one node 0 again; p has 2 n entries each. */
 #include <math.h>
 
-void march(long steps, long n, double h, double dt, double pretension, double rigidity, double mass,
+void integrate(long steps, long n, double h, double dt, double pretension, double rigidity, double mass,
            double damping, double gravity, double drive_mass, double load_mass, double push, double omega,
            double *restrict u, double *restrict v, double *restrict w,
            double *restrict u_t, double *restrict v_t, double *restrict w_t,

@@ -29,7 +29,7 @@ def compiled() -> tuple[ctypes.CDLL, int]:
 
 
 class InC:
-    """March of the C loop from the start of a case."""
+    """Integrate of the C loop from the start of a case."""
 
     def __init__(self, library: ctypes.CDLL, case: Case):
         state = case.first_state()
@@ -50,12 +50,12 @@ class InC:
             case.torque.amplitude / drive.drive_pulley.radius,
             2.0 * np.pi * case.torque.frequency,
         ]
-        self.march, self.segments = library.march, case.mesh.segments
+        self.integrate, self.segments = library.integrate, case.mesh.segments
         self.arguments = [ctypes.c_double(number) for number in numbers]
         self.arguments += [row.ctypes.data_as(ctypes.c_void_p) for row in self.rows]
 
     def __call__(self, steps: int) -> None:
-        self.march(ctypes.c_long(steps), ctypes.c_long(self.segments), *self.arguments)
+        self.integrate(ctypes.c_long(steps), ctypes.c_long(self.segments), *self.arguments)
 
 
 class InNumpy:

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from network_samples import random_network
 
-from cabledrive.modal.network.structure import ENCLOSURES, MULTIPLE, ComponentStructure
-from cabledrive.modal.solver import modes_of
+from cabledrive.modal.network.structure import MULTIPLE, ComponentStructure
+from cabledrive.modal.solver import ENCLOSURES, modes_of
 from oracles.network_fem import natural_frequencies
 
 DEGREE = 26

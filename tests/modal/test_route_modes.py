@@ -13,8 +13,8 @@ import cabledrive as cd
 from cabledrive.mechanics.network import network_of
 from cabledrive.modal.network.component import Component, components_of
 from cabledrive.modal.network.motion import NetworkMotion
-from cabledrive.modal.network.structure import ENCLOSURES, MULTIPLE, ComponentStructure
-from cabledrive.modal.solver import modes_of
+from cabledrive.modal.network.structure import MULTIPLE, ComponentStructure
+from cabledrive.modal.solver import ENCLOSURES, modes_of
 from cabledrive.parameters.route.parts import RoutedCarriage
 
 ROUTES = Path(__file__).parent.parent / "parameters" / "routes"

@@ -141,7 +141,9 @@ def _advance(case: Case, state: State, first: int, last: int, rest: Array) -> tu
         return np.zeros((0, 2, width)), False
     rows, fields = np.zeros((last - first, case.width)), np.full((last - first, 3, width), np.nan)
     torque, forces = case.inputs(first * every, (last - first) * every)
-    code = case.method.march(case.plan, state, new_workspace(case.plan), torque, forces, every, rows, fields)
+    code = case.method.integrate(
+        case.plan, state, new_workspace(case.plan), torque, forces, every, rows, fields
+    )
     moved = fields[:, V:] - rest[V:]
     return moved[np.isfinite(moved).all(axis=(1, 2))], code != DONE
 

@@ -118,7 +118,7 @@ def test_a_pluck_at_rest_starts_from_a_real_pulley_amplitude():
     assert state[0].real == pytest.approx(c.offset[0] * 16e-6, rel=0.02)
 
 
-def march(c, state, duration, steps, second=False):
+def integrate(c, state, duration, steps, second=False):
     h, states = duration / steps, [state]
     for n in range(steps):
         t, s = n * h, states[-1]
@@ -134,7 +134,7 @@ def test_without_damping_energy_stays():
     """|z|^2 + (k / alpha) |Q|^2, at tuning and without torque; cubic terms leave the sum alone."""
     c = averaged_coefficients(autoparametric_model(TUNED))._replace(detuning=np.array(0.0))
     c = c._replace(transverse_detuning=np.zeros(2))
-    states = march(c, np.array([1e-4 + 5e-5j, 2e-3 + 1e-3j, -5e-4 + 4e-4j]), 1.0, 1000)
+    states = integrate(c, np.array([1e-4 + 5e-5j, 2e-3 + 1e-3j, -5e-4 + 4e-4j]), 1.0, 1000)
     ratio = c.pump[0] / c.feedback[0]
     energy = np.sum(np.abs(states[:, 1:]) ** 2, axis=1) + ratio * np.abs(states[:, 0]) ** 2
     np.testing.assert_allclose(energy, energy[0], rtol=1e-6)
@@ -146,7 +146,7 @@ def test_axial_angular_momentum_of_each_span_decays_as_the_damping_alone():
     c = averaged_coefficients(model, torque=0.05)
     start = plucked(c, [2e-3, 5e-4, 0.0, 0.0], second=False)
     start[3:] = 1j * np.array([1e-3, -8e-4])
-    states = march(c, start, 1.0, 2000)
+    states = integrate(c, start, 1.0, 2000)
     for span in (1, 2):
         momentum = (states[:, span] * states[:, span + 2].conj()).imag
         kept = momentum[-1] / momentum[0]
@@ -155,14 +155,14 @@ def test_axial_angular_momentum_of_each_span_decays_as_the_damping_alone():
 
 def test_equal_plucks_leave_the_pulleys_at_rest():
     c = averaged_coefficients(autoparametric_model(TUNED))
-    states = march(c, plucked(c, [2e-3, 2e-3], second=False), 0.5, 200)
+    states = integrate(c, plucked(c, [2e-3, 2e-3], second=False), 0.5, 200)
     assert np.max(np.abs(states[:, 0])) < 1e-18
 
 
 def test_a_pluck_of_nothing_stays_nothing():
     """The growth needs a seed: an exactly zero transverse motion stays zero under any torque."""
     c = averaged_coefficients(autoparametric_model(damped(1.0, 5.0)), torque=0.05)
-    states = march(c, plucked(c, [0.0, 0.0], second=False), 0.5, 100)
+    states = integrate(c, plucked(c, [0.0, 0.0], second=False), 0.5, 100)
     assert np.max(np.abs(states[:, 1:])) == 0.0
     assert np.abs(states[-1, 0]) > 1e-5
 

@@ -117,7 +117,7 @@ def drift(time, error):
 
 
 def test_the_error_of_the_energy_falls_with_the_square_of_the_step():
-    """A chain of its own, marched with ever smaller steps: the Hamiltonian is kept to second order."""
+    """A chain of its own, integrated with ever smaller steps: the Hamiltonian is kept to second order."""
     errors = []
     cfls = (0.8, 0.4, 0.2)
     for cfl in cfls:

@@ -146,16 +146,16 @@ def test_a_motion_turned_round_goes_back_to_where_it_came_from(measured):
     state, work = case.first_state(), new_workspace(case.plan)
     stored = state.extra[0]
 
-    def march(count):
+    def integrate(count):
         torque, forces = case.inputs(0, count)
         rows, fields = np.zeros((count // every + 1, case.width)), np.zeros((0, 3, case.mesh.nodes))
-        assert case.method.march(case.plan, state, work, torque, forces, every, rows, fields) == 0
+        assert case.method.integrate(case.plan, state, work, torque, forces, every, rows, fields) == 0
 
-    march(steps)
+    integrate(steps)
     moved = np.max(np.abs(state.x - case.displacement))
     state.x[:] -= case.plan.step * state.x_t
     state.x_t[:] *= -1.0
-    march(steps - 1)
+    integrate(steps - 1)
     error = np.max(np.abs(state.x - case.displacement))
     measured(f"back within {error:.1e} m after {1e3 * moved:.1f} mm")
     assert moved > 1e-2

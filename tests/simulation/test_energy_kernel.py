@@ -1,4 +1,4 @@
-"""The compiled energy-conserving march equals its readable twin.
+"""The compiled energy-conserving integration equals its readable twin.
 
 Compiled here: `cabledrive.simulation.kernels.energy_conserving`,
 `cabledrive.simulation.kernels.energy_equal_segments`, `cabledrive.simulation.kernels.stored_energy`,
@@ -12,8 +12,8 @@ from test_verlet_kernel import CASES, setting, taken
 
 from cabledrive.simulation.channels import CHANNELS, WIDTH
 from cabledrive.simulation.energy_conserving import EnergyConserving
-from cabledrive.simulation.kernels.energy_conserving import march
-from oracles.readable_chain.energy_conserving import SHIFT, march_reference
+from cabledrive.simulation.kernels.energy_conserving import integrate
+from oracles.readable_chain.energy_conserving import SHIFT, integrate_reference
 
 pytestmark = pytest.mark.kernel
 
@@ -29,8 +29,8 @@ def start_of(case, *, planar=False):
 
 
 def assert_equal_runs(inputs):
-    code, state, rows, fields = taken(march, *inputs)
-    code_r, state_r, rows_r, fields_r = taken(march_reference, *inputs)
+    code, state, rows, fields = taken(integrate, *inputs)
+    code_r, state_r, rows_r, fields_r = taken(integrate_reference, *inputs)
     assert code == code_r == 0
     for name, ours, theirs in zip(state._fields, state, state_r, strict=True):
         if name == "tallies":
@@ -61,7 +61,7 @@ def test_motion_in_the_plane_of_the_pulleys_equals_the_readable_one(case):
 def test_the_budget_closes_at_every_step(case):
     """Balance of energy, works and losses over 36 steps of rough motion: 1e-13 of the energy in it."""
     plan, start, torque, forces = start_of(case)
-    rows = taken(march, plan, start, torque, forces)[2]
+    rows = taken(integrate, plan, start, torque, forces)[2]
     balance = rows[:, WIDTH - 1]
     error = np.max(np.abs(balance - balance[0])) / np.max(np.abs(rows[:, : WIDTH - 1][:, 11:21].sum(axis=1)))
     assert error < 1e-13, f"{error:.2e}"
@@ -73,7 +73,7 @@ def test_a_large_motion_raises_the_shift_and_conserves_energy_all_the_same(case)
     plan, start, torque, forces = start_of(case)
     start.extra[SHIFT] *= 1e-6
     plan = plan._replace(stop_when_slack=False)
-    state, rows = taken(march, plan, start, torque, forces)[1:3]
+    state, rows = taken(integrate, plan, start, torque, forces)[1:3]
     assert state.extra[SHIFT] > start.extra[SHIFT]
     balance = rows[:, WIDTH - 1]
     assert np.ptp(balance) < 1e-12 * np.max(np.abs(rows[:, 11:21]).sum(axis=1))
@@ -84,6 +84,6 @@ def test_slack_stops_the_march_before_the_step(case):
     """In the quick loop and in the long one."""
     plan, start, torque, forces = start_of(case)
     start.x[0, 1] = start.x[0, 0] - 1.1 * plan.pretension / plan.rigidity * plan.segment[0, 0]
-    code, state = taken(march, plan._replace(stop_when_slack=True), start, torque, forces)[:2]
+    code, state = taken(integrate, plan._replace(stop_when_slack=True), start, torque, forces)[:2]
     assert code == 1
     assert state.counts[0] == 0

@@ -33,7 +33,7 @@ from cabledrive.simulation.kernels.own_law import steps_under
 from cabledrive.simulation.own_law import compiled_law
 from cabledrive.simulation.step_size import largest_stable_step
 from cabledrive.simulation.workspace import new_workspace
-from oracles.readable_chain.verlet import march_reference
+from oracles.readable_chain.verlet import integrate_reference
 
 DRIVE = cd.load_drive("dissertation-2")
 RUN = {
@@ -161,7 +161,7 @@ def test_the_compiled_steps_under_a_law_equal_the_readable_ones():
     work = new_workspace(case.plan)
     assert steps_under(formula, numbers, case.plan, ours, work, torque, forces) == 40
     rows = np.zeros((1, case.width))
-    march_reference(case.plan, theirs, work, torque, forces, 40, rows, np.zeros((0, 3, 25)), case.law)
+    integrate_reference(case.plan, theirs, work, torque, forces, 40, rows, np.zeros((0, 3, 25)), case.law)
     for name in ("x", "x_t", "motor", "extremes"):
         a, b = getattr(ours, name), getattr(theirs, name)
         np.testing.assert_allclose(a, b, atol=1e-11 * np.max(np.abs(b), initial=1e-300), err_msg=name)
@@ -178,14 +178,14 @@ def by_python(numbers, x, inverse_spacing, p):
 
 
 @pytest.mark.kernel
-@pytest.mark.parametrize("march", [verlet.march, node_centred.march, energy_conserving.march])
+@pytest.mark.parametrize("integrate", [verlet.integrate, node_centred.integrate, energy_conserving.integrate])
 @pytest.mark.parametrize("number", [-1, 4])
-def test_kernels_refuse_a_law_that_they_do_not_know(march, number):
+def test_kernels_refuse_a_law_that_they_do_not_know(integrate, number):
     case = case_of(DRIVE, 0.001, scheme=Scheme(segments=12))
     plan, state = case.plan._replace(law=number), case.first_state()
     inputs = np.zeros(1), np.zeros((1, 0)), 1, np.zeros((1, case.width)), np.zeros((0, 3, 25))
     with pytest.raises(ValueError, match="no kernel knows"):
-        march(plan, state, new_workspace(plan), *inputs)
+        integrate(plan, state, new_workspace(plan), *inputs)
 
 
 def test_what_is_interpreted_says_so_everywhere(tmp_path):

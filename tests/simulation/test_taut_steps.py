@@ -1,4 +1,4 @@
-"""The pass over taut segments, `cabledrive.simulation.kernels.taut_steps`, equals the readable march.
+"""The pass over taut segments, `cabledrive.simulation.kernels.taut_steps`, equals the readable integration.
 
 With the nodes that have a mass of their own, `cabledrive.simulation.kernels.stops`.
 """
@@ -16,11 +16,11 @@ from cabledrive.parameters.drive_file import load_drive
 from cabledrive.simulation.channels import WIDTH
 from cabledrive.simulation.kernels.observe import least_of
 from cabledrive.simulation.kernels.taut_steps import rows_of, step_taut
-from cabledrive.simulation.kernels.verlet import march
+from cabledrive.simulation.kernels.verlet import integrate
 from cabledrive.simulation.plan import plan_of
 from cabledrive.simulation.state import EVENTS, copy_state, new_state
 from cabledrive.simulation.workspace import new_workspace
-from oracles.readable_chain.verlet import march_reference
+from oracles.readable_chain.verlet import integrate_reference
 
 pytestmark = pytest.mark.kernel
 
@@ -72,8 +72,8 @@ def taken(function, plan, start):
 def test_quick_steps_equal_the_readable_ones(kind, planar, speed):
     """Taut all the time, or slack from the midst of the steps between two records on."""
     plan, start = setting(kind, planar=planar, speed=speed)
-    code, state, rows = taken(march, plan, start)
-    code_r, state_r, rows_r = taken(march_reference, plan, start)
+    code, state, rows = taken(integrate, plan, start)
+    code_r, state_r, rows_r = taken(integrate_reference, plan, start)
     assert code == code_r == 0
     for name in ("x", "x_t", "extremes", "events", "counts"):
         ours, theirs = getattr(state, name), getattr(state_r, name)

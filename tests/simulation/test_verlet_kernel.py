@@ -21,13 +21,13 @@ from cabledrive.simulation.channels import CHANNELS, WIDTH
 from cabledrive.simulation.kernels import node_centred
 from cabledrive.simulation.kernels.segments import LARGEST_Z, segment_tensions
 from cabledrive.simulation.kernels.shafts import solve_shafts
-from cabledrive.simulation.kernels.verlet import march
+from cabledrive.simulation.kernels.verlet import integrate
 from cabledrive.simulation.plan import COULOMB, SMOOTH, TURNS, plan_of
 from cabledrive.simulation.state import copy_state, new_state
 from cabledrive.simulation.workspace import FRICTION, NEW, OLD, RIGHT, new_workspace
 from oracles.readable_chain import node_centred as readable_node_centred
 from oracles.readable_chain.shafts import solve_shafts_reference
-from oracles.readable_chain.verlet import march_reference
+from oracles.readable_chain.verlet import integrate_reference
 
 pytestmark = pytest.mark.kernel
 
@@ -114,8 +114,8 @@ NODE_CENTRED = [*LAWS, "line", "damped", "sloped", "held load", "stick-slip", "s
 
 @pytest.mark.parametrize(
     ("case", "compiled", "readable"),
-    [(case, march, march_reference) for case in CASES]
-    + [(case, node_centred.march, readable_node_centred.march_reference) for case in NODE_CENTRED],
+    [(case, integrate, integrate_reference) for case in CASES]
+    + [(case, node_centred.integrate, readable_node_centred.integrate_reference) for case in NODE_CENTRED],
 )
 def test_the_compiled_march_equals_the_readable_one(case, compiled, readable):
     """Displacements, velocities, tallies, extremes, events, records, fields after 36 steps, to round-off."""

@@ -11,7 +11,7 @@ from cabledrive.reduction.threshold import threshold_torque
 from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
 from cabledrive.simulation.case import case_of
 from cabledrive.simulation.records import RecordsInMemory
-from cabledrive.simulation.run import march_through
+from cabledrive.simulation.run import integrate_run
 from cabledrive.studies.resonance_validation import (
     ForcedCase,
     averaged_motion,
@@ -178,7 +178,7 @@ def test_axial_angular_momentum_of_each_span_decays_exactly_as_the_damping(measu
     case = replace(case, velocity=velocity)
     state = case.first_state()
     before = [momentum(state, span) for span in spans]
-    after_state = march_through(case, RecordsInMemory(case)).state
+    after_state = integrate_run(case, RecordsInMemory(case)).state
     steps = int(after_state.counts[0])
     expected = np.exp(-2.0 * steps * case.grid.step)
     each = [momentum(after_state, span) / first for span, first in zip(spans, before, strict=True)]

@@ -1,4 +1,4 @@
-r"""Marching the uniform-tension model: exact linear flow, nonlinear kicks.
+r"""Integrating the uniform-tension model: exact linear flow, nonlinear kicks.
 
 One step h is half a kick, the exact flow of the damped linear system, half a kick (Strang), Eq. (R.4):
 

@@ -18,9 +18,10 @@ from cabledrive.simulation.state import MOTOR_LOST, SHIFT, STORED, State
 class EnergyConserving(Method):
     r"""Scalar auxiliary variable on the chain of `StoermerVerlet`.
 
-    The linear part of the cable is marched by leapfrog. The rest of its energy is represented by one number
-    that is marched along, and the nonlinear forces are scaled by it so that the energy budget closes to
-    round-off at every step, see `cabledrive.simulation.kernels.energy_conserving`. Order 2 in space and time.
+    The linear part of the cable is integrated by leapfrog. The rest of its energy is represented by one
+    number that is integrated with it, and the nonlinear forces are scaled by it so that the energy budget
+    closes to round-off at every step, see `cabledrive.simulation.kernels.energy_conserving`. Order 2 in
+    space and time.
 
     The energy that is conserved is the scheme's own: how far its number E is from the energy V(x) it stands
     for is a discretisation error of second order, and shows as the difference between the column "balance"
@@ -57,9 +58,9 @@ class EnergyConserving(Method):
 
     def kernel(self, plan: Plan) -> Callable[..., int]:
         """What takes the steps, see `Method.kernel`."""
-        from cabledrive.simulation.kernels.energy_conserving import march
+        from cabledrive.simulation.kernels.energy_conserving import integrate
 
-        return march
+        return integrate
 
 
 def extra_at_start(plan: Plan, state: State) -> Array:

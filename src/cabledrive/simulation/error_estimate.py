@@ -12,7 +12,7 @@ from cabledrive.parameters.errors import InputRefused
 from cabledrive.simulation.case import Case
 from cabledrive.simulation.channels import COLUMN, probe_columns
 from cabledrive.simulation.records import RecordsInMemory
-from cabledrive.simulation.run import march_through
+from cabledrive.simulation.run import integrate_run
 from cabledrive.simulation.scheme import Scheme
 
 ORDER_AT_LEAST, ORDER_AT_MOST = 0.5, 2.0
@@ -83,7 +83,7 @@ def error_estimate_of(rows: Array, prepare: Callable[[Scheme], Case], scheme: Sc
 
 def _rows(case: Case) -> Array:
     records = RecordsInMemory(case)
-    march_through(case, records)
+    integrate_run(case, records)
     return records.arrays()[0]
 
 

@@ -1,4 +1,4 @@
-"""What every method of marching the cable in time offers; the run around it is the same for all."""
+"""What every method of integrating the cable in time offers; the run around it is the same for all."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -18,7 +18,7 @@ DONE, SLACK, NOT_FINITE, TOO_STIFF = range(4)
 
 @dataclass(frozen=True, slots=True)
 class Method(ABC):
-    """A way to march the cable in time.
+    """A way to integrate the cable in time.
 
     A method keeps displacements at the times of steps and velocities half a step before them in a `State`,
     and whatever else it needs in ``State.extra``. It records through `cabledrive.simulation.kernels.observe`,
@@ -31,7 +31,7 @@ class Method(ABC):
 
     law: CableLaw | None = None
 
-    def march(
+    def integrate(
         self,
         plan: Plan,
         state: State,
@@ -57,7 +57,7 @@ class Method(ABC):
 
     @abstractmethod
     def kernel(self, plan: Plan) -> Callable[..., int]:
-        """What takes the steps of `march`; kernels are imported when it is first asked for."""
+        """What takes the steps of `integrate`; kernels are imported when it is first asked for."""
 
     def check(self, plan: Plan) -> None:
         """Refuse what the method cannot do.

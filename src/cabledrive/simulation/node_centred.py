@@ -39,6 +39,6 @@ class NodeCentred(Method):
 
     def kernel(self, plan: Plan) -> Callable[..., int]:
         """What takes the steps, see `Method.kernel`."""
-        from cabledrive.simulation.kernels.node_centred import march
+        from cabledrive.simulation.kernels.node_centred import integrate
 
-        return march
+        return integrate

@@ -22,7 +22,7 @@ from cabledrive.simulation.netcdf import write_netcdf
 from cabledrive.simulation.plan import RADIUS
 from cabledrive.simulation.records import Records, RecordsInFolder, RecordsInMemory
 from cabledrive.simulation.result import SimulationResult
-from cabledrive.simulation.run import Outcome, march_through
+from cabledrive.simulation.run import Outcome, integrate_run
 from cabledrive.simulation.run_folder import RESULT, left_behind, part_of
 from cabledrive.simulation.scheme import Scheme
 from cabledrive.simulation.signals import Function, Signal
@@ -106,7 +106,7 @@ def simulate(
         if resume:
             raise InputRefused("resume needs the output of the interrupted run: name it")
         records: Records = RecordsInMemory(case)
-        outcome = march_through(case, records, progress=progress)
+        outcome = integrate_run(case, records, progress=progress)
         result = _result(case, records, outcome)
     else:
         result, outcome = _run_to_file(case, Path(output), force=force, resume=resume, progress=progress)
@@ -152,7 +152,7 @@ def _run_in(
 ) -> tuple[SimulationResult, Outcome]:
     records = RecordsInFolder(folder, case, resume=resume)
     try:
-        outcome = march_through(case, records, resumed=records.resumed, progress=progress)
+        outcome = integrate_run(case, records, resumed=records.resumed, progress=progress)
         if outcome.interrupted or outcome.unwritten:
             return _result(case, records, outcome), outcome
         records.check(outcome.records)

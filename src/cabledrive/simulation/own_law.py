@@ -165,7 +165,7 @@ def _agrees(formula: Any, numbers: Array, law: CableLaw) -> bool:
     )
 
 
-def march_own(
+def integrate_own(
     law: CableLaw,
     plan: Plan,
     state: State,
@@ -176,7 +176,7 @@ def march_own(
     rows: Array,
     fields: Array,
 ) -> int:
-    """Stoermer-Verlet under an own law, see `cabledrive.simulation.method.Method.march`.
+    """Stoermer-Verlet under an own law, see `cabledrive.simulation.method.Method.integrate`.
 
     Returns also TOO_STIFF, before the step of a record at which the step is too long for the law.
     """

@@ -47,7 +47,7 @@ class Outcome:
     wall_time: float
 
 
-def march_through(
+def integrate_run(
     case: Case, records: Records, *, resumed: tuple[State, int] | None = None, progress: bool | None = False
 ) -> Outcome:
     """Take all steps of a run, or as many as can be taken.
@@ -73,7 +73,7 @@ def march_through(
 def _chunks(
     case: Case, records: Records, state: State, done: int, watch: Progress
 ) -> tuple[State, int, str | None]:
-    """March to the end; returns the state there, the records, and why it is not the end of the run, if so."""
+    """Integrate to the end; returns the state there, the records, and why the run stopped before, if so."""
     work = new_workspace(case.plan)
     per_chunk = max(1, NODE_STEPS_PER_CHUNK // (case.mesh.nodes * case.grid.every))
     committed = time.monotonic()
@@ -121,7 +121,7 @@ def _chunk(
     bad = np.flatnonzero(~(np.isfinite(torque) & np.isfinite(forces).all(axis=1)))
     if bad.size:
         steps = int(bad[0])
-    code = case.method.march(case.plan, state, work, torque[:steps], forces[:steps], every, rows, fields)
+    code = case.method.integrate(case.plan, state, work, torque[:steps], forces[:steps], every, rows, fields)
     taken = int(state.counts[STEPS]) - done * every
     whole = -(-taken // every)
     stopped = None
@@ -149,7 +149,7 @@ def _last_record(case: Case, records: Records, state: State, work: Workspace) ->
     keeps_field = case.recording.fields and case.grid.records % case.recording.fields == 0
     fields = np.zeros((1 if keeps_field else 0, 3, case.mesh.nodes))
     torque, forces = case.inputs(case.grid.steps, 1)
-    code = case.method.march(case.plan, beyond, work, torque, forces, 1, rows, fields)
+    code = case.method.integrate(case.plan, beyond, work, torque, forces, 1, rows, fields)
     for mine, theirs in ((state.extremes, beyond.extremes), (state.events, beyond.events)):
         mine[...] = theirs
     state.counts[1:] = beyond.counts[1:]
@@ -189,7 +189,7 @@ def _not_finite_line(case: Case, state: State, work: Workspace, torque: Array, f
     rows, no_fields = np.zeros((1, case.width)), np.zeros((0, 3, case.mesh.nodes))
     for j in range(torque.size):
         inputs = torque[j : j + 1], forces[j : j + 1]
-        if case.method.march(case.plan, state, work, *inputs, 1, rows, no_fields) != DONE:
+        if case.method.integrate(case.plan, state, work, *inputs, 1, rows, no_fields) != DONE:
             break
     size = np.max(np.abs(state.x), axis=0)
     farthest = int(np.argmax(np.where(np.isfinite(size), size, np.inf)))

@@ -6,7 +6,7 @@ from functools import partial
 from typing import ClassVar, final
 
 from cabledrive.simulation.method import Method
-from cabledrive.simulation.own_law import march_own
+from cabledrive.simulation.own_law import integrate_own
 from cabledrive.simulation.plan import OWN, Plan
 
 
@@ -27,7 +27,7 @@ class StoermerVerlet(Method):
         """What takes the steps, see `Method.kernel`."""
         if plan.law == OWN:
             assert self.law is not None  # given with the run, see `cabledrive.simulation.case`
-            return partial(march_own, self.law)
-        from cabledrive.simulation.kernels.verlet import march
+            return partial(integrate_own, self.law)
+        from cabledrive.simulation.kernels.verlet import integrate
 
-        return march
+        return integrate

@@ -1,4 +1,4 @@
-r"""Readable march of the energy-conserving scheme.
+r"""Readable time integration of the energy-conserving scheme.
 
 The energy of the cable is split into the quadratic one of the linear law and the rest :math:`V(x)`, for the
 exact law :math:`\tfrac12 EA \int (\lambda^2 - u'^2)\,dx`. A scalar :math:`\psi` stands for
@@ -54,7 +54,7 @@ def _nonlinear_energy(plan: Plan, law: CableLaw, gradients: Array) -> float:
     return float(np.sum(plan.segment[SPACING] * (law.energy_density(u_x, v_x, w_x) - quadratic)))
 
 
-def march_reference(
+def integrate_reference(
     plan: Plan,
     state: State,
     work: Workspace,
@@ -64,7 +64,7 @@ def march_reference(
     rows: Array,
     fields: Array,
 ) -> int:
-    """Twin of `cabledrive.simulation.kernels.energy_conserving.march`; needs no work space."""
+    """Twin of `cabledrive.simulation.kernels.energy_conserving.integrate`; needs no work space."""
     law = law_of(plan)
     for j in range(torque.size):
         keep_extremes_reference(plan, state)

@@ -1,4 +1,4 @@
-r"""Readable march of the dissertation's node-centred scheme, Eqs. (2.32)-(2.38), corrected.
+r"""Readable time integration of the dissertation's node-centred scheme, Eqs. (2.32)-(2.38), corrected.
 
 Corrected: :math:`\Delta x = L_e/n` in (2.31), second differences over :math:`\Delta x^2` in (2.34), gravity
 with the signs of (2.26)-(2.27), and the rims. There (2.37) and (2.38) leave open what u' is at a boundary
@@ -27,7 +27,7 @@ from oracles.readable_chain.verlet import (
 )
 
 
-def march_reference(
+def integrate_reference(
     plan: Plan,
     state: State,
     work: Workspace,
@@ -37,7 +37,7 @@ def march_reference(
     rows: Array,
     fields: Array,
 ) -> int:
-    """Twin of `cabledrive.simulation.kernels.node_centred.march`; needs no work space."""
+    """Twin of `cabledrive.simulation.kernels.node_centred.integrate`; needs no work space."""
     law = law_of(plan)
     for j in range(torque.size):
         keep_extremes_reference(plan, state)

@@ -1,4 +1,4 @@
-r"""Readable Stoermer-Verlet march of the staggered chain.
+r"""Readable Stoermer-Verlet integration of the staggered chain.
 
 With forces F, masses M and damping C, one step from :math:`t_j` is
 
@@ -56,7 +56,7 @@ from oracles.readable_chain.shafts import solve_shafts_reference
 DONE, SLACK, NOT_FINITE = range(3)
 
 
-def march_reference(
+def integrate_reference(
     plan: Plan,
     state: State,
     work: Workspace,
@@ -67,7 +67,7 @@ def march_reference(
     fields: Array,
     law: CableLaw | None = None,
 ) -> int:
-    """Twin of `cabledrive.simulation.kernels.verlet.march`, for any law; needs no work space."""
+    """Twin of `cabledrive.simulation.kernels.verlet.integrate`, for any law; needs no work space."""
     law = law or law_of(plan)
     for j in range(torque.size):
         keep_extremes_reference(plan, state)

@@ -1,4 +1,4 @@
-"""The closed loop of the rig on the distributed cable, compiled: a march of the cable for each sample."""
+"""The closed loop of the rig on the distributed cable, compiled: steps of the cable for each sample."""
 
 from math import exp, isfinite
 from typing import NamedTuple
@@ -10,7 +10,7 @@ from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.rig.closed_loop.loop_numbers import DIVERGED, WENT_SLACK, LoopState, RigNumbers
 from cabledrive.rig.closed_loop.sample_kernels import decide, farthest, finish_sample
 from cabledrive.simulation.channels import MEAN_TENSION
-from cabledrive.simulation.kernels.verlet import march_any
+from cabledrive.simulation.kernels.verlet import integrate_any
 from cabledrive.simulation.plan import WEIGHT_U, Plan
 from cabledrive.simulation.state import State
 from cabledrive.simulation.workspace import Workspace
@@ -92,7 +92,7 @@ def acting_torques(
 ) -> float:
     """Torque on the motor at each step of a sample; returns that of the torque loop at its end.
 
-    The older command acts until the delay has passed. A step of the march spreads its torque half a step to
+    The older command acts until the delay has passed. A step of the cable spreads its torque half a step to
     both sides; so does the share of each command.
     """
     step = rig.interval / numbers.steps
@@ -141,7 +141,7 @@ def move_cable(
     push = numbers.offset + rig.forces[k, 0]
     x[2 * n] = acting_torques(numbers, rig, commands[0], commands[1], x[2 * n], push, torques)
     plan.node[WEIGHT_U, plan.segments] = numbers.weight + rig.forces[k, 1] / numbers.radius
-    code = march_any(plan, cable, work, torques, forces, numbers.steps, row, fields)
+    code = integrate_any(plan, cable, work, torques, forces, numbers.steps, row, fields)
     plan.node[WEIGHT_U, plan.segments] = numbers.weight
     if tensions.shape[0] > 0:
         tensions[k, 0], tensions[k, 1] = row[0, MEAN_TENSION], row[0, MEAN_TENSION + 1]
@@ -179,7 +179,7 @@ def run_cable_loop(
     """Run samples ``first`` to ``last`` - 1; returns the sample at which the run ended.
 
     ``cable`` looks into ``s.x`` behind the shafts' own states. ``row`` (1, columns), ``torques`` (steps,),
-    ``forces`` (steps, 0) and ``fields`` (0, 3, nodes) are work space of the march.
+    ``forces`` (steps, 0) and ``fields`` (0, 3, nodes) are work space of the integration.
     """
     x, n = s.x, numbers.shafts
     gone = farthest(target)

@@ -25,7 +25,7 @@ from cabledrive.simulation.workspace import Workspace, new_workspace
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CablePlant:
-    """The cable as it will be marched, from sample to sample.
+    """The cable as it will be integrated, from sample to sample.
 
     Attributes
     ----------

@@ -66,7 +66,7 @@ def lanes_kernel(lanes: int) -> Callable[..., None]:
     """
     sign = smooth_sign if lanes > 1 else single_sign
 
-    def march_lanes(z: Array, table: Array, first_end: int) -> None:
+    def integrate_lanes(z: Array, table: Array, first_end: int) -> None:
         for k in range(table.shape[0]):
             sigma_d, q_ref, q_d = table[k, 0], table[k, 1], table[k, 2]
             speed_d, friction_d, target = table[k, 3], table[k, 4], table[k, 5]
@@ -125,9 +125,9 @@ def lanes_kernel(lanes: int) -> Callable[..., None]:
                     at = (TABLES + row * (STATES + INPUTS) + 9) * lanes + i
                     z[row * lanes + i] += z[at] * rise
 
-    return njit_in_place(march_lanes)
+    return njit_in_place(integrate_lanes)
 
 
 LANES = 16
-march_many = lanes_kernel(LANES)
-march_one = lanes_kernel(1)
+integrate_many = lanes_kernel(LANES)
+integrate_one = lanes_kernel(1)

@@ -10,7 +10,7 @@ from cabledrive.control.numbers import DARC, ELASTIC, INERTIAL, LIMIT, SURFACE, 
 from cabledrive.control.observer_numbers import IDEAL
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop import lane_kernels as row
-from cabledrive.rig.closed_loop.lane_kernels import INPUTS, LANES, ROWS, STATES, march_many, march_one
+from cabledrive.rig.closed_loop.lane_kernels import INPUTS, LANES, ROWS, STATES, integrate_many, integrate_one
 from cabledrive.rig.closed_loop.lane_tables import free_transitions
 from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY, Array
@@ -46,14 +46,14 @@ def run_lanes(loop: Loop, chains: Iterable[LumpedChain], *, threads: int = 2) ->
     """
     table, law = reference_table(loop), law_rows(loop)
 
-    def march(group: Array) -> Array:
-        march_many(group, table, loop.rig.first_end)
+    def integrate(group: Array) -> Array:
+        integrate_many(group, table, loop.rig.first_end)
         return group
 
     with ThreadPoolExecutor(threads) as pool:
-        groups = [(count, pool.submit(march, group)) for count, group in _groups(loop, law, chains)]
-    marched = [done.result().reshape(ROWS, LANES)[:, :count] for count, done in groups]
-    return _scores(loop, np.hstack(marched))
+        groups = [(count, pool.submit(integrate, group)) for count, group in _groups(loop, law, chains)]
+    integrated = [done.result().reshape(ROWS, LANES)[:, :count] for count, done in groups]
+    return _scores(loop, np.hstack(integrated))
 
 
 def run_one(loop: Loop) -> Array:
@@ -62,7 +62,7 @@ def run_one(loop: Loop) -> Array:
     Returns shape (scores,): as `cabledrive.rig.closed_loop.loop_numbers.SUMMARY` names them, at the first
     shaft.
     """
-    return march_alone(loop, lane_of(loop), reference_table(loop))
+    return integrate_alone(loop, lane_of(loop), reference_table(loop))
 
 
 def lane_of(loop: Loop) -> Array:
@@ -71,14 +71,14 @@ def lane_of(loop: Loop) -> Array:
     return _filled(loop, law_rows(loop), [loop.chain], tables, 1)
 
 
-def march_alone(loop: Loop, lane: Array, table: Array) -> Array:
+def integrate_alone(loop: Loop, lane: Array, table: Array) -> Array:
     """Run one lane; it is kept as it was.
 
     ``lane``: from `lane_of`; ``table``, shape (samples, 6): from `reference_table`.
     Returns shape (scores,).
     """
     moving = lane.copy()
-    march_one(moving, table, loop.rig.first_end)
+    integrate_one(moving, table, loop.rig.first_end)
     scores: Array = _scores(loop, moving[:, None])[0][0]
     return scores
 
@@ -167,7 +167,7 @@ def reference_table(loop: Loop) -> Array:
 
 
 def _scores(loop: Loop, z: Array) -> tuple[Array, Array]:
-    """Scores of marched groups, and which of them failed."""
+    """Scores of integrated groups, and which of them failed."""
     scores = np.zeros((z.shape[1], len(SUMMARY)))
     scores[:, :6] = z[row.SCORE : row.SCORE + 6].T
     scores[:, SUMMARY.index("twist")] = z[row.TWIST]

@@ -1,4 +1,4 @@
-r"""Compiled march of the energy-conserving scheme.
+r"""Compiled time integration of the energy-conserving scheme.
 
 The energy of the cable is split into the quadratic one of the linear law and the rest :math:`V(x)`, for the
 exact law :math:`\tfrac12 EA \int (\lambda^2 - u'^2)\,dx`. A scalar :math:`\psi` stands for
@@ -27,7 +27,7 @@ from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.simulation.channels import BALANCE, TALLIES
 from cabledrive.simulation.kernels.axial_damping import strain_directions
-from cabledrive.simulation.kernels.energy_equal_segments import MOST_TRIALS, SETTLED, march_equal_segments
+from cabledrive.simulation.kernels.energy_equal_segments import MOST_TRIALS, SETTLED, integrate_equal_segments
 from cabledrive.simulation.kernels.nodes import damp_axially, kick_nodes, tally_nodes, turn
 from cabledrive.simulation.kernels.nonlinear_energy import (
     answer_of,
@@ -67,7 +67,7 @@ from cabledrive.simulation.workspace import Workspace
 DONE, SLACK, NOT_FINITE = range(3)
 
 
-def march(
+def integrate(
     plan: Plan,
     state: State,
     work: Workspace,
@@ -77,10 +77,10 @@ def march(
     rows: Array,
     fields: Array,
 ) -> int:
-    """Take a step per entry of ``torque``; as `cabledrive.simulation.kernels.verlet.march`.
+    """Take a step per entry of ``torque``; as `cabledrive.simulation.kernels.verlet.integrate`.
 
     ``plan``, ``state``, ``work``, ``torque``, ``forces``, ``every``, ``rows``, ``fields``: see
-    `cabledrive.simulation.method.Method.march`.
+    `cabledrive.simulation.method.Method.integrate`.
     Returns DONE, SLACK or NOT_FINITE.
     """
     check_kernel_law(plan)
@@ -89,18 +89,20 @@ def march(
     rest, lost = np.zeros(work.p.shape), np.zeros((2, TALLIES))
     while True:
         if quick:
-            j, finite = march_equal_segments(plan, state, work, torque, every, rows, fields, j, *lines)
+            j, finite = integrate_equal_segments(plan, state, work, torque, every, rows, fields, j, *lines)
         if j >= torque.size or not finite:
             return DONE if finite else NOT_FINITE
         stop = j - j % every + every if quick else torque.size
-        code = march_any(plan, state, work, rest, lost, torque[:stop], forces[:stop], every, rows, fields, j)
+        code = integrate_any(
+            plan, state, work, rest, lost, torque[:stop], forces[:stop], every, rows, fields, j
+        )
         if code != DONE:
             return code
         j = stop
 
 
 @njit_in_place
-def march_any(
+def integrate_any(
     plan: Plan,
     state: State,
     work: Workspace,
@@ -113,7 +115,7 @@ def march_any(
     fields: Array,
     first: int,
 ) -> int:
-    """As `march` from step ``first``, for every law and every drive, slack or not.
+    """As `integrate` from step ``first``, for every law and every drive, slack or not.
 
     ``rest`` (3, segments) and ``lost`` (2, TALLIES) are room for nonlinear components and losses of a trial.
     """

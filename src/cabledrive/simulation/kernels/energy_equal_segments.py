@@ -238,7 +238,7 @@ def step_equal_segments(
 
 
 @njit_in_place
-def march_equal_segments(
+def integrate_equal_segments(
     plan: Plan,
     state: State,
     work: Workspace,
@@ -254,7 +254,7 @@ def march_equal_segments(
     v_t: Array | None,
     w_t: Array,
 ) -> tuple[int, bool]:
-    """March from step ``first``, the first of a record, from record to record.
+    """Integrate from step ``first``, the first of a record, from record to record.
 
     Returns the step it comes to, the end or one at whose start a segment is slack or out of range; and
     whether the energy is finite.

@@ -1,4 +1,4 @@
-"""Compiled march of the node-centred scheme.
+"""Compiled time integration of the node-centred scheme.
 
 Interior nodes follow the equations of motion as written out, with central differences at the node; the rims
 take the tension half a segment away, and carry the half cells in between.
@@ -39,7 +39,7 @@ from cabledrive.simulation.workspace import Workspace
 DONE, SLACK, NOT_FINITE = range(3)
 
 
-def march(
+def integrate(
     plan: Plan,
     state: State,
     work: Workspace,
@@ -49,13 +49,13 @@ def march(
     rows: Array,
     fields: Array,
 ) -> int:
-    """Take a step per entry of ``torque``; as `cabledrive.simulation.kernels.verlet.march`."""
+    """Take a step per entry of ``torque``; as `cabledrive.simulation.kernels.verlet.integrate`."""
     check_kernel_law(plan)
-    return march_nodes(plan, state, work, torque, forces, every, rows, fields)
+    return integrate_nodes(plan, state, work, torque, forces, every, rows, fields)
 
 
 @njit_in_place
-def march_nodes(
+def integrate_nodes(
     plan: Plan,
     state: State,
     work: Workspace,
@@ -65,7 +65,7 @@ def march_nodes(
     rows: Array,
     fields: Array,
 ) -> int:
-    """As `march`, compiled: steps of Eqs. (2.32) and (2.35)-(2.38)."""
+    """As `integrate`, compiled: steps of Eqs. (2.32) and (2.35)-(2.38)."""
     step, closed, n = plan.step, plan.closed, plan.segments
     x, x_t, motor, tallies, p, shaft = state.x, state.x_t, state.motor, state.tallies, work.p, work.shaft
     matrix, back = plan.shaft_matrices[0], plan.shaft_matrices[1]

@@ -1,4 +1,4 @@
-r"""Compiled march of a taut cable under the exact law: tension, kick and drift in one pass.
+r"""Compiled time integration of a taut cable under the exact law: tension, kick and drift in one pass.
 
 A segment carries
 
@@ -196,7 +196,7 @@ def step_taut(
 
 
 @njit_in_place
-def march_taut(
+def integrate_taut(
     plan: Plan,
     state: State,
     work: Workspace,
@@ -213,7 +213,7 @@ def march_taut(
     v_t: Array | None,
     w_t: Array,
 ) -> tuple[int, bool]:
-    """March from step ``first``, the first of a record, from record to record.
+    """Integrate from step ``first``, the first of a record, from record to record.
 
     Returns the step it comes to, the end or the first of a record before which a segment is slack or out of
     range, with the state as it is there; and whether the energy is finite.

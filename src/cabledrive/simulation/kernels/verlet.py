@@ -1,4 +1,4 @@
-"""Compiled Stoermer-Verlet march of the staggered chain.
+"""Compiled Stoermer-Verlet integration of the staggered chain.
 
 One step: tensions of all segments, velocities half a step on, displacements a step on. Under the exact law it
 is one pass over the segments, `cabledrive.simulation.kernels.taut_steps`, as long as they are taut; other
@@ -20,7 +20,7 @@ from cabledrive.simulation.kernels.steps import (
     shaft_forces,
     tally_shafts,
 )
-from cabledrive.simulation.kernels.taut_steps import march_taut, rows_of
+from cabledrive.simulation.kernels.taut_steps import integrate_taut, rows_of
 from cabledrive.simulation.plan import (
     INVERSE_SPACING,
     RADIUS,
@@ -33,7 +33,7 @@ from cabledrive.simulation.workspace import Workspace
 DONE, SLACK, NOT_FINITE = range(3)
 
 
-def march(
+def integrate(
     plan: Plan,
     state: State,
     work: Workspace,
@@ -46,21 +46,21 @@ def march(
     """Take a step per entry of ``torque``, recording the first of every ``every`` into the next row.
 
     ``plan``, ``state``, ``work``, ``torque``, ``forces``, ``every``, ``rows``, ``fields``: see
-    `cabledrive.simulation.method.Method.march`.
+    `cabledrive.simulation.method.Method.integrate`.
     Returns DONE, SLACK (before the step at whose start a span is slack) or NOT_FINITE (after the record that
     shows it).
     """
     check_kernel_law(plan)
     if plan.law != EXACT or plan.axial_damping > 0.0:
-        return march_any(plan, state, work, torque, forces, every, rows, fields)
+        return integrate_any(plan, state, work, torque, forces, every, rows, fields)
     lines = rows_of(state)
     j = 0
     while j < torque.size:
-        j, finite = march_taut(plan, state, work, torque, forces, every, rows, fields, j, *lines)
+        j, finite = integrate_taut(plan, state, work, torque, forces, every, rows, fields, j, *lines)
         if j >= torque.size or not finite:
             return DONE if finite else NOT_FINITE
         here, record_here = slice(j, j + every), slice(j // every, j // every + 1)
-        code = march_any(
+        code = integrate_any(
             plan, state, work, torque[here], forces[here], every, rows[record_here], fields[record_here]
         )
         if code != DONE:
@@ -70,7 +70,7 @@ def march(
 
 
 @njit_in_place
-def march_any(
+def integrate_any(
     plan: Plan,
     state: State,
     work: Workspace,
@@ -80,7 +80,7 @@ def march_any(
     rows: Array,
     fields: Array,
 ) -> int:
-    """As `march`, for every law and every drive, slack or not."""
+    """As `integrate`, for every law and every drive, slack or not."""
     x, x_t, motor, tallies, shaft = state.x, state.x_t, state.motor, state.tallies, work.shaft
     inverse_spacing, radius = plan.segment[INVERSE_SPACING], plan.shaft[RADIUS, 0]
     for j in range(torque.size):
