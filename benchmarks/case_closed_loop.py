@@ -11,8 +11,8 @@ from sampled_loops import InC, InNumpy, InPythonControl, compiled
 
 import cabledrive as cd
 from cabledrive.rig import Motion, RigOptions
-from cabledrive.rig.closed_loop.lanes import integrate_alone, lane_of, reference_table
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
+from cabledrive.rig.closed_loop.plant_batch import integrate_alone, reference_table, single_batch
 from cabledrive.rig.laws.registry import design
 from cabledrive.rig.plant_samples import run_samples
 from cabledrive.rig.trial import spec_for
@@ -27,7 +27,7 @@ DRAWS = {"smoothed, true states": (SMOOTH, 1600), "stick-slip, encoders, filter"
 def report() -> str:
     loop, seconds = loop_of(SMOOTH, LONG), LONG.trajectory.duration
     contestants = {
-        "lane of its own": partial(alone, loop, lane_of(loop), reference_table(loop)),
+        "lane of its own": partial(alone, loop, single_batch(loop), reference_table(loop)),
         "general loop": lambda: float(run(loop, log=False).state.summary[0]),
         "plain C": InC(compiled(), loop),
     }

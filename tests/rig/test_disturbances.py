@@ -1,6 +1,7 @@
 """What a rig adds to a plant: backlash, jitter, slow torque, loads, slack spans, blind encoders.
 
-Compiled modules under test: cabledrive.rig.closed_loop.kink_kernels, cabledrive.rig.closed_loop.loop_kernels.
+Compiled modules under test: cabledrive.rig.closed_loop.piecewise_kernels,
+cabledrive.rig.closed_loop.loop_kernels.
 """
 
 from dataclasses import replace
@@ -12,8 +13,8 @@ import pytest
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.rig import Disturbance, Motion, RigOptions
-from cabledrive.rig.closed_loop.kink_kernels import advance_kinked
-from cabledrive.rig.closed_loop.plant import kink_numbers, plant_numbers
+from cabledrive.rig.closed_loop.piecewise_kernels import advance_piecewise
+from cabledrive.rig.closed_loop.plant import piecewise_numbers, plant_numbers
 from cabledrive.rig.closed_loop.plant_kernels import MOST_TERMS
 from cabledrive.rig.log_file import log_text
 from cabledrive.rig.parsed_options import parse_disturbance, parse_encoder_dropout
@@ -34,12 +35,12 @@ def with_motor(**values):
 def pushed(torque, samples, *, play=0.0, slack=float("inf"), substeps=10, start=None):
     """States of the frictionless row under a torque on its motor."""
     step = INTERVAL / substeps
-    kinks = kink_numbers(CHAIN, step, play=play, slack=slack)
+    piecewise = piecewise_numbers(CHAIN, step, play=play, slack=slack)
     scalars = plant_numbers(CHAIN, INTERVAL, substeps=substeps).scalars
     x = np.zeros(7) if start is None else np.array(start, dtype=float)
     terms, work, states = np.zeros((MOST_TERMS, 7)), np.zeros(7), []
     for _ in range(samples):
-        advance_kinked(kinks, scalars, x, 1, torque, 0.0, 0.0, INTERVAL, terms, work)
+        advance_piecewise(piecewise, scalars, x, 1, torque, 0.0, 0.0, INTERVAL, terms, work)
         states.append(x.copy())
     return np.array(states)
 

@@ -53,7 +53,7 @@ def test_the_compiled_march_equals_the_readable_one(case):
 
 
 @pytest.mark.parametrize("case", ["exact", "line", "damped", "motor"])
-def test_motion_in_the_plane_of_the_pulleys_equals_the_readable_one(case):
+def test_motion_in_the_psingle_batch_the_pulleys_equals_the_readable_one(case):
     assert_equal_runs(start_of(case, planar=True))
 
 

@@ -91,7 +91,7 @@ def unmatched_parameters(chain: LumpedChain) -> tuple[Array, Array, float]:
     ``chain``: two inertias between equal angles, Model 3.
     Returns ``parameters``, shape (7,): p1 to p7; ``half_widths``, shape (7,): Table 6.3 in proportion; 2
     rad/s^2 for p2 and 0.01 N m for p6, which it lacks; ``beta`` [1/s^2].
-    Raises `InputRefused` if the row has not two inertias.
+    Raises `InputRefused` if the chain has not two inertias.
     """
     if chain.size != 2:
         raise InputRefused(f"{chain.size} inertias given, backstepping of (6.69) takes 2: use Model 3")

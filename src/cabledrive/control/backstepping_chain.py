@@ -36,7 +36,7 @@ def chain_scales(chain: LumpedChain) -> tuple[float, float]:
 
     ``chain``: three inertias between equal angles, Model 4.
     Returns ``s1, s2`` [1/s^2], [1/s^4].
-    Raises `InputRefused` if the row has not three inertias.
+    Raises `InputRefused` if the chain has not three inertias.
     """
     if chain.size != 3:
         raise InputRefused(f"{chain.size} inertias given, backstepping of six states takes 3: use Model 4")

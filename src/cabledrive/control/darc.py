@@ -86,10 +86,11 @@ def darc_numbers(
 ) -> LawNumbers:
     """Freeze a law of the chain.
 
-    ``flat``: of the row it is made for; without dampers for the printed laws; ``reference``, shape (samples,
-    2n + 3): from `cabledrive.control.reference.flat_reference`; sets the adaptation gain; ``interval``:
-    sample time [s]; ``friction_by_reference``: S = tanh(50 w_d) of the reference instead of tanh(0.5 w) of
-    the motor; ``desired``: adaptation by the regressor of the reference (desired compensation);
+    ``flat``: of the chain it is made for; without dampers for the published laws; ``reference``, shape
+    (samples, 2n + 3): from `cabledrive.control.reference.flat_reference`; sets the adaptation gain;
+    ``interval``: sample time [s]; ``friction_by_reference``: S = tanh(50 w_d) of the reference instead of
+    tanh(0.5 w) of the motor; ``desired``: adaptation by the regressor of the reference (desired
+    compensation);
     ``rate_limit``, shape (4,): largest rates of the estimates; default: none.
     """
     n2 = 2 * flat.size

@@ -59,7 +59,7 @@ class Bounds:
 def printed_bounds(chain: LumpedChain, *, flexible_joint: bool) -> Bounds:
     """Bounds in the proportions of sections 6.5.1 and 6.6.1 (there 0.0009 for the misprinted 0.009).
 
-    ``chain``: the row the law is made for; its first inertia gives the nominal values; ``flexible_joint``:
+    ``chain``: the one the law is made for; its first inertia gives the nominal values; ``flexible_joint``:
     whether that inertia is the motor's alone, Models 2 and 4.
     """
     nominal = np.array([chain.inertias[0], chain.viscous[0], chain.coulomb[0], chain.offsets[0]])

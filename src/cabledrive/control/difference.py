@@ -26,7 +26,7 @@ def filtered_difference(
     places = list(encoders)
     missing = [inertia for inertia in chosen if inertia not in places]
     if missing:
-        raise InputRefused(f"inertia {missing[0] + 1} of the row has no encoder: take the Kalman filter")
+        raise InputRefused(f"inertia {missing[0] + 1} of the chain has no encoder: take the Kalman filter")
     numbers = [places.index(inertia) for inertia in chosen]
     m = len(places)
     share = 1.0 - exp(-2.0 * pi * cut_off * interval)

@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FlatOutput:
-    """Polynomials of a row of n inertias, coefficients of rising powers of s, all of length 2n + 1.
+    """Polynomials of a lumped chain of n inertias, coefficients of rising powers of s, all of length 2n + 1.
 
     Attributes
     ----------

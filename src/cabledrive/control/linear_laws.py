@@ -62,7 +62,7 @@ def rigid_feedforward(chain: LumpedChain, wanted: Array) -> Array:
 
 
 def rigid_inertia(chain: LumpedChain) -> float:
-    """Whole inertia of a row between equal angles [kg m^2]."""
+    """Whole inertia of a chain between equal angles [kg m^2]."""
     return float(sum(chain.inertias))
 
 

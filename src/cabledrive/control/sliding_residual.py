@@ -60,7 +60,7 @@ def sliding_residual(
 ) -> SlidingResidual:
     """What drove the sliding variable along a run.
 
-    ``law``: a law of the chain; ``flat``: of the row it is made for; ``bandwidth``: lambda [rad/s]; ``mu``:
+    ``law``: a law of the chain; ``flat``: of the chain it is made for; ``bandwidth``: lambda [rad/s]; ``mu``:
     of the plant; ``states``, shape (samples, 2n): true angles, then speeds, of the inertias that the law
     takes; ``reference``, shape (samples, 2n + 3); ``error``, shape (samples,): of the load, at the first
     shaft [rad]; ``interval``: sample time [s].

@@ -1,4 +1,4 @@
-r"""A transporter's law and observer, made for a row of frozen positions and tabled over them.
+r"""A transporter's law and observer, made at several frozen positions and tabled over them.
 
 States of the observer: displacements and speeds of drive pulley, carriage, load pulley and payload, a force
 on the motor that walks at random, and the wind on the payload, which fades.

@@ -6,9 +6,9 @@ import numpy as np
 
 from cabledrive.export.source import ExportSource
 from cabledrive.parameters import Drive, InputRefused, content_hash
-from cabledrive.rig.closed_loop.kink_kernels import KinkNumbers
 from cabledrive.rig.closed_loop.loop import Loop, close_loop
 from cabledrive.rig.closed_loop.loop_numbers import RigNumbers
+from cabledrive.rig.closed_loop.piecewise_kernels import PiecewiseNumbers
 from cabledrive.rig.closed_loop.plant_kernels import PlantNumbers
 from cabledrive.rig.laws.file_law import law_from_file
 from cabledrive.rig.laws.registry import needed_order
@@ -26,7 +26,7 @@ class PlantSource:
     """A plant in numbers: lumped chain, its pieces where links are not linear, rig, names of its shafts."""
 
     plant: PlantNumbers
-    kinks: KinkNumbers
+    kinks: PiecewiseNumbers
     rig: RigNumbers
     shafts: tuple[str, ...]
 
@@ -37,7 +37,7 @@ def plant_source(source: ExportSource) -> PlantSource:
     Raises `InputRefused` if the drive of the law is not at hand.
     """
     loop = plant_loop(source)
-    return PlantSource(plant=loop.plant, kinks=loop.kinks, rig=loop.rig, shafts=loop.chain.names)
+    return PlantSource(plant=loop.plant, kinks=loop.piecewise, rig=loop.rig, shafts=loop.chain.names)
 
 
 def plant_loop(source: ExportSource) -> Loop:

@@ -1,6 +1,6 @@
 r"""Output error of a lumped chain: several records share the parameters, each with its own start.
 
-The row moves by itself under the measured input; the parameters make the sum of squared differences between
+The chain moves by itself under the measured input; the parameters make the sum of squared differences between
 measured and simulated outputs least,
 
 .. math:: \min_p \sum_{\text{records}} \sum_{k\in\text{training}} |W (y_k - h(x_k(p)))|^2,

@@ -1,6 +1,6 @@
 """Compiled motion of one rigid axis with Coulomb friction, and its sensitivities.
 
-The quick case of a row of one: `cabledrive.reduction.chain_kernels`, to which a test holds it equal.
+The quick case of a chain of one: `cabledrive.reduction.chain_kernels`, to which a test holds it equal.
 """
 
 from math import tanh

@@ -1,6 +1,6 @@
 """Compiled motion of a lumped chain with set-valued friction, and its exact sensitivities.
 
-Between events the row is smooth and one Runge-Kutta step of order 4 carries state and sensitivities. An
+Between events the chain is smooth and one Runge-Kutta step of order 4 carries state and sensitivities. An
 inertia whose speed reaches zero is followed to that instant; there it sticks, or slips on the other way, and
 the sensitivity of its speed jumps by the ratio of its accelerations after and before. The readable door is
 `cabledrive.reduction.friction_integration`.
@@ -137,7 +137,7 @@ def integrate(
     states: Array,
     sensitivities: Array,
 ) -> None:
-    """Carry the row over all samples; keeps the ``stored`` states and their sensitivities at each sample.
+    """Carry the chain over all samples; keeps the ``stored`` states and their sensitivities at each sample.
 
     ``hold``: 0 for torque that stands from sample to sample, 1 for torque on straight lines between samples.
     """

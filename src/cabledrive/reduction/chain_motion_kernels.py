@@ -14,7 +14,7 @@ Work = tuple[Array, Array, Array, Array, Array]
 
 
 class ChainNumbers(NamedTuple):
-    """The row in few arrays, since every array costs at every call; what is varied, and in which directions.
+    """The chain in few arrays, since every array costs at every call; what varies, in which directions.
 
     ``body`` has a column per inertia and the rows INERTIA to SLOPE, ``link`` a column per link and the rows
     STIFFNESS to Q. ``directions`` has one column per parameter; rows: inertia, viscous, coulomb, offset,

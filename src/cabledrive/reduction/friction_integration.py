@@ -91,7 +91,7 @@ def integrate_chain(
     samples [s]; ``gains``: torque on each inertia per unit of ``torque``; default: 1 on the first, 0 on the
     others; ``gaps``: backlash of each link [rad, or m between rims]; ``law``: default: constant Coulomb
     friction; ``start``, shape (2n,): angles, then speeds; ``directions``, shape (9 n - 2, m): how each of m
-    parameters moves the quantities of the row, see `direction`; ``substeps``: steps per sample; ``hold``,
+    parameters moves the quantities of the chain, see `direction`; ``substeps``: steps per sample; ``hold``,
     {"line", "step"}: torque on straight lines between samples, or standing from sample to sample.
     Raises `NotComputed` if the motion leaves the finite numbers.
     """
@@ -149,7 +149,7 @@ def chain_numbers(
 def integrate_rigid_axis(
     values: Array, torque: Array, interval: float, *, start: float = 0.0, slope: float = 0.0
 ) -> tuple[Array, Array]:
-    """Move one rigid axis: what `integrate_chain` does for a row of one, several times quicker.
+    """Move one rigid axis: what `integrate_chain` does for a chain of one, several times quicker.
 
     ``values``, shape (4,): inertia, viscous friction, Coulomb friction, offset; ``torque``, shape (samples,)
     [N m], on straight lines between samples; ``interval`` [s]; ``start``: speed at the first sample [rad/s];

@@ -1,8 +1,8 @@
-r"""Inertias in a row, joined by springs and dampers: Models 1 to 4 of a cable drive, and longer rows.
+r"""Inertias in line, joined by springs and dampers: Models 1 to 4 of a cable drive, and longer chains.
 
 Link j joins inertia j to inertia j + 1. Its stretch is :math:`e_j = p_j\theta_j - q_j\theta_{j+1}`; a joint
 has :math:`p = q = 1`, a cable between rims has the radii. With :math:`\tau_c` the torque left after Coulomb
-friction and offset, the row obeys Eqs. (4.18), (6.10), (6.11), (6.13) for its length.
+friction and offset, the chain obeys Eqs. (4.18), (6.10), (6.11), (6.13) for its length.
 """
 
 from dataclasses import dataclass
@@ -91,7 +91,7 @@ class LumpedChain:
 
 
 def state_space(chain: LumpedChain) -> tuple[Array, Array]:
-    r"""Matrices of the row with angles and speeds as states.
+    r"""Matrices of the chain with angles and speeds as states.
 
     .. math:: \dot x = A x + B \tau_c, \qquad x = [\theta_1 \dots \theta_n, \dot\theta_1 \dots \dot\theta_n]
 
@@ -107,7 +107,7 @@ def state_space(chain: LumpedChain) -> tuple[Array, Array]:
 
 
 def speed_state_space(chain: LumpedChain) -> tuple[Array, Array]:
-    """Matrices of the row with stretches and speeds as states: no rigid rotation, so every state matters.
+    """Matrices of the chain with stretches and speeds as states: no rigid rotation, so every state matters.
 
     Returns ``a``, shape (2n - 1, 2n - 1): states: n - 1 stretches, n speeds; ``b``, shape (2n - 1, n).
     Raises `InputRefused` with a holding stiffness, whose force is that of an angle.

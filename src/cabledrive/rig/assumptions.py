@@ -125,7 +125,7 @@ def _failures(loop: Loop, done: Run) -> list[str]:
         found.append("torque at its limit")
     if done.state.summary[6] > 0:
         found.append("a sensor failed")
-    if loop.kinks.play > 0.0:
+    if loop.piecewise.play > 0.0:
         found.append("backlash in the gearhead")
     if done.state.summary[9] > 0 or done.state.discrete[1] == WENT_SLACK:
         found.append("a span went slack")

@@ -179,7 +179,7 @@ def unmatched_part(loop: Loop, spreads: Spreads) -> Array:
 
 
 def _varied(chain: LumpedChain, place: int, change: Array) -> LumpedChain:
-    """A row whose link before an inertia and that inertia are changed: stiffness, inertia, damping."""
+    """A chain whose link before an inertia and that inertia are changed: stiffness, inertia, damping."""
     stiffness, inertias, damping = list(chain.stiffness), list(chain.inertias), list(chain.damping)
     stiffness[place - 1] *= 1.0 + change[0]
     inertias[place] *= 1.0 + change[1]

@@ -8,10 +8,10 @@ import numpy as np
 
 from cabledrive.control.darc_gains import printed_bounds
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.rig.closed_loop.lanes import fits_lanes, run_lanes
 from cabledrive.rig.closed_loop.loop import Loop, run
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY, Array
 from cabledrive.rig.closed_loop.other_plants import with_plant
+from cabledrive.rig.closed_loop.plant_batch import fits_batch, run_batch
 from cabledrive.rig.setting import DEGREE, RigOptions
 
 
@@ -114,10 +114,10 @@ def run_samples(loop: Loop, options: RigOptions, draws: int, seed: int, *, threa
 
     ``loop``: nominal, as `cabledrive.rig.closed_loop.loop.close_loop` makes it.
     """
-    if fits_lanes(loop):
+    if fits_batch(loop):
         generators = np.random.default_rng(seed).spawn(draws)
         chains = (sampled_chain(loop.chain, generator) for generator in generators)
-        scores, ended = run_lanes(loop, chains, threads=threads)
+        scores, ended = run_batch(loop, chains, threads=threads)
     else:
         scores, ended = _one_by_one(loop, options, draws, seed, threads)
     angles = [SUMMARY.index(name) for name in ("peak", "first_peak", "later_peak", "own_peak")]

@@ -13,7 +13,7 @@ from cabledrive.control.controller_kernels import controller_step, issue, observ
 from cabledrive.control.own_controller import OwnController, stepped
 from cabledrive.rig.closed_loop.cable_kernels import cable_ends, move_cable
 from cabledrive.rig.closed_loop.cable_plant import cable_parts
-from cabledrive.rig.closed_loop.loop_kernels import move_row, row_ends
+from cabledrive.rig.closed_loop.loop_kernels import chain_ends, move_chain
 from cabledrive.rig.closed_loop.loop_numbers import DIVERGED, Array, LoopState
 from cabledrive.rig.closed_loop.own_plant import moved
 from cabledrive.rig.closed_loop.sample_kernels import farthest, finish_sample, sense
@@ -94,10 +94,10 @@ def _plant(loop: Any, s: LoopState, tensions: Array) -> tuple[Ends, Moves]:
         )
 
     def moves(k: int) -> int:
-        move_row(loop.plant, loop.kinks, rig, k, s)
+        move_chain(loop.plant, loop.piecewise, rig, k, s)
         return 0
 
-    return lambda: row_ends(loop.kinks, loop.twist_limit, gone, s), moves
+    return lambda: chain_ends(loop.piecewise, loop.twist_limit, gone, s), moves
 
 
 def _own_plant(loop: Any, s: LoopState, gone: float) -> tuple[Ends, Moves]:

@@ -168,8 +168,8 @@ def cable_parts(cable: CablePlant, state: LoopState) -> tuple[State, Workspace, 
 def drive_like(drive: Drive, chain: LumpedChain) -> Drive:
     """A drive whose lumped chain is the one given.
 
-    ``drive``: gives radii, lengths, and all that the row does not say; ``chain``: at the first shaft; with a
-    flexible cable.
+    ``drive``: gives radii, lengths, and all that the chain does not say; ``chain``: at the first shaft, with
+    a flexible cable.
     Returns the stiffness and damping of its cable are those of its EA.
     """
     first, second = drive.pulley

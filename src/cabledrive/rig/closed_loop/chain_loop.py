@@ -1,4 +1,4 @@
-"""A closed loop of the damping-aware law on a row of any number of inertias, without a drive file."""
+"""A closed loop of the damping-aware law on a lumped chain of any length, without a drive file."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -25,7 +25,7 @@ from cabledrive.trajectories import Trajectory
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChainRig:
-    """Sensors and sampling of a row.
+    """Sensors and sampling of a lumped chain.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ def chain_loop(
     adaptation: float = 0.1,
     smooth_friction: bool = False,
 ) -> Loop:
-    """The damping-aware law of a row of n inertias on that row, or on another plant.
+    """The damping-aware law of a lumped chain of n inertias on that chain, or on another plant.
 
     ``plant``: links between equal angles; ``trajectory``: of the last inertia, with n + 1 continuous
     derivatives for a torque without jumps; ``bandwidth``: lambda/(2 pi) [Hz]; ``design``: as the law believes
@@ -129,7 +129,7 @@ def _controller(
     bounds = share_bounds(chain, share)
     law = darc_numbers(flat, gains, bounds, reference, rig.interval, friction_by_reference=True, desired=True)
     return Controller(
-        name="damped law of a row",
+        name="damped law of a chain",
         law=law,
         reference=reference,
         shafts=chain.names,

@@ -16,12 +16,12 @@ from cabledrive.reduction.reflected import reflected
 from cabledrive.rig.closed_loop.by_sample import run_by_sample
 from cabledrive.rig.closed_loop.cable_plant import CablePlant, cable_plant, run_cable
 from cabledrive.rig.closed_loop.disturbed_kernels import DisturbedNumbers, run_disturbed
-from cabledrive.rig.closed_loop.kink_kernels import KinkNumbers
 from cabledrive.rig.closed_loop.loop_kernels import run_loop
 from cabledrive.rig.closed_loop.loop_numbers import ESTIMATES, Array, LoopState, RigNumbers, new_state
 from cabledrive.rig.closed_loop.loop_plants import plant_parts
 from cabledrive.rig.closed_loop.own_loop import run_own
 from cabledrive.rig.closed_loop.own_plant import OwnPlant, PlantProtocol
+from cabledrive.rig.closed_loop.piecewise_kernels import PiecewiseNumbers
 from cabledrive.rig.closed_loop.plant_kernels import PlantNumbers
 from cabledrive.rig.closed_loop.user_plant import user_plant
 from cabledrive.rig.disturbances import (
@@ -48,7 +48,7 @@ class Loop:
     ----------
     plant : PlantNumbers
     chain : LumpedChain
-        The row that is the plant, at the first shaft.
+        The chain that is the plant, at the first shaft.
     observer : ObserverNumbers
     controller : Controller
     rig : RigNumbers
@@ -62,8 +62,8 @@ class Loop:
         Angle of the first shaft per angle of the load.
     encoder_shafts : tuple of str
         Shafts whose encoders are read.
-    kinks : KinkNumbers
-        Free play and slack of the row.
+    piecewise : PiecewiseNumbers
+        Backlash and slack of the chain.
     cable : CablePlant or None
         The distributed cable, where that is the plant; ``chain`` is then its lumped chain.
     own_plant : OwnPlant or None
@@ -86,7 +86,7 @@ class Loop:
     slack: float
     gear: float
     encoder_shafts: tuple[str, ...]
-    kinks: KinkNumbers
+    piecewise: PiecewiseNumbers
     cable: CablePlant | None = None
     own_plant: OwnPlant | None = None
     named: str = ""
@@ -252,7 +252,7 @@ def run(
     if loop.disturbed is not None:
         ended = run_disturbed(loop.disturbed, *made, first, end, loop.twist_limit, state, kept)
         return Run(ended=int(ended), state=state, log=kept, interpreted=why_plain())
-    ended = run_loop(loop.plant, *made, first, end, loop.twist_limit, state, kept, loop.kinks)
+    ended = run_loop(loop.plant, *made, first, end, loop.twist_limit, state, kept, loop.piecewise)
     return Run(ended=int(ended), state=state, log=kept, interpreted=why_plain())
 
 

@@ -1,9 +1,9 @@
-"""The lumped chain that is the plant of a loop, with its kinks."""
+"""The lumped chain that is the plant of a loop, with its backlash and slack."""
 
 from typing import Any
 
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.rig.closed_loop.plant import kink_numbers, plant_numbers
+from cabledrive.rig.closed_loop.plant import piecewise_numbers, plant_numbers
 from cabledrive.rig.setting import RigOptions
 
 KINKED_SUBSTEPS = 10
@@ -20,11 +20,11 @@ def plant_parts(
     sample.
     """
     limit = slack if options.forbid_slack else float("inf")
-    bends = float("inf") if options.forbid_slack else slack
-    kinked = play > 0.0 or bends < float("inf")
-    substeps = max(options.substeps, KINKED_SUBSTEPS) if kinked else options.substeps
+    softens = float("inf") if options.forbid_slack else slack
+    nonlinear = play > 0.0 or softens < float("inf")
+    substeps = max(options.substeps, KINKED_SUBSTEPS) if nonlinear else options.substeps
     numbers = plant_numbers(
         chain, interval, current_rate=rate, substeps=substeps, smooth=options.smooth_friction
     )
-    kinks = kink_numbers(chain, interval / substeps, current_rate=rate, play=play, slack=bends)
-    return {"plant": numbers, "chain": chain, "kinks": kinks, "twist_limit": limit, "slack": slack}
+    piecewise = piecewise_numbers(chain, interval / substeps, current_rate=rate, play=play, slack=softens)
+    return {"plant": numbers, "chain": chain, "piecewise": piecewise, "twist_limit": limit, "slack": slack}

@@ -24,7 +24,7 @@ def with_plant(loop: Loop, chain: LumpedChain, options: RigOptions, play: float 
     slack = loop.slack
     if np.isfinite(slack):
         slack *= loop.chain.stiffness[-1] / chain.stiffness[-1]
-    play = 2.0 * loop.kinks.play if play is None else play
+    play = 2.0 * loop.piecewise.play if play is None else play
     parts = plant_parts(chain, interval, rate, options, play, slack)
     cable = loop.cable
     if cable is not None:

@@ -32,7 +32,7 @@ def run_own(loop: Any, first: int, last: int, state: LoopState, log: Array) -> i
     try:
         ended = run(
             loop.plant, loop.observer, own.gains, loop.rig, made.reference, loop.target, first, last,
-            loop.twist_limit, state, log, loop.kinks,
+            loop.twist_limit, state, log, loop.piecewise,
         )  # fmt: skip
     except NumbaError:
         return None

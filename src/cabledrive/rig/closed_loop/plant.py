@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from cabledrive.parameters import InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain, state_space
-from cabledrive.rig.closed_loop.kink_kernels import KinkNumbers
-from cabledrive.rig.closed_loop.lane_tables import exponentials
+from cabledrive.rig.closed_loop.batch_tables import exponentials
+from cabledrive.rig.closed_loop.piecewise_kernels import PiecewiseNumbers
 from cabledrive.rig.closed_loop.plant_kernels import PlantNumbers
 
 Array = NDArray[np.float64]
@@ -58,10 +58,10 @@ def plant_numbers(
     )
 
 
-def kink_numbers(
+def piecewise_numbers(
     chain: LumpedChain, step: float, *, current_rate: float = 0.0, play: float = 0.0, slack: float = inf
-) -> KinkNumbers:
-    """Linear pieces of a row whose joint has backlash, or whose spans may go slack; empty if neither.
+) -> PiecewiseNumbers:
+    """Linear pieces of a chain whose joint has backlash, or whose spans may go slack; empty if neither.
 
     ``chain``: links between equal angles; ``step``: internal step [s]; ``current_rate``: bandwidth of the
     torque loop [rad/s]; 0: none; ``play``: backlash of the first link, from end to end [rad]; ``slack``:
@@ -75,11 +75,11 @@ def kink_numbers(
     for i, piece in enumerate(pieces):
         rates[i] = _rates(piece, current_rate)
         tables[i] = _tables(rates[i], step)
-    return KinkNumbers(rates=rates, tables=tables, play=0.5 * play, slack=slack)
+    return PiecewiseNumbers(rates=rates, tables=tables, play=0.5 * play, slack=slack)
 
 
 def _softened(chain: LumpedChain, first: float, last: float) -> LumpedChain:
-    """The row with shares of its first and of its last link."""
+    """The chain with shares of its first and of its last link."""
     shares = np.ones(chain.size - 1)
     shares[0] *= first
     shares[-1] *= last

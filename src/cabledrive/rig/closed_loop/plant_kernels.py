@@ -24,7 +24,7 @@ __all__ = ["MOST_TERMS", "PlantNumbers", "advance"]
 
 
 class PlantNumbers(NamedTuple):
-    """A row of n inertias; m = 2n + 1 states.
+    """A lumped chain of n inertias; m = 2n + 1 states.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ def advance_exactly(
     terms: Array,
     work: Array,
 ) -> int:
-    """Move the row on by any time, event by event; ``x`` is changed, the new slip returned."""
+    """Move the chain on by any time, event by event; ``x`` is changed, the new slip returned."""
     m = x.size
     n = m // 2
     inertia, coulomb, norm = scalars[1], scalars[2], scalars[7]
@@ -193,7 +193,7 @@ def advance(
     terms: Array,
     work: Array,
 ) -> int:
-    """Move the row on under a constant command, by the table where nothing happens; returns the new slip."""
+    """Move the chain on under a constant command, by the table if nothing happens; returns the new slip."""
     m, step = x.size, scalars[0]
     if scalars[6] == 0.0:
         x[m - 1] = u

@@ -9,9 +9,9 @@ from cabledrive.control.observer_numbers import ObserverNumbers
 from cabledrive.control.reference_numbers import ReferenceNumbers
 from cabledrive.control.target_kernels import PathState, TargetState, path_row, target_step
 from cabledrive.mechanics.compiled import njit_part
-from cabledrive.rig.closed_loop.kink_kernels import KinkNumbers
 from cabledrive.rig.closed_loop.loop_kernels import move
 from cabledrive.rig.closed_loop.loop_numbers import Array, Integers, RigNumbers
+from cabledrive.rig.closed_loop.piecewise_kernels import PiecewiseNumbers
 from cabledrive.rig.closed_loop.plant_kernels import MOST_TERMS, PlantNumbers
 from cabledrive.rig.closed_loop.sample_kernels import read_encoders
 
@@ -59,7 +59,7 @@ def plant_read(rig: RigNumbers, s: PlantState) -> None:
 @njit_part
 def plant_step(
     plant: PlantNumbers,
-    kinks: KinkNumbers,
+    piecewise: PiecewiseNumbers,
     rig: RigNumbers,
     s: PlantState,
     command: float,
@@ -73,14 +73,14 @@ def plant_step(
     s.commands[newest] = command
     # `move` looks at the fields that both kinds of state have.
     if rig.late_part > 0.0:
-        move(plant, kinks, s, s.commands[0], motor, load, rig.late_part)  # type: ignore[arg-type]
-    move(plant, kinks, s, s.commands[1], motor, load, rig.interval - rig.late_part)  # type: ignore[arg-type]
+        move(plant, piecewise, s, s.commands[0], motor, load, rig.late_part)  # type: ignore[arg-type]
+    move(plant, piecewise, s, s.commands[1], motor, load, rig.interval - rig.late_part)  # type: ignore[arg-type]
 
 
 @njit_part
 def loop_step(
     plant: PlantNumbers,
-    kinks: KinkNumbers,
+    piecewise: PiecewiseNumbers,
     rig: RigNumbers,
     observer: ObserverNumbers,
     law: LawNumbers,
@@ -94,6 +94,6 @@ def loop_step(
     plant_read(rig, s.plant)
     path_row(numbers, s.path, s.sample[0] * rig.interval, s.row[0])
     command, valid = target_step(observer, law, limit, s.target, s.plant.readings, s.row)
-    plant_step(plant, kinks, rig, s.plant, command, motor, load)
+    plant_step(plant, piecewise, rig, s.plant, command, motor, load)
     s.sample[0] += 1
     return command, valid

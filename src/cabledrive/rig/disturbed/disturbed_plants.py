@@ -89,7 +89,7 @@ def disturbed_numbers(
         cogging_lines=drawn["cogging_periods"],
         ripple=drawn["torque_ripple"],
         ripple_lines=drawn["ripple_periods"],
-        play=max(0.5 * drawn["backlash"], loop.kinks.play),
+        play=max(0.5 * drawn["backlash"], loop.piecewise.play),
         slack=slack,
         eccentricity=drawn["encoder_eccentricity"] * loop.gear,
         turning=1.0 / loop.gear,

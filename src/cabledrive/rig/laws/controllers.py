@@ -99,7 +99,7 @@ class DesignSpec:
     best : bool
         The gains that trial runs accept, instead of those of the dissertation.
     feedforward : {"damped", "undamped", "rigid"}
-        Torque and motion that the baselines follow: the exact inverse of the row with its dampers, without
+        Torque and motion that the baselines follow: the exact inverse of the chain with its dampers, without
         them, or of one rigid inertia; friction by the reference's speed in each.
     motion : Motion or None
         What the trajectory was made of; for trial runs.
@@ -167,7 +167,7 @@ def chain_law(
 ) -> Controller:
     """A law of the chain with or without damping.
 
-    ``number``, {1, 2, 3, 4}; ``chain``: the row it is made for; the drive's own by default; ``bounds``: of
+    ``number``, {1, 2, 3, 4}; ``chain``: the one it is made for; the drive's own by default; ``bounds``: of
     p2 to p5; as printed by default.
     """
     chain = spec.model(number) if chain is None else chain

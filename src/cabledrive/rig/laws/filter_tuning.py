@@ -12,7 +12,7 @@ from cabledrive.rig.plant_samples import Spreads
 
 
 def filter_chain(spec: DesignSpec, number: int) -> LumpedChain:
-    """The row that the Kalman filter of a law is made for.
+    """The chain that the Kalman filter of a law is made for.
 
     ``number``, {1, 2, 3, 4}: Model of the law.
     """

@@ -16,7 +16,7 @@ SHAFTS = ("motor", "drive", "load")
 
 
 def place(chain: LumpedChain, shaft: str) -> int:
-    """Inertia of a row that a shaft belongs to.
+    """Inertia of a chain that a shaft belongs to.
 
     ``shaft``, {"motor", "drive", "load"}.
     """
@@ -71,7 +71,7 @@ def fit_observer(
 ) -> tuple[ObserverNumbers, Integers, Array]:
     """The observer of a law, what its encoders read of the plant, and their counts.
 
-    ``design``: the row the filter is designed for; ``plant``: the row that is read; ``drive``: with the
+    ``design``: the chain the filter is designed for; ``plant``: the chain that is read; ``drive``: with the
     encoders; ``shafts``: shafts that the law takes; ``own``: only the encoders of the law's shafts are read;
     ``settled``: the Kalman filter goes on from another's states.
     Returns ``encoders``, shape (m,): inertia of the plant that each encoder reads; ``counts``, shape (m,)

@@ -117,7 +117,7 @@ def learn(loop: Loop, early: Run, pause: int, drive: Drive, chain: LumpedChain) 
 
 
 def learnt_chain(chain: LumpedChain, found: Learnt) -> LumpedChain:
-    """The row as it is after learning: cable per load inertia, motor; load and drive inertia as believed.
+    """The chain as it is after learning: cable per load inertia, motor; load and drive inertia as believed.
 
     What has not been excited stays as it was. Friction of the load is taken where it stands out of its error,
     and off the whole friction, of which the rest is the motor's.

@@ -1,6 +1,6 @@
 """Many plants in vector lanes: the same runs as one by one.
 
-Compiled modules under test: cabledrive.rig.closed_loop.lane_kernels.
+Compiled modules under test: cabledrive.rig.closed_loop.batch_kernels.
 """
 
 from dataclasses import replace
@@ -11,11 +11,11 @@ from scipy.linalg import expm
 
 from cabledrive.parameters import load_drive
 from cabledrive.rig import Motion, RigOptions
-from cabledrive.rig.closed_loop.lane_kernels import smooth_sign
-from cabledrive.rig.closed_loop.lane_tables import exponentials, free_transitions
-from cabledrive.rig.closed_loop.lanes import fits_lanes, run_one
+from cabledrive.rig.closed_loop.batch_kernels import smooth_sign
+from cabledrive.rig.closed_loop.batch_tables import exponentials, free_transitions
 from cabledrive.rig.closed_loop.loop import close_loop, run
 from cabledrive.rig.closed_loop.plant import plant_numbers
+from cabledrive.rig.closed_loop.plant_batch import fits_batch, run_one
 from cabledrive.rig.laws.registry import design
 from cabledrive.rig.plant_samples import run_samples, sampled_chain, sampled_loops
 from cabledrive.rig.trial import spec_for
@@ -38,7 +38,7 @@ def loop_of(law, options=SMOOTH, motion=SHORT, plant_model=None):
 def test_lanes_score_what_single_runs_score(law, plant, measured):
     """Twenty plants: two groups of lanes, the second with lanes to spare."""
     loop = loop_of(law, plant_model=plant)
-    assert fits_lanes(loop)
+    assert fits_batch(loop)
     lanes = run_samples(loop, SMOOTH, 20, 5).scores[:, :6]
     single = np.array([run(one, log=False).state.summary[:6] for one in sampled_loops(loop, SMOOTH, 20, 5)])
     off, size = np.abs(lanes - single).max(axis=0), np.abs(single).max(axis=0)
@@ -90,7 +90,7 @@ def test_exponentials_of_small_matrices_are_scipys():
     ],
 )
 def test_what_lanes_cannot_follow_runs_one_by_one(options):
-    assert not fits_lanes(loop_of("darc-4", options))
+    assert not fits_batch(loop_of("darc-4", options))
 
 
 def test_a_slack_span_fails_the_draw_in_its_lane():

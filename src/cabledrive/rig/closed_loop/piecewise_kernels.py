@@ -1,9 +1,9 @@
 """Compiled motion of a lumped chain with backlash in its joint and spans that cannot push.
 
-Between two kinks the row is linear. Each internal step goes by the piece in which it starts: joint closed or
-open, both spans taut or one slack. A closed joint is a spring about half the play, and with one span slack
-the cable is a spring of half the stiffness about the twist at which it went slack: in both cases the linear
-row with one angle shifted.
+The chain is linear as long as joint and spans keep their state. Each internal step goes by the piece in which
+it starts: joint closed or open, both spans taut or one slack. A closed joint is a spring about half the
+backlash, and with one span slack the cable is a spring of half the stiffness about the twist at which it went
+slack: in both cases the linear chain with one angle shifted.
 """
 
 from typing import NamedTuple
@@ -17,8 +17,8 @@ from cabledrive.rig.closed_loop.plant_kernels import advance
 Array = NDArray[np.float64]
 
 
-class KinkNumbers(NamedTuple):
-    """Linear pieces of a lumped chain; empty for one that has no kink.
+class PiecewiseNumbers(NamedTuple):
+    """Linear pieces of a lumped chain; empty for one that is linear.
 
     Attributes
     ----------
@@ -46,8 +46,8 @@ def side_of(value: float, limit: float) -> float:
 
 
 @njit_in_place
-def advance_kinked(
-    kinks: KinkNumbers,
+def advance_piecewise(
+    piecewise: PiecewiseNumbers,
     scalars: Array,
     x: Array,
     slip: int,
@@ -58,19 +58,19 @@ def advance_kinked(
     terms: Array,
     work: Array,
 ) -> int:
-    """Move the row on under a constant command, piece by piece; ``x`` is changed, the new slip returned."""
+    """Move the chain on under a constant command, piece by piece; ``x`` is changed, the new slip returned."""
     far = x.size // 2 - 1
     step, done = scalars[0], 0.0
     while done < time * (1.0 - 1e-12):
         part = min(step, time - done)
-        closed = side_of(x[0] - x[1], kinks.play) if kinks.play > 0.0 else 0.0
-        slack = side_of(x[far - 1] - x[far], kinks.slack)
-        piece = (1 if kinks.play > 0.0 and closed == 0.0 else 0) + (2 if slack != 0.0 else 0)
-        forth = closed * kinks.play
-        back = slack * kinks.slack if slack != 0.0 else 0.0
+        closed = side_of(x[0] - x[1], piecewise.play) if piecewise.play > 0.0 else 0.0
+        slack = side_of(x[far - 1] - x[far], piecewise.slack)
+        piece = (1 if piecewise.play > 0.0 and closed == 0.0 else 0) + (2 if slack != 0.0 else 0)
+        forth = closed * piecewise.play
+        back = slack * piecewise.slack if slack != 0.0 else 0.0
         x[0] -= forth
         x[far] -= back
-        rates, tables = kinks.rates[piece], kinks.tables[piece]
+        rates, tables = piecewise.rates[piece], piecewise.tables[piece]
         slip = advance(rates, tables, scalars, x, slip, u, motor, load, part, terms, work)
         x[0] += forth
         x[far] += back

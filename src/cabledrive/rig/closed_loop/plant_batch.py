@@ -1,4 +1,4 @@
-"""Many plants under one law of the chain, with true states and smoothed friction: plants in vector lanes."""
+"""Many plants under one law of the chain, with true states and smoothed friction: a vectorised batch."""
 
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -9,37 +9,44 @@ import numpy as np
 from cabledrive.control.numbers import DARC, ELASTIC, INERTIAL, LIMIT, SURFACE, LawNumbers
 from cabledrive.control.observer_numbers import IDEAL
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.rig.closed_loop import lane_kernels as row
-from cabledrive.rig.closed_loop.lane_kernels import INPUTS, LANES, ROWS, STATES, integrate_many, integrate_one
-from cabledrive.rig.closed_loop.lane_tables import free_transitions
+from cabledrive.rig.closed_loop import batch_kernels as row
+from cabledrive.rig.closed_loop.batch_kernels import (
+    INPUTS,
+    LANES,
+    ROWS,
+    STATES,
+    integrate_many,
+    integrate_one,
+)
+from cabledrive.rig.closed_loop.batch_tables import free_transitions
 from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY, Array
 from cabledrive.rig.closed_loop.sample_kernels import farthest
 
 PLACES = {1: (0,), 2: (0, 2), 3: (0, 1, 2)}
-"""Which of three angles each inertia of a row has; of one inertia load and motor are the same."""
+"""Which of three angles each inertia of a chain has; of one inertia load and motor are the same."""
 MADE_AT_ONCE = 512
 
 
-def fits_lanes(loop: Loop) -> bool:
-    """Whether a loop can run in a vector lane.
+def fits_batch(loop: Loop) -> bool:
+    """Whether a loop can run in a vectorised batch.
 
     Returns a law of the chain on true states; smoothed friction of the motor and none of the load; one
-    internal step per sample, no kink, no delay, no jitter, no disturbance, no failing encoder.
+    internal step per sample; no backlash, slack, delay, jitter, disturbance or encoder dropout.
     """
     rig, scalars = loop.rig, loop.plant.scalars
     exact = loop.observer.kind == IDEAL and loop.controller.law.kind == DARC
     exact = exact and loop.cable is None and loop.own_plant is None and loop.disturbed is None
     smooth = scalars[8] > 0.0 and scalars[4] == 0.0 and loop.chain.size in PLACES
     punctual = rig.late_samples == 0 and rig.late_part == 0.0 and rig.jitter.size == 0
-    quiet = not rig.forces.any() and rig.blind[0] < 0 and loop.kinks.rates.shape[0] == 0
+    quiet = not rig.forces.any() and rig.blind[0] < 0 and loop.piecewise.rates.shape[0] == 0
     return bool(exact and smooth and punctual and quiet and scalars[0] == rig.interval)
 
 
-def run_lanes(loop: Loop, chains: Iterable[LumpedChain], *, threads: int = 2) -> tuple[Array, Array]:
+def run_batch(loop: Loop, chains: Iterable[LumpedChain], *, threads: int = 2) -> tuple[Array, Array]:
     """Run the law of a loop on many lumped chains.
 
-    ``loop``: one that `fits_lanes`; ``chains``: as many inertias as the plant of the loop.
+    ``loop``: one that `fits_batch`; ``chains``: as many inertias as the plant of the loop.
     Returns ``scores``, shape (rows, scores): as `cabledrive.rig.closed_loop.loop_numbers.SUMMARY` names them,
     at the first shaft; ``failed``, shape (rows,): whether a span went slack or the plant diverged; the run
     was not ended for it.
@@ -57,34 +64,34 @@ def run_lanes(loop: Loop, chains: Iterable[LumpedChain], *, threads: int = 2) ->
 
 
 def run_one(loop: Loop) -> Array:
-    """Run a loop that `fits_lanes` in a lane of its own.
+    """Run a loop that `fits_batch` as a batch of one.
 
     Returns shape (scores,): as `cabledrive.rig.closed_loop.loop_numbers.SUMMARY` names them, at the first
     shaft.
     """
-    return integrate_alone(loop, lane_of(loop), reference_table(loop))
+    return integrate_alone(loop, single_batch(loop), reference_table(loop))
 
 
-def lane_of(loop: Loop) -> Array:
-    """A loop at rest, as numbers of one lane."""
+def single_batch(loop: Loop) -> Array:
+    """A loop at rest, as the numbers of a batch of one."""
     tables = free_transitions([loop.chain], loop.rig.interval, float(loop.plant.scalars[6]))
     return _filled(loop, law_rows(loop), [loop.chain], tables, 1)
 
 
-def integrate_alone(loop: Loop, lane: Array, table: Array) -> Array:
-    """Run one lane; it is kept as it was.
+def integrate_alone(loop: Loop, single: Array, table: Array) -> Array:
+    """Run a batch of one; it is kept as it was.
 
-    ``lane``: from `lane_of`; ``table``, shape (samples, 6): from `reference_table`.
+    ``single``: from `single_batch`; ``table``, shape (samples, 6): from `reference_table`.
     Returns shape (scores,).
     """
-    moving = lane.copy()
+    moving = single.copy()
     integrate_one(moving, table, loop.rig.first_end)
     scores: Array = _scores(loop, moving[:, None])[0][0]
     return scores
 
 
 def _groups(loop: Loop, law: Array, chains: Iterable[LumpedChain]) -> Iterator[tuple[int, Array]]:
-    """Groups of lanes, the last one filled up with its last plant; each with its number of plants."""
+    """Groups of plants, the last one filled up with its last plant; each with its number of plants."""
     rest, rate = iter(chains), float(loop.plant.scalars[6])
     while some := list(islice(rest, MADE_AT_ONCE)):
         tables = free_transitions(some, loop.rig.interval, rate)

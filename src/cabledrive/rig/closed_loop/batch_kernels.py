@@ -3,7 +3,7 @@
 A sample has no branch and calls nothing, so that the loop over the lanes becomes vector arithmetic: the law
 is a few rows of numbers and a table of its reference, the plant a table, tanh one exponential by powers. All
 numbers of a group of plants, the law's too, lie in one array, row after row: nothing can overlap, and the
-compiler sees it. `cabledrive.rig.closed_loop.lanes` fills it.
+compiler sees it. `cabledrive.rig.closed_loop.plant_batch` fills it.
 """
 
 from collections.abc import Callable
@@ -58,7 +58,7 @@ def single_sign(x: float) -> float:
     return 1.0 - 2.0 / (1.0 + exp(2.0 * x))
 
 
-def lanes_kernel(lanes: int) -> Callable[..., None]:
+def batch_kernel(lanes: int) -> Callable[..., None]:
     """The loop for a fixed number of lanes.
 
     Returns takes a group (rows * lanes,), the table (samples, 6) of the law's reference and the sample at
@@ -66,7 +66,7 @@ def lanes_kernel(lanes: int) -> Callable[..., None]:
     """
     sign = smooth_sign if lanes > 1 else single_sign
 
-    def integrate_lanes(z: Array, table: Array, first_end: int) -> None:
+    def integrate_batch(z: Array, table: Array, first_end: int) -> None:
         for k in range(table.shape[0]):
             sigma_d, q_ref, q_d = table[k, 0], table[k, 1], table[k, 2]
             speed_d, friction_d, target = table[k, 3], table[k, 4], table[k, 5]
@@ -125,9 +125,9 @@ def lanes_kernel(lanes: int) -> Callable[..., None]:
                     at = (TABLES + row * (STATES + INPUTS) + 9) * lanes + i
                     z[row * lanes + i] += z[at] * rise
 
-    return njit_in_place(integrate_lanes)
+    return njit_in_place(integrate_batch)
 
 
 LANES = 16
-integrate_many = lanes_kernel(LANES)
-integrate_one = lanes_kernel(1)
+integrate_many = batch_kernel(LANES)
+integrate_one = batch_kernel(1)
