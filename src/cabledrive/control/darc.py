@@ -90,8 +90,7 @@ def darc_numbers(
     (samples, 2n + 3): from `cabledrive.control.reference.flat_reference`; sets the adaptation gain;
     ``interval``: sample time [s]; ``friction_by_reference``: S = tanh(50 w_d) of the reference instead of
     tanh(0.5 w) of the motor; ``desired``: adaptation by the regressor of the reference (desired
-    compensation);
-    ``rate_limit``, shape (4,): largest rates of the estimates; default: none.
+    compensation); ``rate_limit``, shape (4,): largest rates of the estimates; default: none.
     """
     n2 = 2 * flat.size
     mu = mu_of(flat, bounds.nominal[0])

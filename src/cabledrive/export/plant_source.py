@@ -26,7 +26,7 @@ class PlantSource:
     """A plant in numbers: lumped chain, its pieces where links are not linear, rig, names of its shafts."""
 
     plant: PlantNumbers
-    kinks: PiecewiseNumbers
+    piecewise: PiecewiseNumbers
     rig: RigNumbers
     shafts: tuple[str, ...]
 
@@ -37,7 +37,7 @@ def plant_source(source: ExportSource) -> PlantSource:
     Raises `InputRefused` if the drive of the law is not at hand.
     """
     loop = plant_loop(source)
-    return PlantSource(plant=loop.plant, kinks=loop.piecewise, rig=loop.rig, shafts=loop.chain.names)
+    return PlantSource(plant=loop.plant, piecewise=loop.piecewise, rig=loop.rig, shafts=loop.chain.names)
 
 
 def plant_loop(source: ExportSource) -> Loop:
