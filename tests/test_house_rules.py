@@ -54,7 +54,7 @@ def test_source_files_stay_short():
     assert {path: n for path, n in lengths.items() if n >= LONGEST_FILE} == {}
 
 
-def test_docstrings_tell_arguments_results_and_refusals_where_a_room_exports_the_name():
+def test_docstrings_give_arguments_results_and_refusals_where_a_room_exports_the_name():
     """Elsewhere one sentence is enough."""
     trees = {path: ast.parse(path.read_text(encoding="utf-8")) for path in SOURCES}
     rooms = [tree for path, tree in trees.items() if path.name == "__init__.py"]

@@ -15,7 +15,7 @@ from drive_strategies import drives
 
 
 @pytest.mark.parametrize("name", cd.packaged_drives("loop", "line"))
-def test_packaged_drives_are_valid_and_told_as_python_tells_them(name):
+def test_packaged_drives_are_valid_and_reported_as_in_python(name):
     drive = cd.load_drive(name)
     found = answer("check", name)
     assert (found["valid"], found["drive_hash"]) == (True, cd.content_hash(drive))

@@ -83,7 +83,7 @@ def test_table_counts_every_mode_once(name):
         assert {mode.kind for mode in row.modes} == {row.kind}
 
 
-def test_table_tells_where_a_mode_lives():
+def test_table_gives_where_a_mode_lives():
     text = call("modes", "dissertation-transporter", "--below", "120").stdout
     assert re.search(
         r"67\.192218\d +1 +transverse +string +upper span, carriage 0 to load pulley; horizontal plane",

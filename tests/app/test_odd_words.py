@@ -60,7 +60,7 @@ def test_odd_words_end_in_one_line(folder, arguments, words):
 
 
 @pytest.mark.parametrize("command", ["check", "modes", "resonance", "track"])
-def test_an_empty_name_of_a_drive_is_told_as_such(command):
+def test_an_empty_name_of_a_drive_is_named_as_such(command):
     assert refusal(command, "") == (
         '"": no drive is named: give the path of a drive file, or a name of cabledrive drives'
     )

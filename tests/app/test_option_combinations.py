@@ -52,7 +52,7 @@ def test_an_option_without_effect_is_refused_and_nothing_is_written(log, argumen
         (("simulate", "dissertation-2", "--duration", "1 ms", "--pluck-shape", "half-sine"), "no span is"),
     ],
 )
-def test_an_option_of_the_agreed_ones_without_effect_is_told(arguments, words):
+def test_an_option_of_the_agreed_ones_without_effect_is_reported(arguments, words):
     done = call(*arguments, "--json")
     assert done.exit_code == 0
     assert words in done.stderr
@@ -95,7 +95,7 @@ def test_a_response_of_a_column_to_itself_is_refused(log, source, target):
     assert "choose two of time, torque, angle" in line
 
 
-def test_a_position_in_degrees_is_told_how_to_be_mapped_and_the_advice_works(log):
+def test_a_position_in_degrees_is_refused_with_a_mapping_that_works(log):
     with open(log) as file:
         content = file.read()
     with open("servo.csv", "w") as file:

@@ -56,7 +56,7 @@ def test_text_for_people_names_pairs_and_remedies():
 
 
 @pytest.mark.parametrize("drive", ["dissertation-2", "linear-axis"])
-def test_people_and_programs_are_told_frequencies_in_hz(drive):
+def test_people_and_programs_get_frequencies_in_hz(drive):
     """Detuning and half-width of the instability region: the averaged equations have them in rad/s."""
     instability = resonance(load_drive(drive)).instability
     found = answer("resonance", drive)
@@ -130,7 +130,7 @@ def test_a_load_that_takes_the_tension_away_is_refused():
     assert "without tension" in refusal("resonance", "dissertation-2", "--load-torque", "1 N m")
 
 
-def test_branches_tell_onset_and_stability():
+def test_branches_give_onset_and_stability():
     found = answer("resonance", "dissertation-2", *DAMPED, "--torque", "40 mN m", "--branches")
     upper = next(branch for branch in found["branches"] if branch["spans"] == ["upper"])
     assert upper["onset"] == pytest.approx(found["threshold_torque"], rel=0.01)

@@ -115,7 +115,7 @@ def test_check_lists_every_span_with_length_wrap_and_tension():
     assert found["warnings"] == []
 
 
-def test_check_tells_the_friction_that_a_traction_sheave_needs():
+def test_check_gives_the_friction_that_a_traction_sheave_needs():
     """|ln(T1/T2)| over the wrap; 1729 and 1565.5 N a rope without the ropes' weight."""
     light = [f"--set=route.{name}.mass_per_length=1e-9" for name in ("suspension", "compensation")]
     found = answer("check", str(ROUTES / "elevator.toml"), *light)
@@ -124,14 +124,14 @@ def test_check_tells_the_friction_that_a_traction_sheave_needs():
     assert sheave["needed_friction"] == pytest.approx(np.log(1729.0125 / 1565.5125) / np.pi, rel=1e-6)
 
 
-def test_check_tells_which_belt_runs_askew():
+def test_check_gives_which_belt_runs_askew():
     found = answer("check", COREXY, "--set", 'pulley.beam left a.at=["0 m", "0.213 m"]')
     askew = [line for line in found["warnings"] if "askew" in line]
     assert any("head left a to beam left a" in line and "head.x" in line for line in askew)
     assert float(askew[0].split(" by ")[1].split(" deg")[0]) == pytest.approx(4.95, abs=0.01)
 
 
-def test_check_tells_the_safety_factor_of_a_belt_from_the_table():
+def test_check_gives_the_safety_factor_of_a_belt_from_the_table():
     found = answer("check", str(ROUTES / "printer.toml"), "--set", 'cable.type="GT2-6mm"')
     assert found["spans"][0]["safety_factor"] == pytest.approx(113.0 / 30.0)
 

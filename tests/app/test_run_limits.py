@@ -52,7 +52,7 @@ def test_a_run_without_end_is_refused_before_it_begins(arguments, words):
         (["--duration", "10 ms", "--fields", "1000", "--animate", "run.gif"], "are no two pictures"),
     ],
 )
-def test_a_march_that_cannot_be_kept_drawn_or_followed_is_refused(arguments, words, tmp_path, monkeypatch):
+def test_a_run_that_cannot_be_kept_drawn_or_followed_is_refused(arguments, words, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert words in refusal("simulate", "dissertation-2", *arguments, "--quiet")
     assert list(tmp_path.iterdir()) == []

@@ -81,7 +81,7 @@ def test_log_has_units_in_its_header(tmp_path):
     assert len(lines) == 2502
 
 
-def test_every_circumstance_of_the_rig_can_be_asked_for():
+def test_every_disturbance_of_the_rig_can_be_asked_for():
     asked = (
         *("--plant-set", "motor.backlash=0.5 deg", "--plant-set", "motor.current_bandwidth=200 Hz"),
         *("--jitter", "10 us", "--disturbance", "load:20 mN m:0.1:0.2", "--disturbance", "motor:0.01:0.3"),
@@ -96,7 +96,7 @@ def test_every_circumstance_of_the_rig_can_be_asked_for():
     assert all(words in broken for words in ("backlash", "disturbance at the load", "a sensor failed"))
 
 
-def test_cable_as_plant_tells_its_resolution_spillover_and_coupling():
+def test_cable_as_plant_gives_its_resolution_spillover_and_coupling():
     found = answer("track", "dissertation-3", "--controller", "darc-4", "--plant", "cable", *FAST)
     assert found["plant"] == "cable"
     assert found["cable"]["stiffness"] == pytest.approx(850.0)

@@ -136,7 +136,7 @@ def test_momentum_sum_is_exact_without_counts():
     assert found[3] == pytest.approx(WHOLE[3], abs=1e-6)
 
 
-def test_momentum_sum_tells_inertia_and_friction_from_counts():
+def test_momentum_sum_gives_inertia_and_friction_from_counts():
     angles, torque = motion()
     rng = np.random.default_rng(3)
     found = estimate_motor(

@@ -204,7 +204,7 @@ def test_a_corrupt_video_is_refused_in_one_line(tmp_path, content, name):
 
 
 @pytest.mark.verify
-def test_a_filmed_ping_tells_the_tension(tmp_path):
+def test_a_filmed_ping_gives_the_tension(tmp_path):
     """Configuration 3 filmed for 1 s, 0.15 mm per pixel: 101.26 Hz, and 7 N within 1 %."""
     from cabledrive.identification.tension import read_ping, tension_from_ping
     from cabledrive.modal import modes

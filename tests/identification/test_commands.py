@@ -103,7 +103,7 @@ def test_help_of_the_three_commands_shows_an_example():
         assert "Example" in CliRunner().invoke(module.command, ["--help"]).output
 
 
-def test_the_tension_of_a_ping_is_told_at_the_door(tmp_path, capsys):
+def test_the_command_gives_the_tension_of_a_ping(tmp_path, capsys):
     """A string of 7 N: 101.26 Hz, 202.5 Hz; the bare formula misses the stretch, 1.6 %."""
     import numpy as np
     from scipy.io import wavfile

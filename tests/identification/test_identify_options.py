@@ -57,7 +57,7 @@ def test_a_table_that_is_none_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("reader", READERS)
-def test_a_small_file_that_cannot_be_read_is_told_in_words(reader, tmp_path):
+def test_a_small_file_that_cannot_be_read_is_refused_in_words(reader, tmp_path):
     (tmp_path / "folder").mkdir()
     (tmp_path / "binary").write_bytes(b"\xff\xfe\x00")
     (tmp_path / "deep").write_text("a = " + 5000 * "[")

@@ -191,7 +191,7 @@ def test_a_sound_log_has_no_findings(tmp_path):
     assert (report.findings, report.repaired) == ((), ())
 
 
-def test_jitter_is_told_and_uneven_samples_are_not_resampled_unasked(tmp_path):
+def test_jitter_is_reported_and_uneven_samples_are_not_resampled_unasked(tmp_path):
     rng = np.random.default_rng(4)
     slight = TIME + rng.uniform(-0.05, 0.05, N) * DT
     assert "jitter" in read_log(written(tmp_path, text(columns=(slight, TORQUE, ANGLE)))).report.findings[0]

@@ -49,7 +49,7 @@ OTHERS = ("second_angle", "third_angle")
 
 
 @pytest.mark.parametrize("second", [swinging(-0.8, 0.5, 0.37), swinging(-0.8, 0.0, 1.0)], ids=["one", "none"])
-def test_friction_is_told_where_axes_that_stand_leave_the_inertia_open(second):
+def test_friction_is_identified_where_axes_at_rest_leave_the_inertia_open(second):
     found = solve_axis_problem(posed_log(second, swinging(0.4, 0.0, 1.0)), OTHERS)
     assert not found.identifiable
     assert found["viscous_friction"] == pytest.approx(3.0, rel=0.01)

@@ -49,7 +49,7 @@ def exact_ping():
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_ping_of_the_exact_loop_tells_its_tension_within_one_per_cent(exact_ping, seed, measured):
+def test_ping_of_the_exact_loop_gives_its_tension_within_one_per_cent(exact_ping, seed, measured):
     drive, run = exact_ping
     swing = run.midpoint("upper")[:, 2]
     noisy = swing + NOISE * np.abs(swing).max() * np.random.default_rng(seed).normal(size=swing.size)
@@ -64,7 +64,7 @@ def test_ping_of_the_exact_loop_tells_its_tension_within_one_per_cent(exact_ping
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_ping_by_its_modes_tells_its_tension_within_one_per_cent(seed):
+def test_ping_by_its_modes_gives_its_tension_within_one_per_cent(seed):
     """Configurations 1 to 3 and the carriage of the transporter, tensions from 2 to 12 N."""
     rng = np.random.default_rng(100 + seed)
     tension = float(rng.uniform(2.0, 12.0))
@@ -125,7 +125,7 @@ def test_tension_is_the_inverse_of_the_certified_modes():
     assert tension_for(load_drive("dissertation-3"), "lower", 1, first) == pytest.approx(9.0, rel=1e-10)
 
 
-def test_both_spans_of_a_log_are_told_apart_by_their_names():
+def test_both_spans_of_a_log_are_assigned_by_their_names():
     upper, lower = with_tension("dissertation-3", 7.5), with_tension("dissertation-3", 6.5)
     time, high = rung(upper, 1)
     _, low = rung(lower, 2)
@@ -163,7 +163,7 @@ def test_a_corrupt_sound_file_is_refused_in_one_line(tmp_path, content):
     assert "\n" not in str(refusal.value)
 
 
-def test_a_clipped_recording_is_told(tmp_path):
+def test_a_clipped_recording_is_reported(tmp_path):
     _, values = rung(load_drive("dissertation-3"), 4, rate=8000.0)
     wavfile.write(tmp_path / "ping.wav", 8000, (np.clip(3 * values, -1, 1) * 32767).astype("int16"))
     assert "clipped" in read_wav(tmp_path / "ping.wav").report.findings[0]
@@ -172,7 +172,7 @@ def test_a_clipped_recording_is_told(tmp_path):
 @pytest.mark.parametrize(
     "name, section", [("dissertation-transporter", 1), ("elevator", 0), ("camera-line", 0), ("ropeway", 0)]
 )
-def test_pings_of_other_machines_and_sections_tell_their_tension(name, section):
+def test_pings_of_other_machines_and_sections_give_their_tension(name, section):
     """Guided carriages part a span, hanging ones load it: each section by its own certified modes."""
     from cabledrive.mechanics.spans import transverse_chains
     from cabledrive.modal.tuning import section_frequencies
@@ -191,7 +191,7 @@ def test_pings_of_other_machines_and_sections_tell_their_tension(name, section):
     assert one.tension.value == pytest.approx(drive.cable.pretension, rel=0.01), one
 
 
-def test_another_span_that_sounds_as_well_is_told():
+def test_another_span_that_sounds_as_well_is_reported():
     """The lower span at 8 N, half as loud, beside the upper one at 7 N; alone there is nothing to tell."""
     time, upper = rung(with_tension("dissertation-3", 7.0), 1, rate=4000.0)
     _, lower = rung(with_tension("dissertation-3", 8.0), 2, rate=4000.0)

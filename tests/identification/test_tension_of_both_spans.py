@@ -73,7 +73,7 @@ def test_equal_tensions_are_one_family_and_the_line_says_so():
     assert np.isnan(found.standing_torque.value)
 
 
-def test_tensions_within_a_line_width_are_not_told_apart_and_both_lie_in_the_interval():
+def test_tensions_within_a_line_width_are_not_separated_and_both_lie_in_the_interval():
     """0.3 % between them, 0.15 Hz of 101 Hz, where a line is 1.3 Hz wide."""
     one = played(10_021, pretension=7.0, share=0.0015, damping=4.0, rate=1000.0)
     found = tension_of_both(one.log, one.drive)

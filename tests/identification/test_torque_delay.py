@@ -24,7 +24,7 @@ def late(log, samples):
 
 
 @pytest.mark.parametrize("samples", [-5, 2])
-def test_a_delay_of_a_torque_of_lines_is_told_to_a_hundredth_of_a_sample(log, samples, measured):
+def test_a_delay_of_a_torque_of_lines_is_estimated_to_a_hundredth_of_a_sample(log, samples, measured):
     """A finding that no habit of logging explains, and no fault of the axis beside it."""
     found = identify(late(log, samples))
     delay = found.method["torque_delay"]
@@ -40,7 +40,7 @@ def test_a_torque_of_one_sample_before_is_a_note(log):
 
 
 @pytest.mark.parametrize("samples", [-2, 5])
-def test_a_delay_of_any_other_torque_is_told_to_a_tenth_of_a_sample(log, samples, measured):
+def test_a_delay_of_any_other_torque_is_estimated_to_a_tenth_of_a_sample(log, samples, measured):
     """Cut off in the middle of a period the torque has no lines."""
     found = identify(late(log, samples).part(start=0.1, end=float(log.time[-1]) - 0.1))
     delay = found.method["torque_delay"]

@@ -81,7 +81,7 @@ def off_by(found, scale=1.0):
     return {name: found[name] / (value / scale) - 1.0 for name, value in TRUE.items() if name != "offset"}
 
 
-def test_both_speeds_and_the_torque_tell_all_parameters_at_the_door(run, tmp_path, measured):
+def test_both_speeds_and_the_torque_give_all_parameters_at_the_door(run, tmp_path, measured):
     """Through the command: inertias and stiffness within 1 %, others within 1 % or their interval.
 
     The interval does not hold the error of the integration step, 0.7 % of the damping here.
@@ -124,7 +124,7 @@ def test_both_speeds_and_the_torque_tell_all_parameters_at_the_door(run, tmp_pat
     ],
     ids=["motor speed", "load speed", "motor encoder", "voltage"],
 )
-def test_one_side_or_a_voltage_tells_inertias_and_stiffness(run, names, scale, within, measured):
+def test_one_side_or_a_voltage_gives_inertias_and_stiffness(run, names, scale, within, measured):
     """In volt: those in N m over the torque per volt. From the load alone the sides may be exchanged."""
     found = identify(log(run, *names), model="two-inertia")
     off = off_by(found, scale)

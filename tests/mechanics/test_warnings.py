@@ -93,7 +93,7 @@ def test_no_pretension_is_advised_that_strains_the_cable_beyond_its_stated_range
     assert warned(drive, "or raise cable.pretension to 26.25 N") is not expected
 
 
-def test_a_rope_that_no_pretension_within_its_range_straightens_is_not_told_one():
+def test_a_rope_that_no_pretension_within_its_range_straightens_gets_no_such_advice():
     """The gondola lift: 2.4 MN, where its rope bears 650 kN."""
     assert warned(load_drive("ropeway"), "range, up to 650000 N, is enough to straighten it")
     assert warned(

@@ -221,7 +221,7 @@ def test_vertical_motion_grows_without_bound_where_the_frequencies_meet():
     assert below.amplitude_ratio * nearer.amplitude_ratio < 0
 
 
-def test_meeting_needs_more_than_any_pretension_when_the_mass_is_heavy():
+def test_coincidence_needs_more_than_any_pretension_when_the_mass_is_heavy():
     """T0/(1 + T0/EA) stays below EA: a heavy mass never swings as fast as the longitudinal mode."""
     drive = hung(1.0, 0.4)
     mode = longitudinal_modes(drive, count=1)[0]

@@ -148,7 +148,7 @@ def test_contrasts_of_a_million_million_are_certified_or_say_they_are_not(seed, 
         assert error < 3e-12 or not mode.proven, f"relative error {error:.1e} at {mode.frequency} Hz"
 
 
-def test_any_drive_that_can_be_written_down_is_certified_or_honest(measured):
+def test_any_drive_that_can_be_written_down_is_certified_or_says_why_not(measured):
     """Every figure anywhere between 1e-12 and 1e12: a certified list, one that is not, or one clear line."""
     outcomes = Counter()
 

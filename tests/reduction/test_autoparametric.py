@@ -126,7 +126,7 @@ def test_another_pretension_by_scaling_equals_the_model_made_there(name, planes)
         np.testing.assert_allclose(getattr(scaled, field), getattr(made, field), rtol=1e-10, err_msg=field)
 
 
-def test_lanes_of_pretension_hold_the_models_one_by_one():
+def test_a_batch_of_pretensions_holds_the_models_one_by_one():
     model = autoparametric_model(TUNED, planes=2, load_torque=0.02)
     tensions = np.array([2.0, 3.0, 5.0])
     lanes = at_pretension(model, tensions)

@@ -89,7 +89,7 @@ def test_torque_above_the_models_frequencies_is_refused():
         simulate_fast(DRIVE, 0.1, torque=Sine(amplitude=0.01, frequency=900.0))
 
 
-def test_steep_pluck_is_told():
+def test_a_steep_pluck_is_reported():
     with pytest.raises(SimulationStopped, match="slope"):
         simulate_fast(DRIVE, 0.05, start=plucked("half-sine", 0.02), scheme=FastScheme(sines=1))
 

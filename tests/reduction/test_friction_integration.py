@@ -120,7 +120,7 @@ def test_sensitivities_are_the_derivatives_of_the_motion(quantity, number, field
     assert np.quantile(error, 0.98) < 2e-3 * scale, f"{np.quantile(error, 0.98) / scale:.2e}"
 
 
-def test_free_play_transmits_nothing_inside_the_gap():
+def test_backlash_transmits_nothing_inside_the_gap():
     gap = 0.5
     found = integrate_chain(
         replace(TWO, coulomb=(0.0, 0.0), offsets=(0.0, 0.0)), np.full(100, 0.01), 1e-3, gaps=(gap,)

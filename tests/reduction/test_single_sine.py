@@ -16,7 +16,7 @@ JOINTED = [*DAMPED[:2], "motor.coulomb_friction=0"]
 @pytest.mark.kernel
 @pytest.mark.parametrize("name, overrides", [("dissertation-2", DAMPED), ("dissertation-3", JOINTED)])
 @pytest.mark.parametrize("stride", [1, 7])
-def test_one_sine_in_one_plane_equals_the_readable_march(name, overrides, stride):
+def test_one_sine_in_one_plane_equals_the_readable_integration(name, overrides, stride):
     """Gravity, torque, every loss; records, final state, lowest tension and largest displacement."""
     model = uniform_tension_model(cd.load_drive(name, overrides=overrides), 1)
     modes, rng = model.natural.size, np.random.default_rng(4)

@@ -98,7 +98,7 @@ def test_growth_in_the_instability_region_is_what_floquet_finds():
     assert growth_rates(c, amplitude)[0] == pytest.approx(exact, rel=4e-3)
 
 
-def test_tongue_opens_at_the_threshold_and_widens_with_the_torque():
+def test_instability_region_opens_at_the_threshold_and_widens_with_the_torque():
     model = autoparametric_model(damped(2.0, 5.0))
     threshold = float(threshold_torque(model))
     widths = []

@@ -56,7 +56,7 @@ def test_coupling_is_the_integral_of_strain_and_squared_slope():
 
 @pytest.mark.kernel
 @pytest.mark.parametrize("planes", [1, 2])
-def test_compiled_march_equals_its_readable_twin(planes):
+def test_compiled_integration_equals_its_readable_twin(planes):
     """cabledrive.reduction.uniform_tension_kernels, compiled and as Python."""
     model = uniform_tension_model(replace(TUNED, layout=replace(TUNED.layout, gravity=9.81)), 5)
     step, rng = 2e-4, np.random.default_rng(7)
@@ -119,7 +119,7 @@ def test_one_mode_limit_is_the_nonlinear_string(whirling, measured):
     )
 
 
-def test_march_converges_with_order_two_against_its_own_law():
+def test_integration_converges_with_order_two_against_its_own_law():
     """Strang splitting: halving the step divides the error of the coupled motion by four."""
     model = uniform_tension_model(TUNED, 2)
     ends = []

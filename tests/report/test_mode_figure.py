@@ -31,7 +31,7 @@ def test_every_frequency_has_its_rung(name):
         assert rungs(axis) == [row.frequency for row in rows]
 
 
-def test_families_are_told_by_word_and_colour():
+def test_families_are_shown_by_word_and_colour():
     _, found, shown = panels("elevator")
     words = [text.get_text() for text in shown["longitudinal"].texts]
     colours = [line.get_color() for line in shown["longitudinal"].lines]

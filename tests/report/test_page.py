@@ -126,7 +126,7 @@ def test_drawings_take_their_colours_from_the_page():
     assert re.findall(r"#[0-9a-fA-F]{6}\b|\brgb\(", drawings) == []
 
 
-def test_provenance_tells_time_versions_hashes_and_methods():
+def test_provenance_gives_time_versions_hashes_and_methods():
     told = next(e for e in read().root.all("section") if e.attributes.get("id") == "provenance").text
     assert TIME.strftime("%H:%M:%S") in told
     assert "3 February 2020" in told

@@ -61,7 +61,7 @@ def test_estimates_move_smoothly_at_the_chosen_gain():
 
 
 @pytest.mark.parametrize("law, hertz", [("backstepping", 10.5), ("backstepping-6", 25.0)])
-def test_sufficient_condition_is_told_over_the_run_and_not_met(law, hertz, measured):
+def test_sufficient_condition_is_reported_over_the_run_and_not_met(law, hertz, measured):
     """D_z of (6.100): the bandwidth without adaptation; negative all along the pulse with it."""
     options = RigOptions(check_conditions=True)
     still, adapting = (
@@ -75,7 +75,7 @@ def test_sufficient_condition_is_told_over_the_run_and_not_met(law, hertz, measu
     assert adapting["largest"] < -1e4, f"observed {adapting}"
 
 
-def test_poles_on_the_true_plant_tell_the_least_bandwidth(measured):
+def test_poles_on_the_true_plant_give_the_least_bandwidth(measured):
     """Dampers left out of the feedback: 30.8 Hz (0.34), 7.2 Hz (0.81) at 25 Hz; unstable below 11.3 Hz."""
     poles = closed_loop_poles(DRIVE, backstepping_6(SPEC))
     found = sorted((p.frequency, p.damping_ratio) for p in poles if p.damping_ratio < 0.99)

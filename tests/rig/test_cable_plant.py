@@ -108,7 +108,7 @@ def test_load_on_the_pulley_turns_it_and_can_make_a_span_slack(measured):
     assert 0 < later < 50
 
 
-def test_a_span_that_goes_slack_in_the_last_sample_is_told_too():
+def test_a_span_that_goes_slack_in_the_last_sample_is_reported_too():
     """The same run, of a motion that ends where it did: as many samples as were asked for, and yet failed."""
     push = Disturbance(torque=0.9, start=0.1, end=0.5)
     options, law = replace(IDEAL, disturbances=(push,)), design("darc-4", spec_for(DRIVE, SHORT))

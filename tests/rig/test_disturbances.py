@@ -46,7 +46,7 @@ def pushed(torque, samples, *, play=0.0, slack=float("inf"), substeps=10, start=
 
 
 @pytest.mark.kernel
-def test_motor_turns_alone_through_its_free_play():
+def test_motor_turns_alone_through_its_backlash():
     """Inside the play only the motor moves, as tau t^2 / 2 J less its viscous friction."""
     states = pushed(1e-3, 20, play=radians(2.0))
     assert np.all(states[:, 1:3] == 0.0)
@@ -68,7 +68,7 @@ def test_beyond_its_play_the_joint_is_the_spring_it_was_shifted_by_half_of_it():
     assert twist[1] - twist[0] == pytest.approx(radians(0.25), rel=0.02)
 
 
-def test_free_play_costs_energy_never_gives_it():
+def test_backlash_costs_energy_never_gives_it():
     """Bouncing in the play: what a frictionless row stores only falls."""
     play = radians(1.0)
     states = pushed(0.0, 1500, play=play, substeps=40, start=[0.02, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
@@ -81,7 +81,7 @@ def test_free_play_costs_energy_never_gives_it():
     assert stored[-1] < 0.5 * stored[0]
 
 
-def test_free_play_of_the_gearhead_is_told_and_costs_accuracy(measured):
+def test_backlash_of_the_gearhead_is_reported_and_costs_accuracy(measured):
     """Table A.3's 1 deg, unknown to the law."""
     plain, loose = (
         track(
@@ -96,7 +96,7 @@ def test_free_play_of_the_gearhead_is_told_and_costs_accuracy(measured):
     assert 2.0 * plain["peak_error_deg"] < loose["peak_error_deg"] < 1.0
 
 
-def test_motion_with_free_play_converges_with_the_internal_step(measured):
+def test_motion_with_backlash_converges_with_the_internal_step(measured):
     """Contacts are seen at internal steps: 20 us are 1e-3 deg from 2.5 us, the play itself 0.01."""
     loose = with_motor(backlash=radians(1.0))
     plain, *runs = (
@@ -138,7 +138,7 @@ def test_slack_is_refused_before_the_motion_where_it_can_be_foreseen():
         track(DRIVE, controller="pd", motion=Motion(angle=90.0, rise=0.18, order=9))
 
 
-def test_a_slow_torque_loop_costs_accuracy_and_is_told_to_the_filter(measured):
+def test_a_slow_torque_loop_costs_accuracy_and_is_known_to_the_filter(measured):
     slow, quick = (
         track(with_motor(current_bandwidth=hertz), controller="darc-4-damped", options=CENTRED).summary
         for hertz in (60.0, 1000.0)

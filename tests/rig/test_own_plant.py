@@ -160,7 +160,7 @@ def test_four_inertias_run_as_model_4_when_the_gear_is_stiff(measured):
     assert gaps[0] < 0.1 * DEGREE, f"observed {gaps} rad"
 
 
-def test_a_longer_chain_is_told_in_the_words_of_its_inertias():
+def test_a_longer_chain_is_reported_by_the_names_of_its_inertias():
     found = track(LINEAR, controller="darc-4-damped", plant=gearbox(), motion=SHORT, draws=2)
     assert found.summary["plant"] == "lumped chain of 4 inertias: motor, gear, drive, load"
     assert found.summary["within_bound"] is None

@@ -35,7 +35,7 @@ def loop_of(law, options=SMOOTH, motion=SHORT, plant_model=None):
     "law, plant",
     [("darc-1", 1), ("darc-2", 2), ("darc-3", 3), ("darc-3", 4), ("darc-4", 4), ("darc-4-damped", 4)],
 )
-def test_lanes_score_what_single_runs_score(law, plant, measured):
+def test_a_batch_scores_what_single_runs_score(law, plant, measured):
     """Twenty plants: two groups of lanes, the second with lanes to spare."""
     loop = loop_of(law, plant_model=plant)
     assert fits_batch(loop)
@@ -50,7 +50,7 @@ def test_lanes_score_what_single_runs_score(law, plant, measured):
 
 
 @pytest.mark.kernel
-def test_short_run_in_a_lane_is_the_run():
+def test_short_run_as_a_batch_of_one_is_the_run():
     loop = loop_of("darc-4", motion=Motion(angle=0.1, rise=0.004, dwell=0.001))
     np.testing.assert_allclose(
         run_one(loop)[:6], run(loop, log=False).state.summary[:6], rtol=1e-8, atol=1e-13
@@ -89,10 +89,10 @@ def test_exponentials_of_small_matrices_are_scipys():
         replace(SMOOTH, substeps=2),
     ],
 )
-def test_what_lanes_cannot_follow_runs_one_by_one(options):
+def test_what_a_batch_cannot_follow_runs_one_by_one(options):
     assert not fits_batch(loop_of("darc-4", options))
 
 
-def test_a_slack_span_fails_the_draw_in_its_lane():
+def test_a_slack_span_fails_the_draw_in_its_batch():
     loop = replace(loop_of("darc-4"), twist_limit=0.02)
     assert run_samples(loop, SMOOTH, 18, 1).failed == 18

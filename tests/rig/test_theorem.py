@@ -69,7 +69,7 @@ def test_a_wrong_inertia_of_the_motor_is_matched_and_a_wrong_cable_is_not(measur
     assert shares[1] > 0.3
 
 
-def test_causes_bound_the_error_whatever_their_signs():
+def test_error_sources_bound_the_error_whatever_their_signs():
     for plant in (DRIVE, replace(DRIVE, lumped=replace(DRIVE.lumped, cable_stiffness=600.0))):
         for options in (IDEAL, RigOptions()):
             causes, error = causes_of(DRIVE, plant, options)

@@ -148,7 +148,7 @@ def test_a_sensor_that_gives_nan_makes_the_law_hold_its_command():
     assert result.incomplete is None
 
 
-def test_a_delay_told_to_the_filter_costs_little():
+def test_a_delay_known_to_the_filter_costs_little():
     late = replace(DRIVE, sensors=replace(DRIVE.sensors, delay=2e-4))
     found = track(late, controller="darc-4-damped", options=CENTRED).summary
     assert found["delay"] == pytest.approx(2e-4)

@@ -255,7 +255,7 @@ def test_a_drive_without_motor_or_encoder_is_refused():
         move_carriage(blind)
 
 
-def test_one_bandwidth_tells_the_weights_that_were_chosen_by_hand():
+def test_one_bandwidth_gives_the_weights_that_were_chosen_by_hand():
     """The weights of the section on the transporter are those of 6.7 Hz, within 15 %."""
     found = tuning_for(MACHINE, 2.0 * np.pi * 6.7, interval=INTERVAL, count=one_count(DRIVE))
     chosen = TransporterTuning()

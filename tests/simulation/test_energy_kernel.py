@@ -47,7 +47,7 @@ def assert_equal_runs(inputs):
 
 
 @pytest.mark.parametrize("case", KNOWN)
-def test_the_compiled_march_equals_the_readable_one(case):
+def test_the_compiled_integration_equals_the_readable_one(case):
     """Displacements, velocities, tallies, stored energy, records after 36 steps, to round-off."""
     assert_equal_runs(start_of(case))
 
@@ -80,7 +80,7 @@ def test_a_large_motion_raises_the_shift_and_conserves_energy_all_the_same(case)
 
 
 @pytest.mark.parametrize("case", ["exact", "linear"])
-def test_slack_stops_the_march_before_the_step(case):
+def test_slack_stops_the_integration_before_the_step(case):
     """In the quick loop and in the long one."""
     plan, start, torque, forces = start_of(case)
     start.x[0, 1] = start.x[0, 0] - 1.1 * plan.pretension / plan.rigidity * plan.segment[0, 0]

@@ -385,7 +385,7 @@ def test_an_existing_file_is_kept_unless_forced(tmp_path):
     assert path.read_bytes() == uninterrupted(tmp_path)
 
 
-def test_progress_tells_the_time_left_on_standard_error(capsys, monkeypatch):
+def test_progress_gives_the_time_left_on_standard_error(capsys, monkeypatch):
     monkeypatch.setattr("cabledrive.simulation.progress.SECONDS_BETWEEN", 0.0)
     simulate(DRIVE, DURATION, progress=True, **OPTIONS)
     captured = capsys.readouterr()

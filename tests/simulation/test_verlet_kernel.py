@@ -117,7 +117,7 @@ NODE_CENTRED = [*LAWS, "line", "damped", "sloped", "held load", "stick-slip", "s
     [(case, integrate, integrate_reference) for case in CASES]
     + [(case, node_centred.integrate, readable_node_centred.integrate_reference) for case in NODE_CENTRED],
 )
-def test_the_compiled_march_equals_the_readable_one(case, compiled, readable):
+def test_the_compiled_integration_equals_the_readable_one(case, compiled, readable):
     """Displacements, velocities, tallies, extremes, events, records, fields after 36 steps, to round-off."""
     inputs = setting(case)
     code, state, rows, fields = taken(compiled, *inputs)

@@ -122,7 +122,7 @@ def test_the_same_seed_draws_the_same_bits_and_data_sheets_are_drawn_as_ever():
     assert set(found) - set(sheet) == {"ripple_order", "ripple_phase"}
 
 
-def test_a_log_tells_how_its_numbers_err_together():
+def test_a_log_gives_how_its_numbers_err_together():
     """More inertia at the motor is less at the load; the rest of the log's matrix makes sense as well."""
     told = identify_chain([log_with(("torque", "angle", "load_angle"))], drive_of("turntable"))
     found = {(one.first, one.second): one.value for one in told.correlations}

@@ -20,7 +20,7 @@ PULLEYS = tuple(replace(pulley, viscous_friction=0.002, coulomb_friction=0.01) f
 
 @pytest.mark.parametrize("motor", [RUBBING.motor, None], ids=["with a motor", "without"])
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.9, 1.0, 2.0])
-def test_a_drive_rubs_as_much_as_it_is_told(motor, share):
+def test_a_drive_has_the_friction_that_it_is_given(motor, share):
     """Also where that is less than the drive file gives the pulleys alone."""
     drive = replace(RUBBING, motor=motor, pulley=PULLEYS)
     before = values_of(drive)
@@ -68,7 +68,7 @@ def with_less_friction(log, taken):
     return replace(log, channels={**log.channels, "torque": log.channel("torque") - taken * speed})
 
 
-def test_a_friction_that_comes_out_negative_is_told_and_not_cut_in_silence():
+def test_a_friction_that_comes_out_negative_is_reported_and_not_cut_in_silence():
     drive, log = drive_of("turntable"), log_with(("torque", "angle", "load_angle"))
     value, low, high = identify_chain([log], drive).intervals["viscous_friction"]
     slight = know(drive, [with_less_friction(log, value + 0.3 * (high - low))], SPREADS)

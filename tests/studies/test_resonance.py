@@ -170,7 +170,7 @@ def test_growth_integral_finds_the_onset_of_a_sweep(pumping, damping, rate, shar
     assert abs(error) < share * sweep.half_width, f"{error / sweep.half_width:.4f}"
 
 
-def test_a_sweep_too_fast_for_the_level_is_told():
+def test_a_sweep_too_fast_for_the_level_is_reported():
     sweep = Sweep(pumping=3.0, damping=2.0, rate=50.0, floor=1e-5, level=1e-3, half_forcing=256.8)
     with pytest.raises(cd.NotComputed, match=r"reaches 0\.001 m"):
         onset_by_growth_integral(sweep)

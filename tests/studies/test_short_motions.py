@@ -19,7 +19,7 @@ def test_a_motion_of_a_millisecond_is_judged(tmp_path):
     assert all(0.0 <= mode.time <= 1e-3 for mode in found.modes)
 
 
-def test_a_motion_beyond_any_number_is_told_from_a_defect(tmp_path):
+def test_a_motion_beyond_any_number_is_not_a_defect(tmp_path):
     """Growth between two edges that no double holds; the torque of such a motion is no machine's."""
     path = tmp_path / "move.csv"
     path.write_text("time [s],torque [N m]\n" + "".join(f"{k / 100},{1e9 * (-1) ** k}\n" for k in range(100)))

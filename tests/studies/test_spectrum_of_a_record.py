@@ -19,7 +19,7 @@ def test_a_sine_shows_at_its_frequency_with_its_amplitude():
     assert spectrum.resolution == pytest.approx(0.5)
 
 
-def test_two_sines_are_told_apart_from_twice_the_resolution_on():
+def test_two_sines_are_separated_from_twice_the_resolution_on():
     signal = np.sin(2.0 * np.pi * 80.0 * TIME) + np.sin(2.0 * np.pi * 81.25 * TIME)
     spectrum = amplitude_spectrum(TIME, signal)
     assert spectrum.peak(79.5, 80.5)[0] == pytest.approx(80.0, abs=0.1)

@@ -237,7 +237,7 @@ def test_draws_are_alike_for_alike_seeds_and_numbers():
     assert all(known[name].low <= one[name] <= known[name].high for name in known)
 
 
-def test_logs_of_the_virtual_rig_are_told_within_their_intervals():
+def test_logs_of_the_virtual_rig_are_identified_within_their_intervals():
     truth = values_of(drive_of("turntable"))
     log = log_with(("torque", "angle", "load_angle"))
     for name, (_, low, high) in identify_chain([log], drive_of("turntable")).intervals.items():

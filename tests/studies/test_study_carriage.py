@@ -108,7 +108,7 @@ def test_the_same_runs_decide_otherwise_where_another_goal_is_asked(studied, mea
     assert any("identify the" in words for words in nothing.remedies)
 
 
-def test_the_page_tells_the_carriages_law_its_runs_and_that_no_theorem_bounds_them(studied):
+def test_the_page_gives_the_carriages_law_its_runs_and_that_no_theorem_bounds_them(studied):
     found, _ = studied
     chapters = [
         verdict_chapter(found),
@@ -254,7 +254,7 @@ def test_rail_friction_is_a_guess_until_it_is_stated():
         (replace(BELT, motor=replace(BELT.motor, joint_stiffness=1.0)), "takes the joint as rigid"),
     ],
 )
-def test_a_drive_that_the_law_does_not_cover_is_told_why(drive, words):
+def test_a_drive_that_the_law_does_not_cover_is_refused_with_the_reason(drive, words):
     found = missing_for_carriage(drive)
     assert any(words in line for line in found), found
     assert all(":" in line or "needs" in line or "supports" in line for line in found), found

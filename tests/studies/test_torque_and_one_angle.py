@@ -12,7 +12,7 @@ from cabledrive.studies.study.machine import values_of
 from study_drives import FOLDER, LIVELY, datasheet_of, drive_of, log_with
 
 
-def test_a_stiff_cable_lets_the_axis_be_told_and_not_the_cable():
+def test_with_a_stiff_cable_the_axis_is_identified_and_not_the_cable():
     """Motor and load reflected through the radii come out together, not the data sheet's."""
     stiff = load_drive(FOLDER / "turntable.toml", overrides=["cable.youngs_modulus=20 TPa"])
     log, truth = experiment(stiff, LIVELY, seed=1), values_of(stiff)
@@ -27,7 +27,7 @@ def test_a_stiff_cable_lets_the_axis_be_told_and_not_the_cable():
     assert any("no load angle" in words for words in found.undetermined)
 
 
-def test_an_axis_that_is_not_rigid_tells_nothing_and_the_datasheet_stays():
+def test_an_axis_that_is_not_rigid_gives_nothing_and_the_datasheet_stays():
     found = know(drive_of("turntable"), [log_with(("torque", "angle"))], SPREADS)
     assert any("not one rigid axis" in words for words in found.undetermined)
     assert {quantity.source for quantity in found.quantities.values()} == {"datasheet"}

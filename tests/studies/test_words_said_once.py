@@ -12,7 +12,7 @@ def text_of(verdict):
     return " | ".join((*verdict.reasons, *verdict.remedies, *verdict.cautions))
 
 
-def test_a_missing_controller_is_told_once():
+def test_a_missing_controller_is_stated_once():
     """At 100 Hz no bandwidth is left: the reason stands first, and acceptance points to it."""
     drive = drive_of("wrist")
     slow = replace(drive, sensors=replace(drive.sensors, sample_rate=100.0))
@@ -21,7 +21,7 @@ def test_a_missing_controller_is_told_once():
     assert "5 Hz, lies above a fortieth of the sample rate, 2.5 Hz" in text_of(verdict)
 
 
-def test_missing_data_are_told_once():
+def test_missing_data_are_stated_once():
     found = run_study(load_drive("camera-line"), [], goals(1, 0.5))
     assert found.verdict.answer == "unknown"
     for reason in found.check.missing:
@@ -32,7 +32,7 @@ def test_missing_data_are_told_once():
     assert not any(reason in page for reason in found.check.missing)
 
 
-def test_what_stands_nowhere_else_is_told_in_full():
+def test_what_stands_nowhere_else_is_stated_in_full():
     """Torque refuses the lift first: why no controller can be designed then stands with the acceptance."""
     found = run_study(load_drive("elevator"), [], goals(45, 0.5))
     assert found.verdict.answer == "unknown", "no error goal, no verdict"

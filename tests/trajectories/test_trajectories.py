@@ -122,7 +122,7 @@ def test_bad_motions_are_refused_in_one_line(call, word):
     assert "\n" not in str(refusal.value)
 
 
-def test_friction_above_the_torque_limit_is_told():
+def test_friction_above_the_torque_limit_is_reported():
     drive = cd.load_drive("dissertation-3", overrides=["motor.torque_limit=0.01"])
     with pytest.raises(cd.NotComputed, match="Coulomb"):
         shortest_rise(move_limits(drive, acceleration=inf), 1.0)

@@ -183,7 +183,7 @@ def test_feedforward_decides_over_most_of_the_error(measured):
 @pytest.mark.parametrize(
     "gains, limit", [("best", "counts of every encoder"), ("printed", "unknown encoder zeros")]
 )
-def test_causes_of_the_error_one_at_a_time(gains, limit, measured):
+def test_sources_of_the_error_one_at_a_time(gains, limit, measured):
     """Without the cause that limits the law less than half of its worst error is left."""
     found = {one.away: in_degrees(one) for one in causes(DRIVE, "darc-4-damped", Motion(), 32, gains=gains)}
     for away, (median, worst, own) in found.items():
