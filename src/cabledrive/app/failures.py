@@ -46,7 +46,7 @@ class ReaderGone(Exception):
 
 @contextmanager
 def watched_output() -> Iterator[None]:
-    """Tell a defect from a standard output that takes no more; to be put round what writes there alone.
+    """Separate a defect from a closed or full standard output; to be put round what writes there alone.
 
     Raises `ReaderGone` if the reader has gone away; `InputRefused` if the disk is full.
     """

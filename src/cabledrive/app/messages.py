@@ -1,4 +1,4 @@
-"""What a command tells people on standard error, one line at a time."""
+"""Messages of a command on standard error, one line at a time."""
 
 import os
 import sys

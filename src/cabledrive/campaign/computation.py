@@ -89,7 +89,7 @@ class Computation(Protocol):
     Attributes
     ----------
     identity : str
-        Tells it from other computations; a store keeps it.
+        Distinguishes it from other computations; a store keeps it.
     outputs : tuple of Output
         Variables that it fills.
     """

@@ -22,7 +22,7 @@ class Design(Protocol):
     rows : int
         Number of rows.
     identity : str
-        Tells it from other designs: the same text, the same points. A store keeps it.
+        Distinguishes it from other designs: the same text, the same points. A store keeps it.
     """
 
     @property

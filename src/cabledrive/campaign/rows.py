@@ -89,8 +89,8 @@ def compute_rows(
 ) -> Chunk:
     """Compute some rows; each depends on the SPEC and its own number alone.
 
-    ``poisoned``: why a row is not tried, by its number; ``begin``: told the number of each row before it is
-    computed; ``at_once``: whether many rows may be computed in one call.
+    ``poisoned``: why a row is not tried, by its number; ``begin``: called with the number of each row before
+    it is computed; ``at_once``: whether many rows may be computed in one call.
     """
     count, poisoned = last - first, poisoned or {}
     values, seeds = spec.values(first, last), row_seeds(spec.seed, first, last)

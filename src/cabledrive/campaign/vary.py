@@ -31,7 +31,7 @@ class Varied:
     group : str
         Keys of one group share an axis.
     said : dict
-        What the SPEC says, in SI: tells one campaign from another.
+        What the SPEC says, in SI: distinguishes campaigns.
     """
 
     spread: Spread | None

@@ -122,7 +122,7 @@ def learn_from_innovations(
         for j in range(p):
             value = estimate[j] + direction[j] * error / (1.0 + spread)
             estimate[j] = min(max(value, learning[1, j]), learning[2, j])
-        # Only the direction that was excited is forgotten, and never below what it tells: no wind-up.
+        # Only the direction that was excited is forgotten, and never below its information: no wind-up.
         shrink = max(kept * spread - (1.0 - kept), 0.0) / (spread * kept * (1.0 + spread))
         for j in range(p):
             for other in range(p):

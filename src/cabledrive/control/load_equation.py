@@ -53,7 +53,7 @@ class LoadEstimate:
     Attributes
     ----------
     beta, gamma : float
-        [1/s^2], [1/s]; NaN where the motion tells nothing.
+        [1/s^2], [1/s]; NaN where the motion does not identify them.
     beta_error, gamma_error : float
         Standard errors by the encoders' counts.
     coulomb, viscous : float, default 0.0

@@ -139,7 +139,7 @@ def table_6_1(quick: bool) -> Outcome:
             verdict=DIFFERS,
             note=(
                 "two causes, not decided between: k counts both spans (876 N/m), or nylon is stiffer at some "
-                "hertz than in a slow test; the print gives no measurement to tell. "
+                "hertz than in a slow test; the print gives no measurement to decide. "
                 f"{place('erratum-table-6-1-stiffness')}"
             ),
         )
@@ -185,7 +185,7 @@ def figure_6_3(quick: bool) -> Outcome:
     hertz = natural_frequencies_of(chains[4]) / (2 * pi)
     found = measured_response(chains[4])
     anchor = place("erratum-figure-6-3", control=True)
-    why = f"Table 6.2 and the text cannot both hold; the figure that could tell is lost. {anchor}"
+    why = f"Table 6.2 and the text cannot both hold; the figure that could decide is lost. {anchor}"
     items = [
         compared(
             f"section-6-2-3-{printed:.0f}-hz",

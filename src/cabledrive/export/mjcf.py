@@ -10,7 +10,7 @@ from cabledrive.reduction.lumped_chain import LumpedChain
 STEP = 1e-4
 LINES = (
     "Angles are those of each shaft [rad], torques in N m. A tendon is a link: its stretch is r1 q1 - r2 q2.",
-    "The links are linear: valid while no span goes slack, which MuJoCo is not told to watch.",
+    "The links are linear: valid while no span goes slack, which MuJoCo does not check.",
 )
 
 

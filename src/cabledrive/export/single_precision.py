@@ -67,7 +67,7 @@ def single_precision(source: ExportSource) -> SinglePrecision:
     if not MARGIN * gap <= TESTABLE * largest:
         raise InputRefused(
             f"float32: {law.name} amplifies rounding: on the same readings its commands differ by {gap:.3g} "
-            f"of {largest:.3g} N m in single precision, and no self-test could tell that from a mistake: "
+            f"of {largest:.3g} N m in single precision, which no self-test could separate from a mistake: "
             "export it in double precision"
         )
     return SinglePrecision(law=law, factor=factor, tolerance=MARGIN * gap)

@@ -110,7 +110,7 @@ class AxisProblem:
     Attributes
     ----------
     identification : Identification
-        Each parameter that the log tells by itself, friction among them.
+        Each parameter that the log identifies by itself, friction among them.
     others : tuple of str
     options : AxisOptions
     equation : AxisEquation

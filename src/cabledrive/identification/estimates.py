@@ -1,4 +1,4 @@
-"""What an identification answers: parameters with intervals, what it cannot tell, what it noticed."""
+"""Result of an identification: parameters with intervals, what is not identifiable, findings."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -31,10 +31,10 @@ class Estimate:
     Attributes
     ----------
     value : float
-        NaN where the log does not tell.
+        NaN where it is not identifiable.
     unit : str
     standard_error : float
-        Infinite where the log does not tell, as the bounds are.
+        Infinite where it is not identifiable, as the bounds are.
     low, high : float
         Bounds of the 95 % interval.
     reason : str

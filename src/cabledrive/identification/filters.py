@@ -111,11 +111,11 @@ def chosen_bandwidth(position: Array, interval: float) -> float:
 
     ``position``, shape (samples,); ``interval`` [s].
     Returns [Hz].
-    Raises `InputRefused` if there are too few samples to tell motion from noise.
+    Raises `InputRefused` if there are too few samples to separate motion from noise.
     """
     if position.size < FEWEST_SAMPLES:
         raise InputRefused(
-            f"{position.size} samples are too few to tell motion from noise, {FEWEST_SAMPLES} the least: "
+            f"{position.size} samples are too few to separate motion from noise, {FEWEST_SAMPLES} the least: "
             "record longer"
         )
     segment = min(position.size, max(1024, int(8.0 / interval)))

@@ -46,8 +46,8 @@ def choose_model(
 ) -> ModelChoice:
     """Which of the Models 1 to 4 a response calls for.
 
-    From the motor's side Models 2 and 3 are one and the same two inertias; only known inertias tell them
-    apart.
+    From the motor's side Models 2 and 3 are one and the same two inertias; only known inertias distinguish
+    them.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a multisine will tell of Models 1 to 4, and whether it would drive the 1:2 resonance."""
+"""What a multisine will identify of Models 1 to 4, and whether it would drive the 1:2 resonance."""
 
 from collections.abc import Mapping
 from math import pi
@@ -42,7 +42,7 @@ def predicted_response_errors(
     `cabledrive.identification.response_models.PARAMETERS`; ``frequency``, ``amplitude``, shape (m,): lines of
     the torque [Hz], [N m]; ``radius`` [m]; ``quantum``: step of the motor's encoder [rad]; ``sample_rate``,
     ``duration`` [Hz], [s]; ``torque_noise``: standard deviation of one sample of the torque [N m].
-    Returns infinite where the lines do not tell a parameter.
+    Returns infinite where the lines do not identify a parameter.
     Raises `InputRefused` if there are fewer lines than parameters need.
     """
     names = PARAMETERS[model]

@@ -1,6 +1,6 @@
-"""What a test will tell, before it is run: predicted standard errors, limits, and the 1:2 resonance.
+"""What a test will identify, before it is run: predicted standard errors, limits, and the 1:2 resonance.
 
-The axis is moved under the planned torque with guessed parameters; `predicted_errors` tells the rest.
+The axis is moved under the planned torque with guessed parameters; `predicted_errors` gives the rest.
 """
 
 from collections.abc import Mapping
@@ -25,7 +25,7 @@ BISECTIONS = 24
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TestPlan:
-    """What a test will tell.
+    """What a test will identify.
 
     Attributes
     ----------

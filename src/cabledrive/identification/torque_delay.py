@@ -1,7 +1,7 @@
 """How late the torque channel is: moved back until no delay is left.
 
 The first figure holds to first order, while the delay is short against the fastest line. Moved back by it,
-and fitted anew, the log tells how much is left.
+and fitted anew, the log shows how much is left.
 """
 
 from collections.abc import Callable, Sequence
@@ -31,7 +31,7 @@ def torque_delay(
 ) -> float:
     """Delay of the torque channel against the motion.
 
-    ``first``: what the logs as they are tell of it, to first order [s]; ``left_in``: the same of logs whose
+    ``first``: its estimate from the logs as they are, to first order [s]; ``left_in``: the same of logs whose
     channel was moved back: what is left [s].
     Returns [s]; to a share of a sample where the torque's own course between samples allows it.
     Raises `NotComputed` if it does not come to an end: the lag is no delay.

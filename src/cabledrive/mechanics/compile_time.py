@@ -1,4 +1,4 @@
-"""The first compilation of kernels on a machine takes seconds to minutes: whom to tell that it has begun."""
+"""The first compilation of kernels on a machine takes seconds to minutes: what reports its begin."""
 
 from collections.abc import Callable
 

@@ -146,7 +146,7 @@ def _cache_folder(module: Path, chosen: str = "") -> str:
     """
     try:
         digest = digest_with_imports(module)
-    except OSError:  # no sources: nothing tells a stale cache from a fresh one
+    except OSError:  # no sources: a stale cache looks like a fresh one
         return ""
     name = f"kernels-{__version__}-py{sys.version_info[0]}{sys.version_info[1]}-{digest[:12]}"
     if chosen:

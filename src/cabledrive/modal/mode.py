@@ -67,7 +67,7 @@ class Mode:
 
     @cached_property
     def family(self) -> str:
-        """What mainly moves, as `family_of` tells it."""
+        """What mainly moves, see `cabledrive.modal.chain_motion.family_of`."""
         return self._motion.family(self.kind)
 
     @property

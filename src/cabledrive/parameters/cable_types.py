@@ -33,7 +33,7 @@ def with_type(table: Any, place: str) -> Any:
         raise InputRefused(
             f'{place}.type = "{name[:60]}" is not in the table{nearest(name[:60], cable_types())}'
         )
-    told = {key: value for key, value in cable_types()[name].items() if key != "source"}
+    listed = {key: value for key, value in cable_types()[name].items() if key != "source"}
     if any(key in table for key in RIGIDITY):  # a rigidity of the file's own, by modulus and area
-        told.pop("axial_rigidity", None)
-    return told | table
+        listed.pop("axial_rigidity", None)
+    return listed | table

@@ -11,7 +11,7 @@ from cabledrive.parameters.fields import check_fields, quantity
 class Layout:
     """Distance of the pulleys and the direction of gravity.
 
-    Exactly one of the two lengths is given; `Drive.span_length` and `Drive.pulley_distance` tell both.
+    Exactly one of the two lengths is given; `Drive.span_length` and `Drive.pulley_distance` give both.
 
     Attributes
     ----------

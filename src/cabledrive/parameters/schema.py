@@ -69,7 +69,7 @@ def _of_a_type() -> dict[str, Any]:
 
 
 def _with_rigidity() -> dict[str, Any]:
-    """A cable whose mass and rigidity the file tells."""
+    """A cable whose mass and rigidity the file gives."""
     return {
         "required": ["mass_per_length"],
         "not": {"required": ["type"]},

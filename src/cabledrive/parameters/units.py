@@ -19,7 +19,7 @@ _EXACT = Context(prec=200, traps=[])  # exact for what fits into _LONGEST; infin
 
 
 class _Unit(NamedTuple):
-    """Factor to SI; dimension; and what the dimension alone does not tell, see `_meaning`."""
+    """Factor to SI; dimension; and what the dimension alone does not say, see `_meaning`."""
 
     factor: Decimal
     dimension: Any
@@ -35,7 +35,7 @@ def _registry() -> Any:
 
 
 def _meaning(dimension: str, hertz: bool, radians: int) -> str:
-    """Tell apart what has one dimension: cycles, radians, plain decay; angles and numbers."""
+    """Distinguish what has one dimension: cycles, radians, plain decay; angles and numbers."""
     if dimension == "dimensionless":
         return {0: "a plain number", 1: "an angle [rad]"}.get(radians, "a power of an angle")
     if dimension != "1 / [time]":

@@ -36,7 +36,7 @@ def bounded_part(recorded: IntegratedMotion, longest: float) -> tuple[Integrated
 
 
 def fast_rows(model: UniformTensionModel, recorded: IntegratedMotion, torque: Array) -> Array:
-    """Records in the columns of the exact model; what the reduced one does not tell apart stays zero.
+    """Records in the columns of the exact model; what the reduced one does not distinguish stays zero.
 
     ``torque``, shape (records,): at the records [N m].
     Returns shape (records, columns): as in `cabledrive.simulation.channels`.

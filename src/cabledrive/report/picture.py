@@ -1,7 +1,7 @@
 """A figure as part of the page: drawn for wide and for narrow pages, as SVG that follows the page's colours.
 
 Text stays text, in the page's own typeface; every colour of the style becomes a variable of the page. Where
-axes lie and what they measure goes with the picture, so that the page can tell the values under a pointer.
+axes lie and what they measure goes with the picture, so that the page can show the values under a pointer.
 Nothing in the picture depends on the time or on chance.
 """
 

@@ -78,7 +78,7 @@ def simulate(
     resume : bool, default False
         Go on with an interrupted run of the same settings.
     progress : bool or None, default False
-        Whether to tell on standard error how far the run is; None: where that is a terminal.
+        Whether to show on standard error how far the run is; None: where that is a terminal.
 
     Returns
     -------

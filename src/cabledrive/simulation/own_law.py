@@ -41,7 +41,7 @@ class CompiledLaw(NamedTuple):
 
 
 def law_fingerprint(law: CableLaw) -> dict[str, Any]:
-    """What tells one law from another, also after its formula has been edited: plain data."""
+    """What distinguishes one law from another, also after its formula has been edited: plain data."""
     taut = taut_law(law)
     kind = type(taut)
     excess = np.stack(np.broadcast_arrays(*taut.excess_components(*_samples())))

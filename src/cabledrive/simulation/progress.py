@@ -1,4 +1,4 @@
-"""A line on standard error that tells how far a run is and how long it will take."""
+"""A line on standard error: how far a run is and how long it will take."""
 
 import sys
 import time
@@ -25,7 +25,7 @@ class Progress:
         self._written = False
 
     def at(self, simulated: float) -> None:
-        """Tell how far the run is.
+        """Show how far the run is.
 
         ``simulated``: time reached in the run [s].
         """

@@ -53,7 +53,7 @@ def integrate_run(
     """Take all steps of a run, or as many as can be taken.
 
     ``records``: gets the records; ``resumed``: state and number of records from which to go on; ``progress``:
-    whether to tell on standard error how far it is; None: where that is a terminal.
+    whether to show on standard error how far it is; None: where that is a terminal.
     """
     began = time.perf_counter()
     state, done = resumed or (case.first_state(), 0)

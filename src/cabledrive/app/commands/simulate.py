@@ -127,7 +127,7 @@ def _undrawn(
 
 
 def _check_combination(options: dict[str, Any], *, kept: bool, plot: bool) -> None:
-    """Refuse or tell what would have no effect."""
+    """Refuse or report what would have no effect."""
     if options["model"] == "fast":
         refuse_given(*_NOT_FAST, why="does not go with --model fast: leave it out or use --model exact")
     if not kept:

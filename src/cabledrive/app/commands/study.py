@@ -53,7 +53,7 @@ def command(
     force: bool,
     output: str,
 ) -> Answer:
-    """Study DRIVE: what logs tell, modes, resonance, a controller with its bound, a test on many plants.
+    """Study DRIVE: what logs identify, modes, resonance, a controller with its bound, a test on many plants.
 
     DIR receives report.html, results.json, drive.toml (as identified), controller.json (the law in numbers)
     and the finished stages; a changed input redoes only the stages that depend on it.

@@ -164,7 +164,7 @@ def command(drive: Drive, log_file: NewFile | None, plant_settings: tuple[str, .
 
 
 def _check_combination(spec: dict[str, Any]) -> None:
-    """Refuse or tell what would have no effect."""
+    """Refuse or report what would have no effect."""
     from cabledrive.rig.laws.baselines import BASELINES
 
     if spec["plant"] != "cable":

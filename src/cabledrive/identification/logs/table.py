@@ -49,7 +49,7 @@ class Table:
     units : dict of str to str
         Units that the file states, by column.
     rows : int or None
-        Number of rows; of a text log an estimate from its first lines; None where only reading tells.
+        Number of rows; of a text log an estimate from its first lines; None where only reading shows it.
     read : callable
         ``read(names)`` yields blocks of equal columns; a missing value is NaN.
     scalars : dict of str to float

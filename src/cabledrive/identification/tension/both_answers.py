@@ -48,7 +48,7 @@ class BothTensions:
         its size where there are no labels.
     labelled : bool
     unidentifiable : tuple of str
-        What the recording cannot tell, one line each.
+        What the recording does not determine, one line each.
     findings : tuple of str
     channel : str
     report : DataReport

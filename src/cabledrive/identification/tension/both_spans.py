@@ -80,7 +80,7 @@ def tension_of_both(
     Returns
     -------
     BothTensions
-        With one family alone where the recording does not tell two.
+        With one family alone where the recording does not separate two.
 
     Raises
     ------

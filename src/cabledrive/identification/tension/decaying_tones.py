@@ -24,7 +24,7 @@ SETTLED = 1e-9
 """Relative fall of the sum of squares below which a fit has settled."""
 USUAL_RISE = 0.01
 """Rise of the frequency with amplitude that is expected, relative; a soft bound where noise hides it."""
-TELLING = 0.7
+DECAYED = 0.7
 """Fall of the envelope (p a T) from which the rise with amplitude can be determined."""
 
 
@@ -181,7 +181,7 @@ def _angles(time: Array, tones: Tones, power: int) -> tuple[Array, Array, Array]
 
 
 def _resolved(tones: Tones, duration: float, power: int) -> NDArray[np.bool_]:
-    return np.asarray((power * tones.decay * duration > TELLING) & (tones.number > 0))
+    return np.asarray((power * tones.decay * duration > DECAYED) & (tones.number > 0))
 
 
 def _sensitivities(time: Array, tones: Tones, state: _Projection, power: int) -> tuple[Array, Array, Array]:

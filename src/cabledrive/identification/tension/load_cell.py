@@ -2,7 +2,7 @@ r"""Tension of each span from a load cell that carries the load pulley, section 
 
 The cell holds the pulley against both spans. Where a cable of mass :math:`\rho` per metre runs with speed v,
 it takes momentum round the pulley: of each tension only :math:`T - \rho v^2` presses on it. The turning of
-the load pulley tells the difference of both,
+the load pulley gives the difference of both,
 
 .. math:: F = (T_1 - \rho v^2) + (T_2 - \rho v^2) + W, \qquad
           r_2(T_2 - T_1) = J_2\ddot\theta_2 + b_2\dot\theta_2 + c_2 S(\dot\theta_2),
@@ -41,7 +41,7 @@ class SpanTensions:
     deviation : float
         Standard deviation of each at one instant, from the noise of the cell and of the angle [N].
     mean_upper, mean_lower : (float, float, float)
-        Mean over the log with its 95 % bounds [N]; they hold what the log tells, not the cell's calibration.
+        Mean over the log with its 95 % bounds [N]; they cover what the log shows, not the cell's calibration.
     findings : tuple of str
     """
 

@@ -57,7 +57,7 @@ class Partial:
     rise : float
         By how much the frequency was higher at that envelope [Hz]; 0 where it cannot be determined.
     decays : bool
-        Whether the envelope falls enough to tell the effect of amplitude.
+        Whether the envelope falls enough to identify the effect of amplitude.
     """
 
     number: int

@@ -86,7 +86,7 @@ def label(prepared: PreparedRecording, fit: TonesFit, plucked: str | None) -> tu
     """Which span each of two families belongs to.
 
     ``plucked``, {"upper", "lower"}.
-    Returns none where the modes are the same and the loudness does not tell.
+    Returns none where the modes are the same and the loudness does not decide.
     """
     if not prepared.alike:
         return SPANS

@@ -63,7 +63,7 @@ def statics_of(drive: RoutedDrive) -> Statics:
     Raises
     ------
     InputRefused
-        If no tensions balance the bodies, they are not told, or one is not positive.
+        If no tensions balance the bodies, they are not determined, or one is not positive.
     """
     motion = Motion(drive)
     walks = sections_of(drive)

@@ -177,7 +177,7 @@ class RoutedDrive:
 
     @cached_property
     def free_spans(self) -> tuple[FreeSpan, ...]:
-        """Free spans of all routes, each in order of travel; names told apart where two are alike."""
+        """Free spans of all routes, each in order of travel; names made distinct where two are alike."""
         found: list[FreeSpan] = []
         for number, (route, places) in enumerate(zip(self.route, self.places, strict=True)):
             found += spans_of_route(number, route.name, list(places), route.closed, route.crossed)

@@ -25,7 +25,7 @@ class Rope:
     mass_per_length : float or None
         Mass per unstretched metre of one rope [kg/m].
     pretension : float or None
-        Tension of one rope [N]; statics starts from it, and needs none where weights tell the tension.
+        Tension of one rope [N]; statics starts from it, and needs none where weights give the tension.
     transverse_damping, axial_damping : float
         [1/s], [N s].
     strain_limit : float or None

@@ -1,4 +1,4 @@
-"""What an experiment on the virtual rig would tell and ask for, before it is run."""
+"""What an experiment on the virtual rig would identify and needs, before it is run."""
 
 from math import pi
 from typing import Any

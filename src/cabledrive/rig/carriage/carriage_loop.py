@@ -30,7 +30,7 @@ class CarriageLoop:
     substeps : int
         Internal steps of the plant per sample.
     count : float
-        One count of the encoders at the rim [m]; 0: they tell the displacements themselves.
+        One count of the encoders at the rim [m]; 0: they give the displacements themselves.
     """
 
     law: ScheduledLaw

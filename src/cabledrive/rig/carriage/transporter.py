@@ -64,7 +64,7 @@ def move_carriage(
     substeps : int, default 5
         Internal steps of the plant per sample.
     ideal_sensors : bool, default False
-        The encoders do not count but tell the displacements themselves.
+        The encoders do not count but give the displacements themselves.
 
     Returns
     -------

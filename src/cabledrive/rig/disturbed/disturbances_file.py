@@ -58,7 +58,7 @@ class Disturbances:
     encoder_eccentricity : tuple of float
         Error of the load's encoder, once per turn [rad].
     added_delay : tuple of float
-        On top of the drive's own, of which the filter is not told [s].
+        On top of the drive's own, unknown to the filter [s].
     jitter : tuple of float
         Standard deviation of the sample times [s].
     load_factor, load_time : tuple of float

@@ -122,32 +122,32 @@ def lqg(spec: DesignSpec, torque: float | None = None) -> Controller:
 
     ``torque`` [N m]; default: what the bandwidth asks for.
     """
-    chain, (count, torque, told) = _chain(spec), weights(spec, torque)
-    return _made(spec, "lqg", lq_law(chain, count, torque, spec.interval), told)
+    chain, (count, torque, settings) = _chain(spec), weights(spec, torque)
+    return _made(spec, "lqg", lq_law(chain, count, torque, spec.interval), settings)
 
 
 def lqi(spec: DesignSpec) -> Controller:
     """Linear-quadratic feedback with an integral of the load's error."""
-    chain, (count, torque, told) = _chain(spec), weights(spec)
+    chain, (count, torque, settings) = _chain(spec), weights(spec)
     time = integral_time(chain, count, torque)
     law = lqi_law(chain, count, torque, time, spec.interval)
-    return _made(spec, "lqi", law, told | {"integral_time": time})
+    return _made(spec, "lqi", law, settings | {"integral_time": time})
 
 
 def lqg_dob(spec: DesignSpec) -> Controller:
     """Linear-quadratic feedback, and the motor disturbance that the filter sees subtracted."""
-    chain, (count, torque, told) = _chain(spec), weights(spec)
+    chain, (count, torque, settings) = _chain(spec), weights(spec)
     law = lq_law(chain, count, torque, spec.interval)
-    return _made(spec, "lqg-dob", law, told, tuning=replace(QUIET, cancels=True))
+    return _made(spec, "lqg-dob", law, settings, tuning=replace(QUIET, cancels=True))
 
 
 def hinf(spec: DesignSpec) -> Controller:
     """H-infinity feedback with an integral, against torques of the size of the motor's friction."""
-    chain, (count, torque, told) = _chain(spec), weights(spec)
+    chain, (count, torque, settings) = _chain(spec), weights(spec)
     time = integral_time(chain, count, torque)
     against = chain.coulomb[0] if chain.coulomb[0] > 0.0 else LEAST_SHARE * torque
     law = hinf_law(chain, count, torque, against, time, spec.interval)
-    return _made(spec, "hinf", law, told | {"integral_time": time, "disturbance_weight": against})
+    return _made(spec, "hinf", law, settings | {"integral_time": time, "disturbance_weight": against})
 
 
 def weights(spec: DesignSpec, torque: float | None = None) -> tuple[float, float, dict[str, Any]]:
@@ -157,13 +157,13 @@ def weights(spec: DesignSpec, torque: float | None = None) -> tuple[float, float
     Returns ``error``, one count of the load's encoder [rad]; ``torque`` [N m]; both for people.
     """
     count, chain = fitted_encoders(spec.drive)["load"], _chain(spec)
-    told: dict[str, Any] = {"error_weight_rad": count}
+    settings: dict[str, Any] = {"error_weight_rad": count}
     if torque is None and spec.bandwidth is not None:
         hertz = _hertz(spec, 0.0)
         torque = lq_torque(chain, count, hertz)
-        told["bandwidth_hz"] = hertz
+        settings["bandwidth_hz"] = hertz
     torque = LQ_TORQUE if torque is None else torque
-    return count, torque, told | {"torque_weight": torque}
+    return count, torque, settings | {"torque_weight": torque}
 
 
 def integral_time(chain: LumpedChain, error: float, torque: float) -> float:

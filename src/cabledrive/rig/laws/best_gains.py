@@ -127,7 +127,7 @@ def best_gains(spec: DesignSpec, number: int = 4) -> BestGains:
 
 
 def rounding_counts(spec: DesignSpec) -> bool:
-    """Whether the linear loop tells the noise of a run: encoders through the Kalman filter, no delay."""
+    """Whether the linear loop predicts the noise of a run: encoders through the Kalman filter, no delay."""
     options = spec.options
     filtered = options is None or (options.observer == "kalman" and not options.ideal_sensors)
     return filtered and control_delay(spec.drive) == 0.0
@@ -146,7 +146,7 @@ def highest(noise: Callable[[float], float], allowed: float, top: int) -> int:
     """Highest whole bandwidth whose noise is allowed, by bisection: noise rises with the bandwidth.
 
     ``allowed`` [N m]; ``top`` [Hz].
-    Returns 1 where not even that is quiet enough; trial runs tell what it costs.
+    Returns 1 where not even that is quiet enough; trial runs show what it costs.
     """
     low, high = 1, top + 1
     while high - low > 1:

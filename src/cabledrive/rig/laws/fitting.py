@@ -35,7 +35,7 @@ def load_gear(drive: Drive) -> float:
 def fitted_encoders(drive: Drive) -> dict[str, float]:
     """One count of each encoder at the first shaft [rad], by shaft; the load's last.
 
-    Raises `InputRefused` if the load pulley has no encoder: nothing then tells its angle.
+    Raises `InputRefused` if the load pulley has no encoder: nothing then measures its angle.
     """
     sensors = drive.sensors
     counts = {shaft: getattr(sensors, f"{shaft}_encoder") if sensors else None for shaft in SHAFTS}

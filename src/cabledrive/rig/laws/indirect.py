@@ -78,7 +78,7 @@ class Learnt:
     def refusal(self) -> str:
         """Why what was learnt is not used."""
         if self.load.believed:
-            return "the motion is too small to tell the cable's stiffness to 2 %"
+            return "the motion is too small to identify the cable's stiffness to 2 %"
         return (
             f"the residual of the load's equation is {self.load.misfit:.3g} times what rounding to counts "
             "leaves: the load does not obey it"

@@ -59,7 +59,7 @@ def load_learning(spec: DesignSpec) -> Controller:
     number = highest_model(spec.drive)
     chain = spec.model(number)
     tables = load_tables(replace(spec, bandwidth=None, best=False, adapt=True))
-    count, torque, told = weights(spec)
+    count, torque, settings = weights(spec)
     time = integral_time(chain, count, torque)
     base = lqi_law(chain, count, torque, time, spec.interval)
     reference = feedforward_table(spec, chain, spec.wanted(2 * chain.size))
@@ -76,7 +76,7 @@ def load_learning(spec: DesignSpec) -> Controller:
         learning=learning_table(np.zeros(3), low, high, np.full(3, float(spec.adapt))),
         scalars=np.array([spec.interval, kept, GATE, 0.0, 0.0, 0.0, 0.0]),
     )
-    gains = told | {"integral_time": time, "learns": list(PARAMETERS), "upper_bounds": high.tolist()}
+    gains = settings | {"integral_time": time, "learns": list(PARAMETERS), "upper_bounds": high.tolist()}
     return Controller(
         name=NAME,
         law=law,

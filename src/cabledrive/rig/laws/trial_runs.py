@@ -26,7 +26,7 @@ from cabledrive.rig.setting import RigOptions
 
 TORQUE_SHARE, STEP = 1.0 / 3.0, 0.8
 WORSE = 2.0
-"""An error so many times that of a lower bandwidth tells that the loop rings."""
+"""An error so many times that of a lower bandwidth means that the loop rings."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,6 +1,6 @@
 r"""Margins and torque ripple of a law on its nominal plant, with its filter, delay and torque loop.
 
-The loop is opened at the plant's torque, while the filter is told the command: plant and controller are
+The loop is opened at the plant's torque, while the filter gets the command: plant and controller are
 sampled linear systems, estimates are frozen and the motor slips. With :math:`S = 1/(1 + L)` and :math:`T =
 1 - S` the disk margin is :math:`\alpha = 2/\lVert S - T\rVert_\infty`: gain may change by a factor of
 :math:`(2 + \alpha)/(2 - \alpha)` either way, or phase by :math:`2\arctan(\alpha/2)`, or both within the
@@ -111,7 +111,7 @@ def open_loop(controller: Sampled, plant: Sampled, interval: float) -> Array:
         inputs = np.broadcast_to(system.b[:, columns], (len(z), *system.b[:, columns].shape))
         return np.asarray(system.c @ np.linalg.solve(shifted, inputs) + system.d[:, columns])
 
-    # The plant's torque is cut, not that of which the filter is told: it goes on believing its own command.
+    # The plant's torque is cut, not the one the filter gets: it still uses its own command.
     by_readings = (response(controller, slice(0, m)) @ response(plant, slice(0, 1)))[:, 0, 0]
     by_command = response(controller, slice(m, m + 1))[:, 0, 0]
     return -np.asarray(by_readings / (1.0 - by_command))
@@ -120,13 +120,13 @@ def open_loop(controller: Sampled, plant: Sampled, interval: float) -> Array:
 def closed_loop(controller: Sampled, plant: Sampled) -> tuple[Array, Array, Array]:
     """Transition of plant and controller joined, what rounding adds, and the command per state."""
     m, p, q = plant.c.shape[0], len(plant.a), len(controller.a)
-    readings, told = controller.d[:, :m], controller.b[:, m:]
+    readings, known = controller.d[:, :m], controller.b[:, m:]
     command = np.concatenate((readings @ plant.c, controller.c), axis=1)[0]
     matrix = np.zeros((p + q, p + q))
     matrix[:p, :p], matrix[p:, p:] = plant.a, controller.a
     matrix[p:, :p] = controller.b[:, :m] @ plant.c
-    matrix += np.concatenate((plant.b, told))[:, :1] * command
-    by_rounding = np.concatenate((plant.b @ readings, controller.b[:, :m] + told @ readings))
+    matrix += np.concatenate((plant.b, known))[:, :1] * command
+    by_rounding = np.concatenate((plant.b @ readings, controller.b[:, :m] + known @ readings))
     return matrix, by_rounding, command
 
 
@@ -179,7 +179,7 @@ def _at_once(power: Array, rates: Array, time: float) -> Array:
 
 
 def sampled_controller(loop: Loop) -> Sampled:
-    """From the encoders' angles, then the command itself as the filter is told it, to the command.
+    """From the encoders' angles, then the command itself as the filter gets it, to the command.
 
     States: of the filter before its readings, torque of its shaft, commands that it still waits for, memory
     of the law, its last command.
@@ -240,4 +240,4 @@ def feedback_of(law: LawNumbers, states: int) -> tuple[Array, Array, Array]:
         return feedback_row(law), np.zeros(0), nothing
     if law.kind == BACKSTEPPING:
         return np.asarray(backstepping_row(law, states)), np.zeros(0), nothing
-    raise InputRefused("margins are told for packaged laws, whose equations are known")
+    raise InputRefused("margins are computed for packaged laws, whose equations are known")
