@@ -17,6 +17,7 @@ from cabledrive.report.blocks import Block, Cell, Chapter, Column, Paragraph, Ro
 from cabledrive.report.numbers import number
 from cabledrive.report.page import Page, render
 from cabledrive.report.provenance import Provenance
+from cabledrive.report.wording import texts
 
 Known = dict[tuple[str, str], ErrataItem]
 
@@ -30,17 +31,8 @@ TITLES = {
     "7": "Chapter 7: conclusions",
     "A": "Appendix A: hardware",
 }
-WORK = (
-    "Modeling and Direct Adaptive Robust Control of Flexible Cable-Actuated Systems, Purdue University, 2015"
-)
-VERDICT_WORDS = {
-    "agrees": "inside the print's rounding or a stated tolerance; a claim in words holds",
-    "erratum": "the derivation contradicts the print; the place in the errata is named",
-    "differs": "neither agrees nor is it an erratum; the cause is named",
-    "not computable": "nothing to compute it from: a price, a measured datum, a figure that is lost; or not "
-    "comparable: both figures are given, for motions that differ",
-}
 _PLACE = re.compile(r"(docs/errata(?:_control)?\.md)#([\w-]+)")
+say = texts("page", "cabledrive.dissertation")
 
 
 def reproduction_html(found: Reproduction, written_at: datetime | None = None) -> str:
@@ -51,11 +43,10 @@ def reproduction_html(found: Reproduction, written_at: datetime | None = None) -
     """
     known = errata_items()
     chapters = (_summary(found), *_chapters(found, known), *_errata(found, known))
-    counts = ", ".join(f"{count} {verdict}" for verdict, count in found.counts.items())
     return render(
         Page(
             title="The dissertation, item by item",
-            subtitle=f"{len(found.items)} numbers and claims of J. R. Bhardhwaj, {WORK}: {counts}",
+            subtitle=say("subtitle", items=len(found.items), counts=found.counts),
             chapters=chapters,
             provenance=Provenance(
                 written_at=(written_at or datetime.now(UTC)).astimezone(UTC),
@@ -65,14 +56,7 @@ def reproduction_html(found: Reproduction, written_at: datetime | None = None) -
                     *((name, version(name)) for name in PACKAGES),
                 ),
                 hashes=(("sources of the package", found.source),),
-                methods=(
-                    "Each number is computed by the package as it stands; seeds are fixed; "
-                    + (
-                        "the quick version: fewer runs of the rig, a coarser loop."
-                        if found.quick
-                        else "the full version."
-                    ),
-                ),
+                methods=(say("method", quick=found.quick),),
             ),
         )
     )
@@ -81,7 +65,7 @@ def reproduction_html(found: Reproduction, written_at: datetime | None = None) -
 def _summary(found: Reproduction) -> Chapter:
     fixed = found.untested
     rows: tuple[tuple[Cell, ...], ...] = tuple(
-        (verdict, str(count), str(fixed[verdict]), VERDICT_WORDS[verdict])
+        (verdict, str(count), str(fixed[verdict]), say("verdict", name=verdict))
         for verdict, count in found.counts.items()
     )
     differs = [item for item in found.items if item.verdict == "differs"]
@@ -95,9 +79,7 @@ def _summary(found: Reproduction) -> Chapter:
                 Column(title="Meaning"),
             ),
             groups=(RowGroup(rows=rows),),
-            note="Items that cannot fail test nothing computed: inputs held as printed "
-            f"({found.inputs} of those that agree), arithmetic among printed values, judgements on the print "
-            "alone.",
+            note=say("untested_note", inputs=found.inputs),
         )
     ]
     if differs:
@@ -105,18 +87,8 @@ def _summary(found: Reproduction) -> Chapter:
     return Chapter(
         title="Verdict",
         anchor="verdict",
-        headline=f"{found.counts['agrees'] - fixed['agrees']} of {len(found.items)} items are computed and "
-        f"agree, {fixed['agrees']} more agree and could not fail, "
-        f"{found.counts['erratum']} are errata, {found.counts['differs']} differ, "
-        f"{found.counts['not computable']} cannot be computed.",
-        blocks=(
-            Paragraph(
-                text="Every numbered table, every figure whose data the text defines and the numbers of the "
-                "prose, computed anew. Measured logs, photographs and the pulses of the printed figures are "
-                "lost; what stands in their place is said with each item."
-            ),
-            *blocks,
-        ),
+        headline=say("headline", items=len(found.items), counts=found.counts, untested=fixed),
+        blocks=(Paragraph(text=say("intro")), *blocks),
     )
 
 
@@ -130,7 +102,7 @@ def _chapters(found: Reproduction, known: Known) -> list[Chapter]:
             Chapter(
                 title=TITLES[name],
                 anchor=f"chapter-{name.lower()}",
-                headline=f"{agree} of {len(items)} items agree.",
+                headline=say("chapter_headline", agree=agree, items=len(items)),
                 blocks=(),
                 sections=tuple(_section(entry, outcome, known, found.quick) for entry, outcome in pairs),
             )
@@ -163,7 +135,7 @@ def _errata(found: Reproduction, known: Known) -> tuple[Chapter, ...]:
     )
     if not sections:
         return ()
-    intro = Paragraph(text="The items of the errata that the reasons above name; formulas as they are typed.")
+    intro = Paragraph(text=say("errata"))
     return (Chapter(title="Errata", anchor="errata", blocks=(intro,), sections=sections),)
 
 
