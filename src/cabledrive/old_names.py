@@ -75,7 +75,7 @@ RENAMED = {  # module at its present path: old name of a function or class, and 
     "cabledrive.reduction.threshold": {"tongue_half_width": "instability_half_width"},
     "cabledrive.reduction.uniform_tension_kernels": {"march_kernel": "integration_kernel"},
     "cabledrive.rig.disturbances": {"blind_encoder": "encoder_dropout"},
-    "cabledrive.rig.error_budget": {"Cause": "ErrorSource"},
+    "cabledrive.rig.error_budget": {"Cause": "ErrorSource", "causes": "error_sources"},
     "cabledrive.rig.laws.controllers": {"Wish": "DesignSpec"},
     "cabledrive.rig.learning_samples": {
         "LearningDraws": "LearningSamples",

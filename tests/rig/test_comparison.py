@@ -5,7 +5,7 @@ import pytest
 
 from cabledrive.parameters import InputRefused, NotComputed, load_drive
 from cabledrive.rig.comparison import compared, controller, loops_of, tuned
-from cabledrive.rig.error_budget import causes, in_degrees
+from cabledrive.rig.error_budget import error_sources, in_degrees
 from cabledrive.rig.setting import Motion, RigOptions
 from cabledrive.rig.trial import spec_for
 
@@ -47,7 +47,7 @@ def test_feedforward_that_does_not_exist_is_refused():
 
 def test_counts_limit_the_law_and_sampling_does_not():
     """One phase: without any counts a quarter of a count is left at most; a faster clock gains far less."""
-    found = {one.away: in_degrees(one)[1] for one in causes(DRIVE, "darc-4-damped", Motion(), 1)}
+    found = {one.away: in_degrees(one)[1] for one in error_sources(DRIVE, "darc-4-damped", Motion(), 1)}
     assert found["counts of every encoder"] < 0.01 < found["nothing"]
     faster = next(value for away, value in found.items() if "sample time" in away)
     assert faster > found["counts of every encoder"]

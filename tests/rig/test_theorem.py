@@ -37,7 +37,7 @@ def causes_of(drive, plant, options, *, bandwidth=23.0):
     done = run(loop)
     check = check_theorem(loop, plant, done.log)
     assert check is not None
-    return check.causes, done.log[:, 2] - loop.target
+    return check.residual, done.log[:, 2] - loop.target
 
 
 def without_friction(rate):

@@ -9,7 +9,7 @@ from cabledrive.parameters import load_drive
 from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
 from cabledrive.rig.comparison import Compared, compared
-from cabledrive.rig.error_budget import causes, in_degrees
+from cabledrive.rig.error_budget import error_sources, in_degrees
 from cabledrive.rig.expected_bound import expected_bound
 from cabledrive.rig.laws.registry import design
 from cabledrive.rig.learning_samples import RUBBING_LOAD, LearningSamples, run_learning_samples
@@ -185,7 +185,9 @@ def test_feedforward_decides_over_most_of_the_error(measured):
 )
 def test_sources_of_the_error_one_at_a_time(gains, limit, measured):
     """Without the cause that limits the law less than half of its worst error is left."""
-    found = {one.away: in_degrees(one) for one in causes(DRIVE, "darc-4-damped", Motion(), 32, gains=gains)}
+    found = {
+        one.away: in_degrees(one) for one in error_sources(DRIVE, "darc-4-damped", Motion(), 32, gains=gains)
+    }
     for away, (median, worst, own) in found.items():
         measured(f"without {away}: {median:.4f} / {worst:.4f} deg, own zero {own:.4f}")
     assert found[limit][1] < 0.5 * found["nothing"][1], f"observed {found}"

@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SlidingResidual:
-    """Causes of the load's error along a run.
+    """Sources of the load's error along a run.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class SlidingResidual:
 
     @property
     def total(self) -> Array:
-        """Bound of the load's error by its causes, whatever their signs, shape (samples,)."""
+        """Bound of the load's error by its sources, whatever their signs, shape (samples,)."""
         return self.reach + np.abs(self.unmatched)
 
 

@@ -8,9 +8,10 @@ from cabledrive.modal.network.stiffness import negative_eigenvalues
 
 
 def mixed_count(chain: Chain, omega: float) -> int:
-    """Number of modes below a frequency [rad/s], rigid-body mode included: Eq. (M.5) on the assembled matrix.
+    """Number of modes below a frequency [rad/s], rigid-body mode included, from the assembled matrix.
 
-    Joints are weighed by the mass that each moves, so that round-off of a light one does not count.
+    As Eq. (M.5). Joints are weighed by the mass that each moves, so that round-off of a light one does not
+    count.
     """
     if omega <= 0.0:
         return 0

@@ -1,4 +1,4 @@
-"""What limits a law: its error with one cause after another taken away, everything else as it is."""
+"""Error budget of a law: its error with one source after another removed, everything else as it is."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -19,7 +19,7 @@ FINE = 1e-4
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ErrorSource:
-    """Peaks over encoder phases with one cause away.
+    """Peaks over encoder phases with one source removed.
 
     Attributes
     ----------
@@ -34,10 +34,12 @@ class ErrorSource:
     own_peaks: Array
 
 
-def causes(drive: Drive, name: str, motion: Motion, seeds: int, *, gains: str = "best") -> list[ErrorSource]:
-    """Peaks of a law with nothing, then with one cause after another taken away.
+def error_sources(
+    drive: Drive, name: str, motion: Motion, seeds: int, *, gains: str = "best"
+) -> list[ErrorSource]:
+    """Peaks of a law with nothing, then with one source after another removed.
 
-    ``name``: of the law; ``seeds``: encoder phases to draw; the same for every cause; ``gains``, {"best",
+    ``name``: of the law; ``seeds``: encoder phases to draw; the same for every source; ``gains``, {"best",
     "printed"}.
     """
     best = gains == "best"
@@ -84,10 +86,10 @@ def _peaks(loop: Loop, seeds: int) -> dict[str, Array]:
     return {"peaks": peaks[:, 0], "own_peaks": peaks[:, 1]}
 
 
-def in_degrees(cause: ErrorSource) -> tuple[float, float, float]:
+def in_degrees(source: ErrorSource) -> tuple[float, float, float]:
     """Median and worst peak, and the worst against the encoder's own zero [deg]."""
     return (
-        float(np.median(cause.peaks) / DEGREE),
-        float(cause.peaks.max() / DEGREE),
-        float(cause.own_peaks.max() / DEGREE),
+        float(np.median(source.peaks) / DEGREE),
+        float(source.peaks.max() / DEGREE),
+        float(source.own_peaks.max() / DEGREE),
     )

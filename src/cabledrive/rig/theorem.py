@@ -19,26 +19,26 @@ from cabledrive.rig.setting import DEGREE
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TheoremCheck:
-    """The bound of the theorem along a run, and the causes of the error beside it, at the first shaft.
+    """The bound of the theorem along a run, and the sources of the error beside it, at the first shaft.
 
     Attributes
     ----------
     bound : ErrorBound
-    causes : SlidingResidual
+    residual : SlidingResidual
     """
 
     bound: ErrorBound
-    causes: SlidingResidual
+    residual: SlidingResidual
 
     @property
     def used(self) -> float:
-        """Largest share of the tube that the causes of the error use; above 1 an assumption fails."""
-        return self._share(self.causes.total)
+        """Largest share of the tube that the sources of the error use; above 1 an assumption fails."""
+        return self._share(self.residual.total)
 
     @property
     def unmatched_part(self) -> float:
         """Largest share of the tube by what no torque of the motor makes."""
-        return self._share(np.abs(self.causes.unmatched))
+        return self._share(np.abs(self.residual.unmatched))
 
     def _share(self, part: Array) -> float:
         tube = self.bound.tube
@@ -48,7 +48,7 @@ class TheoremCheck:
 
 
 def check_theorem(loop: Loop, actual: Drive, log: Array) -> TheoremCheck | None:
-    """Bound of the theorem and causes of the error along a run; None for laws that have no bound here.
+    """Bound of the theorem and sources of the error along a run; None for laws that have no bound here.
 
     ``actual``: as it is; ``log``, shape (samples, columns): of the samples that were run.
     """
@@ -60,7 +60,7 @@ def check_theorem(loop: Loop, actual: Drive, log: Array) -> TheoremCheck | None:
     assert made.bandwidth is not None
     nominal = float(made.law.learning[NOMINAL, 0])
     share = float(true_parameters(loop, actual)[0]) / nominal if nominal > 0.0 else 1.0
-    causes = sliding_residual(
+    residual = sliding_residual(
         made.law,
         made.flat,
         made.bandwidth,
@@ -70,7 +70,7 @@ def check_theorem(loop: Loop, actual: Drive, log: Array) -> TheoremCheck | None:
         log[:, loop.chain.size - 1] - loop.target[: len(log)],
         loop.rig.interval,
     )
-    return TheoremCheck(bound=bound, causes=causes)
+    return TheoremCheck(bound=bound, residual=residual)
 
 
 def bound_along(loop: Loop, log: Array) -> ErrorBound | None:

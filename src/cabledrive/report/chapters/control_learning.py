@@ -16,7 +16,7 @@ from cabledrive.report.time_plots import errors_plot
 from cabledrive.rig import Motion, RigOptions, Tracking, track
 from cabledrive.rig.closed_loop.loop import Loop, close_loop
 from cabledrive.rig.comparison import compared
-from cabledrive.rig.error_budget import causes, in_degrees
+from cabledrive.rig.error_budget import error_sources, in_degrees
 from cabledrive.rig.expected_bound import PARTS, bound_over_draws
 from cabledrive.rig.laws.baselines import FEEDFORWARDS
 from cabledrive.rig.laws.fitting import fitted_encoders
@@ -93,7 +93,7 @@ def _about(drive: Drive, name: str) -> tuple[Block, ...]:
         _learnt(runs[1].summary["learnt"]),
         _draws(drive, loop),
         _baselines(drive),
-        _causes(drive),
+        _error_sources(drive),
         _bound(loop),
         Paragraph(text="Gains: " + "; ".join(loop.controller.gains["reasons"]) + "."),
     )
@@ -215,9 +215,9 @@ def _baselines(drive: Drive) -> Table:
     )
 
 
-def _causes(drive: Drive) -> Table:
+def _error_sources(drive: Drive) -> Table:
     rows = []
-    for one in causes(drive, "darc-4-damped", ONE, SEEDS):
+    for one in error_sources(drive, "darc-4-damped", ONE, SEEDS):
         rows.append((one.away, *(f"{value:.4f}" for value in in_degrees(one))))
     return Table(
         caption=f"Error budget of the damping-aware law: one disturbance removed at a time, {SEEDS} "
