@@ -113,7 +113,7 @@ def _pieces(drive: Drive, omega: float, kind: str, *, upper: int, lower: int) ->
     chain = longitudinal_chains(drive)[0].chain
     if chain.pendant is not None:
         raise InputRefused(
-            "this matrix knows no flexible motor joint: leave out motor.joint_stiffness or take the modes"
+            "this matrix has no flexible motor joint: leave out motor.joint_stiffness or take the modes"
         )
     if chain.grounds is not None:
         raise InputRefused(

@@ -60,7 +60,7 @@ def _unit(text: str) -> _Unit:
         parsed = _registry().parse_units(_NEWTON_METRE.sub(r"(\1N*m)", text))
         factor, base = _registry().get_base_units(parsed)
     except (pint.PintError, ArithmeticError, AttributeError, KeyError, TypeError, ValueError) as error:
-        raise InputRefused(f'"{text}" is not a unit this package knows') from error
+        raise InputRefused(f'"{text}" is not a known unit') from error
     names = {str(name) for name in parsed._units}
     if names & _NOT_A_MULTIPLE or not _BASE.issuperset(base._units):
         raise InputRefused(f'"{text}" is not a unit of mechanics')

@@ -4,15 +4,15 @@ import re
 from collections.abc import Callable, Iterable
 from functools import cache, partial
 from importlib import resources
-from math import pi
 
 import jinja2
 
 from cabledrive.report.numbers import number, quantity
+from cabledrive.rig.setting import DEGREE
 
 Say = Callable[..., str]
 
-_FACTORS = {"deg": pi / 180.0, "mm": 1e-3, "um": 1e-6, "%": 1e-2}
+_FACTORS = {"deg": DEGREE, "mm": 1e-3, "um": 1e-6, "%": 1e-2}
 _SPACES = re.compile(r"[ \n]+")
 
 
@@ -44,8 +44,9 @@ def _environment() -> jinja2.Environment:
         "number": number,
         "quantity": quantity,
         "sentences": sentences,
-        "g": lambda value, digits=6: f"{value:.{digits}g}",
+        "largest": lambda values: max(abs(value) for value in values),
     }
+    environment.globals["DEGREE"] = DEGREE
     return environment
 
 

@@ -1,4 +1,4 @@
-"""Motions that show what the alarm tells apart: a smooth move, ripple on it, a run-up, a slow passage."""
+"""Motions that show what the alarm distinguishes: a smooth move, ripple on it, a run-up, a slow passage."""
 
 import numpy as np
 

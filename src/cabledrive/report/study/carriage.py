@@ -9,13 +9,15 @@ from cabledrive.report.figures.carriage_runs import (
 from cabledrive.report.numbers import number
 from cabledrive.report.study.laws_table import laws_table
 from cabledrive.report.study.quantity_tables import shares_table, worst_plant_table
-from cabledrive.report.study.verdict import sentences
+from cabledrive.report.wording import sentences, texts
 from cabledrive.studies.study import StudyResult
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult, WorstCase
 from cabledrive.studies.study.carriage_controller import CarriageCandidate, CarriageController
 from cabledrive.studies.study.carriage_demand import CarriageModel
 from cabledrive.studies.study.carriage_verdict import NO_BOUND
 from cabledrive.studies.study.controller_stage import ControllerResult
+
+say = texts("study_carriage")
 
 
 def carriage_controller_chapter(result: StudyResult) -> Chapter | None:
@@ -31,11 +33,11 @@ def carriage_controller_chapter(result: StudyResult) -> Chapter | None:
     if model.reason:
         blocks.append(Note(text=sentences((model.reason,)), tone="warning"))
     elif found is None:
-        blocks.append(Note(text="No law was designed: the motion exceeds the limits of the drive."))
+        blocks.append(Note(text=say("too_far")))
     elif found.bandwidth is None:
         blocks.append(Note(text=sentences((found.reason,)), tone="warning"))
     else:
-        blocks += [_words(found), Note(text=sentences((NO_BOUND,)))]
+        blocks += [Paragraph(text=say("law", found=found)), Note(text=sentences((NO_BOUND,)))]
     if found is not None and found.candidates:
         blocks.append(_candidates(found))
     if found is not None and sum(one.estimate is not None for one in found.candidates) > 1:
@@ -46,13 +48,7 @@ def carriage_controller_chapter(result: StudyResult) -> Chapter | None:
         title="Controller",
         anchor="controller",
         blocks=tuple(blocks),
-        methods=(
-            "Controller: linear-quadratic feedback and Kalman filter at twelve places of the carriage; "
-            "the feedforward is the flat output's. Estimated error: the run at the best values, plus the "
-            "root sum of squares of the effects of each parameter at the worse of its bounds, plus encoder "
-            "quantisation, plus the neglected dynamics. Stable: no pole of law, observer and plant "
-            "grows at nine places, the cable at its best value and both bounds.",
-        ),
+        methods=(say("controller_method"),),
     )
 
 
@@ -62,8 +58,7 @@ def _model(model: CarriageModel) -> Table:
         for x, lumped, exact in zip(model.positions, model.lumped, model.exact, strict=True)
     )
     return Table(
-        caption="The model of the carriage beside the distributed cable: frequency of the carriage on it, "
-        "along the way.",
+        caption=say("model"),
         columns=(
             Column(title="Place", unit="m", numeric=True),
             Column(title="Model", unit="Hz", numeric=True),
@@ -71,27 +66,14 @@ def _model(model: CarriageModel) -> Table:
             Column(title="Apart", unit="%", numeric=True),
         ),
         groups=(RowGroup(rows=rows),),
-        note=""
-        if model.left_out == 0.0
-        else f"The motor joint is taken as rigid; {1e3 * model.left_out:.3g} mm for its windup and "
-        "backlash are added to every error.",
-    )
-
-
-def _words(found: CarriageController) -> Paragraph:
-    heard = "of both pulleys" if found.both else "at the motor side only"
-    return Paragraph(
-        text=f"The law is scheduled over the position of the carriage, its bandwidth {found.bandwidth:g} Hz, "
-        f"states by a Kalman filter from the encoders {heard}. {sentences((found.reason,))} The tables stand "
-        "as numbers in controller.json beside this page."
+        note=say("left_out", error=model.left_out),
     )
 
 
 def _candidates(found: CarriageController) -> Table:
     rows: tuple[tuple[Cell, ...], ...] = tuple(_row(one, found.chosen) for one in found.candidates)
-    refused = [f"{one.bandwidth:g} Hz refused: {one.refused}" for one in found.candidates if one.refused]
     return Table(
-        caption="Bandwidths tried, and the parts of the estimated error in millimetres.",
+        caption=say("candidates"),
         columns=(
             Column(title="Bandwidth"),
             Column(title="Best values", numeric=True),
@@ -102,7 +84,7 @@ def _candidates(found: CarriageController) -> Table:
             Column(title=""),
         ),
         groups=(RowGroup(rows=rows),),
-        note="; ".join(refused),
+        note=say("refused", candidates=found.candidates),
     )
 
 
@@ -118,23 +100,17 @@ def _row(one: CarriageCandidate, chosen: CarriageCandidate | None) -> tuple[Cell
 
 def _bandwidths(found: CarriageController) -> Figure:
     picture = carriage_bandwidths_picture("bandwidths", found)
-    words = ", ".join(
-        f"{one.bandwidth:g} Hz {1e3 * one.estimate:.3g} mm"
-        for one in found.candidates
-        if one.estimate is not None
-    )
     return Figure(
         name="bandwidths",
-        alt=f"The estimated error and its parts over the bandwidth. Estimate: {words}.",
-        caption="The estimated error over the bandwidth, and its parts. A ring marks the choice.",
+        alt=say("bandwidths_seen", candidates=found.candidates),
+        caption=say("bandwidths"),
         wide=picture.wide,
         narrow=picture.narrow,
     )
 
 
 def _shares(found: CarriageController) -> Table:
-    caption = "Effect of each parameter on the error within its bounds, at the chosen bandwidth."
-    return shares_table(caption, found.shares, "mm", 1e-3)
+    return shares_table(say("shares"), found.shares, "mm", 1e-3)
 
 
 def carriage_acceptance_chapter(result: StudyResult) -> Chapter | None:
@@ -143,11 +119,7 @@ def carriage_acceptance_chapter(result: StudyResult) -> Chapter | None:
     if not result.carried or not runs.draws:
         return None
     blocks: list[Block] = [
-        Paragraph(
-            text="The sampled law is tested on plants sampled from the parameters above: strands that "
-            "lengthen as the carriage travels, encoders at random phases, a motor with stick-slip "
-            "friction, the torque limit. A run ends when a strand goes slack."
-        ),
+        Paragraph(text=say("acceptance")),
         laws_table(result.scores, "mm", 1e-3),
         _runs(runs),
     ]
@@ -162,10 +134,7 @@ def carriage_acceptance_chapter(result: StudyResult) -> Chapter | None:
         title="Acceptance",
         anchor="acceptance",
         blocks=tuple(blocks),
-        methods=(
-            f"Acceptance: {runs.draws} runs of the transporter's plant, every parameter sampled uniformly "
-            f"within its bounds, each sample with its own random generator from seed {result.goals.seed}.",
-        ),
+        methods=(say("acceptance_method", draws=runs.draws, seed=result.goals.seed),),
     )
 
 
@@ -181,7 +150,7 @@ def _runs(runs: AcceptanceResult) -> Table:
     assert runs.smallest_tension is not None
     reached = "no goal" if runs.reached is None else f"{100 * runs.reached:.1f} %"
     return Table(
-        caption=f"Largest error in each of {runs.draws} runs, in millimetres.",
+        caption=say("runs", draws=runs.draws),
         columns=(
             Column(title="When"),
             Column(title="Median", numeric=True),
@@ -190,21 +159,17 @@ def _runs(runs: AcceptanceResult) -> Table:
             Column(title="In goal", numeric=True),
         ),
         groups=(RowGroup(rows=(("All the way", *whole, reached), ("At rest", *rest, ""))),),
-        note=f"Largest torque {number(runs.largest_torque, 3)} N m, at its limit in {runs.saturated} runs; "
-        f"smallest tension of a strand {number(runs.smallest_tension, 3)} N; {runs.failed} runs ended early.",
+        note=say("runs_note", runs=runs),
     )
 
 
 def _peaks(result: StudyResult, runs: AcceptanceResult) -> Figure:
     goal = result.goals.carriage_error
     picture = carriage_peaks_picture("peaks", runs, goal)
-    stated = "" if goal is None else f" The goal is {1e3 * goal:.3g} mm."
     return Figure(
         name="peaks",
-        alt=f"Share of the runs below an error: half below {1e3 * runs.peaks[len(runs.peaks) // 2]:.3g} mm, "
-        f"all complete runs below {1e3 * runs.peaks[-1]:.3g} mm.{stated}",
-        caption="Share of the runs whose largest error stays below the value on the axis, all the way and at "
-        "rest; the goal, where there is one, is an vertical line.",
+        alt=say("peaks_seen", peaks=runs.peaks, goal=goal),
+        caption=say("peaks"),
         wide=picture.wide,
         narrow=picture.narrow,
     )
@@ -214,9 +179,8 @@ def _worst(worst: WorstCase) -> Figure:
     picture = carriage_worst_picture("worst", worst)
     return Figure(
         name="worst",
-        alt="Position, error and torque over time in the worst run; the largest error is "
-        f"{1e3 * max(abs(e) for e in worst.error):.3g} mm.",
-        caption=f"The worst run, sample {worst.draw}: position, error, torque.",
+        alt=say("worst_seen", worst=worst),
+        caption=say("worst", draw=worst.draw),
         wide=picture.wide,
         narrow=picture.narrow,
     )

@@ -2,9 +2,15 @@
 
 from cabledrive.report.blocks import Cell, Column, RowGroup, Table
 from cabledrive.report.numbers import number, quantity
+from cabledrive.report.wording import texts
 from cabledrive.studies.study import Goals
 
-CARRIAGE_METHODS = ("No theorem bounds the error of the scheduled law: the figures are results of the runs.",)
+say = texts("study_carriage_goals")
+
+
+def carriage_method() -> str:
+    """How the verdict of a carriage is found, for the provenance."""
+    return say("method")
 
 
 def asked_of_carriage(goals: Goals) -> Table:
@@ -13,27 +19,18 @@ def asked_of_carriage(goals: Goals) -> Table:
     assert goals.travel is not None
     rows: list[tuple[Cell, ...]] = [
         ("Error of the carriage", quantity(error, "m", 3) if error else "none given"),
-        (
-            "Each move",
-            f"{quantity(goals.travel, 'm', 4)} in {goals.duration:g} s, {goals.dwell:g} s rest, and back",
-        ),
+        ("Each move", say("move", goals=goals)),
         ("Pulses", f"{goals.pulses}, rises of order {goals.order}"),
         ("Largest torque", quantity(goals.torque, "N m", 3) if goals.torque else "the motor's limit"),
-        ("Below the carriage", _hung(goals) if hung else "no hanging mass"),
+        ("Below the carriage", say("hung", goals=goals) if hung else "no hanging mass"),
         ("Load pulley", _load(goals)),
-        ("Test", f"{goals.carriage_draws} plants with a carriage, seed {goals.seed}"),
+        ("Test", say("test", goals=goals)),
     ]
     return Table(
         caption="Goals.",
         columns=(Column(title="Goal"), Column(title="Value")),
         groups=(RowGroup(rows=tuple(rows)),),
     )
-
-
-def _hung(goals: Goals) -> str:
-    assert goals.hanging_mass is not None
-    assert goals.line_length is not None
-    return f"{quantity(goals.hanging_mass, 'kg', 4)} on a line of {quantity(goals.line_length, 'm', 4)}"
 
 
 def _load(goals: Goals) -> str:

@@ -16,13 +16,15 @@ from cabledrive.report.figures.study_runs import bandwidths_picture
 from cabledrive.report.formula import fraction, row, sub, total
 from cabledrive.report.numbers import number
 from cabledrive.report.study.quantity_tables import shares_table
-from cabledrive.report.study.verdict import listed, sentences
+from cabledrive.report.study.verdict import listed
+from cabledrive.report.wording import sentences, texts
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import StudyResult
 from cabledrive.studies.study.bandwidth_cost import Candidate
 from cabledrive.studies.study.controller_stage import ControllerResult
 
 ESTIMATES = ("Inertia at the motor", "Viscous friction", "Coulomb friction", "Offset torque")
+say = texts("study_controller")
 UNITS = ("kg m²", "N m s/rad", "N m", "N m")
 
 
@@ -35,7 +37,7 @@ def controller_chapter(result: StudyResult) -> Chapter | None:
     if found.bandwidth is None:
         blocks.append(Note(text=sentences((found.reason,)), tone="warning"))
     else:
-        blocks += [_words(found), _equation(), _bounds(found)]
+        blocks += [Paragraph(text=say("law", found=found)), _equation(), _bounds(found)]
     if found.candidates:
         blocks.append(_candidates(found))
     if sum(one.bound is not None for one in _of_the_law(found)) > 1:
@@ -43,32 +45,12 @@ def controller_chapter(result: StudyResult) -> Chapter | None:
     if found.shares:
         blocks.append(_shares(found))
     if found.broken:
-        blocks.append(
-            Note(text=listed("Assumptions of the theorem that do not hold on the rig:", found.broken))
-        )
+        blocks.append(Note(text=listed(say("broken"), found.broken)))
     return Chapter(
         title="Controller",
         anchor="controller",
         blocks=tuple(blocks),
-        methods=(
-            "Controller: damped direct adaptive robust law of the chain, estimates projected onto twice the "
-            "95 % intervals. Stated bound: the theorem's tube along the motion (matched uncertainty, "
-            "friction), plus the effect of springs, dampers and the load at the worse of their bounds with "
-            "the filter in the loop, each alone and summed, or all together, whichever is larger "
-            "(computed, not proven), plus encoder quantisation and phases through the impulse responses of "
-            "the linear loop.",
-        ),
-    )
-
-
-def _words(found: ControllerResult) -> Paragraph:
-    assert found.bound is not None
-    assert found.sliding_rate is not None
-    return Paragraph(
-        text=f"The law is {found.name} at λ/2π = {found.bandwidth:g} Hz, K_σ/(2πμ) = "
-        f"{found.sliding_rate:.4g} Hz, states by a Kalman filter from the encoders. Stated bound of the "
-        f"load's error: {found.bound / DEGREE:.3g} deg. {sentences((found.reason,))} The numbers of the "
-        "law and its filter are in controller.json beside this page."
+        methods=(say("method"),),
     )
 
 
@@ -79,10 +61,7 @@ def _equation() -> Equation:
     counts = total("j", fraction(sub("q", "j"), "2"), "(", norm, ")")
     return Equation(
         formula=row(sub("e", "max"), "≤", sub("max", "t"), "(", tube, "+", moved, ")", "+", counts),
-        words="the error is at most the largest, over time, of the theorem's tube plus the sum of the "
-        "deviations by each uncertain quantity, or that by all of them at once where it is more, "
-        "plus, for each encoder, half a count times the sum of the impulse response's absolute values "
-        "and the step response's largest",
+        words=say("equation"),
     )
 
 
@@ -92,7 +71,7 @@ def _bounds(found: ControllerResult) -> Table:
         for name, low, high, unit in zip(ESTIMATES, found.lower, found.upper, UNITS, strict=True)
     )
     return Table(
-        caption="Bounds onto which the estimates are projected.",
+        caption=say("bounds"),
         columns=(
             Column(title="Estimate"),
             Column(title="Low", numeric=True),
@@ -115,7 +94,7 @@ def _candidates(found: ControllerResult) -> Table:
         for one in found.candidates
     )
     return Table(
-        caption="Laws and bandwidths tried, and the parts of the bound in degrees.",
+        caption=say("candidates"),
         columns=(
             Column(title="Law"),
             Column(title="Theorem", numeric=True),
@@ -126,7 +105,7 @@ def _candidates(found: ControllerResult) -> Table:
             Column(title="Outcome"),
         ),
         groups=(RowGroup(rows=rows),),
-        note="; ".join(f"{hertz} Hz refused: {why}" for why, hertz in _refusals(found).items()),
+        note=say("refused", reasons=_refusals(found)),
     )
 
 
@@ -146,20 +125,14 @@ def _refusals(found: ControllerResult) -> dict[str, str]:
 
 def _picture(found: ControllerResult) -> Figure:
     picture = bandwidths_picture("bandwidths", found)
-    words = ", ".join(
-        f"{one.bandwidth:g} Hz {one.bound / DEGREE:.3g} deg"
-        for one in found.candidates
-        if one.bound is not None
-    )
     return Figure(
         name="bandwidths",
-        alt=f"The bound and its parts over the bandwidth. Bound: {words}.",
-        caption="The bound over the bandwidth, and its parts. A ring marks the choice.",
+        alt=say("bandwidths_seen", candidates=found.candidates),
+        caption=say("bandwidths"),
         wide=picture.wide,
         narrow=picture.narrow,
     )
 
 
 def _shares(found: ControllerResult) -> Table:
-    caption = "Contribution of each parameter that is not adapted to the bound, at the chosen bandwidth."
-    return shares_table(caption, found.shares, "deg", DEGREE)
+    return shares_table(say("shares"), found.shares, "deg", DEGREE)

@@ -4,8 +4,11 @@ from cabledrive.report.blocks import Block, Cell, Chapter, Column, Note, Paragra
 from cabledrive.report.datasheet_words import DATASHEET
 from cabledrive.report.numbers import quantity
 from cabledrive.report.study.verdict import listed, points
+from cabledrive.report.wording import texts
 from cabledrive.studies.study import StudyResult
 from cabledrive.studies.study.check_stage import LogWords
+
+say = texts("study_data")
 
 
 def data_chapter(result: StudyResult) -> Chapter:
@@ -13,7 +16,7 @@ def data_chapter(result: StudyResult) -> Chapter:
     found = result.check
     blocks: list[Block] = [_datasheet(found.derived)]
     if found.missing:
-        blocks.insert(0, Note(text=listed("Needed for a controller:", found.missing), tone="warning"))
+        blocks.insert(0, Note(text=listed(say("missing"), found.missing), tone="warning"))
     if found.warnings:
         blocks.append(Note(text=listed("Warnings:", found.warnings), tone="warning"))
     if found.logs:
@@ -21,14 +24,12 @@ def data_chapter(result: StudyResult) -> Chapter:
         said = tuple(f"{log.name}: {words}" for log in found.logs for words in (*log.repaired, *log.findings))
         blocks += [points("In the logs:", said)] if said else []
     else:
-        blocks.append(Paragraph(text="No log was given."))
+        blocks.append(Paragraph(text=say("no_log")))
     return Chapter(
         title="Drive and data",
         anchor="data",
         blocks=tuple(blocks),
-        methods=(
-            "Check: closed formulas of the data sheet; logs checked for gaps, jitter, steps and units.",
-        ),
+        methods=(say("method"),),
     )
 
 
@@ -43,7 +44,7 @@ def _datasheet(derived: dict[str, float | None]) -> Table:
         if rows:
             groups.append(RowGroup(title=title, rows=tuple(rows)))
     return Table(
-        caption="What follows from the drive file by closed formulas.",
+        caption=say("datasheet"),
         columns=(Column(title="Quantity"), Column(title="Value", numeric=True)),
         groups=tuple(groups),
     )

@@ -5,11 +5,13 @@ from cabledrive.report.figures.study_runs import intervals_picture
 from cabledrive.report.numbers import number
 from cabledrive.report.study.quantity_tables import named, unit_shown
 from cabledrive.report.study.verdict import listed
+from cabledrive.report.wording import texts
 from cabledrive.studies.study import StudyResult
 from cabledrive.studies.study.carriage_machine import carriage_quantities
 from cabledrive.studies.study.datasheet_bounds import by_datasheet
 from cabledrive.studies.study.machine import DATASHEET, GOAL, GUESS, LOG, WORDS, Quantity
 
+say = texts("study_knowledge")
 SOURCES = {LOG: "log", DATASHEET: "data sheet", GOAL: "goal", GUESS: "guess"}
 
 
@@ -17,38 +19,20 @@ def knowledge_chapter(result: StudyResult) -> Chapter:
     """Identified parameters, and parameters from the data sheet."""
     known = result.knowledge
     identified = sum(q.source == LOG for q in known.quantities.values())
-    blocks: list[Block] = [Paragraph(text=_words(result, identified))]
+    blocks: list[Block] = [
+        Paragraph(text=say("identified", count=identified, of=len(known.quantities), residual=known.residual))
+    ]
     if known.undetermined:
-        blocks.append(
-            Note(text=listed("Not identifiable from the logs:", known.undetermined), tone="warning")
-        )
+        blocks.append(Note(text=listed(say("undetermined"), known.undetermined), tone="warning"))
     if known.findings:
-        blocks.append(Note(text=listed("Log and data sheet disagree:", known.findings)))
+        blocks.append(Note(text=listed(say("findings"), known.findings)))
     blocks.append(_table(result))
     blocks.append(_picture(result))
     return Chapter(
         title="Parameters",
         anchor="known",
         blocks=tuple(blocks),
-        methods=(f"Identification: {known.method}.",),
-    )
-
-
-def _words(result: StudyResult, identified: int) -> str:
-    known = result.knowledge
-    if known.residual is None and not identified:
-        return (
-            "No parameter was identified from a log: all values are from the data sheet or the goals, with "
-            "the relative uncertainty stated in the goals. The controller must tolerate all of it."
-        )
-    count = len(known.quantities)
-    head = f"All {count} parameters" if identified == count else f"{identified} of {count} parameters"
-    residual = (
-        "" if known.residual is None else f" {100 * known.residual:.2g} % of the torque remains unexplained."
-    )
-    return (
-        f"{head} were identified.{residual} An interval covers 95 % of the noise, the effect of the choice "
-        "of the filter, and the error if the whole unexplained torque acted on this one parameter."
+        methods=(say("method", name=known.method),),
     )
 
 
@@ -74,7 +58,7 @@ def _table(result: StudyResult) -> Table:
         for name, q in result.knowledge.quantities.items()
     )
     return Table(
-        caption="Parameters that the controller is designed for.",
+        caption=say("table"),
         columns=(
             Column(title="Quantity"),
             Column(title="Data sheet", numeric=True),
@@ -85,24 +69,19 @@ def _table(result: StudyResult) -> Table:
             Column(title="From"),
         ),
         groups=(RowGroup(rows=rows),),
-        note="Friction and offset at the motor's shaft; stiffness and damping of one span.",
+        note=say("table_note"),
     )
 
 
 def _picture(result: StudyResult) -> Figure:
     sheet = _sheet(result)
     picture = intervals_picture("intervals", result.knowledge.quantities, sheet)
-    words = "; ".join(
-        f"{WORDS[name]} {100 * q.half_width / abs(q.value):.2g} %"
-        for name, q in result.knowledge.quantities.items()
-        if q.value
-    )
+    known = result.knowledge.quantities
+    widths = {WORDS[name]: q.half_width / abs(q.value) for name, q in known.items() if q.value}
     return Figure(
         name="intervals",
-        alt="Interval of each parameter over its data-sheet value, beside the uncertainty of the data sheet. "
-        f"Half widths: {words}.",
-        caption="Parameters over their data-sheet values: grey bars show the uncertainty of the data "
-        "sheet, dots with whiskers the values used.",
+        alt=say("intervals_seen", widths=widths),
+        caption=say("intervals"),
         wide=picture.wide,
         narrow=picture.narrow,
     )

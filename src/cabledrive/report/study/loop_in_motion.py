@@ -4,11 +4,13 @@ from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.reduction.quality import with_measured_stiffness
 from cabledrive.report.animation import animation_svg
 from cabledrive.report.blocks import Block, Figure, Paragraph
+from cabledrive.report.wording import texts
 from cabledrive.simulation import Recording, Scheme, simulate
 from cabledrive.simulation.signals import Sampled
 from cabledrive.studies.study import StudyResult
 from cabledrive.studies.study.resonance_stage import motion_torque
 
+say = texts("study_loop")
 SEGMENTS, FRAMES, RATE = 12, 60, 2000.0
 MOST_STEPS = 2e6
 
@@ -22,7 +24,7 @@ def loop_in_motion(result: StudyResult) -> Block:
     duration = motion.trajectory.duration
     waves = (machine.cable.axial_rigidity / machine.cable.mass_per_length) ** 0.5 / machine.span_length
     if duration * waves * SEGMENTS > MOST_STEPS:
-        return Paragraph(text="No animation: the cable is too stiff for a short run.")
+        return Paragraph(text=say("too_stiff"))
     time, torque = motion_torque(machine, motion)
     try:
         run = simulate(
@@ -34,13 +36,11 @@ def loop_in_motion(result: StudyResult) -> Block:
         )
         switch, wide, narrow = animation_svg("loop-in-motion", machine, run)
     except (InputRefused, NotComputed) as failure:
-        return Paragraph(text=f"No animation: {failure}.")
+        return Paragraph(text=say("refused", failure=failure))
     return Figure(
         name="loop-in-motion",
-        alt="The loop in slow motion under the torque that the planned motion needs: the drive pulley "
-        "leads, the load pulley follows, the spans between them stretch and vibrate.",
-        caption="The nonlinear loop under the torque that the planned motion needs, without feedback; "
-        "deflections and angles are magnified by the stated factors.",
+        alt=say("seen"),
+        caption=say("caption"),
         switch=switch,
         wide=wide,
         narrow=narrow,

@@ -4,29 +4,21 @@ from cabledrive.report.blocks import Block, Cell, Chapter, Column, Figure, Note,
 from cabledrive.report.figures.control_runs import responses_picture
 from cabledrive.report.numbers import number, quantity
 from cabledrive.report.study.loop_in_motion import loop_in_motion
+from cabledrive.report.wording import texts
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import StudyResult
 from cabledrive.studies.study.modes_stage import MODEL_WORDS, ModelResult
 from cabledrive.studies.study.resonance_stage import REPEATED
 
 VERDICTS = {"safe": "good", "close": "warning", "resonant": "warning"}
-ALARMS = {
-    "safe": "The planned motion does not excite the transverse modes beyond the limit.",
-    "unknown": "Undecided: whether the planned motion excites the transverse modes beyond the limit.",
-    "dangerous": "The planned motion excites the transverse modes beyond the limit.",
-}
+say = texts("study_mechanics")
 
 
 def modes_chapter(result: StudyResult) -> Chapter:
     """Certified modes, and how far each reduced model holds."""
     found = result.modes
-    complete = "is proven complete" if found.certified else "is not certified"
     blocks: list[Block] = [
-        Paragraph(
-            text=f"The lowest longitudinal and transverse modes; the list {complete} by counting. The "
-            "stiffness is the value given above, which replaces EA/L of the data sheet where a log or "
-            "[lumped] gives another."
-        ),
+        Paragraph(text=say("modes", certified=found.certified)),
         _rows(result),
     ]
     remarks = [found.certified_reason or "", *found.warnings]
@@ -34,22 +26,17 @@ def modes_chapter(result: StudyResult) -> Chapter:
     if found.models:
         blocks += [_models(result), _responses(result)]
         if result.model is not None:
-            blocks.append(Note(text=f"Chosen for the controller: {result.model.reason}."))
+            blocks.append(Note(text=say("chosen_model", reason=result.model.reason)))
     else:
         stated = " ".join((*result.verdict.reasons, *result.verdict.cautions))
         repeated = bool(result.check.missing) and all(line in stated for line in result.check.missing)
         why = "see the verdict" if repeated else found.why_no_models
-        blocks.append(Paragraph(text=f"The reduced models do not apply: {why}."))
+        blocks.append(Paragraph(text=say("no_models", why=why)))
     return Chapter(
         title="Modes and models",
         anchor="modes",
         blocks=tuple(blocks),
-        methods=(
-            "Modes: counted on the exact dynamic stiffness, each enclosed by two counts. Models: response "
-            "from motor torque to load angle compared with the distributed cable; the simplest model is "
-            "taken whose neglected springs wind up, along the motion, by less than a tenth of the error "
-            "goal.",
-        ),
+        methods=(say("modes_method"),),
     )
 
 
@@ -88,7 +75,7 @@ def _models(result: StudyResult) -> Table:
         for q in result.modes.models
     )
     return Table(
-        caption="Lumped models compared with the distributed cable.",
+        caption=say("models"),
         columns=(
             Column(title="Model"),
             Column(title="Its modes", unit="Hz", numeric=True),
@@ -97,20 +84,17 @@ def _models(result: StudyResult) -> Table:
             Column(title="Neglected", unit="deg", numeric=True),
         ),
         groups=(RowGroup(rows=rows),),
-        note="Neglected: the largest twist of the springs that the model takes as rigid, along the motion.",
+        note=say("models_note"),
     )
 
 
 def _responses(result: StudyResult) -> Figure:
     numbers = [q.model for q in result.modes.models]
     picture = responses_picture("responses", result.known, numbers)
-    held = ", ".join(f"Model {q.model} to {q.holds_5:.3g} Hz" for q in result.modes.models)
     return Figure(
         name="responses",
-        alt=f"Magnitude of the response from motor torque to load angle over frequency: the distributed "
-        f"cable as a thick line and the models as thin ones. Right to 5 %: {held}.",
-        caption="Response from motor torque to load angle. Thick: the distributed cable; thin: the models "
-        "by number.",
+        alt=say("responses_seen", models=result.modes.models),
+        caption=say("responses"),
         wide=picture.wide,
         narrow=picture.narrow,
     )
@@ -119,7 +103,6 @@ def _responses(result: StudyResult) -> Figure:
 def resonance_chapter(result: StudyResult) -> Chapter:
     """Detuning of the drive from the 1:2 resonance, and whether the motion excites it."""
     found = result.resonance
-    head = ALARMS.get(found.alarm or "", "The transverse vibration along the motion could not be computed.")
     tone = "warning" if found.refuses or found.alarm == "unknown" else VERDICTS[found.verdict]
     rows: list[tuple[Cell, ...]] = [
         (
@@ -145,23 +128,16 @@ def resonance_chapter(result: StudyResult) -> Chapter:
         title="Internal resonance",
         anchor="resonance",
         blocks=(
-            Note(text=head, tone=tone),
+            Note(text=say("alarm", verdict=found.alarm), tone=tone),
             Table(
-                caption="Detuning, threshold and response to the motion.",
+                caption=say("resonance"),
                 columns=(Column(title="Figure"), Column(title="Value", numeric=True)),
                 groups=(RowGroup(rows=tuple(rows)),),
             ),
             *(Paragraph(text=f"{line[:1].upper()}{line[1:]}.") for line in lines),
             loop_in_motion(result),
         ),
-        methods=(
-            f"Resonance: the principal instability region (parametric tongue) of the 1:2 autoparametric "
-            f"resonance, where the forced pulley mode modulates the tension at twice the frequency of a "
-            f"transverse mode; from the averaged equations to first order. Motion: time integration of the "
-            f"coupled nonlinear equations (A.36) of longitudinal and transverse modes, sag, back-action "
-            f"and Coulomb friction included, over at least {REPEATED} repetitions, with no transverse "
-            "amplitude below 0.01 mm; 'safe' also under changed frequencies, torque and floor.",
-        ),
+        methods=(say("resonance_method", repeated=REPEATED),),
     )
 
 

@@ -4,30 +4,15 @@ from markupsafe import Markup
 
 from cabledrive.report.blocks import Block, Cell, Chapter, Column, Note, Paragraph, RowGroup, Table
 from cabledrive.report.numbers import number, quantity
-from cabledrive.report.study.carriage_goals import CARRIAGE_METHODS, asked_of_carriage
+from cabledrive.report.study.carriage_goals import asked_of_carriage, carriage_method
+from cabledrive.report.wording import sentences, texts
 from cabledrive.studies.study import Goals, StudyResult
 from cabledrive.studies.study.verdict_stage import Margin
 from cabledrive.studies.study.verdict_words import move_words
 
-VERDICT_METHODS = (
-    "Verdict: yes if a law keeps within the error goal on at least 99 % of the lumped plants (or plants with "
-    "a carriage) and 95 % of the plants on the distributed cable, each as the lower end of a one-sided 95 % "
-    "Clopper-Pearson interval; of several such laws the simplest. No if torque, speed, a slack span or "
-    "resonance exclude the motion. Unknown in all other cases: without an error goal, if none of the tried "
-    "laws meets it, if the log contradicts the data sheet or the model, or if data are missing.",
-)
+say = texts("study_verdict")
 TONES = {"yes": "good", "no": "warning", "unknown": "warning"}
 HEADS = {"yes": "Yes.", "no": "No.", "unknown": "Unknown."}
-MARGINS = {
-    "torque": "Torque of the motion, without feedback",
-    "speed": "Speed of the pulley",
-    "lost tension": "Largest loss of tension of a strand along the motion, against the pretension",
-    "error, carriage": "Error that 99 % of the plants keep below, 95 % confidence, against the goal",
-    "slack_torque": "Torque transmitted by the cable, against the slack torque",
-    "error, lumped": "Error that 99 % of the lumped plants keep below, 95 % confidence, against the goal",
-    "error, cable": "Error that 95 % of the cable plants keep below, 95 % confidence, against the goal",
-    "bound": "Stated bound of the chosen law, against the goal",
-}
 
 
 def verdict_chapter(result: StudyResult) -> Chapter:
@@ -49,13 +34,8 @@ def verdict_chapter(result: StudyResult) -> Chapter:
         title="Verdict",
         anchor="verdict",
         blocks=tuple(blocks),
-        methods=(*VERDICT_METHODS, *(CARRIAGE_METHODS if result.carried else ())),
+        methods=(say("method"), *((carriage_method(),) if result.carried else ())),
     )
-
-
-def sentences(lines: tuple[str, ...]) -> str:
-    """Lines as sentences."""
-    return " ".join(f"{line[:1].upper()}{line[1:].rstrip('.')}." for line in lines)
 
 
 def points(head: str, lines: tuple[str, ...]) -> Paragraph:
@@ -76,7 +56,7 @@ def listed(head: str, lines: tuple[str, ...]) -> Markup:
 def _margins(margins: tuple[Margin, ...]) -> Table:
     rows: tuple[tuple[Cell, ...], ...] = tuple(
         (
-            MARGINS[m.name],
+            say("margin", name=m.name),
             quantity(m.value, m.unit, 3),
             quantity(m.allowed, m.unit, 3),
             min(m.value / m.allowed, 9.99),
@@ -98,11 +78,11 @@ def _margins(margins: tuple[Margin, ...]) -> Table:
 def _asked(goals: Goals) -> Table:
     rows: list[tuple[Cell, ...]] = [
         ("Error of the load", quantity(goals.error, "rad", 3) if goals.error else "no goal"),
-        ("Each move", f"{move_words(goals)}, {goals.dwell:g} s rest"),
+        ("Each move", say("move", words=move_words(goals), dwell=goals.dwell)),
         ("Pulses", f"{goals.pulses}, rises of order {goals.order}"),
         ("Largest torque", quantity(goals.torque, "N m", 3) if goals.torque else "the motor's limit"),
         ("Load", _load(goals)),
-        ("Test", f"{goals.draws} lumped plants, {goals.cable_draws} on the cable, seed {goals.seed}"),
+        ("Test", say("test", goals=goals)),
     ]
     return Table(
         caption="Goals.",

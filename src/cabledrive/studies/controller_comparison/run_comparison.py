@@ -85,7 +85,7 @@ def compare(
     folder : path, optional
         Where finished parts are kept, so that the same call goes on; nothing is kept without one.
     note : callable, optional
-        Told in a line what is being done.
+        Called with a line on what is being done.
 
     Returns
     -------

@@ -123,7 +123,7 @@ def case_of(drive: Drive, goals: Goals) -> CarriageCase:
 def loop_at(case: CarriageCase, hertz: float, *, ideal: bool = False) -> CarriageLoop:
     """The scheduled law of a bandwidth, ready to run.
 
-    ``hertz`` [Hz]; ``ideal``: the encoders do not count but tell the displacements themselves.
+    ``hertz`` [Hz]; ``ideal``: the encoders do not count but give the displacements themselves.
     """
     tuning = tuning_for(
         case.design, 2.0 * pi * hertz, interval=case.interval, count=case.count, hanging=case.hanging

@@ -1,4 +1,4 @@
-r"""What logs of the whole drive tell: motor, friction and load from the sum of torques, cable and joint.
+r"""What logs of the whole drive identify: motor, friction and load from the sum of torques, cable and joint.
 
 With the angles of all shafts measured, the sum of the equations of motion holds no spring,
 

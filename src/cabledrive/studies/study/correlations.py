@@ -1,4 +1,4 @@
-r"""How the numbers that one log tells err together.
+r"""Correlations of the errors of numbers identified from one log.
 
 An interval is the regression's 95 % and, on top, what cannot be distinguished from a number: other filters, a
 residual that hides. Of the second part nobody knows how it goes together with that of another number; it is
@@ -42,7 +42,7 @@ class Correlation:
 
 
 def of_intervals(fit: Fit, intervals: Mapping[str, Interval]) -> tuple[Correlation, ...]:
-    """Correlations of what a whole drive's log tells.
+    """Correlations of what is identified from a whole drive's log.
 
     A cable's stiffness and damping come out over the load's inertia, whose whole error they share. Of what is
     their own they are independent, and so is the joint: twist and its rate are orthogonal over a record.
@@ -69,7 +69,7 @@ def of_intervals(fit: Fit, intervals: Mapping[str, Interval]) -> tuple[Correlati
 def of_an_axis(
     found: Identification, parts: Mapping[str, float], known: Mapping[str, Quantity]
 ) -> tuple[Correlation, ...]:
-    """Correlations of what a log of one rigid axis tells.
+    """Correlations of what is identified from a log of one rigid axis.
 
     ``found``: with an inertia; ``parts``: shares of the axis's inertia that its two parts are, by their
     names; ``known``: as identified from the log.

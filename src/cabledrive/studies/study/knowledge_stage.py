@@ -1,4 +1,4 @@
-"""Stage 2: what the logs tell of the drive; of the rest, the datasheet's values with stated uncertainty."""
+"""Stage 2: what is identified from the logs; of the rest, the datasheet's values with stated uncertainty."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -37,7 +37,7 @@ class Knowledge:
     quantities : dict of str to Quantity
         By name.
     undetermined : tuple of str
-        What logs were given for and could not tell, in words; empty without logs.
+        What is not identifiable from the logs, in words; empty without logs.
     open_names : tuple of str
         The essential quantities among them.
     findings : tuple of str
@@ -46,7 +46,7 @@ class Knowledge:
         Of the torque, relative; None without logs.
     method : str
     correlations : tuple of Correlation
-        Of the numbers that the logs tell; of the others none is known.
+        Of the identified numbers; of the others none is known.
     replays : tuple of Replay
         The identified model over each log; empty where no log shows the whole drive.
     """
@@ -74,7 +74,7 @@ def know(
     *,
     backlash: float | None = None,
 ) -> Knowledge:
-    """Identify what the logs can tell of a drive.
+    """Identify what the logs allow of a drive.
 
     ``drive``: the datasheet; ``spreads``: relative uncertainty of the datasheet, by kind; ``load_inertia``:
     range of the load that the goals ask for [kg m^2]; ``backlash``: largest backlash of the joint where the
@@ -181,7 +181,7 @@ def _late_words(lag: float, drive: Drive, logs: Sequence[Log]) -> tuple[str, ...
 
 
 def _as_one_axis(drive: Drive, logs: Sequence[Log], known: dict[str, Quantity]) -> Knowledge:
-    """Only torque and one angle: what a rigid axis would tell, if the drive moved as one."""
+    """Only torque and one angle: what a rigid axis would give, if the drive moved as one."""
     try:
         found = identify(list(logs), IdentifyOptions(), method="inverse-dynamics")
     except (InputRefused, NotComputed) as failure:

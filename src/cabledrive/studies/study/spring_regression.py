@@ -1,4 +1,4 @@
-"""What logs tell of the springs: the cable by the load's own equation, the motor joint by its twist."""
+"""What logs identify of the springs: the cable by the load's own equation, the motor joint by its twist."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
