@@ -74,9 +74,7 @@ BAD_VALUES = {
     "cable.pretension has more digits than a double can hold: give a finite number": pretension("9" * 400),
     'cable.pretension = "5 kg" is of dimension [mass], not N: give it in N': pretension("'5 kg'"),
     'cable.pretension = "5 Newtons!": "Newtons!" is not a unit: give it in N': pretension("'5 Newtons!'"),
-    'cable.pretension = "5 bananas": "bananas" is not a known unit: give it in N': pretension(
-        "'5 bananas'"
-    ),
+    'cable.pretension = "5 bananas": "bananas" is not a known unit: give it in N': pretension("'5 bananas'"),
     "cable.pretension is true or false, not a number: give it in N, or as text with a unit": pretension(
         "true"
     ),
