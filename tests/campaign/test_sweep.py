@@ -1,10 +1,14 @@
 """A sweep gives for each row what the single command gives, in a store with labels and units."""
 
+import tomllib
+
 import numpy as np
 import pytest
 import xarray as xr
 
 import cabledrive as cd
+from cabledrive.campaign.rows import compute_rows
+from cabledrive.campaign.spec import spec_of
 from campaign_computations import Dangerous
 from command import answer, call, refusal
 
@@ -262,3 +266,41 @@ def test_rows_at_once_and_rows_one_by_one_are_the_same(sweep, monkeypatch):
         np.testing.assert_allclose(at_once.longitudinal_hz, singly.longitudinal_hz, rtol=1e-12)
         for same in ("code", "reason", "longitudinal_proven", "seed"):
             assert at_once[same].values.tolist() == singly[same].values.tolist()
+
+
+RESONANCES = """
+drive = "DRIVE"
+[vary]
+"cable.pretension" = { from = "2 N", to = "40 N", scale = "log" }
+"cable.mass_per_length" = { from = "0.1 g/m", to = "3 g/m", scale = "log" }
+"pulley.0.inertia" = { from = "0.1 kg cm^2", to = "100 kg cm^2", scale = "log" }
+"pulley.1.viscous_friction" = { from = 0.0, to = 0.01 }
+"cable.transverse_damping" = { values = [0.0, 1.0, 4.0] }
+"compute.torque" = { from = 0.0, to = 1.0 }
+[design]
+kind = "random"
+rows = 24
+[compute]
+what = "resonance"
+"""
+
+
+@pytest.mark.parametrize("name", ["dissertation-1", "dissertation-2", "dissertation-3"])
+def test_thresholds_at_once_equal_those_of_the_single_command(name, tmp_path, measured):
+    """Masses, damping and torque far from the drive's own, light drive pulleys, spans that sag."""
+    spec = spec_of(tomllib.loads(RESONANCES.replace("DRIVE", name)), tmp_path)
+    at_once = compute_rows(spec, 0, 24).variables
+    assert spec.computation.many(spec, spec.values(0, 24))[0].all()
+    singly = compute_rows(spec, 0, 24, at_once=False).variables
+    largest = 0.0
+    for output in spec.computation.outputs:
+        one, other = at_once[output.name], singly[output.name]
+        if output.kind == "text":
+            assert one.tolist() == other.tolist()
+            continue
+        np.testing.assert_array_equal(np.isnan(one), np.isnan(other))
+        np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-13 if output.name == "detuning" else 0.0)
+        largest = max(
+            largest, float(np.nanmax(np.abs(one - other) / np.maximum(np.abs(other), 1e-3), initial=0))
+        )
+    measured(f"largest relative difference of a number of `resonance`: {largest:.1e}")

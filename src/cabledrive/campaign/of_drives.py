@@ -82,6 +82,10 @@ RESONANCE = {
     "pulley_frequency_hz": ("Hz", "of the pulley mode"),
 }
 
+IN_DETAIL = "tenfold_growth_torque"
+IN_CLOSED_FORM = {*RESONANCE, "verdict"} - {IN_DETAIL}
+"""Outputs of `resonance` that many rows get at once; the other is a search over time and torque."""
+
 
 def _resonance_outputs(options: Mapping[str, Any]) -> tuple[Output, ...]:
     numbers = tuple(
@@ -94,7 +98,10 @@ def _resonance(row: Row) -> Mapping[str, Any]:
     from cabledrive.studies.resonance import resonance
 
     found = resonance(
-        row.drive, torque=row.options.get("torque"), load_torque=row.options.get("load_torque", 0.0)
+        row.drive,
+        torque=row.options.get("torque"),
+        load_torque=row.options.get("load_torque", 0.0),
+        details=IN_DETAIL in row.options["outputs"],
     )
     named = {
         "threshold_torque_at_own_pretension": found.threshold_here,
@@ -223,7 +230,7 @@ KINDS = {
     ),
     "resonance": Kind(
         outputs=_resonance_outputs,
-        default=(*RESONANCE, "verdict"),
+        default=tuple(name for name in (*RESONANCE, "verdict") if name != IN_DETAIL),
         one=_resonance,
         options={"torque": "N m", "load_torque": "N m"},
     ),

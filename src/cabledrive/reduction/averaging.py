@@ -111,7 +111,7 @@ def averaged_coefficients(
     """
     omega = np.asarray(model.natural if forcing is None else forcing, dtype=float)
     tau, nu, mass = np.asarray(torque, dtype=float), 0.5 * omega, model.modal_mass
-    free = model.rigid_arm > 0.0
+    free = bool(np.all(model.rigid_arm > 0.0))
     turned = model.cross_damping / (1j * omega * model.rigid_mass + model.rigid_damping) if free else 0.0
     dynamic = model.natural**2 - omega**2 + 1j * omega * model.modal_damping
     dynamic = dynamic - 1j * omega * turned * model.cross_damping / mass

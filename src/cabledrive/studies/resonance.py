@@ -110,7 +110,9 @@ def default_torque(drive: Drive) -> float:
     return SLACK_SHARE * 2.0 * drive.drive_pulley.radius * drive.cable.pretension
 
 
-def resonance(drive: Drive, *, torque: float | None = None, load_torque: float = 0.0) -> ResonanceSummary:
+def resonance(
+    drive: Drive, *, torque: float | None = None, load_torque: float = 0.0, details: bool = True
+) -> ResonanceSummary:
     """Frequency ratio, tuned pretension, threshold torque and verdict of a drive.
 
     Parameters
@@ -121,6 +123,8 @@ def resonance(drive: Drive, *, torque: float | None = None, load_torque: float =
     load_torque : float, default 0.0
         Steady torque on the load pulley [N m]: it pulls the upper span and relaxes the lower one, and splits
         their tuning. Ratio, tuned pretension and its threshold stay those of the unloaded drive.
+    details : bool, default True
+        Whether to list the pairs, and to find the torque of tenfold growth, which take most of the time.
 
     Returns
     -------
@@ -146,7 +150,7 @@ def resonance(drive: Drive, *, torque: float | None = None, load_torque: float =
     model = autoparametric_model(drive, load_torque=load_torque, at_rest=True)
     instability = instability_margin(model, tau)
     tuned, missing = _tuned(drive)
-    missing = _unreached(drive) | missing
+    missing = _unreached(drive) | missing | ({} if details else {"growth_torque": "not asked for"})
     at_tuning = (
         autoparametric_model(replace(drive, cable=replace(drive.cable, pretension=tuned))) if tuned else None
     )
@@ -160,11 +164,11 @@ def resonance(drive: Drive, *, torque: float | None = None, load_torque: float =
         pulley_frequency=pulley,
         torque=tau,
         threshold_here=_finite(float(threshold_torque(model))),
-        growth_torque=_finite(growth_torque(at_tuning, GROWTH_FACTOR, GROWTH_TIME)) if at_tuning else None,
+        growth_torque=_growth_torque(at_tuning) if details else None,
         coulomb_onset=coulomb_onset_torque(model),
         instability=instability,
-        pairs=resonant_pairs(drive),
-        coupled=coupled_pairs(drive, model.natural),
+        pairs=resonant_pairs(drive) if details else (),
+        coupled=coupled_pairs(drive, model.natural) if details else (),
         reasons=_reasons(drive, model, at_tuning, instability, tau, tuned),
         missing=missing,
         split=split_tunings(model) if load_torque else {},
@@ -195,6 +199,10 @@ def _tuned_threshold(model: AutoparametricModel | None) -> float | None:
     if model.modal_damping == 0.0 or model.transverse_damping == 0.0:
         return 0.0
     return float(threshold_torque(model))
+
+
+def _growth_torque(at_tuning: AutoparametricModel | None) -> float | None:
+    return _finite(growth_torque(at_tuning, GROWTH_FACTOR, GROWTH_TIME)) if at_tuning else None
 
 
 def _guessed_threshold(model: AutoparametricModel) -> float:

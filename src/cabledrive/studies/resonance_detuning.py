@@ -3,10 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension
-from cabledrive.reduction.averaging import averaged_coefficients
+from cabledrive.reduction.averaging import AveragedCoefficients, averaged_coefficients
 from cabledrive.reduction.threshold import growth_rates, instability_half_width, pulley_amplitude
+
+Array = NDArray[np.float64]
 
 BUILD_UP = 10.0
 """How long the torque has acted when the verdict is given [s]."""
@@ -73,21 +76,44 @@ def instability_margin(model: AutoparametricModel, torque: float) -> Instability
     ``torque`` [N m].
     Returns of the transverse mode that is relatively nearest to its instability region.
     """
-    c = averaged_coefficients(model, torque=torque, drift=False)
-    reached = float(pulley_amplitude(c, BUILD_UP))
-    amplitude = min(reached, float(model.slack_amplitude))
-    width = instability_half_width(c, amplitude)
-    pumping = np.abs(c.pump) * amplitude
-    distance = np.abs(c.transverse_detuning + pumping**2 / (2.0 * c.forcing))
+    c, reached, amplitude, distance, width = _against_regions(model, torque)
     mode = int(np.argmin(distance - CLOSE * width))
     near, half = float(distance[mode]), float(width[mode])
-    verdict = RESONANT if near < half else NEAR if near < CLOSE * half else SAFE
     return InstabilityMargin(
-        verdict=verdict,
+        verdict=str(_verdict(near, half)),
         mode=mode,
         distance=near,
         half_width=half,
         growth=float(growth_rates(c, amplitude)[mode]),
-        amplitude=amplitude,
-        slack=reached > model.slack_amplitude,
+        amplitude=float(amplitude),
+        slack=bool(reached > model.slack_amplitude),
     )
+
+
+def verdicts(model: AutoparametricModel, torque: ArrayLike) -> NDArray[np.str_]:
+    """Verdict of `instability_margin` on each lane of a model.
+
+    ``torque``, shape (lanes,): amplitude [N m].
+    Returns shape (lanes,).
+    """
+    *_, distance, width = _against_regions(model, torque)
+    mode = np.argmin(distance - CLOSE * width, axis=0)[None]
+    near, half = (np.take_along_axis(values, mode, axis=0)[0] for values in (distance, width))
+    return _verdict(near, half)
+
+
+def _against_regions(
+    model: AutoparametricModel, torque: ArrayLike
+) -> tuple[AveragedCoefficients, Array, Array, Array, Array]:
+    """Coefficients, amplitude q that the torque reaches and where slack ends it, detuning, half-width."""
+    c = averaged_coefficients(model, torque=torque, drift=False)
+    reached = pulley_amplitude(c, BUILD_UP)
+    amplitude = np.minimum(reached, model.slack_amplitude)
+    pumping = np.abs(c.pump) * amplitude
+    distance = np.abs(c.transverse_detuning + pumping**2 / (2.0 * c.forcing))
+    return c, reached, amplitude, distance, instability_half_width(c, amplitude)
+
+
+def _verdict(distance: ArrayLike, half_width: ArrayLike) -> NDArray[np.str_]:
+    inside, close = np.less(distance, half_width), np.less(distance, CLOSE * np.asarray(half_width))
+    return np.where(inside, RESONANT, np.where(close, NEAR, SAFE))

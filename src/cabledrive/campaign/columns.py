@@ -1,0 +1,141 @@
+"""Rows of a campaign as arrays: for loops of two turning pulleys without carriages, whatever is varied."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.campaign.spec import CampaignSpec
+from cabledrive.modal.loop_batch import LoopBatch
+from cabledrive.parameters import Drive
+from cabledrive.parameters.fields import LARGEST, SMALLEST
+
+Array = NDArray[np.float64]
+
+POSITIVE = {
+    "cable.youngs_modulus",
+    "cable.area",
+    "cable.axial_rigidity",
+    "cable.mass_per_length",
+    "cable.pretension",
+    "layout.span_length",
+    "layout.pulley_distance",
+    "pulley.0.radius",
+    "pulley.0.inertia",
+    "pulley.1.radius",
+    "pulley.1.inertia",
+    "motor.inertia",
+    "motor.joint_stiffness",
+    "motor.holding_stiffness",
+    "motor.torque_limit",
+}
+"""Keys that have to be above 0 and ask nothing of other keys."""
+NOT_NEGATIVE = {
+    "cable.transverse_damping",
+    "cable.axial_damping",
+    "pulley.0.viscous_friction",
+    "pulley.0.coulomb_friction",
+    "pulley.1.viscous_friction",
+    "pulley.1.coulomb_friction",
+    "motor.viscous_friction",
+    "motor.coulomb_friction",
+    "motor.joint_damping",
+    "compute.torque",
+}
+"""Keys that may be 0."""
+
+
+def are_plain_loops(spec: CampaignSpec) -> bool:
+    """Whether every row of a campaign is a loop of two turning pulleys without carriages, of one build."""
+    drive = next(iter(spec.drives.values()))
+    tables = next(iter(spec.tables.values()))
+    return (
+        len(spec.drives) == 1
+        and set(spec.units) <= POSITIVE | NOT_NEGATIVE
+        and _is_plain_loop(drive)
+        and all(key.startswith(("pulley", "compute")) or _given(tables, key) for key in spec.units)
+    )
+
+
+def _is_plain_loop(drive: Drive) -> bool:
+    turning = not any(pulley.fixed for pulley in drive.pulley)
+    return drive.kind == "loop" and not drive.carriage and turning
+
+
+def _given(tables: Mapping[str, Any], key: str) -> bool:
+    """Whether the file has the key already: a new one may contradict another."""
+    table, _, name = key.partition(".")
+    return name in tables.get(table, {}) or (key in NOT_NEGATIVE and table in tables)
+
+
+def allowed_rows(values: Mapping[str, NDArray[Any]]) -> NDArray[np.bool_]:
+    """Rows that no bound of the drive file refuses; the others get their reason one by one.
+
+    ``values``: of the varied keys, in SI.
+    Returns shape (n,).
+    """
+    good: NDArray[np.bool_] = np.ones(len(next(iter(values.values()))), dtype=bool)
+    for key, column in values.items():
+        good &= (column <= LARGEST) & ((column >= SMALLEST) | ((column == 0.0) & (key in NOT_NEGATIVE)))
+    return good
+
+
+def column_of(spec: CampaignSpec, values: Mapping[str, NDArray[Any]], key: str) -> Array | None:
+    """Values of a key in all rows, varied or from the drive file; None where neither has it.
+
+    ``values``: of the varied keys, in SI.
+    Returns shape (n,).
+    """
+    if key in values:
+        return np.asarray(values[key], dtype=float)
+    table, *path = key.split(".")
+    part = next(iter(spec.tables.values())).get(table, {})
+    part = part[int(path[0])] if isinstance(part, list) else part
+    value = part.get(path[-1])
+    return None if value is None else np.full(len(next(iter(values.values()))), float(value))
+
+
+def loops_of(spec: CampaignSpec, values: Mapping[str, NDArray[Any]]) -> LoopBatch:
+    """The rows as loops; the campaign is one of plain loops.
+
+    ``values``: of the varied keys, in SI.
+    """
+    nothing = np.zeros(len(next(iter(values.values()))))
+
+    def column(key: str) -> Array:
+        found = column_of(spec, values, key)
+        return nothing if found is None else found
+
+    def both(name: str) -> tuple[Array, Array]:
+        return column(f"pulley.0.{name}"), column(f"pulley.1.{name}")
+
+    def has(key: str) -> bool:
+        return column_of(spec, values, key) is not None
+
+    drive = next(iter(spec.drives.values()))
+    rigidity = column_of(spec, values, "cable.axial_rigidity")
+    if rigidity is None:
+        rigidity = column("cable.youngs_modulus") * column("cable.area")
+    length = column_of(spec, values, "layout.span_length")
+    if length is None:
+        length = column("layout.pulley_distance") / (1.0 + column("cable.pretension") / rigidity)
+    return LoopBatch(
+        rigidity=rigidity,
+        density=column("cable.mass_per_length"),
+        pretension=column("cable.pretension"),
+        length=length,
+        transverse_damping=column("cable.transverse_damping"),
+        axial_damping=column("cable.axial_damping"),
+        radius=both("radius"),
+        inertia=both("inertia"),
+        viscous=both("viscous_friction"),
+        motor_inertia=column("motor.inertia"),
+        motor_viscous=column("motor.viscous_friction"),
+        joint_stiffness=column("motor.joint_stiffness"),
+        joint_damping=column("motor.joint_damping"),
+        holding_stiffness=column("motor.holding_stiffness"),
+        flexible=has("motor.joint_stiffness"),
+        held=has("motor.holding_stiffness"),
+        gravity_across=drive.layout.gravity_across,
+    )

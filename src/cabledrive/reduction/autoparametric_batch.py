@@ -1,0 +1,214 @@
+r"""Models of the internal resonance of many loops of two pulleys, in closed form.
+
+The spans of such a loop are alike, so one transverse mode stands for both. With rim displacements
+:math:`u_1, u_2` and :math:`\varphi = kL`, the balance of one rim gives the shape of the pulley mode,
+
+.. math:: u_1/u_2 = \cos\varphi - \frac{W m_2}{2Z}\sin\varphi,
+
+and on a span without masses the integral of Eq. (A.10) is
+
+.. math:: \int U_s w_s^2\,\mathrm{d}s = \frac{(n\pi)^2}{2L^2}(u_2 - u_1)
+          \Big[1 + \frac{k^2}{k^2 - (2n\pi/L)^2}\Big].
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.mechanics.rest_forces import PANELS, WEIGHTS, quadrature_points
+from cabledrive.modal.loop_batch import LoopBatch
+from cabledrive.reduction.autoparametric import AutoparametricModel
+from cabledrive.reduction.transverse_sections import HIGHEST_NUMBER
+
+Array = NDArray[np.float64]
+
+ALONE = 0.1
+"""Least stretch of the spans, over the larger rim displacement, for which q is that stretch."""
+PLACES, SHARES = np.polynomial.legendre.leggauss(16)
+MOST_STEPS = 60
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PulleyModes:
+    """Pulley mode of each loop; every array is of shape (n,).
+
+    Attributes
+    ----------
+    omega : ndarray
+        W [rad/s].
+    drive, load, motor : ndarray
+        Rim displacements per q.
+    mass : ndarray
+        M [kg].
+    """
+
+    omega: Array
+    drive: Array
+    load: Array
+    motor: Array
+    mass: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TautSpans:
+    """Both spans of each loop under their tension; every array is of shape (n,).
+
+    Attributes
+    ----------
+    pretension : ndarray
+        T0, to which the coupling belongs [N].
+    force : ndarray
+        R, force of the uniform string on which a wave takes as long [N].
+    lowest : ndarray
+        Lowest tension [N].
+    """
+
+    pretension: Array
+    force: Array
+    lowest: Array
+
+
+def pulley_modes(loops: LoopBatch, omega: Array) -> PulleyModes:
+    """Shapes of the pulley modes, `scaled_rims` of many loops.
+
+    ``omega``, shape (n,): frequencies of the lowest longitudinal mode [rad/s].
+    """
+    (first, second), (spring, pendant, held) = loops.masses, loops.pendant
+    impedance = np.sqrt(loops.rigidity * loops.density)
+    phase = omega * loops.length / np.sqrt(loops.rigidity / loops.density)
+    free = spring + held - omega**2 * pendant
+    hung = spring * (held - omega**2 * pendant) / np.where(loops.flexible, free, 1.0)
+    load = omega**2 * first - loops.grounds - hung
+    turned = np.sin(phase) / (2.0 * impedance)
+    by_load = np.cos(phase) - omega * second * turned
+    by_drive = np.cos(phase) - load / omega * turned
+    # of the two balances the one that subtracts nothing: it gives the larger of both displacements
+    far = np.abs(by_load) >= 1.0
+    u1, u2 = np.where(far, by_load, 1.0), np.where(far, 1.0, by_drive)
+    motor = spring * u1 / free if loops.flexible else u1
+    scale = u2 - u1
+    larger = np.where(np.abs(u2) > np.abs(u1), u2, u1)
+    scale = np.where(np.abs(scale) < ALONE * np.abs(larger), larger, scale)
+    cable = _squared_displacement(phase, u1, u2) * loops.length
+    moved = first * u1**2 + second * u2**2 + pendant * motor**2 + 2.0 * loops.density * cable
+    return PulleyModes(
+        omega=omega, drive=u1 / scale, load=u2 / scale, motor=motor / scale, mass=moved / scale**2
+    )
+
+
+def _squared_displacement(phase: Array, near: Array, far: Array) -> Array:
+    """Mean of the squared displacement on a span between two rims, shape (n,)."""
+    total = np.zeros_like(phase)
+    for place, share in zip((PLACES + 1.0) / 2.0, SHARES / 2.0, strict=True):
+        shape = near * np.sin(phase * (1.0 - place)) + far * np.sin(phase * place)
+        total += share * (shape / np.sin(phase)) ** 2
+    return total
+
+
+def straight_spans(loops: LoopBatch, pretension: Array) -> TautSpans:
+    """Spans of straight loops under a pretension, shape (n,) [N]."""
+    force = pretension / (1.0 + pretension / loops.rigidity)
+    return TautSpans(pretension=pretension, force=force, lowest=pretension)
+
+
+def spans_at_rest(loops: LoopBatch) -> TautSpans:
+    r"""Level spans under their weight: `rest_state` where both are alike and one force is unknown.
+
+    .. math:: \int_0^L\Big(\frac{H}{EA} + \frac{H}{|\mathbf F|} - 1\Big)\mathrm{d}s = \varepsilon_0 L
+
+    The left side is concave in H, so that Newton's method from the pretension on comes from below.
+    Returns NaN where it does not settle.
+    """
+    if loops.gravity_across == 0.0:
+        return straight_spans(loops, loops.pretension)
+    weights = np.tile(WEIGHTS, PANELS) / (2.0 * PANELS)
+    across = np.outer(0.5 - quadrature_points(), loops.density * loops.gravity_across * loops.length)
+    along, prestrain = loops.pretension.copy(), loops.pretension / loops.rigidity
+    settled: NDArray[np.bool_] = np.zeros(along.size, dtype=bool)
+    for _ in range(MOST_STEPS):
+        tension = np.hypot(along, across)
+        fallen = weights @ (across**2 / (tension * (tension + along)))
+        give = 1.0 / loops.rigidity + weights @ (across**2 / tension**3)
+        step = (prestrain - along / loops.rigidity + fallen) / give
+        along = along + step
+        settled = np.abs(step) <= 1e-14 * along
+        if settled.all():
+            break
+    slowness = weights @ np.sqrt(1.0 / np.hypot(along, across) + 1.0 / loops.rigidity)
+    along = np.where(settled, along, np.nan)
+    return TautSpans(pretension=loops.pretension, force=slowness**-2, lowest=along)
+
+
+def many_models(loops: LoopBatch, modes: PulleyModes, spans: TautSpans) -> AutoparametricModel:
+    """Model of each loop as `autoparametric_model` makes it, loops as lanes, the upper span for both.
+
+    The transverse amplitude is scaled to unit modal mass; stiffening is left out, on which no threshold
+    depends.
+    """
+    lanes, radius = modes.omega.shape, loops.radius[0]
+    travel = loops.length * np.sqrt(loops.density / spans.force)
+    number = np.clip(np.ceil(0.5 * modes.omega * travel / np.pi - 0.5), 1, HIGHEST_NUMBER)
+    stretch = 1.0 + spans.pretension / loops.rigidity
+    along = modes.omega * np.sqrt(loops.density / loops.rigidity)
+    across = number * np.pi / loops.length
+    bent = 0.5 * across**2 * (modes.load - modes.drive) * (1.0 + along**2 / (along**2 - 4.0 * across**2))
+    coupling = 0.5 * loops.rigidity / stretch**2 * bent / (0.5 * loops.density * loops.length)
+    turning = _turning(loops, modes)
+    free = np.full(lanes, 0.0 if loops.held else 1.0)
+    moving = sum(loops.masses) + 2.0 * loops.density * loops.length + loops.pendant[1]
+    values: dict[str, Any] = {
+        "natural": modes.omega,
+        "modal_mass": modes.mass,
+        "modal_damping": _modal_damping(loops, modes),
+        "rims": (modes.drive, modes.load),
+        "torque_arm": modes.motor / radius,
+        "rigid_arm": free / radius,
+        "rigid_mass": np.inf if loops.held else moving,
+        "rigid_damping": free * sum(viscous for viscous, _ in turning),
+        "cross_damping": free * sum(viscous * shape for viscous, shape in turning),
+        "coulomb_force": np.zeros(lanes),
+        "modes": (),
+        "transverse": (number * np.pi / travel)[None],
+        "transverse_mass": np.ones(1),
+        "transverse_damping": loops.transverse_damping,
+        "coupling": coupling[None],
+        "stiffening": np.zeros((1, 1)),
+        "slack_amplitude": spans.lowest / (loops.rigidity * _largest_slope(loops, modes)),
+        "uneven": np.zeros(1),
+        "load_radius": loops.radius[1],
+        "pretension": spans.pretension,
+        "axial_rigidity": loops.rigidity,
+        "tension_offset": np.zeros(1),
+    }
+    return AutoparametricModel(**values)
+
+
+def _turning(loops: LoopBatch, modes: PulleyModes) -> list[tuple[Array, Array]]:
+    """Friction at the rim of what turns with the rigid rotation [N s/m], and its displacement per q."""
+    arm = loops.radius[0] ** 2
+    return [
+        (loops.viscous[0] / arm, modes.drive),
+        (loops.viscous[1] / loops.radius[1] ** 2, modes.load),
+        (loops.motor_viscous / arm, modes.motor),
+    ]
+
+
+def _modal_damping(loops: LoopBatch, modes: PulleyModes) -> Array:
+    """Damping c_q of each pulley mode, `cabledrive.reduction.pulley_motion.modal_damping` [1/s]."""
+    arm, twist = loops.radius[0] ** 2, modes.motor - modes.drive
+    springs = loops.joint_stiffness * twist**2 + loops.holding_stiffness * modes.motor**2
+    strain = modes.omega**2 - springs / arm / modes.mass
+    lost = sum(viscous * shape**2 for viscous, shape in _turning(loops, modes))
+    lost = lost + loops.joint_damping / arm * twist**2
+    return np.asarray(loops.axial_damping / loops.rigidity * strain + lost / modes.mass)
+
+
+def _largest_slope(loops: LoopBatch, modes: PulleyModes) -> Array:
+    """Largest strain of each pulley mode per q [1/m]: inside a span where it has a node there."""
+    k = modes.omega * np.sqrt(loops.density / loops.rigidity)
+    near, far, phase = modes.drive, modes.load, k * loops.length
+    ends = np.maximum(np.abs(far - near * np.cos(phase)), np.abs(far * np.cos(phase) - near))
+    crest = np.sqrt(np.maximum(near**2 + far**2 - 2.0 * near * far * np.cos(phase), 0.0))
+    return np.asarray(k * np.where(near * far < 0.0, crest, ends) / np.sin(phase))
