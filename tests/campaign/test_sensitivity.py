@@ -59,6 +59,33 @@ def test_bootstrap_intervals_hold_the_truth_as_often_as_they_say():
     assert 0.86 <= held / asked <= 0.99, f"{held} of {asked}"
 
 
+def test_screening_finds_the_effects_of_a_product_and_a_line(tmp_path):
+    """y = x1 x2 - 3 x3 over [0, 2]: effects of x1 are 2 x2: mean 2, deviation 1.118."""
+    keys = "".join(f'"own.x{i}" = {{ from = 0, to = 2 }}\n' for i in (1, 2, 3, 4))
+    (tmp_path / "spec.toml").write_text(
+        f'drive = "dissertation-3"\n[vary]\n{keys}[design]\nkind = "morris"\nbase = 400\nseed = 5\n'
+    )
+
+    class Product(Ishigami):
+        def one(self, row):
+            return {"y": row.own["x1"] * row.own["x2"] - 3.0 * row.own["x3"]}
+
+    store = tmp_path / "store.zarr"
+    run_sweep(tmp_path / "spec.toml", store, computation=Product(), progress=False)
+    found = answer("sensitivity", str(store), "--output", "y")
+    assert (found["rows"], found["groups"], found["groups_left_out"]) == (2000, 400, 0)
+    assert next(iter(found["effects"])) == "own.x3"
+    line, idle = found["effects"]["own.x3"], found["effects"]["own.x4"]
+    assert line["mean"] == pytest.approx(-6.0)
+    assert line["mean_size"]["value"] == pytest.approx(6.0)
+    assert line["deviation"] == pytest.approx(0.0, abs=1e-12)
+    assert idle["mean_size"]["value"] == idle["deviation"] == 0.0
+    for key in ("own.x1", "own.x2"):
+        bent = found["effects"][key]
+        assert bent["mean_size"]["low"] <= 2.0 <= bent["mean_size"]["high"], bent
+        assert bent["deviation"] == pytest.approx(np.sqrt(1.25), rel=0.05)
+
+
 def test_refused_rows_leave_out_their_group_and_are_counted(tmp_path):
     (tmp_path / "spec.toml").write_text(
         'drive = "dissertation-3"\n[vary]\n"own.x" = { values = [1.0, 2.0, 3.0, 4.0] }\n'

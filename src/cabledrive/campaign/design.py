@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-KINDS = ("grid", "sobol", "halton", "lhs", "random", "list", "saltelli")
+KINDS = ("grid", "sobol", "halton", "lhs", "random", "list", "saltelli", "morris")
 LARGEST_SOBOL = 2**30
+MORRIS_LEVELS, MORRIS_STEP = 4, 0.5
 
 
 @runtime_checkable
@@ -185,3 +186,39 @@ class Saltelli:
         for axis in range(k):
             groups[:, 2 + axis, axis] = both[:, k + axis]
         return groups.reshape(-1, k)[first - begin * size : last - begin * size]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Morris:
+    """Paths of k + 1 rows through a grid of four levels: each step moves one axis, in random order.
+
+    The levels are the middles of quarters, so that distributions without ends have them too; a step is two
+    levels, half of the interval.
+    """
+
+    base: int
+    axes: int
+    seed: int
+    identity: str = "morris"
+
+    @property
+    def rows(self) -> int:
+        """N (k + 1)."""
+        return self.base * (self.axes + 1)
+
+    def points(self, first: int, last: int) -> Array:
+        """Points of the paths that these rows touch."""
+        size = self.axes + 1
+        begin, end = first // size, -(-last // size)
+        paths = np.concatenate(
+            [self._path(number) for number in range(begin, end)] or [np.empty((0, self.axes))]
+        )
+        return paths[first - begin * size : last - begin * size]
+
+    def _path(self, number: int) -> Array:
+        """One path, shape (k + 1, k), by its own random numbers."""
+        generator = np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=(number,)))
+        low, up = generator.integers(2, size=self.axes), generator.integers(2, size=self.axes)
+        order = generator.permutation(self.axes)
+        moved = np.argsort(order)[None, :] < np.arange(self.axes + 1)[:, None]
+        return np.asarray((low + 2 * (up ^ moved) + 0.5) / MORRIS_LEVELS)

@@ -12,6 +12,7 @@ from cabledrive.campaign.design import (
     Diagonal,
     Grid,
     LatinHypercube,
+    Morris,
     Random,
     Saltelli,
     Sequence,
@@ -21,6 +22,11 @@ from cabledrive.parameters.fields import nearest, written
 from cabledrive.parameters.toml_values import text_of, whole_of
 
 DESIGN_WORDS = ("kind", "rows", "seed", "base")
+GROUPED: dict[str, tuple[type[Saltelli] | type[Morris], int]] = {
+    "saltelli": (Saltelli, 2),
+    "morris": (Morris, 1),
+}
+"""Designs of groups of rows, each of k rows and so many more."""
 
 
 def design_of(table: Mapping[str, Any], axes: tuple[Axis, ...], seed: int) -> Design:
@@ -35,15 +41,15 @@ def design_of(table: Mapping[str, Any], axes: tuple[Axis, ...], seed: int) -> De
     kind = text_of("design.kind", table.get("kind", "list" if counted else "sobol"))
     if kind not in KINDS:
         raise InputRefused(f'design.kind = "{kind}" is not known{nearest(kind, KINDS)}')
-    if "base" in table and kind != "saltelli":
-        raise InputRefused(f"design.base is for kind = saltelli: give rows to {kind}")
+    if "base" in table and kind not in GROUPED:
+        raise InputRefused(f"design.base is for kind = saltelli or morris: give rows to {kind}")
     rows = whole_of("design.rows", table["rows"]) if "rows" in table else None
     if kind == "grid":
         return _grid(axes, rows)
     if kind == "list":
         return _list(axes, rows)
-    if kind == "saltelli":
-        return _saltelli(table, axes, rows, seed)
+    if kind in GROUPED:
+        return _grouped(kind, table, len(axes), rows, seed)
     if rows is None:
         raise InputRefused("design.rows is missing: give the number of rows")
     if kind == "random":
@@ -99,18 +105,20 @@ def _list(axes: tuple[Axis, ...], rows: int | None) -> Diagonal:
     return Diagonal(rows=length, axes=len(axes))
 
 
-def _saltelli(table: Mapping[str, Any], axes: tuple[Axis, ...], rows: int | None, seed: int) -> Saltelli:
-    size = len(axes) + 2
+def _grouped(kind: str, table: Mapping[str, Any], axes: int, rows: int | None, seed: int) -> Design:
+    """A design of as many groups as ``base`` says, or the rows make."""
+    make, more = GROUPED[kind]
+    size = axes + more
     if "base" not in table and rows is not None and rows % size == 0:
-        return Saltelli(base=rows // size, axes=len(axes), seed=seed)
+        return make(base=rows // size, axes=axes, seed=seed)
     if "base" not in table:
         shown = (
             "is missing"
             if rows is None
             else f"is missing, and rows = {written(rows)} is no multiple of {size}"
         )
-        raise InputRefused(f"design.base {shown}: give N, of which N (k + 2) = {size} N rows are made")
-    design = Saltelli(base=whole_of("design.base", table["base"]), axes=len(axes), seed=seed)
+        raise InputRefused(f"design.base {shown}: give N, of which N (k + {more}) = {size} N rows are made")
+    design = make(base=whole_of("design.base", table["base"]), axes=axes, seed=seed)
     if rows is not None and rows != design.rows:
         raise InputRefused(
             f"design.rows = {rows}, but base = {design.base} makes {design.rows}: give one of them"

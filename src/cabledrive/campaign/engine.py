@@ -3,9 +3,11 @@
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 
 from cabledrive.campaign import cluster, store
-from cabledrive.campaign.serial import in_this_process
+from cabledrive.campaign.serial import chunk_by_trial, in_this_process
+from cabledrive.campaign.spec import CampaignSpec
 from cabledrive.campaign.work import Plan, Report
 from cabledrive.parameters import InputRefused
 
@@ -17,8 +19,8 @@ class Engine:
     Attributes
     ----------
     name : str
-    workers : int
-        How many there are.
+    chunk : callable
+        Takes a SPEC and a store that is to be; returns rows of a chunk, by a trial.
     warm : callable
         Gets every machine ready for a plan, kernels compiled once on each.
     reports : callable
@@ -29,7 +31,7 @@ class Engine:
     """
 
     name: str
-    workers: int
+    chunk: Callable[[CampaignSpec, Path], int]
     warm: Callable[[Plan], None]
     reports: Callable[[Plan, Sequence[int]], Iterator[Report]]
     memory: Callable[[], float | None]
@@ -46,17 +48,19 @@ def chosen_engine(workers: int, scheduler: str | None, part: tuple[int, int] | N
     if part is not None and scheduler is not None:
         raise InputRefused("--part and --scheduler do not go together: give one of them")
     if part is not None or (scheduler is None and workers == 1):
-        yield _serial(words)
+        yield _serial(words, part[1] if part else 1)
     elif scheduler is None and not cluster.dask_at_hand():
-        yield _serial(words, f"dask is not installed, so rows ran in one process: {store.EXTRA}")
+        yield _serial(words, 1, f"dask is not installed, so rows ran in one process: {store.EXTRA}")
     else:
         with (
             cluster.local_workers(workers) if scheduler is None else cluster.distant_workers(scheduler)
         ) as client:
+            count = workers if scheduler is None else cluster.worker_count(client)
+            warmed: set[str] = set()
             yield Engine(
                 name=f"{workers} local workers" if scheduler is None else scheduler,
-                workers=workers if scheduler is None else cluster.worker_count(client),
-                warm=lambda plan: cluster.warm(client, plan),
+                chunk=lambda spec, path: cluster.chunk_by_trial(client, spec, count, warmed),
+                warm=lambda plan: cluster.warm(client, plan, warmed),
                 reports=lambda plan, todo: cluster.on_workers(client, plan, todo),
                 memory=cluster.worker_memory(client),
             )
@@ -67,10 +71,10 @@ def part_words(part: tuple[int, int] | None) -> str:
     return "" if part is None else f"{part[0]} of {part[1]}"
 
 
-def _serial(part: str, *notes: str) -> Engine:
+def _serial(part: str, parts: int, *notes: str) -> Engine:
     return Engine(
         name=f"this process, part {part}" if part else "this process",
-        workers=1,
+        chunk=lambda spec, path: chunk_by_trial(spec, path, parts, part),
         warm=lambda plan: None,
         reports=lambda plan, todo: in_this_process(plan, todo, part),
         memory=lambda: None,

@@ -2,18 +2,25 @@
 
 import dataclasses
 from collections.abc import Mapping, Sequence
+from functools import cache
 from typing import Any
 
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import key_of, nearest
 from cabledrive.parameters.tables import ARRAYS, HEAD, TABLES, drive_from_tables
-from cabledrive.studies.study.goals import QUANTITIES
 
 DRIVE, PLANT, MOTION, GOALS, COMPUTE, OWN = "drive", "plant", "motion", "goals", "compute", "own"
 MOTION_UNITS = {"angle": "rad", "rise": "s", "dwell": "s", "pulses": "count", "order": "count"}
-GOAL_UNITS = {**QUANTITIES, "pulses": "count", "order": "count"}
 WORD = ""
 """In place of a unit: a key that takes text, or true and false."""
+
+
+@cache
+def goal_units() -> dict[str, str]:
+    """SI unit of each goal of a study, by name; "count" for a whole number."""
+    from cabledrive.studies.study.goals import QUANTITIES  # a study brings most of the package with it
+
+    return {**QUANTITIES, "pulses": "count", "order": "count"}
 
 
 def unit_of(key: str, options: Mapping[str, str]) -> str:
@@ -27,7 +34,9 @@ def unit_of(key: str, options: Mapping[str, str]) -> str:
         return WORD
     if space == OWN and rest:
         return "1"
-    for name, units in ((MOTION, MOTION_UNITS), (GOALS, GOAL_UNITS), (COMPUTE, options)):
+    if space == GOALS:
+        return _known(key, rest, goal_units(), f"{GOALS}.")
+    for name, units in ((MOTION, MOTION_UNITS), (COMPUTE, options)):
         if space == name:
             return _known(key, rest, units, f"{name}.")
     return _unit_in_file(key, (rest if space == PLANT else key).split("."))

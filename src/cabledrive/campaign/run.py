@@ -12,7 +12,7 @@ from cabledrive.campaign.design import Design
 from cabledrive.campaign.engine import Engine, chosen_engine, part_words
 from cabledrive.campaign.progress import CampaignProgress
 from cabledrive.campaign.spec import CampaignSpec, read_spec
-from cabledrive.campaign.work import Plan, chosen_chunk
+from cabledrive.campaign.work import Plan
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.result_card import ResultCard
 
@@ -138,7 +138,7 @@ def run_sweep(
             if not _todo(plan, part):
                 return _result(plan, 0.0, time.monotonic() - began, "nothing: it was done before")
         with chosen_engine(workers, scheduler, part) as engine:
-            plan = _begun(spec, path, part[1] if part else engine.workers)
+            plan = _begun(spec, path, engine)
             engine.warm(plan)
             first, last = _run(plan, _todo(plan, part), engine, progress)
     return _result(plan, last - first, first - began, engine.name, engine.notes)
@@ -211,11 +211,10 @@ def stored_bytes(spec: CampaignSpec) -> float:
     return float(spec.design.rows) * (8 * numbers + SMALL)
 
 
-def _begun(spec: CampaignSpec, path: Path, workers: int) -> Plan:
+def _begun(spec: CampaignSpec, path: Path, engine: Engine) -> Plan:
     """The store, made where there is none; the first driver chooses the chunk."""
     if not (path / "zarr.json").is_file():
-        chunk = chosen_chunk(spec, workers)
-        store.create(path, spec, chunk)
+        store.create(path, spec, engine.chunk(spec, path))
     return Plan(spec=spec, store=path.resolve(), chunk=store.check_store(path, spec))
 
 

@@ -98,7 +98,7 @@ def sensitivity(store: str | Path, output: str, *, generator: np.random.Generato
     kind = results.attributes["campaign"]["design.kind"]
     if kind != "saltelli":
         raise InputRefused(
-            f'design.kind = "{kind}" has no groups for Sobol indices: sweep with kind = "saltelli", base = N'
+            f'design.kind = "{kind}" has no groups for indices: sweep with kind = "saltelli", base = N'
         ).at(str(store))
     groups = results.output(output).reshape(-1, len(axes) + 2)
     groups = np.where(results.code.reshape(groups.shape) == 0, groups, np.nan)

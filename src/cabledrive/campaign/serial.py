@@ -5,7 +5,26 @@ from contextlib import suppress
 from pathlib import Path
 
 from cabledrive.campaign.lone import do_alone
-from cabledrive.campaign.work import Plan, Report, do_chunk
+from cabledrive.campaign.spec import CampaignSpec
+from cabledrive.campaign.work import Plan, Report, chosen_chunk, do_chunk, untried_chunk
+
+
+def chunk_by_trial(spec: CampaignSpec, store: Path, workers: int, part: str) -> int:
+    """Rows of a chunk by a trial in this process; none where a trial had ended the driver before.
+
+    ``part``: of an array job, "1 of 4"; empty for the whole.
+    """
+    mark = _mark(store, "trial", part)
+    if spec.chunk is not None or mark.exists():
+        with suppress(OSError):
+            mark.unlink()
+        return untried_chunk(spec, workers)
+    mark.touch()
+    try:
+        return chosen_chunk(spec, workers)
+    finally:
+        with suppress(OSError):
+            mark.unlink()
 
 
 def in_this_process(plan: Plan, todo: Sequence[int], part: str) -> Iterator[Report]:
@@ -16,7 +35,7 @@ def in_this_process(plan: Plan, todo: Sequence[int], part: str) -> Iterator[Repo
 
     ``part``: of an array job, "1 of 4"; empty for the whole.
     """
-    mark = plan.store.with_name(f".{plan.store.name}-chunk{part and '-'}{part.replace(' ', '-')}")
+    mark = _mark(plan.store, "chunk", part)
     suspect = _noted(mark)
     try:
         for number in todo:
@@ -28,6 +47,10 @@ def in_this_process(plan: Plan, todo: Sequence[int], part: str) -> Iterator[Repo
     finally:
         with suppress(OSError):
             mark.unlink()
+
+
+def _mark(store: Path, what: str, part: str) -> Path:
+    return store.with_name(f".{store.name}-{what}{part and '-'}{part.replace(' ', '-')}")
 
 
 def _noted(mark: Path) -> int | None:

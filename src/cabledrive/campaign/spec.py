@@ -19,7 +19,7 @@ from cabledrive.campaign.computation import (
 )
 from cabledrive.campaign.design import Design
 from cabledrive.campaign.design_table import design_of
-from cabledrive.campaign.keys import DRIVE, GOAL_UNITS, MOTION_UNITS, si_tables, unit_of
+from cabledrive.campaign.keys import DRIVE, MOTION_UNITS, goal_units, si_tables, unit_of
 from cabledrive.campaign.vary import Varied, axes_of, varied_keys
 from cabledrive.parameters import Drive, InputRefused, content_hash, load_drive
 from cabledrive.parameters.fields import nearest
@@ -154,7 +154,7 @@ def spec_of(
     seed = whole_of("design.seed", table.get("seed", 0), least=0)
     laid_out = design or design_of(table, axes, seed)
     motion = _quantities(content, "motion", MOTION_UNITS)
-    goals = _quantities(content, "goals", GOAL_UNITS)
+    goals = _quantities(content, "goals", goal_units() if "goals" in content else {})
     identity: dict[str, Any] = {f"drive.{name}": content_hash(drive) for name, drive in drives.items()}
     identity |= _identity_of_keys(varied)
     identity |= {"design.kind": laid_out.identity, "design.rows": laid_out.rows, "design.seed": seed}

@@ -15,6 +15,8 @@ PROBE = 0.5
 """How long rows are tried to learn how long they take [s]."""
 MOST_ROWS = 50_000
 """Of a chunk: so that a campaign of fast rows has chunks to divide."""
+UNTRIED = 100
+"""Rows of a chunk where the trial ended its process."""
 CHUNKS_EACH = 4
 """Least chunks for each worker, where there are rows enough."""
 
@@ -83,9 +85,9 @@ def do_chunk(
 def chosen_chunk(spec: CampaignSpec, workers: int) -> int:
     """Rows of about five seconds of work, by a trial of the first rows; kernels are compiled by then."""
     rows = spec.design.rows
+    compute_rows(spec, 0, 1)
     if spec.chunk is not None:
         return min(spec.chunk, rows)
-    compute_rows(spec, 0, 1)
     tried, spent, count = 0, 0.0, 1
     while spent < PROBE and tried < rows:
         last = min(tried + count, rows)
@@ -96,3 +98,9 @@ def chosen_chunk(spec: CampaignSpec, workers: int) -> int:
     fitting = int(WORK * tried / max(spent, 1e-9))
     shared = -(-rows // (CHUNKS_EACH * workers))
     return max(1, min(fitting, shared, MOST_ROWS, rows))
+
+
+def untried_chunk(spec: CampaignSpec, workers: int) -> int:
+    """Rows of a chunk where the first rows cannot be tried."""
+    shared = -(-spec.design.rows // (CHUNKS_EACH * workers))
+    return min(spec.chunk or min(UNTRIED, shared), spec.design.rows)
