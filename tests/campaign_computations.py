@@ -2,6 +2,7 @@
 
 import os
 import signal
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -44,3 +45,16 @@ class Dangerous:
         if x == 3.0:
             raise InputRefused("x = 3 is refused: take another")
         return {"square": x * x + (row.seed % 7)}
+
+
+@dataclass(frozen=True)
+class Sleepy:
+    """Sine of ``own.x`` after a pause [s]."""
+
+    pause: float
+    identity: str = "sleepy"
+    outputs: tuple[Output, ...] = (Output(name="y", unit="1", meaning="sine of x"),)
+
+    def one(self, row: Row) -> dict[str, float]:
+        time.sleep(self.pause)
+        return {"y": np.sin(row.own["x"])}

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from cabledrive.campaign.design import Diagonal, Grid, LatinHypercube, Random, Saltelli, Sequence
+from cabledrive.campaign.design import Diagonal, Grid, LatinHypercube, Morris, Random, Saltelli, Sequence
 from cabledrive.campaign.rows import row_seeds
 
 DESIGNS = [
@@ -16,6 +16,7 @@ DESIGNS = [
     Random(rows=100, axes=3, seed=1),
     Diagonal(rows=100, axes=3),
     Saltelli(base=20, axes=3, seed=1),
+    Morris(base=25, axes=3, seed=1),
 ]
 
 
@@ -53,6 +54,15 @@ def test_groups_of_saltelli_exchange_one_column_at_a_time():
         expected[:, axis] = b[:, axis]
         np.testing.assert_array_equal(groups[:, 2 + axis], expected)
     assert not np.any(a == b)
+
+
+def test_each_step_of_morris_moves_one_axis_by_half_and_each_axis_once():
+    paths = Morris(base=50, axes=4, seed=2).points(0, 250).reshape(50, 5, 4)
+    steps = np.abs(np.diff(paths, axis=1))
+    np.testing.assert_array_equal(np.sort(steps, axis=2)[:, :, :3], 0.0)
+    np.testing.assert_array_equal(steps.sum(axis=1), 0.5)
+    assert set(np.unique(paths)) == {0.125, 0.375, 0.625, 0.875}
+    assert len(np.unique(np.argmax(steps, axis=2), axis=0)) > 15, "the order is random"
 
 
 def test_seeds_of_rows_differ_and_fit_a_double():

@@ -5,7 +5,6 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
 import xarray as xr
@@ -16,17 +15,11 @@ from cabledrive.campaign.spec import read_spec
 from cabledrive.campaign.store import check_store
 from cabledrive.campaign.work import Plan
 from campaign_computations import Dangerous
+from campaign_stores import contents
 from command import object_of, run
 
 SPEC = 'drive = "dissertation-3"\n[vary]\nown.x = { from = 0, to = 29 }\n[design]\nkind = "grid"\nrows = 30\n'
 CHUNK = "[compute]\nchunk = 4\n"
-
-
-def contents(store: Path) -> dict[str, bytes]:
-    """All files of a store but those of the times that rows took."""
-    files = (path for path in store.rglob("*") if path.is_file())
-    named = {str(path.relative_to(store)): path for path in files}
-    return {name: path.read_bytes() for name, path in named.items() if not name.startswith("time/")}
 
 
 def test_a_killed_worker_and_a_poisoned_row_leave_the_store_of_a_serial_run(tmp_path):

@@ -3,8 +3,8 @@ r"""Morris screening: elementary effects of each key along the paths of a design
 A step of a path moves key i by half of its interval; the effect :math:`d_i = \Delta f/0.5` is the change of
 the output per whole interval. Over the paths, :math:`\mu_i^* = \overline{|d_i|}` says how much a key matters
 (Campolongo et al., 2007), :math:`\mu_i = \overline{d_i}` in which direction, and the standard deviation
-:math:`\sigma_i` how far that depends on the other keys or bends. A path with a row that is not done is left out
-whole.
+:math:`\sigma_i` how far that depends on the other keys or bends. A path with a row that is not done is left
+out whole.
 """
 
 from dataclasses import dataclass
@@ -95,8 +95,8 @@ def screening(store: str | Path, output: str, *, generator: np.random.Generator)
     paths = int(np.count_nonzero(kept))
     if paths < FEWEST_GROUPS:
         raise InputRefused(
-            f"{paths} of {len(values)} paths are done in all their rows, {FEWEST_GROUPS} are needed: finish the "
-            "sweep, or narrow what is varied"
+            f"{paths} of {len(values)} paths are done in all their rows, {FEWEST_GROUPS} are needed: finish "
+            "the sweep, or narrow what is varied"
         ).at(str(store))
     seed = int(results.attributes["campaign"]["design.seed"])
     design = Morris(base=len(values), axes=len(names), seed=seed)

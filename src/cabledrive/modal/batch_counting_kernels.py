@@ -9,7 +9,9 @@ from cabledrive.modal import counting_kernels
 from cabledrive.modal.counting import CUT_SHARES as SHARES
 
 CLEAR = 1e-13
-"""Distance of a count from round-off, as in `cabledrive.modal.counting`."""
+"""Distance of a count from round-off, as in `cabledrive.modal.counting`: below, the ring is cut elsewhere."""
+CERTAIN = 1e-14
+"""Where no cut is clear, the clearest count stands from here on; the search of one chain takes any."""
 UNCLEAR = -1
 CUT_SHARES = np.array(SHARES)
 
@@ -72,4 +74,4 @@ def count_below(omega, times, masses, springs, impedance, pendant, closed, cut):
         )
         if margin > clearest:
             best, clearest = found, margin
-    return best if clearest > CLEAR else UNCLEAR
+    return best if clearest > CERTAIN else UNCLEAR

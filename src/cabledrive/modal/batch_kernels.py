@@ -116,6 +116,19 @@ def refine(low, high, times, masses, springs, impedance, pendant, closed, split,
 
 @njit_strict
 @for_kernels
+def at_rest(low, high, time):
+    """The mode of two equal spans that leaves both pulleys at rest, a multiple of half a turn each.
+
+    Elimination loses its digits there: the middle of a span between pulleys at rest meets no stiffness.
+    Returns a frequency between both, still to be proven, or NaN.
+    """
+    half_turns = floor(high * time / pi)
+    omega = half_turns * pi / time
+    return omega if half_turns >= 1.0 and omega >= low else np.nan
+
+
+@njit_strict
+@for_kernels
 def first_modes(times, masses, springs, impedance, pendant, closed, rigid, omegas, cut, stack, split, work):
     """The first natural frequencies of one chain, each proven by counts at both sides [rad/s].
 
@@ -184,6 +197,8 @@ def proven_mode(low, high, below, times, masses, springs, impedance, pendant, cl
             else:
                 low = middle
         omega = refine(low, high, times, masses, springs, impedance, pendant, closed, split, work)
+        if omega != omega and closed and times.size == 2 and times[0] == times[1]:
+            omega = at_rest(low, high, times[0])
         if omega == omega:
             under = count_below(
                 omega * (1.0 - ENCLOSURE), times, masses, springs, impedance, pendant, closed, cut

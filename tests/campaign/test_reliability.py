@@ -1,0 +1,167 @@
+"""Campaigns whose processes are killed again and again, and whose disk fills up: the store of a quiet run."""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from cabledrive.campaign import run_sweep
+from campaign_computations import Dangerous, Sleepy
+from campaign_stores import contents
+from command import object_of, run
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals and processes of POSIX")
+
+OWN = (
+    'drive = "dissertation-3"\n[vary]\nown.x = { from = 0, to = 1 }\n[design]\nkind = "random"\nrows = 600\n'
+)
+MODES = """
+drive = "dissertation-transporter"
+[vary]
+"cable.pretension" = { from = "3 N", to = "9 N" }
+[design]
+kind = "random"
+rows = 900
+[compute]
+what = "modes"
+chunk = 6
+count = 8
+"""
+
+
+def workers_of(driver):
+    """Processes that a process started, and those that they started, without the tracker of resources."""
+    import psutil
+
+    found = psutil.Process(driver).children(recursive=True)
+    return [one for one in found if "spawn_main" in " ".join(one.cmdline())]
+
+
+@pytest.mark.verify
+def test_a_random_worker_killed_every_five_seconds_until_the_end(tmp_path, measured):
+    (tmp_path / "spec.toml").write_text(OWN + "[compute]\nchunk = 10\n")
+    run_sweep(tmp_path / "spec.toml", tmp_path / "quiet.zarr", computation=Sleepy(0.0), progress=False)
+    ended, killed = threading.Event(), []
+
+    def kill():
+        chosen = random.Random(1)
+        while not ended.wait(5.0):
+            try:
+                victim = chosen.choice(workers_of(os.getpid()))
+                victim.kill()
+                killed.append(victim.pid)
+            except (IndexError, ProcessLookupError):
+                continue
+
+    killer = threading.Thread(target=kill)
+    killer.start()
+    try:
+        spec, store = tmp_path / "spec.toml", tmp_path / "wild.zarr"
+        found = run_sweep(spec, store, computation=Sleepy(0.1), workers=2, progress=False)
+    finally:
+        ended.set()
+        killer.join()
+    measured(f"{len(killed)} workers killed within {found.seconds:.0f} s, {found.done} of 600 rows done")
+    assert len(killed) >= 4
+    assert (found.done, found.refused, found.failed) == (600, 0, 0)
+    assert contents(tmp_path / "wild.zarr") == contents(tmp_path / "quiet.zarr")
+
+
+@pytest.mark.verify
+def test_a_driver_killed_at_ten_random_moments_ends_with_the_bytes_of_a_quiet_run(tmp_path, measured):
+    (tmp_path / "spec.toml").write_text(MODES)
+    whole, cut = tmp_path / "whole.zarr", tmp_path / "cut.zarr"
+    run_sweep(tmp_path / "spec.toml", whole, progress=False)
+    command = [sys.executable, "-m", "cabledrive", "sweep", str(tmp_path / "spec.toml"), "-o", str(cut)]
+    moments, reached = random.Random(3), []
+    for number in range(10):
+        driver = subprocess.Popen(
+            [*command, "--workers", "1" if number % 2 else "2"], stderr=subprocess.DEVNULL
+        )
+        before = len(list(cut.glob("code/c/*")))
+        # half of the moments lie before the first chunk of this driver, the others some chunks later
+        wanted, latest = before + moments.randrange(1, 12), time.monotonic() + moments.uniform(0.5, 6.0)
+        while driver.poll() is None:
+            later = len(list(cut.glob("code/c/*")))
+            if later >= wanted or (number % 3 == 0 and time.monotonic() > latest):
+                break
+            time.sleep(0.005)
+        assert driver.poll() is None, "the campaign ended before the driver was killed"
+        os.kill(driver.pid, signal.SIGKILL)
+        driver.wait()
+        reached.append(len(list(cut.glob("code/c/*"))))
+    resumed = run("sweep", tmp_path / "spec.toml", "-o", cut, "--workers", 1, "--json")
+    measured(f"chunks done when the driver was killed: {reached} of 150")
+    assert object_of(resumed.stdout)["done"] == 900, resumed.stderr
+    assert contents(cut) == contents(whole)
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    """A disk of 2 MB; skips where none can be mounted."""
+    place = tmp_path / "disk"
+    place.mkdir()
+    if os.system(f"mount -t tmpfs -o size=2m none {place} 2>/dev/null") != 0:
+        pytest.skip("no disk can be mounted here: needs the rights of an administrator")
+    yield place
+    os.system(f"umount {place}")
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_disk_that_fills_up_ends_the_sweep_in_a_line_and_room_lets_it_go_on(workers, small_disk, tmp_path):
+    (tmp_path / "spec.toml").write_text(MODES)
+    run_sweep(tmp_path / "spec.toml", tmp_path / "whole.zarr", progress=False)
+    (small_disk / "other").write_bytes(bytes(1_200_000))
+    arguments = ("sweep", tmp_path / "spec.toml", "-o", small_disk / "cut.zarr", "--workers", workers)
+    full = run(*arguments)
+    assert full.returncode in (2, 3), full
+    lines = [line for line in full.stderr.splitlines() if line.strip()]
+    assert "No space left on device" in lines[-1], full.stderr
+    done = len(list((small_disk / "cut.zarr").glob("code/c/*")))
+    assert 0 < done < 150
+    (small_disk / "other").unlink()
+    again = run(*arguments, "--json")
+    assert again.returncode == 0, again.stderr
+    assert contents(small_disk / "cut.zarr") == contents(tmp_path / "whole.zarr")
+
+
+@pytest.mark.verify
+def test_the_engine_takes_under_three_percent_of_chunks_of_five_seconds(tmp_path, measured):
+    """Rows that sleep need no processor: what a worker loses is the engine's and the store's."""
+    (tmp_path / "spec.toml").write_text(OWN.replace("600", "320") + "[compute]\nchunk = 10\n")
+    found = run_sweep(
+        tmp_path / "spec.toml",
+        tmp_path / "store.zarr",
+        computation=Sleepy(0.5),
+        workers=8,
+        progress=False,
+    )
+    data = xr.open_zarr(found.store).load()
+    ideal = float(data.time.sum()) / 8.0
+    lost = found.seconds / ideal - 1.0
+    measured(
+        f"32 chunks of 5 s on 8 sleeping workers: {found.seconds:.2f} s for {ideal:.2f} s, {100 * lost:.1f} %"
+    )
+    assert lost < 0.03
+
+
+def test_a_poisoned_first_row_with_a_chunk_that_is_tried_is_found_and_passed_over(tmp_path):
+    """Where the chunk is left open, the first rows are tried, and not in the driver, which they would end."""
+    (tmp_path / "spec.toml").write_text(
+        'drive = "dissertation-3"\n[vary]\nown.x = { from = 0, to = 9 }\n[design]\nkind = "grid"\nrows = 10\n'
+    )
+    wild = Dangerous(folder=str(tmp_path), poison=(0.0,))
+    spec, store = tmp_path / "spec.toml", tmp_path / "store.zarr"
+    found = run_sweep(spec, store, computation=wild, workers=2, progress=False)
+    assert (found.done, found.refused, found.failed) == (10, 1, 1)
+    data = xr.open_zarr(store).load()
+    assert data.code.values.tolist() == [3, 0, 0, 2, *[0] * 6]
+    np.testing.assert_array_equal(data.square[4:], np.arange(4, 10) ** 2 + data.seed[4:].values % 7)

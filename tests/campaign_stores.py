@@ -1,0 +1,10 @@
+"""Stores of campaigns compared byte by byte."""
+
+from pathlib import Path
+
+
+def contents(store: Path) -> dict[str, bytes]:
+    """All files of a store but those of the times that rows took."""
+    files = (path for path in store.rglob("*") if path.is_file())
+    named = {str(path.relative_to(store)): path for path in files}
+    return {name: path.read_bytes() for name, path in named.items() if not name.startswith("time/")}
