@@ -105,10 +105,10 @@ def test_a_driver_killed_at_ten_random_moments_ends_with_the_bytes_of_a_quiet_ru
 
 @pytest.fixture
 def small_disk(tmp_path):
-    """A disk of 2 MB; skips where none can be mounted."""
+    """A disk of 8 MB; skips where none can be mounted."""
     place = tmp_path / "disk"
     place.mkdir()
-    if os.system(f"mount -t tmpfs -o size=2m none {place} 2>/dev/null") != 0:
+    if os.system(f"mount -t tmpfs -o size=8m none {place} 2>/dev/null") != 0:
         pytest.skip("no disk can be mounted here: needs the rights of an administrator")
     yield place
     os.system(f"umount {place}")
@@ -119,7 +119,7 @@ def small_disk(tmp_path):
 def test_a_disk_that_fills_up_ends_the_sweep_in_a_line_and_room_lets_it_go_on(workers, small_disk, tmp_path):
     (tmp_path / "spec.toml").write_text(MODES)
     run_sweep(tmp_path / "spec.toml", tmp_path / "whole.zarr", progress=False)
-    (small_disk / "other").write_bytes(bytes(1_200_000))
+    (small_disk / "other").write_bytes(bytes(6_000_000))
     arguments = ("sweep", tmp_path / "spec.toml", "-o", small_disk / "cut.zarr", "--workers", workers)
     full = run(*arguments)
     assert full.returncode in (2, 3), full

@@ -49,7 +49,7 @@ def local_workers(count: int) -> Iterator[Any]:
             threads_per_worker=1,
             processes=True,
             host="127.0.0.1",
-            scheduler_kwargs={"dashboard": False},
+            dashboard_address="127.0.0.1:0",
             local_directory=_scratch(),
         )
         with cluster, Client(cluster) as client:
