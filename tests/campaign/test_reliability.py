@@ -45,6 +45,7 @@ def workers_of(driver):
 
 
 @pytest.mark.verify
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning", "ignore::ResourceWarning")
 def test_a_random_worker_killed_every_five_seconds_until_the_end(tmp_path, measured):
     (tmp_path / "spec.toml").write_text(OWN + "[compute]\nchunk = 10\n")
     run_sweep(tmp_path / "spec.toml", tmp_path / "quiet.zarr", computation=Sleepy(0.0), progress=False)
