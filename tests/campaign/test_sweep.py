@@ -304,3 +304,17 @@ def test_thresholds_at_once_equal_those_of_the_single_command(name, tmp_path, me
             largest, float(np.nanmax(np.abs(one - other) / np.maximum(np.abs(other), 1e-3), initial=0))
         )
     measured(f"largest relative difference of a number of `resonance`: {largest:.1e}")
+
+
+def test_keys_of_a_machine_with_routes_are_varied_by_name_and_its_head_is_moved(sweep):
+    text = 'drive = "corexy"\n[vary]\n"head.x" = { values = ["10 cm", "20 cm", "9 m"] }\n'
+    text += '"body.head.mass" = { values = ["0.3 kg", "0.4 kg", "0.4 kg"] }\n[design]\nkind = "list"\n'
+    found, data = sweep(text + '[compute]\nwhat = "modes"\ncount = 3\n')
+    assert (found["done"], found["refused"], found["failed"]) == (3, 1, 0)
+    moved = ["--set", "head.x=20 cm", "--set", "body.head.mass=0.4 kg"]
+    alone = answer("modes", "corexy", *moved, "--count", "3")
+    along = [mode for mode in alone["modes"] if mode["kind"] == "longitudinal"]
+    expected = np.repeat([m["frequency_hz"] for m in along], [m["multiplicity"] for m in along])[:3]
+    np.testing.assert_allclose(data.longitudinal_hz[1], expected, rtol=1e-9)
+    assert data["head.x"].attrs["units"] == "m"
+    assert "head.x" in str(data.reason.values[2])

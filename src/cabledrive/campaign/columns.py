@@ -10,6 +10,7 @@ from cabledrive.campaign.spec import CampaignSpec
 from cabledrive.modal.loop_batch import LoopBatch
 from cabledrive.parameters import Drive
 from cabledrive.parameters.fields import LARGEST, SMALLEST
+from cabledrive.parameters.route import RoutedDrive
 
 Array = NDArray[np.float64]
 
@@ -58,7 +59,9 @@ def are_plain_loops(spec: CampaignSpec) -> bool:
     )
 
 
-def _is_plain_loop(drive: Drive) -> bool:
+def _is_plain_loop(drive: Drive | RoutedDrive) -> bool:
+    if isinstance(drive, RoutedDrive):
+        return False
     turning = not any(pulley.fixed for pulley in drive.pulley)
     return drive.kind == "loop" and not drive.carriage and turning
 
@@ -137,5 +140,5 @@ def loops_of(spec: CampaignSpec, values: Mapping[str, NDArray[Any]]) -> LoopBatc
         holding_stiffness=column("motor.holding_stiffness"),
         flexible=has("motor.joint_stiffness"),
         held=has("motor.holding_stiffness"),
-        gravity_across=drive.layout.gravity_across,
+        gravity_across=drive.layout.gravity_across,  # type: ignore[union-attr]  # a plain loop
     )

@@ -7,7 +7,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters import InputRefused
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.toml_values import flag_of, quantities_of, quantity_of, text_of, whole_of
 
@@ -47,9 +47,9 @@ class Row:
 
     Attributes
     ----------
-    drive : Drive
+    drive : Drive or RoutedDrive
         As the law believes it to be.
-    plant : Drive or None
+    plant : Drive, RoutedDrive or None
         As it is, where keys under ``plant.`` are varied.
     motion, goals, options, own : mapping
         Values of the SPEC with those of this row, in SI.
@@ -57,8 +57,8 @@ class Row:
         Of the row's random numbers.
     """
 
-    drive: Drive
-    plant: Drive | None
+    drive: Any
+    plant: Any
     motion: Mapping[str, Any]
     goals: Mapping[str, Any]
     options: Mapping[str, Any]

@@ -7,7 +7,9 @@ from typing import Any
 
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import key_of, nearest
+from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.tables import ARRAYS, HEAD, TABLES, drive_from_tables
+from cabledrive.studies.varied_drive import quantity_of, varied_together
 
 DRIVE, PLANT, MOTION, GOALS, COMPUTE, OWN = "drive", "plant", "motion", "goals", "compute", "own"
 MOTION_UNITS = {"angle": "rad", "rise": "s", "dwell": "s", "pulses": "count", "order": "count"}
@@ -23,10 +25,11 @@ def goal_units() -> dict[str, str]:
     return {**QUANTITIES, "pulses": "count", "order": "count"}
 
 
-def unit_of(key: str, options: Mapping[str, str]) -> str:
+def unit_of(key: str, options: Mapping[str, str], routed: RoutedDrive | None = None) -> str:
     """SI unit of a key, "1" for a plain number, "count" for a whole one, "" for text or true and false.
 
-    ``options``: units of the numbers that the computation takes, by name.
+    ``options``: units of the numbers that the computation takes, by name; ``routed``: the machine, where it
+    has routes.
     Raises `InputRefused` if the key is unknown.
     """
     space, _, rest = key.partition(".")
@@ -39,7 +42,8 @@ def unit_of(key: str, options: Mapping[str, str]) -> str:
     for name, units in ((MOTION, MOTION_UNITS), (COMPUTE, options)):
         if space == name:
             return _known(key, rest, units, f"{name}.")
-    return _unit_in_file(key, (rest if space == PLANT else key).split("."))
+    own = rest if space == PLANT else key
+    return _unit_in_file(key, own.split(".")) if routed is None else quantity_of(routed, own)[0]
 
 
 def _known(key: str, name: str, units: Mapping[str, str], place: str) -> str:
@@ -70,8 +74,13 @@ def _unit_in_file(key: str, path: Sequence[str]) -> str:
     return WORD if unit is None else unit
 
 
-def si_tables(drive: Drive) -> dict[str, Any]:
-    """A drive as the tables of its file, quantities as plain numbers in SI; defaults are left out."""
+def si_tables(drive: Drive | RoutedDrive) -> dict[str, Any]:
+    """A drive as the tables of its file, quantities as plain numbers in SI; defaults are left out.
+
+    Of a machine with routes there is no need of them: empty.
+    """
+    if isinstance(drive, RoutedDrive):
+        return {}
     data: dict[str, Any] = {key: getattr(drive, key) for key in HEAD}
     for key in TABLES:
         if getattr(drive, key) is not None:
@@ -90,12 +99,19 @@ def _plain(table: Any) -> dict[str, Any]:
     }
 
 
-def drive_with(tables: Mapping[str, Any], settings: Mapping[str, Any]) -> Drive:
+def drive_with(
+    drive: Drive | RoutedDrive, tables: Mapping[str, Any], settings: Mapping[str, Any]
+) -> Drive | RoutedDrive:
     """The drive of one row.
 
-    ``tables``: from `si_tables`, left as they are; ``settings``: values by key of the drive file, in SI.
+    ``tables``: from `si_tables` of the drive, left as they are; ``settings``: values by key of the drive
+    file, in SI.
     Raises `InputRefused` if the drive is none.
     """
+    if not settings:
+        return drive
+    if isinstance(drive, RoutedDrive):
+        return varied_together(drive, settings)
     data = {
         key: dict(value)
         if isinstance(value, dict)

@@ -167,9 +167,8 @@ def _file_of(results: Results, row: int) -> str:
         values[key] = float(value) if kind == "f" else bool(value) if kind == "i" else str(value)
     name = values.get(DRIVE, next(iter(files)))
     try:
-        drive = drive_with(
-            si_tables(drive_from_tables(toml_of(files[name].encode()))), settings_of(values, "")
-        )
+        base = drive_from_tables(toml_of(files[name].encode()))
+        drive = drive_with(base, si_tables(base), settings_of(values, ""))
     except InputRefused:
         return ""
     return "data:application/toml;base64," + b64encode(drive_text(drive).encode()).decode()

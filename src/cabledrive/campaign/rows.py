@@ -155,12 +155,11 @@ def row_of(spec: CampaignSpec, values: Mapping[str, Any], seed: int) -> Row:
     plain = {key: _plain(value, spec.units.get(key, "1")) for key, value in values.items()}
     name = plain.get(DRIVE, next(iter(spec.drives)))
     settings, plant = settings_of(plain, ""), settings_of(plain, PLANT)
-    tables = spec.tables[name]
-    drive = drive_with(tables, settings) if settings else spec.drives[name]
+    base, tables = spec.drives[name], spec.tables[name]
     options = getattr(spec.computation, "options", {})
     return Row(
-        drive=drive,
-        plant=drive_with(tables, settings | plant) if plant else None,
+        drive=drive_with(base, tables, settings),
+        plant=drive_with(base, tables, settings | plant) if plant else None,
         motion=dict(spec.motion) | settings_of(plain, MOTION),
         goals=dict(spec.goals) | settings_of(plain, GOALS),
         options=options | settings_of(plain, COMPUTE),

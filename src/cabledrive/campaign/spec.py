@@ -23,7 +23,7 @@ from cabledrive.campaign.keys import DRIVE, MOTION_UNITS, goal_units, si_tables,
 from cabledrive.campaign.vary import Varied, axes_of, varied_keys
 from cabledrive.parameters import Drive, InputRefused, content_hash, load_drive
 from cabledrive.parameters.fields import nearest
-from cabledrive.parameters.route.drive import require_two_pulleys
+from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.toml_values import quantity_of, read_toml, table_of, text_of, whole_of
 
 TABLES = ("drive", "vary", "design", "compute", "motion", "goals")
@@ -36,7 +36,7 @@ class CampaignSpec:
 
     Attributes
     ----------
-    drives : dict of str to Drive
+    drives : dict of str to Drive or RoutedDrive
         By the name that the SPEC gives.
     axes : tuple of Axis
     design : Design
@@ -50,7 +50,7 @@ class CampaignSpec:
         Everything that bears on the results, by key of the SPEC.
     """
 
-    drives: dict[str, Drive]
+    drives: dict[str, Drive | RoutedDrive]
     axes: tuple[Axis, ...]
     design: Design
     computation: Computation
@@ -144,12 +144,17 @@ def spec_of(
     vary = dict(table_of("vary", content.get("vary", {})))
     if len(drives) > 1:
         vary = {DRIVE: {"values": list(drives)}} | vary
-    varied = varied_keys(vary, lambda key: unit_of(key, options), folder)
+    routed = next((drive for drive in drives.values() if isinstance(drive, RoutedDrive)), None)
+
+    def unit(key: str) -> str:
+        return unit_of(key, options, routed)
+
+    varied = varied_keys(vary, unit, folder)
     if not varied:
         raise InputRefused("vary is empty: name at least one key and its values")
     if isinstance(made, NamedComputation):
         check_required(made, varied)
-    axes = axes_of(vary, lambda key: unit_of(key, options), folder)
+    axes = axes_of(vary, unit, folder)
     table = table_of("design", content.get("design", {}))
     seed = whole_of("design.seed", table.get("seed", 0), least=0)
     laid_out = design or design_of(table, axes, seed)
@@ -180,16 +185,15 @@ def _identity_of_keys(varied: Mapping[str, Varied]) -> dict[str, Any]:
     return {f"vary.{key}.{word}": value for key, one in varied.items() for word, value in one.said.items()}
 
 
-def _drives(given: Any, folder: Path) -> dict[str, Drive]:
+def _drives(given: Any, folder: Path) -> dict[str, Drive | RoutedDrive]:
     names = given if isinstance(given, list) else [given]
     if given is None or not names:
         raise InputRefused('drive is missing: write drive = "NAME or path", or a list of them')
-    found = {}
+    found: dict[str, Drive | RoutedDrive] = {}
     for name in names:
         word = text_of("drive", name)
         beside = folder / word
         found[word] = load_drive(beside if beside.is_file() else word)
-        require_two_pulleys(found[word], "`sweep`")
     return found
 
 

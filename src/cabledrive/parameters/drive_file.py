@@ -107,12 +107,12 @@ def save_drive(drive: Drive, path: str | Path, *, force: bool = False) -> Path:
     return write_whole(path, drive_text(drive), force=force)
 
 
-def drive_text(drive: Drive) -> str:
+def drive_text(drive: Drive | RoutedDrive) -> str:
     """Text of the drive's file: SI values, each with its unit.
 
     Parameters
     ----------
-    drive : Drive
+    drive : Drive or RoutedDrive
 
     Returns
     -------

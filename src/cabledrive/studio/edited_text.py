@@ -30,7 +30,7 @@ def text_with(text: str, drive: Drive | RoutedDrive, settings: tuple[tuple[str, 
     with suppress(InputRefused):
         if drive_from_text(edited) == drive:
             return edited
-    return drive_text(drive)  # type: ignore[arg-type]  # takes both kinds
+    return drive_text(drive)  # takes both kinds
 
 
 def _with(lines: list[str], key: str, value: str) -> list[str]:
