@@ -154,6 +154,7 @@ def test_the_engine_takes_under_three_percent_of_chunks_of_five_seconds(tmp_path
     assert lost < 0.03
 
 
+@pytest.mark.verify
 def test_a_poisoned_first_row_with_a_chunk_that_is_tried_is_found_and_passed_over(tmp_path):
     """Where the chunk is left open, the first rows are tried, and not in the driver, which they would end."""
     (tmp_path / "spec.toml").write_text(

@@ -8,9 +8,8 @@ from typing import Any
 
 from cabledrive.campaign.lone import do_alone
 from cabledrive.campaign.rows import compute_rows
-from cabledrive.campaign.spec import CampaignSpec
 from cabledrive.campaign.store import EXTRA
-from cabledrive.campaign.work import Plan, Report, chosen_chunk, do_chunk, untried_chunk
+from cabledrive.campaign.work import Plan, Report, do_chunk
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.version import __version__
 
@@ -130,44 +129,16 @@ def _quiet_logs() -> Iterator[None]:
             logger.setLevel(level)
 
 
-def chunk_by_trial(client: Any, spec: CampaignSpec, workers: int, warmed: set[str]) -> int:
-    """Rows of a chunk by a trial on a worker, whose machine is warm then; a fixed number where it ends there.
-
-    ``warmed``: machines, by host; filled.
-    """
-    from distributed import KilledWorker
-
-    host, address = next(iter(_one_of_each_host(client).items()))
-    future = client.submit(
-        chosen_chunk, spec, workers, workers=[address], pure=False, allow_other_workers=True
-    )
-    try:
-        chunk: int = future.result()
-    except (KilledWorker, MemoryError):
-        return untried_chunk(spec, workers)
-    warmed.add(host)
-    return chunk
-
-
-def warm(client: Any, plan: Plan, warmed: set[str]) -> None:
-    """Compute the first row once on each machine, so that its kernels are compiled by one process.
-
-    ``warmed``: machines that are warm already, by host.
-    """
-    futures = [
-        client.submit(_first_row, plan, workers=[address], pure=False, allow_other_workers=False)
-        for host, address in _one_of_each_host(client).items()
-        if host not in warmed
-    ]
-    client.gather(futures, errors="skip")
-
-
-def _one_of_each_host(client: Any) -> dict[str, str]:
-    """Address of one worker of each machine, by its host."""
+def warm(client: Any, plan: Plan) -> None:
+    """Compute the first row once on each machine, so that its kernels are compiled by one process."""
     hosts: dict[str, str] = {}
     for address, worker in client.scheduler_info(n_workers=-1)["workers"].items():
         hosts.setdefault(worker["host"], address)
-    return hosts
+    futures = [
+        client.submit(_first_row, plan, workers=[address], pure=False, allow_other_workers=False)
+        for address in hosts.values()
+    ]
+    client.gather(futures, errors="skip")
 
 
 def _first_row(plan: Plan) -> None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cabledrive.campaign import cluster, store
+from cabledrive.campaign.lone import trial_alone
 from cabledrive.campaign.serial import chunk_by_trial, in_this_process
 from cabledrive.campaign.spec import CampaignSpec
 from cabledrive.campaign.work import Plan, Report
@@ -56,11 +57,21 @@ def chosen_engine(workers: int, scheduler: str | None, part: tuple[int, int] | N
             cluster.local_workers(workers) if scheduler is None else cluster.distant_workers(scheduler)
         ) as client:
             count = workers if scheduler is None else cluster.worker_count(client)
-            warmed: set[str] = set()
+            tried: set[int] = set()  # then kernels are compiled on this machine
+
+            def chunk(spec: CampaignSpec, path: Path) -> int:
+                rows = trial_alone(spec, count)
+                tried.add(rows)
+                return rows
+
+            def warm(plan: Plan) -> None:
+                if scheduler is not None or not tried:
+                    cluster.warm(client, plan)
+
             yield Engine(
                 name=f"{workers} local workers" if scheduler is None else scheduler,
-                chunk=lambda spec, path: cluster.chunk_by_trial(client, spec, count, warmed),
-                warm=lambda plan: cluster.warm(client, plan, warmed),
+                chunk=chunk,
+                warm=warm,
                 reports=lambda plan, todo: cluster.on_workers(client, plan, todo),
                 memory=cluster.worker_memory(client),
             )

@@ -1,16 +1,42 @@
-"""A chunk whose process died, once more in a process of its own: rows that end it are found and marked."""
+"""Rows in a process of their own, which they may end: a trial of the first ones, a chunk that ended another."""
 
 import multiprocessing
 import signal
 from multiprocessing.sharedctypes import Synchronized
 from typing import Any
 
-from cabledrive.campaign.work import Plan, Report, do_chunk
+from cabledrive.campaign.spec import CampaignSpec
+from cabledrive.campaign.work import Plan, Report, chosen_chunk, do_chunk, untried_chunk
 from cabledrive.parameters import NotComputed
 
 CERTAIN = 2
 """Times that a process has to end at the same row before the row is blamed."""
 STARTING = -1
+
+
+def trial_alone(spec: CampaignSpec, workers: int) -> int:
+    """Rows of a chunk by a trial of the first rows; a fixed number where they end their process.
+
+    ``workers``: that share the rows.
+    """
+    context = multiprocessing.get_context("spawn")
+    reader, writer = context.Pipe(duplex=False)
+    child = context.Process(target=_try_rows, args=(spec, workers, writer), daemon=True)
+    child.start()
+    writer.close()
+    try:
+        rows: int = reader.recv()
+    except EOFError:
+        return untried_chunk(spec, workers)
+    finally:
+        child.join()
+        reader.close()
+    return rows
+
+
+def _try_rows(spec: CampaignSpec, workers: int, writer: Any) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the driver's business
+    writer.send(chosen_chunk(spec, workers))
 
 
 def do_alone(number: int, plan: Plan) -> Report:
