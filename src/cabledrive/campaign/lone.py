@@ -1,4 +1,4 @@
-"""Rows in a process of their own, which they may end: a trial of the first ones, a chunk that ended another."""
+"""Rows in a process of their own, which they may end: a trial of the first ones, a chunk that ended one."""
 
 import multiprocessing
 import signal
