@@ -3,18 +3,20 @@
 import os
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any
 
 from cabledrive.campaign.lone import do_alone
 from cabledrive.campaign.rows import compute_rows
 from cabledrive.campaign.store import EXTRA
 from cabledrive.campaign.work import Plan, Report, do_chunk
-from cabledrive.parameters import InputRefused
+from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.version import __version__
 
 ALLOWED_FAILURES = 2
 """Workers that may end while they hold a chunk, before the chunk is computed alone."""
+STARTS = 3
+"""Times that local workers are begun."""
 PATIENCE = 20.0
 """Until a scheduler has to answer [s]."""
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
@@ -35,7 +37,7 @@ def dask_at_hand() -> bool:
 def local_workers(count: int) -> Iterator[Any]:
     """A client of worker processes on this machine, one thread each, that end with this process."""
     import dask
-    from distributed import Client, LocalCluster
+    from distributed import Client
 
     settings = {
         "distributed.scheduler.allowed-failures": ALLOWED_FAILURES,
@@ -43,16 +45,28 @@ def local_workers(count: int) -> Iterator[Any]:
         "distributed.worker.daemon": True,
     }
     with _quiet_logs(), dask.config.set(settings):
-        cluster = LocalCluster(
-            n_workers=count,
-            threads_per_worker=1,
-            processes=True,
-            host="127.0.0.1",
-            dashboard_address="127.0.0.1:0",
-            local_directory=_scratch(),
-        )
-        with cluster, Client(cluster) as client:
+        with _started(count) as cluster, Client(cluster) as client:
             yield client
+
+
+def _started(count: int) -> Any:
+    """A cluster of worker processes; begun anew where a worker ends before it is up.
+
+    Raises `NotComputed` if that happens every time.
+    """
+    from distributed import LocalCluster
+
+    for _ in range(STARTS):
+        with suppress(RuntimeError):
+            return LocalCluster(
+                n_workers=count,
+                threads_per_worker=1,
+                processes=True,
+                host="127.0.0.1",
+                dashboard_address="127.0.0.1:0",
+                local_directory=_scratch(),
+            )
+    raise NotComputed(f"workers end before they are up, {STARTS} times: take fewer, or --workers 1")
 
 
 def _scratch() -> str:
