@@ -44,9 +44,8 @@ def local_workers(count: int) -> Iterator[Any]:
         "distributed.nanny.pre-spawn-environ": ONE_THREAD | QUIET,
         "distributed.worker.daemon": True,
     }
-    with _quiet_logs(), dask.config.set(settings):
-        with _started(count) as cluster, Client(cluster) as client:
-            yield client
+    with _quiet_logs(), dask.config.set(settings), _started(count) as cluster, Client(cluster) as client:
+        yield client
 
 
 def _started(count: int) -> Any:
