@@ -9,10 +9,10 @@ from cabledrive.mechanics import (
     ExactLaw,
     LinearLaw,
     derived_quantities,
-    practitioner_warnings,
+    drive_warnings,
 )
 from cabledrive.modal import Certificate, Mode, Modes, modes, natural_frequencies
-from cabledrive.old_names import keep_old_names
+from cabledrive.old_names import by_old_name, keep_old_names
 from cabledrive.parameters import (
     Cable,
     Carriage,
@@ -57,30 +57,33 @@ if TYPE_CHECKING:
 keep_old_names()
 
 # Loaded when first asked for, with the libraries they need.
-__getattr__ = on_demand(
+__getattr__ = by_old_name(
     __name__,
-    {
-        "LumpedChain": "reduction",
-        "OwnController": "control",
-        "OwnPlant": "rig",
-        "compare": "studies.controller_comparison",
-        "experiment": "rig.bench.experiment",
-        "export_to": "export",
-        "frequency_against": "studies",
-        "frequency_against_carriage_position": "studies",
-        "identify": "identification.one_log",
-        "map_modes": "studies.mode_map",
-        "read_log": "identification.logs.reading",
-        "reproduce": "dissertation",
-        "resonance": "studies.resonance",
-        "response": "identification.log_response",
-        "run_study": "studies.study",
-        "run_sweep": "campaign",
-        "shaper": "identification.printer_shaper",
-        "simulate": "simulation",
-        "track": "rig",
-        "write_report": "report",
-    },
+    on_demand(
+        __name__,
+        {
+            "LumpedChain": "reduction",
+            "OwnController": "control",
+            "OwnPlant": "rig",
+            "compare": "studies.controller_comparison",
+            "experiment": "rig.bench.experiment",
+            "export_to": "export",
+            "frequency_against": "studies",
+            "frequency_against_carriage_position": "studies",
+            "identify": "identification.one_log",
+            "map_modes": "studies.mode_map",
+            "read_log": "identification.logs.reading",
+            "reproduce": "dissertation",
+            "resonance": "studies.resonance",
+            "response": "identification.log_response",
+            "run_study": "studies.study",
+            "run_sweep": "campaign",
+            "shaper": "identification.printer_shaper",
+            "simulate": "simulation",
+            "track": "rig",
+            "write_report": "report",
+        },
+    ),
 )
 
 __all__ = [
@@ -110,6 +113,7 @@ __all__ = [
     "content_hash",
     "derived_quantities",
     "drive_schema",
+    "drive_warnings",
     "experiment",
     "export_to",
     "frequency_against",
@@ -120,7 +124,6 @@ __all__ = [
     "modes",
     "natural_frequencies",
     "packaged_drives",
-    "practitioner_warnings",
     "read_log",
     "reproduce",
     "resonance",

@@ -2,7 +2,7 @@
 
 import importlib
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
 from types import ModuleType
@@ -49,6 +49,9 @@ MOVED = {
     "cabledrive.trajectories.waypoints": "cabledrive.trajectories.segments",
 }
 RENAMED = {  # module at its present path: old name of a function or class, and its present one
+    "cabledrive": {"practitioner_warnings": "drive_warnings"},
+    "cabledrive.mechanics": {"practitioner_warnings": "drive_warnings"},
+    "cabledrive.mechanics.warnings": {"practitioner_warnings": "drive_warnings"},
     "cabledrive.identification.innovations": {"Foreseen": "Prediction", "foreseen": "predicted_angles"},
     "cabledrive.identification.loop_check": {"free_plays": "backlash_widths"},
     "cabledrive.identification.axis_problem": {
@@ -152,15 +155,22 @@ class _WithOldNames(SourceFileLoader):
 
     def exec_module(self, module: ModuleType) -> None:
         super().exec_module(module)
-        names, room = RENAMED[module.__name__], module.__name__
+        vars(module)["__getattr__"] = by_old_name(module.__name__, vars(module).get("__getattr__"))
 
-        def find(old: str) -> Any:
-            if old not in names:
-                raise AttributeError(f"module {room!r} has no attribute {old!r}")
+
+def by_old_name(room: str, otherwise: Callable[[str], Any] | None = None) -> Callable[[str], Any]:
+    """What a module looks names up with that it does not hold: by the former name, else as it did before."""
+    names = RENAMED[room]
+
+    def find(old: str) -> Any:
+        if old in names:
             _warn(f"{room}.{old}", f"{room}.{names[old]}")
-            return getattr(module, names[old])
+            return getattr(sys.modules[room], names[old])
+        if otherwise is None:
+            raise AttributeError(f"module {room!r} has no attribute {old!r}")
+        return otherwise(old)
 
-        vars(module)["__getattr__"] = find
+    return find
 
 
 def _warn(old: str, new: str) -> None:

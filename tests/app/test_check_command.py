@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import cabledrive as cd
-from cabledrive.mechanics.warnings import practitioner_warnings
+from cabledrive.mechanics.warnings import drive_warnings
 from cabledrive.modal.lowest import derived_with_lowest
 from command import answer, call, object_of, refusal, the_line
 from drive_mutations import FILES, mutants
@@ -20,7 +20,7 @@ def test_packaged_drives_are_valid_and_reported_as_in_python(name):
     found = answer("check", name)
     assert (found["valid"], found["drive_hash"]) == (True, cd.content_hash(drive))
     assert found["derived"] == derived_with_lowest(drive)
-    assert found["warnings"] == list(practitioner_warnings(drive))
+    assert found["warnings"] == list(drive_warnings(drive))
 
 
 def test_derived_quantities_of_the_contract_are_there():
@@ -34,7 +34,7 @@ def test_derived_quantities_of_the_contract_are_there():
 
 def test_warnings_are_shown_to_people():
     text = call("check", "dissertation-3").stdout
-    for line in practitioner_warnings(cd.load_drive("dissertation-3")):
+    for line in drive_warnings(cd.load_drive("dissertation-3")):
         assert f"Warning: {line}.\n" in text
     assert "Warning" not in call("check", "dissertation-1").stdout
 

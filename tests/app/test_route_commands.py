@@ -86,7 +86,7 @@ def test_a_ping_of_a_route_is_refused(tmp_path):
         lambda drive: cd.track(drive),
         lambda drive: cd.resonance(drive),
         lambda drive: cd.derived_quantities(drive),
-        lambda drive: cd.practitioner_warnings(drive),
+        lambda drive: cd.drive_warnings(drive),
         lambda drive: cd.modes(drive, at_torque=1.0),
         lambda drive: drive.span_length,
     ],

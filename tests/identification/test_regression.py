@@ -1,10 +1,14 @@
-"""Least squares by segments: one QR's estimate, errors that survive colour, blind directions in words."""
+"""Least squares by segments: one QR's estimate, errors that survive colour, unidentifiable directions."""
 
 import numpy as np
 import pytest
 from scipy import signal
 
-from cabledrive.identification.identifiability import blind_parameters, blind_words, weak_parameters
+from cabledrive.identification.identifiability import (
+    unidentifiable_parameters,
+    unidentifiable_words,
+    weak_parameters,
+)
 from cabledrive.identification.regression import (
     bootstrap,
     factor,
@@ -76,8 +80,8 @@ def test_two_regressors_that_are_one_are_named_and_get_no_number():
     phi, y = coloured(np.random.default_rng(6))
     phi[:, 2] = 3 * phi[:, 1]
     fit = solve(factor(phi, y, NAMES, 9))
-    assert blind_parameters(fit) == {"viscous_friction", "coulomb_friction"}
-    (words,) = blind_words(fit)
+    assert unidentifiable_parameters(fit) == {"viscous_friction", "coulomb_friction"}
+    (words,) = unidentifiable_words(fit)
     assert words.startswith("viscous friction, coulomb friction ")
     assert "(- viscous friction + coulomb friction)" in words
     assert fit.condition == float("inf")
@@ -88,7 +92,7 @@ def test_a_parameter_that_nothing_moves_is_named():
     phi, y = coloured(np.random.default_rng(7))
     phi[:, 1] = 0.0
     fit = solve(factor(phi, y, NAMES, 9))
-    assert blind_words(fit)[0].startswith("viscous friction is not identifiable")
+    assert unidentifiable_words(fit)[0].startswith("viscous friction is not identifiable")
 
 
 def test_a_parameter_is_weak_only_if_its_uncertainty_matters():

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cabledrive.mechanics import derived_quantities, practitioner_warnings
+from cabledrive.mechanics import derived_quantities, drive_warnings
 from cabledrive.mechanics.sag import parabola_sag
 from cabledrive.parameters import Carriage, Layout, load_drive, packaged_drives
 from drive_strategies import drives
@@ -174,6 +174,6 @@ def test_sheet_and_warnings_of_any_drive_are_finite_and_plain(drive):
     assert all(isfinite(value) for key, value in sheet.items() if key != "reasons" and value is not None), (
         sheet
     )
-    for line in practitioner_warnings(drive):
+    for line in drive_warnings(drive):
         assert line.isprintable()
         assert len(line) < 400, f"{len(line)} characters: {line}"

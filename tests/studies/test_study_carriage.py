@@ -265,9 +265,9 @@ def test_the_joint_of_a_stiff_axis_is_added_to_every_error():
     axis = load_drive("linear-axis")
     assert missing_for_carriage(axis) == ()
     left_out = carriage_model(axis, goals_for(axis, Goals(travel=1.0, duration=1.3))).left_out
-    free_play = axis.motor.backlash * axis.drive_pulley.radius
-    assert left_out > free_play
-    assert left_out < free_play + 30e-6, f"observed {1e6 * left_out:.1f} um"
+    backlash = axis.motor.backlash * axis.drive_pulley.radius
+    assert left_out > backlash
+    assert left_out < backlash + 30e-6, f"observed {1e6 * left_out:.1f} um"
 
 
 @pytest.mark.parametrize(

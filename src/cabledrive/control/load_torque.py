@@ -1,4 +1,4 @@
-r"""A torque at the load, carried through the chain to the motor so that the load keeps its course.
+r"""A torque at the load, carried through the chain to the motor so that the load keeps its trajectory.
 
 A torque f against the last inertia asks for a twist of the last link, that for a motion of the inertia
 before, and so on to the motor. With :math:`\tau_N = f`, :math:`\delta_N = 0`, from the load backwards

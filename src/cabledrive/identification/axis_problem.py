@@ -116,7 +116,7 @@ class AxisProblem:
     equation : AxisEquation
     values : ndarray, shape (p,)
         All parameters; along the directions that the log leaves open, the smallest.
-    blind : ndarray, shape (directions, p)
+    unidentifiable : ndarray, shape (directions, p)
         These directions, of length 1.
     """
 
@@ -125,7 +125,7 @@ class AxisProblem:
     options: AxisOptions
     equation: AxisEquation
     values: Array
-    blind: Array
+    unidentifiable: Array
 
     def predict(self, log: Log) -> AxisPrediction:
         """Torque that the axis needs for the motion of another log.
@@ -136,7 +136,7 @@ class AxisProblem:
         torque, position = channels_of(log, self.options)
         rows = problem_rows(log, torque, position, self.others, self.equation)
         expected = rows.regressors @ self.values
-        open_ = np.linalg.norm(rows.regressors @ self.blind.T, axis=1) * np.linalg.norm(self.values)
+        open_ = np.linalg.norm(rows.regressors @ self.unidentifiable.T, axis=1) * np.linalg.norm(self.values)
         unknown = open_ > OPEN * float(np.sqrt(np.mean(expected**2)))
         return AxisPrediction(
             time=log.time[rows.keep], torque=np.where(unknown, np.nan, expected), measured=rows.left
@@ -159,14 +159,14 @@ def axis_problem(log: Log, others: Sequence[str], options: AxisOptions | None = 
         factors, equation, sizes, axis_method(equation, options, factors), (), (log.report,)
     )
     fit = solve(factors)
-    lengths = np.linalg.norm(fit.blind, axis=1, keepdims=True)
+    lengths = np.linalg.norm(fit.unidentifiable, axis=1, keepdims=True)
     return AxisProblem(
         identification=found,
         others=tuple(others),
         options=options,
         equation=equation,
         values=fit.values,
-        blind=fit.blind / np.where(lengths > 0.0, lengths, 1.0),
+        unidentifiable=fit.unidentifiable / np.where(lengths > 0.0, lengths, 1.0),
     )
 
 

@@ -15,14 +15,14 @@ WEAK_SHARE = 0.1
 """Share of the measured torque that a parameter's uncertainty may make before it counts as undetermined."""
 
 
-def blind_words(fit: Fit) -> tuple[str, ...]:
+def unidentifiable_words(fit: Fit) -> tuple[str, ...]:
     """Name each direction about which the log has no information."""
-    return tuple(_direction_words(fit.names, direction) for direction in fit.blind)
+    return tuple(_direction_words(fit.names, direction) for direction in fit.unidentifiable)
 
 
-def blind_parameters(fit: Fit) -> set[str]:
-    """Parameters that no number is given for, because a blind direction moves them."""
-    return {fit.names[k] for direction in fit.blind for k in _members(direction)}
+def unidentifiable_parameters(fit: Fit) -> set[str]:
+    """Parameters that no number is given for, because an unidentifiable direction moves them."""
+    return {fit.names[k] for direction in fit.unidentifiable for k in _members(direction)}
 
 
 def weak_parameters(fit: Fit, sizes: Array, level: float = 0.95) -> tuple[str, ...]:

@@ -54,14 +54,14 @@ class Fit:
     ----------
     names : tuple of str
     values : ndarray, shape (p,)
-        Zero along directions without information; see ``blind``.
+        Zero along directions without information; see ``unidentifiable``.
     covariance : ndarray, shape (p, p)
         Robust, see the module.
     freedom : int
         Degrees of freedom of the intervals.
     condition : float
         Condition number of the regressor matrix as it stands (not scaled).
-    blind : ndarray, shape (directions, p)
+    unidentifiable : ndarray, shape (directions, p)
         Directions in parameter space about which the log says nothing, in units of the parameters.
     residual, scale : float
         Root mean square of the residual and of the left side.
@@ -73,7 +73,7 @@ class Fit:
     covariance: Array
     freedom: int
     condition: float
-    blind: Array
+    unidentifiable: Array
     residual: float
     scale: float
     rows: int
@@ -165,7 +165,7 @@ def solve(factors: Factors) -> Fit:
         covariance=covariance,
         freedom=freedom,
         condition=condition,
-        blind=vt[~sound] / size,
+        unidentifiable=vt[~sound] / size,
         residual=residual / np.sqrt(factors.rows),
         scale=left_norm / np.sqrt(factors.rows),
         rows=factors.rows,

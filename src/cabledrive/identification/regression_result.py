@@ -35,12 +35,14 @@ def regression_result(
     """
     fit = _without_lag(factors, doubt)
     sizes = sizes[: len(fit.names)]
-    blind = limits.blind_parameters(fit)
-    weak = set(limits.weak_parameters(fit, sizes)) - blind
-    words = limits.blind_words(fit) + tuple(limits.weak_words(name) for name in fit.names if name in weak)
+    unidentifiable = limits.unidentifiable_parameters(fit)
+    weak = set(limits.weak_parameters(fit, sizes)) - unidentifiable
+    words = limits.unidentifiable_words(fit) + tuple(
+        limits.weak_words(name) for name in fit.names if name in weak
+    )
     half = fit.half_width()
     parameters = {
-        name: _estimate(fit, k, float(half[k]), unit_of(name, equation.linear), name in blind | weak)
+        name: _estimate(fit, k, float(half[k]), unit_of(name, equation.linear), name in unidentifiable | weak)
         for k, name in enumerate(fit.names)
     }
     relative = fit.residual / fit.scale if fit.scale > 0 else float("nan")
@@ -68,7 +70,7 @@ def _without_lag(factors: Factors, doubt: float) -> Fit:
     fit = solve(factors)
     error = float(np.sqrt(fit.covariance[-1, -1]))
     plain = solve(only(factors, kept))
-    if not (fit.blind.size or error > LEAST_DETERMINED * doubt):
+    if not (fit.unidentifiable.size or error > LEAST_DETERMINED * doubt):
         covariance = fit.covariance[:count, :count]
         return replace(
             fit, names=kept, values=fit.values[:count], covariance=covariance, condition=plain.condition

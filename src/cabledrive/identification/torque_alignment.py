@@ -40,7 +40,7 @@ def timing_of(logs: Sequence[Log], options: AxisOptions) -> TorqueTiming:
     equation = replace(equation_for(logs, torque, position, options), lag=True)
     interval = max(log.interval for log in logs)
     _, parts = rows_of_logs(logs, torque, position, equation)
-    if solve(_factors(parts, [(p.left, p.regressors[:, -1]) for p in parts])).blind.size:
+    if solve(_factors(parts, [(p.left, p.regressors[:, -1]) for p in parts])).unidentifiable.size:
         return UNDETERMINED
     plain = _settled(parts, logs, "shift")
     if plain is None:

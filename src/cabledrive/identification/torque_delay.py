@@ -33,7 +33,7 @@ def torque_delay(
 
     ``first``: its estimate from the logs as they are, to first order [s]; ``left_in``: the same of logs whose
     channel was moved back: what is left [s].
-    Returns [s]; to a share of a sample where the torque's own course between samples allows it.
+    Returns [s]; to a share of a sample where the torque between samples allows it.
     Raises `NotComputed` if it does not come to an end: the lag is no delay.
     """
     torque, _ = channels_of(logs[0], options)

@@ -8,7 +8,7 @@ from cabledrive.mechanics.labelled_chain import LabelledChain
 from cabledrive.mechanics.rest import RestingSection, RestingStretch, RestState, rest_state
 from cabledrive.mechanics.spans import longitudinal_chains, strings_at_rest, transverse_chains
 from cabledrive.mechanics.stiffness_matrix import DynamicStiffness, dynamic_stiffness
-from cabledrive.mechanics.warnings import practitioner_warnings
+from cabledrive.mechanics.warnings import drive_warnings
 
 __all__ = [
     "CableLaw",
@@ -23,9 +23,9 @@ __all__ = [
     "RestingSection",
     "RestingStretch",
     "derived_quantities",
+    "drive_warnings",
     "dynamic_stiffness",
     "longitudinal_chains",
-    "practitioner_warnings",
     "rest_state",
     "strings_at_rest",
     "transverse_chains",

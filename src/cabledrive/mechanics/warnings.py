@@ -15,7 +15,7 @@ STIFFNESS_TOLERANCE = 0.2
 SAMPLES_PER_CYCLE = 10.0
 
 
-def practitioner_warnings(drive: Drive) -> tuple[str, ...]:
+def drive_warnings(drive: Drive) -> tuple[str, ...]:
     """Find what in a drive is likely to be a mistake or a limit.
 
     Parameters
@@ -27,7 +27,7 @@ def practitioner_warnings(drive: Drive) -> tuple[str, ...]:
     tuple of str
         One line each: what, value with unit, the bound it met, the remedy. Empty if nothing stands out.
     """
-    require_two_pulleys(drive, "`practitioner_warnings`")
+    require_two_pulleys(drive, "`drive_warnings`")
     sheet = derived_quantities(drive)
     checks = (
         _static,

@@ -21,7 +21,7 @@ def slack_twist(drive: Drive, chain: LumpedChain) -> float:
     return 2.0 * drive.drive_pulley.radius * drive.cable.pretension / chain.stiffness[-1]
 
 
-def free_play(drive: Drive, chain: LumpedChain) -> float:
+def joint_backlash(drive: Drive, chain: LumpedChain) -> float:
     """Backlash of the gearhead, which lies in the motor's joint [rad]; 0 where that is rigid in the plant.
 
     ``chain``: the plant.

@@ -9,7 +9,7 @@ from starlette.responses import JSONResponse, RedirectResponse, Response
 from cabledrive.mechanics.holding import CONDITIONS
 from cabledrive.mechanics.network import statics_of
 from cabledrive.mechanics.network.span_table import route_warnings, span_rows
-from cabledrive.mechanics.warnings import practitioner_warnings
+from cabledrive.mechanics.warnings import drive_warnings
 from cabledrive.modal import modes
 from cabledrive.modal.lowest import derived_with_lowest, how_held
 from cabledrive.modal.mode_rows import mode_rows
@@ -152,7 +152,7 @@ def _seen(drive: Drive | RoutedDrive, look: Look) -> dict[str, Any]:
 
 
 def _warnings(drive: Drive | RoutedDrive) -> tuple[str, ...]:
-    return route_warnings(drive) if isinstance(drive, RoutedDrive) else practitioner_warnings(drive)
+    return route_warnings(drive) if isinstance(drive, RoutedDrive) else drive_warnings(drive)
 
 
 def _sheet(drive: Drive | RoutedDrive) -> dict[str, list[tuple[str, str]]]:

@@ -9,7 +9,7 @@ from cabledrive.app.new_file import NewFile, NewFileType
 from cabledrive.app.options import Subcommand, answering, machine_argument, saves_answer
 from cabledrive.app.results import Answer, provenance
 from cabledrive.app.route_answer import checked_route
-from cabledrive.mechanics.warnings import practitioner_warnings
+from cabledrive.mechanics.warnings import drive_warnings
 from cabledrive.modal.lowest import derived_with_lowest
 from cabledrive.parameters import Drive, content_hash
 from cabledrive.parameters.route import RoutedDrive
@@ -39,7 +39,7 @@ def command(drive: Drive | RoutedDrive, plot: NewFile | None) -> Answer:
 
 def _checked(drive: Drive) -> Answer:
     derived = derived_with_lowest(drive)
-    warnings = practitioner_warnings(drive)
+    warnings = drive_warnings(drive)
     return Answer(
         data={
             "valid": True,

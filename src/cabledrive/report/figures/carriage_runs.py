@@ -75,7 +75,7 @@ def carriage_peaks_picture(name: str, runs: AcceptanceResult, goal: float | None
 
 
 def carriage_worst_picture(name: str, worst: WorstCase) -> Picture:
-    """Course, error and torque of the worst run.
+    """Position, error and torque of the worst run.
 
     ``name``: unique on the page.
     """
@@ -83,7 +83,7 @@ def carriage_worst_picture(name: str, worst: WorstCase) -> Picture:
     def _draw(figure: "Figure", narrow: bool) -> None:
         panels = figure.subplots(3, 1, sharex=True)
         rows = (
-            ("course [mm]", 1e3 * np.array(worst.reference), QUIET),
+            ("position [mm]", 1e3 * np.array(worst.reference), QUIET),
             ("error [mm]", 1e3 * np.array(worst.error), BLUE),
             ("torque [N m]", np.array(worst.torque), GREEN),
         )

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from cabledrive.mechanics import practitioner_warnings
+from cabledrive.mechanics import drive_warnings
 from cabledrive.modal import Mode, Modes
 from cabledrive.modal.lowest import how_held, lowest_frequencies
 from cabledrive.parameters import Drive
@@ -100,7 +100,7 @@ def machine_view(context: ReportContext, place: int) -> View:
 
 def _page(context: ReportContext, place: int) -> MachinePage:
     drive, name, modes = context.drives[place], context.anchors[place], context.modes[place]
-    warnings = (*practitioner_warnings(drive), *(line for line in modes.warnings))
+    warnings = (*drive_warnings(drive), *(line for line in modes.warnings))
     return MachinePage(
         name=name,
         drive=drive,

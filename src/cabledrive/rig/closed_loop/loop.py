@@ -30,7 +30,7 @@ from cabledrive.rig.disturbances import (
     disturbing_torques,
     encoder_dropout,
     encoder_phases,
-    free_play,
+    joint_backlash,
     late_samples,
     slack_twist,
     torque_limit,
@@ -197,7 +197,7 @@ def close_loop(
         first_end=round(2.0 * (motion.rise + motion.dwell) / interval),
         blind=encoder_dropout(plant_drive, options, interval, shown),
     )
-    links = (free_play(plant_drive, chain), slack_twist(plant_drive, chain))
+    links = (joint_backlash(plant_drive, chain), slack_twist(plant_drive, chain))
     if own_plant is not None:  # nothing is known of its links
         links = (0.0, float("inf"))
     return Loop(

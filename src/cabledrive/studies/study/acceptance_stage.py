@@ -40,7 +40,7 @@ class WorstCase:
     phases : tuple of float
         Of its encoders, in counts.
     time, reference, error, torque : tuple of float
-        Thinned course [s], [rad] or [m], the same, [N m].
+        Thinned history [s], [rad] or [m], the same, [N m].
     """
 
     draw: int
@@ -190,17 +190,17 @@ def worst_case(
 ) -> WorstCase:
     """The run of one draw over time, thinned to what is shown."""
     values, phases = sampled_plant(quantities, loop.encoders, seed, draw, correlations)
-    course = loop.course(values, phases)
-    n = len(course.error)
-    shown = np.unique(np.append(np.arange(0, n, max(1, n // KEPT)), np.argmax(np.abs(course.error))))
+    history = loop.history(values, phases)
+    n = len(history.error)
+    shown = np.unique(np.append(np.arange(0, n, max(1, n // KEPT)), np.argmax(np.abs(history.error))))
     return WorstCase(
         draw=draw,
         values=values,
         phases=tuple(float(p) for p in phases),
-        time=tuple(float(t) for t in course.time[shown]),
-        reference=tuple(float(r) for r in course.reference[shown]),
-        error=tuple(float(e) for e in course.error[shown]),
-        torque=tuple(float(u) for u in course.torque[shown]),
+        time=tuple(float(t) for t in history.time[shown]),
+        reference=tuple(float(r) for r in history.reference[shown]),
+        error=tuple(float(e) for e in history.error[shown]),
+        torque=tuple(float(u) for u in history.torque[shown]),
     )
 
 

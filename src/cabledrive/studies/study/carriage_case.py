@@ -47,7 +47,7 @@ class CarriageCase:
     hanging : bool
         Whether a mass hangs below the carriage.
     wanted : ndarray, shape (samples,)
-        Course of the hanging mass, or of the carriage where nothing hangs [m].
+        Motion profile of the hanging mass, or of the carriage where nothing hangs [m].
     standing : ndarray of bool, shape (samples,)
         When a move is over and the next has not begun.
     reference : ndarray, shape (samples, 10)
@@ -162,7 +162,7 @@ def growth(case: CarriageCase, loop: CarriageLoop, plant: Transporter) -> tuple[
 
 
 def errors(case: CarriageCase, log: Array) -> Array:
-    """Distance of the carriage from its planned course; below it, that of the hanging mass where one hangs.
+    """Distance of the carriage from its planned position; below it, that of the hanging mass where one hangs.
 
     ``log``, shape (samples, 23).
     Returns shape (1 or 2, samples) [m].

@@ -25,7 +25,7 @@ from cabledrive.studies.study.knowledge_stage import Knowledge
 from cabledrive.studies.study.law_settings import LawSetting
 from cabledrive.studies.study.log_files import Logs
 from cabledrive.studies.study.modes_stage import ModesResult
-from cabledrive.studies.study.plant import EXCEEDED, Array, Candidates, ClosedLoop, Course, Score
+from cabledrive.studies.study.plant import EXCEEDED, Array, Candidates, ClosedLoop, RunHistory, Score
 from cabledrive.studies.study.stage_cache import Made, StageCache
 
 NO_MODELS = "a carriage divides the span; see the model of the carriage below"
@@ -132,12 +132,12 @@ class CarriageRuns:
             saturated=saturated,
         )
 
-    def course(self, values: Mapping[str, float], phases: Array) -> Course:
-        """Course and error of the carriage, or of the mass below it where that errs more."""
+    def history(self, values: Mapping[str, float], phases: Array) -> RunHistory:
+        """Motion and error of the carriage, or of the mass below it where that errs more."""
         case = self.case
         log = whole_run(case, self.loop, values, phases)
         both = errors(case, log)
-        return Course(
+        return RunHistory(
             time=np.asarray(case.interval * np.arange(len(log)), dtype=np.float64),
             reference=case.wanted[: len(log)],
             error=both[int(np.argmax(np.abs(both).max(axis=1)))],

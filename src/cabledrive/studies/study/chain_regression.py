@@ -15,7 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.identification.filters import difference, zero_phase
-from cabledrive.identification.identifiability import blind_parameters, blind_words, weak_words
+from cabledrive.identification.identifiability import (
+    unidentifiable_parameters,
+    unidentifiable_words,
+    weak_words,
+)
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.regression import Factors, Fit, factor, joined, solve, suited_segments
 from cabledrive.parameters import Drive, InputRefused
@@ -94,10 +98,10 @@ def identify_chain(logs: Sequence[Log], drive: Drive) -> RegressionResult:
     logs = [with_torque_at(log, lag) for log in logs]
     fits = list(_fits(logs, drive, load))
     middle, sizes, kept = fits[0]
-    blind = blind_parameters(middle)
-    found = {name: _interval(name, fits) for name in NAMES if name not in blind}
+    unidentifiable = unidentifiable_parameters(middle)
+    found = {name: _interval(name, fits) for name in NAMES if name not in unidentifiable}
     weak = [name for name in found if _is_weak(name, found[name], sizes, middle)]
-    words = blind_words(middle) + tuple(weak_words(name) for name in weak)
+    words = unidentifiable_words(middle) + tuple(weak_words(name) for name in weak)
     found = {name: interval for name, interval in found.items() if name not in weak}
     found, negative = _possible(found)
     words += negative

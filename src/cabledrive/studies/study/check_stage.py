@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cabledrive.identification.logs.log import Log
-from cabledrive.mechanics import practitioner_warnings
+from cabledrive.mechanics import drive_warnings
 from cabledrive.mechanics.holding import left_out_under_torque
 from cabledrive.modal.lowest import derived_with_lowest
 from cabledrive.parameters import Drive
@@ -70,7 +70,7 @@ def check(drive: Drive, logs: Sequence[Log], hashes: Sequence[str]) -> CheckResu
     derived, left_out = derived_with_lowest(drive), left_out_under_torque(drive)
     return CheckResult(
         derived={k: v for k, v in derived.items() if v is None or isinstance(v, float)},
-        warnings=(*practitioner_warnings(drive), *([left_out] if left_out else [])),
+        warnings=(*drive_warnings(drive), *([left_out] if left_out else [])),
         missing=missing_for_control(drive),
         logs=tuple(_in_short(log, digest) for log, digest in zip(logs, hashes, strict=True)),
     )

@@ -15,7 +15,7 @@ from cabledrive.parameters import Drive
 from cabledrive.reduction.models import FLEXIBLE_JOINT
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, plant_chain
 from cabledrive.rig.closed_loop.other_plants import with_plant
-from cabledrive.rig.disturbances import free_play
+from cabledrive.rig.disturbances import joint_backlash
 from cabledrive.rig.laws.controllers import DAMPED_SHARE, Controller, own_filter
 from cabledrive.rig.laws.fitting import fitted_encoders, law_shafts
 from cabledrive.rig.setting import Motion, RigOptions
@@ -129,7 +129,7 @@ def with_values(loop: Loop, drive: Drive, values: Mapping[str, float], phases: n
     options = rig_options(drive, ideal=bool(np.all(loop.rig.counts == 0.0)))
     plant = drive_with(drive, values)
     chain = plant_chain(plant, None)
-    play = 0.0 if loop.cable is not None else free_play(plant, chain)
+    play = 0.0 if loop.cable is not None else joint_backlash(plant, chain)
     fresh = with_plant(loop, chain, options, play)
     rig = fresh.rig if phases is None else fresh.rig._replace(phases=phases)
     if "delay" in values:

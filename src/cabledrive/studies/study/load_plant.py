@@ -18,7 +18,7 @@ from cabledrive.studies.study.knowledge_stage import Knowledge, know, known_driv
 from cabledrive.studies.study.law_settings import LawSetting, law_of, tuned_laws
 from cabledrive.studies.study.log_files import Logs
 from cabledrive.studies.study.modes_stage import ModesResult, choose_reduced_model
-from cabledrive.studies.study.plant import EXCEEDED, Array, Candidates, ClosedLoop, Course, Score
+from cabledrive.studies.study.plant import EXCEEDED, Array, Candidates, ClosedLoop, RunHistory, Score
 from cabledrive.studies.study.stage_cache import Made, StageCache
 
 LINE = "the cable plant is a loop round two pulleys, this drive is a line"
@@ -142,11 +142,11 @@ class LoadLoop:
         peak = found["peak"] / moved.gear + values.get("eccentricity", 0.0)
         return Score(peak=peak, torque=found["peak_torque"], saturated=share)
 
-    def course(self, values: Mapping[str, float], phases: Array) -> Course:
+    def history(self, values: Mapping[str, float], phases: Array) -> RunHistory:
         """The wanted angle of the load, its error, and the command."""
         moved = with_values(self.loop, self.drive, values, phases)
         log, rig = run(moved).log, moved.rig
-        return Course(
+        return RunHistory(
             time=np.asarray(rig.interval * np.arange(len(log)), dtype=np.float64),
             reference=moved.target / moved.gear,
             error=moved.load_error(log),

@@ -26,7 +26,7 @@ from cabledrive.parameters import Drive, NotComputed
 from cabledrive.reduction.friction_integration import integrate_chain
 from cabledrive.reduction.models import highest_model
 from cabledrive.rig.closed_loop.loop import plant_chain
-from cabledrive.rig.disturbances import free_play
+from cabledrive.rig.disturbances import joint_backlash
 from cabledrive.rig.laws.fitting import load_gear, place
 
 Array = NDArray[np.float64]
@@ -126,7 +126,7 @@ def replay(log: Log, drive: Drive, seed: int = 0, likely: Sequence[Drive] = ()) 
 def _moved(drive: Drive, torque: Array, interval: float) -> Array | None:
     """Angles of a machine under a torque, shape (samples, inertias); None where it runs away."""
     chain = plant_chain(drive, highest_model(drive))
-    gaps = (free_play(drive, chain), *(0.0,) * (chain.size - 2))
+    gaps = (joint_backlash(drive, chain), *(0.0,) * (chain.size - 2))
     try:
         return integrate_chain(chain, torque, interval, gaps=gaps, substeps=4, hold="line").angles
     except NotComputed:

@@ -45,7 +45,7 @@ class Score:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Course:
+class RunHistory:
     """One run over time, each of shape (samples,): [s], [rad] or [m], the same, [N m]."""
 
     time: Array
@@ -64,7 +64,7 @@ class ClosedLoop(Protocol):
     def run(self, values: Mapping[str, float], phases: Array) -> Score:
         """What a plant with these quantities leaves, its encoders at these phases, shape (encoders,)."""
 
-    def course(self, values: Mapping[str, float], phases: Array) -> Course:
+    def history(self, values: Mapping[str, float], phases: Array) -> RunHistory:
         """The same run over time."""
 
 
