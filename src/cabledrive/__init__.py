@@ -12,7 +12,7 @@ from cabledrive.mechanics import (
     drive_warnings,
 )
 from cabledrive.modal import Certificate, Mode, Modes, modes, natural_frequencies
-from cabledrive.old_names import by_old_name, keep_old_names
+from cabledrive.old_names import keep_old_names
 from cabledrive.parameters import (
     Cable,
     Carriage,
@@ -54,37 +54,33 @@ if TYPE_CHECKING:
     from cabledrive.studies.resonance import resonance
     from cabledrive.studies.study import run_study
 
-keep_old_names()
-
 # Loaded when first asked for, with the libraries they need.
-__getattr__ = by_old_name(
+__getattr__ = on_demand(
     __name__,
-    on_demand(
-        __name__,
-        {
-            "LumpedChain": "reduction",
-            "OwnController": "control",
-            "OwnPlant": "rig",
-            "compare": "studies.controller_comparison",
-            "experiment": "rig.bench.experiment",
-            "export_to": "export",
-            "frequency_against": "studies",
-            "frequency_against_carriage_position": "studies",
-            "identify": "identification.one_log",
-            "map_modes": "studies.mode_map",
-            "read_log": "identification.logs.reading",
-            "reproduce": "dissertation",
-            "resonance": "studies.resonance",
-            "response": "identification.log_response",
-            "run_study": "studies.study",
-            "run_sweep": "campaign",
-            "shaper": "identification.printer_shaper",
-            "simulate": "simulation",
-            "track": "rig",
-            "write_report": "report",
-        },
-    ),
+    {
+        "LumpedChain": "reduction",
+        "OwnController": "control",
+        "OwnPlant": "rig",
+        "compare": "studies.controller_comparison",
+        "experiment": "rig.bench.experiment",
+        "export_to": "export",
+        "frequency_against": "studies",
+        "frequency_against_carriage_position": "studies",
+        "identify": "identification.one_log",
+        "map_modes": "studies.mode_map",
+        "read_log": "identification.logs.reading",
+        "reproduce": "dissertation",
+        "resonance": "studies.resonance",
+        "response": "identification.log_response",
+        "run_study": "studies.study",
+        "run_sweep": "campaign",
+        "shaper": "identification.printer_shaper",
+        "simulate": "simulation",
+        "track": "rig",
+        "write_report": "report",
+    },
 )
+keep_old_names()
 
 __all__ = [
     "Cable",

@@ -188,3 +188,6 @@ def new_name(old: str) -> str | None:
 def keep_old_names() -> None:
     """Let imports of old paths and names find what they mean; ahead of the finder that knows files alone."""
     sys.meta_path.insert(0, _OldNames())
+    for room in RENAMED.keys() & sys.modules.keys():  # loaded before there was this finder
+        names = vars(sys.modules[room])
+        names["__getattr__"] = by_old_name(room, names.get("__getattr__"))

@@ -251,6 +251,26 @@ def test_one_cable_given_for_each_segment_is_the_uniform_chain():
         assert a.kinetic_shares == pytest.approx(b.kinetic_shares, abs=1e-8)
 
 
+def test_numbers_may_come_as_lists():
+    given = Chain(rigidity=[438.0, 9e4], density=[2.1e-4, 0.041], lengths=[0.6, 0.4], masses=[0.8, 0, 1])
+    arrays = replace(
+        given,
+        **{name: np.array(getattr(given, name)) for name in ("rigidity", "density", "lengths", "masses")},
+    )
+    assert list(listed(cd.modes(given, count=4))) == list(listed(cd.modes(arrays, count=4)))
+
+
+def test_a_wall_to_wall_string_and_a_ring_of_one_segment_have_their_harmonics():
+    """No coordinate moves, or one that some modes leave at rest: n c / (2 l)."""
+    wall = Chain(rigidity=[4.0], density=[1.0], lengths=[0.5], masses=[0.0, 0.0], fixed=(True, True))
+    np.testing.assert_allclose(listed(cd.modes(wall, count=5)), 2.0 * np.arange(1, 6), rtol=1e-12)
+    ring = Chain(rigidity=[4.0], density=[1.0], lengths=[0.5], masses=[0.0], closed=True)
+    found = cd.modes(ring, below=13.0)
+    assert [mode.multiplicity for mode in found.modes] == [2, 2, 2]
+    np.testing.assert_allclose([mode.frequency for mode in found.modes], [4.0, 8.0, 12.0], rtol=1e-12)
+    assert found.rigid_body_modes == 1
+
+
 @pytest.mark.parametrize("name", ["dissertation-2", "dissertation-3"])
 def test_the_chain_of_a_drive_has_its_longitudinal_modes(name):
     drive = cd.load_drive(name)

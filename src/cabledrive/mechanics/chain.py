@@ -73,9 +73,10 @@ class Chain:
     grounds: Array | None = None
 
     def __post_init__(self) -> None:
-        segments = self.masses.size if self.closed else self.masses.size - 1
-        if self.lengths.size != segments or segments < 1:
-            raise ValueError(f"{self.masses.size} joints need {segments} segments, {self.lengths.size} given")
+        joints, given = len(self.masses), len(self.lengths)
+        segments = joints if self.closed else joints - 1
+        if given != segments or segments < 1:
+            raise ValueError(f"{joints} joints need {segments} segments, {given} given")
 
     @property
     def uniform(self) -> bool:

@@ -1,6 +1,8 @@
 """A chain that is built in Python: looked over, and its parts named."""
 
 from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,6 +17,7 @@ def own_chain(chain: Chain) -> LabelledChain:
 
     Raises `InputRefused` where a value cannot be that of a chain.
     """
+    chain = _in_arrays(chain)
     _check(chain)
     pendants = tuple(f"pendant {i}" for i in range(len(chain.pendants)))
     return LabelledChain(
@@ -27,6 +30,15 @@ def own_chain(chain: Chain) -> LabelledChain:
         pendant_springs=tuple(f"spring of {name}" for name in pendants),
         ground="spring to the ground" if chain.sprung else "",
     )
+
+
+def _in_arrays(chain: Chain) -> Chain:
+    """The chain with arrays of floats where lists of numbers were given."""
+    given: dict[str, Any] = {}
+    for name in ("rigidity", "density", "lengths", "masses", "grounds"):
+        value = getattr(chain, name)
+        given[name] = value if np.ndim(value) == 0 else np.asarray(value, dtype=float)
+    return replace(chain, pendants=tuple(chain.pendants), **given)
 
 
 def _check(chain: Chain) -> None:
