@@ -101,10 +101,11 @@ def learn_from_innovations(
     """Least squares with directional forgetting on the innovations of the filter; ``estimate`` is changed.
 
     ``estimate`` holds p parameters, then their covariance by rows; ``first``: states and 1, where the blocks
-    of the reference begin. An innovation that the covariance does not explain is passed over.
+    of the reference begin. An innovation that the covariance does not explain is passed over and moves the
+    covariance towards that of the beginning: a shock is soon over, another load is learnt anew.
     """
     p, m = learning.shape[1], rows.shape[0] - 1
-    kept, gate, block = scalars[1], scalars[2], first + m
+    kept, gate, renewed, block = scalars[1], scalars[2], scalars[3], first + m
     for i in range(m):
         error, spread = 0.0, 0.0
         for j in range(m):
@@ -117,7 +118,13 @@ def learn_from_innovations(
                 cross = reference[k, first + other * block + first + i]
                 direction[j] += estimate[p + j * p + other] * cross
             spread += slope * direction[j]
-        if spread <= 0.0 or error * error > gate * gate * (1.0 + spread):
+        if error * error > gate * gate * (1.0 + spread):
+            for j in range(p):
+                for other in range(p):
+                    estimate[p + j * p + other] *= 1.0 - renewed
+                estimate[p + j * p + j] += renewed * learning[3, j]
+            continue
+        if spread <= 0.0:
             continue
         for j in range(p):
             value = estimate[j] + direction[j] * error / (1.0 + spread)

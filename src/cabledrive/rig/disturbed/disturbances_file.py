@@ -102,6 +102,11 @@ class Disturbances:
                     f"{least:.4g} to {most:.4g}{words}"
                 )
 
+    @property
+    def changes_load(self) -> bool:
+        """Whether the load's inertia may be another than that of the drive."""
+        return self.load_factor != (1.0, 1.0)
+
 
 def standard_disturbances(drive: Drive) -> Disturbances:
     """Coulomb friction of the load up to half that of the motor, where no file says otherwise."""

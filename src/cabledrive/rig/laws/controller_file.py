@@ -17,12 +17,12 @@ from cabledrive.parameters.files import require_regular
 from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.controller_words import ARRAYS, reference_columns
-from cabledrive.rig.laws.load_learning import NAME as LOAD_LEARNING
+from cabledrive.rig.laws.load_learning import KINDS as LOAD_LEARNING
 from cabledrive.rig.laws.registry import CONTROLLERS
 
 ABOUT = "See cabledrive.control.numbers.LawNumbers and cabledrive.control.observer_numbers"
 FILE = "controller.json"
-FILED = tuple(name for name in CONTROLLERS if name != LOAD_LEARNING)
+FILED = tuple(name for name in CONTROLLERS if name not in LOAD_LEARNING)
 """Laws that a file of numbers can hold; the others need tables along their motion."""
 UNITS = {
     "sample_time": "s",
@@ -99,10 +99,10 @@ def controller_numbers(loop: Loop, drive: Drive, feedback: str) -> dict[str, Any
     Raises `InputRefused` if the law needs tables along its motion.
     """
     made, rig, generator = loop.controller, loop.rig, loop.controller.generator
-    if made.name == LOAD_LEARNING and made.own is None:
+    if made.name in LOAD_LEARNING and made.own is None:
         raise InputRefused(
-            f"{made.name} needs tables along its motion, which a file of numbers does not hold: take lqi, "
-            "which has the same feedback"
+            f"{made.name} needs tables along its motion, which a file of numbers does not hold: take "
+            f"{made.name.removesuffix('-learning')}, which has the same feedback"
         )
     columns = reference_columns(made.law, made.shafts, made.reference.shape[1])
     return {

@@ -1,4 +1,4 @@
-"""The law that learns the load's torque while it moves: friction and inertia along the wanted motion."""
+"""Laws that learn the load's torque while it moves: friction and inertia along the wanted motion."""
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -7,7 +7,7 @@ import numpy as np
 
 from cabledrive.control.innovations_of_load import missed_by_filter, whitening
 from cabledrive.control.kalman import KalmanTuning, Sampling
-from cabledrive.control.linear_laws import lqi_law
+from cabledrive.control.linear_laws import lq_law, lqi_law
 from cabledrive.control.load_torque import carried, load_regressors
 from cabledrive.control.numbers import LEARNING, LawNumbers, learning_table
 from cabledrive.control.observer_numbers import KALMAN
@@ -22,16 +22,54 @@ from cabledrive.rig.laws.filter_tuning import read_encoders, tuning_by_uncertain
 from cabledrive.rig.laws.fitting import fit_observer
 from cabledrive.rig.setting import RigOptions
 
-NAME = "lqi-learning"
+NAME, CHANGING = "lqi-learning", "lqg-learning"
 TURNING = 0.06
 """Time in which the sign of friction turns, as a share of a move."""
-UNLEARNT = 0.1
-"""Share of the filter's noise at the load that learning leaves."""
-NOISE = 3.0
-"""Over the deviation of white rounding: errors of rounding last as long as a count does."""
-MEMORY, GATE = 2.0, 6.0
-"""Time after which an excited direction is forgotten [s]; deviations that pass an innovation over."""
+GATE = 3.0
+"""Deviations from which an innovation is passed over."""
 PARAMETERS = ("load_coulomb", "load_viscous", "load_inertia")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Learning:
+    """What distinguishes the laws that learn.
+
+    Attributes
+    ----------
+    name : str
+    integral : bool
+        Whether the feedback sums the load's error; the sum goes unstable first where the load changes.
+    unlearnt : float
+        Share of the filter's noise at the load that learning leaves; the more, the less it trusts the load's
+        inertia.
+    inertia_spread : float
+        Deviation of the load's inertia before anything is learnt, over what is believed.
+    noise : float
+        Deviation of an innovation over that of white rounding: errors of rounding last as long as a count.
+    memory : float
+        Time after which an excited direction is forgotten [s].
+    renewal : float
+        Time in which innovations that are passed over bring the covariance of the beginning back [s].
+    """
+
+    name: str
+    integral: bool
+    unlearnt: float
+    inertia_spread: float
+    noise: float
+    memory: float
+    renewal: float
+
+
+KINDS = {
+    NAME: Learning(
+        name=NAME, integral=True, unlearnt=0.1, inertia_spread=0.2, noise=1.5, memory=2.0, renewal=0.01
+    ),
+    CHANGING: Learning(
+        name=CHANGING, integral=False, unlearnt=1.0, inertia_spread=1.0, noise=1.0, memory=0.03, renewal=0.006
+    ),
+}
+"""The first for a load that stays, the second for one that changes while the machine runs."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -51,38 +89,45 @@ class LoadTables:
     tuning: KalmanTuning
 
 
-def load_learning(spec: DesignSpec) -> Controller:
-    """LQI about a reference with the load's friction and inertia, learnt from the innovations of the filter.
+def load_learning(spec: DesignSpec, name: str = NAME) -> Controller:
+    """Feedback about a reference with the load's friction and inertia, learnt from the filter's innovations.
 
+    ``name``: of `KINDS`.
     Raises `InputRefused` if there is no Kalman filter to learn from.
     """
+    kind = KINDS[name]
     number = highest_model(spec.drive)
     chain = spec.model(number)
-    tables = load_tables(replace(spec, bandwidth=None, best=False, adapt=True))
+    tables = load_tables(replace(spec, bandwidth=None, best=False, adapt=True), name)
     count, torque, settings = weights(spec)
-    time = integral_time(chain, count, torque)
-    base = lqi_law(chain, count, torque, time, spec.interval)
+    if kind.integral:
+        time = integral_time(chain, count, torque)
+        base, settings = lqi_law(chain, count, torque, time, spec.interval), settings | {"integral_time": time}
+    else:
+        base = lq_law(chain, count, torque, spec.interval)
     reference = feedforward_table(spec, chain, spec.wanted(2 * chain.size))
     m = len(tables.white)
     rows = np.zeros((1 + m, max(base.rows.shape[1], m)))
     rows[0, : base.rows.shape[1]], rows[1:, :m] = base.rows[0], tables.white
-    spread, low, high = believed(chain)
-    kept = 1.0 - spec.interval / (MEMORY * m)
-    covariance = np.diag(spread**2) if spec.adapt else np.zeros((3, 3))
+    spread, low, high = believed(chain, kind.inertia_spread)
+    variance = spread**2 * float(spec.adapt)
+    share = spec.interval / m  # each sample brings m innovations
     law = LawNumbers(
         kind=LEARNING,
         matrix=base.matrix,
         rows=rows,
-        learning=learning_table(np.zeros(3), low, high, np.full(3, float(spec.adapt))),
-        scalars=np.array([spec.interval, kept, GATE, 0.0, 0.0, 0.0, 0.0]),
+        learning=learning_table(np.zeros(3), low, high, variance),
+        scalars=np.array(
+            [spec.interval, 1.0 - share / kind.memory, GATE, share / kind.renewal, 0.0, 0.0, 0.0]
+        ),
     )
-    gains = settings | {"integral_time": time, "learns": list(PARAMETERS), "upper_bounds": high.tolist()}
+    gains = settings | {"learns": list(PARAMETERS), "upper_bounds": high.tolist()}
     return Controller(
-        name=NAME,
+        name=name,
         law=law,
         reference=np.ascontiguousarray(np.hstack((reference, tables.blocks))),
         shafts=("motor", "drive", "load") if chain.size == 3 else ("motor", "load"),
-        start=np.concatenate((np.zeros(3), covariance.ravel())),
+        start=np.concatenate((np.zeros(3), np.diag(variance).ravel())),
         tuning=tables.tuning,
         gains=gains,
         model=number,
@@ -90,14 +135,15 @@ def load_learning(spec: DesignSpec) -> Controller:
     )
 
 
-def believed(chain: LumpedChain) -> tuple[Array, Array, Array]:
+def believed(chain: LumpedChain, inertia_spread: float) -> tuple[Array, Array, Array]:
     """Deviations and bounds of the load's parameters before anything is learnt.
 
+    ``inertia_spread``: deviation of the load's inertia, over what is believed.
     Returns ``spread``, ``low``, ``high``, shape (3,): Coulomb [N m], viscous friction [N m s/rad], inertia
     beyond what is believed [kg m^2].
     """
     coulomb, viscous, inertia = max(chain.coulomb[0], 1e-9), max(chain.viscous[0], 1e-9), chain.inertias[-1]
-    spread = np.array([0.5 * coulomb, viscous, 0.2 * inertia])
+    spread = np.array([0.5 * coulomb, viscous, inertia_spread * inertia])
     return (
         spread,
         np.array([0.0, 0.0, -0.7 * inertia]),
@@ -106,14 +152,18 @@ def believed(chain: LumpedChain) -> tuple[Array, Array, Array]:
 
 
 @lru_cache(maxsize=8)
-def load_tables(spec: DesignSpec) -> LoadTables:
-    """Tables of the law along a motion; they do not depend on its bandwidth."""
+def load_tables(spec: DesignSpec, name: str) -> LoadTables:
+    """Tables of the law along a motion; they do not depend on its bandwidth.
+
+    ``name``: of `KINDS`.
+    """
+    kind = KINDS[name]
     options = spec.options or RigOptions()
     number = highest_model(spec.drive)
     chain = spec.model(number)
     counts = np.array(list(read_encoders(spec, 4).values()))
     tuning = tuning_by_uncertainty(spec, chain, counts)
-    tuning = replace(tuning, load_acceleration=UNLEARNT * tuning.load_acceleration)
+    tuning = replace(tuning, load_acceleration=kind.unlearnt * tuning.load_acceleration)
     used = replace(tuning, offsets=()) if options.encoder_phase == "centred" else tuning
     shafts = ("motor", "drive", "load") if chain.size == 3 else ("motor", "load")
     sampling = Sampling(
@@ -124,9 +174,9 @@ def load_tables(spec: DesignSpec) -> LoadTables:
     observer, _, fitted = fit_observer(chain, chain, spec.drive, shafts, options, sampling, used)
     if observer.kind != KALMAN:
         raise InputRefused(
-            f"{NAME} learns from the innovations of the Kalman filter: leave observer and ideal_sensors out"
+            f"{name} learns from the innovations of the Kalman filter: leave observer and ideal_sensors out"
         )
-    white = whitening(observer, fitted) / NOISE
+    white = whitening(observer, fitted) / kind.noise
     wanted = spec.wanted(2 * chain.size)
     blocks = []
     for torque in load_regressors(wanted, turning_time(spec), spec.interval):

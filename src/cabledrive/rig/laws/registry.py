@@ -11,8 +11,8 @@ from cabledrive.rig.laws.best_gains import damped_law
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, backstepping, darc
 from cabledrive.rig.laws.indirect import NAME, indirect
 from cabledrive.rig.laws.least_bandwidth import check_least_bandwidth
+from cabledrive.rig.laws.load_learning import CHANGING, load_learning
 from cabledrive.rig.laws.load_learning import NAME as LOAD_LEARNING
-from cabledrive.rig.laws.load_learning import load_learning
 from cabledrive.rig.laws.tuned_gains import tuned_law
 from cabledrive.rig.setting import DISSERTATION_ORDER
 
@@ -29,6 +29,7 @@ CONTROLLERS: dict[str, Callable[[DesignSpec], Controller]] = {
     "backstepping-6": backstepping_6,
     NAME: indirect,
     LOAD_LEARNING: load_learning,
+    CHANGING: lambda spec: load_learning(spec, CHANGING),
     **BASELINES,
 }
 

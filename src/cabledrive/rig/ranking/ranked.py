@@ -6,10 +6,11 @@ from functools import lru_cache
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.fields import nearest
 from cabledrive.reduction.models import highest_model
-from cabledrive.rig.disturbed.disturbances_file import standard_disturbances
+from cabledrive.rig.disturbed.disturbances_file import Disturbances, standard_disturbances
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.fitting import fitted_encoders, load_gear
 from cabledrive.rig.laws.indirect import NAME as INDIRECT
+from cabledrive.rig.laws.load_learning import CHANGING
 from cabledrive.rig.laws.load_learning import NAME as LOAD_LEARNING
 from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.ranking.scores import Scores, rank, scored
@@ -17,18 +18,19 @@ from cabledrive.rig.ranking.tuned_by_limits import TunedLaw, tuned_by_limits
 from cabledrive.rig.setting import Motion, RigOptions
 
 BEST = "best"
-LEARNS = (INDIRECT, LOAD_LEARNING)
+LEARNS = (INDIRECT, LOAD_LEARNING, CHANGING)
 """Laws whose first pulse is for learning, where there are more."""
 BEST_DRAWS = 20
 COMPARED = RigOptions(forbid_slack=False)
 """Options of a comparison: random encoder phases, Kalman filter, spans that may go slack and go on."""
 
 
-def offered(drive: Drive, motion: Motion) -> tuple[str, ...]:
+def offered(drive: Drive, motion: Motion, disturbances: Disturbances) -> tuple[str, ...]:
     """Laws that are compared where none are named, simplest first."""
     chain = "darc-4-damped" if highest_model(drive) == 4 else "darc-3-damped"
     learning = (LOAD_LEARNING, INDIRECT) if motion.pulses > 1 else (LOAD_LEARNING,)
-    return ("pd", "pid", "dob", "lqg", "lqi", "hinf", chain, *learning)
+    changing = (CHANGING,) if disturbances.changes_load else ()
+    return ("pd", "pid", "dob", "lqg", "lqi", "hinf", chain, *changing, *learning)
 
 
 def checked_names(names: Sequence[str]) -> tuple[str, ...]:
@@ -71,7 +73,7 @@ def best_law(spec: DesignSpec) -> tuple[TunedLaw, tuple[tuple[str, Scores | None
     several = spec.motion.pulses > 1
     found: list[tuple[tuple[float, float], TunedLaw]] = []
     reached: list[tuple[str, Scores | None]] = []
-    for name in offered(spec.drive, spec.motion):
+    for name in offered(spec.drive, spec.motion, disturbances):
         try:
             tuned = tuned_by_limits(name, spec, disturbances, COMPARED)
             scores = scored(tuned, spec, disturbances, COMPARED, 0, range(BEST_DRAWS))

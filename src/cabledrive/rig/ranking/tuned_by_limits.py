@@ -16,12 +16,13 @@ from cabledrive.control.kalman import QUIET, KalmanTuning
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
+from cabledrive.rig.closed_loop.other_plants import with_plant
 from cabledrive.rig.disturbances import torque_limit
 from cabledrive.rig.disturbed.disturbances_file import Disturbances
 from cabledrive.rig.disturbed.disturbed_plants import disturbed_loop
 from cabledrive.rig.laws.controllers import Controller, DesignSpec
 from cabledrive.rig.laws.filter_tuning import read_encoders, tuning_by_uncertainty
-from cabledrive.rig.laws.load_learning import NAME as LOAD_LEARNING
+from cabledrive.rig.laws.load_learning import KINDS
 from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.laws.trial_runs import needed_torque
 from cabledrive.rig.laws.tuned_gains import SETTINGS_HZ
@@ -30,6 +31,8 @@ from cabledrive.rig.setting import RigOptions
 
 LEAST_DISK = 0.25
 """Gain may change by a factor of 1.29, or phase by 14 deg."""
+LOADED_DISK = 0.1
+"""At the ends of the range of the load's inertia, where a comparison states one."""
 RIPPLE_SHARE = 1.0 / 6.0
 """Of the torque limit, for five deviations of the torque by rounding."""
 TUNING_SEED, TUNING_DRAWS = 1_000_003, 8
@@ -79,7 +82,7 @@ def tuned_by_limits(
     begun = time.perf_counter()
     found: list[tuple[float, TunedLaw]] = []
     for words, tuning in filters(name, spec):
-        one = _highest(name, spec, options, words, tuning)
+        one = _highest(name, spec, options, words, tuning, disturbances.load_factor)
         if one is not None:
             found.append((worst_error(one.loop, disturbances, options, TUNING_DRAWS, seed), one))
     if not found:
@@ -93,7 +96,7 @@ def tuned_by_limits(
 
 def filters(name: str, spec: DesignSpec) -> Iterator[tuple[str, KalmanTuning | None]]:
     """Filters that are offered to a law; none: it brings its own."""
-    if name == LOAD_LEARNING:
+    if name in KINDS:
         yield "its own", None
         return
     counts = np.array(list(read_encoders(spec, 4).values()))
@@ -107,7 +110,12 @@ def _number(name: str, spec: DesignSpec) -> int:
 
 
 def _highest(
-    name: str, spec: DesignSpec, options: RigOptions, words: str, tuning: KalmanTuning | None
+    name: str,
+    spec: DesignSpec,
+    options: RigOptions,
+    words: str,
+    tuning: KalmanTuning | None,
+    loads: tuple[float, float],
 ) -> TunedLaw | None:
     """The highest bandwidth of the grid within the limits, by bisection from the highest that is stable."""
     most = ripple_limit(spec)
@@ -115,7 +123,7 @@ def _highest(
 
     def at(place: int) -> TunedLaw | None:
         if place not in tried:
-            tried[place] = _within(name, spec, options, words, tuning, SETTINGS_HZ[place], most)
+            tried[place] = _within(name, spec, options, words, tuning, SETTINGS_HZ[place], most, loads)
         return tried[place]
 
     top = sum(hertz <= 1.0 / (20.0 * spec.interval) for hertz in SETTINGS_HZ)
@@ -138,6 +146,7 @@ def _within(
     tuning: KalmanTuning | None,
     hertz: float,
     most: float,
+    loads: tuple[float, float],
 ) -> TunedLaw | None:
     try:
         loop = nominal_loop(CONTROLLERS[name](replace(spec, bandwidth=hertz)), spec, options, tuning)
@@ -146,7 +155,16 @@ def _within(
         return None
     if not margins.stable or margins.disk < LEAST_DISK or margins.ripple > most:
         return None
+    if loads != (1.0, 1.0) and min(disk_under_load(loop, load, options) for load in loads) < LOADED_DISK:
+        return None
     return TunedLaw(name=name, loop=loop, bandwidth=hertz, filter=words, margins=margins, seconds=0.0)
+
+
+def disk_under_load(loop: Loop, factor: float, options: RigOptions) -> float:
+    """Disk margin of a law with its filter on the nominal plant with another load."""
+    *others, load = loop.chain.inertias
+    chain = replace(loop.chain, inertias=(*others, factor * load))
+    return margins_of(with_plant(loop, chain, options)).disk
 
 
 def nominal_loop(

@@ -98,10 +98,10 @@ def compare(
     """
     drive = as_axis(drive, axis)
     motion = motion or Motion(pulses=PULSES)
-    names = offered(drive, motion) if controllers is None else checked_names(controllers)
+    asked = _disturbances(drive, disturbances)
+    names = offered(drive, motion, asked) if controllers is None else checked_names(controllers)
     if motion.order is None:
         motion = replace(motion, order=max(needed_order(name, drive) for name in names))
-    asked = _disturbances(drive, disturbances)
     _check(draws, seed, goal)
     check_motion(drive, motion)
     spec = spec_for(drive, motion, options=COMPARED)
