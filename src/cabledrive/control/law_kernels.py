@@ -185,6 +185,24 @@ def learning_command(
 
 
 @njit_in_place
+def reference_model_command(
+    row: Array, estimate: Array, states: Array, reference: Array, k: int, regressor: Array
+) -> tuple[float, float]:
+    """Command, and the feedback that drives its adaptation.
+
+    Row k of the reference: wanted states, torque, then the functions that carry the estimates.
+    """
+    n2 = states.size
+    feedback, carried = 0.0, 0.0
+    for j in range(n2):
+        feedback += row[0, j] * (states[j] - reference[k, j])
+    for i in range(reference.shape[1] - n2 - 1):
+        regressor[i] = reference[k, n2 + 1 + i]
+        carried += estimate[i] * regressor[i]
+    return reference[k, n2] + feedback + carried, feedback
+
+
+@njit_in_place
 def law_step(
     kind: int,
     matrix: Array,
@@ -221,6 +239,10 @@ def law_step(
         u, sigma = learning_command(
             matrix, rows, learning, scalars, estimate, memory, states, reference, k, last, regressor, work
         )
+    elif kind == 5:
+        u, sigma = reference_model_command(rows, estimate, states, reference, k, regressor)
+        if isfinite(u):
+            adapt(learning, scalars[0], estimate, regressor, sigma)
     else:
         u, sigma = backstepping_command(
             matrix, rows, scalars, estimate, states, reference, k, regressor, table

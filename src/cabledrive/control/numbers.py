@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-DARC, LINEAR, BACKSTEPPING, OWN, LEARNING = 0, 1, 2, 3, 4
+DARC, LINEAR, BACKSTEPPING, OWN, LEARNING, REFERENCE_MODEL = 0, 1, 2, 3, 4, 5
 SURFACE, ELASTIC, INERTIAL = 0, 1, 2
 NOMINAL, LOW, HIGH, GAIN, LIMIT = 0, 1, 2, 3, 4
 INTERVAL, K_SIGMA, SLOPE, BY_REFERENCE, DESIRED, MU, BETA = 0, 1, 2, 3, 4, 5, 6
@@ -21,8 +21,8 @@ class LawNumbers(NamedTuple):
     Attributes
     ----------
     kind : int
-        DARC, LINEAR, BACKSTEPPING or LEARNING; OWN: a controller of the user's own, whose numbers are
-        elsewhere.
+        DARC, LINEAR, BACKSTEPPING, LEARNING or REFERENCE_MODEL; OWN: a controller of the user's own, whose
+        numbers are elsewhere.
     matrix : ndarray
         DARC: (2n, 2n), from angles and speeds to z and its derivatives. Linear: (m, m + 2n + 1), the
         memory's next value from itself, the errors of angles and speeds, and the last command; learning:
@@ -30,8 +30,8 @@ class LawNumbers(NamedTuple):
     rows : ndarray
         DARC: (3, 2n + 1), the sliding surface, elastic torque and inertial acceleration in powers of s.
         Linear: (1, m + 2n), the command from memory and errors. Backstepping: (1, n - 1), the
-        scales of the states. Learning: (1 + encoders, columns), the command as that of a linear law, then
-        what makes the filter's innovations white and of variance 1.
+        scales of the states. Reference model: (1, 2n), the feedback. Learning: (1 + encoders, columns), the
+        command as that of a linear law, then what makes the filter's innovations white and of variance 1.
     learning : ndarray, shape (5, p)
         Of each estimate: nominal value, lower and upper bound, adaptation gain, rate limit.
     scalars : ndarray, shape (7,)

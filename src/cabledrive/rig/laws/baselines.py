@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from cabledrive.control.adaptive_laws import l1_law
 from cabledrive.control.flat_output import flat_output
 from cabledrive.control.hinf import hinf_law
 from cabledrive.control.kalman import QUIET, KalmanTuning
@@ -150,6 +151,19 @@ def hinf(spec: DesignSpec) -> Controller:
     return _made(spec, "hinf", law, settings | {"integral_time": time, "disturbance_weight": against})
 
 
+def l1(spec: DesignSpec) -> Controller:
+    """Linear-quadratic feedback with L1 adaptation, whose low-pass has the bandwidth of the feedback."""
+    chain, (count, torque, told) = _chain(spec), weights(spec)
+    hertz = rigid_bandwidth(chain, count, torque)
+    law = l1_law(chain, count, torque, hertz, spec.interval)
+    return _made(spec, "l1", law, told | {"low_pass_hz": hertz})
+
+
+def rigid_bandwidth(chain: LumpedChain, error: float, torque: float) -> float:
+    """Bandwidth of the rigid machine under a quadratic cost; see `lq_torque` [Hz]."""
+    return sqrt(torque / (rigid_inertia(chain) * error)) / (2.0 * pi)
+
+
 def weights(spec: DesignSpec, torque: float | None = None) -> tuple[float, float, dict[str, Any]]:
     """Error and torque that weigh the same in the laws of a quadratic cost.
 
@@ -219,6 +233,7 @@ BASELINES: dict[str, Callable[[DesignSpec], Controller]] = {
     "lqi": lqi,
     "lqg-dob": lqg_dob,
     "hinf": hinf,
+    "l1": l1,
     "dob": dob,
     "shaper": shaper,
 }

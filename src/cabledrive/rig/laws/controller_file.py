@@ -18,11 +18,14 @@ from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.controller_words import ARRAYS, reference_columns
 from cabledrive.rig.laws.load_learning import KINDS as LOAD_LEARNING
+from cabledrive.rig.laws.reference_model import NAME as MRAC
 from cabledrive.rig.laws.registry import CONTROLLERS
 
 ABOUT = "See cabledrive.control.numbers.LawNumbers and cabledrive.control.observer_numbers"
 FILE = "controller.json"
-FILED = tuple(name for name in CONTROLLERS if name not in LOAD_LEARNING)
+TABLED = (*LOAD_LEARNING, MRAC)
+"""Laws that need more along their motion than a reference generator makes."""
+FILED = tuple(name for name in CONTROLLERS if name not in TABLED)
 """Laws that a file of numbers can hold; the others need tables along their motion."""
 UNITS = {
     "sample_time": "s",
@@ -99,10 +102,11 @@ def controller_numbers(loop: Loop, drive: Drive, feedback: str) -> dict[str, Any
     Raises `InputRefused` if the law needs tables along its motion.
     """
     made, rig, generator = loop.controller, loop.rig, loop.controller.generator
-    if made.name in LOAD_LEARNING and made.own is None:
+    if made.name in TABLED and made.own is None:
+        plain = made.name.removesuffix("-learning") if made.name in LOAD_LEARNING else "lqg"
         raise InputRefused(
             f"{made.name} needs tables along its motion, which a file of numbers does not hold: take "
-            f"{made.name.removesuffix('-learning')}, which has the same feedback"
+            f"{plain}, which has the same feedback"
         )
     columns = reference_columns(made.law, made.shafts, made.reference.shape[1])
     return {

@@ -13,6 +13,8 @@ from cabledrive.rig.laws.indirect import NAME, indirect
 from cabledrive.rig.laws.least_bandwidth import check_least_bandwidth
 from cabledrive.rig.laws.load_learning import CHANGING, load_learning
 from cabledrive.rig.laws.load_learning import NAME as LOAD_LEARNING
+from cabledrive.rig.laws.reference_model import NAME as MRAC
+from cabledrive.rig.laws.reference_model import reference_model
 from cabledrive.rig.laws.tuned_gains import tuned_law
 from cabledrive.rig.setting import DISSERTATION_ORDER
 
@@ -30,6 +32,7 @@ CONTROLLERS: dict[str, Callable[[DesignSpec], Controller]] = {
     NAME: indirect,
     LOAD_LEARNING: load_learning,
     CHANGING: lambda spec: load_learning(spec, CHANGING),
+    MRAC: reference_model,
     **BASELINES,
 }
 

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.linalg import expm, solve_discrete_lyapunov
 
 from cabledrive.control.backstepping_stability import backstepping_row
-from cabledrive.control.numbers import BACKSTEPPING, DARC, LEARNING, LINEAR, LawNumbers
+from cabledrive.control.numbers import BACKSTEPPING, DARC, LEARNING, LINEAR, REFERENCE_MODEL, LawNumbers
 from cabledrive.control.observer_numbers import KALMAN
 from cabledrive.parameters import InputRefused
 from cabledrive.rig.closed_loop.linear_loop import feedback_row
@@ -232,7 +232,7 @@ def feedback_of(law: LawNumbers, states: int) -> tuple[Array, Array, Array]:
     Returns ``rows``, shape (2n,); ``memory``, shape (k,); ``update``, shape (k, k + 2n + 1).
     Raises `InputRefused` if the law is the user's own.
     """
-    if law.kind in (LINEAR, LEARNING):
+    if law.kind in (LINEAR, LEARNING, REFERENCE_MODEL):
         k = law.matrix.shape[0]
         return law.rows[0, k : k + states], law.rows[0, :k], law.matrix
     nothing = np.zeros((0, states + 1))
