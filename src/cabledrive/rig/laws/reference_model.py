@@ -21,7 +21,7 @@ def reference_model(spec: DesignSpec) -> Controller:
     """Quadratic feedback whose closed loop is the reference model; the motor's four parameters adapt."""
     number = highest_model(spec.drive)
     chain = spec.model(number)
-    count, torque, told = weights(spec)
+    count, torque, settings = weights(spec)
     table = feedforward_table(spec, chain, spec.wanted(2 * chain.size))
     speed = table[:, chain.size]
     functions = np.column_stack(
@@ -45,7 +45,8 @@ def reference_model(spec: DesignSpec) -> Controller:
         shafts=("motor", "drive", "load") if chain.size == 3 else ("motor", "load"),
         start=np.zeros(4),
         tuning=QUIET,
-        gains=told | {"learns": ["inertia_motor", "viscous_friction", "coulomb_friction", "offset_torque"]},
+        gains=settings
+        | {"learns": ["inertia_motor", "viscous_friction", "coulomb_friction", "offset_torque"]},
         model=number,
         damped=True,
     )
