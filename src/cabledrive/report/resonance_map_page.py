@@ -9,16 +9,21 @@ from markupsafe import Markup
 
 from cabledrive.report.numbers import number, quantity
 from cabledrive.report.style import theme_css
+from cabledrive.report.time_plots import instants
 from cabledrive.report.typesetting import typeset
+from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.resonance_map import GrowthMap
 
 _TEMPLATES = resources.files("cabledrive.report") / "templates"
 
 
-def resonance_map_page(growth: GrowthMap, validation: str = "") -> str:
+def resonance_map_page(
+    growth: GrowthMap, validation: str = "", *, motion: PlannedMotion | None = None
+) -> str:
     """Set the map as a page.
 
-    ``validation``: what the exact loop says at some points of the map; put into the caption.
+    ``validation``: what the exact loop says at some points of the map; put into the caption; ``motion``:
+    drawn as a path over pretension and torque magnitude.
     Returns HTML.
     """
     from cabledrive.parameters.version import __version__
@@ -28,9 +33,10 @@ def resonance_map_page(growth: GrowthMap, validation: str = "") -> str:
     html = environment.from_string(text).render(
         map=growth,
         css=Markup(theme_css() + (_TEMPLATES / "report.css").read_text(encoding="utf-8")),
-        data=Markup(_data(growth).replace("<", "\\u003c")),
+        data=Markup(_data(growth, motion).replace("<", "\\u003c")),
         summary=summary_line(growth),
         validation=validation,
+        motion=motion is not None,
         number=number,
         version=__version__,
     )
@@ -56,7 +62,16 @@ def summary_line(growth: GrowthMap) -> str:
     )
 
 
-def _data(growth: GrowthMap) -> str:
+def _path(growth: GrowthMap, motion: PlannedMotion) -> list[list[float | None]]:
+    """Pretension and torque magnitude along a motion, thinned so that every peak stays."""
+    torque = np.abs(motion.torque)
+    own = np.full(torque.size, growth.own_pretension)
+    pretension = own if motion.pretension is None else motion.pretension
+    kept = instants([torque, pretension], torque.size)
+    return [_rounded(pretension[kept]), _rounded(torque[kept])]
+
+
+def _data(growth: GrowthMap, motion: PlannedMotion | None) -> str:
     finite = growth.growth[np.isfinite(growth.growth)]
     return json.dumps(
         {
@@ -68,6 +83,7 @@ def _data(growth: GrowthMap) -> str:
             "tuned": list(growth.tuned),
             "own_pretension": growth.own_pretension,
             "own_torque": growth.own_torque,
+            "path": None if motion is None else _path(growth, motion),
             "highest": float(finite.max()) if finite.size else 10.0,
         },
         allow_nan=False,

@@ -11,14 +11,18 @@ from starlette.routing import Route
 
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.studio import pages
+from cabledrive.studio.control_view import control_page, control_part
 from cabledrive.studio.desk import Desk
 from cabledrive.studio.guard import Guard, Keys
 from cabledrive.studio.jobs import Jobs
 from cabledrive.studio.library import LOGS, WORK, Library
 from cabledrive.studio.log_store import LogStore
+from cabledrive.studio.logs_view import check, curves, logs_page, take_log
 from cabledrive.studio.machine_view import home, machine_page, machine_part, take_text
+from cabledrive.studio.resonance_view import resonance_map, resonance_page
 from cabledrive.studio.state import State
 from cabledrive.studio.warm import Warm
+from cabledrive.studio.work_view import cancel, events, file, job_page, job_part, resume, start, work_page
 
 
 def application(library: Library, keys: Keys, first: State, *, warm: bool = True) -> Guard:
@@ -37,6 +41,22 @@ def application(library: Library, keys: Keys, first: State, *, warm: bool = True
             Route("/machine", machine_page),
             Route("/machine/part", machine_part),
             Route("/machine/text", take_text, methods=["POST"]),
+            Route("/resonance", resonance_page),
+            Route("/resonance/map", resonance_map),
+            Route("/logs", logs_page),
+            Route("/logs/file", take_log, methods=["POST"]),
+            Route("/logs/{log}/curves", curves),
+            Route("/logs/{log}/check", check),
+            Route("/control", control_page),
+            Route("/control/part", control_part),
+            Route("/work", work_page),
+            Route("/work/start/{kind}", start, methods=["POST"]),
+            Route("/work/{number}", job_page),
+            Route("/work/{number}/part", job_part),
+            Route("/work/{number}/events", events),
+            Route("/work/{number}/file", file),
+            Route("/work/{number}/cancel", cancel, methods=["POST"]),
+            Route("/work/{number}/resume", resume, methods=["POST"]),
             Route("/ready", _ready),
         ],
         lifespan=_lifespan(desk, warm),
@@ -46,6 +66,7 @@ def application(library: Library, keys: Keys, first: State, *, warm: bool = True
             ValueError: _refused,  # bytes of a request that are no text, a query that is none
         },
     )
+    app.router.redirect_slashes = False  # an address is one that is listed, or none
     app.state.desk = desk
     return Guard(app, keys)
 

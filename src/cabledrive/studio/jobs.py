@@ -5,6 +5,7 @@ import contextlib
 import ctypes
 import json
 import os
+import shlex
 import signal
 import sys
 from collections.abc import AsyncIterator, Sequence
@@ -120,13 +121,14 @@ class Jobs:
         folder.mkdir(parents=True)
         return number, folder.absolute()
 
-    async def start(self, place: tuple[int, Path], title: str, shown: str, arguments: Sequence[str]) -> Job:
+    async def start(self, place: tuple[int, Path], title: str, arguments: Sequence[str]) -> Job:
         """Start a command in its folder.
 
         Raises `InputRefused` if too many are running.
         """
         self.check_room()
         number, folder = place
+        shown = shlex.join(["cabledrive", *arguments])
         job = Job(number=number, title=title, shown=shown, arguments=list(arguments), folder=folder)
         self.all[number] = job
         await self._run(job)

@@ -21,14 +21,10 @@ VIEWS = (
 )
 _OWN = resources.files("cabledrive.studio") / "templates"
 _UPLOT = resources.files("cabledrive.report") / "vendor" / "uplot"
+_SCRIPTS = ("studio", "machine", "resonance", "curves", "logs", "control", "work", "tour")
 _FILES = {
+    **{f"{name}.js": ("text/javascript", (_OWN, f"{name}.js")) for name in _SCRIPTS},
     "studio.css": ("text/css", (_OWN, "studio.css")),
-    "studio.js": ("text/javascript", (_OWN, "studio.js")),
-    "machine.js": ("text/javascript", (_OWN, "machine.js")),
-    "curves.js": ("text/javascript", (_OWN, "curves.js")),
-    "logs.js": ("text/javascript", (_OWN, "logs.js")),
-    "work.js": ("text/javascript", (_OWN, "work.js")),
-    "tour.js": ("text/javascript", (_OWN, "tour.js")),
     "uPlot.js": ("text/javascript", (_UPLOT, "uPlot.iife.min.js")),
     "uPlot.css": ("text/css", (_UPLOT, "uPlot.min.css")),
 }

@@ -53,7 +53,7 @@ def open_studio(
     from cabledrive.studio.state import first_state
 
     place = check_folder_writable(folder)
-    library = Library(place)
+    library = Library(place.absolute())
     first = first_state(library, source)
     with _alone_in(place), _listening(port) as listener:
         keys = Keys(listener.getsockname()[1])

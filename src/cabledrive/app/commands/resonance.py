@@ -109,8 +109,9 @@ def command(
     found = resonance(drive, torque=torque, load_torque=load_torque)
     changes = () if found.verdict == SAFE else remedies(drive, found.torque, load_torque)
     judged = None
-    if motion_file is not None:
-        judged = alarm(released(drive), read_motion(motion_file), floor=floor, limit=limit)
+    motion = None if motion_file is None else read_motion(motion_file)
+    if motion is not None:
+        judged = alarm(released(drive), motion, floor=floor, limit=limit)
     if map_file is not None:
         from cabledrive.report.resonance_map_page import resonance_map_page
         from cabledrive.studies.map_spot_checks import spot_check_line, spot_checks
@@ -118,7 +119,7 @@ def command(
 
         growth = growth_map(drive, torque=found.torque, load_torque=load_torque)
         checks = () if load_torque else spot_checks(drive, growth, np.random.default_rng(SEED))
-        map_file.write(resonance_map_page(growth, spot_check_line(checks)))
+        map_file.write(resonance_map_page(growth, spot_check_line(checks), motion=motion))
     data = resonance_data(drive, found, changes, load_torque) | {"motor": motor_condition(drive)}
     text = resonance_text(drive, found, changes)
     if data["motor"] == HOLDING:

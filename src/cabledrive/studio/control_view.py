@@ -1,0 +1,161 @@
+"""Control laws side by side on one motion: error, torque, spectrum and bound, with bandwidths as sliders."""
+
+import threading
+from typing import Any
+
+import numpy as np
+from starlette.requests import Request
+from starlette.responses import JSONResponse, Response
+
+from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.parameters.route.drive import require_two_pulleys
+from cabledrive.parameters.units import to_si
+from cabledrive.report.figures.control_runs import spectrum
+from cabledrive.report.time_plots import instants
+from cabledrive.rig import Tracking, track
+from cabledrive.rig.laws.registry import CONTROLLERS
+from cabledrive.rig.parsed_options import parse_disturbance, parse_encoder_dropout
+from cabledrive.rig.setting import Motion, RigOptions
+from cabledrive.studio import pages
+from cabledrive.studio.commands import SWITCHES
+from cabledrive.studio.desk import Desk
+from cabledrive.studio.state import command_line, drive_of, state_of
+
+PLANTS = ("model-1", "model-2", "model-3", "model-4")
+FIRST_LAWS = ("pd", "darc-3")
+MOST_LAWS = 4
+BANDWIDTH = "30 Hz"
+HIGHEST = 300.0
+"""Part of the spectrum that is drawn [Hz]."""
+KICK, DROPOUT = "load:0.05 N m:0.3 s:0.6 s", "load:0.3 s:0.32 s"
+_ONE_AT_A_TIME = threading.Lock()
+
+
+def control_page(request: Request) -> Response:
+    """The page; its curves are asked for apart."""
+    desk: Desk = request.app.state.desk
+    state = state_of(request.url.query, desk.first)
+    given = request.query_params
+    return pages.page(
+        request,
+        "control.html",
+        view="control",
+        state=state,
+        laws=list(CONTROLLERS),
+        chosen=_laws(request),
+        plants=PLANTS,
+        given=given,
+        bandwidth=given.get("bandwidth", BANDWIDTH),
+        switches=SWITCHES,
+        kick=KICK,
+        dropout=DROPOUT,
+        command="",
+        warm=desk.warm.words,
+    )
+
+
+def control_part(request: Request) -> Response:
+    """Runs of all laws that are chosen."""
+    desk: Desk = request.app.state.desk
+    state = state_of(request.url.query, desk.first)
+    try:
+        drive = drive_of(desk.library, state)
+        require_two_pulleys(drive, "`track`")
+        assert isinstance(drive, Drive)
+        bandwidth, motion, options, words = _setting(request)
+        plant = request.query_params.get("plant") or None
+        runs: dict[str, Tracking] = {}
+        refused: list[str] = []
+        with _ONE_AT_A_TIME:
+            for law in _laws(request):
+                try:
+                    runs[law] = track(
+                        drive,
+                        controller=law,
+                        bandwidth=bandwidth,
+                        plant=plant,
+                        motion=motion,
+                        options=options,
+                    )
+                except (InputRefused, NotComputed) as refusal:
+                    refused.append(f"{law}: {refusal}")
+    except (InputRefused, NotComputed) as refusal:
+        return JSONResponse({"refusal": str(refusal)})
+    lines = [
+        command_line(desk.library, state, "track", f"--controller={law}", *words) for law in _laws(request)
+    ]
+    return JSONResponse({"refused": refused, "command": "; ".join(lines), "query": state.query} | _seen(runs))
+
+
+def _laws(request: Request) -> list[str]:
+    given = [law for law in request.query_params.getlist("law") if law in CONTROLLERS]
+    return list(dict.fromkeys(given))[:MOST_LAWS] or list(FIRST_LAWS)
+
+
+def _setting(request: Request) -> tuple[float, Motion, RigOptions, list[str]]:
+    """Bandwidth [Hz], motion and options of the page, and the same for the command `track`."""
+    given = request.query_params
+    bandwidth = to_si(given.get("bandwidth") or BANDWIDTH, "Hz")
+    if not 0.1 <= bandwidth <= 1000.0:
+        raise InputRefused(f"bandwidth = {bandwidth:.4g} Hz must lie between 0.1 Hz and 1 kHz")
+    motion = Motion(
+        angle=float(np.degrees(to_si(given.get("angle") or "45 deg", "rad"))),
+        rise=to_si(given.get("rise") or "0.5 s", "s"),
+        dwell=to_si(given.get("dwell") or "0.5 s", "s"),
+    )
+    options = RigOptions(
+        ideal_sensors=bool(given.get("ideal")),
+        smooth_friction=bool(given.get("smooth")),
+        disturbances=(parse_disturbance(KICK),) if given.get("kick") else (),
+        blind=parse_encoder_dropout(DROPOUT) if given.get("dropout") else None,
+    )
+    words = [f"--bandwidth={bandwidth:g}", *([f"--plant={given['plant']}"] if given.get("plant") else [])]
+    words += [f"--angle={motion.angle:g}", f"--rise={motion.rise:g}", f"--dwell={motion.dwell:g}"]
+    words += [
+        flag
+        for name, flag in (("ideal", "--ideal-sensors"), ("smooth", "--smooth-friction"))
+        if given.get(name)
+    ]
+    words += [f"--disturbance={KICK}"] if given.get("kick") else []
+    words += [f"--blind={DROPOUT}"] if given.get("dropout") else []
+    return bandwidth, motion, options, words
+
+
+def _seen(runs: dict[str, Tracking]) -> dict[str, Any]:
+    """Curves of the runs, thinned so that every peak stays, and their figures."""
+    if not runs:
+        return {"curves": [], "rows": []}
+    curves = []
+    for law, run in runs.items():
+        bounds = [] if run.bound is None or run.summary["within_bound"] is None else [run.bound]
+        kept = instants([run.error, run.torque, *bounds], run.time.size)
+        frequency, amplitude = spectrum(run, -1)
+        part = frequency <= HIGHEST
+        curves.append(
+            {
+                "name": law,
+                "time": run.time[kept].tolist(),
+                "error": _finite(np.degrees(run.error[kept])),
+                "torque": _finite(run.torque[kept]),
+                "bound": _finite(np.degrees(bounds[0][kept])) if bounds else [],
+                "frequency": frequency[part].tolist(),
+                "amplitude": _finite(np.degrees(amplitude[part])),
+            }
+        )
+    keys = (
+        "peak_error_deg",
+        "rms_error_deg",
+        "peak_torque",
+        "saturated_fraction",
+        "theory_bound_deg",
+        "within_bound",
+    )
+    rows = [
+        {"law": law, "incomplete": run.incomplete} | {key: run.summary[key] for key in keys}
+        for law, run in runs.items()
+    ]
+    return {"curves": curves, "rows": rows}
+
+
+def _finite(values: Any) -> list[float | None]:
+    return [float(value) if np.isfinite(value) else None for value in values]

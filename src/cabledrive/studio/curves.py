@@ -1,0 +1,158 @@
+"""Columns of a long log ready to be drawn: least and largest value of every 256 rows, the rows on disk."""
+
+import threading
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.identification.logs.table import Table
+from cabledrive.parameters import InputRefused
+
+BUCKET = 256
+"""Rows of a bucket."""
+MOST_POINTS = 4000
+MOST_ROWS = 1_000_000_000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Column:
+    """A column: ``rows`` on disk, and of every bucket the least and the largest value."""
+
+    rows: NDArray[Any]
+    low: NDArray[Any]
+    high: NDArray[Any]
+
+
+class Curves:
+    """Columns of one log, each read once when it is first asked for.
+
+    Parameters
+    ----------
+    table : Table
+    time : str or None
+        Its column; None: rows are counted.
+    folder : Path
+        Of the rows on disk.
+    """
+
+    def __init__(self, table: Table, time: str | None, folder: Path) -> None:
+        self.table, self.time = table, time
+        self._folder = folder
+        self._columns: dict[str, Column] = {}
+        self._lock = threading.Lock()
+
+    def window(
+        self, names: tuple[str, ...], start: float | None, end: float | None, points: int
+    ) -> dict[str, Any]:
+        """Least and largest value of columns for each of about ``points`` pixels of a part of the log.
+
+        ``start``, ``end``: of the time, or row numbers; default: the whole log.
+        Raises `InputRefused` if a column is not there or cannot be read.
+        """
+        for name in names:
+            self.table.require(name)
+        with self._lock:
+            self._read(names)
+        rows = self._columns[names[0]].rows.size
+        first, last = self._bounds(rows, start, end)
+        edges = np.unique(np.linspace(first, last, min(points, MOST_POINTS) + 1).astype(np.int64))
+        edges = edges if edges.size > 1 else np.array([first, last])
+        return {
+            "rows": rows,
+            "x": _plain(self._time_at(edges[:-1])),
+            "start": float(self._time_at(np.array([first]))[0]),
+            "end": float(self._time_at(np.array([last - 1]))[0]),
+            "series": [
+                {"name": name, "low": _plain(low), "high": _plain(high)}
+                for name in names
+                for low, high in (_extremes(self._columns[name], edges),)
+            ],
+        }
+
+    def _bounds(self, rows: int, start: float | None, end: float | None) -> tuple[int, int]:
+        """First row and the row behind the last one; at least two rows."""
+        if self.time is None:
+            first = 0 if start is None else int(np.clip(start, 0, rows))
+            last = rows if end is None else int(np.clip(end + 1, 0, rows))
+        else:
+            time = self._columns[self.time].rows
+            first = 0 if start is None else int(np.searchsorted(time, start))
+            last = rows if end is None else int(np.searchsorted(time, end, side="right"))
+        first = min(first, max(rows - 2, 0))
+        return first, min(max(last, first + 2), rows)
+
+    def _time_at(self, places: NDArray[np.int64]) -> NDArray[np.float64]:
+        if self.time is None:
+            return places.astype(float)
+        return np.asarray(self._columns[self.time].rows[places], dtype=float)
+
+    def _read(self, names: tuple[str, ...]) -> None:
+        """Read what is missing in one pass over the file."""
+        wanted = dict.fromkeys((*([self.time] if self.time else []), *names))
+        missing = tuple(name for name in wanted if name not in self._columns)
+        if not missing:
+            return
+        self._folder.mkdir(exist_ok=True)
+        number = len(self._columns)
+        paths = {name: self._folder / f"{number + k}.bin" for k, name in enumerate(missing)}
+        kinds = {name: np.float64 if name == self.time else np.float32 for name in missing}
+        parts: dict[str, list[tuple[NDArray[Any], NDArray[Any]]]] = {name: [] for name in missing}
+        rest = {name: np.empty(0, dtype=kinds[name]) for name in missing}
+        files = {name: path.open("wb") for name, path in paths.items()}
+        size = 0
+        try:
+            for block in self.table.read(missing):
+                size += next(iter(block.values())).size
+                if size > MOST_ROWS:
+                    raise InputRefused(f"{self.table.source}: more than {MOST_ROWS} rows: cut the log")
+                for name, values in block.items():
+                    with np.errstate(over="ignore"):
+                        kept = np.ascontiguousarray(values, dtype=kinds[name])
+                    files[name].write(kept.data)
+                    joined = np.concatenate((rest[name], kept)) if rest[name].size else kept
+                    whole = joined.size - joined.size % BUCKET
+                    parts[name].append(_buckets(joined[:whole]))
+                    rest[name] = joined[whole:].copy()
+        finally:
+            for file in files.values():
+                file.close()
+        if size == 0:
+            raise InputRefused(f"{self.table.source}: holds no row of numbers: record it again")
+        for name in missing:
+            if rest[name].size:
+                parts[name].append(_buckets(rest[name], rest[name].size))
+            low, high = (np.concatenate([part[k] for part in parts[name]]) for k in (0, 1))
+            rows = np.memmap(paths[name], dtype=kinds[name], mode="r")
+            self._columns[name] = Column(rows, low, high)
+
+
+def _buckets(values: NDArray[Any], size: int = BUCKET) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Least and largest value of each bucket; missing values do not count."""
+    by = values.reshape(-1, size)
+    low, high = by.min(axis=1), by.max(axis=1)
+    holes = np.isnan(low)
+    if holes.any():
+        low[holes], high[holes] = np.fmin.reduce(by[holes], axis=1), np.fmax.reduce(by[holes], axis=1)
+    return low, high
+
+
+def _extremes(column: Column, edges: NDArray[np.int64]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Least and largest value between neighbouring edges, from buckets where a pixel holds many."""
+    if edges[-1] - edges[0] > 4 * BUCKET * edges.size:
+        # A pixel ends at the bucket that its last row is in: off by less than a quarter of a pixel.
+        places, low, high = edges // BUCKET, column.low, column.high
+    else:
+        places = edges - edges[0]
+        low = high = np.asarray(column.rows[edges[0] : edges[-1]])
+    starts = np.minimum(places[:-1], low.size - 1)
+    ends = int(np.clip(places[-1], starts[-1] + 1, low.size))
+    return np.fmin.reduceat(low[:ends], starts), np.fmax.reduceat(high[:ends], starts)
+
+
+def _plain(values: NDArray[Any]) -> list[float | None]:
+    """Numbers for JSON; what is not finite is a gap."""
+    wide = np.asarray(values, dtype=float)
+    return [None if not good else value for value, good in zip(wide.tolist(), np.isfinite(wide), strict=True)]

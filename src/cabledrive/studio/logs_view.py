@@ -1,0 +1,139 @@
+"""Logs: dropped, drawn with zoom, checked; what is identified from them is work of the package's commands."""
+
+from typing import Any
+
+import numpy as np
+from starlette.requests import Request
+from starlette.responses import JSONResponse, Response
+
+from cabledrive.identification.logs.column_map import ColumnMap, with_choices
+from cabledrive.identification.logs.quantities import recognise
+from cabledrive.identification.logs.reading import read_log
+from cabledrive.parameters import InputRefused
+from cabledrive.studio import pages
+from cabledrive.studio.desk import Desk
+from cabledrive.studio.log_store import SOUND, shown_columns, time_column, unit_of
+from cabledrive.studio.state import state_of
+
+MOST_CHECKED = 8_000_000
+"""Rows of a log that is checked for the page; a longer one is checked by what identifies from it."""
+MOST_MARKS = 200
+
+
+def logs_page(request: Request) -> Response:
+    """All logs, and one of them."""
+    desk: Desk = request.app.state.desk
+    state, log = state_of(request.url.query, desk.first), request.query_params.get("log", "")
+    words: dict[str, Any] = {
+        "refusal": "",
+        "name": "",
+        "columns": [],
+        "shown": [],
+        "time": None,
+        "sound": False,
+    }
+    if log:
+        try:
+            words |= _columns(desk, log)
+        except InputRefused as refusal:
+            words["refusal"] = str(refusal)
+    command = f"cabledrive identify {words['name']}" if words["name"] else ""
+    return pages.page(
+        request,
+        "logs.html",
+        view="logs",
+        state=state,
+        log=log,
+        logs=desk.logs.listed(),
+        command=command,
+        warm=desk.warm.words,
+        **words,
+    )
+
+
+def _columns(desk: Desk, log: str) -> dict[str, Any]:
+    path = desk.logs.path(log)
+    if path.suffix.lower() == SOUND:
+        return {"name": path.name, "sound": True}
+    table = desk.logs.table(log)
+    columns = [
+        {
+            "name": name,
+            "unit": unit_of(table, name),
+            "channel": seen.channel if (seen := recognise(name)) else "",
+        }
+        for name in table.names[:400]
+    ]
+    return {
+        "name": path.name,
+        "columns": columns,
+        "shown": shown_columns(table),
+        "time": time_column(table),
+    }
+
+
+async def take_log(request: Request) -> Response:
+    """A file, streamed to disk."""
+    desk: Desk = request.app.state.desk
+    try:
+        log = await desk.logs.receive(request.query_params.get("name", ""), request.stream())
+    except InputRefused as refusal:
+        return JSONResponse({"refusal": str(refusal)}, 422)
+    return JSONResponse({"log": log})
+
+
+def curves(request: Request) -> Response:
+    """Least and largest values of columns of a part of a log."""
+    desk: Desk = request.app.state.desk
+    log, asked = request.path_params["log"], request.query_params
+    try:
+        found = desk.logs.curves(log)
+        names = tuple(dict.fromkeys(asked.getlist("column")))[:8] or tuple(shown_columns(found.table))
+        points = int(asked.get("points", "1000")[:6])
+        window = found.window(names, _place(asked.get("start")), _place(asked.get("end")), max(points, 2))
+    except InputRefused as refusal:
+        return JSONResponse({"refusal": str(refusal)}, 422)
+    units = {name: unit_of(found.table, name) for name in names}
+    return JSONResponse(window | {"units": units, "time": found.time})
+
+
+def check(request: Request) -> Response:
+    """What the check of the log found, with the places where it is known."""
+    desk: Desk = request.app.state.desk
+    log = request.path_params["log"]
+    try:
+        table = desk.logs.table(log)
+        if (table.rows or 0) > MOST_CHECKED:
+            raise InputRefused(
+                f"not checked here: about {table.rows} rows, at most {MOST_CHECKED}; `identify` checks "
+                "it whole"
+            )
+        chosen = request.query_params.getlist("column")
+        found = read_log(desk.logs.path(log), with_choices(ColumnMap(), [one for one in chosen if one]))
+    except InputRefused as refusal:
+        return JSONResponse({"refusal": str(refusal)}, 422)
+    report = found.report
+    said = [
+        f"{report.rows} rows, {report.duration:.6g} s at {1.0 / report.interval:.6g} Hz",
+        *report.repaired,
+        *report.findings,
+    ]
+    marks = [
+        {"channel": name, "start": float(found.time[first]), "end": float(found.time[last])}
+        for name, flags in found.saturated.items()
+        for first, last in _runs(np.asarray(flags))
+    ]
+    return JSONResponse({"said": said, "marks": marks[:MOST_MARKS]})
+
+
+def _runs(flags: Any) -> list[tuple[int, int]]:
+    """First and last place of every run of flags."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], flags.astype(np.int8), [0]))))
+    return [(int(first), int(last) - 1) for first, last in edges.reshape(-1, 2)]
+
+
+def _place(text: str | None) -> float | None:
+    if not text:
+        return None
+    value = float(text[:40])
+    return value if np.isfinite(value) else None

@@ -1,0 +1,118 @@
+"""The internal resonance: verdict, pairs, the map with the machine's own point and a motion's path."""
+
+import threading
+from functools import lru_cache
+from typing import Any
+
+from starlette.requests import Request
+from starlette.responses import HTMLResponse, JSONResponse, Response
+
+from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.parameters.route.drive import require_two_pulleys
+from cabledrive.parameters.units import to_si
+from cabledrive.report.numbers import number, quantity
+from cabledrive.report.resonance_map_page import resonance_map_page
+from cabledrive.studies.motion_file import read_motion
+from cabledrive.studies.resonance import ResonanceSummary, resonance
+from cabledrive.studies.resonance_map import growth_map
+from cabledrive.studio import pages
+from cabledrive.studio.desk import Desk
+from cabledrive.studio.state import command_line, drive_of, state_of
+from cabledrive.studio.work_view import FRAMED
+
+KEPT = 4
+POINTS = 60
+"""Pretensions and torques of the map."""
+_ONE_AT_A_TIME = threading.Lock()
+
+
+def resonance_page(request: Request) -> Response:
+    """Verdict and pairs; the map is a page of its own inside."""
+    desk: Desk = request.app.state.desk
+    state = state_of(request.url.query, desk.first)
+    torque = request.query_params.get("torque", "")[:40]
+    words: dict[str, Any] = {"refusal": "", "facts": [], "pairs": [], "verdict": "", "reasons": []}
+    try:
+        drive = _two_pulleys(desk, request)
+        words |= _facts(resonance(drive, torque=to_si(torque, "N m") if torque else None))
+    except (InputRefused, NotComputed) as refusal:
+        words["refusal"] = str(refusal)
+    options = [f"--torque={torque}"] if torque else []
+    return pages.page(
+        request,
+        "resonance.html",
+        view="resonance",
+        state=state,
+        torque=torque,
+        motion=request.query_params.get("motion", ""),
+        logs=[log for log in desk.logs.listed() if log[1].endswith((".csv", ".tsv"))],
+        command=command_line(desk.library, state, "resonance", *options, "--map", "map.html"),
+        warm=desk.warm.words,
+        **words,
+    )
+
+
+def resonance_map(request: Request) -> Response:
+    """The map, as the command `resonance --map` draws it, coarser; with a motion, its path."""
+    desk: Desk = request.app.state.desk
+    try:
+        drive = _two_pulleys(desk, request)
+        torque = request.query_params.get("torque", "")[:40]
+        found = resonance(drive, torque=to_si(torque, "N m") if torque else None)
+        chosen = request.query_params.get("motion")
+        motion = read_motion(desk.logs.path(chosen)) if chosen else None
+        with _ONE_AT_A_TIME:
+            html = resonance_map_page(_map(drive, found.torque), motion=motion)
+    except (InputRefused, NotComputed) as refusal:
+        return JSONResponse({"refusal": str(refusal)}, 422)
+    return HTMLResponse(html, headers={"content-security-policy": FRAMED})
+
+
+@lru_cache(maxsize=KEPT)
+def _map(drive: Drive, torque: float) -> Any:
+    import numpy as np
+
+    wide = growth_map(
+        drive, torque=torque, pretensions=[drive.cable.pretension], torques=[torque], duration=1e-3
+    )
+    tuned = [value for value in wide.tuned if value > 0.0]
+    low, high = min([drive.cable.pretension, *tuned]), max([drive.cable.pretension, *tuned])
+    return growth_map(
+        drive,
+        torque=torque,
+        pretensions=np.linspace(0.75 * low, 1.25 * high, POINTS),
+        torques=np.linspace(0.0, 3.0 * torque, POINTS) if torque > 0.0 else None,
+    )
+
+
+def _two_pulleys(desk: Desk, request: Request) -> Drive:
+    drive = drive_of(desk.library, state_of(request.url.query, desk.first))
+    require_two_pulleys(drive, "`resonance`")
+    assert isinstance(drive, Drive)
+    return drive
+
+
+def _facts(found: ResonanceSummary) -> dict[str, Any]:
+    rows = (
+        ("Frequency ratio, first transverse over pulley mode", found.frequency_ratio, "1"),
+        ("Pulley mode", found.pulley_frequency, "Hz"),
+        ("Tuned pretension", found.tuned_pretension, "N"),
+        ("Threshold torque at that tuning", found.threshold_torque, "N m"),
+        ("Threshold torque at the own pretension", found.threshold_here, "N m"),
+        ("Torque of the verdict", found.torque, "N m"),
+    )
+    return {
+        "verdict": found.verdict,
+        "reasons": found.reasons,
+        "facts": [(words, quantity(value, unit)) for words, value, unit in rows if value is not None],
+        "pairs": [
+            (
+                pair.kind,
+                pair.span,
+                number(pair.longitudinal_hz, 6),
+                " + ".join(dict.fromkeys(number(value, 6) for value in pair.transverse_hz)),
+                "none" if pair.threshold_torque is None else quantity(pair.threshold_torque, "N m", 4),
+            )
+            for pair in found.coupled[:12]
+        ],
+    }

@@ -1,0 +1,52 @@
+// Long work: forms that start it, and one piece of it with its progress as it comes.
+"use strict";
+(() => {
+  const { $, post } = studio;
+  const state = new URLSearchParams([...new URLSearchParams(location.search)].filter(([name]) => name === "drive" || name === "set"));
+
+  for (const form of document.querySelectorAll("form.start")) {
+    form.addEventListener("submit", async (event) => {
+      event.preventDefault();
+      const button = form.querySelector("button"), refusal = form.querySelector(".refusal");
+      button.disabled = true;
+      const found = await post(`/work/start/${form.dataset.kind}?${state}`, new URLSearchParams(new FormData(form)));
+      button.disabled = false;
+      if (found.number) location.href = `/work/${found.number}?${state}`;
+      refusal.textContent = found.refusal ?? "";
+      refusal.hidden = !found.refusal;
+    });
+  }
+
+  const job = $("job");
+  if (!job) return;
+  const number = job.dataset.number, lines = $("lines");
+  async function refresh() {
+    const found = await (await fetch(`/work/${number}/part`)).json();
+    job.innerHTML = found.part; // escaped by the server
+    const running = found.status === "running";
+    $("cancel").hidden = !running;
+    $("resume").hidden = running;
+    return found;
+  }
+  function say(words) {
+    lines.append(`${words}\n`);
+    lines.scrollTop = lines.scrollHeight;
+  }
+  function watch() {
+    const source = new EventSource(`/work/${number}/events`);
+    source.onmessage = (event) => say(JSON.parse(event.data));
+    source.addEventListener("end", () => { source.close(); studio.lost(""); refresh(); });
+    source.onerror = () => studio.lost("The connection is lost; the work goes on, and the page asks again.");
+    source.onopen = () => studio.lost("");
+  }
+  refresh().then(watch);
+  async function act(what) {
+    const found = await post(`/work/${number}/${what}`, "");
+    $("job-refusal").textContent = found.refusal ?? "";
+    $("job-refusal").hidden = !found.refusal;
+    await refresh();
+    if (what === "resume" && !found.refusal) { lines.textContent = ""; watch(); }
+  }
+  $("cancel").addEventListener("click", () => { $("cancel").disabled = true; act("cancel").then(() => { $("cancel").disabled = false; }); });
+  $("resume").addEventListener("click", () => act("resume"));
+})();

@@ -1,0 +1,123 @@
+"""Logs: streamed to disk under a name of the studio's, drawn by extremes that no pixel loses, checked."""
+
+import json
+from itertools import pairwise
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet
+import pytest
+
+from cabledrive.studio.log_store import safe_name
+
+ROWS = 700_001
+RATE = 1000.0
+
+
+def sent(studio, name, content):
+    return studio.post("/logs/file", params={"name": name}, content=content)
+
+
+@pytest.fixture
+def long_log(studio, tmp_path):
+    """Two float32 columns, longer than a pixel can show, with one spike and one gap."""
+    draw = np.random.default_rng(1)
+    torque = draw.normal(size=ROWS).astype(np.float32)
+    angle = np.cumsum(draw.normal(size=ROWS)).astype(np.float32)
+    torque[123_457] = 99.0
+    angle[500_000:500_010] = np.nan
+    path = tmp_path / "long.parquet"
+    table = pa.table({"time [s]": np.arange(ROWS) / RATE, "torque [N m]": torque, "angle [rad]": angle})
+    pyarrow.parquet.write_table(table, path, row_group_size=200_000)
+    answer = sent(studio, "long.parquet", path.read_bytes())
+    assert answer.status_code == 200, answer.text
+    return answer.json()["log"], torque, angle
+
+
+def window(studio, log, **asked):
+    answer = studio.get(f"/logs/{log}/curves", params=asked)
+    assert answer.status_code == 200, answer.text
+    return json.loads(answer.text, parse_constant=lambda word: pytest.fail(word))
+
+
+@pytest.mark.parametrize(
+    "start, end, points",
+    [(None, None, 700), (100.0, 140.0, 300), (123.456, 123.4575, 50), (499.9, 500.2, 900)],
+)
+def test_no_extreme_is_lost_between_the_pixels(studio, long_log, start, end, points):
+    log, torque, angle = long_log
+    asked = {"points": points} | ({} if start is None else {"start": start, "end": end})
+    found = window(studio, log, **asked)
+    time = np.arange(ROWS) / RATE
+    inside = slice(*np.searchsorted(time, [found["start"], found["end"] + 1e-9]))
+    assert found["rows"] == ROWS
+    assert [one["name"] for one in found["series"]] == ["torque", "angle"]
+    for one, values in zip(found["series"], (torque, angle), strict=True):
+        assert len(one["low"]) == len(one["high"]) == len(found["x"]) <= points
+        low, high = np.array(one["low"], dtype=float), np.array(one["high"], dtype=float)
+        assert np.nanmin(low) == np.nanmin(values[inside])
+        assert np.nanmax(high) == np.nanmax(values[inside])
+
+
+def test_a_pixel_shows_its_own_rows(studio, long_log):
+    log, torque, _ = long_log
+    found = window(studio, log, points=10, start=10.0, end=11.0, column="torque")
+    edges = np.searchsorted(np.arange(ROWS) / RATE, [*found["x"], 11.0005])
+    for k, (first, last) in enumerate(pairwise(edges)):
+        assert found["series"][0]["low"][k] == torque[first:last].min()
+        assert found["series"][0]["high"][k] == torque[first:last].max()
+
+
+def test_what_the_check_found_is_marked_where_it_happened(studio):
+    time = np.arange(4000) / 1000.0
+    torque = np.sin(2 * np.pi * 3.0 * time)
+    clipped = np.clip(torque, -1.0, 0.8)
+    lines = ["time [s],torque [N m],angle [rad]"]
+    lines += [f"{a:.3f},{b:.6f},{c:.6f}" for a, b, c in zip(time, clipped, np.sin(time), strict=True)]
+    log = sent(studio, "clipped.csv", "\n".join(lines).encode()).json()["log"]
+    found = studio.get(f"/logs/{log}/check").json()
+    assert any("end of its range" in words for words in found["said"])
+    marked = np.zeros(4000, dtype=bool)
+    for mark in found["marks"]:
+        assert mark["channel"] == "torque"
+        marked |= (time >= mark["start"] - 1e-9) & (time <= mark["end"] + 1e-9)
+    np.testing.assert_array_equal(marked, torque >= 0.8)
+
+
+@pytest.mark.parametrize(
+    "name, kept",
+    [("../../etc/x.csv", "x.csv"), ("C:\\logs\\a b<c>.CSV", "a_b_c_.CSV"), (".hidden.csv", "hidden.csv")],
+)
+def test_a_name_of_a_file_is_never_a_path(name, kept):
+    assert safe_name(name) == kept
+
+
+def test_what_is_no_log_is_refused_with_a_sentence(studio):
+    assert "logs end in" in sent(studio, "evil.exe", b"x").json()["refusal"]
+    assert "is empty" in sent(studio, "empty.csv", b"").json()["refusal"]
+    log = sent(studio, "broken.parquet", b"PAR1 no more").json()["log"]
+    page = studio.get(f"/logs?log={log}")
+    assert page.status_code == 200
+    assert "broken.parquet" in page.text
+    assert studio.get(f"/logs/{log}/curves").status_code == 422
+    for wrong in ("..", "0" * 16, "%2e%2e%2f", "x"):
+        assert studio.get(f"/logs/{wrong}/curves").status_code in (404, 422)
+
+
+def test_a_column_with_a_script_for_a_name_is_shown_as_text(studio):
+    evil = "<img src=x onerror=alert(1)>"
+    log = sent(studio, "evil.csv", f"time [s],{evil}\n0,1\n0.1,2\n0.2,3\n0.3,1\n".encode()).json()["log"]
+    page = studio.get(f"/logs?log={log}").text
+    assert "onerror" in page
+    assert evil not in page
+
+
+def test_an_upload_that_breaks_off_or_is_too_long_leaves_nothing(studio, monkeypatch):
+    monkeypatch.setattr("cabledrive.studio.log_store.LARGEST", 1000)
+
+    async def _long():
+        for _ in range(10):
+            yield b"1,2\n" * 100
+
+    assert "cut the log" in sent(studio, "long.csv", _long()).json()["refusal"]
+    assert [path.name for path in (studio.folder / "logs").glob("*")] == []

@@ -1,0 +1,44 @@
+"""Resonance and control: what the page shows is what the public functions give."""
+
+import numpy as np
+import pytest
+
+from cabledrive.parameters import load_drive
+from cabledrive.rig import track
+from cabledrive.rig.setting import Motion
+from cabledrive.studies.resonance import resonance
+
+
+def test_the_resonance_page_says_the_verdict_of_the_command(studio):
+    page = studio.get("/resonance?drive=dissertation-2&torque=10+mN*m").text
+    found = resonance(load_drive("dissertation-2"), torque=0.01)
+    assert f">{found.verdict}</span>" in page
+    assert all(words.split(";")[0][:40] in page.replace("&#39;", "'") for words in found.reasons)
+
+
+def test_a_machine_that_the_resonance_does_not_know_is_refused_in_words(studio):
+    page = studio.get("/resonance?drive=camera-line")
+    assert page.status_code == 200
+    assert "problem" in page.text or "status" in page.text
+    assert "unit" in studio.get("/resonance?drive=dissertation-2&torque=3+kg").text
+
+
+def test_curves_of_a_law_are_those_of_track(studio):
+    asked = "drive=dissertation-3&law=pd&bandwidth=20+Hz&angle=30+deg&rise=0.2+s&dwell=0.1+s"
+    found = studio.get(f"/control/part?{asked}").json()
+    motion = Motion(angle=30.0, rise=0.2, dwell=0.1)
+    run = track(load_drive("dissertation-3"), controller="pd", bandwidth=20.0, motion=motion)
+    assert found["rows"][0]["peak_error_deg"] == run.summary["peak_error_deg"]
+    curve = found["curves"][0]
+    places = np.searchsorted(run.time, np.array(curve["time"]) - 1e-12)
+    np.testing.assert_allclose(curve["error"], np.degrees(run.error[places]), rtol=0, atol=1e-12)
+    assert np.abs(curve["error"]).max() == pytest.approx(np.degrees(np.abs(run.error).max()), rel=1e-12)
+    assert "--controller=pd --bandwidth=20 --angle=30" in found["command"]
+
+
+@pytest.mark.parametrize(
+    "bad", ["bandwidth=0+Hz", "bandwidth=x", "angle=3+kg", "plant=model-9", "drive=gone"]
+)
+def test_what_cannot_be_run_is_refused_in_words(studio, bad):
+    found = studio.get(f"/control/part?drive=dissertation-3&law=pd&{bad}").json()
+    assert found.get("refusal") or found["refused"]

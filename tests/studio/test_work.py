@@ -1,0 +1,129 @@
+"""Long work: commands of the package as processes, watched, cancelled without an orphan, resumed."""
+
+import asyncio
+import json
+import os
+import time
+
+import pytest
+
+from cabledrive.studio.commands import KINDS, asked
+from cabledrive.studio.jobs import RUNNING
+from cabledrive.studio.state import State
+
+LONG = ["simulate", "dissertation-2", "--duration=1000", "--pluck-upper=1 mm", "-o", "run.nc"]
+
+
+def alive(group):
+    """Processes of a group that still run."""
+    found = []
+    for entry in os.listdir("/proc"):
+        if entry.isdigit():
+            try:
+                with open(f"/proc/{entry}/stat") as file:
+                    fields = file.read().rpartition(")")[2].split()
+            except OSError:
+                continue
+            if int(fields[2]) == group and fields[0] != "Z":
+                found.append(int(entry))
+    return found
+
+
+@pytest.mark.skipif(not os.path.isdir("/proc"), reason="looks for processes in /proc")
+def test_a_cancel_leaves_no_process_and_the_same_command_goes_on(studio):
+    jobs = studio.desk.jobs
+
+    async def _begin():
+        job = await jobs.start(jobs.new_folder(), "a long run", LONG)
+        await asyncio.sleep(1.0)
+        return job
+
+    job = studio.run(_begin())
+    assert job.status == RUNNING
+    group = job.process.pid
+    assert alive(group)
+    with pytest.raises(Exception, match="is running"):
+        studio.run(jobs.resume(job))
+    begun = time.monotonic()
+    assert studio.post(f"/work/{job.number}/cancel").json()["status"] in (RUNNING, "cancelled")
+    assert time.monotonic() - begun < 2.0
+    assert alive(group) == []
+    studio.run(asyncio.sleep(0.1))
+    assert job.status == "cancelled"
+    job.arguments = ["schema"]
+    assert studio.post(f"/work/{job.number}/resume").status_code == 200
+    lines = studio.run(_events(studio, job))
+    assert lines[-1] == ("end", "done")
+    assert studio.get(f"/work/{job.number}/part").json()["answer"]["title"] == "cabledrive drive file"
+
+
+async def _events(studio, job):
+    found, kind = [], ""
+    async for event in studio.desk.jobs.events(job, 0):
+        for line in event.splitlines():
+            if line.startswith("event: "):
+                kind = line.removeprefix("event: ")
+            if line.startswith("data: "):
+                found.append((kind, json.loads(line.removeprefix("data: "))))
+    return found
+
+
+def test_a_refused_command_says_why_and_is_remembered_after_a_restart(make_studio):
+    studio = make_studio("dissertation-3")
+    started = studio.post("/work/start/map?drive=dissertation-3&set=cable.pretension%3D-1", content="").json()
+    job = studio.desk.jobs.all[started["number"]]
+    lines = studio.run(_events(studio, job))
+    assert lines[-1] == ("end", "refused")
+    assert any("must be above 0" in words for _, words in lines)
+    again = make_studio("dissertation-3")
+    assert again.desk.jobs.all[job.number].status == "refused"
+    assert job.shown in again.get(f"/work/{job.number}").text.replace("&#39;", "'")
+    assert again.get(f"/work/{job.number}/file?name=../job.json").status_code == 404
+    assert again.get(f"/work/{job.number}/file?name=job.json").status_code == 404
+
+
+def test_what_runs_when_a_studio_is_killed_is_called_interrupted(make_studio):
+    studio = make_studio()
+    _, folder = studio.desk.jobs.new_folder()
+    card = {"title": "x", "shown": "cabledrive x", "arguments": ["x"], "status": RUNNING}
+    (folder / "job.json").write_text(json.dumps(card))
+    assert make_studio().desk.jobs.all[1].status == "interrupted"
+
+
+@pytest.mark.parametrize("kind", sorted(KINDS))
+def test_no_value_of_a_page_becomes_an_option_or_a_path(studio, tmp_path, kind):
+    """Values drawn to look like options and paths stay the value of the option they belong to."""
+    log = studio.post("/logs/file", params={"name": "a.csv"}, content=b"time [s],torque [N m]\n0,1\n").json()[
+        "log"
+    ]
+    evil = "--output=/tmp/stolen"
+    form = dict.fromkeys(
+        ("error", "draws", "angle", "goal", "controller", "torque", "frequency", "pluck", "duration", "model",
+         "method", "input", "response", "axis", "column0", "limit", "key1", "from1", "to1"), evil
+    )  # fmt: skip
+    form |= {"log": log, "motion": log, "rows": "4", "count": "2", "format": "c99"}
+    state = State(drive="dissertation-3", settings=())
+    found = asked(studio.desk, kind, state, form, tmp_path)
+    named = [part for part in found.arguments if part.startswith("/")]
+    assert all(part.startswith(str(studio.folder)) for part in named)
+    assert evil not in found.arguments
+    outputs = [found.arguments[k + 1] for k, part in enumerate(found.arguments) if part == "-o"]
+    assert all("/" not in name for name in outputs)
+
+
+def test_unknown_work_and_bad_fields_are_refused(studio):
+    for address, content in (
+        ("/work/start/rm", ""),
+        ("/work/start/export", "format=exe"),
+        ("/work/start/sweep", "rows=-3"),
+        ("/work/start/compare", "backlash=1&backlash-value=much"),
+        ("/work/start/identify", "log=../x"),
+        ("/work/start/study", "error=" + "1" * 300),
+    ):
+        answer = studio.post(f"{address}?drive=dissertation-3", content=content)
+        assert answer.status_code == 422, address
+        assert answer.json()["refusal"]
+    assert studio.desk.jobs.all == {}
+    assert list((studio.folder / "work").glob("*")) == []
+    assert studio.get("/work/99").status_code == 400
+    assert studio.get("/work").status_code == 200
