@@ -2,6 +2,7 @@
 
 import contextlib
 import logging
+import os
 import socket
 import sys
 import threading
@@ -16,6 +17,8 @@ from cabledrive.parameters.one_process import one_process
 EXTRA = "the studio needs an extra: pip install 'cabledrive[studio]'"
 HOST = "127.0.0.1"
 FOLDER = "cabledrive-studio"
+WARM = "CABLEDRIVE_STUDIO_WARM"
+"""Environment variable that, set to 0, leaves kernels to be made ready when they are first needed."""
 PATIENCE = 1
 """Seconds that open connections have when the studio ends."""
 
@@ -57,7 +60,7 @@ def open_studio(
     first = first_state(library, source)
     with _alone_in(place), _listening(port) as listener:
         keys = Keys(listener.getsockname()[1])
-        app = application(library, keys, first)
+        app = application(library, keys, first, warm=os.environ.get(WARM) != "0")
         server = uvicorn.Server(_settings(uvicorn, app))
         print(_address(keys), flush=True)
         if browser:

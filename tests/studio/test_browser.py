@@ -1,0 +1,261 @@
+"""The pages as a person uses them, in Chromium."""
+
+import os
+import re
+import shlex
+import statistics
+from pathlib import Path
+
+import pytest
+
+from command import call
+from studio_browser import VIEWS, browser_page, need_browser, studio_process
+
+AXE = os.environ.get("AXE_CORE")  # path of axe.min.js
+PICTURES = os.environ.get("STUDIO_PICTURES")  # folder that keeps the screenshots
+
+
+WATCH = """() => {
+  window.times = [];
+  let begun = 0;
+  const slider = document.querySelector("[data-slider='cable.pretension']");
+  slider.addEventListener("input", () => { begun = performance.now(); }, true);
+  const drawn = () => { if (begun) window.times.push(performance.now() - begun); begun = 0; };
+  new MutationObserver(drawn).observe(document.getElementById("result"), { childList: true });
+}"""
+
+
+def slide(page, key, steps, button="ArrowRight"):
+    slider = page.locator(f"[data-slider='{key}']")
+    slider.focus()
+    for _ in range(steps):
+        page.keyboard.press(button)
+
+
+def settled(page):
+    """Wait until the page shows what its fields say."""
+    page.wait_for_function(
+        "document.getElementById('result').dataset.shown?.split('?')[1] === location.search.slice(1)"
+    )
+
+
+def test_a_slider_ends_in_what_modes_prints_and_undo_takes_it_back(tmp_path):
+    need_browser()
+    with studio_process(tmp_path / "folder", "dissertation-3") as (_, address), browser_page(address) as page:
+        page.wait_for_selector("#result .pick")
+        before = page.locator(".pick").all_inner_texts()
+        slide(page, "cable.pretension", 100)
+        settled(page)
+        page.wait_for_timeout(300)
+        shown = page.locator(".pick").all_inner_texts()
+        line = shlex.split(page.locator("#command").inner_text())
+        assert "cable.pretension=28 N" in " ".join(line)  # four times the value of the file
+        assert shown == re.findall(
+            r"^ *([\d.e+]+)  +\d+  (?:long|trans)", call(*line[1:]).stdout, re.MULTILINE
+        )
+        assert shown != before
+        page.fill("[data-key='cable.pretension']", "-2 N")
+        page.keyboard.press("Tab")
+        beside = page.locator("[id='f-cable.pretension-r']")
+        beside.wait_for()
+        assert "must be above 0" in beside.inner_text()
+        page.fill("[data-key='cable.pretension']", "9 N")
+        page.keyboard.press("Tab")
+        settled(page)
+        assert 'pretension = "9 N"' in page.locator("#text").input_value()
+        page.keyboard.press("Escape")
+        page.go_back()
+        page.wait_for_selector("#result")
+        assert "cable.pretension=9" not in page.url
+        assert page.said == []
+        assert page.foreign == []
+
+
+@pytest.mark.verify
+def test_a_slider_moves_the_plot_within_a_frame_or_three(tmp_path, measured):
+    """Input to new plot in the page, by the page's own clock; median and 90 % of 100 steps."""
+    need_browser()
+    with (
+        studio_process(tmp_path / "folder", "dissertation-3", warm=True) as (process, address),
+        browser_page(address) as page,
+    ):
+        page.wait_for_selector("#warming", state="hidden", timeout=300_000)
+        page.evaluate(WATCH)
+        for _ in range(100):
+            slide(page, "cable.pretension", 1)
+            page.wait_for_timeout(120)
+        settled(page)
+        times = sorted(page.evaluate("window.times"))
+        median, most = statistics.median(times), times[int(0.9 * len(times))]
+        memory = resident(process.pid)
+        measured(f"slider to plot: median {median:.0f} ms, 90 % {most:.0f} ms; server {memory:.0f} MB")
+        assert len(times) >= 90
+        assert median < 50.0
+        assert most < 100.0
+        assert memory < 200.0
+
+
+def resident(pid):
+    """Memory of a process [MB]."""
+    text = Path(f"/proc/{pid}/status").read_text()
+    return int(re.search(r"VmRSS:\s+(\d+)", text)[1]) / 1e3
+
+
+@pytest.mark.verify
+def test_ten_thousand_requests_leave_the_server_as_it_was(tmp_path, measured):
+    import http.client
+    from urllib.parse import urlsplit
+
+    with studio_process(tmp_path / "folder", "dissertation-3") as (process, address):
+        parts = urlsplit(address)
+        connection = http.client.HTTPConnection("127.0.0.1", parts.port)
+        connection.request("GET", f"/?{parts.query}")
+        answer = connection.getresponse()
+        answer.read()
+        headers = {"cookie": answer.headers["set-cookie"].split(";")[0]}
+
+        def ask(count):
+            for k in range(count):
+                connection.request(
+                    "GET",
+                    f"/machine/part?drive=dissertation-3&set=cable.pretension={5 + k % 400 / 100}",
+                    headers=headers,
+                )
+                assert connection.getresponse().read().startswith(b'{"part"')
+
+        ask(1000)
+        before = resident(process.pid)
+        ask(9000)
+        after = resident(process.pid)
+        measured(f"{before:.1f} MB after 1,000 requests, {after:.1f} MB after 10,000")
+        assert after < before + 10.0
+
+
+@pytest.mark.verify
+def test_the_whole_tour_by_keyboard(tmp_path):
+    need_browser()
+    with (
+        studio_process(tmp_path / "folder", "dissertation-2") as (_, address),
+        browser_page(address, tour=True) as page,
+    ):
+        for step in range(1, 6):
+            page.locator("#tour[open] #tour-step", has_text=f"Step {step} ").wait_for()
+            assert page.evaluate("document.activeElement.id") == "tour-next"
+            page.keyboard.press("Enter")
+        page.wait_for_function("!document.getElementById('tour').open")
+        assert page.url.split("?")[0].endswith("/work")
+        for key, view in zip("12345", VIEWS, strict=True):
+            page.keyboard.press(key)
+            page.wait_for_url(f"**/{view}?**")
+        assert page.said == []
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [390, 1440, 3840])
+def test_every_view_fits_its_window_and_asks_nothing_of_others(tmp_path, width, scheme):
+    """No part wider than the window, none empty, no error; nothing serious by axe-core (AXE_CORE: its file)."""
+    need_browser()
+    log = "time [s],torque [N m],angle [rad]\n" + "".join(
+        f"{k / 1000},{(k % 200) / 100 - 1},{k / 500}\n" for k in range(3000)
+    )
+    height = {390: 844, 1440: 900, 3840: 2160}[width]
+    with (
+        studio_process(tmp_path / "folder", "dissertation-2") as (_, address),
+        browser_page(address, width=width, height=height, scheme=scheme) as page,
+    ):
+        base = address.split("?")[0]
+        for view in VIEWS:
+            page.goto(f"{base}{view}?drive=dissertation-2")
+            wait_for(page, view, log)
+            page.wait_for_timeout(300)
+            beyond = page.evaluate(
+                "document.documentElement.scrollWidth - document.documentElement.clientWidth"
+            )
+            assert beyond <= 0, f"{view} is {beyond} px wider than {width} px"
+            assert len(page.locator("main").inner_text()) > 100
+            if PICTURES:
+                picture(page, Path(PICTURES) / f"{view}-{width}-{scheme}.png")
+            if AXE:
+                assert serious(page) == []
+        assert page.said == []
+        assert page.foreign == []
+
+
+def wait_for(page, view, log):
+    if view == "machine":
+        page.wait_for_selector("#result .pick")
+    if view == "resonance":
+        page.wait_for_selector("#map[src]")
+    if view == "logs":
+        page.set_input_files("#upload", {"name": "bench.csv", "mimeType": "text/csv", "buffer": log.encode()})
+        page.wait_for_selector("#plots .uplot")
+        page.wait_for_selector("#check li")
+    if view == "control":
+        page.wait_for_selector("#error .uplot")
+
+
+def picture(page, path):
+    """The whole page, its bars where they stand in it."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    page.evaluate(
+        "document.querySelectorAll('.top, .bottom').forEach((bar) => { bar.style.position = 'static'; })"
+    )
+    path.write_bytes(page.screenshot(full_page=True))
+
+
+def serious(page):
+    """What axe-core calls serious or critical."""
+    page.evaluate(Path(AXE).read_text())
+    found = page.evaluate("axe.run(document, { resultTypes: ['violations'] })")
+    return [
+        (one["id"], [node["html"][:120] for node in one["nodes"][:3]])
+        for one in found["violations"]
+        if one["impact"] in ("serious", "critical")
+    ]
+
+
+@pytest.mark.verify
+def test_a_dropped_log_of_36_million_samples_is_drawn_and_zoomed(tmp_path, measured):
+    """Server side, in this process: upload received, first curves, zooms; two float32 columns, Parquet."""
+    import time
+
+    import numpy as np
+    import pyarrow as pa
+    import pyarrow.parquet
+
+    from studio_here import Studio
+
+    rows = 36_000_000
+    draw = np.random.default_rng(0)
+    table = pa.table(
+        {
+            "torque [N m]": draw.random(rows, dtype=np.float32),
+            "angle [rad]": draw.random(rows, dtype=np.float32),
+        }
+    )
+    path = tmp_path / "long.parquet"
+    pyarrow.parquet.write_table(table, path, compression="snappy")
+    del table
+    studio = Studio(tmp_path / "folder")
+
+    async def _parts():
+        with path.open("rb") as file:
+            while part := file.read(1 << 20):
+                yield part
+
+    log = studio.post("/logs/file", params={"name": path.name}, content=_parts()).json()["log"]
+    begun = time.perf_counter()
+    assert studio.get(f"/logs/{log}/curves?points=1400").json()["rows"] == rows
+    drawn = time.perf_counter() - begun
+    zooms = []
+    for start, width in ((0, 1e7), (2e7, 3e6), (1e7, 4e5), (3e7, 2e3), (5e6, 100)):
+        begun = time.perf_counter()
+        studio.get(f"/logs/{log}/curves?points=1400&start={start}&end={start + width}")
+        zooms.append(time.perf_counter() - begun)
+    measured(
+        f"36,000,000 samples drawn {drawn:.2f} s after the upload; slowest zoom {1e3 * max(zooms):.0f} ms"
+    )
+    studio.loop.close()
+    assert drawn < 3.0
+    assert max(zooms) < 0.2

@@ -1,0 +1,83 @@
+"""A browser at a studio of its own, for tests; skipped with a reason where there is none."""
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from command import listening
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+VIEWS = ("machine", "resonance", "logs", "control", "work")
+
+
+def need_browser() -> None:
+    pytest.importorskip("playwright.sync_api", reason="needs playwright, which is not installed")
+    if CHROMIUM is None:
+        pytest.skip("needs the browser chromium, which is not here")
+
+
+@contextmanager
+def studio_process(
+    folder: Path, *arguments: str, warm: bool = False
+) -> Iterator[tuple[subprocess.Popen[str], str]]:
+    """A studio as a process, with its address."""
+    command = [
+        sys.executable,
+        "-m",
+        "cabledrive",
+        "studio",
+        *arguments,
+        "--no-browser",
+        "--folder",
+        str(folder),
+    ]
+    environment = os.environ | ({} if warm else {"CABLEDRIVE_STUDIO_WARM": "0"})
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, text=True, preexec_fn=listening, env=environment
+    ) as process:
+        try:
+            assert process.stdout is not None
+            yield process, process.stdout.readline().strip()
+        finally:
+            process.terminate()
+
+
+@contextmanager
+def browser_page(
+    address: str, *, width: int = 1440, height: int = 900, scheme: str = "light", tour: bool = False
+):
+    """A page that has the studio's cookie; what it says on its console and asks of others is kept."""
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        context = browser.new_context(viewport={"width": width, "height": height}, color_scheme=scheme)
+        context.set_default_timeout(90_000)
+        if not tour:
+            context.add_init_script("try { localStorage.setItem('cabledrive-tour', 'done') } catch {}")
+        page = context.new_page()
+        page.said, page.foreign = [], []
+        page.on(
+            "console", lambda message: page.said.append(message.text) if message.type == "error" else None
+        )
+        page.on("pageerror", lambda error: page.said.append(str(error)))
+        origin = address.split("/?")[0]
+        page.on(
+            "request",
+            lambda request: (
+                None
+                if request.url.startswith((origin, "data:", "blob:"))
+                else page.foreign.append(request.url)
+            ),
+        )
+        page.goto(address)
+        try:
+            yield page
+        finally:
+            browser.close()
