@@ -99,7 +99,7 @@ def _setting(request: Request) -> tuple[float, Motion, RigOptions, list[str]]:
     if not 0.1 <= bandwidth <= 1000.0:
         raise InputRefused(f"bandwidth = {bandwidth:.4g} Hz must lie between 0.1 Hz and 1 kHz")
     motion = Motion(
-        angle=float(np.degrees(to_si(given.get("angle") or "45 deg", "rad"))),
+        angle=float(f"{np.degrees(to_si(given.get('angle') or '45 deg', 'rad')):.15g}"),
         rise=to_si(given.get("rise") or "0.5 s", "s"),
         dwell=to_si(given.get("dwell") or "0.5 s", "s"),
     )

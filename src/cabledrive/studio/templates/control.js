@@ -66,6 +66,12 @@
       if (runs.length) charts[name] = curves.plot($(name), data, lines, { ...options, height: 210 });
     }
     shape = runs.length ? now : "";
+    if (!runs.length) {
+      const words = document.createElement("p");
+      words.className = "empty";
+      words.textContent = "No law could be run: the lines above say why.";
+      $("error").replaceChildren(words);
+    }
   }
 
   function update(kept) {
