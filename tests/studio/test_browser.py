@@ -186,7 +186,7 @@ def wait_for(page, view, log):
     if view == "machine":
         page.wait_for_selector("#result .pick")
     if view == "resonance":
-        page.frame_locator("#map").locator("#chart svg path").first.wait_for()
+        page.frame_locator("#map").locator("#chart svg text").first.wait_for()
     if view == "logs":
         page.set_input_files("#upload", {"name": "bench.csv", "mimeType": "text/csv", "buffer": log.encode()})
         page.wait_for_selector("#plots .uplot")

@@ -145,6 +145,10 @@ def test_a_machine_with_routes_is_drawn_and_its_modes_listed(studio):
     assert len(frequencies_of(found["part"])) >= 6
     assert found["part"].count("data-motion") == 2
     assert "right to idler" in found["part"]
+    page = studio.get(f"/machine?{query}").text
+    assert 'data-key="slide.x"' in page
+    moved = studio.get(f"/machine/part?{query}&set=slide.x%3D0.6+m").json()
+    assert frequencies_of(moved["part"]) != frequencies_of(found["part"])
 
 
 def test_the_empty_machine_opens_and_its_values_are_called_placeholders(studio):

@@ -8,6 +8,7 @@ from typing import Any
 
 from cabledrive.parameters import drive_schema
 from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.route.moving import POSE
 from cabledrive.parameters.units import to_si
 
 LEFT_OUT = {"schema", "name", "kind", "title", "source"}
@@ -25,6 +26,7 @@ TITLES = {
     "anchor": "Anchor",
     "route": "Route",
 }
+POSITION = "Bodies, with all that they carry."
 OF_TWO = ("drive pulley", "load pulley")
 _UNIT = re.compile(r"^(.*?)\s*\[([^\]]+)\]$", re.DOTALL)
 _NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*")
@@ -94,7 +96,36 @@ def groups_of(tables: Mapping[str, Any], settings: Sequence[tuple[str, str]]) ->
     for name, part in schema.items():
         if name not in LEFT_OUT:
             groups += list(_groups(name, part, tables.get(name), made))
+    poses = [field for body in _rows(tables.get("body")) for field in _pose(body, made)]
+    if tables.get("kind") == "route" and poses:
+        groups.insert(0, Group(title="Position", help=POSITION, given=True, fields=tuple(poses)))
     return groups
+
+
+def _rows(table: Any) -> list[dict[str, Any]]:
+    return [row for row in table if isinstance(row, dict)] if isinstance(table, list) else []
+
+
+def _pose(body: Mapping[str, Any], made: Mapping[str, str]) -> Iterator[Field]:
+    """Where a body of a machine with routes can be moved; what it carries moves with it."""
+    name, moves, at = body.get("name"), body.get("moves", ()), body.get("at")
+    if not isinstance(name, str) or not isinstance(at, list) or len(at) != 2:
+        return
+    for move in (moves,) if isinstance(moves, str) else moves:
+        if move in POSE:
+            key, base = f"{name}.{move}", "0 deg" if move == "turn" else _shown(at["xy".index(move)])
+            number, suffix = _parted(base, POSE[move])
+            yield Field(
+                key=key,
+                label=f"{name} {move}",
+                help="angle from the pose of the file" if move == "turn" else f"new {move} of the body",
+                unit=POSE[move],
+                base=base,
+                value=made.get(key, base),
+                default="",
+                number=number,
+                suffix=suffix,
+            )
 
 
 def field_of_refusal(groups: Sequence[Group], words: str) -> str:

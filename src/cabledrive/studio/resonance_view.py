@@ -14,15 +14,13 @@ from cabledrive.report.numbers import number, quantity
 from cabledrive.report.resonance_map_page import resonance_map_page
 from cabledrive.studies.motion_file import read_motion
 from cabledrive.studies.resonance import ResonanceSummary, resonance
-from cabledrive.studies.resonance_map import growth_map
+from cabledrive.studies.resonance_map import GrowthMap, growth_map
 from cabledrive.studio import pages
 from cabledrive.studio.desk import Desk
 from cabledrive.studio.state import command_line, drive_of, state_of
 from cabledrive.studio.work_view import FRAMED
 
 KEPT = 4
-POINTS = 60
-"""Pretensions and torques of the map."""
 _ONE_AT_A_TIME = threading.Lock()
 
 
@@ -53,7 +51,7 @@ def resonance_page(request: Request) -> Response:
 
 
 def resonance_map(request: Request) -> Response:
-    """The map, as the command `resonance --map` draws it, coarser; with a motion, its path."""
+    """The map, as the command `resonance --map` draws it; with a motion, its path."""
     desk: Desk = request.app.state.desk
     try:
         drive = _two_pulleys(desk, request)
@@ -69,20 +67,8 @@ def resonance_map(request: Request) -> Response:
 
 
 @lru_cache(maxsize=KEPT)
-def _map(drive: Drive, torque: float) -> Any:
-    import numpy as np
-
-    wide = growth_map(
-        drive, torque=torque, pretensions=[drive.cable.pretension], torques=[torque], duration=1e-3
-    )
-    tuned = [value for value in wide.tuned if value > 0.0]
-    low, high = min([drive.cable.pretension, *tuned]), max([drive.cable.pretension, *tuned])
-    return growth_map(
-        drive,
-        torque=torque,
-        pretensions=np.linspace(0.75 * low, 1.25 * high, POINTS),
-        torques=np.linspace(0.0, 3.0 * torque, POINTS) if torque > 0.0 else None,
-    )
+def _map(drive: Drive, torque: float) -> GrowthMap:
+    return growth_map(drive, torque=torque)
 
 
 def _two_pulleys(desk: Desk, request: Request) -> Drive:
