@@ -196,8 +196,9 @@ def wait_for(page, view, log):
 
 
 def picture(page, path):
-    """The whole page, its bars where they stand in it."""
+    """The window as it is, and the whole page with its bars where they stand in it."""
     path.parent.mkdir(parents=True, exist_ok=True)
+    path.with_stem(f"window-{path.stem}").write_bytes(page.screenshot())
     page.evaluate(
         "document.querySelectorAll('.top, .bottom').forEach((bar) => { bar.style.position = 'static'; })"
     )

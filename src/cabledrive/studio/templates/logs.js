@@ -82,7 +82,7 @@
       box.setAttribute("role", "img");
       box.setAttribute("aria-label", `${one.name} over ${found.time ?? "row numbers"}, least and largest value for each pixel`);
       return curves.plot(box, data[k], [{ label: "largest", colour: name, band: true, width: 1 }, { label: "least", colour: name, width: 1 }],
-        { x: found.time ?? "row", y: unit || "", height: Math.max(150, 320 - 45 * found.series.length), sync: "log", select: (from, to) => { part = [from, to]; refresh(); }, marks: () => marks.filter((mark) => one.name.includes(mark.channel) || !found.series.some((other) => other.name.includes(mark.channel))) });
+        { x: found.time ? `${found.time}${/[[(]/.test(found.time) ? "" : " [s]"}` : "row", y: unit || "", height: Math.max(150, 320 - 45 * found.series.length), sync: "log", select: (from, to) => { part = [from, to]; refresh(); }, marks: () => marks.filter((mark) => one.name.includes(mark.channel) || !found.series.some((other) => other.name.includes(mark.channel))) });
     });
   }
   function move(shift, factor) {
