@@ -84,6 +84,22 @@ def test_what_the_check_found_is_marked_where_it_happened(studio):
     np.testing.assert_array_equal(marked, torque >= 0.8)
 
 
+def test_marks_and_axis_keep_the_unit_of_the_file_and_a_time_that_goes_back_is_no_axis(studio):
+    torque = np.clip(np.sin(np.arange(3000) / 50.0), -1.0, 0.7)
+    lines = ["time [ms],torque [N m],angle [rad]"]
+    lines += [f"{k},{value:.6f},{k / 1000:.6f}" for k, value in enumerate(torque)]
+    log = sent(studio, "ms.csv", "\n".join(lines).encode()).json()["log"]
+    assert (found := window(studio, log))["time_unit"] == "ms"
+    assert found["end"] == 2999.0
+    marks = studio.get(f"/logs/{log}/check").json()["marks"]
+    first = np.flatnonzero(torque >= 0.7)[0]
+    assert marks[0]["start"] == pytest.approx(first, abs=1e-6)
+    back = "time [s],torque [N m]\n0,1\n1,2\n0.5,3\n2,4\n"
+    log = sent(studio, "back.csv", back.encode()).json()["log"]
+    assert (found := window(studio, log))["time"] is None
+    assert found["x"] == [0.0, 1.0, 2.0, 3.0][: len(found["x"])]
+
+
 @pytest.mark.parametrize(
     "name, kept",
     [("../../etc/x.csv", "x.csv"), ("C:\\logs\\a b<c>.CSV", "a_b_c_.CSV"), (".hidden.csv", "hidden.csv")],

@@ -127,6 +127,14 @@ class Curves:
             low, high = (np.concatenate([part[k] for part in parts[name]]) for k in (0, 1))
             rows = np.memmap(paths[name], dtype=kinds[name], mode="r")
             self._columns[name] = Column(rows, low, high)
+        if self.time in missing and not _ascends(self._columns[self.time].rows):
+            self.time = None  # nothing can be found by a time that goes back: rows are counted
+
+
+def _ascends(time: NDArray[Any]) -> bool:
+    """Whether a column of times never goes back and has no gap; looked at in pieces."""
+    pieces = (time[first : first + (1 << 20) + 1] for first in range(0, time.size, 1 << 20))
+    return all(bool(np.all(np.diff(piece) >= 0.0)) and bool(np.isfinite(piece[-1])) for piece in pieces)
 
 
 def _buckets(values: NDArray[Any], size: int = BUCKET) -> tuple[NDArray[Any], NDArray[Any]]:

@@ -8,7 +8,7 @@ from starlette.responses import JSONResponse, Response
 
 from cabledrive.identification.logs.column_map import ColumnMap, with_choices
 from cabledrive.identification.logs.quantities import recognise
-from cabledrive.identification.logs.reading import read_log
+from cabledrive.identification.logs.reading import open_log, read_log
 from cabledrive.parameters import InputRefused
 from cabledrive.studio import pages
 from cabledrive.studio.desk import Desk
@@ -94,7 +94,8 @@ def curves(request: Request) -> Response:
     except InputRefused as refusal:
         return JSONResponse({"refusal": str(refusal)}, 422)
     units = {name: unit_of(found.table, name) for name in names}
-    return JSONResponse(window | {"units": units, "time": found.time})
+    time_unit = "" if found.time is None else unit_of(found.table, found.time)
+    return JSONResponse(window | {"units": units, "time": found.time, "time_unit": time_unit})
 
 
 def check(request: Request) -> Response:
@@ -109,7 +110,11 @@ def check(request: Request) -> Response:
                 "it whole"
             )
         chosen = request.query_params.getlist("column")
-        found = read_log(desk.logs.path(log), with_choices(ColumnMap(), [one for one in chosen if one]))
+        columns = with_choices(ColumnMap(), [one for one in chosen if one])
+        found = read_log(desk.logs.path(log), columns)
+        tick = open_log(desk.logs.path(log), columns).factors.get(
+            "time", 1.0
+        )  # the plot keeps the file's unit
     except InputRefused as refusal:
         return JSONResponse({"refusal": str(refusal)}, 422)
     report = found.report
@@ -119,7 +124,7 @@ def check(request: Request) -> Response:
         *report.findings,
     ]
     marks = [
-        {"channel": name, "start": float(found.time[first]), "end": float(found.time[last])}
+        {"channel": name, "start": float(found.time[first]) / tick, "end": float(found.time[last]) / tick}
         for name, flags in found.saturated.items()
         for first, last in _runs(np.asarray(flags))
     ]

@@ -57,7 +57,7 @@
     if (found.refusal) { place.innerHTML = ""; const words = place.appendChild(document.createElement("p")); words.className = "problem"; words.textContent = found.refusal; return; }
     whole ??= [found.start, found.end];
     part = [found.start, found.end];
-    $("extent").textContent = `${curves.number(found.start)} to ${curves.number(found.end)} ${found.time ? "s" : "rows"}; ${found.rows} rows in all`;
+    $("extent").textContent = `${curves.number(found.start)} to ${curves.number(found.end)} ${found.time ? found.time_unit : "rows"}; ${found.rows} rows in all`;
     draw(found);
   });
   function refresh() {
@@ -82,7 +82,7 @@
       box.setAttribute("role", "img");
       box.setAttribute("aria-label", `${one.name} over ${found.time ?? "row numbers"}, least and largest value for each pixel`);
       return curves.plot(box, data[k], [{ label: "largest", colour: name, band: true, width: 1 }, { label: "least", colour: name, width: 1 }],
-        { x: found.time ? `${found.time}${/[[(]/.test(found.time) ? "" : " [s]"}` : "row", y: unit || "", height: Math.max(150, 320 - 45 * found.series.length), sync: "log", select: (from, to) => { part = [from, to]; refresh(); }, marks: () => marks.filter((mark) => one.name.includes(mark.channel) || !found.series.some((other) => other.name.includes(mark.channel))) });
+        { x: found.time ? `${found.time}${found.time_unit ? ` [${found.time_unit}]` : ""}` : "row", y: unit || "", height: Math.max(150, 320 - 45 * found.series.length), sync: "log", select: (from, to) => { part = [from, to]; refresh(); }, marks: () => marks.filter((mark) => one.name.includes(mark.channel) || !found.series.some((other) => other.name.includes(mark.channel))) });
     });
   }
   function move(shift, factor) {
