@@ -62,6 +62,7 @@ def open_studio(
         keys = Keys(listener.getsockname()[1])
         app = application(library, keys, first, warm=os.environ.get(WARM) != "0")
         server = uvicorn.Server(_settings(uvicorn, app))
+        _report_defects(server)
         print(_address(keys), flush=True)
         if browser:
             threading.Thread(target=_open_browser, args=(_address(keys),), daemon=True).start()
@@ -69,10 +70,7 @@ def open_studio(
 
 
 def _settings(uvicorn: Any, app: Any) -> Any:
-    """How the server runs; it speaks of defects only, not of what others send it."""
-    errors = logging.StreamHandler()
-    errors.setLevel(logging.ERROR)
-    logging.getLogger("uvicorn.error").addHandler(errors)
+    """How the server runs."""
     return uvicorn.Config(
         app,
         log_config=None,
@@ -85,6 +83,14 @@ def _settings(uvicorn: Any, app: Any) -> Any:
         lifespan="on",
         timeout_graceful_shutdown=PATIENCE,
     )
+
+
+def _report_defects(server: Any) -> None:
+    """Say what goes wrong in the server, but for what others send it and what Ctrl-C breaks off."""
+    errors = logging.StreamHandler()
+    errors.setLevel(logging.ERROR)
+    errors.addFilter(lambda record: not server.should_exit)
+    logging.getLogger("uvicorn.error").addHandler(errors)
 
 
 def _address(keys: Any) -> str:
