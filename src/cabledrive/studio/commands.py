@@ -94,7 +94,7 @@ def _drive_file(desk: Desk, state: State, folder: Path) -> str:
     from cabledrive.parameters import drive_text
     from cabledrive.studio.state import drive_of
 
-    (folder / "drive.toml").write_text(drive_text(drive_of(desk.library, state)), encoding="utf-8")  # type: ignore[arg-type]
+    (folder / "drive.toml").write_text(drive_text(drive_of(desk.library, state)), encoding="utf-8")
     return "drive.toml"
 
 
