@@ -13,7 +13,7 @@ import pytest
 from command import listening
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-VIEWS = ("machine", "resonance", "logs", "control", "work")
+VIEWS = ("machine", "resonance", "logs", "control", "studies")
 
 
 def need_browser() -> None:

@@ -143,7 +143,7 @@ def test_the_whole_tour_by_keyboard(tmp_path):
             assert page.evaluate("document.activeElement.id") == "tour-next"
             page.keyboard.press("Enter")
         page.wait_for_function("!document.getElementById('tour').open")
-        assert page.url.split("?")[0].endswith("/work")
+        assert page.url.split("?")[0].endswith("/studies")
         for key, view in zip("12345", VIEWS, strict=True):
             page.keyboard.press(key)
             page.wait_for_url(f"**/{view}?**")

@@ -45,16 +45,16 @@ def test_a_cancel_leaves_no_process_and_the_same_command_goes_on(studio):
     with pytest.raises(Exception, match="is running"):
         studio.run(jobs.resume(job))
     begun = time.monotonic()
-    assert studio.post(f"/work/{job.number}/cancel").json()["status"] in (RUNNING, "cancelled")
+    assert studio.post(f"/studies/{job.number}/cancel").json()["status"] in (RUNNING, "cancelled")
     assert time.monotonic() - begun < 2.0
     assert alive(group) == []
     studio.run(asyncio.sleep(0.1))
     assert job.status == "cancelled"
     job.arguments = ["schema"]
-    assert studio.post(f"/work/{job.number}/resume").status_code == 200
+    assert studio.post(f"/studies/{job.number}/resume").status_code == 200
     lines = studio.run(_events(studio, job))
     assert lines[-1] == ("end", "done")
-    assert studio.get(f"/work/{job.number}/part").json()["answer"]["title"] == "cabledrive drive file"
+    assert studio.get(f"/studies/{job.number}/part").json()["answer"]["title"] == "cabledrive drive file"
 
 
 async def _events(studio, job):
@@ -70,16 +70,18 @@ async def _events(studio, job):
 
 def test_a_refused_command_says_why_and_is_remembered_after_a_restart(make_studio):
     studio = make_studio("dissertation-3")
-    started = studio.post("/work/start/map?drive=dissertation-3&set=cable.pretension%3D-1", content="").json()
+    started = studio.post(
+        "/studies/start/map?drive=dissertation-3&set=cable.pretension%3D-1", content=""
+    ).json()
     job = studio.desk.jobs.all[started["number"]]
     lines = studio.run(_events(studio, job))
     assert lines[-1] == ("end", "refused")
     assert any("must be above 0" in words for _, words in lines)
     again = make_studio("dissertation-3")
     assert again.desk.jobs.all[job.number].status == "refused"
-    assert job.shown in again.get(f"/work/{job.number}").text.replace("&#39;", "'")
-    assert again.get(f"/work/{job.number}/file?name=../job.json").status_code == 404
-    assert again.get(f"/work/{job.number}/file?name=job.json").status_code == 404
+    assert job.shown in again.get(f"/studies/{job.number}").text.replace("&#39;", "'")
+    assert again.get(f"/studies/{job.number}/file?name=../job.json").status_code == 404
+    assert again.get(f"/studies/{job.number}/file?name=job.json").status_code == 404
 
 
 def test_what_runs_when_a_studio_is_killed_is_called_interrupted(make_studio):
@@ -96,7 +98,7 @@ def test_no_value_of_a_page_becomes_an_option_or_a_path(studio, tmp_path, kind):
     log = studio.post("/logs/file", params={"name": "a.csv"}, content=b"time [s],torque [N m]\n0,1\n").json()[
         "log"
     ]
-    evil = "--output=/tmp/stolen"
+    evil = "--output=../stolen"
     form = dict.fromkeys(
         ("error", "draws", "angle", "goal", "controller", "torque", "frequency", "pluck", "duration", "model",
          "method", "input", "response", "axis", "column0", "limit", "key1", "from1", "to1"), evil
@@ -113,17 +115,17 @@ def test_no_value_of_a_page_becomes_an_option_or_a_path(studio, tmp_path, kind):
 
 def test_unknown_work_and_bad_fields_are_refused(studio):
     for address, content in (
-        ("/work/start/rm", ""),
-        ("/work/start/export", "format=exe"),
-        ("/work/start/sweep", "rows=-3"),
-        ("/work/start/compare", "backlash=1&backlash-value=much"),
-        ("/work/start/identify", "log=../x"),
-        ("/work/start/study", "error=" + "1" * 300),
+        ("/studies/start/rm", ""),
+        ("/studies/start/export", "format=exe"),
+        ("/studies/start/sweep", "rows=-3"),
+        ("/studies/start/compare", "backlash=1&backlash-value=much"),
+        ("/studies/start/identify", "log=../x"),
+        ("/studies/start/study", "error=" + "1" * 300),
     ):
         answer = studio.post(f"{address}?drive=dissertation-3", content=content)
         assert answer.status_code == 422, address
         assert answer.json()["refusal"]
     assert studio.desk.jobs.all == {}
     assert list((studio.folder / "work").glob("*")) == []
-    assert studio.get("/work/99").status_code == 400
-    assert studio.get("/work").status_code == 200
+    assert studio.get("/studies/99").status_code == 400
+    assert studio.get("/studies").status_code == 200

@@ -17,7 +17,7 @@ VIEWS = (
     ("resonance", "Resonance"),
     ("logs", "Logs"),
     ("control", "Control"),
-    ("work", "Studies"),
+    ("studies", "Studies"),
 )
 _OWN = resources.files("cabledrive.studio") / "templates"
 _UPLOT = resources.files("cabledrive.report") / "vendor" / "uplot"

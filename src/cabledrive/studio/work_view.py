@@ -34,7 +34,7 @@ def work_page(request: Request) -> Response:
     return pages.page(
         request,
         "work.html",
-        view="work",
+        view="studies",
         state=state,
         jobs=sorted(desk.jobs.all.values(), key=lambda job: -job.number),
         logs=desk.logs.listed(),
@@ -53,7 +53,7 @@ def job_page(request: Request) -> Response:
     return pages.page(
         request,
         "job.html",
-        view="work",
+        view="studies",
         state=state_of(request.url.query, desk.first),
         job=job,
         running=job.status == RUNNING,

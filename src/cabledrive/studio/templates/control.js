@@ -92,8 +92,8 @@
       event.preventDefault();
       const fields = new URLSearchParams(new FormData($(kind)));
       if (kind === "compare") for (const box of asked.querySelectorAll("[name=law]:checked")) fields.set(`law-${box.value}`, "1");
-      const found = await post(`/work/start/${kind}?${state}`, fields);
-      if (found.number) location.href = `/work/${found.number}?${state}`;
+      const found = await post(`/studies/start/${kind}?${state}`, fields);
+      if (found.number) location.href = `/studies/${found.number}?${state}`;
       $(`${kind}-refusal`).textContent = found.refusal ?? "";
       $(`${kind}-refusal`).hidden = !found.refusal;
     });

@@ -40,8 +40,8 @@
     const fields = new URLSearchParams(new FormData(form));
     fields.set("log", new URLSearchParams(location.search).get("log"));
     const kind = event.submitter?.dataset.kind ?? "identify";
-    const found = await post(`/work/start/${kind}?${state}`, fields);
-    if (found.number) location.href = `/work/${found.number}?${state}`;
+    const found = await post(`/studies/start/${kind}?${state}`, fields);
+    if (found.number) location.href = `/studies/${found.number}?${state}`;
     $("from-refusal").textContent = found.refusal ?? "";
     $("from-refusal").hidden = !found.refusal;
   });

@@ -12,8 +12,8 @@
   }
   asked.addEventListener("submit", (event) => { event.preventDefault(); location.search = query(); });
   $("assess").addEventListener("click", async () => {
-    const found = await post(`/work/start/map?${state}`, new URLSearchParams(new FormData(asked)));
-    if (found.number) location.href = `/work/${found.number}?${state}`;
+    const found = await post(`/studies/start/map?${state}`, new URLSearchParams(new FormData(asked)));
+    if (found.number) location.href = `/studies/${found.number}?${state}`;
     $("asked-refusal").textContent = found.refusal ?? "";
     $("asked-refusal").hidden = !found.refusal;
   });

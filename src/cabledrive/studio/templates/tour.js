@@ -7,7 +7,7 @@
     ["machine", "#quantities", "Change a quantity", "Type a value with its unit or move the slider: drawing, frequencies and text follow. What cannot be is refused beside its field. Undo is the browser's Back, and the address keeps every state."],
     ["machine", "#result", "See its modes", "Spans are coloured by tension. Choose a row of the table or a rung of the ladder to see that mode move, with the motor free or held."],
     ["resonance", "#main", "Resonance, logs, controllers", "The other views show the map of the internal resonance with your machine's own point, your measured logs over the model, and control laws side by side."],
-    ["work", "#main", "Studies run beside the page", "Studies, comparisons, sweeps and exports are the package's own commands: they run on while you look elsewhere, can be cancelled and resumed, and each shows the line that does the same in a terminal."],
+    ["studies", "#main", "Studies run beside the page", "Studies, comparisons, sweeps and exports are the package's own commands: they run on while you look elsewhere, can be cancelled and resumed, and each shows the line that does the same in a terminal."],
   ];
   const view = document.body.dataset.view;
   let step = -1, pointed = null;

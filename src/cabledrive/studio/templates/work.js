@@ -9,9 +9,9 @@
       event.preventDefault();
       const button = form.querySelector("button"), refusal = form.querySelector(".refusal");
       button.disabled = true;
-      const found = await post(`/work/start/${form.dataset.kind}?${state}`, new URLSearchParams(new FormData(form)));
+      const found = await post(`/studies/start/${form.dataset.kind}?${state}`, new URLSearchParams(new FormData(form)));
       button.disabled = false;
-      if (found.number) location.href = `/work/${found.number}?${state}`;
+      if (found.number) location.href = `/studies/${found.number}?${state}`;
       refusal.textContent = found.refusal ?? "";
       refusal.hidden = !found.refusal;
     });
@@ -21,7 +21,7 @@
   if (!job) return;
   const number = job.dataset.number, lines = $("lines");
   async function refresh() {
-    const found = await (await fetch(`/work/${number}/part`)).json();
+    const found = await (await fetch(`/studies/${number}/part`)).json();
     job.innerHTML = found.part; // escaped by the server
     const running = found.status === "running";
     $("cancel").hidden = !running;
@@ -33,7 +33,7 @@
     lines.scrollTop = lines.scrollHeight;
   }
   function watch() {
-    const source = new EventSource(`/work/${number}/events`);
+    const source = new EventSource(`/studies/${number}/events`);
     source.onmessage = (event) => say(JSON.parse(event.data));
     source.addEventListener("end", () => { source.close(); studio.lost(""); refresh(); });
     source.onerror = () => studio.lost("The connection is lost; the work goes on, and the page asks again.");
@@ -41,7 +41,7 @@
   }
   refresh().then(watch);
   async function act(what) {
-    const found = await post(`/work/${number}/${what}`, "");
+    const found = await post(`/studies/${number}/${what}`, "");
     $("job-refusal").textContent = found.refusal ?? "";
     $("job-refusal").hidden = !found.refusal;
     await refresh();
