@@ -10,12 +10,15 @@ const curves = (() => {
     return { stroke: () => colour("quiet"), grid: { stroke: () => colour("faint"), width: 1 }, ticks: { stroke: () => colour("line"), width: 1 }, font: "11px system-ui, sans-serif", labelFont: "11px system-ui, sans-serif", label, labelSize: 18, ...more };
   }
 
+  // marks of a logarithmic axis: whole powers of ten
+  const powers = (value) => (value && Math.abs(Math.log10(value) - Math.round(Math.log10(value))) < 1e-6 ? `1e${Math.round(Math.log10(value))}` : "");
+
   // place: element; data: uPlot's; series: [{label, colour, dash, band}]; options: {x, y, height, log, select}
   function plot(place, data, series, { x, y, height = 220, time = false, select = null, log = false, sync = null, marks = null } = {}) {
     const options = {
       width: Math.max(place.clientWidth, 240), height,
       scales: { x: { time: false }, y: log ? { distr: 3 } : {} },
-      axes: [axis(x), axis(y, { size: 62 })],
+      axes: [axis(x), axis(y, log ? { size: 62, values: (_, splits) => splits.map(powers) } : { size: 62 })],
       series: [{ label: x, value: (_, value) => number(value) }, ...series.map((one) => ({
         label: one.label, stroke: () => colour(one.colour), width: one.width ?? 1.4, dash: one.dash, spanGaps: false,
         points: { show: false }, value: (_, value) => number(value), show: one.show ?? true,
