@@ -61,7 +61,7 @@ def checked(content, folder):
 
 
 @given(content=mutants())
-@settings(max_examples=300)
+@settings(max_examples=100)
 def test_any_mutation_of_a_valid_file_ends_in_0_or_2(content, tmp_path_factory):
     checked(content, tmp_path_factory.getbasetemp())
 
@@ -70,7 +70,7 @@ def test_any_mutation_of_a_valid_file_ends_in_0_or_2(content, tmp_path_factory):
     content=st.sampled_from(FILES),
     flips=st.lists(st.tuples(st.integers(0, 10_000), st.integers(0, 255)), min_size=1, max_size=4),
 )
-@settings(max_examples=200)
+@settings(max_examples=100)
 def test_any_flip_of_bytes_ends_in_0_or_2(content, flips, tmp_path_factory):
     mutant = bytearray(content)
     for place, byte in flips:
@@ -79,7 +79,7 @@ def test_any_flip_of_bytes_ends_in_0_or_2(content, flips, tmp_path_factory):
 
 
 @given(drive=drives())
-@settings(max_examples=300)
+@settings(max_examples=100)
 def test_any_drive_of_any_size_is_valid(drive, tmp_path_factory):
     """Twenty-four powers of ten each way, as far as the file format goes: numbers or null with a reason."""
     assert checked(cd.parameters.drive_text(drive).encode(), tmp_path_factory.getbasetemp()) == 0
@@ -101,7 +101,7 @@ KEYS = [
 
 
 @given(changes=st.lists(st.tuples(st.sampled_from(KEYS), st.sampled_from(EXTREMES)), min_size=1, max_size=5))
-@settings(max_examples=200)
+@settings(max_examples=100)
 def test_extreme_quantities_end_in_0_or_2(changes):
     options = [word for key, value in changes for word in ("--set", f"{key}={value}")]
     result = call("check", "elevator", *options, "--json")

@@ -6,6 +6,7 @@ import time
 import pytest
 
 from cabledrive.rig.laws.registry import CONTROLLERS
+from cabledrive.rig.ranking import best, ranked
 from command import answer, call, refusal
 
 ASKED = "compare dissertation-3 --controllers lqg,lqi-learning --draws 3 --rise 0.4 --dwell {}"
@@ -45,6 +46,33 @@ def test_the_same_command_goes_on_from_what_is_kept(finished):
     begun = time.perf_counter()
     assert answer(*FEW, "-o", out)["controllers"] == found["controllers"]
     assert time.perf_counter() - begun < 10.0
+
+
+@pytest.fixture
+def two_laws_on_three_plants(monkeypatch):
+    """What `track --controller best` compares, cut down to what `finished` compares."""
+    monkeypatch.setattr(ranked, "offered", lambda drive, motion: ("lqg", "lqi-learning"))
+    for module in (ranked, best):
+        monkeypatch.setattr(module, "BEST_DRAWS", 3)
+    ranked.best_law.cache_clear()
+    yield
+    ranked.best_law.cache_clear()
+
+
+def test_track_best_runs_the_law_that_the_comparison_ranks_first(finished, two_laws_on_three_plants):
+    """The same winner with the same errors; the run says which it is, at the bandwidth that was tuned."""
+    _, found = finished
+    motion = ("--rise", "0.4", "--dwell", "0.1", "--pulses", "2")
+    said = answer("track", "dissertation-3", "--controller", "best", *motion)
+    assert said["controller"] == said["best"]["controller"] == found["best"]
+    assert said["best"]["draws"] == 3
+    for one in said["best"]["candidates"]:
+        (same,) = (law for law in found["controllers"] if law["name"] == one["name"])
+        assert one["worst_deg"] == pytest.approx(same["worst_deg"], rel=1e-9)
+        assert one["median_deg"] == pytest.approx(same["median_deg"], rel=1e-9)
+    assert "tuned as a whole" in refusal(
+        "track", "dissertation-3", "--controller", "best", "--bandwidth", "9"
+    )
 
 
 def test_another_comparison_does_not_replace_it(finished):

@@ -11,30 +11,35 @@ from command import answer, call, refusal
 
 
 @pytest.fixture(autouse=True)
-def few_chapters(monkeypatch):
+def no_chapters(monkeypatch):
     """The page without its long studies; with them the example of the command's help makes one."""
-    chosen = tuple(entry for entry in chapters.registry() if entry.name == "what_moves_them")
-    monkeypatch.setattr(chapters, "registry", lambda: chosen)
+    monkeypatch.setattr(chapters, "registry", lambda: ())
 
 
 def test_page_holds_the_drives_that_are_named(tmp_path):
     path = tmp_path / "report.html"
-    found = answer("report", "elevator", "finger-tendon", "-o", path, "--quiet")
+    found = answer("report", "dissertation-1", "dissertation-2", "-o", path, "--quiet")
     assert found["report"] == str(path)
     assert [row["drive_hash"] for row in found["drives"]] == [
-        cd.content_hash(cd.load_drive(name)) for name in ("elevator", "finger-tendon")
+        cd.content_hash(cd.load_drive(name)) for name in ("dissertation-1", "dissertation-2")
     ]
     page = path.read_text(encoding="utf-8")
-    for name, there in (("elevator", True), ("finger-tendon", True), ("ropeway", False)):
+    for name, there in (("dissertation-1", True), ("dissertation-2", True), ("ropeway", False)):
         assert (typeset(cd.load_drive(name).title) in page) == there
 
 
-def test_progress_goes_to_standard_error_and_quiet_stops_it(tmp_path):
-    shown = call("report", "finger-tendon", "-o", tmp_path / "a.html")
-    quiet = call("report", "finger-tendon", "-o", tmp_path / "b.html", "--quiet")
-    assert shown.stdout == f"written to {tmp_path / 'a.html'}\n"
+def test_progress_goes_to_standard_error_and_quiet_stops_it_and_a_page_is_kept_unless_forced(tmp_path):
+    path = tmp_path / "a.html"
+    shown = call("report", "dissertation-1", "-o", path)
+    assert shown.stdout == f"written to {path}\n"
     assert shown.stderr
-    assert quiet.stderr == ""
+    path.write_text("precious")
+    assert f"{path}: exists and is not overwritten" in refusal("report", "dissertation-1", "-o", path)
+    assert path.read_text() == "precious"
+    quiet = call("report", "dissertation-1", "-o", path, "--force", "--quiet")
+    assert (quiet.exit_code, quiet.stderr) == (0, "")
+    assert path.read_text() != "precious"
+    assert os.listdir(tmp_path) == ["a.html"]
 
 
 def test_one_bad_drive_among_good_ones_leaves_no_page(tmp_path):

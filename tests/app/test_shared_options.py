@@ -172,7 +172,6 @@ def test_quiet_leaves_only_the_result(tmp_path):
         ["schema", "-o"],
         ["check", "elevator", "-o"],
         ["modes", "elevator", "-o"],
-        ["report", "elevator", "-o"],
     ],
 )
 def test_existing_output_is_kept_unless_forced(arguments, tmp_path):

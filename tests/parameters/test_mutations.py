@@ -29,7 +29,7 @@ def check(content, tmp_path_factory, **options):
 
 
 @given(content=mutants())
-@settings(max_examples=500)
+@settings(max_examples=200)
 def test_any_change_of_keys_and_values_loads_or_is_refused(content, tmp_path_factory):
     check(content, tmp_path_factory)
 
@@ -38,7 +38,7 @@ def test_any_change_of_keys_and_values_loads_or_is_refused(content, tmp_path_fac
     content=st.sampled_from(FILES),
     flips=st.lists(st.tuples(st.integers(0, 10_000), st.integers(0, 255)), min_size=1, max_size=6),
 )
-@settings(max_examples=500)
+@settings(max_examples=200)
 def test_any_flip_of_bytes_loads_or_is_refused(content, flips, tmp_path_factory):
     mutant = bytearray(content)
     for place, byte in flips:
@@ -47,7 +47,7 @@ def test_any_flip_of_bytes_loads_or_is_refused(content, flips, tmp_path_factory)
 
 
 @given(content=st.sampled_from(FILES), data=st.data())
-@settings(max_examples=300)
+@settings(max_examples=200)
 def test_any_cut_and_splice_of_lines_loads_or_is_refused(content, data, tmp_path_factory):
     """Lines dropped, doubled and swapped: sections twice, keys under the wrong head."""
     lines = content.splitlines(keepends=True)
@@ -72,7 +72,7 @@ settings_texts = st.builds(
 
 
 @given(overrides=st.lists(settings_texts | st.text(max_size=20), min_size=1, max_size=3))
-@settings(max_examples=500)
+@settings(max_examples=200)
 def test_any_setting_loads_or_is_refused(overrides, tmp_path_factory):
     check(FILES[0], tmp_path_factory, overrides=overrides)
 
