@@ -54,6 +54,8 @@ def test_a_random_worker_killed_every_five_seconds_until_the_end(tmp_path, measu
     def kill():
         chosen = random.Random(1)
         while not ended.wait(5.0):
+            if not list((tmp_path / "wild.zarr").glob("code/c/*")):
+                continue  # it has not begun
             try:
                 victim = chosen.choice(workers_of(os.getpid()))
                 victim.kill()
