@@ -4,10 +4,11 @@ import click
 
 from cabledrive.app.combinations import refuse_given, tell_given
 from cabledrive.app.new_file import PAGE, NewFile, NewFileType
-from cabledrive.app.options import Quantity, Subcommand, answering, drive_argument, saves_answer
+from cabledrive.app.options import Quantity, Subcommand, answering, machine_argument, saves_answer
 from cabledrive.app.results import Answer, provenance
 from cabledrive.mechanics.holding import FREE, HOLDING, left_out_under_torque, motor_condition, released
 from cabledrive.parameters import Drive, NotComputed
+from cabledrive.parameters.route import RoutedDrive
 
 FLOOR, LIMIT = 1e-5, 5e-4
 METHOD = "modes at rest, coupling by exact integrals, averaged equations to second order"
@@ -21,7 +22,7 @@ SEED = 0
 )
 @answering
 @saves_answer
-@drive_argument
+@machine_argument
 @click.option(
     "--torque",
     type=Quantity("N m"),
@@ -71,7 +72,7 @@ SEED = 0
     help="Draw growth over pretension and torque into FILE, an interactive page that needs nothing else.",
 )
 def command(
-    drive: Drive,
+    drive: Drive | RoutedDrive,
     torque: float | None,
     load_torque: float,
     motion_file: str | None,
@@ -86,6 +87,11 @@ def command(
     other longitudinal modes and of sum type are listed with their threshold torques. With --motion a planned
     motion is checked as well: how far the cable moves across, excited directly through sag or parametrically.
     """
+    if isinstance(drive, RoutedDrive):
+        from cabledrive.app.route_resonance_answer import route_resonance_answer
+
+        _refuse_for_routes()
+        return route_resonance_answer(drive, torque)
     import numpy as np
 
     from cabledrive.app.motion_answer import alarm_data, alarm_text
@@ -147,3 +153,16 @@ def command(
         incomplete=incomplete,
         provenance=provenance(drive, method=METHOD, tolerances={"build_up": BUILD_UP}),
     )
+
+
+def _refuse_for_routes() -> None:
+    """Options that a machine with routes cannot answer.
+
+    A planned motion moves bodies, so that spans change their lengths while it runs.
+    """
+    refuse_given(
+        "motion_file",
+        why='needs spans of constant length, which a machine of kind "route" has not: leave it out',
+    )
+    why = 'supports drives of kind "loop" or "line" only: leave it out'
+    refuse_given("load_torque", "floor", "limit", "with_branches", "map_file", why=why)

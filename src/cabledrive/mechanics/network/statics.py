@@ -69,9 +69,11 @@ def statics_of(drive: RoutedDrive) -> Statics:
     walks = sections_of(drive)
     sections, count = section_numbers(walks, len(drive.free_spans)), len(walks)
     strain = np.zeros(len(drive.free_spans))
-    for _ in range(_ROUNDS):  # the weight of a rope depends on its strain, slightly
+    pulls = pulls_of(drive, motion)
+    weightless = drive.layout.gravity == 0.0 and not any(route.speed for route in drive.route)
+    for _ in range(1 if weightless else _ROUNDS):  # the weight of a rope depends on its strain, slightly
         offsets = Offsets(drive, walks, strain)
-        tension = _balanced(drive, motion, sections, count, offsets)
+        tension = _balanced(drive, motion, pulls, sections, count, offsets)
         start = tension[sections] + offsets.start
         end = tension[sections] + offsets.end
         rigidity = np.array([drive.ropes[span.route].axial_rigidity for span in drive.free_spans])
@@ -90,14 +92,8 @@ def statics_of(drive: RoutedDrive) -> Statics:
         end=end,
         line_load=offsets.line_load,
         forces=forces,
-        preload=_preload(drive, motion, forces),
+        preload=_preload(drive, motion, pulls.forces(forces)),
     )
-
-
-def _end_matrix(drive: RoutedDrive, motion: Motion, number: int) -> Array:
-    """Motion of what carries both ends of a span, shape (2 ends, 2 directions, n): the centres of pulleys."""
-    span = drive.free_spans[number]
-    return np.stack([motion.point(place.centre, motion.body_of(place)) for place in (span.start, span.end)])
 
 
 def applied_forces(drive: RoutedDrive, motion: Motion) -> Array:
@@ -110,35 +106,60 @@ def applied_forces(drive: RoutedDrive, motion: Motion) -> Array:
     return total
 
 
-def _held_torques(drive: RoutedDrive, motion: Motion, number: int) -> Array:
-    """Motion of the shafts that take the moment of a span's two ends, per unit tension, shape (2, n).
+@dataclass(frozen=True, eq=False)
+class Pulls:
+    """How the coordinates of bodies move the ends of all spans.
+
+    Attributes
+    ----------
+    ends : ndarray, shape (spans, 2 ends, 2 directions, n)
+        Motion of what carries the ends: the centres of pulleys.
+    shafts : ndarray, shape (spans, 2 ends, n)
+        Motion of the shafts that take the moment of each end, per unit tension.
+    along : ndarray, shape (spans, 2)
+        Directions of travel.
+    """
+
+    ends: Array
+    shafts: Array
+    along: Array
+
+    def forces(self, forces: Array) -> Array:
+        """Forces of the ropes on the coordinates of bodies, shape (n,); ``forces``, shape (spans, 2, 2)."""
+        pull = np.einsum("sei,si,e->se", forces, self.along, np.array((1.0, -1.0)))
+        n = self.ends.shape[-1]
+        return np.asarray(
+            forces.reshape(-1) @ self.ends.reshape(-1, n) + pull.reshape(-1) @ self.shafts.reshape(-1, n)
+        )
+
+
+def pulls_of(drive: RoutedDrive, motion: Motion) -> Pulls:
+    """How the coordinates of bodies move the ends of all spans.
 
     A guide and a driven pulley hand the moment of the rope to the body that carries them.
     """
-    span, rows = drive.free_spans[number], np.zeros((2, len(motion.names)))
-    for end, (place, sign) in enumerate(((span.start, 1.0), (span.end, -1.0))):
-        if place.pulley is None:
-            continue
-        if drive.pulley[place.pulley].fixed or place.pulley in drive.driven:
-            rows[end] = sign * place.sense * place.radius * motion.rotation(motion.body_of(place))
-    return rows
-
-
-def rope_forces(drive: RoutedDrive, motion: Motion, forces: Array) -> Array:
-    """Forces of the ropes on the coordinates of bodies, shape (n,).
-
-    ``forces``, shape (spans, 2, 2).
-    """
-    total = np.zeros(len(motion.names))
-    for number, span in enumerate(drive.free_spans):
-        total += np.einsum("ei,ein->n", forces[number], _end_matrix(drive, motion, number))
-        pull = forces[number] @ np.array(span.along) * np.array((1.0, -1.0))
-        total += pull @ _held_torques(drive, motion, number)
-    return total
+    spans, n = drive.free_spans, len(motion.names)
+    ends, shafts = np.zeros((len(spans), 2, 2, n)), np.zeros((len(spans), 2, n))
+    for number, span in enumerate(spans):
+        for end, (place, sign) in enumerate(((span.start, 1.0), (span.end, -1.0))):
+            body = motion.body_of(place)
+            if body is None:
+                continue
+            ends[number, end] = motion.point(place.centre, body)
+            if place.pulley is None:
+                continue
+            if drive.pulley[place.pulley].fixed or place.pulley in drive.driven:
+                shafts[number, end] = sign * place.sense * place.radius * motion.rotation(body)
+    return Pulls(ends, shafts, np.array([span.along for span in spans]))
 
 
 def _balanced(
-    drive: RoutedDrive, motion: Motion, sections: NDArray[np.intp], count: int, offsets: Offsets
+    drive: RoutedDrive,
+    motion: Motion,
+    pulls: Pulls,
+    sections: NDArray[np.intp],
+    count: int,
+    offsets: Offsets,
 ) -> Array:
     """Tensions of the sections nearest to the pretensions that balance every body, shape (sections,)."""
     rows = [
@@ -149,8 +170,8 @@ def _balanced(
     ]
     matrix = np.zeros((len(motion.names), count))
     for section in range(count):
-        matrix[:, section] = rope_forces(drive, motion, offsets.unit * (sections == section)[:, None, None])
-    rest = -applied_forces(drive, motion) - rope_forces(drive, motion, offsets.constant)
+        matrix[:, section] = pulls.forces(offsets.unit * (sections == section)[:, None, None])
+    rest = -applied_forces(drive, motion) - pulls.forces(offsets.constant)
     matrix, rest = matrix[rows], rest[rows]
     matrix, rest = _with_common_pulleys(drive, sections, offsets, matrix, rest)
     given = _given_tension(drive, sections, count)
@@ -230,9 +251,9 @@ def _refuse_unbalanced(name: str, missing: float, pulls: Array, rest: float) -> 
     )
 
 
-def _preload(drive: RoutedDrive, motion: Motion, forces: Array) -> dict[str, float]:
-    """What the springs of the bodies hold at rest, by coordinate."""
-    total = applied_forces(drive, motion) + rope_forces(drive, motion, forces)
+def _preload(drive: RoutedDrive, motion: Motion, pulled: Array) -> dict[str, float]:
+    """What the springs of the bodies hold at rest, by coordinate; ``pulled``: forces of the ropes on them."""
+    total = applied_forces(drive, motion) + pulled
     sprung = {body.name for body in drive.body if body.stiffness > 0.0}
     return {
         name: -float(force)

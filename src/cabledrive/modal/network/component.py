@@ -52,7 +52,7 @@ class Component:
     geometric: Array
     rigid_body_modes: int
 
-    @property
+    @cached_property
     def moving(self) -> bool:
         """Whether a rope of it runs."""
         return bool(self.lag.any())

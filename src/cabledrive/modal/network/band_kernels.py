@@ -1,0 +1,283 @@
+"""Compiled loops of a network's exact stiffness: assembled in a narrow band, factorised and counted.
+
+Coordinates are scaled to energies and stand in an order that keeps the ends of a rope close together.
+A cut of a long link (`cabledrive.modal.network.stiffness`) stands behind the first coordinate that its
+link moves. Bands are stored by rows: column d of row i holds the entry (i, i - d).
+"""
+
+from math import floor, pi, tan
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.mechanics.compiled import njit_strict
+
+LONG = 2.0
+STIFFNESS, RATE = 0, 1
+"""What is assembled: the stiffness, or minus its derivative by the frequency."""
+
+
+class SparseRows(NamedTuple):
+    """A component as the loops read it, in the band's order, scaled.
+
+    Attributes
+    ----------
+    time, lag, impedance, cut_scale : ndarray, shape (m,)
+        Of the links; the scale of a cut's coordinate.
+    start_from, start_at, start_by : ndarray, shapes (m + 1,), (k,), (k,)
+        Where the entries of each link's start begin, their coordinates and values.
+    end_from, end_at, end_by : ndarray
+        Of the ends.
+    first : ndarray of int, shape (m,)
+        First coordinate of each link.
+    fixed_row, fixed_column, mass, spring : ndarray, shape (f,)
+        Entries, row not before column, of masses and of springs with geometric stiffness.
+    """
+
+    time: NDArray[np.float64]
+    lag: NDArray[np.float64]
+    impedance: NDArray[np.float64]
+    cut_scale: NDArray[np.float64]
+    start_from: NDArray[np.int64]
+    start_at: NDArray[np.int64]
+    start_by: NDArray[np.float64]
+    end_from: NDArray[np.int64]
+    end_at: NDArray[np.int64]
+    end_by: NDArray[np.float64]
+    first: NDArray[np.int64]
+    fixed_row: NDArray[np.int64]
+    fixed_column: NDArray[np.int64]
+    mass: NDArray[np.float64]
+    spring: NDArray[np.float64]
+
+
+@njit_strict
+def placed(rows: SparseRows, omega: float, position: Any, cuts: Any) -> tuple[int, int, int]:
+    """Places of coordinates and cuts in the band at a frequency.
+
+    ``position``, shape (n,), and ``cuts``, shape (m,), are written; -1: not cut.
+    Returns the size, the half bandwidth, and the modes that the parts of cut links hide.
+    """
+    n, inside = position.size, 0
+    behind = np.zeros(n + 1, dtype=np.int64)
+    for link in range(rows.time.size):
+        cuts[link] = -1
+        phase = omega * rows.time[link]
+        if phase > LONG:
+            cuts[link] = behind[rows.first[link]]
+            behind[rows.first[link]] += 1
+            inside += int(floor(phase / pi + 0.5) - 1.0)
+    shift = 0
+    for i in range(n):
+        position[i] = i + shift
+        shift += behind[i]
+    width = 0
+    for k in range(rows.fixed_row.size):
+        width = max(width, position[rows.fixed_row[k]] - position[rows.fixed_column[k]])
+    for link in range(rows.time.size):
+        low, high = n + shift, 0
+        if cuts[link] >= 0:
+            cuts[link] += position[rows.first[link]] + 1
+            low = high = cuts[link]
+        for k in range(rows.start_from[link], rows.start_from[link + 1]):
+            low, high = min(low, position[rows.start_at[k]]), max(high, position[rows.start_at[k]])
+        for k in range(rows.end_from[link], rows.end_from[link + 1]):
+            low, high = min(low, position[rows.end_at[k]]), max(high, position[rows.end_at[k]])
+        width = max(width, high - low)
+    return n + shift, width, inside
+
+
+@njit_strict
+def _first_share(phase: float) -> float:
+    """Share of the first part of a cut link: neither part is then near a pole."""
+    half_turns = floor(phase / pi + 0.5)
+    return float(((floor((half_turns - 1) / 2) + 0.5) * pi + (phase - half_turns * pi) / 2) / phase)
+
+
+@njit_strict
+def _gathered(
+    rows: SparseRows, link: int, far: bool, whole: bool, position: Any, cuts: Any, at: Any, by: Any
+) -> int:
+    """Entries of one end of a part, in the places of the band; returns how many. ``whole``: no cut there."""
+    if not whole:
+        at[0], by[0] = cuts[link], rows.cut_scale[link]
+        return 1
+    first = rows.end_from[link] if far else rows.start_from[link]
+    count = (rows.end_from[link + 1] if far else rows.start_from[link + 1]) - first
+    for k in range(count):
+        at[k] = position[rows.end_at[first + k] if far else rows.start_at[first + k]]
+        by[k] = rows.end_by[first + k] if far else rows.start_by[first + k]
+    return int(count)
+
+
+@njit_strict
+def _longest_row(rows: SparseRows) -> int:
+    """Most entries of an end of a link."""
+    most = 1
+    for link in range(rows.time.size):
+        most = max(most, rows.start_from[link + 1] - rows.start_from[link])
+        most = max(most, rows.end_from[link + 1] - rows.end_from[link])
+    return int(most)
+
+
+@njit_strict
+def assemble(
+    rows: SparseRows,
+    omega: float,
+    cut_at: float,
+    what: int,
+    imaginary: Any,
+    position: Any,
+    cuts: Any,
+    band: Any,
+) -> None:
+    """Write the stiffness, Eq. (N.5), or its rate into a band, shape (size, width + 1).
+
+    ``cut_at``: frequency at which the cuts were placed; ``imaginary``: 1j where a rope runs, else 0.0, so
+    that all numbers stay real.
+    """
+    band[:] = 0.0
+    most = _longest_row(rows)
+    at, by = np.zeros(2 * most, np.int64), np.zeros(2 * most)
+    for link in range(rows.time.size):
+        cut = cuts[link] >= 0
+        share = _first_share(cut_at * rows.time[link]) if cut else 1.0
+        for number in range(2 if cut else 1):
+            part = share if number == 0 else 1.0 - share
+            near = _gathered(rows, link, False, number == 0, position, cuts, at, by)
+            far = _gathered(rows, link, True, number == 1 or not cut, position, cuts, at[near:], by[near:])
+            z, own_time, delay = rows.impedance[link], part * rows.time[link], part * rows.lag[link]
+            t = tan(0.5 * omega * own_time)
+            stiff = z * (t + 1.0 / t) / 2
+            by_link, by_edge = stiff, -z * t
+            if what == RATE:
+                by_link, by_edge = stiff * own_time * (1.0 / t - t) / 2, z * own_time * (1.0 + t**2) / 2
+            turn = np.exp(imaginary * (omega * delay))
+            # link |turn a - b|^2 + edge (|a|^2 + |b|^2), and of the rate what the turning of a adds
+            mixed = imaginary * (stiff * delay * what) * turn - by_link * turn
+            for i in range(near + far):
+                for j in range(near + far):
+                    d = at[i] - at[j]
+                    if d >= 0:
+                        product = by[i] * by[j]
+                        if (i < near) == (j < near):
+                            band[at[i], d] += (by_link + by_edge) * product
+                        elif i >= near:
+                            band[at[i], d] += mixed * product
+                        else:
+                            band[at[i], d] += np.conj(mixed) * product
+    for k in range(rows.fixed_row.size):
+        i, j = position[rows.fixed_row[k]], position[rows.fixed_column[k]]
+        if what == STIFFNESS:
+            band[i, i - j] += rows.spring[k] / omega - omega * rows.mass[k]
+        else:
+            band[i, i - j] += rows.spring[k] / omega**2 + rows.mass[k]
+
+
+@njit_strict
+def negative_pivots(band: Any) -> tuple[int, float]:
+    """Number of negative pivots of LDL^H, and how its terms outgrow the matrix; the band is lost."""
+    size, width = band.shape[0], band.shape[1] - 1
+    top = 0.0
+    for i in range(size):
+        top = max(top, abs(band[i, 0]))
+    terms = np.zeros(size)
+    count, growth = 0, 0.0
+    for k in range(size):
+        pivot = band[k, 0].real
+        if pivot == 0.0:
+            return count, np.inf
+        count += pivot < 0.0
+        for i in range(k + 1, min(k + width, size - 1) + 1):
+            factor = band[i, i - k] / pivot
+            if factor != 0.0:
+                terms[i] += abs(factor) ** 2 * abs(pivot)
+                growth = max(growth, terms[i])
+                for j in range(k + 1, i + 1):
+                    band[i, i - j] -= factor * np.conj(band[j, j - k])
+    return count, growth / top
+
+
+@njit_strict
+def for_lapack(band: Any, out: Any) -> None:
+    """Spread a Hermitian band into LAPACK's storage for a general one, shape (3 width + 1, size)."""
+    size, width = band.shape[0], band.shape[1] - 1
+    out[:] = 0.0
+    for i in range(size):
+        for d in range(min(width, i) + 1):
+            out[2 * width + d, i - d] = band[i, d]
+            out[2 * width - d, i] = np.conj(band[i, d])
+
+
+@njit_strict
+def times(band: Any, x: Any, out: Any) -> None:
+    """Product of a Hermitian band with columns, shape (size, k)."""
+    size, width = band.shape[0], band.shape[1] - 1
+    out[:] = 0.0
+    for i in range(size):
+        for d in range(min(width, i) + 1):
+            for c in range(x.shape[1]):
+                out[i, c] += band[i, d] * x[i - d, c]
+                if d > 0:
+                    out[i - d, c] += np.conj(band[i, d]) * x[i, c]
+
+
+@njit_strict
+def forms(
+    rows: SparseRows,
+    omega: float,
+    cut_at: float,
+    imaginary: Any,
+    position: Any,
+    cuts: Any,
+    x: Any,
+    energy: Any,
+    rate: Any,
+) -> None:
+    """Quadratic forms of stiffness and rate for the columns of x, shape (k, k), without cancellation."""
+    energy[:] = 0.0
+    rate[:] = 0.0
+    most, columns = _longest_row(rows), x.shape[1]
+    at, by = np.zeros(2 * most, np.int64), np.zeros(2 * most)
+    a, b = np.zeros_like(x[0]), np.zeros_like(x[0])
+    for link in range(rows.time.size):
+        cut = cuts[link] >= 0
+        share = _first_share(cut_at * rows.time[link]) if cut else 1.0
+        for number in range(2 if cut else 1):
+            part = share if number == 0 else 1.0 - share
+            near = _gathered(rows, link, False, number == 0, position, cuts, at, by)
+            far = _gathered(rows, link, True, number == 1 or not cut, position, cuts, at[near:], by[near:])
+            for c in range(columns):
+                a[c], b[c] = 0.0, 0.0
+                for k in range(near):
+                    a[c] += by[k] * x[at[k], c]
+                for k in range(near, near + far):
+                    b[c] += by[k] * x[at[k], c]
+            z, own_time, delay = rows.impedance[link], part * rows.time[link], part * rows.lag[link]
+            t = tan(0.5 * omega * own_time)
+            stiff = z * (t + 1.0 / t) / 2
+            stiff_rate = stiff * own_time * (1.0 / t - t) / 2
+            edge, edge_rate = -z * t, z * own_time * (1.0 + t**2) / 2
+            turn = np.exp(imaginary * (omega * delay))
+            for p in range(columns):
+                for q in range(columns):
+                    stretch = np.conj(turn * a[p] - b[p]) * (turn * a[q] - b[q])
+                    ends = np.conj(a[p]) * a[q] + np.conj(b[p]) * b[q]
+                    mixed = np.conj(b[p]) * (imaginary * turn * a[q])
+                    mixed = mixed + np.conj(np.conj(b[q]) * (imaginary * turn * a[p]))
+                    energy[p, q] += stiff * stretch + edge * ends
+                    rate[p, q] += stiff_rate * stretch + edge_rate * ends + stiff * delay * mixed
+    for k in range(rows.fixed_row.size):
+        i, j = position[rows.fixed_row[k]], position[rows.fixed_column[k]]
+        stiff, stiff_rate = (
+            rows.spring[k] / omega - omega * rows.mass[k],
+            rows.spring[k] / omega**2 + rows.mass[k],
+        )
+        for p in range(columns):
+            for q in range(columns):
+                both = np.conj(x[i, p]) * x[j, q]
+                if i != j:
+                    both = both + np.conj(x[j, p]) * x[i, q]
+                energy[p, q] += stiff * both
+                rate[p, q] += stiff_rate * both

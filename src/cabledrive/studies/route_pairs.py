@@ -1,0 +1,321 @@
+r"""Pairs near internal resonance of a machine with routes: which tension waves can excite which strings.
+
+A longitudinal mode q of unit modal mass strains its spans by :math:`u_x`. It changes the tension that holds
+transverse modes a and b of unit modal mass, and with amplitude Q at frequency W they grow where
+
+.. math:: g_{ab} = \sum EA \int u_x\,\varphi_a'\,\varphi_b'\,\mathrm{d}x, \qquad
+          (g_{ab} Q)^2 > 16\,w_a w_b\,\delta_a\delta_b
+          \Big[1 + \frac{(W - w_a - w_b)^2}{(\delta_a + \delta_b)^2}\Big], \qquad \text{Eq. (N.7)}
+
+with the decay rates :math:`\delta = \Gamma/2`; a = b is the 1:2 resonance. A torque of amplitude M at the
+motor's pulley, where the mode turns by :math:`\theta`, gives :math:`Q = M\theta/(W c)` with modal damping c.
+"""
+
+from dataclasses import dataclass
+from math import inf, isfinite, pi, sqrt
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.mechanics.network import network_of
+from cabledrive.mechanics.network.assembly import Network
+from cabledrive.modal import Mode, Modes
+from cabledrive.modal import modes as certified_modes
+from cabledrive.modal.network.motion import HeldMotion, NetworkMotion
+from cabledrive.parameters import InputRefused
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.studies.pair_thresholds import HIGHEST, NEAR, NEAR_SUM, ONE_TO_TWO, SUM, WEAKEST
+
+Array = NDArray[np.float64]
+
+POINTS = 48
+"""Points at which a wave is looked at on each piece of a span: enough for 20 half waves."""
+
+NOT_INCLUDED = "Coulomb friction of shafts and rails, motion of bodies beyond small angles"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RoutePair:
+    """A longitudinal mode and the one or two transverse modes that it can excite parametrically.
+
+    Attributes
+    ----------
+    kind : {"1:2", "sum"}
+    longitudinal_hz : float
+        [Hz].
+    family : str
+        What mainly moves in it.
+    span : str
+        Span with most of the coupling.
+    plane : {"v", "w"}
+    transverse_hz : (float, float)
+        [Hz].
+    detuning_hz : float
+        Longitudinal frequency minus the sum of the transverse ones [Hz].
+    coupling : float
+        :math:`g_{ab}` [1/(m s^2 sqrt(kg))].
+    threshold_amplitude : float
+        Largest strain of the longitudinal mode above which they grow [-].
+    threshold_torque : float or None
+        Amplitude of the torque on the first motor's pulley at the longitudinal frequency [N m].
+    reason : str
+        Why there is none.
+    """
+
+    kind: str
+    longitudinal_hz: float
+    family: str
+    span: str
+    plane: str
+    transverse_hz: tuple[float, float]
+    detuning_hz: float
+    coupling: float
+    threshold_amplitude: float
+    threshold_torque: float | None
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RouteResonance:
+    """Internal resonances of a machine with routes.
+
+    Attributes
+    ----------
+    pairs : tuple of RoutePair
+        The lowest threshold first.
+    longitudinal_hz : float
+        Lowest longitudinal mode in which a pulley turns [Hz].
+    nearest_span : str
+        The span whose first transverse mode is nearest to half of it.
+    frequency_ratio : float
+        That mode's frequency over the longitudinal one.
+    motor : str
+        How the rotors are held.
+    certified : bool
+        Whether the list of modes is complete.
+    """
+
+    pairs: tuple[RoutePair, ...]
+    longitudinal_hz: float
+    nearest_span: str
+    frequency_ratio: float
+    motor: str
+    certified: bool
+
+
+class _Slopes(NamedTuple):
+    """Slopes of a mode at the points of every piece it moves, by number of the piece."""
+
+    mode: Mode
+    by_piece: dict[int, Array]
+
+
+def route_resonance(drive: RoutedDrive, *, motor: str | None = None) -> RouteResonance:
+    """Pairs near 1:2 and of sum type of a machine with routes whose cables do not run.
+
+    ``motor``, {"free", "held", "holding"} or None for the file's own.
+    Raises `InputRefused` where a cable runs, or no longitudinal mode turns a pulley.
+    """
+    for route in drive.route:
+        if route.speed:
+            raise InputRefused(
+                f'route "{route.name}": speed = {route.speed:.4g} m/s: pairs are computed for cables that do '
+                "not run; set it to 0"
+            )
+    network = network_of(drive, motor=motor)
+    first = certified_modes(drive, count=10, motor=motor)
+    pulley = _pulley_mode(drive, first)
+    found = certified_modes(drive, below=HIGHEST * pulley.frequency * 1.0001, motor=motor)
+    nodes, weights, slope = _quadrature()
+    along = [
+        _Slopes(mode, _slopes(network, mode, "along", nodes, slope))
+        for mode in found.longitudinal
+        if not mode.clamped and mode.frequency <= HIGHEST * pulley.frequency
+    ]
+    reach = 0.5 * (1.0 + NEAR) * max(own.mode.frequency for own in along)
+    across = [
+        _Slopes(mode, _slopes(network, mode, _WAYS[mode.plane or "w"], nodes, slope))
+        for mode in found.transverse
+        if mode.frequency <= reach * (1.0 + NEAR_SUM)
+    ]
+    pairs = [pair for q in along for pair in _pairs_of(network, q, across, weights)]
+    return RouteResonance(
+        pairs=tuple(sorted(pairs, key=_order)),
+        longitudinal_hz=pulley.frequency,
+        **_nearest(first, pulley.frequency),
+        motor=found.motor,
+        certified=found.certified,
+    )
+
+
+_WAYS = {"w": "across", "v": "out of plane"}
+
+
+def _order(pair: RoutePair) -> tuple[float, float]:
+    return inf if pair.threshold_torque is None else pair.threshold_torque, abs(pair.detuning_hz)
+
+
+def _pulley_mode(drive: RoutedDrive, found: Modes) -> Mode:
+    """The lowest longitudinal mode in which a pulley turns."""
+    pulleys = {pulley.name for pulley in drive.pulley}
+    for mode in found.longitudinal:
+        if any(mode.kinetic_shares.get(name, 0.0) > 1e-6 for name in pulleys):
+            return mode
+    raise InputRefused("no pulley turns in the first longitudinal modes: there is no pulley mode to tune")
+
+
+def _nearest(found: Modes, frequency: float) -> dict[str, Any]:
+    """The first transverse mode of any span that is nearest to half a frequency."""
+    first: dict[str, Mode] = {}
+    for mode in found.transverse:
+        first.setdefault(mode.span or "", mode)
+    nearest = min(first.values(), key=lambda mode: abs(mode.frequency / frequency - 0.5))
+    return {"nearest_span": nearest.span or "", "frequency_ratio": nearest.frequency / frequency}
+
+
+def _quadrature() -> tuple[Array, Array, Array]:
+    """Gauss points of [0, 1], their weights, and the matrix that differentiates at them."""
+    x, w = np.polynomial.legendre.leggauss(POINTS)
+    gaps = x[:, None] - x + np.eye(POINTS)
+    scale = np.array([np.prod(row) for row in 2.0 * gaps])
+    slope = scale[:, None] / scale / gaps
+    np.fill_diagonal(slope, 0.0)
+    np.fill_diagonal(slope, -slope.sum(axis=1))
+    return 0.5 * (x + 1.0), 0.5 * w, 2.0 * slope
+
+
+def _slopes(network: Network, mode: Mode, way: str, nodes: Array, slope: Array) -> dict[int, Array]:
+    """Slopes of a mode of unit modal mass on the pieces that it moves."""
+    motion, found = mode._motion, {}
+    for number, piece in enumerate(network.pieces):
+        name = network.drive.free_spans[piece.span].name
+        x = piece.start + nodes * piece.length
+        if isinstance(motion, NetworkMotion):
+            values = motion.displacement(name, way, x)[0].real
+        elif isinstance(motion, HeldMotion) and name == mode.span:
+            values = motion.shape(name, x)[0].real
+        else:
+            continue
+        if values.any():
+            found[number] = slope @ values / piece.length
+    return found
+
+
+def _pairs_of(network: Network, q: _Slopes, across: list[_Slopes], weights: Array) -> list[RoutePair]:
+    natural, found = 2 * pi * q.mode.frequency, []
+    itself = [_coupling(network, q, own, own, weights) for own in across]
+    for i, a in enumerate(across):
+        for j, b in enumerate(across[i:], i):
+            if a.mode.plane != b.mode.plane:
+                continue
+            detuning = natural - 2 * pi * (a.mode.frequency + b.mode.frequency)
+            if abs(detuning) > (NEAR if i == j else NEAR_SUM) * natural:
+                continue
+            shares = itself[i] if i == j else _coupling(network, q, a, b, weights)
+            strength = abs(sum(shares.values()))
+            own = sqrt(abs(sum(itself[i].values()) * sum(itself[j].values())))
+            if strength == 0.0 or (i != j and strength <= WEAKEST * own):
+                continue
+            found.append(_pair(network, q, (a, b), detuning, shares))
+    return found
+
+
+def _coupling(network: Network, q: _Slopes, a: _Slopes, b: _Slopes, weights: Array) -> dict[int, float]:
+    """Coupling of two transverse modes by a longitudinal one, by span."""
+    shares: dict[int, float] = {}
+    for number in set(q.by_piece) & set(a.by_piece) & set(b.by_piece):
+        piece = network.pieces[number]
+        route = network.drive.free_spans[piece.span].route
+        product = q.by_piece[number] * a.by_piece[number] * b.by_piece[number]
+        # Of ropes side by side a mode between held ends moves one; a mode with a body moves all alike.
+        ropes = 1 if a.mode.clamped or b.mode.clamped else network.drive.route[route].ropes
+        value = network.drive.ropes[route].axial_rigidity * ropes * piece.length * float(weights @ product)
+        shares[piece.span] = shares.get(piece.span, 0.0) + value
+    return shares
+
+
+def _pair(
+    network: Network, q: _Slopes, both: tuple[_Slopes, _Slopes], detuning: float, shares: dict[int, float]
+) -> RoutePair:
+    a, b = both
+    natural = 2 * pi * q.mode.frequency
+    coupling = abs(sum(shares.values()))
+    decay = [0.5 * _transverse_loss(network, own) for own in both]
+    least = decay[0] * decay[1]
+    least = least * (1.0 + detuning**2 / sum(decay) ** 2) if sum(decay) else 0.25 * detuning**2
+    amplitude = 4.0 * sqrt(4 * pi**2 * a.mode.frequency * b.mode.frequency * least) / coupling
+    turn, damping = _turn(network, q.mode), modal_damping(network, q.mode, q.by_piece)
+    torque = amplitude * natural * damping / turn if turn else inf
+    strain = max(float(np.abs(own).max()) for own in q.by_piece.values())
+    span = max(shares, key=lambda number: abs(shares[number]))
+    return RoutePair(
+        kind=ONE_TO_TWO if a is b else SUM,
+        longitudinal_hz=q.mode.frequency,
+        family=q.mode.family,
+        span=network.drive.free_spans[span].name,
+        plane=a.mode.plane or "",
+        transverse_hz=(a.mode.frequency, b.mode.frequency),
+        detuning_hz=detuning / (2 * pi),
+        coupling=coupling,
+        threshold_amplitude=amplitude * strain,
+        threshold_torque=torque if isfinite(torque) else None,
+        reason="" if isfinite(torque) else "the first motor does not turn in this longitudinal mode",
+    )
+
+
+def _transverse_loss(network: Network, own: _Slopes) -> float:
+    """Damping rate of a transverse mode [1/s]: that of the ropes that move, by their strain energy."""
+    shares = {
+        number: float(np.sum(values**2)) * network.pieces[number].length
+        for number, values in own.by_piece.items()
+    }
+    total = sum(shares.values())
+    drive = network.drive
+    rates = {
+        number: drive.ropes[drive.free_spans[network.pieces[number].span].route].transverse_damping
+        for number in shares
+    }
+    return sum(rates[number] * share for number, share in shares.items()) / total
+
+
+def _turn(network: Network, mode: Mode) -> float:
+    """Turn of the first motor's pulley, or of its rotor, in a mode of unit modal mass [rad/sqrt(kg)]."""
+    drive = network.drive
+    pulley = drive.pulley[drive.driven[0] if drive.driven else 0].name
+    joints = mode._motion.joints
+    for name in (f"rotor of {pulley}", pulley):
+        if name in joints:
+            value = abs(float(np.real(joints[name][0])))
+            return value if value > 1e-9 * max(float(np.abs(v[0])) for v in joints.values()) else 0.0
+    return 0.0
+
+
+def modal_damping(network: Network, mode: Mode, strains: dict[int, Array]) -> float:
+    """Damping of a longitudinal mode of unit modal mass [1/s]: viscous parts of the file alone.
+
+    ``strains``: slopes along the pieces at the points of quadrature.
+    """
+    drive, joints = network.drive, mode._motion.joints
+    _, weights, _ = _quadrature()
+    total = 0.0
+    for number, values in strains.items():
+        piece = network.pieces[number]
+        route = drive.free_spans[piece.span].route
+        damping = drive.ropes[route].axial_damping * drive.route[route].ropes
+        total += damping * piece.length * float(weights @ values**2)
+
+    def moved(name: str) -> float:
+        return float(np.abs(joints[name][0])) if name in joints else 0.0
+
+    for pulley in drive.pulley:
+        total += pulley.viscous_friction * moved(pulley.name) ** 2
+    for motor, own in zip(drive.motor, drive.driven, strict=True):
+        name = drive.pulley[own].name
+        rotor = f"rotor of {name}"
+        total += motor.viscous_friction * moved(rotor if rotor in joints else name) ** 2
+        if rotor in joints:
+            total += (motor.joint_damping or 0.0) * float(np.abs(joints[rotor][0] - joints[name][0])) ** 2
+    for body in drive.body:
+        total += body.damping * sum(moved(f"{body.name}.{move}") ** 2 for move in body.moves)
+    return total

@@ -1,0 +1,65 @@
+"""Pairs near internal resonance of machines with routes, against those of a loop."""
+
+import sys
+from dataclasses import replace
+from math import pi
+from pathlib import Path
+
+import pytest
+
+import cabledrive as cd
+from cabledrive.studies.pair_thresholds import coupled_pairs
+from cabledrive.studies.resonance import resonance
+from cabledrive.studies.route_pairs import route_resonance
+from command import answer, refusal
+
+sys.path.append(str(Path(__file__).parent.parent / "modal"))
+from network_samples import as_route, without_gravity
+
+
+def damped_loop():
+    """The rig of the resonance near its tuning, with viscous losses only."""
+    drive = without_gravity(cd.load_drive("dissertation-2"))
+    tuned = resonance(drive).tuned_pretension
+    cable = replace(drive.cable, pretension=1.004 * tuned, transverse_damping=2.0, axial_damping=0.02)
+    pulleys = tuple(replace(pulley, viscous_friction=2e-5, coulomb_friction=0.0) for pulley in drive.pulley)
+    return replace(drive, cable=cable, pulley=pulleys)
+
+
+def test_thresholds_of_a_loop_as_a_route_are_those_of_the_loop():
+    """Of the first order in torque: the loop's 1:2 thresholds add the share of the third harmonic."""
+    loop = damped_loop()
+    route = as_route(loop)
+    route = replace(
+        route,
+        cable=replace(route.cable, transverse_damping=2.0, axial_damping=0.02),
+        pulley=tuple(replace(pulley, viscous_friction=2e-5) for pulley in route.pulley),
+    )
+    found = route_resonance(route)
+    pulley = 2 * pi * found.longitudinal_hz
+    expected = [pair for pair in coupled_pairs(loop, pulley) if pair.kind == "1:2" and pair.numbers == (1, 1)]
+    own = [
+        p for p in found.pairs if p.plane == "w" and abs(p.longitudinal_hz / found.longitudinal_hz - 1) < 1e-9
+    ]
+    assert len(own) == len(expected) == 2
+    for one, other in zip(own, expected, strict=True):
+        assert one.transverse_hz[0] == pytest.approx(other.transverse_hz[0], rel=1e-4)
+        assert one.detuning_hz == pytest.approx(other.detuning_hz, abs=2e-3)
+        assert one.threshold_torque == pytest.approx(other.threshold_torque, rel=0.02)
+
+
+def test_both_planes_of_a_span_between_held_ends_have_one_threshold():
+    pairs = route_resonance(cd.load_drive("serpentine")).pairs
+    by_plane = {pair.plane: pair.threshold_torque for pair in pairs if pair.span == "accessory to crank"}
+    assert by_plane["v"] == pytest.approx(by_plane["w"], rel=1e-9)
+
+
+def test_the_command_lists_pairs_with_spans_and_refuses_what_a_route_has_not():
+    found = answer("resonance", "serpentine", "--torque", "10 N m")
+    assert found["verdict"] in ("safe", "close", "resonant")
+    assert found["pairs"][0]["kind"] == "1:2"
+    assert found["pairs"][0]["span"] == "accessory to crank"
+    assert found["detuning"] == pytest.approx(found["frequency_ratio"] - 0.5)
+    assert "constant length" in refusal("resonance", "serpentine", "--motion", "motion.csv")
+    assert "speed" in refusal("resonance", "serpentine", "--set", "route.belt.speed=5")
+    assert answer("resonance", "serpentine")["verdict"] == "unknown"
