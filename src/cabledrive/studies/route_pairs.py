@@ -5,7 +5,7 @@ transverse modes a and b of unit modal mass, and with amplitude Q at frequency W
 
 .. math:: g_{ab} = \sum EA \int u_x\,\varphi_a'\,\varphi_b'\,\mathrm{d}x, \qquad
           (g_{ab} Q)^2 > 16\,w_a w_b\,\delta_a\delta_b
-          \Big[1 + \frac{(W - w_a - w_b)^2}{(\delta_a + \delta_b)^2}\Big], \qquad \text{Eq. (N.7)}
+          \Big[1 + \frac{(W - w_a - w_b)^2}{(\delta_a + \delta_b)^2}\Big], \qquad \text{Eq. (N.11)}
 
 with the decay rates :math:`\delta = \Gamma/2`; a = b is the 1:2 resonance. A torque of amplitude M at the
 motor's pulley, where the mode turns by :math:`\theta`, gives :math:`Q = M\theta/(W c)` with modal damping c.
@@ -112,7 +112,7 @@ class _Slopes(NamedTuple):
 
 
 def route_resonance(drive: RoutedDrive, *, motor: str | None = None) -> RouteResonance:
-    """Pairs near 1:2 and of sum type of a machine with routes whose cables do not run.
+    """Pairs near 1:2 and of sum type of a machine with routes whose cables do not run, Eq. (N.11).
 
     ``motor``, {"free", "held", "holding"} or None for the file's own.
     Raises `InputRefused` where a cable runs, or no longitudinal mode turns a pulley.
