@@ -26,11 +26,9 @@ from cabledrive.modal.network.motion import HeldMotion, NetworkMotion
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.studies.pair_thresholds import HIGHEST, NEAR, NEAR_SUM, ONE_TO_TWO, SUM, WEAKEST
+from cabledrive.studies.route_mode_losses import modal_damping, motor_turn, quadrature
 
 Array = NDArray[np.float64]
-
-POINTS = 48
-"""Points at which a wave is looked at on each piece of a span: enough for 20 half waves."""
 
 NOT_INCLUDED = "Coulomb friction of shafts and rails, motion of bodies beyond small angles"
 
@@ -127,7 +125,7 @@ def route_resonance(drive: RoutedDrive, *, motor: str | None = None) -> RouteRes
     first = certified_modes(drive, count=10, motor=motor)
     pulley = _pulley_mode(drive, first)
     found = certified_modes(drive, below=HIGHEST * pulley.frequency * 1.0001, motor=motor)
-    nodes, weights, slope = _quadrature()
+    nodes, weights, slope = quadrature()
     along = [
         _Slopes(mode, _slopes(network, mode, "along", nodes, slope))
         for mode in found.longitudinal
@@ -172,17 +170,6 @@ def _nearest(found: Modes, frequency: float) -> dict[str, Any]:
         first.setdefault(mode.span or "", mode)
     nearest = min(first.values(), key=lambda mode: abs(mode.frequency / frequency - 0.5))
     return {"nearest_span": nearest.span or "", "frequency_ratio": nearest.frequency / frequency}
-
-
-def _quadrature() -> tuple[Array, Array, Array]:
-    """Gauss points of [0, 1], their weights, and the matrix that differentiates at them."""
-    x, w = np.polynomial.legendre.leggauss(POINTS)
-    gaps = x[:, None] - x + np.eye(POINTS)
-    scale = np.array([np.prod(row) for row in 2.0 * gaps])
-    slope = scale[:, None] / scale / gaps
-    np.fill_diagonal(slope, 0.0)
-    np.fill_diagonal(slope, -slope.sum(axis=1))
-    return 0.5 * (x + 1.0), 0.5 * w, 2.0 * slope
 
 
 def _slopes(network: Network, mode: Mode, way: str, nodes: Array, slope: Array) -> dict[int, Array]:
@@ -245,7 +232,7 @@ def _pair(
     least = decay[0] * decay[1]
     least = least * (1.0 + detuning**2 / sum(decay) ** 2) if sum(decay) else 0.25 * detuning**2
     amplitude = 4.0 * sqrt(4 * pi**2 * a.mode.frequency * b.mode.frequency * least) / coupling
-    turn, damping = _turn(network, q.mode), modal_damping(network, q.mode, q.by_piece)
+    turn, damping = motor_turn(network, q.mode), modal_damping(network, q.mode, q.by_piece)
     torque = amplitude * natural * damping / turn if turn else inf
     strain = max(float(np.abs(own).max()) for own in q.by_piece.values())
     span = max(shares, key=lambda number: abs(shares[number]))
@@ -277,45 +264,3 @@ def _transverse_loss(network: Network, own: _Slopes) -> float:
         for number in shares
     }
     return sum(rates[number] * share for number, share in shares.items()) / total
-
-
-def _turn(network: Network, mode: Mode) -> float:
-    """Turn of the first motor's pulley, or of its rotor, in a mode of unit modal mass [rad/sqrt(kg)]."""
-    drive = network.drive
-    pulley = drive.pulley[drive.driven[0] if drive.driven else 0].name
-    joints = mode._motion.joints
-    for name in (f"rotor of {pulley}", pulley):
-        if name in joints:
-            value = abs(float(np.real(joints[name][0])))
-            return value if value > 1e-9 * max(float(np.abs(v[0])) for v in joints.values()) else 0.0
-    return 0.0
-
-
-def modal_damping(network: Network, mode: Mode, strains: dict[int, Array]) -> float:
-    """Damping of a longitudinal mode of unit modal mass [1/s]: viscous parts of the file alone.
-
-    ``strains``: slopes along the pieces at the points of quadrature.
-    """
-    drive, joints = network.drive, mode._motion.joints
-    _, weights, _ = _quadrature()
-    total = 0.0
-    for number, values in strains.items():
-        piece = network.pieces[number]
-        route = drive.free_spans[piece.span].route
-        damping = drive.ropes[route].axial_damping * drive.route[route].ropes
-        total += damping * piece.length * float(weights @ values**2)
-
-    def moved(name: str) -> float:
-        return float(np.abs(joints[name][0])) if name in joints else 0.0
-
-    for pulley in drive.pulley:
-        total += pulley.viscous_friction * moved(pulley.name) ** 2
-    for motor, own in zip(drive.motor, drive.driven, strict=True):
-        name = drive.pulley[own].name
-        rotor = f"rotor of {name}"
-        total += motor.viscous_friction * moved(rotor if rotor in joints else name) ** 2
-        if rotor in joints:
-            total += (motor.joint_damping or 0.0) * float(np.abs(joints[rotor][0] - joints[name][0])) ** 2
-    for body in drive.body:
-        total += body.damping * sum(moved(f"{body.name}.{move}") ** 2 for move in body.moves)
-    return total
