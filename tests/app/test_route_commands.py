@@ -12,7 +12,7 @@ from command import answer, call, refusal
 
 ROUTES = Path(__file__).parent.parent / "parameters" / "routes"
 COREXY = str(ROUTES / "corexy.toml")
-TAKES_ROUTES = {"check", "modes", "map", "resonance", "drives"}
+TAKES_ROUTES = {"check", "modes", "map", "resonance", "drives", "simulate"}
 OTHERWISE = {"identify"}  # takes a drive for a ping alone, see below
 AXES = {"track", "compare", "experiment"}  # on the chain of an axis
 ENDINGS = {"report": "page.html", "experiment": "log.csv", "simulate": "run.nc"}
@@ -82,7 +82,6 @@ def test_a_ping_of_a_route_is_refused(tmp_path):
 @pytest.mark.parametrize(
     "call_it",
     [
-        lambda drive: cd.simulate(drive, duration=0.01),
         lambda drive: cd.track(drive),
         lambda drive: cd.resonance(drive),
         lambda drive: cd.derived_quantities(drive),

@@ -1,27 +1,26 @@
 """The public door: one run of the nonlinear cable loop."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, overload
 
-import numpy as np
-
-from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.own_model import Model
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused, NotComputed
 from cabledrive.parameters.files import check_writable
 from cabledrive.parameters.one_process import one_process
-from cabledrive.parameters.route.drive import require_two_pulleys
-from cabledrive.simulation.audit import energy_handled, rest_energy, slack_events
+from cabledrive.parameters.route.axis import require_own_spans
+from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.simulation.case import CarriageForce, Case, Recording, case_of
 from cabledrive.simulation.error_estimate import error_estimate_of
 from cabledrive.simulation.netcdf import write_netcdf
-from cabledrive.simulation.plan import RADIUS
+from cabledrive.simulation.network import NetworkResult, NetworkStart, simulate_network
+from cabledrive.simulation.network.door import refuse_of_routes
 from cabledrive.simulation.records import Records, RecordsInFolder, RecordsInMemory
 from cabledrive.simulation.result import SimulationResult
+from cabledrive.simulation.result_of_run import result_of
 from cabledrive.simulation.run import Outcome, integrate_run
 from cabledrive.simulation.run_folder import RESULT, left_behind, part_of
 from cabledrive.simulation.scheme import Scheme
@@ -29,16 +28,52 @@ from cabledrive.simulation.signals import Function, Signal
 from cabledrive.simulation.start import Start
 from cabledrive.simulation.stopped import SimulationInterrupted, SimulationStopped
 
-MOST_LOADED = 1_000_000_000  # bytes
+
+@overload
+def simulate(
+    drive: RoutedDrive,
+    duration: float,
+    *,
+    torque: Any = ...,
+    forces: Sequence[CarriageForce] = ...,
+    start: Any = ...,
+    scheme: Scheme | None = ...,
+    recording: Recording | None = ...,
+    model: Model | None = ...,
+    error_estimate: bool = ...,
+    output: str | Path | None = ...,
+    force: bool = ...,
+    resume: bool = ...,
+    progress: bool | None = ...,
+) -> NetworkResult: ...
 
 
+@overload
 def simulate(
     drive: Drive,
     duration: float,
     *,
-    torque: Signal | float | Function = 0.0,
+    torque: Any = ...,
+    forces: Sequence[CarriageForce] = ...,
+    start: Any = ...,
+    scheme: Scheme | None = ...,
+    recording: Recording | None = ...,
+    model: Model | None = ...,
+    error_estimate: bool = ...,
+    output: str | Path | None = ...,
+    force: bool = ...,
+    resume: bool = ...,
+    progress: bool | None = ...,
+) -> SimulationResult: ...
+
+
+def simulate(
+    drive: Drive | RoutedDrive,
+    duration: float,
+    *,
+    torque: Signal | float | Function | Mapping[str, Signal | float | Function] = 0.0,
     forces: Sequence[CarriageForce] = (),
-    start: Start | None = None,
+    start: Start | NetworkStart | None = None,
     scheme: Scheme | None = None,
     recording: Recording | None = None,
     model: Model | None = None,
@@ -47,21 +82,23 @@ def simulate(
     force: bool = False,
     resume: bool = False,
     progress: bool | None = False,
-) -> SimulationResult:
+) -> SimulationResult | NetworkResult:
     """Nonlinear motion of cable and pulleys in time.
 
     Parameters
     ----------
-    drive : Drive
+    drive : Drive or RoutedDrive
+        A machine with routes moves about its state of rest, see `cabledrive.simulation.network`.
     duration : float
         Length of the run [s].
     torque : Signal, float or callable, default 0.0
         Torque of the motor, of the drive pulley where there is none [N m]: a number, a function of time, or
-        one of the signals of `cabledrive.simulation.signals`.
+        one of the signals of `cabledrive.simulation.signals`; of a machine with routes also one by motor.
     forces : sequence of CarriageForce, optional
         Forces on carriages.
-    start : Start, optional
-        Plucks, angles and speeds at t = 0; by default the straight cable at rest.
+    start : Start or NetworkStart, optional
+        Plucks, angles and speeds at t = 0; by default the straight cable at rest. A machine with routes takes
+        a `NetworkStart`.
     scheme : Scheme, optional
         Cable law, method, resolution, friction, what slack means.
     recording : Recording, optional
@@ -82,7 +119,8 @@ def simulate(
 
     Returns
     -------
-    SimulationResult
+    SimulationResult or NetworkResult
+        The second of a machine with routes, also where it ended early, with ``stopped``.
 
     Raises
     ------
@@ -94,10 +132,27 @@ def simulate(
     SimulationInterrupted
         On Ctrl-C. It carries the result so far.
     """
-    require_two_pulleys(drive, "`simulate`")
     scheme = scheme or Scheme()
     if model is not None:
         scheme = replace(scheme, model=model)
+    if isinstance(drive, RoutedDrive):
+        refuse_of_routes(start, forces=bool(forces), error_estimate=error_estimate, resume=resume)
+        return simulate_network(
+            drive,
+            duration,
+            torque=torque,
+            start=start if isinstance(start, NetworkStart) else None,
+            scheme=scheme,
+            recording=recording,
+            output=output,
+            force=force,
+            progress=progress,
+        )
+    require_own_spans(drive, "`simulate`")
+    if isinstance(torque, Mapping) or isinstance(start, NetworkStart):
+        raise InputRefused(
+            'torques by motor and NetworkStart are for machines of kind "route": leave them out'
+        )
     prepare = partial(
         case_of, drive, duration, torque=torque, forces=forces, start=start, recording=recording
     )
@@ -107,7 +162,7 @@ def simulate(
             raise InputRefused("resume needs the output of the interrupted run: name it")
         records: Records = RecordsInMemory(case)
         outcome = integrate_run(case, records, progress=progress)
-        result = _result(case, records, outcome)
+        result = result_of(case, records, outcome)
     else:
         result, outcome = _run_to_file(case, Path(output), force=force, resume=resume, progress=progress)
     if error_estimate and result.stopped is None:
@@ -154,9 +209,9 @@ def _run_in(
     try:
         outcome = integrate_run(case, records, resumed=records.resumed, progress=progress)
         if outcome.interrupted or outcome.unwritten:
-            return _result(case, records, outcome), outcome
+            return result_of(case, records, outcome), outcome
         records.check(outcome.records)
-        result = _result(case, records, outcome)
+        result = result_of(case, records, outcome)
         try:
             write_netcdf(result, path, folder / RESULT, force=force)
         except OSError as error:
@@ -177,77 +232,3 @@ def _how_to_go_on(result: SimulationResult, output: str | Path | None) -> str:
     if output is None:
         return f"{reached}; with an output file the run could be resumed"
     return f"{reached}; go on with the same command and --resume"
-
-
-def _result(case: Case, records: Records, outcome: Outcome) -> SimulationResult:
-    """Result of a run, as far as it went."""
-    rows, fields = records.arrays()
-    rows = _loaded(rows[: outcome.records])
-    every = case.recording.fields or 1
-    time: Array = np.arange(len(rows), dtype=np.float64) * case.grid.interval
-    fields = fields[: -(-len(rows) // every)]
-    return SimulationResult(
-        time=time,
-        rows=rows,
-        probes=(
-            *((span, 0.5 * float(case.mesh.position[0, -1])) for span in case.mesh.spans),
-            *case.recording.probes,
-        ),
-        field_time=np.array(time[::every][: len(fields)]),
-        fields=_loaded(fields),
-        spans=case.mesh.spans,
-        position=case.mesh.position,
-        steps=int(outcome.state.counts[0]),
-        step=case.grid.step,
-        cfl=case.grid.cfl,
-        energy_handled=energy_handled(rows, rest_energy(case.drive, case.mesh, case.law)),
-        slack_events=slack_events(case, outcome.state),
-        extremes=_extremes(case, outcome),
-        provenance=_provenance(case),
-        stopped=outcome.stopped,
-        wall_time=outcome.wall_time,
-    )
-
-
-def _loaded(array: Array) -> Array:
-    """Moderate records in memory; larger ones stay in their file, which lives as long as it is mapped."""
-    return np.array(array) if array.nbytes <= MOST_LOADED else array
-
-
-def _extremes(case: Case, outcome: Outcome) -> dict[str, float]:
-    found = {}
-    for k, shaft in enumerate(("drive", "load", "motor")):
-        for side, word in enumerate(("min", "max")):
-            place = float(outcome.state.extremes[2 * k + side])
-            found[f"{shaft}_angle_{word}"] = (
-                place / float(case.plan.shaft[RADIUS, k]) if np.isfinite(place) else 0.0
-            )
-    for number, span in enumerate(case.mesh.spans):
-        found[f"{span}_v_peak"] = float(outcome.state.extremes[6 + 2 * number])
-        found[f"{span}_w_peak"] = float(outcome.state.extremes[7 + 2 * number])
-    return found
-
-
-def _provenance(case: Case) -> dict[str, Any]:
-    scheme = case.scheme
-    return {
-        "cabledrive": case.fingerprint["cabledrive"],
-        "drive": case.drive.name,
-        "drive_hash": case.fingerprint["drive_hash"],
-        "method": {
-            "name": scheme.method,
-            "model": case.law_name,
-            "compiled": case.interpreted is None,
-            "interpreted": case.interpreted,
-            "segments": case.mesh.segments,
-            "step": case.grid.step,
-            "largest_step": case.grid.largest_step,
-            "cfl": case.grid.cfl,
-            "friction": scheme.friction,
-            "smoothing_speed": scheme.smoothing_speed if scheme.friction == "smoothed" else None,
-            "slack": scheme.slack,
-        },
-        "duration": case.grid.steps * case.grid.step,
-        "torque": case.torque.fingerprint,
-        "torque_offset": case.offset,
-    }

@@ -7,10 +7,12 @@ import click
 
 from cabledrive.app.combinations import refuse_given, tell_given
 from cabledrive.app.messages import QUIET, note
+from cabledrive.app.network_answer import simulated_route
 from cabledrive.app.new_file import NewFile, NewFileType
-from cabledrive.app.options import Quantity, Subcommand, answering, drive_argument, force_option
+from cabledrive.app.options import Quantity, Subcommand, answering, force_option, machine_argument
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.route import RoutedDrive
 from cabledrive.simulation import (
     Constant,
     Pluck,
@@ -38,7 +40,7 @@ FEWEST_RECORDS = 16
 @click.option(
     "-o", "--output", type=NewFileType(".nc"), metavar="RUN.nc", help="Write everything to RUN.nc (NetCDF)."
 )
-@drive_argument
+@machine_argument
 @click.option("--duration", type=Quantity("s"), required=True, metavar="S", help="Length of the run.")
 @click.option("--torque-amplitude", type=Quantity("N m"), metavar="NM", help="Torque of the motor, a sine.")
 @click.option(
@@ -50,6 +52,10 @@ FEWEST_RECORDS = 16
 @click.option(
     "--pluck-lower", type=Quantity("m"), default=0.0, metavar="M", help="The same on the lower span."
 )
+@click.option(
+    "--pluck", multiple=True, metavar="SPAN=M", help="Of a machine with routes: pluck of a span; repeatable."
+)
+@click.option("--torque-on", metavar="NAME", help="Of a machine with routes: pulley of the motor.")
 @click.option(
     "--pluck-shape", type=click.Choice(["triangle", "half-sine"]), default="triangle", show_default=True
 )
@@ -94,9 +100,20 @@ FEWEST_RECORDS = 16
 )
 @click.option("--resume", is_flag=True, help="Resume an interrupted run.")
 def command(
-    drive: Drive, output: NewFile | None, plot: NewFile | None, animate: NewFile | None, **options: Any
+    drive: Drive | RoutedDrive,
+    output: NewFile | None,
+    plot: NewFile | None,
+    animate: NewFile | None,
+    **options: Any,
 ) -> Answer:
-    """Simulate the nonlinear cable loop of DRIVE, from the straight cable at rest or plucked."""
+    """Simulate the nonlinear cable of DRIVE, from the straight cable at rest or plucked.
+
+    A machine with routes moves about its state of rest; its spans are plucked by name with --pluck.
+    """
+    if isinstance(drive, RoutedDrive):
+        torque = _torque(options["torque_amplitude"], options["torque_frequency"])
+        return simulated_route(drive, torque, output, options)
+    refuse_given("pluck", "torque_on", why='is for machines of kind "route": leave it out')
     _check_combination(options, kept=output is not None or animate is not None, plot=plot is not None)
     if animate is not None:
         options["fields"] = _fields_to_animate(drive, options)

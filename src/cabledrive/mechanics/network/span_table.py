@@ -60,7 +60,7 @@ def pulley_rows(drive: RoutedDrive, statics: Statics) -> list[dict[str, Any]]:
         after = next(
             i
             for i, other in enumerate(drive.free_spans)
-            if other.route == span.route and _follows(drive, number, i)
+            if other.route == span.route and follows(drive, number, i)
         )
         rope, route = drive.ropes[span.route], drive.route[span.route]
         momentum = rope.density * route.speed**2
@@ -94,7 +94,7 @@ def _bend_ratio(rope: Rope, radius: float, wrap: float, tension: float) -> float
     return radius / rope.least_radius
 
 
-def _follows(drive: RoutedDrive, number: int, other: int) -> bool:
+def follows(drive: RoutedDrive, number: int, other: int) -> bool:
     """Whether a span is the next one of its route."""
     route = drive.free_spans[number].route
     own = [i for i, span in enumerate(drive.free_spans) if span.route == route]

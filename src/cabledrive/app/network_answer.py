@@ -1,0 +1,92 @@
+"""What `simulate` answers of a machine with routes."""
+
+from typing import Any
+
+import click
+
+from cabledrive.app.combinations import refuse_given
+from cabledrive.app.messages import QUIET, note
+from cabledrive.app.new_file import NewFile
+from cabledrive.app.results import Answer, provenance
+from cabledrive.parameters import InputRefused
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.units import to_si
+from cabledrive.simulation import Pluck, Recording, Scheme, Signal
+from cabledrive.simulation.network import NetworkResult, NetworkStart, simulate_network
+
+_OF_LOOPS = (
+    *("pluck_upper", "pluck_lower", "fields", "from_equilibrium", "smooth_friction", "error_estimate"),
+    *("plot", "animate", "resume"),
+)
+
+
+def simulated_route(
+    drive: RoutedDrive, torque: Signal, output: NewFile | None, options: dict[str, Any]
+) -> Answer:
+    """A run of a machine with routes; ``options``: of the command."""
+    refuse_given(*_OF_LOOPS, why='is for kind = "loop" and "line": leave it out')
+    if options["model"] == "fast":
+        raise InputRefused('kind = "route": --model fast is for loops and lines: take exact')
+    names = [drive.pulley[number].name for number in drive.driven] or [p.name for p in drive.pulley[:1]]
+    on = options["torque_on"] or (names[0] if names else None)
+    result = simulate_network(
+        drive,
+        options["duration"],
+        torque={} if on is None else {on: torque},
+        start=NetworkStart(plucks=plucks_of(options["pluck"], options["pluck_shape"])),
+        scheme=Scheme(
+            model=options["model"],
+            method=options["method"],
+            segments=options["segments"],
+            step=options["step"],
+            slack="tension-only" if options["tension_only"] else "stop",
+        ),
+        recording=Recording(rate=options["rate"]),
+        output=None if output is None else output.path,
+        force=output is not None and output.force,
+        progress=False if click.get_current_context().meta.get(QUIET) else None,
+    )
+    if result.path is not None:
+        note(f"written to {result.path}")
+    method = result.provenance["method"]
+    words = f"verlet, {method['model']} cable, {method['segments']} segments on the longest span"
+    return Answer(
+        data=result.summary(),
+        text=_text(drive, result, words),
+        provenance=provenance(drive, method=words, step=result.step) | result.provenance,
+        incomplete=result.stopped,
+    )
+
+
+def plucks_of(given: tuple[str, ...], shape: str) -> tuple[Pluck, ...]:
+    """Plucks from "SPAN=HEIGHT"."""
+    found = []
+    for words in given:
+        span, equals, height = words.rpartition("=")
+        if not equals:
+            raise InputRefused(f'--pluck "{words[:60]}": write SPAN=HEIGHT, such as "motor to idler=1 mm"')
+        found.append(Pluck(height=to_si(height.strip(), "m"), span=span.strip(), shape=shape))
+    return tuple(found)
+
+
+def _text(drive: RoutedDrive, result: NetworkResult, words: str) -> str:
+    found = result.summary()
+    lines = [
+        f"{drive.title or drive.name}: {result.steps * result.step:.6g} s",
+        f"{result.steps} steps of {result.step:.4g} s, {100 * found['cfl']:.0f} % of the stable one",
+        words,
+        "",
+        f"  {'coordinate':<32} peak to peak",
+        *(f"  {name:<32} {part['peak_to_peak']:.6g}" for name, part in found["coordinates"].items()),
+        "",
+        f"  {'span':<44} least tension  midpoint, peak of |w|",
+        *(
+            f"  {span['name']:<44} {span['least_tension']:10.5g} N   {span['midpoint_peak']:.5g} m"
+            for span in found["spans"]
+        ),
+        f"energy budget error  {found['energy_budget_error']:.2e}",
+        *(f"note: {line}" for line in result.assumptions),
+        *(f"warning: {line}" for line in result.warnings),
+        *(f"slack: {event['span']} at {event['time']:.6g} s" for event in result.slack_events[:5]),
+    ]
+    return "\n".join(lines)

@@ -1,0 +1,151 @@
+"""Numbers of a run of a network of spans, worked out once, as its kernels take them."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.mechanics.cable_law import Array, CableLaw
+from cabledrive.parameters.errors import InputRefused
+from cabledrive.simulation.network.axial_damping import axial_dampers
+from cabledrive.simulation.network.mesh import NetworkMesh
+from cabledrive.simulation.network.rubbing import Rubbing
+from cabledrive.simulation.plan import KERNEL_LAWS
+from cabledrive.simulation.runs import (
+    CENTRE,
+    COLUMNS,
+    GAIN,
+    KEPT,
+    LARGEST_Z,
+    LOSS,
+    REACH,
+    SERIES,
+    SPEED_T,
+    SPEED_U,
+    H,
+    Integers,
+)
+
+# Columns of NetworkPlan.piece.
+PRETENSION, RIGIDITY, SLACK_STRAIN, ROPES, DENSITY = range(5)
+
+# Tallies of a network, in the order of their columns in a record.
+TORQUE_WORK, TRANSVERSE_LOSS, AXIAL_LOSS, VISCOUS_LOSS, COULOMB_LOSS = range(5)
+TALLIES = 5
+
+
+class NetworkPlan(NamedTuple):
+    """Numbers of one run. The nodes of all pieces stand in a row, each piece with both its ends.
+
+    The ends of a piece move as rows of the coordinates q say; row 6 k + 3 side + axis belongs to piece k, its
+    start (0) or end (1), along (0), out of plane (1) or across (2).
+    """
+
+    law: int  # position in KERNEL_LAWS
+    tension_only: bool
+    stop_when_slack: bool
+    step: float  # [s]
+    nodes: Integers  # (pieces, 2): first and last node of each piece
+    piece: Array  # (pieces, 5): T0 [N], EA [N], slack strain, parallel ropes, mass per length [kg/m]
+    inverse_spacing: Array  # (nodes - 1,): 1 / h [1/m], 0 between pieces
+    run: Array  # (pieces, columns): see `cabledrive.simulation.runs`
+    row_start: Integers  # (6 pieces + 1,): where the entries of each row begin
+    row_column: Integers  # (entries,)
+    row_value: Array  # (entries,)
+    mass: Array  # (n, n): of q, the half cells at the ends of pieces included
+    stiffness: Array  # (n, n): springs and turning bodies
+    damping: Array  # (n, n): of bearings, bodies and joints
+    inverse: Array  # (n, n): of M / step + C / 2, axial damping of the ropes included
+    back: Array  # (n, n): M / step - C / 2
+    axially_damped: bool
+    compliance: Array  # (pieces,): see `cabledrive.simulation.network.axial_damping`
+    damper: Array  # (3, nodes - 1): pivots, tension per speed of the start and of the end
+    rest: Array  # (n,): forces at rest that friction alone holds [N]
+    motor: Array  # (motors, n): turn of each rotor
+    rub: Array  # (frictions, n): what rubs, per speed of q
+    rub_mobility: Array  # (n, frictions): speed of q per friction over a step
+    rub_own: Array  # (frictions,): speed of what rubs per its own friction
+    bound: Array  # (frictions,): Coulomb friction [N], [N m]; of a wrap per tension
+    wrap: Integers  # (frictions, 2): pieces before and behind a wrap, -1 elsewhere
+
+
+def network_plan(
+    mesh: NetworkMesh, laws: list[CableLaw], rubbing: Rubbing, *, step: float, stop_when_slack: bool
+) -> NetworkPlan:
+    """Numbers of one run; ``laws``: of each piece; ``step``: time step [s]."""
+    dampers = axial_dampers(mesh, step)
+    damping = mesh.damping + dampers.matrix
+    inverse = np.linalg.inv(mesh.mass / step + 0.5 * damping).astype(np.float64)
+    mobility = inverse @ rubbing.rows.T
+    start, column, value = _rows(mesh)
+    return NetworkPlan(
+        law=_number(laws[0]),
+        tension_only=laws[0].tension_only,
+        stop_when_slack=stop_when_slack,
+        step=step,
+        nodes=mesh.nodes,
+        piece=np.array(
+            [
+                (law.pretension, law.axial_rigidity, law.slack_strain, ropes, density)
+                for law, ropes, density in zip(laws, mesh.ropes, mesh.density, strict=True)
+            ]
+        ),
+        inverse_spacing=mesh.inverse_spacing,
+        run=_runs(mesh, laws, step),
+        row_start=start,
+        row_column=column,
+        row_value=value,
+        mass=mesh.mass,
+        stiffness=mesh.stiffness,
+        damping=mesh.damping,
+        inverse=inverse,
+        back=mesh.mass / step - 0.5 * damping,
+        axially_damped=bool(dampers.compliance.any()),
+        compliance=dampers.compliance,
+        damper=np.stack([dampers.pivot, dampers.start, dampers.end]),
+        rest=rubbing.rest,
+        motor=mesh.motor,
+        rub=np.ascontiguousarray(rubbing.rows),
+        rub_mobility=np.ascontiguousarray(mobility),
+        rub_own=np.einsum("kn,nk->k", rubbing.rows, mobility),
+        bound=rubbing.bound,
+        wrap=rubbing.wrap,
+    )
+
+
+def _number(law: CableLaw) -> int:
+    from cabledrive.mechanics.tension_only import taut_law
+
+    kind = type(taut_law(law))
+    if kind not in KERNEL_LAWS:
+        raise InputRefused(
+            'kind = "route": laws of one\'s own are not simulated on routes: take a packaged law'
+        )
+    return KERNEL_LAWS.index(kind)
+
+
+def _runs(mesh: NetworkMesh, laws: list[CableLaw], step: float) -> Array:
+    """Table of the pieces' numbers; of one rope."""
+    table = np.zeros((len(laws), COLUMNS))
+    h, density = mesh.spacing, mesh.density
+    damped = 0.5 * step * mesh.transverse_damping
+    table[:, H] = h
+    table[:, SPEED_U] = step / (density * h) / h
+    table[:, SPEED_T] = step / (density * h) / (1.0 + damped) / h
+    table[:, KEPT] = (1.0 - damped) / (1.0 + damped)
+    table[:, LOSS] = 0.25 * step * mesh.transverse_damping * density * h * mesh.ropes
+    for row, law in zip(table, laws, strict=True):
+        lowest = max((1.0 + law.slack_strain) ** 2 - 1.0, -LARGEST_Z)
+        row[CENTRE] = 0.5 * (LARGEST_Z + lowest) * row[H] ** 2
+        row[REACH] = 0.5 * (LARGEST_Z - lowest) * row[H] ** 2
+        for power, coefficient in enumerate(SERIES, start=1):
+            row[GAIN + power - 1] = law.axial_rigidity * coefficient / row[H] ** (2 * power)
+    return table
+
+
+def _rows(mesh: NetworkMesh) -> tuple[Integers, Integers, Array]:
+    """The rows of the ends without their zeros."""
+    rows = mesh.ends.reshape(-1, mesh.ends.shape[-1])
+    start = np.concatenate(([0], np.cumsum(np.count_nonzero(rows, axis=1)))).astype(np.int64)
+    column: NDArray[np.int64] = np.nonzero(rows)[1].astype(np.int64)
+    return start, column, rows[rows != 0.0]

@@ -1,0 +1,70 @@
+"""Coulomb friction of a network: bearings, bodies, motors, and ropes on their wraps."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cabledrive.mechanics.cable_law import Array
+from cabledrive.mechanics.network import Network
+from cabledrive.mechanics.network.damping import relative_turn, rotor_turn
+from cabledrive.simulation.network.wraps import Wrap
+from cabledrive.simulation.runs import Integers
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Rubbing:
+    """What rubs, and how much.
+
+    Attributes
+    ----------
+    names : tuple of str
+    rows : ndarray, shape (k, n)
+        Speed of what rubs per speed of the coordinates.
+    bound : ndarray, shape (k,)
+        Largest friction [N], [N m]; of a wrap per tension of its slacker side.
+    wrap : ndarray of int, shape (k, 2)
+        Pieces before and behind a wrap; -1 elsewhere.
+    rest : ndarray, shape (n,)
+        Difference of the tensions at rest on both sides of a wrap, which its friction holds [N].
+    """
+
+    names: tuple[str, ...]
+    rows: Array
+    bound: Array
+    wrap: Integers
+    rest: Array
+
+
+def rubbing_of(network: Network, wraps: list[Wrap], tension: Array) -> Rubbing:
+    """All Coulomb friction; ``tension``, shape (pieces,): at rest, of one rope [N]."""
+    drive, motion = network.drive, network.motion
+    parts = [
+        (f"{body.name}.{move}", motion.unit(f"{body.name}.{move}"), body.coulomb_friction)
+        for body in drive.body
+        for move in body.moves
+    ]
+    parts += [
+        (pulley.name, relative_turn(network, number), pulley.coulomb_friction)
+        for number, pulley in enumerate(drive.pulley)
+    ]
+    for number, motor in zip(drive.driven, drive.motor, strict=True):
+        parts.append(
+            (f"motor of {drive.pulley[number].name}", rotor_turn(network, number), motor.coulomb_friction)
+        )
+    parts = [part for part in parts if part[2] > 0.0 and part[1].any()]
+    n, rest = len(motion.names), np.zeros(len(motion.names) + len(wraps))
+    rows = np.zeros((len(parts) + len(wraps), rest.size))
+    for k, (_, row, _) in enumerate(parts):
+        rows[k, :n] = row
+    for k, wrap in enumerate(wraps):
+        rows[len(parts) + k, n + k] = 1.0
+        rest[n + k] = wrap.ropes * (tension[wrap.behind] - tension[wrap.before])
+    return Rubbing(
+        names=(*(name for name, _, _ in parts), *(f"wrap at {wrap.name}" for wrap in wraps)),
+        rows=rows,
+        bound=np.array([*(bound for _, _, bound in parts), *(wrap.ropes * wrap.factor for wrap in wraps)]),
+        wrap=np.array(
+            [*((-1, -1) for _ in parts), *((wrap.before, wrap.behind) for wrap in wraps)], dtype=np.int64
+        ).reshape(-1, 2),
+        rest=rest,
+    )

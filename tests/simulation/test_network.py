@@ -1,0 +1,316 @@
+"""Machines with routes in time: against the loop, matrices by hand, certified modes, MuJoCo and Eytelwein."""
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.optimize import curve_fit
+
+import cabledrive as cd
+from cabledrive.parameters import InputRefused
+from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start
+from cabledrive.simulation.network import NetworkStart, simulate_network
+
+TESTS = Path(__file__).parent.parent
+ROUTES = TESTS / "parameters" / "routes"
+sys.path.append(str(TESTS / "modal"))
+
+from network_samples import as_route, without_gravity  # noqa: E402
+
+PRINTER = cd.load_drive(ROUTES / "printer.toml")
+UPPER = "drive pulley to load pulley"
+
+
+def loop_and_route(damping=30.0):
+    """A loop with joint, frictions and dampings, and the same as a machine with routes."""
+    drive = without_gravity(cd.load_drive("dissertation-3"))
+    drive = replace(
+        drive,
+        cable=replace(drive.cable, axial_damping=damping),
+        motor=replace(drive.motor, offset_torque=0.0),
+    )
+    motor, machine = drive.motor, as_route(drive)
+    keys = ("viscous_friction", "coulomb_friction")
+    return drive, replace(
+        machine,
+        cable=replace(
+            machine.cable, transverse_damping=drive.cable.transverse_damping, axial_damping=damping
+        ),
+        pulley=tuple(
+            replace(one, **{key: getattr(other, key) for key in keys})
+            for one, other in zip(machine.pulley, drive.pulley, strict=True)
+        ),
+        motor=tuple(
+            replace(one, joint_damping=motor.joint_damping, **{key: getattr(motor, key) for key in keys})
+            for one in machine.motor
+        ),
+    )
+
+
+@pytest.mark.parametrize(("model", "damping"), [("exact", 0.0), ("linear", 30.0)])
+def test_a_loop_as_a_route_moves_as_the_loop(model, damping, measured):
+    """Clockwise round both pulleys: angles have the other sign. Friction, joint and all dampings at work."""
+    drive, machine = loop_and_route(damping)
+    common = {"scheme": Scheme(segments=8, model=model), "recording": Recording(rate=2000.0)}
+    loop = cd.simulate(
+        drive,
+        0.05,
+        torque=Sine(amplitude=1.0, frequency=20.0),
+        start=Start(plucks=(Pluck(height=1e-3),)),
+        **common,
+    )
+    route = cd.simulate(
+        machine,
+        0.05,
+        torque=Sine(amplitude=-1.0, frequency=20.0),
+        start=NetworkStart(plucks=(Pluck(height=1e-3, span=UPPER),)),
+        **common,
+    )
+    assert route.step == pytest.approx(loop.step, rel=1e-9)
+    pairs = [
+        (-route.channel("load pulley"), loop.load_angle),
+        (-route.channel("rotor of drive pulley"), loop.channel("motor_angle")),
+        (route.channel(f"w at the middle of {UPPER}"), loop.midpoint("upper")[:, 2]),
+        (route.channel("coulomb_loss"), loop.channel("coulomb_loss")),
+        (route.channel("axial_loss"), loop.channel("axial_loss")),
+    ]
+    error = max(np.max(np.abs(a - b)) / max(np.max(np.abs(b)), 1e-300) for a, b in pairs)
+    measured(f"loop as a route in time, {model}: largest relative difference {error:.1e}")
+    assert np.abs(loop.load_angle).max() > 1e-4
+    assert error < 1e-10, error
+
+
+def printer_lumps(parts):
+    """Masses and stiffness of the printer's belt as a ring of lumps on springs, by hand, each span alike."""
+    rigidity, density, tension = 19.4e3, 8.3e-3, 30.0
+    lengths = np.array([0.18, 0.40, 4.732e-3, 0.18])
+    counts = np.maximum(1, np.rint(parts * lengths / lengths.max())).astype(int)
+    density, stiffness = density / (1.0 + tension / rigidity), rigidity + tension
+    starts = np.concatenate(([0], np.cumsum(counts)))
+    mass, matrix = np.zeros(starts[-1]), np.zeros((starts[-1], starts[-1]))
+    for start, count, length in zip(starts, counts, lengths, strict=False):
+        for node in range(start, start + count):
+            pair = [node, (node + 1) % starts[-1]]
+            mass[pair] += 0.5 * density * length / count
+            matrix[np.ix_(pair, pair)] += stiffness * count / length * np.array([[1, -1], [-1, 1]])
+    mass[starts[:4]] += [0.35, (1.6e-7 + 54e-7) / 6.366e-3**2, 3e-8 / 4e-3**2, 3e-8 / 4e-3**2]
+    return mass, matrix, starts
+
+
+def test_two_idlers_move_as_lumps_on_springs():
+    """The linear law, from the head's displacement: exact motion of the lumps by their eigenvectors."""
+    parts, distance = 6, 1e-5
+    found = simulate_network(
+        PRINTER,
+        0.02,
+        scheme=Scheme(segments=parts, model="linear", step=2e-7),
+        recording=Recording(rate=5000.0),
+        start=NetworkStart(places={"head.x": distance}),
+    )
+    mass, matrix, starts = printer_lumps(parts)
+    root = 1.0 / np.sqrt(mass)
+    squares, vectors = np.linalg.eigh(root[:, None] * matrix * root)
+    initial = np.zeros(mass.size)  # the belt follows its ends linearly: head (node 0) to motor and idler
+    initial[: starts[1]] = -distance * (1.0 - np.arange(starts[1]) / starts[1])
+    last = starts[3] + np.arange(starts[4] - starts[3])
+    initial[last] = -distance * (last - starts[3]) / (starts[4] - starts[3])
+    initial[0] = -distance
+    modal = vectors.T @ (initial / root)
+    swing = np.cos(np.sqrt(np.abs(squares)) * found.time[:, None]) * modal
+    motion = (swing @ vectors.T) * root
+    head, motor = -motion[:, 0], motion[:, starts[1]] / 6.366e-3
+    np.testing.assert_allclose(found.channel("head.x"), head, atol=2e-4 * distance)
+    np.testing.assert_allclose(found.channel("motor"), motor, atol=2e-4 * np.abs(motor).max())
+
+
+def test_plucked_modes_are_the_certified_ones_to_second_order(measured):
+    """Frequency of the head on the belt, at rest otherwise, against `modes`; the error falls with h^2."""
+    exact = cd.modes(PRINTER, below=600.0).longitudinal[0].frequency
+    errors = []
+    for segments in (2, 4):
+        found = simulate_network(
+            PRINTER,
+            0.05,
+            scheme=Scheme(segments=segments, model="linear", step=2e-7),
+            recording=Recording(rate=20_000.0),
+            start=NetworkStart(places={"head.x": 1e-6}),
+        )
+        # The head moves with the rigid drift and the first two modes; the second is 848.7 Hz.
+        guess = [0.0, 0.0, 1e-7, 0.0, 190.0, 1e-9, 0.0, 848.0]
+        fitted, _ = curve_fit(_two_modes, found.time, found.channel("motor") * 1e-2, p0=guess, maxfev=20_000)
+        errors.append(fitted[4] / exact - 1.0)
+    order = np.log2(errors[0] / errors[1])
+    measured(
+        f"mode of the printer from its motion: off by {errors[1]:.1e} with 4 segments, order {order:.2f}"
+    )
+    assert order == pytest.approx(2.0, abs=0.15), errors
+    assert abs(errors[1]) < 1e-3
+
+
+def _two_modes(t, a, b, c, d, f, g, h, f2):
+    w, w2 = 2 * np.pi * f * t, 2 * np.pi * f2 * t
+    return a + b * t + c * np.cos(w) + d * np.sin(w) + g * np.cos(w2) + h * np.sin(w2)
+
+
+GUIDE = """
+schema = 1
+kind = "route"
+name = "guide"
+[cable]
+axial_rigidity = "10 kN"
+mass_per_length = "5 g/m"
+pretension = "20 N"
+transverse_damping = "200 1/s"
+[layout]
+gravity = "0 m/s^2"
+[[body]]
+name = "load"
+at = ["0.21 m", "-0.3 m"]
+moves = "y"
+mass = "0.5 kg"
+stiffness = "4 kN/m"
+damping = "60 N s/m"
+[[pulley]]
+name = "drum"
+at = ["0 m", "0 m"]
+radius = "10 mm"
+inertia = "2e-5 kg m^2"
+viscous_friction = "0.01 N m s/rad"
+[[pulley]]
+name = "guide"
+at = ["0.2 m", "0 m"]
+radius = "10 mm"
+fixed = true
+capstan_friction = 0.25
+[[anchor]]
+name = "end"
+on = "load"
+at = ["0.21 m", "-0.3 m"]
+[[route]]
+name = "tendon"
+path = ["-drum", "-guide", "end"]
+"""
+
+
+def test_a_rope_slides_on_a_guide_at_eytelweins_ratio(tmp_path, measured):
+    r"""Pulled slowly by the drum, T_1 = T_2 e^{\mu\varphi} over a quarter turn; the budget closes."""
+    (tmp_path / "guide.toml").write_text(GUIDE)
+    drive = cd.load_drive(tmp_path / "guide.toml")
+    found = simulate_network(
+        drive,
+        0.4,
+        torque=lambda t: -0.15 * np.minimum(t / 0.3, 1.0),  # the drum winds clockwise
+        scheme=Scheme(segments=6),
+        recording=Recording(rate=2000.0),
+    )
+    before, behind = (found.channel(f"mean tension, {span}")[-1] for span in found.spans)
+    ratio = before / behind
+    measured(f"rope on a guide: ratio of tensions {ratio:.5f}, e^(mu phi) {np.exp(0.25 * np.pi / 2):.5f}")
+    assert before > 30.0
+    assert ratio == pytest.approx(np.exp(0.25 * np.pi / 2), rel=2e-3)
+    assert found.channel("coulomb_loss")[-1] > 0.0
+    assert found.energy_budget_error < 1e-6, found.energy_budget_error
+
+
+def test_a_small_pull_does_not_slide(tmp_path):
+    (tmp_path / "guide.toml").write_text(GUIDE)
+    found = simulate_network(
+        cd.load_drive(tmp_path / "guide.toml"), 0.02, torque=-0.02, scheme=Scheme(segments=6)
+    )
+    assert np.all(found.channel("slip at guide") == 0.0)
+    assert found.channel("coulomb_loss")[-1] == 0.0
+
+
+def test_a_span_that_goes_slack_stops_the_run_and_says_where():
+    found = simulate_network(PRINTER, 0.05, torque=2.0, scheme=Scheme(segments=6))
+    assert "goes slack" in found.stopped
+    assert found.slack_events[0]["span"] in found.spans
+    on = simulate_network(PRINTER, 0.01, torque=2.0, scheme=Scheme(segments=6, slack="tension-only"))
+    assert on.stopped is None
+    assert len(on.slack_events) > 0
+    assert min(span["least_tension"] for span in on.summary()["spans"]) == 0.0
+
+
+def test_large_motion_is_warned_of():
+    found = simulate_network(
+        PRINTER, 0.001, scheme=Scheme(segments=4), start=NetworkStart(places={"head.x": 0.0})
+    )
+    assert found.warnings == ()
+    moved = simulate_network(
+        PRINTER, 0.001, scheme=Scheme(segments=4, model="linear", slack="record"),
+        start=NetworkStart(speeds={"head.x": 10.0, "motor": -10.0 / 6.366e-3}),
+    )  # fmt: skip
+    assert "of its length" in moved.warnings[0]
+
+
+def test_a_run_is_a_file_with_units(tmp_path):
+    import xarray
+
+    path = tmp_path / "run.nc"
+    found = cd.simulate(PRINTER, 0.002, torque=0.01, scheme=Scheme(segments=4), output=path)
+    with xarray.open_dataset(path) as data:
+        np.testing.assert_array_equal(data["head.x"], found.channel("head.x"))
+        assert data["motor"].attrs["units"] == "rad"
+    with pytest.raises(InputRefused, match="exists"):
+        cd.simulate(PRINTER, 0.002, torque=0.01, scheme=Scheme(segments=4), output=path)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"scheme": Scheme(method="node-centred")}, "verlet"),
+        ({"scheme": Scheme(friction="smoothed")}, "set-valued"),
+        ({"torque": {"engine": 1.0}}, "the motors are motor"),
+        ({"start": NetworkStart(plucks=(Pluck(height=1e-3, span="upper"),))}, "is no span"),
+        ({"start": NetworkStart(places={"tail": 1.0})}, "take one of"),
+        ({"error_estimate": True}, "error_estimate"),
+    ],
+)
+def test_what_cannot_be_run_is_refused_in_one_line(options, words):
+    with pytest.raises(InputRefused, match=words) as refused:
+        cd.simulate(PRINTER, 0.01, **options)
+    assert "\n" not in str(refused.value)
+
+
+def test_the_printer_moves_as_in_mujoco(measured):
+    """Every lump a slide joint of MuJoCo, every segment a spring tendon; torque on the motor."""
+    mujoco = pytest.importorskip("mujoco")
+    parts, step, torque = 4, 2e-6, 0.05
+    mass, matrix, starts = printer_lumps(parts)
+    bodies = "".join(
+        f'<body><joint name="j{k}" type="slide" axis="1 0 0"/>'
+        f'<inertial pos="0 0 0" mass="{m!r}" diaginertia="1 1 1"/></body>'
+        for k, m in enumerate(mass.tolist())
+    )
+    tendons = "".join(
+        f'<fixed name="t{k}" springlength="0" stiffness="{-matrix[k, (k + 1) % mass.size]!r}">'
+        f'<joint joint="j{k}" coef="-1"/><joint joint="j{(k + 1) % mass.size}" coef="1"/></fixed>'
+        for k in range(mass.size)
+    )
+    model = mujoco.MjModel.from_xml_string(
+        f'<mujoco><option timestep="{step}" gravity="0 0 0" integrator="RK4"/><worldbody>{bodies}</worldbody>'
+        f"<tendon>{tendons}</tendon></mujoco>"
+    )
+    data = mujoco.MjData(model)
+    motor, head = [], []
+    for number in range(5000):
+        data.qfrc_applied[starts[1]] = torque / 6.366e-3
+        if number % 50 == 0:
+            motor.append(data.qpos[starts[1]] / 6.366e-3)
+            head.append(-data.qpos[0])
+        mujoco.mj_step(model, data)
+    found = simulate_network(
+        PRINTER,
+        0.01,
+        torque=torque,
+        scheme=Scheme(segments=parts, model="linear", step=2e-7),
+        recording=Recording(rate=10_000.0),
+    )
+    errors = [
+        np.abs(found.channel(name)[:100] - other).max() / np.abs(other).max()
+        for name, other in (("motor", np.array(motor)), ("head.x", np.array(head)))
+    ]
+    measured(f"printer with two idlers against MuJoCo, 10 ms: {max(errors):.1e}")
+    assert max(errors) < 1e-4, errors
