@@ -201,7 +201,7 @@ def test_a_rope_slides_on_a_guide_at_eytelweins_ratio(tmp_path, measured):
     found = simulate_network(
         drive,
         0.4,
-        torque=lambda t: -0.15 * np.minimum(t / 0.3, 1.0),  # the drum winds clockwise
+        torque=lambda t: 0.15 * np.minimum(t / 0.3, 1.0),  # the drum pulls the rope in
         scheme=Scheme(segments=6),
         recording=Recording(rate=2000.0),
     )
@@ -217,7 +217,7 @@ def test_a_rope_slides_on_a_guide_at_eytelweins_ratio(tmp_path, measured):
 def test_a_small_pull_does_not_slide(tmp_path):
     (tmp_path / "guide.toml").write_text(GUIDE)
     found = simulate_network(
-        cd.load_drive(tmp_path / "guide.toml"), 0.02, torque=-0.02, scheme=Scheme(segments=6)
+        cd.load_drive(tmp_path / "guide.toml"), 0.02, torque=0.02, scheme=Scheme(segments=6)
     )
     assert np.all(found.channel("slip at guide") == 0.0)
     assert found.channel("coulomb_loss")[-1] == 0.0
@@ -285,7 +285,7 @@ def test_the_printer_moves_as_in_mujoco(measured):
         for k, m in enumerate(mass.tolist())
     )
     tendons = "".join(
-        f'<fixed name="t{k}" springlength="0" stiffness="{-matrix[k, (k + 1) % mass.size]!r}">'
+        f'<fixed name="t{k}" springlength="0" stiffness="{float(-matrix[k, (k + 1) % mass.size])!r}">'
         f'<joint joint="j{k}" coef="-1"/><joint joint="j{(k + 1) % mass.size}" coef="1"/></fixed>'
         for k in range(mass.size)
     )

@@ -102,8 +102,13 @@ class NetworkResult(ResultCard):
         """Everything as one labelled dataset with units."""
         import xarray
 
+        # NetCDF takes a slash for a group.
         data = {
-            channel.name: ("time", self.rows[:, k], {"units": channel.unit, "long_name": channel.meaning})
+            channel.name.replace("/", "_"): (
+                "time",
+                self.rows[:, k],
+                {"units": channel.unit, "long_name": channel.meaning},
+            )
             for k, channel in enumerate(self.channels)
         }
         time = ("time", self.time, {"units": "s", "long_name": "time"})
