@@ -56,7 +56,8 @@ def axial_dampers(mesh: NetworkMesh, step: float) -> AxialDampers:
         sides = np.zeros((last - first, 2))
         sides[0, 0], sides[-1, 1] = -1.0, 1.0
         bands = np.stack([np.append(0.0, np.full(last - first - 1, -half)), diagonal])
-        start[here], end[here] = solveh_banded(bands, sides).T
+        solved = solveh_banded(bands, sides) if last - first > 1 else sides / diagonal[:, None]
+        start[here], end[here] = solved.T
         a, b = mesh.ends[k, 0, 0], mesh.ends[k, 1, 0]
         first_row = start[first] * a + end[first] * b
         last_row = start[last - 1] * a + end[last - 1] * b

@@ -79,7 +79,7 @@ def simulate_network(
     force : bool, default False
         Whether an existing file may be replaced.
     progress : bool or None, default False
-        Whether to tell on standard error how far the run is; None: where that is a terminal.
+        Whether to show on standard error how far the run is; None: where that is a terminal.
 
     Returns
     -------
@@ -130,13 +130,13 @@ def _run(case: NetworkCase, progress: bool | None) -> NetworkResult:
         )
     state, work = case.first_state(), new_network_workspace(case.plan)
     rows = np.zeros((case.grid.records + 1, len(channels)))
-    done, stopped = _march(
+    done, stopped = _integrate(
         case, state, work, rows, Progress(case.grid.records * case.grid.interval, progress)
     )
     return _result(case, channels, rows[:done], state, stopped, time.perf_counter() - began)
 
 
-def _march(
+def _integrate(
     case: NetworkCase, state: NetworkState, work: NetworkWorkspace, rows: Array, watch: Progress
 ) -> tuple[int, str | None]:
     """Take all steps; returns the records made and why they are fewer than asked for, if so."""
@@ -148,7 +148,7 @@ def _march(
         torque = case.torque(done * every, count * every)
         if not np.isfinite(torque).all():
             return done, f"the torque is not finite after t = {done * case.grid.interval:.6g} s"
-        code = march_pieces(case, state, work, torque, every, rows[done : done + count])
+        code = integrate_pieces(case, state, work, torque, every, rows[done : done + count])
         if code == DONE:
             done += count
             watch.at(done * case.grid.interval)
@@ -160,7 +160,7 @@ def _march(
             -(-taken // every) - 1, 0
         ), f"diverged at t = {taken * case.grid.step:.6g} s: lower the input"
     # The record at the end is of a step beyond it, which is not counted.
-    code = march_pieces(case, state, work, case.torque(records * every, 1), 1, rows[records:])
+    code = integrate_pieces(case, state, work, case.torque(records * every, 1), 1, rows[records:])
     watch.end()
     if code != DONE:
         return done, _slack_line(
@@ -170,20 +170,20 @@ def _march(
     return records + 1, None
 
 
-def march_pieces(
+def integrate_pieces(
     case: NetworkCase, state: NetworkState, work: NetworkWorkspace, torque: Array, every: int, rows: Array
 ) -> int:
     """Steps in machine code; a network that has not left its plane has no motion out of it."""
-    from cabledrive.simulation.network.kernels import march_network
+    from cabledrive.simulation.network.kernels import integrate_network
 
     (u, v, w), (u_t, v_t, w_t) = state.x, state.x_t
     still = np.zeros(case.mesh.size)
     plane = not (v.any() or v_t.any()) and not case.mesh.ends[:, :, 1].any()
     if plane:
         return int(
-            march_network(case.plan, state, work, torque, every, rows, still, u, None, w, u_t, None, w_t)
+            integrate_network(case.plan, state, work, torque, every, rows, still, u, None, w, u_t, None, w_t)
         )
-    return int(march_network(case.plan, state, work, torque, every, rows, still, u, v, w, u_t, v_t, w_t))
+    return int(integrate_network(case.plan, state, work, torque, every, rows, still, u, v, w, u_t, v_t, w_t))
 
 
 def _slack_line(case: NetworkCase, state: NetworkState) -> str:

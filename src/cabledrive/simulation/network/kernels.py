@@ -115,7 +115,7 @@ def take_back(state: NetworkState, work: NetworkWorkspace, steps: int) -> None:
 
 
 @njit_in_place
-def march_network(
+def integrate_network(
     plan: NetworkPlan,
     state: NetworkState,
     work: NetworkWorkspace,
