@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, overload
+from typing import Any, cast
 
 from cabledrive.mechanics.own_model import Model
 from cabledrive.parameters.drive import Drive
@@ -16,7 +16,7 @@ from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.simulation.case import CarriageForce, Case, Recording, case_of
 from cabledrive.simulation.error_estimate import error_estimate_of
 from cabledrive.simulation.netcdf import write_netcdf
-from cabledrive.simulation.network import NetworkResult, NetworkStart, simulate_network
+from cabledrive.simulation.network import NetworkStart, simulate_network
 from cabledrive.simulation.network.door import refuse_of_routes
 from cabledrive.simulation.records import Records, RecordsInFolder, RecordsInMemory
 from cabledrive.simulation.result import SimulationResult
@@ -27,44 +27,6 @@ from cabledrive.simulation.scheme import Scheme
 from cabledrive.simulation.signals import Function, Signal
 from cabledrive.simulation.start import Start
 from cabledrive.simulation.stopped import SimulationInterrupted, SimulationStopped
-
-
-@overload
-def simulate(
-    drive: RoutedDrive,
-    duration: float,
-    *,
-    torque: Any = ...,
-    forces: Sequence[CarriageForce] = ...,
-    start: Any = ...,
-    scheme: Scheme | None = ...,
-    recording: Recording | None = ...,
-    model: Model | None = ...,
-    error_estimate: bool = ...,
-    output: str | Path | None = ...,
-    force: bool = ...,
-    resume: bool = ...,
-    progress: bool | None = ...,
-) -> NetworkResult: ...
-
-
-@overload
-def simulate(
-    drive: Drive,
-    duration: float,
-    *,
-    torque: Any = ...,
-    forces: Sequence[CarriageForce] = ...,
-    start: Any = ...,
-    scheme: Scheme | None = ...,
-    recording: Recording | None = ...,
-    model: Model | None = ...,
-    error_estimate: bool = ...,
-    output: str | Path | None = ...,
-    force: bool = ...,
-    resume: bool = ...,
-    progress: bool | None = ...,
-) -> SimulationResult: ...
 
 
 def simulate(
@@ -82,7 +44,7 @@ def simulate(
     force: bool = False,
     resume: bool = False,
     progress: bool | None = False,
-) -> SimulationResult | NetworkResult:
+) -> SimulationResult:
     """Nonlinear motion of cable and pulleys in time.
 
     Parameters
@@ -137,7 +99,7 @@ def simulate(
         scheme = replace(scheme, model=model)
     if isinstance(drive, RoutedDrive):
         refuse_of_routes(start, forces=bool(forces), error_estimate=error_estimate, resume=resume)
-        return simulate_network(
+        found = simulate_network(
             drive,
             duration,
             torque=torque,
@@ -148,6 +110,7 @@ def simulate(
             force=force,
             progress=progress,
         )
+        return cast(Any, found)  # with its own channels: a caller knows what drive it gave
     require_own_spans(drive, "`simulate`")
     if isinstance(torque, Mapping) or isinstance(start, NetworkStart):
         raise InputRefused(

@@ -84,6 +84,11 @@ class NetworkResult(ResultCard):
         Returns
         -------
         ndarray, shape (records,)
+
+        Raises
+        ------
+        InputRefused
+            If there is no such column.
         """
         names = [channel.name for channel in self.channels]
         if name not in names:
