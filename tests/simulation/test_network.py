@@ -12,6 +12,7 @@ import cabledrive as cd
 from cabledrive.parameters import InputRefused
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start
 from cabledrive.simulation.network import NetworkStart, simulate_network
+from cabledrive.simulation.network.case import forces_of, network_case, put_ends
 
 TESTS = Path(__file__).parent.parent
 ROUTES = TESTS / "parameters" / "routes"
@@ -80,6 +81,40 @@ def test_a_loop_as_a_route_moves_as_the_loop(model, damping, measured):
     measured(f"loop as a route in time, {model}: largest relative difference {error:.1e}")
     assert np.abs(loop.load_angle).max() > 1e-4
     assert error < 1e-10, error
+
+
+@pytest.mark.kernel
+@pytest.mark.parametrize("model", ["exact", "weak"])
+def test_steps_are_leapfrog_on_the_forces_of_the_law(model):
+    """The kernels of cabledrive.simulation.network.kernels, cabledrive.simulation.network.any_steps,
+    cabledrive.simulation.network.coordinates and cabledrive.simulation.network.observing, against numpy.
+    """
+    step, count = 2e-6, 20
+    given = {
+        "torque": 0.05,
+        "start": NetworkStart(plucks=(Pluck(height=1e-4, span="motor to lower idler"),)),
+        "scheme": Scheme(segments=6, model=model, step=step),
+        "recording": Recording(rate=1.0 / step),
+    }
+    found = simulate_network(PRINTER, count * step, **given)
+    case = network_case(PRINTER, count * step, **given)
+    mesh, state = case.mesh, case.first_state()
+    mass = np.repeat(mesh.density * mesh.spacing, mesh.nodes[:, 1] - mesh.nodes[:, 0] + 1)
+    places = []
+    for number in range(count + 1):
+        places.append(state.q.copy())
+        node, body = forces_of(mesh, case.laws, state.x, state.q, case.torque(number, 1)[0])
+        state.x_t[...] += step * node / mass
+        state.q_t[...] += step * np.linalg.solve(mesh.mass, body)
+        state.x[...] += step * state.x_t
+        state.q[...] += step * state.q_t
+        put_ends(mesh, state.q, state.x)
+    for k, name in enumerate(mesh.names):
+        expected = np.array(places)[:, k]
+        np.testing.assert_allclose(
+            found.channel(name), expected, rtol=1e-9, atol=1e-12 * np.abs(expected).max()
+        )
+    assert found.energy_budget_error < 1e-4, found.energy_budget_error
 
 
 def printer_lumps(parts):
