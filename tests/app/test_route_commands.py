@@ -171,3 +171,54 @@ def test_the_table_of_modes_names_spans():
     text = call("modes", COREXY, "--below", "75").stdout
     assert "rear left b to front left b" in text
     assert "Complete up to 75 Hz (certified)" in text
+
+
+def test_a_machine_is_simulated_at_the_command_line(tmp_path):
+    out = tmp_path / "run.nc"
+    asked = ("--duration", "1 ms", "--segments", "4", "--torque-amplitude", "0.05", "--torque-frequency", "0")
+    found = answer(
+        "simulate",
+        str(ROUTES / "printer.toml"),
+        *asked,
+        "--pluck",
+        "motor to lower idler=0.1 mm",
+        "-o",
+        str(out),
+    )
+    assert out.is_file()
+    assert found["energy_budget_error"] < 1e-6
+    assert [span["name"] for span in found["spans"]][1] == "motor to lower idler"
+    assert found["spans"][1]["midpoint_peak"] == pytest.approx(1e-4, rel=0.05)
+    assert found["coordinates"]["motor"]["peak_to_peak"] > 0.0
+    assert any("state of rest" in line for line in found["assumptions"])
+
+
+@pytest.mark.parametrize(
+    "option",
+    [["--pluck-upper", "1 mm"], ["--model", "fast"], ["--fields", "2", "-o", "run.nc"], ["--pluck", "1 mm"]],
+)
+def test_what_simulate_does_not_do_on_routes_is_refused(option, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    refusal("simulate", str(ROUTES / "printer.toml"), "--duration", "1 ms", *option)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_response_of_a_machine_has_its_rigid_mass_below_its_modes():
+    """Place over torque is r / (M r^2 + J) / omega^2 far below the first mode."""
+    found = answer(
+        "response",
+        str(ROUTES / "printer.toml"),
+        "--input",
+        "motor",
+        "--response",
+        "head.x",
+        "--below",
+        "100 Hz",
+    )
+    radius, head = 6.366e-3, 0.35
+    belt = 8.3e-3 * (0.18 + 0.40 + 4.732e-3 + 0.18)
+    inertia = 1.6e-7 + 54e-7 + (head + belt + 2 * 3e-8 / 4e-3**2) * radius**2
+    omega = 2 * np.pi * found["frequency_hz"][0]
+    assert found["magnitude"][0] == pytest.approx(radius / inertia / omega**2, rel=2e-3)
+    refusal("response", "dissertation-3")
+    refusal("response", str(ROUTES / "printer.toml"), "--response", "tail")
