@@ -6,15 +6,19 @@ jump. The bandwidth has to lie above the lowest mode: the loop's stiffness falls
 and at 10 Hz friction wins.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
+import cabledrive as cd
 from cabledrive.control.kalman import KalmanTuning
-from cabledrive.reduction.lumped_chain import LumpedChain, natural_frequencies_of
-from cabledrive.rig.closed_loop.chain_loop import ChainRig, chain_loop
-from cabledrive.rig.closed_loop.loop import run
-from cabledrive.trajectories import pulse
+from cabledrive.reduction.lumped_chain import natural_frequencies_of
+from cabledrive.rig.closed_loop.loop import close_loop, run
+from cabledrive.rig.laws.controllers import law_for_chain
+from cabledrive.rig.setting import Motion, RigOptions
+from cabledrive.rig.trial import spec_for
 
-chain = LumpedChain(
+chain = cd.LumpedChain(
     names=("motor", "first", "second", "third", "load"),
     inertias=(1.1e-3, 6e-4, 6e-4, 6e-4, 2.3e-3),  # kg m^2
     viscous=(3e-3, 0.0, 0.0, 0.0, 0.0),  # N m s/rad
@@ -24,14 +28,16 @@ chain = LumpedChain(
     damping=(0.05, 0.043, 0.037, 0.03),  # N m s/rad
     ratios=((1.0, 1.0),) * 4,
 )
-count = 2.0 * np.pi / 40_000
-rig = ChainRig(interval=2e-4, encoders=(0, 4), counts=(count, count), phases=(0.3, -0.2))
-motion = pulse(np.pi / 4.0, 0.5, 0.3, order=13)
+drive = cd.load_drive("dissertation-3")  # motor, encoders and sampling; the chain stands for its mechanics
+fitted = replace(drive.sensors, motor_encoder=40_000, drive_encoder=None, load_encoder=40_000)
+drive = replace(drive, sensors=fitted)
+motion, options = Motion(angle=45.0, rise=0.5, dwell=0.3, order=13), RigOptions(forbid_slack=True)
 tuning = KalmanTuning(torque=1e-6, disturbance=1e-2, load_acceleration=0.1)
-loop = chain_loop(chain, motion, rig, 35.0, tuning=tuning)
+law = law_for_chain(spec_for(drive, motion, bandwidth=35.0), chain, tuning=tuning)
+loop = close_loop(drive, drive, law, motion, options, np.random.default_rng(0), plant=chain)
 error = np.degrees(np.abs(run(loop).log[:, 4] - loop.target).max())
 
 print("modes", np.round(natural_frequencies_of(chain) / (2.0 * np.pi), 1), "Hz")
-print(f"peak error {error:.4f} deg, one count {np.degrees(count):.4f} deg")
+print(f"peak error {error:.4f} deg, one count {360.0 / 40_000:.4f} deg")
 
 assert error < 2.0 * 0.009, error

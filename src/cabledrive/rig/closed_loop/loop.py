@@ -164,7 +164,7 @@ def close_loop(
     centred = options.encoder_phase == "centred"
     tuning = replace(controller.tuning, offsets=()) if centred else controller.tuning
     own = controller.filter_model if not options.ideal_sensors and options.observer == "kalman" else None
-    design = plant_chain(design_drive, own or highest_model(design_drive))
+    design = controller.filter_chain or plant_chain(design_drive, own or highest_model(design_drive))
     rate = current_rate(plant_drive)
     delay = control_delay(plant_drive)
     sampling = Sampling(interval=interval, delay=delay, current_rate=current_rate(design_drive))

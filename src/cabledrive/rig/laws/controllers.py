@@ -1,6 +1,6 @@
 """Control laws by name, made ready for a drive, a motion and the rig's sensors."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi
 from typing import Any
 
@@ -55,6 +55,8 @@ class Controller:
     filter_model : int or None
         Model of the Kalman filter; None: the highest that the drive's data allow, with every encoder. A
         filter of the law's own model reads only the encoders that the law takes.
+    filter_chain : LumpedChain or None
+        Lumped chain of the Kalman filter, where it is no model of the drive; it reads every encoder.
     own : OwnController or None
         The user's own, which runs instead of ``law``.
     generator : ReferenceNumbers or None
@@ -73,6 +75,7 @@ class Controller:
     bandwidth: float | None = None
     flat: FlatOutput | None = None
     filter_model: int | None = None
+    filter_chain: LumpedChain | None = None
     own: OwnController | None = None
     generator: ReferenceNumbers | None = None
 
@@ -203,6 +206,15 @@ def chain_law(
         filter_model=own_filter(number, spec.feedback),
         generator=flat_generator(flat, spec.interval),
     )
+
+
+def law_for_chain(spec: DesignSpec, chain: LumpedChain, *, tuning: KalmanTuning = QUIET) -> Controller:
+    """The damped law of any lumped chain from ``motor`` to ``load``, with a filter of that chain.
+
+    ``chain``: in angles of its first shaft. Model 4 gives the ratio of the gains.
+    """
+    made = chain_law(spec, 4, "damped law of a chain", damped=True, tuning=tuning, chain=chain)
+    return replace(made, shafts=chain.names, filter_model=None, filter_chain=chain)
 
 
 def own_filter(number: int, feedback: str) -> int | None:

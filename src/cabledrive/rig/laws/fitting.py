@@ -18,13 +18,11 @@ SHAFTS = ("motor", "drive", "load")
 def place(chain: LumpedChain, shaft: str) -> int:
     """Inertia of a chain that a shaft belongs to.
 
-    ``shaft``, {"motor", "drive", "load"}.
+    ``shaft``: "motor", "drive", "load", or a name of the chain.
     """
-    if shaft == "motor":
-        return 0
     if shaft == "load":
         return chain.size - 1
-    return chain.names.index("drive") if "drive" in chain.names else 0
+    return chain.names.index(shaft) if shaft in chain.names else 0
 
 
 def load_gear(drive: Drive) -> float:

@@ -2,22 +2,17 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from math import pi
 
 import numpy as np
 
-from cabledrive.control.darc import darc_numbers
-from cabledrive.control.darc_gains import RATIO, Bounds, DarcGains
-from cabledrive.control.flat_output import flat_output
-from cabledrive.control.kalman import QUIET
-from cabledrive.control.reference import flat_reference
+from cabledrive.control.darc_gains import Bounds
 from cabledrive.parameters import Drive
 from cabledrive.reduction.models import FLEXIBLE_JOINT
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, plant_chain
 from cabledrive.rig.closed_loop.other_plants import with_plant
 from cabledrive.rig.disturbances import joint_backlash
-from cabledrive.rig.laws.controllers import DAMPED_SHARE, Controller, own_filter
-from cabledrive.rig.laws.fitting import fitted_encoders, law_shafts
+from cabledrive.rig.laws.controllers import Controller, chain_law
+from cabledrive.rig.laws.fitting import fitted_encoders
 from cabledrive.rig.setting import Motion, RigOptions
 from cabledrive.rig.trial import spec_for
 from cabledrive.studies.study.machine import Quantity, drive_with
@@ -55,32 +50,8 @@ def make_law(
     ``drive``: with the best values; ``model``, {1, 3, 4}; ``hertz``: lambda/(2 pi) [Hz].
     """
     spec = spec_for(drive, motion, bandwidth=hertz, feedback=near_encoder(drive))
-    chain = spec.model(model)
-    flat = flat_output(chain, damped=True)
-    reference = flat_reference(flat, spec.wanted(2 * chain.size), spec.interval)
     bounds = projection_bounds(quantities, drive, model)
-    gains = DarcGains(
-        bandwidth=2.0 * pi * hertz,
-        sliding_rate=2.0 * pi * RATIO[model] * hertz,
-        adaptation_share=DAMPED_SHARE,
-    )
-    law = darc_numbers(
-        flat, gains, bounds, reference, spec.interval, friction_by_reference=True, desired=True
-    )
-    return Controller(
-        name=f"darc-{model}-damped",
-        law=law,
-        reference=reference,
-        shafts=law_shafts(model, spec.feedback),
-        start=bounds.nominal,
-        tuning=QUIET,
-        gains={"bandwidth_hz": hertz, "sliding_rate_hz": RATIO[model] * hertz, "k_sigma": law.k_sigma},
-        model=model,
-        damped=True,
-        bandwidth=gains.bandwidth,
-        flat=flat,
-        filter_model=own_filter(model, spec.feedback),
-    )
+    return chain_law(spec, model, f"darc-{model}-damped", damped=True, bounds=bounds)
 
 
 def near_encoder(drive: Drive) -> str:

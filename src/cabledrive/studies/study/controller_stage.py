@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from cabledrive.control.darc_gains import RATIO
 from cabledrive.control.numbers import HIGH, LOW
 from cabledrive.parameters import Drive
 from cabledrive.rig.closed_loop.loop import run
@@ -88,7 +89,7 @@ def design_controller(
         model=model,
         name=law.name,
         bandwidth=best.bandwidth,
-        sliding_rate=float(law.gains["sliding_rate_hz"]),
+        sliding_rate=RATIO[model] * best.bandwidth,
         bound=best.bound,
         chosen=best,
         candidates=tuple(candidates),
