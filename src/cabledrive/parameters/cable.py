@@ -5,10 +5,11 @@ from math import sqrt
 
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import check_fields, quantity, words
+from cabledrive.parameters.rigidity import Rigidity, check_one_rigidity
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Cable:
+class Cable(Rigidity):
     r"""A uniform flexible cable under pretension, stretched elastically.
 
     Density is per metre of *unstretched* cable, what a user weighs; its mass is conserved when it stretches.
@@ -57,27 +58,13 @@ class Cable:
 
     def __post_init__(self) -> None:
         check_fields(self)
-        pair = (self.youngs_modulus, self.area)
-        if self.given_rigidity is not None and pair != (None, None):
-            raise InputRefused(
-                f"axial_rigidity = {self.given_rigidity:.9g} N beside youngs_modulus or area: give the "
-                "rigidity, or modulus and area"
-            )
-        if self.given_rigidity is None and None in pair:
+        check_one_rigidity(self)
+        if self.given_rigidity is None and None in (self.youngs_modulus, self.area):
             which = "youngs_modulus" if self.youngs_modulus is None else "area"
             raise InputRefused(
                 f"{which} is missing: give youngs_modulus [Pa] and area [m^2], or axial_rigidity [N], their "
                 "product"
             )
-
-    @property
-    def axial_rigidity(self) -> float:
-        """Axial rigidity EA [N]."""
-        if self.given_rigidity is not None:
-            return self.given_rigidity
-        assert self.youngs_modulus is not None
-        assert self.area is not None
-        return self.youngs_modulus * self.area
 
     def with_rigidity(self, rigidity: float) -> "Cable":
         """The same cable of another axial rigidity.

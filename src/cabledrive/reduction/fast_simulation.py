@@ -21,7 +21,7 @@ from cabledrive.simulation.netcdf import write_netcdf
 from cabledrive.simulation.records import MOST_MEMORY
 from cabledrive.simulation.run_folder import RESULT, part_of
 from cabledrive.simulation.signals import Function, check_lasts, signal_of
-from cabledrive.simulation.start import displacement_at_start, velocity_at_start
+from cabledrive.simulation.start import place_at_start, velocity_at_start
 from cabledrive.simulation.step_size import check_resolved
 
 Array = NDArray[np.float64]
@@ -205,7 +205,7 @@ def start_amplitudes(
         raise InputRefused(
             "pluck: plane = u does not fit the fast model, where u follows the rims: use --model exact"
         )
-    place = displacement_at_start(mesh, cable_law(drive.cable), start)
+    place, _ = place_at_start(mesh, cable_law(drive.cable), start)
     speed = velocity_at_start(mesh, start)
     sines = [_sines(mesh, field, model.transverse.size) for field in (place, speed)]
     moving = 2 if any(np.any(part[1]) for part in sines) else 1

@@ -32,8 +32,7 @@ from cabledrive.simulation.signals import Function, Signal, check_lasts, signal_
 from cabledrive.simulation.start import (
     PLANES,
     Start,
-    displacement_at_start,
-    rotor_at_start,
+    place_at_start,
     velocity_at_start,
 )
 from cabledrive.simulation.state import State, new_state
@@ -229,7 +228,7 @@ def case_of(
         forces=tuple(_place(drive, mesh, force) for force in forces),
     )
     method.check(plan)
-    displacement = displacement_at_start(mesh, law, start)
+    displacement, rotor = place_at_start(mesh, law, start)
     return Case(
         drive=drive,
         scheme=scheme,
@@ -243,7 +242,7 @@ def case_of(
         offset=drive.motor.offset_torque if drive.motor else 0.0,
         forces=pushes,
         displacement=displacement,
-        rotor=rotor_at_start(mesh, law, float(displacement[0, 0]), start),
+        rotor=rotor,
         velocity=velocity_at_start(mesh, start),
     )
 

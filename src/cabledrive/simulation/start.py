@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.mesh import Mesh
 from cabledrive.mechanics.mesh_forces import gradients
-from cabledrive.mechanics.statics import equilibrium
+from cabledrive.mechanics.statics import Equilibrium, equilibrium
 from cabledrive.parameters.errors import InputRefused
 
 PLANES = ("u", "v", "w")
@@ -100,37 +100,33 @@ class Start:
                 )
 
 
-def displacement_at_start(mesh: Mesh, law: CableLaw, start: Start) -> Array:
-    """Displacements at t = 0.
+def place_at_start(mesh: Mesh, law: CableLaw, start: Start) -> tuple[Array, float]:
+    """Where everything is at t = 0: displacements u, v, w, shape (3, nodes), and of the rotor at the rim [m].
 
-    Returns shape (3, nodes): u, v, w [m].
     Raises `InputRefused` if a pluck does not fit the drive, or the cable would start slack though it may not
     go slack.
     """
-    total = _following_rims(mesh, start.drive_angle, start.load_angle, "angle")
+    total, twist = _following_rims(mesh, start.drive_angle, start.load_angle, "angle"), 0.0
     if start.from_equilibrium:
-        total += equilibrium(mesh, law, hold=start.hold).displacement
+        rest = equilibrium(mesh, law, hold=start.hold)
+        total += rest.displacement
+        twist = _joint_twist(mesh, start, rest)
     for pluck in start.plucks:
         shape = _shaped(mesh, pluck)
         _check_height(mesh, pluck, shape)
         total[PLANES.index(pluck.plane)] += shape
     _check_taut(mesh, law, total)
-    return total
+    return total, float(total[0, 0]) + twist
 
 
-def rotor_at_start(mesh: Mesh, law: CableLaw, rim: float, start: Start) -> float:
-    """Displacement of the rotor at t = 0, at the drive pulley's rim.
+def _joint_twist(mesh: Mesh, start: Start, rest: Equilibrium) -> float:
+    """Of a flexible joint that carries the weights from the rim to the rotor, at the rim [m].
 
-    ``rim``: displacement of the drive rim [m].
-    Returns that of the drive rim and the twist of a flexible joint that carries the weights from the rim to
-    the rotor, where the motor's torque or its holding stiffness balances them [m].
+    The motor's torque or its holding stiffness balances them; where neither does, the joint carries nothing.
     """
-    if mesh.joint is None or not start.from_equilibrium:
-        return rim
-    if start.hold == "none" and mesh.shafts[2].holding_stiffness == 0.0:
-        return rim
-    torque = equilibrium(mesh, law, hold=start.hold).holding_torque[0]
-    return rim + mesh.shafts[0].radius * torque / mesh.joint.stiffness
+    if mesh.joint is None or (start.hold == "none" and mesh.shafts[2].holding_stiffness == 0.0):
+        return 0.0
+    return mesh.shafts[0].radius * float(rest.holding_torque[0]) / mesh.joint.stiffness
 
 
 def velocity_at_start(mesh: Mesh, start: Start) -> Array:

@@ -7,13 +7,14 @@ from typing import Any
 
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import check_fields, choice, quantity, words
+from cabledrive.parameters.rigidity import Rigidity, check_one_rigidity
 from cabledrive.parameters.route.parts import check_name
 
 _RIGIDITY = ("youngs_modulus", "area", "given_rigidity")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Rope:
+class Rope(Rigidity):
     """Keys of ``[cable]`` in a file of kind "route"; a route may say any of them otherwise.
 
     Attributes
@@ -55,20 +56,7 @@ class Rope:
 
     def __post_init__(self) -> None:
         check_fields(self)
-        if self.given_rigidity is not None and (self.youngs_modulus or self.area):
-            raise InputRefused(
-                f"axial_rigidity = {self.given_rigidity:.9g} N beside youngs_modulus or area: give the "
-                "rigidity, or modulus and area"
-            )
-
-    @property
-    def axial_rigidity(self) -> float:
-        """Axial rigidity EA of one rope [N]."""
-        if self.given_rigidity is not None:
-            return self.given_rigidity
-        assert self.youngs_modulus is not None
-        assert self.area is not None
-        return self.youngs_modulus * self.area
+        check_one_rigidity(self)
 
     @property
     def density(self) -> float:
