@@ -2,7 +2,6 @@
 
 import functools
 import os
-import sys
 import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
@@ -19,6 +18,7 @@ from cabledrive.app.results import Answer, json_text, provenance, show
 from cabledrive.mechanics.compile_time import LISTENERS
 from cabledrive.parameters import Drive, InputRefused, NotComputed, load_drive
 from cabledrive.parameters.route.drive import RoutedDrive, refuse_route
+from cabledrive.parameters.terminal_line import on_a_terminal
 from cabledrive.parameters.units import to_si
 
 Function = Callable[..., Any]
@@ -226,7 +226,7 @@ def answering(function: Function) -> Function:
         meta = click.get_current_context().meta
         meta[QUIET] = quiet
         meta[BEGUN] = time.monotonic() if verbose else None
-        seen = sys.stderr is not None and sys.stderr.isatty()  # a script counts lines
+        seen = on_a_terminal()  # a script counts lines
         LISTENERS[:] = [note] if verbose or seen else []
         try:
             answer = function(**options)

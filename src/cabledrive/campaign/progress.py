@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable
 
 from cabledrive.campaign.work import Report
+from cabledrive.parameters.terminal_line import TerminalLine, on_a_terminal
 from cabledrive.simulation.progress import rounded_time
 
 ON_A_TERMINAL, ELSEWHERE = 0.5, 30.0
@@ -24,10 +25,11 @@ class CampaignProgress:
     """
 
     def __init__(self, rows: int, done: dict[str, int], *, shown: bool) -> None:
-        self._rows, self._shown, self._terminal = rows, shown, sys.stderr.isatty()
+        self._rows, self._shown = rows, shown
+        self._line = TerminalLine() if on_a_terminal() else None
         self.done, self.bad = done["done"], done["refused"] + done["failed"]
         self._from, self._began = self.done, time.monotonic()
-        self._last, self._width = self._began, 0
+        self._last = self._began
         self.last_mark = time.monotonic()
 
     def add(self, report: Report, memory: Callable[[], float | None] = lambda: None) -> None:
@@ -38,7 +40,7 @@ class CampaignProgress:
         self.last_mark = now = time.monotonic()
         self.done += report.done
         self.bad += report.refused + report.failed
-        between = ON_A_TERMINAL if self._terminal else ELSEWHERE
+        between = ON_A_TERMINAL if self._line is not None else ELSEWHERE
         if self._shown and now - self._last >= between:
             self._last = now
             self._write(self.line(now, memory()))
@@ -53,13 +55,12 @@ class CampaignProgress:
         return ", ".join(parts)
 
     def _write(self, line: str) -> None:
-        if self._terminal:
-            print(f"\r{line:<{self._width}}", end="", file=sys.stderr, flush=True)
-            self._width = len(line)
+        if self._line is not None:
+            self._line.write(line)
         else:
             print(line, file=sys.stderr, flush=True)
 
     def end(self) -> None:
         """Clear the line."""
-        if self._width:
-            print(f"\r{'':<{self._width}}\r", end="", file=sys.stderr, flush=True)
+        if self._line is not None:
+            self._line.clear()

@@ -1,6 +1,5 @@
 """`run_sweep`: a campaign from its SPEC to a full store, resumed where it was left."""
 
-import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +14,7 @@ from cabledrive.campaign.spec import CampaignSpec, read_spec
 from cabledrive.campaign.work import Plan
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.result_card import ResultCard
+from cabledrive.parameters.terminal_line import on_a_terminal
 
 MANY_ROWS, MANY_BYTES = 10**7, 100e9
 """Above these a campaign has to be meant."""
@@ -149,7 +149,7 @@ def _run(plan: Plan, todo: list[int], engine: Engine, progress: bool | None) -> 
     shown = CampaignProgress(
         plan.spec.design.rows,
         store.status_counts(plan.store),
-        shown=sys.stderr.isatty() if progress is None else progress,
+        shown=on_a_terminal() if progress is None else progress,
     )
     first = shown.last_mark
     try:

@@ -1,7 +1,8 @@
 """A line on standard error: how far a run is and how long it will take."""
 
-import sys
 import time
+
+from cabledrive.parameters.terminal_line import TerminalLine, on_a_terminal
 
 SECONDS_BETWEEN = 0.5
 
@@ -19,10 +20,10 @@ class Progress:
 
     def __init__(self, duration: float, shown: bool | None) -> None:
         self._duration = duration
-        self._shown = sys.stderr.isatty() if shown is None else shown
+        self._shown = on_a_terminal() if shown is None else shown
         self._began = self._last = time.monotonic()
         self._from: float | None = None
-        self._written = False
+        self._line = TerminalLine()
 
     def at(self, simulated: float) -> None:
         """Show how far the run is.
@@ -37,14 +38,12 @@ class Progress:
         self._last = now
         left = (now - self._began) * (self._duration - simulated) / (simulated - self._from)
         share = 100.0 * simulated / self._duration
-        line = f"{simulated:.4g} s of {self._duration:.4g} s ({share:.0f} %), {rounded_time(left)} left"
-        print(f"\r{line:<60}", end="", file=sys.stderr, flush=True)
-        self._written = True
+        words = f"{simulated:.4g} s of {self._duration:.4g} s ({share:.0f} %)"
+        self._line.write(f"{words}, {rounded_time(left)} left")
 
     def end(self) -> None:
         """Clear the line."""
-        if self._written:
-            print(f"\r{'':<60}\r", end="", file=sys.stderr, flush=True)
+        self._line.clear()
 
 
 def rounded_time(seconds: float) -> str:
