@@ -138,6 +138,11 @@ def written(value: Any) -> str:
     return kind_of(value)
 
 
+def percent(share: float, unit: str = " %") -> str:
+    """A share in per cent that is never rounded up to the next tenth: it claims no more than was seen."""
+    return f"{math.floor(1e3 * share + 1e-9) / 10:g}{unit}"
+
+
 def rounded(value: float, digits: int) -> str:
     """Show a number of a sentence to some digits, without an exponent where a reader needs none.
 

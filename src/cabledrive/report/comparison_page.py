@@ -4,6 +4,7 @@ from datetime import UTC, datetime
 from typing import Any
 
 from cabledrive.parameters import Drive, content_hash
+from cabledrive.parameters.fields import percent
 from cabledrive.report.blocks import Block, Chapter, Column, Note, Paragraph, RowGroup, Table
 from cabledrive.report.numbers import number
 from cabledrive.report.page import Page, render
@@ -41,7 +42,7 @@ def _headline(said: dict[str, Any]) -> str:
         return f"Every run of {best['name']}, which ranks first, ended early."
     return (
         f"{best['name']} ranks first: worst error {number(best['worst_deg'], 3)} deg over {best['runs']} "
-        f"plants, {100.0 * best['share_within']:.3g} % within {number(said['goal_deg'], 3)} deg."
+        f"plants, {percent(best['share_within'])} within {number(said['goal_deg'], 3)} deg."
     )
 
 
@@ -75,8 +76,8 @@ def _errors(said: dict[str, Any]) -> Table:
                 number(one["error_99_deg"], 3),
                 number(one["worst_deg"], 3),
                 number(one["worst_whole_run_deg"], 3),
-                f"{100.0 * one['share_within']:.1f}",
-                f"{100.0 * one['share_low']:.1f}",
+                percent(one["share_within"], ""),
+                percent(one["share_low"], ""),
                 f"{one['failed']} of {one['runs']} ended early" if one["failed"] else "",
             )
         )

@@ -14,6 +14,7 @@ from cabledrive.app.options import ANGLE, Subcommand, answering, axis_argument, 
 from cabledrive.app.pulse_options import pulse_options
 from cabledrive.app.results import Answer, plain, provenance
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.fields import percent
 
 METHOD = "Monte Carlo on lumped plants with drawn disturbances, one tuning procedure for all laws"
 
@@ -121,7 +122,7 @@ def _text(said: dict[str, Any], folder: Path) -> str:
             continue
         lines.append(
             f"  {one['name']:<15} {one['median_deg']:7.4f} {one['error_99_deg']:7.4f}   "
-            f"{one['worst_deg']:7.4f}  {100.0 * one['share_within']:6.1f}  {one['peak_torque']:6.3f}  "
+            f"{one['worst_deg']:7.4f}  {percent(one['share_within'], ''):>6}  {one['peak_torque']:6.3f}  "
             f"{one['torque_ripple']:6.3f} {one['disk_margin']:5.2f} {one['tuning_seconds']:7.1f}"
         )
     learning = [one["name"] for one in said["controllers"] if one["learns"]]

@@ -1,7 +1,6 @@
 """`cabledrive study`: from a drive file and logs to a controller with a verdict."""
 
 from dataclasses import replace
-from math import floor
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,7 @@ from cabledrive.app.messages import note
 from cabledrive.app.options import Subcommand, answering, drive_argument
 from cabledrive.app.results import Answer
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.fields import percent
 from cabledrive.parameters.one_process import one_process
 
 QUICK = {"draws": 400, "cable_draws": 0, "carriage_draws": 400}
@@ -143,6 +143,6 @@ def _candidates(found: list[dict[str, Any]]) -> list[str]:
             worst = one[f"worst_{unit}"]
             words += "all runs ended early" if worst is None else f"{worst:.3g} {unit}"
             low = one["share_low"]
-            words += "" if low is None else f", at least {floor(1e3 * low) / 10:g} % of all within the goal"
+            words += "" if low is None else f", at least {percent(low)} of all within the goal"
         lines.append(f"  {one['controller']:<16} {words}")
     return lines

@@ -1,8 +1,8 @@
 """The laws of a study under one acceptance test, loads and carriages alike."""
 
 from collections.abc import Sequence
-from math import floor
 
+from cabledrive.parameters.fields import percent
 from cabledrive.report.blocks import Cell, Column, RowGroup, Table
 from cabledrive.report.numbers import number
 from cabledrive.studies.study.candidates import LawScore
@@ -35,8 +35,8 @@ def _row(one: LawScore, size: float) -> tuple[Cell, ...]:
     def shown(error: float | None) -> str:
         return "" if error is None else number(error / size, 3)
 
-    def percent(share: float | None) -> str:
-        return "" if share is None else f"{floor(1e3 * share + 1e-9) / 10:g} %"
+    def inside(share: float | None) -> str:
+        return "" if share is None else percent(share)
 
     reached = one.reached.error if one.reached else None
     errors = (shown(reached), shown(one.worst))
@@ -45,7 +45,7 @@ def _row(one: LawScore, size: float) -> tuple[Cell, ...]:
         one.setting,
         f"{one.runs}",
         *errors,
-        percent(one.share),
-        percent(one.share_low),
+        inside(one.share),
+        inside(one.share_low),
         f"{one.failed}",
     )

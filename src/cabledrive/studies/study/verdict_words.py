@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from math import ceil, floor, log10
 
-from cabledrive.parameters.fields import rounded
+from cabledrive.parameters.fields import percent, rounded
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study.candidates import LawScore
 from cabledrive.studies.study.confidence import CONFIDENCE, ENOUGH
@@ -68,11 +68,6 @@ def rounded_up(value: float) -> float:
     """
     scale = 10.0 ** (floor(log10(value)) - 1)
     return float(f"{ceil(value / scale - 1e-9) * scale:.2g}")
-
-
-def percent(share: float) -> str:
-    """A share that is never rounded up to the next tenth of a per cent."""
-    return f"{floor(1e3 * share + 1e-9) / 10:g} %"
 
 
 def reached_words(chosen: LawScore, cable: LawScore | None, goals: Goals, unit: ErrorUnit) -> str:
