@@ -138,7 +138,9 @@ class Attack:
 
     def _files(self, name: str, place: Path) -> dict[str, bytes]:
         found = [file for pattern in COMMANDS[name].written for file in place.glob(pattern)]
-        files = [file for file in found if file.is_file() and file.suffix != ".partial"]  # of zarr, never read
+        files = [
+            file for file in found if file.is_file() and file.suffix != ".partial"
+        ]  # of zarr, never read
         return {str(file.relative_to(place)): _timeless(file) for file in files}
 
     def _fresh(self, name: str) -> Path:

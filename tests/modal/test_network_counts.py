@@ -28,6 +28,7 @@ def wrong_counts(seed, networks, moving):
     return wrong, made
 
 
+@pytest.mark.kernel  # of cabledrive.modal.network.band_kernels
 @pytest.mark.parametrize("moving", [False, True])
 def test_counts_of_random_networks_are_those_of_finite_elements(moving):
     wrong, made = wrong_counts(11 + moving, 12, moving)

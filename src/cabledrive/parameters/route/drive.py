@@ -35,8 +35,8 @@ def refuse_route(what: str = "this calculation") -> NoReturn:
     Raises `InputRefused` always.
     """
     raise InputRefused(
-        f'kind = "route": {what} supports drives of kind "loop" or "line" only; check, modes, map, resonance, '
-        "simulate, response and track take routes"
+        f'kind = "route": {what} supports drives of kind "loop" or "line" only; check, modes, map, '
+        "resonance, simulate, response and track take routes"
     )
 
 

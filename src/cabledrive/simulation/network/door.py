@@ -194,6 +194,12 @@ def _slack_line(case: NetworkCase, state: NetworkState) -> str:
     )
 
 
+def _left_out(drive: RoutedDrive) -> tuple[str, ...]:
+    """What the drive states and the run does not have."""
+    names = [motor.pulley or "the first pulley" for motor in drive.motors if motor.offset_torque != 0.0]
+    return (f"motor.offset_torque of {', '.join(names)} is left out",) if names else ()
+
+
 def _result(
     case: NetworkCase,
     channels: tuple[Any, ...],
@@ -228,7 +234,7 @@ def _result(
             for step, piece, tension in noted
         ),
         largest_motion=float((along.max(axis=(1, 2)) / mesh.length).max(initial=0.0)),
-        assumptions=_ASSUMPTIONS,
+        assumptions=_ASSUMPTIONS + _left_out(case.network.drive),
         provenance={
             "cabledrive": __version__,
             "drive": case.network.drive.name,
