@@ -12,7 +12,7 @@ from command import answer, call, refusal
 
 ROUTES = Path(__file__).parent.parent / "parameters" / "routes"
 COREXY = str(ROUTES / "corexy.toml")
-TAKES_ROUTES = {"check", "modes", "map", "resonance", "drives", "simulate"}
+TAKES_ROUTES = {"check", "modes", "map", "resonance", "drives", "simulate", "studio"}
 OTHERWISE = {"identify"}  # takes a drive for a ping alone, see below
 AXES = {"track", "compare", "experiment"}  # on the chain of an axis
 ENDINGS = {"report": "page.html", "experiment": "log.csv", "simulate": "run.nc"}
