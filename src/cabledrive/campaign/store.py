@@ -1,7 +1,8 @@
 """The store of a campaign: one labelled Zarr group, each chunk of rows written by one process.
 
 Chunks of work are the chunks of every array, so that no two processes write one file. The status of the rows
-is written last: a chunk whose file of status is there is done, whatever killed whom.
+is written last, when the rows are on the disk: a chunk whose status can be read is done, whatever killed
+whom.
 """
 
 import json
@@ -19,9 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.campaign.computation import FLAG, TEXT
+from cabledrive.campaign.on_disk import sync_chunk, sync_tree
 from cabledrive.campaign.rows import NOT_YET, UNKNOWN, Chunk, counts
 from cabledrive.campaign.spec import CampaignSpec
 from cabledrive.parameters import InputRefused, drive_text
+from cabledrive.parameters.files import sync_folder
 from cabledrive.parameters.version import __version__
 
 FORMAT = 1
@@ -65,9 +68,11 @@ def create(path: Path, spec: CampaignSpec, chunk: int) -> None:
         raise InputRefused(f"cannot be written ({why}): choose another place").at(str(path)) from None
     try:
         _fill(folder, spec, chunk)
+        sync_tree(folder)
         os.chmod(folder, 0o777 & ~_umask())
         with suppress(OSError):  # it is there by now: the caller looks whose it is
             os.rename(folder, path)
+            sync_folder(path.parent)
     finally:
         shutil.rmtree(folder, ignore_errors=True)
 
@@ -215,12 +220,26 @@ def _short(value: Any) -> str:
 
 
 def done_chunks(path: Path) -> set[int]:
-    """Numbers of the chunks that are done: those whose file of status is there."""
+    """Numbers of the chunks that are done; a status that a loss of power has damaged is deleted."""
     folder = path / STATUS / "c"
     try:
-        return {int(entry.name) for entry in os.scandir(folder) if entry.name.isdecimal()}
+        numbers = {int(entry.name) for entry in os.scandir(folder) if entry.name.isdecimal()}
     except FileNotFoundError:
         return set()
+    whole = {number for number in numbers if _status_of(path, number) is not None}
+    for number in numbers - whole:
+        (folder / str(number)).unlink(missing_ok=True)
+    return whole
+
+
+def _status_of(path: Path, number: int) -> NDArray[np.int8] | None:
+    """Status of a chunk's rows; None where its file cannot be read, or does not hold one for each row."""
+    array = _arrays(path, (path / "zarr.json").stat().st_mtime_ns)[STATUS]
+    try:
+        status: NDArray[np.int8] = np.asarray(array.blocks[number])
+    except Exception:  # whatever a damaged file does to its decoder
+        return None
+    return None if (status == NOT_YET).any() else status
 
 
 @lru_cache(maxsize=4)
@@ -231,7 +250,7 @@ def _arrays(path: Path, made: int) -> dict[str, Any]:
 
 
 def write_chunk(path: Path, first: int, chunk: Chunk) -> None:
-    """Write the rows of a chunk, their status last.
+    """Write the rows of a chunk; their status last, when they are on the disk.
 
     Raises `OSError` if the disk refuses; the chunk is then not done.
     """
@@ -240,7 +259,10 @@ def write_chunk(path: Path, first: int, chunk: Chunk) -> None:
         arrays[name][first:last] = values.astype(np.int8) if values.dtype == bool else values
     for name in ("reason", "seed", "time"):
         arrays[name][first:last] = getattr(chunk, name)
+    number, written = first // arrays[STATUS].chunks[0], [*chunk.variables, "reason", "seed", "time"]
+    sync_chunk(path, written, number)
     arrays[STATUS][first:last] = chunk.code
+    sync_chunk(path, [STATUS], number)
 
 
 def status_counts(path: Path) -> dict[str, int]:
