@@ -96,6 +96,9 @@ def test_help_has_one_example_and_it_runs(name, tmp_path, monkeypatch):
         assert call("sweep", "groups.toml", "-o", "campaign.zarr", "--workers", "1").exit_code == 0
     if "clip.avi" in arguments:
         film(tmp_path / "clip.avi")
+    if name == "studio":  # it serves until it is stopped; that it does is tested elsewhere
+        monkeypatch.setattr("uvicorn.Server.run", lambda server, sockets=None: None)
+        arguments.append("--no-browser")
     done = call(*arguments)
     assert (program, done.exit_code) == ("cabledrive", 0), done.stderr
     if "-o" in arguments:
