@@ -12,7 +12,7 @@ from cabledrive.parameters.version import __version__
 ROOT = Path(__file__).resolve().parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 SOURCES = sorted((ROOT / "src").rglob("*.py"))
-EXTRAS = ("control", "camera", "mcap", "test")
+EXTRAS = ("control", "studio", "camera", "mcap", "test")
 """Extras whose libraries are imported where they are needed; sympy, of the tests, writes laws anew."""
 
 

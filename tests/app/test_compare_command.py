@@ -51,7 +51,7 @@ def test_the_same_command_goes_on_from_what_is_kept(finished):
 @pytest.fixture
 def two_laws_on_three_plants(monkeypatch):
     """What `track --controller best` compares, cut down to what `finished` compares."""
-    monkeypatch.setattr(ranked, "offered", lambda drive, motion: ("lqg", "lqi-learning"))
+    monkeypatch.setattr(ranked, "offered", lambda *machine: ("lqg", "lqi-learning"))
     for module in (ranked, best):
         monkeypatch.setattr(module, "BEST_DRAWS", 3)
     ranked.best_law.cache_clear()

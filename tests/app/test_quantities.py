@@ -39,7 +39,7 @@ def test_every_option_that_measures_takes_a_unit():
         for option in command.get_command(context, name).params
         if option.type is click.FLOAT
     ]
-    assert plain == [("camera", "known_pixels"), ("tolerance", "target")]
+    assert plain == [("camera", "known_pixels"), ("map", "margin"), ("tolerance", "target")]
 
 
 def test_the_help_of_track_lists_the_laws():

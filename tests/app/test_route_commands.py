@@ -64,15 +64,6 @@ def test_an_export_of_a_route_is_refused(what, tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_sweep_of_a_route_is_refused(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    Path("spec.toml").write_text(
-        f'drive = "{COREXY}"\n[vary]\n"cable.pretension" = {{ from = 20.0, to = 40.0 }}\n'
-        '[design]\nkind = "sobol"\nrows = 4\nseed = 0\n[compute]\nwhat = "modes"\ncount = 2\n'
-    )
-    assert 'kind = "route"' in refusal("sweep", "spec.toml", "-o", "store.zarr", "--yes")
-
-
 def test_a_ping_of_a_route_is_refused(tmp_path):
     log = tmp_path / "log.csv"
     log.write_text("time [s],position [m]\n" + "".join(f"{i / 1000},{i % 7}\n" for i in range(2000)))

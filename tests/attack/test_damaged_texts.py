@@ -15,7 +15,7 @@ WHOLE = pytest.mark.verify
         ("excitation", 0, 200),
         ("motion", 0, 200),
         ("route", 0, 100),
-        ("sweep", 0, 100),
+        ("sweep", 0, 200),
         ("disturbances", 0, 100),
         ("controller", 0, 150),
         *(pytest.param(kind, 1, 20_000, marks=WHOLE) for kind in texts.KINDS),
@@ -26,7 +26,7 @@ def test_a_damaged_text_ends_with_status_0_2_or_3_and_one_line(kind, seed, count
     ledger.note(kind, seed, outcomes)
     measured(f"{count} damaged files of kind {kind} by status: {dict(sorted(outcomes.items()))}")
     assert not bad, "\n".join(bad[:20])
-    assert outcomes["0"] > 0.02 * count, outcomes
+    assert outcomes["0"] > 0.01 * count, outcomes
     assert outcomes["2"] > 0.2 * count, outcomes
 
 

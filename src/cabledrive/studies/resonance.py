@@ -42,8 +42,7 @@ __all__ = [
 SLACK_SHARE = 0.01
 """Torque for the verdict where no limit is known, as a share of the slack torque."""
 
-FAR = 0.5
-"""Of twice the frequency ratio from one: the averaged equations describe no detuning beyond."""
+FAR = 0.5  # of twice the frequency ratio from one: the averaged equations describe no detuning beyond
 GROWTH_FACTOR, GROWTH_TIME = 10.0, 1.0
 
 
@@ -256,12 +255,15 @@ def _reasons(
     ends = f"{mode.section[0]:.4g} m to {mode.section[1]:.4g} m"
     detuned, width = instability.distance / (2 * pi), instability.half_width / (2 * pi)
     ratio = float(model.transverse[instability.mode] / model.natural)
-    stands = f"is detuned from 1:2 by {detuned:.4g} Hz; its instability region extends +-{width:.4g} Hz"
-    if instability.verdict == SAFE and abs(2.0 * ratio - 1.0) > FAR:
-        stands = f"has {ratio:.4g} times its frequency, far from 1:2"
+    near = f"is detuned from 1:2 by {detuned:.4g} Hz; its instability region extends +-{width:.4g} Hz"
     found = [
         f"at {torque:.4g} N m and {model.natural / (2 * pi):.4g} Hz (pulley mode): transverse mode "
-        f"{mode.number} of the {mode.span} span, {ends}, {stands}"
+        f"{mode.number} of the {mode.span} span, {ends}, "
+        + (
+            f"has {ratio:.4g} times its frequency, far from 1:2"
+            if instability.verdict == SAFE and abs(2 * ratio - 1) > FAR
+            else near
+        )
     ]
     if model.modal_damping == 0.0:
         found.append(

@@ -132,7 +132,7 @@ def assemble(
     cuts: Any,
     band: Any,
 ) -> None:
-    """Write the stiffness, Eq. (N.5), or its rate into a band, shape (size, width + 1).
+    """Write the stiffness of `stiffness.assembled`, or its rate, into a band, shape (size, width + 1).
 
     ``cut_at``: frequency at which the cuts were placed; ``imaginary``: 1j where a rope runs, else 0.0, so
     that all numbers stay real.

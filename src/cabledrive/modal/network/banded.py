@@ -60,7 +60,7 @@ class Banded:
         return BandAt(self, omega, position, cuts, size, width, inside)
 
     def count(self, omega: float) -> int | None:
-        """Modes below a frequency, Eq. (N.6); None where two orders of elimination lose too many digits."""
+        """Modes below a frequency; None where two orders of elimination lose too many digits."""
         for own in (self, self._reversed):
             here = own.at(omega)
             negative, growth = negative_pivots(here.matrix(STIFFNESS))

@@ -1,16 +1,18 @@
 """A component of a network as the solver sees it: its count, and inverse iteration on its exact stiffness."""
 
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.network.motion import Array
-from cabledrive.modal.network.banded import BandAt, Banded
 from cabledrive.modal.network.component import Component
 from cabledrive.modal.network.stiffness import assembled, cut_component, negative_eigenvalues
 from cabledrive.modal.solver import Refined
+
+if TYPE_CHECKING:
+    from cabledrive.modal.network.banded import BandAt, Banded
 
 MULTIPLE = 1e-9
 """Modes closer than this, relative to their frequency, are one mode of higher multiplicity."""
@@ -38,7 +40,9 @@ class ComponentStructure:
         self._counted: dict[float, int] = {}
 
     @cached_property
-    def _banded(self) -> Banded:
+    def _banded(self) -> "Banded":
+        from cabledrive.modal.network.banded import Banded  # its kernels load the compiler
+
         return Banded(self.component, self._scale)
 
     def count(self, omega: float) -> int:
@@ -94,7 +98,7 @@ def _mass_diagonal(component: Component) -> Array:
     return np.where(own > 0.0, own, 1.0)
 
 
-def _rayleigh_ritz(band: BandAt, omega: float, shapes: NDArray[Any]) -> tuple[NDArray[Any], Array] | None:
+def _rayleigh_ritz(band: "BandAt", omega: float, shapes: NDArray[Any]) -> tuple[NDArray[Any], Array] | None:
     """Shapes of unit modal mass within their span, and how far each mode is from here [rad/s]."""
     energy, rate = band.energies(omega, shapes)
     if shapes.shape[1] == 1:

@@ -9,7 +9,6 @@ open, :math:`q = q_0 + q_a V_a + q_b V_b`; what :math:`q_a, q_b` do to the coord
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solveh_banded
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.simulation.network.mesh import NetworkMesh
@@ -38,6 +37,8 @@ class AxialDampers:
 
 def axial_dampers(mesh: NetworkMesh, step: float) -> AxialDampers:
     """The dampers of all pieces; ``step`` [s]."""
+    from scipy.linalg import solveh_banded
+
     size = mesh.size - 1
     pivot, start, end = np.ones(size), np.zeros(size), np.zeros(size)
     matrix = np.zeros_like(mesh.mass)

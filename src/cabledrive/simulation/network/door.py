@@ -196,7 +196,7 @@ def _slack_line(case: NetworkCase, state: NetworkState) -> str:
 
 def _left_out(drive: RoutedDrive) -> tuple[str, ...]:
     """What the drive states and the run does not have."""
-    names = [motor.pulley or "the first pulley" for motor in drive.motors if motor.offset_torque != 0.0]
+    names = [motor.pulley or "the first pulley" for motor in drive.motor if motor.offset_torque != 0.0]
     return (f"motor.offset_torque of {', '.join(names)} is left out",) if names else ()
 
 
