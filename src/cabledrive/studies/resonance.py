@@ -24,6 +24,7 @@ from cabledrive.studies.resonance_detuning import (
     RESONANT,
     SAFE,
     InstabilityMargin,
+    far_from_tuning,
     instability_margin,
     split_tunings,
 )
@@ -42,7 +43,6 @@ __all__ = [
 SLACK_SHARE = 0.01
 """Torque for the verdict where no limit is known, as a share of the slack torque."""
 
-FAR = 0.5  # of twice the frequency ratio from one: the averaged equations describe no detuning beyond
 GROWTH_FACTOR, GROWTH_TIME = 10.0, 1.0
 
 
@@ -254,16 +254,10 @@ def _reasons(
     mode = model.modes[instability.mode]
     ends = f"{mode.section[0]:.4g} m to {mode.section[1]:.4g} m"
     detuned, width = instability.distance / (2 * pi), instability.half_width / (2 * pi)
-    ratio = float(model.transverse[instability.mode] / model.natural)
     near = f"is detuned from 1:2 by {detuned:.4g} Hz; its instability region extends +-{width:.4g} Hz"
     found = [
         f"at {torque:.4g} N m and {model.natural / (2 * pi):.4g} Hz (pulley mode): transverse mode "
-        f"{mode.number} of the {mode.span} span, {ends}, "
-        + (
-            f"has {ratio:.4g} times its frequency, far from 1:2"
-            if instability.verdict == SAFE and abs(2 * ratio - 1) > FAR
-            else near
-        )
+        f"{mode.number} of the {mode.span} span, {ends}, {far_from_tuning(model, instability) or near}"
     ]
     if model.modal_damping == 0.0:
         found.append(

@@ -17,6 +17,8 @@ BUILD_UP = 10.0
 CLOSE = 2.0
 """Within so many half-widths of the instability region a drive is close to resonance."""
 
+FAR = 0.5
+"""Of twice the frequency ratio from one: the averaged equations describe no detuning beyond."""
 RESONANT, NEAR, SAFE = "resonant", "close", "safe"
 
 
@@ -88,6 +90,13 @@ def instability_margin(model: AutoparametricModel, torque: float) -> Instability
         amplitude=float(amplitude),
         slack=bool(reached > model.slack_amplitude),
     )
+
+
+def far_from_tuning(model: AutoparametricModel, found: InstabilityMargin) -> str:
+    """Where a safe mode stands that is too far from 1:2 for a detuning; nothing where it is not."""
+    ratio = float(model.transverse[found.mode] / model.natural)
+    far = found.verdict == SAFE and abs(2.0 * ratio - 1.0) > FAR
+    return f"has {ratio:.4g} times its frequency, far from 1:2" if far else ""
 
 
 def verdicts(model: AutoparametricModel, torque: ArrayLike) -> NDArray[np.str_]:
