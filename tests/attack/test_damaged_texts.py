@@ -26,7 +26,8 @@ def test_a_damaged_text_ends_with_status_0_2_or_3_and_one_line(kind, seed, count
     ledger.note(kind, seed, outcomes)
     measured(f"{count} damaged files of kind {kind} by status: {dict(sorted(outcomes.items()))}")
     assert not bad, "\n".join(bad[:20])
-    assert outcomes["0"] > 0.01 * count, outcomes
+    least = 0.01 if kind == "sweep" else 0.02  # a SPEC is read strictly: fewer stay valid
+    assert outcomes["0"] > least * count, outcomes
     assert outcomes["2"] > 0.2 * count, outcomes
 
 
