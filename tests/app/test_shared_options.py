@@ -39,7 +39,7 @@ CONTRACT = {
     "study",
     "reproduce",
 }
-MORE = {"report", "camera", "sweep", "sensitivity", "tolerance", "export", "compare", "map"}
+MORE = {"report", "camera", "sweep", "sensitivity", "tolerance", "export", "compare", "map", "studio"}
 
 
 def test_every_command_is_one_of_the_contract_or_named_here():
