@@ -127,7 +127,7 @@ def test_whitened_innovations_have_variance_one():
     np.testing.assert_allclose(np.cov(drawn.T), np.eye(3), atol=0.05)
 
 
-def learnt(slopes, innovations, kept, start, gate=1e9, high=1e9):
+def learnt(slopes, innovations, kept, start, gate=1e9, high=1e9, renewed=0.0):
     """Parameters and covariance after the kernel has seen every row, one encoder."""
     p = slopes.shape[1]
     estimate = np.zeros(12)
@@ -140,7 +140,7 @@ def learnt(slopes, innovations, kept, start, gate=1e9, high=1e9):
         learn_from_innovations(
             rows,
             learning,
-            np.array([0.0, kept, gate]),
+            np.array([0.0, kept, gate, renewed]),
             estimate,
             np.array([value]),
             reference,
@@ -175,7 +175,10 @@ def test_a_direction_that_is_not_excited_is_not_forgotten_and_covariance_stays_b
 @pytest.mark.kernel
 def test_an_innovation_that_the_covariance_does_not_explain_is_passed_over():
     prior = np.diag([1e-4, 1e-4, 1e-4])
-    found, _ = learnt(np.ones((1, 3)), np.array([50.0]), 1.0, prior, gate=6.0)
+    found, kept = learnt(np.ones((1, 3)), np.array([50.0]), 1.0, prior, gate=6.0)
     np.testing.assert_array_equal(found, 0.0)
+    np.testing.assert_array_equal(kept, prior)
+    _, renewed = learnt(np.ones((1, 3)), np.array([50.0]), 1.0, prior, gate=6.0, renewed=0.25)
+    np.testing.assert_allclose(renewed, 0.75 * prior + 0.25 * np.eye(3), rtol=1e-15)
     held, _ = learnt(np.ones((1, 3)), np.array([5.0]), 1.0, np.eye(3), gate=6.0, high=0.5)
     np.testing.assert_array_equal(held, 0.5)
