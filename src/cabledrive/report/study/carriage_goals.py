@@ -1,7 +1,8 @@
 """What was asked of a carriage, and how its verdict is found."""
 
-from cabledrive.report.blocks import Cell, Column, RowGroup, Table
-from cabledrive.report.numbers import number, quantity
+from cabledrive.report.blocks import Cell, Table
+from cabledrive.report.numbers import quantity
+from cabledrive.report.study.goals_table import goals_table, load_range
 from cabledrive.report.wording import texts
 from cabledrive.studies.study import Goals
 
@@ -23,18 +24,7 @@ def asked_of_carriage(goals: Goals) -> Table:
         ("Pulses", f"{goals.pulses}, rises of order {goals.order}"),
         ("Largest torque", quantity(goals.torque, "N m", 3) if goals.torque else "the motor's limit"),
         ("Below the carriage", say("hung", goals=goals) if hung else "no hanging mass"),
-        ("Load pulley", _load(goals)),
+        ("Load pulley", load_range(goals, "as in the file")),
         ("Test", say("test", goals=goals)),
     ]
-    return Table(
-        caption="Goals.",
-        columns=(Column(title="Goal"), Column(title="Value")),
-        groups=(RowGroup(rows=tuple(rows)),),
-    )
-
-
-def _load(goals: Goals) -> str:
-    if goals.load_inertia is None:
-        return "as in the file"
-    low, high = goals.load_inertia
-    return f"{number(low, 4)} to {number(high, 4)} kg m²"
+    return goals_table(rows)

@@ -3,8 +3,9 @@
 from markupsafe import Markup
 
 from cabledrive.report.blocks import Block, Cell, Chapter, Column, Note, Paragraph, RowGroup, Table
-from cabledrive.report.numbers import number, quantity
+from cabledrive.report.numbers import quantity
 from cabledrive.report.study.carriage_goals import asked_of_carriage, carriage_method
+from cabledrive.report.study.goals_table import goals_table, load_range
 from cabledrive.report.wording import sentences, texts
 from cabledrive.studies.study import Goals, StudyResult
 from cabledrive.studies.study.verdict_stage import Margin
@@ -81,18 +82,7 @@ def _asked(goals: Goals) -> Table:
         ("Each move", say("move", words=move_words(goals), dwell=goals.dwell)),
         ("Pulses", f"{goals.pulses}, rises of order {goals.order}"),
         ("Largest torque", quantity(goals.torque, "N m", 3) if goals.torque else "the motor's limit"),
-        ("Load", _load(goals)),
+        ("Load", load_range(goals, "as found")),
         ("Test", say("test", goals=goals)),
     ]
-    return Table(
-        caption="Goals.",
-        columns=(Column(title="Goal"), Column(title="Value")),
-        groups=(RowGroup(rows=tuple(rows)),),
-    )
-
-
-def _load(goals: Goals) -> str:
-    if goals.load_inertia is None:
-        return "as found"
-    low, high = goals.load_inertia
-    return f"{number(low, 4)} to {number(high, 4)} kg m²"
+    return goals_table(rows)
