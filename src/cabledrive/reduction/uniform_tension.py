@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.holding import DRIVE_PULLEY, FREE, LOAD_PULLEY, MOTOR, motor_condition
-from cabledrive.modal import Mode, modes
+from cabledrive.modal import Mode, longitudinal_modes
 from cabledrive.parameters import Drive, InputRefused
 
 Array = NDArray[np.float64]
@@ -101,7 +101,7 @@ def uniform_tension_model(drive: Drive, sines: int = 16) -> UniformTensionModel:
     _check_fits(drive, sines)
     cable, length = drive.cable, drive.pulley_distance
     span_resonance = pi * cable.axial_wave_speed / length
-    kept = modes(drive, below=HIGHEST_SHARE * span_resonance / (2 * pi)).longitudinal
+    kept = longitudinal_modes(drive, below=HIGHEST_SHARE * span_resonance / (2 * pi))
     shapes = _rim_shapes(drive, kept)
     natural = np.array([2 * pi * mode.frequency for mode in kept])
     if motor_condition(drive) == FREE:
