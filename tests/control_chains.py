@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from cabledrive.control.controller_state import ESTIMATES, ControllerState
 from cabledrive.parameters import load_drive
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.models import lumped_model
@@ -42,4 +43,23 @@ def row_of(n: int, rng: np.random.Generator) -> LumpedChain:
         stiffness=tuple(rng.uniform(2.0, 200.0, n - 1)),
         damping=tuple(rng.uniform(0.005, 0.05, n - 1)),
         ratios=((1.0, 1.0),) * (n - 1),
+    )
+
+
+def state_of(states, estimate=(), memory=(), table=(0, 0), last=0.0) -> ControllerState:
+    """What a law keeps, without a filter: angles and speeds, estimates, memory, last command."""
+    parameters, held = np.zeros(ESTIMATES + 1), np.array([0.0, last])
+    parameters[: len(estimate)] = estimate
+    none = np.zeros(0)
+    return ControllerState(
+        sample=np.zeros(1, dtype=np.int64),
+        estimate=none,
+        held=held,
+        parameters=parameters,
+        memory=np.array(memory, dtype=float),
+        commands=np.zeros(2),
+        states=np.array(states, dtype=float),
+        regressor=np.zeros(ESTIMATES + 1),
+        work=np.zeros(20),
+        table=np.zeros(table),
     )

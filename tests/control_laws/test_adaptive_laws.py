@@ -9,7 +9,7 @@ from cabledrive.control.law_kernels import adapt, linear_command, reference_mode
 from cabledrive.control.linear_laws import lq_law
 from cabledrive.control.numbers import HIGH, LOW
 from cabledrive.reduction.lumped_chain import state_space
-from control_chains import INTERVAL, model
+from control_chains import INTERVAL, model, state_of
 
 COUNT, TORQUE, HELD = 2.0 * np.pi / 10_000, 0.05, 0.03
 SAMPLES = 10_000
@@ -28,11 +28,12 @@ def sampled(chain):
 def load_error(law, torque, number=4):
     """Load angle under a torque at the motor, shape (samples,) [rad]."""
     a, b = sampled(model(number))
-    x, memory, fresh = np.zeros(len(a)), np.zeros(len(law.matrix)), np.zeros(20)
+    x, kept = np.zeros(len(a)), state_of(np.zeros(len(a)), memory=np.zeros(len(law.matrix)))
     still, found = np.zeros((1, len(a) + 1)), np.zeros(len(torque))
     for k, held in enumerate(torque):
         found[k] = x[len(a) // 2 - 1]
-        u = linear_command(law.matrix, law.rows, memory, x, still, 0, 0.0, fresh)
+        kept.states[:] = x
+        u, _ = linear_command(law, kept, still, 0)
         x = a @ x + b * (u + held)
     return found
 
@@ -69,11 +70,13 @@ def test_model_reference_adaptation_finds_the_factors_of_a_torque_and_keeps_its_
     high = np.array([0.04, 0.04, 0.045])
     law = reference_model_law(lq_law(model(4), COUNT, TORQUE, INTERVAL), -high, high, np.ones(3), 2.0 * np.pi)
     reference = np.column_stack((np.zeros((len(time), len(a) + 1)), functions))
-    x, estimate, regressor = np.zeros(len(a)), np.zeros(12), np.zeros(12)
+    x, kept = np.zeros(len(a)), state_of(np.zeros(len(a)))
     for k in range(len(time)):
-        u, sigma = reference_model_command(law.rows, estimate, x, reference, k, regressor)
-        adapt(law.learning, INTERVAL, estimate, regressor, sigma)
+        kept.states[:] = x
+        u, sigma = reference_model_command(law, kept, reference, k)
+        adapt(law, kept, sigma)
         x = a @ x + b * (u - functions[k] @ truth)
+    estimate = kept.parameters
     measured(f"{estimate[:2]} for {truth[:2]}")
     np.testing.assert_allclose(estimate[:2], truth[:2], rtol=0.1)
     assert estimate[2] == high[2]

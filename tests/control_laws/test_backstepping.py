@@ -1,6 +1,7 @@
 """The backstepping law against its hand-written oracle, against differences, and its matrix D_z.
 
-Compiled module under test: cabledrive.control.backstepping_recursion.
+Compiled modules under test: cabledrive.control.backstepping_kernels,
+cabledrive.control.backstepping_recursion.
 """
 
 import numpy as np
@@ -13,9 +14,10 @@ from cabledrive.control.backstepping import (
     scaled_stability,
     unmatched_parameters,
 )
-from cabledrive.control.backstepping_recursion import backstepping_command, work_shape
+from cabledrive.control.backstepping_kernels import backstepping_command
+from cabledrive.control.backstepping_recursion import work_shape
 from cabledrive.parameters import InputRefused
-from control_chains import INTERVAL, errata_module, model
+from control_chains import INTERVAL, errata_module, model, state_of
 
 pytestmark = pytest.mark.kernel
 
@@ -26,10 +28,9 @@ LAW = backstepping_numbers(CHAIN, GAINS, INTERVAL)
 
 
 def command(states, y, estimate):
-    tau = np.zeros(7)
-    law = (LAW.matrix, LAW.rows, LAW.scalars)
-    u, z1 = backstepping_command(*law, estimate, states, y[None, :], 0, tau, np.zeros(work_shape(2)))
-    return u, z1, tau
+    kept = state_of(states, estimate, table=work_shape(2))
+    u, z1 = backstepping_command(LAW, kept, y[None, :], 0)
+    return u, z1, kept.regressor[:7]
 
 
 def test_compiled_law_is_the_corrected_law(measured):

@@ -1,6 +1,7 @@
 """The recursion of the law: held against high-precision differences and the dynamics of its errors.
 
-Compiled module under test: cabledrive.control.backstepping_recursion.
+Compiled modules under test: cabledrive.control.backstepping_kernels,
+cabledrive.control.backstepping_recursion.
 """
 
 import mpmath
@@ -14,8 +15,8 @@ from cabledrive.control.backstepping_chain import (
     chain_reference,
     chain_scales,
 )
+from cabledrive.control.backstepping_kernels import backstepping_command
 from cabledrive.control.backstepping_recursion import (
-    backstepping_command,
     backstepping_step,
     equal_bandwidth,
     feedback_pairs,
@@ -33,7 +34,7 @@ from cabledrive.control.flat_output import flat_output
 from cabledrive.control.reference import flat_reference, joint_motion
 from cabledrive.parameters import InputRefused
 from cabledrive.trajectories import pulse
-from control_chains import INTERVAL, model
+from control_chains import INTERVAL, model, state_of
 
 CHAIN = model(4)
 LAW = chain_numbers(CHAIN, 25.0, 1e-12, INTERVAL)
@@ -74,16 +75,14 @@ def test_compiled_law_is_its_readable_twin(seed):
     """Command to 1e-11, adaptation tau equal to the sum of phi_i z_i."""
     x, signals, estimate, friction = sample(seed)
     reference = np.array([[*signals, friction]])
-    tau = np.zeros(12)
-    law = (LAW.matrix, LAW.rows, LAW.scalars)
-    table = np.zeros(work_shape(3))
-    u, z1 = backstepping_command(*law, estimate, states_of(x), reference, 0, tau, table)
+    kept = state_of(states_of(x), estimate, table=work_shape(3))
+    u, z1 = backstepping_command(LAW, kept, reference, 0)
     given = (x, signals, states_of(x)[3], np.tanh(50.0 * friction))
     readable, z, _, phi = law_step(LAW, estimate, *given)
     assert u == pytest.approx(readable, rel=1e-11)
     assert z1 == pytest.approx(z[0], rel=1e-11)
     expected = np.array(phi).T @ z
-    np.testing.assert_allclose(tau[:10], expected, rtol=1e-9, atol=1e-11 * np.abs(expected).max())
+    np.testing.assert_allclose(kept.regressor[:10], expected, rtol=1e-9, atol=1e-11 * np.abs(expected).max())
 
 
 def rates(x, u, p, w, speed, friction):
@@ -182,9 +181,9 @@ def test_the_recursion_holds_for_a_chain_of_four_inertias():
 def test_compiled_law_of_eight_states_is_its_readable_twin():
     rng = np.random.default_rng(9)
     states, reference = rng.normal(size=8), rng.normal(size=(1, signal_count(4, True) + 1))
-    estimate, tau = rng.uniform(0.5, 2.0, 13), np.zeros(13)
-    law = (EIGHT.matrix, EIGHT.rows, EIGHT.scalars)
-    u, z1 = backstepping_command(*law, estimate, states, reference, 0, tau, np.zeros(work_shape(4)))
+    estimate = rng.uniform(0.5, 2.0, 13)
+    kept = state_of(states, estimate, table=work_shape(4))
+    u, z1 = backstepping_command(EIGHT, kept, reference, 0)
     friction = np.tanh(50.0 * reference[0, -1])
     x = scaled_states(EIGHT, states)
     readable = law_step(EIGHT, estimate, x, reference[0, :-1], states[4], friction)
@@ -192,7 +191,7 @@ def test_compiled_law_of_eight_states_is_its_readable_twin():
         pytest.approx(readable.command, rel=1e-11),
         pytest.approx(readable.errors[0], rel=1e-11),
     )
-    np.testing.assert_allclose(tau, readable.regressors.T @ readable.errors, rtol=1e-9)
+    np.testing.assert_allclose(kept.regressor[:13], readable.regressors.T @ readable.errors, rtol=1e-9)
 
 
 def test_along_the_reference_no_error_arises():
@@ -204,8 +203,7 @@ def test_along_the_reference_no_error_arises():
     rows = flat_reference(flat, wanted, INTERVAL)
     states, elastic = joint_motion(flat, rows)
     for k in (300, 800, 1700):
-        law, table = (LAW.matrix, LAW.rows, LAW.scalars), np.zeros(work_shape(3))
-        u, z1 = backstepping_command(*law, NOMINAL.copy(), states[k], reference, k, np.zeros(12), table)
+        u, z1 = backstepping_command(LAW, state_of(states[k], NOMINAL, table=work_shape(3)), reference, k)
         friction = CHAIN.coulomb[0] * np.tanh(50.0 * rows[k, -2]) - CHAIN.offsets[0]
         needed = elastic[k] + CHAIN.inertias[0] * rows[k, -1] + CHAIN.viscous[0] * rows[k, -2] + friction
         assert abs(z1) < 1e-6

@@ -16,14 +16,12 @@ from cabledrive.control.reference import flat_reference, joint_motion, lagged
 from cabledrive.parameters import InputRefused
 from cabledrive.reduction.lumped_chain import state_space
 from cabledrive.trajectories import pulse
-from control_chains import INTERVAL, errata_module, model, row_of
+from control_chains import INTERVAL, errata_module, model, row_of, state_of
 
 pytestmark = pytest.mark.kernel
 
 ORACLES = errata_module("test_control_darc_laws")
 FLEXIBLE_JOINT = {1: False, 2: True, 3: False, 4: True}
-
-NO_TABLE = np.zeros((0, 0))  # only backstepping works in one
 
 
 def law_of(number: int, *, damped: bool = False, bandwidth: float = 12.0, **options) -> LawNumbers:
@@ -95,10 +93,9 @@ def test_compiled_step_is_the_readable_step(number, options):
         states, row = rng.normal(size=n2) * 1e-2, rng.normal(size=n2 + 3)
         estimate = law.learning[1] + rng.random(4) * (law.learning[2] - law.learning[1])
         readable = darc_step(law, estimate, states, row)
-        compiled, regressor = estimate.copy(), np.zeros(4)
-        u, sigma, valid = law_step(
-            *law, compiled, np.zeros(0), states, row[None, :], 0, 0.0, regressor, np.zeros(12), NO_TABLE
-        )
+        kept = state_of(states, estimate)
+        u, sigma, valid = law_step(law, kept, row[None, :], 0)
+        regressor, compiled = kept.regressor[:4], kept.parameters[:4]
         assert valid
         assert u == pytest.approx(readable.command, rel=1e-10)
         assert sigma == pytest.approx(readable.sigma, rel=1e-10)
@@ -110,11 +107,10 @@ def test_a_state_that_is_not_a_number_keeps_the_last_command_and_learns_nothing(
     law = law_of(4)
     estimate = law.learning[0].copy()
     states = np.full(6, np.nan)
-    u, _, valid = law_step(
-        *law, estimate, np.zeros(0), states, np.zeros((1, 9)), 0, 0.123, np.zeros(4), np.zeros(12), NO_TABLE
-    )
+    kept = state_of(states, estimate, last=0.123)
+    u, _, valid = law_step(law, kept, np.zeros((1, 9)), 0)
     assert (u, valid) == (0.123, False)
-    np.testing.assert_array_equal(estimate, law.learning[0])
+    np.testing.assert_array_equal(kept.parameters[:4], law.learning[0])
 
 
 def test_flat_output_gives_the_response_of_the_row():

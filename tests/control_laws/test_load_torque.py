@@ -14,9 +14,10 @@ from cabledrive.control.innovations_of_load import missed_by_filter, whitening
 from cabledrive.control.kalman import QUIET, Sampling, kalman_filter
 from cabledrive.control.law_kernels import learn_from_innovations
 from cabledrive.control.load_torque import carried, smoothed_sign
+from cabledrive.control.numbers import LEARNING, LawNumbers
 from cabledrive.control.observer_kernels import correct, predict
 from cabledrive.reduction.lumped_chain import state_space
-from control_chains import INTERVAL, model, row_of
+from control_chains import INTERVAL, model, row_of, state_of
 
 TIME = 1e-4 * np.arange(6001)
 
@@ -127,27 +128,19 @@ def test_whitened_innovations_have_variance_one():
     np.testing.assert_allclose(np.cov(drawn.T), np.eye(3), atol=0.05)
 
 
-def learnt(slopes, innovations, kept, start, gate=1e9, high=1e9, renewed=0.0):
+def learnt(slopes, innovations, forgetting, start, gate=1e9, high=1e9, renewed=0.0):
     """Parameters and covariance after the kernel has seen every row, one encoder."""
     p = slopes.shape[1]
-    estimate = np.zeros(12)
-    estimate[p : p + p * p] = start.ravel()
+    kept = state_of((), (*np.zeros(p), *start.ravel()))
     rows = np.array([[0.0], [1.0]])
     learning = np.array([np.zeros(p), np.full(p, -1e9), np.full(p, high), np.ones(p), np.full(p, np.inf)])
+    law = LawNumbers(LEARNING, np.zeros((0, 1)), rows, learning, np.array([0.0, forgetting, gate, renewed]))
     reference = np.zeros((len(slopes), 1 + 2 * p))
     reference[:, 2::2] = slopes
     for k, value in enumerate(innovations):
-        learn_from_innovations(
-            rows,
-            learning,
-            np.array([0.0, kept, gate, renewed]),
-            estimate,
-            np.array([value]),
-            reference,
-            k,
-            1,
-            np.zeros(12),
-        )
+        kept.work[0] = value
+        learn_from_innovations(law, kept, reference, k)
+    estimate = kept.parameters
     return estimate[:p], estimate[p : p + p * p].reshape(p, p)
 
 

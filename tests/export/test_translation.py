@@ -14,6 +14,7 @@ from cabledrive.export.translation.program import Program
 from cabledrive.export.translation.source import interpreted, plain
 from cabledrive.export.translation.types import BOOL, INT, REAL, Scalar, View
 from cabledrive.rig.laws.controller_file import FILED
+from control_chains import state_of
 from export.designs import source_of
 
 VECTOR = View(REAL, (4,))
@@ -168,8 +169,8 @@ def test_a_changed_kernel_changes_python_and_c_together(monkeypatch):
     before = target_program(source.law).program.functions()
     original = plain(law_kernels.darc_command)
 
-    def mutant(to_flat, rows, learning, scalars, estimate, states, reference, k, regressor):
-        u, sigma = original(to_flat, rows, learning, scalars, estimate, states, reference, k, regressor)
+    def mutant(law, c, reference, k):
+        u, sigma = original(law, c, reference, k)
         return u - 0.5 * sigma, sigma
 
     names = law_kernels.__dict__ | {"original": original}
@@ -182,9 +183,7 @@ def test_a_changed_kernel_changes_python_and_c_together(monkeypatch):
     law = source.law.law
 
     def command(step):
-        scratch = np.zeros(12)
-        start = law.learning[0].copy()
-        return step(law.matrix, law.rows, law.learning, law.scalars, start, states, row, 0, scratch)
+        return step(law, state_of(states, law.learning[0]), row, 0)
 
     (u, sigma), (changed_u, _) = command(interpreted(original)), command(changed)
     assert changed_u == u - 0.5 * sigma != u

@@ -12,13 +12,12 @@ inertias and all their derivatives) and in 1. Every virtual control is therefore
 and each step makes the next row from the one before it.
 """
 
-from math import tanh
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from cabledrive.control.numbers import Array
-from cabledrive.mechanics.compiled import for_kernels, njit_in_place
+from cabledrive.mechanics.compiled import for_kernels
 
 RATES = 4
 
@@ -169,11 +168,6 @@ def backstepping_steps(
     return alpha
 
 
-_steps = njit_in_place(backstepping_steps)
-_parts = njit_in_place(parts_of)
-_signals = njit_in_place(signal_count)
-
-
 class BacksteppingStep(NamedTuple):
     """One step of the law with all that its proof needs: u, z (2n,), alpha (2n - 1,), phi (2n, p)."""
 
@@ -206,55 +200,3 @@ def backstepping_step(
     if not known:
         phi[1, 0] = x[2] - z[2]  # (6.77), mended: the virtual control in place of the state
     return BacksteppingStep(u, z, x[1:] - z[1:], phi)
-
-
-@njit_in_place
-def backstepping_command(
-    feedback: Array, scales: Array, scalars: Array, estimate: Array, states: Array, reference: Array, k: int,
-    tau: Array, table: Array,
-) -> tuple[float, float]:  # fmt: skip
-    """Command and first error; writes the adaptation function tau, Eq. (6.95).
-
-    ``states``: angles, then speeds, from the motor to the load; ``scalars`` as in `LawNumbers`; ``table``, of
-    `work_shape`.
-    """
-    # A length that is a constant lets the compiler unroll every loop: twice as fast.
-    if states.size == 4:
-        return _command(2, feedback, scales, scalars, estimate, states, reference, k, tau, table)
-    if states.size == 6:
-        return _command(3, feedback, scales, scalars, estimate, states, reference, k, tau, table)
-    return _command(states.size // 2, feedback, scales, scalars, estimate, states, reference, k, tau, table)
-
-
-@njit_in_place
-def _command(
-    n: int, feedback: Array, scales: Array, scalars: Array, estimate: Array, states: Array, reference: Array,
-    k: int, tau: Array, table: Array,
-) -> tuple[float, float]:  # fmt: skip
-    r"""The command for n inertias; tau by the weight of each even state, which is shorter than by each error:
-
-    .. math::
-        \tau = \sum_i\varphi_iz_i
-             = \sum_jR_j\Big(z_{2j} - \sum_{i>2j}\frac{\partial\alpha_{i-1}}{\partial x_{2j}}z_i\Big)
-    """
-    last, known, speed = 2 * n, scalars[3] > 0.0, states[n]
-    rows, rates, regressors, x, z = _parts(table, n)
-    x[0], x[1] = states[n - 1], states[last - 1]
-    for j in range(1, n):
-        x[2 * j] = scales[0, j - 1] * (states[n - 1 - j] - states[n - j])
-        x[2 * j + 1] = scales[0, j - 1] * (states[last - 1 - j] - states[last - j])
-    friction = tanh(scalars[2] * (reference[k, _signals(n, known)] if known else speed))
-    u = _steps(
-        n, feedback, scales[0], known, estimate, x, reference[k], speed, friction, rows, rates, regressors, z
-    )
-    for m in range(3 * n + 1):
-        tau[m] = 0.0
-    for j in range(n):
-        weight = z[2 * j + 1]
-        for i in range(2 * j + 2, last):
-            weight -= rows[i, 2 * j + 1] * z[i]
-        for m in range(3 * n + 1):
-            tau[m] += weight * regressors[j, m]
-    if not known:
-        tau[0] -= z[1] * z[2]  # alpha_2 for x_3, as above
-    return u, z[0]

@@ -1,7 +1,4 @@
-"""Frozen numbers of a control law, laid out so that one compiled step serves every law.
-
-A compiled step takes the arrays one by one: passing them in a tuple would count references at every sample.
-"""
+"""Frozen numbers of a control law, laid out so that one compiled step serves every law."""
 
 from typing import NamedTuple
 

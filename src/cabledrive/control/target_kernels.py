@@ -9,14 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.control.controller_kernels import (
-    LAST_SAMPLE,
-    ControllerState,
-    controller_step,
-    issue,
-    new_controller_state,
-    observe,
-)
+from cabledrive.control.controller_kernels import LAST_SAMPLE, controller_step, issue, observe
+from cabledrive.control.controller_state import ControllerState, new_controller_state
 from cabledrive.control.numbers import LawNumbers
 from cabledrive.control.observer_numbers import ObserverNumbers
 from cabledrive.control.reference_kernels import reference_row

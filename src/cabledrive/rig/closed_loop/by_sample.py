@@ -13,7 +13,7 @@ from cabledrive.control.controller_kernels import controller_step, issue, observ
 from cabledrive.control.own_controller import OwnController, stepped
 from cabledrive.rig.closed_loop.cable_kernels import cable_ends, move_cable
 from cabledrive.rig.closed_loop.cable_plant import cable_parts
-from cabledrive.rig.closed_loop.loop_kernels import chain_ends, move_chain
+from cabledrive.rig.closed_loop.loop_kernels import chain_ends, move_chain, see_chain
 from cabledrive.rig.closed_loop.loop_numbers import DIVERGED, Array, LoopState
 from cabledrive.rig.closed_loop.own_plant import moved
 from cabledrive.rig.closed_loop.sample_kernels import farthest, finish_sample, sense
@@ -53,10 +53,11 @@ def _when(loop: Any, k: int) -> str:
 def _controller(loop: Any, s: LoopState) -> Decide:
     """One sample of the controller: command wanted, limited command, sigma."""
     made, rig, observer, c = loop.controller, loop.rig, loop.observer, s.controller
+    seen = s.work if loop.cable is None and loop.own_plant is None else s.x
     own: OwnController | None = made.own
 
     def packaged(k: int) -> tuple[float, float, float]:
-        sense(observer, rig, k, s.x, s)
+        sense(observer, rig, k, seen, s)
         wanted, command, sigma, valid = controller_step(
             observer, made.law, rig.torque_limit, c, s.readings, made.reference, k
         )
@@ -65,7 +66,7 @@ def _controller(loop: Any, s: LoopState) -> Decide:
 
     def users(k: int) -> tuple[float, float, float]:
         assert own is not None
-        sense(observer, rig, k, s.x, s)
+        sense(observer, rig, k, seen, s)
         valid, torque = observe(observer, c, s.readings), 0.0
         measurement = s.readings if own.measures == "readings" else c.states
         valid = valid and bool(np.all(np.isfinite(s.readings)))
@@ -93,11 +94,17 @@ def _plant(loop: Any, s: LoopState, tensions: Array) -> tuple[Ends, Moves]:
             lambda k: move_cable(*parts, work, cable.numbers, rig, k, s, tensions, *space),
         )
 
+    plant = loop.lumped
+
+    def ends() -> int:
+        see_chain(plant.disturbed, s)
+        return chain_ends(plant, gone, s)
+
     def moves(k: int) -> int:
-        move_chain(loop.plant, loop.piecewise, rig, k, s)
+        move_chain(plant, rig, k, s)
         return 0
 
-    return lambda: chain_ends(loop.piecewise, loop.twist_limit, gone, s), moves
+    return ends, moves
 
 
 def _own_plant(loop: Any, s: LoopState, gone: float) -> tuple[Ends, Moves]:

@@ -4,17 +4,13 @@ Each internal step is drift, kick, drift, of order 2 between the instants at whi
 friction is set-valued on every inertia: a speed that it would turn over, it stops.
 """
 
-from math import exp, sin
+from math import exp, inf, sin
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.control.numbers import LawNumbers
-from cabledrive.control.observer_numbers import ObserverNumbers
 from cabledrive.mechanics.compiled import njit_in_place, njit_part
-from cabledrive.rig.closed_loop.loop_numbers import DIVERGED, WENT_SLACK, LoopState, RigNumbers
-from cabledrive.rig.closed_loop.sample_kernels import decide, farthest, finish_sample
 
 Array = NDArray[np.float64]
 
@@ -78,6 +74,35 @@ class DisturbedNumbers(NamedTuple):
     step: float
 
 
+NONE = np.zeros(0)
+UNDISTURBED = DisturbedNumbers(
+    inertias=NONE,
+    viscous=NONE,
+    coulomb=NONE,
+    offsets=NONE,
+    stiffness=NONE,
+    damping=NONE,
+    excess=0.0,
+    fading=1.0,
+    cogging=0.0,
+    cogging_lines=0.0,
+    ripple=0.0,
+    ripple_lines=0.0,
+    play=0.0,
+    slack=inf,
+    eccentricity=0.0,
+    turning=0.0,
+    phases=np.zeros(3),
+    softening=0.0,
+    warming=0.0,
+    load_factor=1.0,
+    load_time=0.0,
+    current_rate=0.0,
+    step=1.0,
+)
+"""No inertias: the chain moves without disturbances."""
+
+
 @njit_in_place
 def link_torque(
     twist: float, rate: float, stiffness: float, damping: float, play: float, slack: float
@@ -104,9 +129,16 @@ def rubbed(speed: float, change: float) -> float:
 
 @njit_part
 def disturbed_step(
-    d: DisturbedNumbers, x: Array, command: float, motor: float, load: float, time: float, h: float
+    d: DisturbedNumbers,
+    x: Array,
+    command: float,
+    motor: float,
+    load: float,
+    time: float,
+    h: float,
+    fresh: Array,
 ) -> None:
-    """One internal step from ``time`` on; ``x``: angles, speeds, shaft torque."""
+    """One internal step from ``time`` on; ``x``: angles, speeds, shaft torque; ``fresh`` (n,) is scratch."""
     n = d.inertias.size
     for i in range(n):
         x[i] += 0.5 * h * x[n + i]
@@ -132,65 +164,29 @@ def disturbed_step(
         friction = warm * d.coulomb[i] * (1.0 + d.excess * exp(-abs(x[n + i]) / d.fading))
         torque = carried - link + d.offsets[i] - d.viscous[i] * x[n + i]
         # Speeds change after every torque of this step is known: the next link still sees the old ones.
-        x[2 * n + 1 + i] = rubbed(x[n + i] + h * torque / inertia, h * friction / inertia)
+        fresh[i] = rubbed(x[n + i] + h * torque / inertia, h * friction / inertia)
         carried = link
     for i in range(n):
-        x[n + i] = x[2 * n + 1 + i]
+        x[n + i] = fresh[i]
         x[i] += 0.5 * h * x[n + i]
 
 
 @njit_part
-def move_disturbed(d: DisturbedNumbers, rig: RigNumbers, k: int, s: LoopState) -> None:
-    """Move the chain to the next sample, the older command first as long as the delay lasts."""
-    span, commands = rig.interval, s.controller.commands
-    if rig.jitter.size > 0:
-        span += rig.jitter[k + 1] - rig.jitter[k]
-    time = k * rig.interval
-    for part in range(2):
-        length = rig.late_part if part == 0 else span - rig.late_part
-        if length <= 0.0:
-            continue
-        steps = int(np.ceil(length / d.step - 1e-9))
-        h = length / steps
-        for i in range(steps):
-            disturbed_step(d, s.x, commands[part], rig.forces[k, 0], rig.forces[k, 1], time + i * h, h)
-
-
-@njit_in_place
-def run_disturbed(
+def move_disturbed(
     d: DisturbedNumbers,
-    observer: ObserverNumbers,
-    law: LawNumbers,
-    rig: RigNumbers,
-    reference: Array,
-    target: Array,
-    first: int,
-    last: int,
-    twist_limit: float,
-    s: LoopState,
-    log: Array,
+    x: Array,
+    command: float,
+    motor: float,
+    load: float,
+    begin: float,
+    time: float,
+    fresh: Array,
 ) -> int:
-    """Run samples ``first`` to ``last`` - 1 as `cabledrive.rig.closed_loop.loop_kernels.run_loop` does.
-
-    ``s.x`` has n more entries, scratch, behind angles, speeds and shaft torque.
-    """
-    gone, n = farthest(target), d.inertias.size
-    shafts, seen = s.x[: 2 * n + 1], s.work[: 2 * n + 1]
-    for k in range(first, last):
-        twist = abs(shafts[n - 2] - shafts[n - 1]) if n > 1 else 0.0
-        s.summary[7] = max(s.summary[7], twist)
-        if twist > d.slack:
-            s.summary[9] += 1.0
-        if d.play > 0.0 and abs(shafts[0] - shafts[1]) < d.play:
-            s.summary[10] += 1.0
-        if not abs(shafts[n - 1]) <= gone or twist > twist_limit:
-            s.discrete[1] = WENT_SLACK if twist > twist_limit else DIVERGED
-            return k
-        for i in range(2 * n + 1):
-            seen[i] = shafts[i]
-        seen[n - 1] += d.eccentricity * sin(d.turning * shafts[n - 1] + d.phases[2])
-        wanted, command, sigma = decide(observer, law, rig, reference, k, seen, s)
-        slip = 0 if shafts[n] == 0.0 else 1
-        finish_sample(rig, target, k, s, log, shafts, wanted, command, sigma, slip)
-        move_disturbed(d, rig, k, s)
-    return last
+    """Move the chain on from an instant under a constant command; returns whether the motor slips."""
+    if time <= 0.0:  # jitter may take the next sample before this command acts
+        return 0 if x[d.inertias.size] == 0.0 else 1
+    steps = int(np.ceil(time / d.step - 1e-9))
+    h = time / steps
+    for i in range(steps):
+        disturbed_step(d, x, command, motor, load, begin + i * h, h, fresh)
+    return 0 if x[d.inertias.size] == 0.0 else 1

@@ -15,8 +15,8 @@ from cabledrive.reduction.models import highest_model, lumped_model
 from cabledrive.reduction.reflected import reflected
 from cabledrive.rig.closed_loop.by_sample import run_by_sample
 from cabledrive.rig.closed_loop.cable_plant import CablePlant, cable_plant, run_cable
-from cabledrive.rig.closed_loop.disturbed_kernels import DisturbedNumbers, run_disturbed
-from cabledrive.rig.closed_loop.loop_kernels import run_loop
+from cabledrive.rig.closed_loop.disturbed_kernels import UNDISTURBED, DisturbedNumbers
+from cabledrive.rig.closed_loop.loop_kernels import ChainPlant, run_loop
 from cabledrive.rig.closed_loop.loop_numbers import ESTIMATES, Array, LoopState, RigNumbers, new_state
 from cabledrive.rig.closed_loop.loop_plants import plant_parts
 from cabledrive.rig.closed_loop.own_loop import run_own
@@ -92,6 +92,11 @@ class Loop:
     named: str = ""
     pieces: int = 1
     disturbed: DisturbedNumbers | None = None
+
+    @property
+    def lumped(self) -> ChainPlant:
+        """The lumped chain as the compiled loop takes it."""
+        return ChainPlant(self.plant, self.piecewise, self.disturbed or UNDISTURBED, self.twist_limit)
 
     def load_error(self, log: Array) -> Array:
         """Error of the load over a whole run.
@@ -221,8 +226,6 @@ def loop_at_rest(loop: Loop) -> LoopState:
     kept = np.zeros(0) if loop.cable is None else loop.cable.start
     if loop.own_plant is not None:
         kept = np.asarray(loop.own_plant.initial_state, dtype=np.float64)
-    if loop.disturbed is not None:
-        kept = np.zeros(loop.chain.size)  # scratch
     made = loop.controller
     memory = None if made.own is None else np.asarray(made.own.initial_state, dtype=np.float64)
     state = new_state(states + len(kept), loop.observer, made.law, loop.rig, made.start, memory)
@@ -249,10 +252,7 @@ def run(
         tensions = np.zeros((samples if log else 0, 2))
         ended = run_cable(loop.cable, *made, first, end, state, kept, tensions)
         return Run(ended=ended, state=state, log=kept, tensions=tensions, interpreted=why_plain())
-    if loop.disturbed is not None:
-        ended = run_disturbed(loop.disturbed, *made, first, end, loop.twist_limit, state, kept)
-        return Run(ended=int(ended), state=state, log=kept, interpreted=why_plain())
-    ended = run_loop(loop.plant, *made, first, end, loop.twist_limit, state, kept, loop.piecewise)
+    ended = run_loop(loop.lumped, *made, first, end, state, kept)
     return Run(ended=int(ended), state=state, log=kept, interpreted=why_plain())
 
 

@@ -1,14 +1,28 @@
 """The closed loop of the rig on a lumped chain, compiled: plant and controller, sample after sample."""
 
-from math import isfinite
+from math import isfinite, sin
+from typing import NamedTuple
 
 from cabledrive.control.numbers import LawNumbers
 from cabledrive.control.observer_numbers import ObserverNumbers
 from cabledrive.mechanics.compiled import njit_in_place, njit_part
+from cabledrive.rig.closed_loop.disturbed_kernels import DisturbedNumbers, move_disturbed
 from cabledrive.rig.closed_loop.loop_numbers import DIVERGED, WENT_SLACK, Array, LoopState, RigNumbers
 from cabledrive.rig.closed_loop.piecewise_kernels import PiecewiseNumbers, advance_piecewise
 from cabledrive.rig.closed_loop.plant_kernels import PlantNumbers, advance
 from cabledrive.rig.closed_loop.sample_kernels import decide, farthest, finish_sample
+
+
+class ChainPlant(NamedTuple):
+    """A lumped chain as the loop moves it: linear, in linear pieces, or with disturbances, which go first.
+
+    ``twist_limit``: twist across the cable at which a run ends, for a span is slack [rad].
+    """
+
+    linear: PlantNumbers
+    piecewise: PiecewiseNumbers
+    disturbed: DisturbedNumbers
+    twist_limit: float
 
 
 @njit_part
@@ -42,46 +56,59 @@ def move(
         )
 
 
-@njit_in_place
-def look_at(piecewise: PiecewiseNumbers, x: Array, twist: float, score: Array) -> None:
-    """Count what the links do at a sample: largest twist, spans slack, joint inside its backlash."""
-    score[7] = max(score[7], twist)
-    if piecewise.rates.shape[0] > 0:
-        if twist > piecewise.slack:
-            score[9] += 1.0
-        if abs(x[0] - x[1]) < piecewise.play:
-            score[10] += 1.0
-
-
 @njit_part
-def chain_ends(piecewise: PiecewiseNumbers, twist_limit: float, gone: float, s: LoopState) -> int:
-    """Look at the lumped chain at a sample; why the run ends here, 0 where it goes on."""
-    x = s.x
+def chain_ends(plant: ChainPlant, gone: float, s: LoopState) -> int:
+    """Look at the lumped chain at a sample; why the run ends here, 0 where it goes on.
+
+    Counts what the links do: largest twist, a span slack, the joint inside its backlash.
+    """
+    x, d = s.x, plant.disturbed
     n = x.size // 2
+    play, slack = plant.piecewise.play, plant.piecewise.slack
+    if d.inertias.size > 0:
+        play, slack = d.play, d.slack
     twist = abs(x[n - 2] - x[n - 1]) if n > 1 else 0.0
-    look_at(piecewise, x, twist, s.summary)
-    if not isfinite(x[n - 1]) or abs(x[n - 1]) > gone or twist > twist_limit:
-        return WENT_SLACK if isfinite(twist) and twist > twist_limit else DIVERGED
+    s.summary[7] = max(s.summary[7], twist)
+    if twist > slack:
+        s.summary[9] += 1.0
+    if play > 0.0 and abs(x[0] - x[1]) < play:
+        s.summary[10] += 1.0
+    if not isfinite(x[n - 1]) or abs(x[n - 1]) > gone or twist > plant.twist_limit:
+        return WENT_SLACK if isfinite(twist) and twist > plant.twist_limit else DIVERGED
     return 0
 
 
 @njit_part
-def move_chain(
-    plant: PlantNumbers, piecewise: PiecewiseNumbers, rig: RigNumbers, k: int, s: LoopState
-) -> None:
+def see_chain(d: DisturbedNumbers, s: LoopState) -> None:
+    """Write into ``s.work`` the states that sensors see: the load as its eccentric encoder shows it."""
+    for i in range(s.x.size):
+        s.work[i] = s.x[i]
+    if d.eccentricity > 0.0:
+        load = d.inertias.size - 1
+        s.work[load] += d.eccentricity * sin(d.turning * s.x[load] + d.phases[2])
+
+
+@njit_part
+def move_chain(plant: ChainPlant, rig: RigNumbers, k: int, s: LoopState) -> None:
     """Move the lumped chain to the next sample, the older command first as long as the delay lasts."""
-    span, commands = rig.interval, s.controller.commands
+    span, commands, d = rig.interval, s.controller.commands, plant.disturbed
     if rig.jitter.size > 0:
         span += rig.jitter[k + 1] - rig.jitter[k]
-    motor, load = rig.forces[k, 0], rig.forces[k, 1]
-    if rig.late_part > 0.0:
-        move(plant, piecewise, s, commands[0], motor, load, rig.late_part)
-    move(plant, piecewise, s, commands[1], motor, load, span - rig.late_part)
+    motor, load, late = rig.forces[k, 0], rig.forces[k, 1], rig.late_part
+    if d.inertias.size > 0:
+        begin, fresh = k * rig.interval, s.terms[0]
+        if late > 0.0:
+            move_disturbed(d, s.x, commands[0], motor, load, begin, late, fresh)
+        s.discrete[0] = move_disturbed(d, s.x, commands[1], motor, load, begin + late, span - late, fresh)
+        return
+    if late > 0.0:
+        move(plant.linear, plant.piecewise, s, commands[0], motor, load, late)
+    move(plant.linear, plant.piecewise, s, commands[1], motor, load, span - late)
 
 
 @njit_in_place
 def run_loop(
-    plant: PlantNumbers,
+    plant: ChainPlant,
     observer: ObserverNumbers,
     law: LawNumbers,
     rig: RigNumbers,
@@ -89,10 +116,8 @@ def run_loop(
     target: Array,
     first: int,
     last: int,
-    twist_limit: float,
     s: LoopState,
     log: Array,
-    piecewise: PiecewiseNumbers,
 ) -> int:
     """Run samples ``first`` to ``last`` - 1; returns the sample at which the run ended.
 
@@ -102,11 +127,12 @@ def run_loop(
     """
     gone = farthest(target)
     for k in range(first, last):
-        code = chain_ends(piecewise, twist_limit, gone, s)
+        code = chain_ends(plant, gone, s)
         if code != 0:
             s.discrete[1] = code
             return k
-        wanted, command, sigma = decide(observer, law, rig, reference, k, s.x, s)
+        see_chain(plant.disturbed, s)
+        wanted, command, sigma = decide(observer, law, rig, reference, k, s.work, s)
         finish_sample(rig, target, k, s, log, s.x, wanted, command, sigma, s.discrete[0])
-        move_chain(plant, piecewise, rig, k, s)
+        move_chain(plant, rig, k, s)
     return last

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.control.controller_kernels import ESTIMATES, ControllerState, new_controller_state
+from cabledrive.control.controller_state import ESTIMATES, ControllerState, new_controller_state
 from cabledrive.control.numbers import LawNumbers
 from cabledrive.control.observer_numbers import ObserverNumbers
 from cabledrive.rig.closed_loop.plant_kernels import MOST_TERMS

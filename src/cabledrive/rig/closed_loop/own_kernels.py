@@ -8,10 +8,8 @@ from typing import Any
 from cabledrive.control.controller_kernels import issue, observe
 from cabledrive.control.observer_numbers import ObserverNumbers
 from cabledrive.mechanics.compiled import njit_in_place
-from cabledrive.rig.closed_loop.loop_kernels import chain_ends, move_chain
+from cabledrive.rig.closed_loop.loop_kernels import ChainPlant, chain_ends, move_chain, see_chain
 from cabledrive.rig.closed_loop.loop_numbers import Array, LoopState, RigNumbers
-from cabledrive.rig.closed_loop.piecewise_kernels import PiecewiseNumbers
-from cabledrive.rig.closed_loop.plant_kernels import PlantNumbers
 from cabledrive.rig.closed_loop.sample_kernels import farthest, finish_sample, sense
 
 NOT_FINITE = 9
@@ -24,14 +22,14 @@ HELD = -1
 
 @njit_in_place
 def before_step(
-    piecewise: PiecewiseNumbers, observer: ObserverNumbers, rig: RigNumbers, k: int, twist_limit: float,
-    gone: float, s: LoopState,
-) -> int:  # fmt: skip
+    plant: ChainPlant, observer: ObserverNumbers, rig: RigNumbers, k: int, gone: float, s: LoopState
+) -> int:
     """A sample up to the user's step: why the run ends here, `HELD` where a reading is missing, else 0."""
-    code = chain_ends(piecewise, twist_limit, gone, s)
+    code = chain_ends(plant, gone, s)
     if code != 0:
         return code
-    sense(observer, rig, k, s.x, s)
+    see_chain(plant.disturbed, s)
+    sense(observer, rig, k, s.work, s)
     seen = observe(observer, s.controller, s.readings)
     for j in range(s.readings.size):
         seen = seen and isfinite(s.readings[j])
@@ -40,15 +38,15 @@ def before_step(
 
 @njit_in_place
 def after_step(
-    plant: PlantNumbers, piecewise: PiecewiseNumbers, observer: ObserverNumbers, rig: RigNumbers,
-    target: Array, k: int, torque: float, valid: bool, s: LoopState, log: Array,
+    plant: ChainPlant, observer: ObserverNumbers, rig: RigNumbers, target: Array, k: int, torque: float,
+    valid: bool, s: LoopState, log: Array,
 ) -> None:  # fmt: skip
     """A sample from the user's torque on: limit, filter, score, log, plant."""
     if not valid:
         s.summary[6] += 1.0
     wanted, command = issue(observer, rig.torque_limit, s.controller, torque, valid)
     finish_sample(rig, target, k, s, log, s.x, wanted, command, 0.0, s.discrete[0])
-    move_chain(plant, piecewise, rig, k, s)
+    move_chain(plant, rig, k, s)
 
 
 @lru_cache(maxsize=16)
@@ -62,11 +60,11 @@ def own_loop(step: Any, filtered: bool) -> Callable[..., int]:
 
     def run_own_loop(  # arrays may be made here: numba counts their references
         plant: Any, observer: Any, gains: Any, rig: Any, reference: Array, target: Array, first: int,
-        last: int, twist_limit: float, s: Any, log: Array, piecewise: Any,
+        last: int, s: Any, log: Array,
     ) -> int:  # fmt: skip
         gone, memory = farthest(target), s.controller.memory
         for k in range(first, last):
-            code, torque = before_step(piecewise, observer, rig, k, twist_limit, gone, s), 0.0
+            code, torque = before_step(plant, observer, rig, k, gone, s), 0.0
             if code > 0:
                 s.discrete[1] = code
                 return k
@@ -81,7 +79,7 @@ def own_loop(step: Any, filtered: bool) -> Callable[..., int]:
                 if not good:
                     s.discrete[1] = NOT_FINITE
                     return k
-            after_step(plant, piecewise, observer, rig, target, k, torque, code == 0, s, log)
+            after_step(plant, observer, rig, target, k, torque, code == 0, s, log)
         return last
 
     compiled: Callable[..., int] = numba.njit(error_model="numpy", nogil=True)(run_own_loop)

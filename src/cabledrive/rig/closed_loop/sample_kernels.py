@@ -4,7 +4,8 @@ from math import isfinite, nan
 
 import numpy as np
 
-from cabledrive.control.controller_kernels import ControllerState, controller_step
+from cabledrive.control.controller_kernels import controller_step
+from cabledrive.control.controller_state import ControllerState
 from cabledrive.control.numbers import LawNumbers
 from cabledrive.control.observer_numbers import ObserverNumbers
 from cabledrive.mechanics.compiled import njit_in_place, njit_part
