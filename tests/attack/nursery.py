@@ -24,12 +24,13 @@ SECONDS, BYTES = 600.0, 8 << 30
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ended:
-    """How a command ended: its status (minus the signal that killed it), its two outputs, its time [s]."""
+    """How a command ended: its status (minus the signal that killed it), its two outputs, its times [s]."""
 
     status: int
     output: str
     errors: str
     seconds: float
+    processor: float = 0.0
     calls: int = 0
     largest: int = 0
 
@@ -217,6 +218,7 @@ def _wait(pid: int, output: int, errors: int, began: float, request: dict[str, A
         "output": _content(output),
         "errors": told,
         "seconds": time.monotonic() - began,
+        "processor": used.ru_utime + used.ru_stime,
         "calls": calls,
         "largest": used.ru_maxrss * 1024,
     }
