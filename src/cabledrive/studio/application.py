@@ -1,6 +1,7 @@
 """The routes of the studio, put together."""
 
 import contextlib
+import importlib
 from collections.abc import AsyncIterator, Callable
 from typing import Any
 
@@ -11,7 +12,6 @@ from starlette.routing import Route
 
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.studio import pages
-from cabledrive.studio.control_view import control_page, control_part
 from cabledrive.studio.desk import Desk
 from cabledrive.studio.guard import Guard, Keys
 from cabledrive.studio.jobs import Jobs
@@ -19,7 +19,6 @@ from cabledrive.studio.library import LOGS, WORK, Library
 from cabledrive.studio.log_store import LogStore
 from cabledrive.studio.logs_view import check, curves, logs_page, take_log
 from cabledrive.studio.machine_view import home, machine_page, machine_part, take_text
-from cabledrive.studio.resonance_view import resonance_map, resonance_page
 from cabledrive.studio.state import State
 from cabledrive.studio.warm import Warm
 from cabledrive.studio.work_view import cancel, events, file, job_page, job_part, resume, start, work_page
@@ -32,7 +31,7 @@ def application(library: Library, keys: Keys, first: State, *, warm: bool = True
         first=first,
         jobs=Jobs(library.folder / WORK),
         logs=LogStore(library.folder / LOGS),
-        warm=Warm(),
+        warm=Warm(wanted=warm),
     )
     app = Starlette(
         routes=[
@@ -41,14 +40,14 @@ def application(library: Library, keys: Keys, first: State, *, warm: bool = True
             Route("/machine", machine_page),
             Route("/machine/part", machine_part),
             Route("/machine/text", take_text, methods=["POST"]),
-            Route("/resonance", resonance_page),
-            Route("/resonance/map", resonance_map),
+            Route("/resonance", _later("resonance_view", "resonance_page")),
+            Route("/resonance/map", _later("resonance_view", "resonance_map")),
             Route("/logs", logs_page),
             Route("/logs/file", take_log, methods=["POST"]),
             Route("/logs/{log}/curves", curves),
             Route("/logs/{log}/check", check),
-            Route("/control", control_page),
-            Route("/control/part", control_part),
+            Route("/control", _later("control_view", "control_page")),
+            Route("/control/part", _later("control_view", "control_part")),
             Route("/studies", work_page),
             Route("/studies/start/{kind}", start, methods=["POST"]),
             Route("/studies/{number}", job_page),
@@ -59,7 +58,7 @@ def application(library: Library, keys: Keys, first: State, *, warm: bool = True
             Route("/studies/{number}/resume", resume, methods=["POST"]),
             Route("/ready", _ready),
         ],
-        lifespan=_lifespan(desk, warm),
+        lifespan=_lifespan(desk),
         exception_handlers={
             InputRefused: _refused,
             NotComputed: _refused,
@@ -71,11 +70,19 @@ def application(library: Library, keys: Keys, first: State, *, warm: bool = True
     return Guard(app, keys)
 
 
-def _lifespan(desk: Desk, warm: bool) -> Callable[[Any], Any]:
+def _later(module: str, name: str) -> Callable[[Request], Response]:
+    """A route whose module is imported when it is first asked for: no other page waits for its libraries."""
+
+    def _endpoint(request: Request) -> Response:
+        found: Response = getattr(importlib.import_module(f"cabledrive.studio.{module}"), name)(request)
+        return found
+
+    return _endpoint
+
+
+def _lifespan(desk: Desk) -> Callable[[Any], Any]:
     @contextlib.asynccontextmanager
     async def _life(app: Starlette) -> AsyncIterator[None]:
-        if warm:
-            desk.warm.begin()
         yield
         desk.warm.end()
         await desk.jobs.end()

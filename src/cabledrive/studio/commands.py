@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cabledrive.parameters import InputRefused
-from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.studio.desk import Desk
 from cabledrive.studio.library import slug
 from cabledrive.studio.state import State, arguments
@@ -57,6 +56,8 @@ def _study(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
 
 
 def _compare(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
+    from cabledrive.rig.laws.registry import CONTROLLERS
+
     laws = [name for name in CONTROLLERS if form.get(f"law-{name}")]
     options = [f"--controllers={','.join(laws)}"] if laws else []
     options += _given(form, draws="--draws", angle="--angle", rise="--rise", goal="--goal")

@@ -50,7 +50,6 @@ def control_page(request: Request) -> Response:
         kick=KICK,
         dropout=DROPOUT,
         command="",
-        warm=desk.warm.words,
     )
 
 

@@ -46,7 +46,6 @@ def logs_page(request: Request) -> Response:
         log=log,
         logs=desk.logs.listed(),
         command=command,
-        warm=desk.warm.words,
         **words,
     )
 

@@ -68,7 +68,6 @@ def machine_page(request: Request) -> Response:
         look=_look(request),
         first=_shown(desk, state, _look(request)),
         problem=problem,
-        warm=desk.warm.words,
     )
 
 

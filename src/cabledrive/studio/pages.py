@@ -5,6 +5,7 @@ from importlib import resources
 from typing import Any
 
 import jinja2
+from starlette.background import BackgroundTask
 from starlette.requests import Request
 from starlette.responses import HTMLResponse, Response
 
@@ -31,9 +32,10 @@ _FILES = {
 
 
 def page(request: Request, template: str, **values: Any) -> HTMLResponse:
-    """A page or a part of one."""
-    shared = {"nonce": request.scope["nonce"], "views": VIEWS, "version": __version__}
-    return HTMLResponse(fragment(template, **shared, **values))
+    """A page; kernels are made ready when the first one has gone out."""
+    warm = request.app.state.desk.warm
+    shared = {"nonce": request.scope["nonce"], "views": VIEWS, "version": __version__, "warm": warm.words}
+    return HTMLResponse(fragment(template, **shared, **values), background=BackgroundTask(warm.begin))
 
 
 def fragment(template: str, **values: Any) -> str:

@@ -45,7 +45,6 @@ def resonance_page(request: Request) -> Response:
         motion=request.query_params.get("motion", ""),
         logs=[log for log in desk.logs.listed() if log[1].endswith((".csv", ".tsv"))],
         command=command_line(desk.library, state, "resonance", *options, "--map", "map.html"),
-        warm=desk.warm.words,
         **words,
     )
 

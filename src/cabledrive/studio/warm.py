@@ -9,15 +9,23 @@ from cabledrive.parameters import InputRefused, NotComputed, load_drive
 
 
 class Warm:
-    """Runs each calculation once in a thread and knows which is next."""
+    """Runs each calculation once in a thread and knows which is next.
 
-    def __init__(self) -> None:
-        self.words = ""
-        self._ended = False
+    Parameters
+    ----------
+    wanted : bool
+        Whether anything is run.
+    """
+
+    def __init__(self, *, wanted: bool) -> None:
+        self.words = _words(_CALCULATIONS[0][0]) if wanted else ""
+        self._waits, self._ended = wanted, False
 
     def begin(self) -> None:
-        """Start the thread."""
-        threading.Thread(target=self._run, daemon=True, name="warm").start()
+        """Start the thread, once: when the first page has gone out, which is not to wait for it."""
+        if self._waits:
+            self._waits = False
+            threading.Thread(target=self._run, daemon=True, name="warm").start()
 
     def end(self) -> None:
         """Start no further calculation."""
@@ -27,15 +35,19 @@ class Warm:
         for words, calculation in _CALCULATIONS:
             if self._ended:
                 break
-            self.words = (
-                f"Getting ready: {words}. The page can be used meanwhile; the first result may take longer."
-            )
+            self.words = _words(words)
             try:
                 calculation()
             except (InputRefused, NotComputed):  # the page will say so where it is asked for
                 continue
             time.sleep(0)
         self.words = ""
+
+
+def _words(calculation: str) -> str:
+    return (
+        f"Getting ready: {calculation}. The page can be used meanwhile; the first result may take longer."
+    )
 
 
 def _modes() -> None:

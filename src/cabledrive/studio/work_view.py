@@ -10,7 +10,6 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response, StreamingResponse
 
 from cabledrive.parameters import InputRefused
-from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.studio import pages
 from cabledrive.studio.commands import FORMATS, asked
 from cabledrive.studio.desk import Desk, bounded_body
@@ -29,6 +28,8 @@ SHOWN = (".html", ".svg", ".png")
 
 def work_page(request: Request) -> Response:
     """Forms for what is started here, and all that was started."""
+    from cabledrive.rig.laws.registry import CONTROLLERS  # brings libraries that a start does not wait for
+
     desk: Desk = request.app.state.desk
     state = state_of(request.url.query, desk.first)
     return pages.page(
@@ -42,7 +43,6 @@ def work_page(request: Request) -> Response:
         formats=FORMATS,
         keys=_keys(desk, request),
         command=command_line(desk.library, state, "study", "--quick", "-o", "study"),
-        warm=desk.warm.words,
     )
 
 
@@ -57,7 +57,6 @@ def job_page(request: Request) -> Response:
         state=state_of(request.url.query, desk.first),
         job=job,
         running=job.status == RUNNING,
-        warm=desk.warm.words,
     )
 
 
