@@ -45,9 +45,7 @@ class Warm:
 
 
 def _words(calculation: str) -> str:
-    return (
-        f"Getting ready: {calculation}. The page can be used meanwhile; the first result may take longer."
-    )
+    return f"Getting ready: {calculation}. The page can be used meanwhile; the first result may take longer."
 
 
 def _modes() -> None:
