@@ -50,8 +50,8 @@ if TYPE_CHECKING:
     from cabledrive.simulation import simulate
     from cabledrive.studies import frequency_against, frequency_against_carriage_position
     from cabledrive.studies.controller_comparison import compare
+    from cabledrive.studies.internal_resonance import resonance
     from cabledrive.studies.mode_map import map_modes
-    from cabledrive.studies.resonance import resonance
     from cabledrive.studies.study import run_study
 
 # Loaded when first asked for, with the libraries they need.
@@ -70,7 +70,7 @@ __getattr__ = on_demand(
         "map_modes": "studies.mode_map",
         "read_log": "identification.logs.reading",
         "reproduce": "dissertation",
-        "resonance": "studies.resonance",
+        "resonance": "studies.internal_resonance",
         "response": "identification.log_response",
         "run_study": "studies.study",
         "run_sweep": "campaign",

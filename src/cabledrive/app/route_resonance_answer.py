@@ -3,60 +3,37 @@
 from typing import Any
 
 from cabledrive.app.results import Absent, Answer, provenance
-from cabledrive.parameters import InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.studies.pair_thresholds import ONE_TO_TWO, SUM
 from cabledrive.studies.route_pairs import NOT_INCLUDED, RoutePair, RouteResonance, route_resonance
 
 METHOD = "exact modes of the network, coupling by exact integrals, first-order instability"
 LISTED = 12
-CLOSE = 0.5
-"""Share of the lowest threshold from which a torque is called close."""
 
 
 def route_resonance_answer(drive: RoutedDrive, torque: float | None) -> Answer:
     """The answer of `resonance`; ``torque``: amplitude of the verdict [N m], default: the torque limit."""
-    if torque is not None and torque < 0.0:
-        raise InputRefused(f"--torque = {torque:.9g} N m must not be negative")
-    found = route_resonance(drive)
-    limit = drive.motor[0].torque_limit if drive.motor else None
-    asked = torque if torque is not None else limit
-    lowest = min(
-        (pair.threshold_torque for pair in found.pairs if pair.threshold_torque is not None), default=None
-    )
-    verdict, reasons = _verdict(asked, lowest)
+    found = route_resonance(drive, torque=torque)
     data: dict[str, Any] = {
         "frequency_ratio": found.frequency_ratio,
         "longitudinal_hz": found.longitudinal_hz,
         "nearest_span": found.nearest_span,
         "tuned_pretension": Absent(reason="on a machine with routes the tensions follow from statics"),
         "threshold_torque": Absent(reason="no pair that the first motor excites is near")
-        if lowest is None
-        else lowest,
-        "detuning": found.frequency_ratio - 0.5,
-        "verdict": verdict,
-        "reasons": reasons,
+        if found.threshold_torque is None
+        else found.threshold_torque,
+        "detuning": found.detuning,
+        "verdict": found.verdict,
+        "reasons": list(found.reasons),
         "torque": Absent(reason="no torque is given and the file has no torque limit")
-        if asked is None
-        else asked,
+        if found.torque is None
+        else found.torque,
         "pairs": [_row(pair) for pair in found.pairs],
         "motor": found.motor,
         "certified": found.certified,
         "warnings": [f"not included: {NOT_INCLUDED}"],
     }
     return Answer(data=data, text=_text(drive, found, data), provenance=provenance(drive, method=METHOD))
-
-
-def _verdict(asked: float | None, lowest: float | None) -> tuple[str, list[str]]:
-    if lowest is None:
-        return "safe", ["no listed pair is excited by the first motor"]
-    if asked is None:
-        return "unknown", ["no torque is given: add --torque, or motor.torque_limit to the file"]
-    words = f"the lowest threshold is {lowest:.4g} N m of steady torque at a longitudinal frequency, "
-    words += f"the torque {asked:.4g} N m"
-    if asked >= lowest:
-        return "resonant", [words]
-    return ("close" if asked >= CLOSE * lowest else "safe"), [words]
 
 
 def _row(pair: RoutePair) -> dict[str, Any]:

@@ -39,11 +39,7 @@ def certificate_words(modes: Modes) -> str:
         f"Up to {below} this machine has exactly {count_words(proof.count, 'natural mode')}: "
         f"{proof.longitudinal} longitudinal and {proof.transverse} transverse, both planes counted"
     )
-    rigid = (
-        "It also has one rigid-body mode (0 Hz), in which all parts turn together."
-        if modes.rigid_body_modes
-        else "It has no rigid-body mode: an end is held."
-    )
+    rigid = _rigid_words(modes.rigid_body_modes)
     if modes.certified:
         return (
             f"{held}. All are listed. The number comes from a count that is independent of the list; two "
@@ -54,3 +50,11 @@ def certificate_words(modes: Modes) -> str:
         return f"{held}, according to the model used. Not certified: {modes.certified_reason}. {rigid}"
     doubt = "The list may be incomplete: the count could not be reached."
     return f"{held}. {doubt} {rigid}"
+
+
+def _rigid_words(count: int) -> str:
+    if count == 0:
+        return "It has no rigid-body mode (0 Hz)."
+    if count == 1:
+        return "It also has one rigid-body mode (0 Hz), in which all parts turn together."
+    return f"It also has {count_words(count, 'rigid-body mode')} (0 Hz), motions that strain nothing."

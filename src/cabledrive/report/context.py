@@ -1,4 +1,4 @@
-"""What every chapter is given: the drives, and what has been computed of them once for all."""
+"""What every page is given: the machines, and what has been computed of them once for all."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -9,36 +9,65 @@ from cabledrive.mechanics.spans import transverse_chains
 from cabledrive.modal import Modes, modes, natural_frequencies
 from cabledrive.modal.counting import ModeCounter
 from cabledrive.parameters import Drive, InputRefused, content_hash
+from cabledrive.parameters.route import RoutedDrive
 from cabledrive.report.names import anchors
 
-SHOWN_MODES = 5
+SHOWN_MODES, ROUTE_MODES = 5, 6
 MOST_LISTED = 10_000
 _ROOM = 1.08
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ReportContext:
-    """The drives of a report.
+    """The machines of a report.
 
     Attributes
     ----------
     drives : tuple of Drive
+        Loops and lines.
+    routes : tuple of RoutedDrive
+        Machines with routes.
     progress : callable
         Called with a line of text when a longer part of the work begins.
     """
 
     drives: tuple[Drive, ...]
+    routes: tuple[RoutedDrive, ...]
     progress: Callable[[str], None]
 
+    @property
+    def machines(self) -> tuple[Drive | RoutedDrive, ...]:
+        """Loops and lines, then machines with routes."""
+        return (*self.drives, *self.routes)
+
     @cached_property
+    def _anchors(self) -> tuple[str, ...]:
+        """A name for each machine that is unique on the page and fit for a link, routes last."""
+        return anchors([machine.name for machine in self.machines])
+
+    @property
     def anchors(self) -> tuple[str, ...]:
-        """A name for each drive that is unique on the page and fit for a link."""
-        return anchors([drive.name for drive in self.drives])
+        """Name of each loop or line in links."""
+        return self._anchors[: len(self.drives)]
+
+    @property
+    def route_anchors(self) -> tuple[str, ...]:
+        """Name of each machine with routes in links."""
+        return self._anchors[len(self.drives) :]
 
     @cached_property
     def hashes(self) -> tuple[str, ...]:
-        """Content hash of each drive."""
+        """Content hash of each loop or line."""
         return tuple(content_hash(drive) for drive in self.drives)
+
+    @cached_property
+    def route_modes(self) -> tuple[Modes, ...]:
+        """The first modes of each kind of each machine with routes, certified."""
+        return tuple(self._first_modes(drive) for drive in self.routes)
+
+    def _first_modes(self, drive: RoutedDrive) -> Modes:
+        self.progress(f"natural modes: {drive.name}")
+        return modes(drive, count=ROUTE_MODES)
 
     @cached_property
     def modes(self) -> tuple[Modes, ...]:
@@ -57,15 +86,21 @@ class ReportContext:
         return modes(drive, below=below)
 
 
-def make_context(drives: Sequence[Drive], progress: Callable[[str], None] | None = None) -> ReportContext:
-    """Take up the drives of a report.
+def make_context(
+    drives: Sequence[Drive | RoutedDrive], progress: Callable[[str], None] | None = None
+) -> ReportContext:
+    """Take up the machines of a report.
 
     ``progress``: called with a line of text when a longer part of the work begins.
     Raises `InputRefused` if there is no drive.
     """
     if not drives:
         raise InputRefused("0 drives given, but a report is about at least 1: name a drive")
-    return ReportContext(drives=tuple(drives), progress=progress or (lambda line: None))
+    return ReportContext(
+        drives=tuple(drive for drive in drives if isinstance(drive, Drive)),
+        routes=tuple(drive for drive in drives if isinstance(drive, RoutedDrive)),
+        progress=progress or (lambda line: None),
+    )
 
 
 def _round_up(value: float) -> float:

@@ -12,16 +12,18 @@ from cabledrive.modal import Modes
 from cabledrive.modal.mode import BOTH, LONGITUDINAL, TRANSVERSE
 from cabledrive.modal.mode_rows import ModeRow, mode_rows
 from cabledrive.parameters import Drive
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.report.figures.route_modes import draw_mode
 from cabledrive.report.style import LINE, PAPER, QUIET, SMALL, TEXT, family_colour, house_style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MOST_ROWS = 10
+MOST_ROWS, MOST_PANELS = 10, 4
 POINTS = 400
 _RUNG, _BEND, _WORDS, _SHAPE = 0.07, 0.14, 0.15, 0.54  # across a panel, as shares of its width
-_PANEL_WIDTH, _ROW_HEIGHT, _MARGINS = 6.4, 0.55, 1.4  # inch
+_PANEL_WIDTH, _PANEL_HEIGHT, _ROW_HEIGHT, _MARGINS = 6.4, 3.2, 0.55, 1.4  # inch
 _STYLES = ("-", "--", ":")
 # A file of its own: white paper behind it, and letters as outlines, for wherever it is shown.
 _FILE_STYLE: dict[Any, Any] = {
@@ -53,14 +55,40 @@ def mode_figure(drive: Drive, found: Modes, *, most: int = MOST_ROWS) -> "Figure
     return figure
 
 
-def mode_picture(drive: Drive, found: Modes, form: str, *, most: int = MOST_ROWS) -> bytes:
-    """The picture of `mode_figure` as the content of a file, the same for the same modes.
+def route_mode_figure(drive: RoutedDrive, found: Modes, *, most: int = MOST_PANELS) -> "Figure":
+    """Draw the lowest modes of a machine with routes on the machine, each kind in a column.
 
-    ``form``, {"svg", "png", "pdf"}; ``most``: largest number of rungs of each kind.
+    ``found``: its modes; ``most``: largest number of each kind.
+    """
+    from matplotlib.figure import Figure
+
+    kinds = [found.longitudinal[:most], [row.modes[0] for row in mode_rows(found.transverse)][:most]]
+    columns = [column for column in kinds if column]
+    rows = max(len(column) for column in columns)
+    with file_style():
+        size = (_PANEL_WIDTH * len(columns), _MARGINS + _PANEL_HEIGHT * rows)
+        figure = Figure(figsize=size, layout="constrained")
+        figure.suptitle(drive.title or drive.name, fontsize=TEXT + 1)
+        for number, column in enumerate(columns):
+            for row, mode in enumerate(column):
+                draw_mode(
+                    figure.add_subplot(rows, len(columns), row * len(columns) + number + 1), drive, mode
+                )
+    return figure
+
+
+def mode_picture(drive: Drive | RoutedDrive, found: Modes, form: str, *, most: int | None = None) -> bytes:
+    """The picture of a machine's modes as the content of a file, the same for the same modes.
+
+    ``form``, {"svg", "png", "pdf"}; ``most``: largest number of modes of each kind.
     """
     undated: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
     with file_style(), BytesIO() as file:
-        mode_figure(drive, found, most=most).savefig(file, format=form, dpi=150, metadata=undated.get(form))
+        if isinstance(drive, RoutedDrive):
+            figure = route_mode_figure(drive, found, most=most or MOST_PANELS)
+        else:
+            figure = mode_figure(drive, found, most=most or MOST_ROWS)
+        figure.savefig(file, format=form, dpi=150, metadata=undated.get(form))
         return file.getvalue()
 
 

@@ -7,7 +7,8 @@ from cabledrive.report.figures.overview import overview_picture
 
 def overview_figure(context: ReportContext) -> Figure:
     """The lowest mode of each kind of every machine on one logarithmic axis."""
-    picture = overview_picture("overview-modes", [drive.name for drive in context.drives], context.modes)
+    names = [machine.name for machine in context.machines]
+    picture = overview_picture("overview-modes", names, (*context.modes, *context.route_modes))
     return Figure(
         name="overview-modes",
         alt="Lowest longitudinal and transverse frequency of each machine on a logarithmic axis; the "

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
 
+from cabledrive.parameters import content_hash
 from cabledrive.parameters.version import __version__
 from cabledrive.report.context import ReportContext
 
@@ -44,7 +45,7 @@ def provenance(context: ReportContext, methods: Sequence[str], written_at: datet
     return Provenance(
         written_at=zoned.astimezone(UTC),
         versions=versions(),
-        hashes=tuple(zip((drive.name for drive in context.drives), context.hashes, strict=True)),
+        hashes=tuple((one.name, content_hash(one)) for one in context.machines),
         methods=tuple(methods),
     )
 

@@ -6,17 +6,19 @@ from pathlib import Path
 
 from cabledrive.parameters import Drive
 from cabledrive.parameters.files import check_writable, write_whole
-from cabledrive.parameters.route.drive import require_two_pulleys
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route.axis import require_own_spans
 from cabledrive.report.chapters import topic_views
 from cabledrive.report.context import make_context
 from cabledrive.report.machine.page import machine_view
+from cabledrive.report.machine.route import route_view
 from cabledrive.report.overview import overview_figure
 from cabledrive.report.page import Page, render
 from cabledrive.report.provenance import provenance
 
 
 def write_report(
-    drives: Sequence[Drive],
+    drives: Sequence[Drive | RoutedDrive],
     path: str | Path,
     *,
     force: bool = False,
@@ -27,7 +29,7 @@ def write_report(
 
     Parameters
     ----------
-    drives : sequence of Drive
+    drives : sequence of Drive or RoutedDrive
         At least one.
     path : path-like
         File to write; it appears whole or not at all.
@@ -51,13 +53,13 @@ def write_report(
         If the modes of a drive could not be computed.
     """
     for drive in drives:
-        require_two_pulleys(drive, "`write_report`")
+        require_own_spans(drive, "`write_report`")
     path = check_writable(path, force=force)
     return write_whole(path, report_html(drives, written_at=written_at, progress=progress), force=force)
 
 
 def report_html(
-    drives: Sequence[Drive],
+    drives: Sequence[Drive | RoutedDrive],
     *,
     written_at: datetime | None = None,
     progress: Callable[[str], None] | None = None,
@@ -66,7 +68,7 @@ def report_html(
 
     Parameters
     ----------
-    drives : sequence of Drive
+    drives : sequence of Drive or RoutedDrive
         At least one.
     written_at : datetime, optional
         Time that the report states; now where it is not given.
@@ -87,7 +89,8 @@ def report_html(
     """
     context = make_context(drives, progress)
     machines = tuple(machine_view(context, place) for place in range(len(context.drives)))
-    views = (*machines, *topic_views(context))
+    routes = tuple(route_view(context, place) for place in range(len(context.routes)))
+    views = (*machines, *routes, *topic_views(context))
     methods = tuple(method for view in views for method in view.methods)
     return render(
         Page(
@@ -100,11 +103,11 @@ def report_html(
     )
 
 
-def _title(drives: Sequence[Drive]) -> str:
+def _title(drives: Sequence[Drive | RoutedDrive]) -> str:
     return drives[0].name if len(drives) == 1 else f"{len(drives)} cable drives"
 
 
-def _subtitle(drives: Sequence[Drive]) -> str:
+def _subtitle(drives: Sequence[Drive | RoutedDrive]) -> str:
     if len(drives) == 1:
         return drives[0].title
     return "Natural frequencies, internal resonance, tensions and tracking errors"

@@ -27,6 +27,7 @@ from cabledrive.parameters import InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.studies.pair_thresholds import HIGHEST, NEAR, NEAR_SUM, ONE_TO_TWO, SUM, WEAKEST
 from cabledrive.studies.route_mode_losses import modal_damping, motor_turn, quadrature
+from cabledrive.studies.route_verdict import judged_torque, lowest_threshold, verdict_of
 
 Array = NDArray[np.float64]
 
@@ -92,6 +93,13 @@ class RouteResonance:
         How the rotors are held.
     certified : bool
         Whether the list of modes is complete.
+    threshold_torque : float or None
+        The lowest of the pairs that the first motor excites [N m].
+    torque : float or None
+        Amplitude of the verdict [N m].
+    verdict : {"resonant", "close", "safe", "unknown"}
+    reasons : tuple of str
+        Of the verdict.
     """
 
     pairs: tuple[RoutePair, ...]
@@ -100,6 +108,15 @@ class RouteResonance:
     frequency_ratio: float
     motor: str
     certified: bool
+    threshold_torque: float | None
+    torque: float | None
+    verdict: str
+    reasons: tuple[str, ...]
+
+    @property
+    def detuning(self) -> float:
+        """Frequency ratio minus one half."""
+        return self.frequency_ratio - 0.5
 
 
 class _Slopes(NamedTuple):
@@ -109,12 +126,16 @@ class _Slopes(NamedTuple):
     by_piece: dict[int, Array]
 
 
-def route_resonance(drive: RoutedDrive, *, motor: str | None = None) -> RouteResonance:
+def route_resonance(
+    drive: RoutedDrive, *, torque: float | None = None, motor: str | None = None
+) -> RouteResonance:
     """Pairs near 1:2 and of sum type of a machine with routes whose cables do not run, Eq. (N.11).
 
-    ``motor``, {"free", "held", "holding"} or None for the file's own.
-    Raises `InputRefused` where a cable runs, or no longitudinal mode turns a pulley.
+    ``torque``: amplitude of the verdict [N m], default: the first motor's limit; ``motor``, {"free", "held",
+    "holding"} or None for the file's own.
+    Raises `InputRefused` where a cable runs, the torque is negative, or no longitudinal mode turns a pulley.
     """
+    asked = judged_torque(drive, torque)
     for route in drive.route:
         if route.speed:
             raise InputRefused(
@@ -138,12 +159,18 @@ def route_resonance(drive: RoutedDrive, *, motor: str | None = None) -> RouteRes
         if mode.frequency <= reach * (1.0 + NEAR_SUM)
     ]
     pairs = [pair for q in along for pair in _pairs_of(network, q, across, weights)]
+    lowest = lowest_threshold(pair.threshold_torque for pair in pairs)
+    verdict, reasons = verdict_of(asked, lowest)
     return RouteResonance(
         pairs=tuple(sorted(pairs, key=_order)),
         longitudinal_hz=pulley.frequency,
         **_nearest(first, pulley.frequency),
         motor=found.motor,
         certified=found.certified,
+        threshold_torque=lowest,
+        torque=asked,
+        verdict=verdict,
+        reasons=reasons,
     )
 
 

@@ -5,13 +5,14 @@ from typing import Any
 import click
 
 from cabledrive.app.combinations import refuse_given
+from cabledrive.app.estimate_text import finding_lines, parameter_rows
 from cabledrive.app.log_options import Chooser, reading_options
 from cabledrive.app.messages import note
 from cabledrive.app.new_file import PAGE, NewFile, NewFileType
 from cabledrive.app.options import Subcommand, answering, saves_answer
+from cabledrive.app.ping_answer import pinged
 from cabledrive.app.results import Answer, provenance
-from cabledrive.parameters import Drive, InputRefused, load_drive
-from cabledrive.parameters.route.drive import require_two_pulleys
+from cabledrive.parameters import InputRefused
 
 
 @click.command(
@@ -39,8 +40,11 @@ from cabledrive.parameters.route.drive import require_two_pulleys
 )
 @click.option(
     "--span",
-    type=click.Choice(["upper", "lower", "both"]),
-    help="Span that was plucked; both: both spans vibrate in one recording.",
+    "spans",
+    multiple=True,
+    metavar="NAME",
+    help="Span that was plucked: upper, lower, or both in one recording; on a machine with routes its name, "
+    "one for each recording: two are compared.",
 )
 @click.option(
     "--plucked",
@@ -65,7 +69,7 @@ def command(
     torque: str | None,
     choose: Chooser,
     drive: str | None,
-    span: str | None,
+    spans: tuple[str, ...],
     plucked: str | None,
     section: int,
     page: NewFile | None,
@@ -80,7 +84,7 @@ def command(
     from cabledrive.identification.one_log import IdentifyOptions, identify, load_options
 
     if drive is None:
-        refuse_given("span", "plucked", "section", why="belongs to --ping DRIVE: add that, or leave it out")
+        refuse_given("spans", "plucked", "section", why="belongs to --ping DRIVE: add that, or leave it out")
     else:
         refuse_given(
             "model",
@@ -94,13 +98,7 @@ def command(
     options = replace(options, columns=choose(options.columns), check=options.check and not no_check)
     options = replace(options, torque=torque or options.torque)
     if drive is not None:
-        if plucked is not None and span != "both":
-            raise InputRefused(
-                "--plucked belongs to --span both: give that, or name the one span with --span"
-            )
-        if span == "both":
-            return _ping_of_both(logs, drive, (plucked, section), options.columns)
-        return _ping(logs, drive, (span, section), options.columns)
+        return pinged(logs, drive, spans, plucked, section, options.columns)
     if page is not None:
         _check_drawable(logs[0], options)
     found = identify(
@@ -135,52 +133,6 @@ def _write_page(logs: tuple[str, ...], found: Any, options: Any, page: NewFile) 
     write_log_report(log, found, page.path, options=options.axis, files=logs, force=page.force)
 
 
-def _ping(logs: tuple[str, ...], name: str, place: tuple[str | None, int], columns: Any) -> Answer:
-    """Tension of each span from one recording."""
-    from cabledrive.identification.tension import read_ping, tension_from_ping
-
-    drive = _loop_or_line(name)
-    found = tension_from_ping(read_ping(_only(logs), columns), drive, span=place[0], section=place[1])
-    data = found.as_dict()
-    formula = [
-        f"string formula, {one.span}: {one.bare:.6g} N, off by {100 * one.bias:+.2g} %"
-        for one in found.spans.values()
-    ]
-    return Answer(
-        data=data,
-        text="\n".join([*_rows(data), *formula, *_words(data)]),
-        provenance=provenance(drive, method="tones at vanishing amplitude against certified modes"),
-    )
-
-
-def _ping_of_both(logs: tuple[str, ...], name: str, place: tuple[str | None, int], columns: Any) -> Answer:
-    """Tension of both spans from one recording in which both sound."""
-    from cabledrive.identification.tension import read_ping, tension_of_both
-
-    drive = _loop_or_line(name)
-    found = tension_of_both(read_ping(_only(logs), columns), drive, plucked=place[0], section=place[1])
-    data = found.as_dict()
-    return Answer(
-        data=data,
-        text="\n".join([*_rows(data), *_words(data)]),
-        provenance=provenance(drive, method="two families of decaying tones against certified modes"),
-        incomplete=None if found.identifiable else found.unidentifiable[0],
-    )
-
-
-def _loop_or_line(name: str) -> Drive:
-    """The drive whose spans are asked for; one with routes is refused."""
-    drive = load_drive(name)
-    require_two_pulleys(drive, "`identify --ping`")
-    return drive
-
-
-def _only(logs: tuple[str, ...]) -> str:
-    if len(logs) != 1:
-        raise InputRefused(f"--ping: {len(logs)} logs given, one recording is read at a time: name one")
-    return logs[0]
-
-
 def _incomplete(found: Any) -> str | None:
     negative = [finding for finding in found.findings if "is identified as negative" in finding]
     if not found.identifiable:
@@ -202,28 +154,4 @@ def _text(data: dict[str, Any]) -> str:
     residual = f"residual {100 * data['residual']['relative']:.3g} % of the measured {measured}"
     shown = [f"method: {data['method']['name']}", *[f"note: {note}" for note in data["notes"]]]
     check = f"model checked: {'yes' if data['checked'] else 'no'} ({data['check_reason']})"
-    return "\n".join([*_rows(data), residual, *shown, check, *_words(data)])
-
-
-def _rows(data: dict[str, Any]) -> list[str]:
-    """The parameters, aligned."""
-    entries = data["parameters"].values()
-    level = "" if any(one["value"] is not None and one["low"] is None for one in entries) else " (95 %)"
-    rows = [("parameter", "value", f"low{level}", f"high{level}", "unit")]
-    for name, entry in data["parameters"].items():
-        if entry["value"] is None:
-            rows.append((name, "not determined", "", "", entry["unit"]))
-        else:
-            low, high = ("none" if entry[k] is None else f"{entry[k]:.6g}" for k in ("low", "high"))
-            rows.append((name, f"{entry['value']:.6g}", low, high, entry["unit"]))
-    widths = [max(len(row[k]) for row in rows) for k in range(4)]
-    return ["  ".join(f"{c:<{w}}" for c, w in zip(row, [*widths, 0], strict=True)) for row in rows]
-
-
-def _words(data: dict[str, Any]) -> list[str]:
-    """What was found, about the model and about the data."""
-    messages = [one["message"] if isinstance(one, dict) else one for one in data["findings"]]
-    found = [f"finding: {message}" for message in (*messages, *data.get("unidentifiable", ()))]
-    for report in data["data"]:
-        found += [f"data: {line}" for line in (*report["repaired"], *report["findings"])]
-    return found
+    return "\n".join([*parameter_rows(data), residual, *shown, check, *finding_lines(data)])

@@ -13,7 +13,7 @@ from cabledrive.modal.lowest import how_held, lowest_frequencies
 from cabledrive.modal.mode_table import certificate_line, mode_table
 from cabledrive.modal.model_range import INCOMPLETE
 from cabledrive.parameters import Drive
-from cabledrive.parameters.route.drive import RoutedDrive, require_two_pulleys
+from cabledrive.parameters.route.drive import RoutedDrive
 
 METHOD = "exact dynamic stiffness, Wittrick-Williams count, inverse iteration"
 
@@ -62,10 +62,8 @@ def command(
     plot: NewFile | None,
 ) -> Answer:
     """List all natural modes of DRIVE, both kinds, with a certificate of completeness."""
-    if plot is not None:
-        require_two_pulleys(drive, "`modes --plot`")
     found = modes(drive, below=below, count=count, motor=motor, hold=hold, at_torque=at_torque)
-    if plot is not None and isinstance(drive, Drive):
+    if plot is not None:
         from cabledrive.report.mode_figure import mode_picture
 
         plot.write(mode_picture(drive, found, plot.path.suffix[1:]))

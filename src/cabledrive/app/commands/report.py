@@ -10,7 +10,6 @@ from cabledrive.app.new_file import PAGE, NewFile, NewFileType
 from cabledrive.app.options import Subcommand, answering, force_option
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import InputRefused, content_hash, load_drive, packaged_drives
-from cabledrive.parameters.route.drive import require_two_pulleys
 
 
 @click.command(cls=Subcommand, example="cabledrive report elevator ropeway -o report.html")
@@ -40,9 +39,7 @@ def command(drives: tuple[str, ...], goals: tuple[str, ...], output: NewFile) ->
     if any((Path(name) / "zarr.json").is_file() for name in drives):
         return _campaign(drives, goals, output)
     refuse_given("goals", why="is for the store of a sweep: name one, or leave it out")
-    loaded = [load_drive(name) for name in drives or packaged_drives("loop", "line")]
-    for drive in loaded:
-        require_two_pulleys(drive, f"`report` on {drive.name}")
+    loaded = [load_drive(name) for name in drives or packaged_drives()]
     from cabledrive.report import write_report
 
     path = write_report(loaded, output.path, force=output.force, progress=note)

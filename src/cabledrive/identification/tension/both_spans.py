@@ -11,12 +11,8 @@ from cabledrive.identification.tension.both_answers import BothTensions
 from cabledrive.identification.tension.decaying_tones import Tones, TonesFit, fit_tones, with_decays
 from cabledrive.identification.tension.families import Family, Proposal, matched, proposals
 from cabledrive.identification.tension.family_tensions import of_one_family, of_two_families
-from cabledrive.identification.tension.from_ping import (
-    NO_TONE,
-    PARTIALS,
-    SEARCHED,
-    _channels,
-)
+from cabledrive.identification.tension.from_ping import PARTIALS, channels_of
+from cabledrive.identification.tension.pinged_string import NO_TONE, SEARCHED
 from cabledrive.identification.tension.prepared_recording import PreparedRecording, prepared_recording
 from cabledrive.identification.tension.span_assignment import (
     LOUDER,
@@ -93,7 +89,7 @@ def tension_of_both(
         raise InputRefused(f"{drive.name} has one span: read it without asking for both")
     if plucked is not None and plucked not in drive.spans:
         raise InputRefused(f'plucked = "{plucked}": {drive.name} has {", ".join(drive.spans)}: choose one')
-    name = channel or _channels(log)[0]
+    name = channel or channels_of(log)[0]
     prepared = prepared_recording(log, drive, name, section)
     single, pairs = proposals(prepared.peaks, prepared.teeth, prepared.factor, sqrt(SEARCHED))
     if single is None:

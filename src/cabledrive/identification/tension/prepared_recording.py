@@ -10,14 +10,9 @@ from scipy import signal
 from cabledrive.identification.filters import zero_phase
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.tension.families import ALIKE, Peaks, peaks_of
-from cabledrive.identification.tension.from_ping import (
-    PARTIALS,
-    SEARCHED,
-    SQUARED,
-    _section_modes,
-    _without_pulley_modes,
-)
+from cabledrive.identification.tension.from_ping import PARTIALS, section_modes
 from cabledrive.identification.tension.partials import LEAST_COUNT, amplitude_spectrum, count_of
+from cabledrive.identification.tension.pinged_string import SEARCHED, SQUARED, without_pulley_modes
 from cabledrive.modal import longitudinal_modes
 from cabledrive.parameters import Drive, InputRefused
 
@@ -105,7 +100,7 @@ def prepared_recording(log: Log, drive: Drive, name: str, section: int) -> Prepa
         raise InputRefused(f"{log.source}: {name} ends {clear.size} samples after the pluck: record longer")
     frequency, amplitude = amplitude_spectrum(clear, log.interval)
     if factor == 2.0:
-        amplitude = _without_pulley_modes(frequency, amplitude, drive, top)
+        amplitude = without_pulley_modes(frequency, amplitude, drive, top)
         amplitude = np.where(amplitude > LEAST_COUNT * count_of(values), amplitude, 0.0)
     peaks = peaks_of(frequency, amplitude, (0.9 * low, high), clear.size * log.interval)
     peaks = _without_sidebands(peaks, drive, high)
@@ -132,7 +127,7 @@ def modes_of(drive: Drive, span: str, section: int) -> Array:
     Returns shape (TEETH,) [Hz].
     """
     parted = any(carriage.guided for carriage in drive.carriages_on(span))
-    return _section_modes(drive, span, section if parted else 0, TEETH)
+    return section_modes(drive, span, section if parted else 0, TEETH)
 
 
 def _last_pluck(values: Array, width: int) -> int:

@@ -45,8 +45,10 @@ STEADY_SHIFT = 0.99
 """Frequency of the torque of the steady branches over the pulley mode's."""
 
 
-def chapter(context: ReportContext) -> Chapter:
+def chapter(context: ReportContext) -> Chapter | None:
     """Where every machine stands, and the figures of chapter 5 where its rig is among the machines."""
+    if not context.drives:
+        return None
     context.progress("internal resonance")
     digest = content_hash(load_drive(EXAMPLE))
     rig = context.drives[context.hashes.index(digest)] if digest in context.hashes else None

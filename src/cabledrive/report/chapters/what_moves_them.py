@@ -17,8 +17,10 @@ POINTS, FEWEST = 61, 13
 MOST_CARRIAGES = 500
 
 
-def chapter(context: ReportContext) -> Chapter:
+def chapter(context: ReportContext) -> Chapter | None:
     """Frequencies of a machine against pretension and load inertia, of another against carriage place."""
+    if not context.drives:
+        return None
     drive = _packaged(context, VARIED) or context.drives[0]
     travelled = _packaged(context, TRAVELLED)
     blocks = [*_of_one(drive), *(_travel(travelled) if travelled else ())]

@@ -70,6 +70,15 @@ def moving_machine(drive: Drive | RoutedDrive, mode: Mode | None) -> tuple[Marku
     return wide, narrow
 
 
+def route_sketch(drive: RoutedDrive) -> Markup:
+    """A machine with routes without words, for a card."""
+    sheet = Sheet(wordless=True)
+    size, spans, _ = _route(sheet, drive, NARROW)
+    for span in spans:
+        sheet.line(*((float(x), float(y)) for x, y in span.points[[0, -1]]), colour="blue", width=2.6)
+    return sheet.svg(size)
+
+
 def _drawn(drive: Drive | RoutedDrive, mode: Mode | None, width: float) -> Markup:
     sheet = Sheet()
     if isinstance(drive, RoutedDrive):

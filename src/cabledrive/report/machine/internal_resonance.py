@@ -6,11 +6,12 @@ from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.report.numbers import number, quantity
 from cabledrive.report.views import Badge
 
-_TONES = {"safe": "good", "close": "warning", "resonant": "warning"}
-_WORDS = {
+TONES = {"safe": "good", "close": "warning", "resonant": "warning", "unknown": "remark"}
+BADGES = {
     "safe": "No internal resonance",
     "close": "Close to internal resonance",
     "resonant": "Internal resonance",
+    "unknown": "Internal resonance: no torque given",
 }
 
 
@@ -48,6 +49,6 @@ def resonance_verdict(drive: Drive) -> ResonanceVerdict:
             "0.5 is the principal resonance"
         )
     return ResonanceVerdict(
-        badge=Badge(text=_WORDS[found.verdict] + at, tone=_TONES[found.verdict]),
+        badge=Badge(text=BADGES[found.verdict] + at, tone=TONES[found.verdict]),
         reasons=(*facts, *found.reasons),
     )

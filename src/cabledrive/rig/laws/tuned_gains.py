@@ -5,7 +5,7 @@ from dataclasses import replace
 from functools import lru_cache
 
 from cabledrive.rig.laws.controllers import Controller, DesignSpec
-from cabledrive.rig.laws.trial_runs import Trial, trial_spec, tried
+from cabledrive.rig.laws.trial_runs import Trial, trial, trial_spec, tried
 
 SETTINGS_HZ = (
     *(0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 15.0, 18.0, 22.0, 26.0, 30.0),
@@ -42,6 +42,6 @@ def tuned_bandwidth(law: Callable[[DesignSpec], Controller], spec: DesignSpec) -
         if shown is not None:
             found[hertz] = shown
     if not found:
-        law(replace(spec, bandwidth=SETTINGS_HZ[0]))  # refuses, with its reason
+        trial(one, law(replace(one, bandwidth=SETTINGS_HZ[0])))  # refuses, with its reason
     hertz = min(found, key=lambda each: found[each].rank)
     return hertz, found[hertz], len(found)

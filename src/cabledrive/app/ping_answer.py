@@ -1,0 +1,106 @@
+"""What `identify --ping` says: tension of spans from recordings of their pings."""
+
+from typing import Any
+
+from cabledrive.app.estimate_text import finding_lines, parameter_rows
+from cabledrive.app.results import Answer, provenance
+from cabledrive.parameters import Drive, InputRefused, load_drive
+from cabledrive.parameters.fields import nearest
+from cabledrive.parameters.route.drive import RoutedDrive
+
+OF_LOOPS = ("upper", "lower", "both")
+
+
+def pinged(
+    logs: tuple[str, ...], name: str, spans: tuple[str, ...], plucked: str | None, section: int, columns: Any
+) -> Answer:
+    """The answer; ``name``: the machine; ``spans``, ``plucked``, ``section``: of the options."""
+    drive = load_drive(name)
+    if isinstance(drive, RoutedDrive):
+        if plucked is not None or section:
+            raise InputRefused("--plucked and --section are for loops and lines: leave them out")
+        return _ping_of_route(logs, drive, spans, columns)
+    span = _span_of_loop(spans)
+    if span == "both":
+        return _ping_of_both(logs, drive, (plucked, section), columns)
+    if plucked is not None:
+        raise InputRefused("--plucked belongs to --span both: give that, or name the one span with --span")
+    return _ping(logs, drive, (span, section), columns)
+
+
+def _span_of_loop(spans: tuple[str, ...]) -> str | None:
+    if len(spans) > 1:
+        raise InputRefused(f"--span: {len(spans)} given, a loop or a line takes one: upper, lower or both")
+    if spans and spans[0] not in OF_LOOPS:
+        raise InputRefused(
+            f'--span: "{spans[0][:60]}" is not upper, lower or both{nearest(spans[0][:60], OF_LOOPS)}'
+        )
+    return spans[0] if spans else None
+
+
+def _ping_of_route(logs: tuple[str, ...], drive: RoutedDrive, spans: tuple[str, ...], columns: Any) -> Answer:
+    """Tension of named spans, one recording each; the first two are compared."""
+    from cabledrive.identification.tension import compared, read_ping, tensions_of_spans
+
+    if not spans:
+        names = ", ".join(span.name for span in drive.free_spans[:6])
+        raise InputRefused(f"--ping: name the span that was plucked with --span, such as {names}")
+    found = tensions_of_spans([read_ping(log, columns) for log in logs], drive, spans)
+    parts = [one.as_dict() for one in found]
+    data = parts[0] | {
+        "parameters": {name: own for part in parts for name, own in part["parameters"].items()},
+        "spans": {name: own for part in parts for name, own in part["spans"].items()},
+        "findings": [finding for part in parts for finding in part["findings"]],
+        "data": [report for part in parts for report in part["data"]],
+        "residual": max((part["residual"] for part in parts), key=lambda own: own["relative"]),
+    }
+    lines = [*parameter_rows(data)]
+    if len(found) > 1:
+        both = compared({name: own for one in found for name, own in one.spans.items()})
+        data["comparison"] = both.as_dict()
+        lines.append(
+            f"{both.spans[0]} against {both.spans[1]}: {both.difference.value:+.4g} N "
+            f"({both.difference.low:+.4g} to {both.difference.high:+.4g} N), {100 * both.relative:+.3g} %"
+        )
+    return Answer(
+        data=data,
+        text="\n".join([*lines, *finding_lines(data)]),
+        provenance=provenance(drive, method="tones at vanishing amplitude against certified modes"),
+    )
+
+
+def _ping(logs: tuple[str, ...], drive: Drive, place: tuple[str | None, int], columns: Any) -> Answer:
+    """Tension of each span from one recording."""
+    from cabledrive.identification.tension import read_ping, tension_from_ping
+
+    found = tension_from_ping(read_ping(_only(logs), columns), drive, span=place[0], section=place[1])
+    data = found.as_dict()
+    formula = [
+        f"string formula, {one.span}: {one.bare:.6g} N, off by {100 * one.bias:+.2g} %"
+        for one in found.spans.values()
+    ]
+    return Answer(
+        data=data,
+        text="\n".join([*parameter_rows(data), *formula, *finding_lines(data)]),
+        provenance=provenance(drive, method="tones at vanishing amplitude against certified modes"),
+    )
+
+
+def _ping_of_both(logs: tuple[str, ...], drive: Drive, place: tuple[str | None, int], columns: Any) -> Answer:
+    """Tension of both spans from one recording in which both sound."""
+    from cabledrive.identification.tension import read_ping, tension_of_both
+
+    found = tension_of_both(read_ping(_only(logs), columns), drive, plucked=place[0], section=place[1])
+    data = found.as_dict()
+    return Answer(
+        data=data,
+        text="\n".join([*parameter_rows(data), *finding_lines(data)]),
+        provenance=provenance(drive, method="two families of decaying tones against certified modes"),
+        incomplete=None if found.identifiable else found.unidentifiable[0],
+    )
+
+
+def _only(logs: tuple[str, ...]) -> str:
+    if len(logs) != 1:
+        raise InputRefused(f"--ping: {len(logs)} logs given, one recording is read at a time: name one")
+    return logs[0]

@@ -1,0 +1,133 @@
+"""Modes of a machine with routes drawn on the machine: displaced spans, turned pulleys, moved bodies."""
+
+from collections.abc import Sequence
+from math import cos, sin
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from cabledrive.mechanics.chain import Array
+from cabledrive.modal import Mode
+from cabledrive.modal.mode import TRANSVERSE
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route.geometry import FreeSpan
+from cabledrive.report.numbers import number
+from cabledrive.report.picture import Picture, picture
+from cabledrive.report.style import BLUE, GREEN, INK, LINE, ORANGE, QUIET
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+POINTS = 121
+SIZE = 0.08
+"""Largest displacement as drawn, of the machine's larger side."""
+TURN = 0.6
+"""Largest turn of a pulley as drawn [rad]."""
+MOVES = {"x": (1.0, 0.0), "y": (0.0, 1.0)}
+_PANEL, _FOOT = 210.0, 8.0  # heights [px]
+
+
+def route_modes_picture(name: str, drive: RoutedDrive, modes: Sequence[Mode]) -> Picture:
+    """Draw modes, one panel each; ``name``: unique on the page."""
+
+    def _draw(figure: "Figure", narrow: bool) -> None:
+        draw_route_modes(figure, drive, modes, 1 if narrow else 2)
+
+    rows = -(-len(modes) // 2)
+    return picture(name, _draw, wide=_PANEL * rows + _FOOT, narrow=_PANEL * len(modes) + _FOOT)
+
+
+def draw_route_modes(figure: "Figure", drive: RoutedDrive, modes: Sequence[Mode], columns: int) -> None:
+    """Put a panel for each mode on an empty figure."""
+    rows = -(-len(modes) // columns)
+    for place, mode in enumerate(modes):
+        draw_mode(figure.add_subplot(rows, columns, place + 1), drive, mode)
+
+
+def draw_mode(axes: "Axes", drive: RoutedDrive, mode: Mode) -> None:
+    """One mode on the machine at rest.
+
+    A span is displaced across its line, by its motion along the line in a longitudinal mode.
+    """
+    across = mode.kind == TRANSVERSE
+    colour = ORANGE if across else BLUE
+    shapes = [_shape(mode, span) for span in drive.free_spans]
+    largest = max(float(np.abs(shape).max()) for shape in shapes) or 1.0
+    size = SIZE * machine_size(drive) / largest
+    for span, shape in zip(drive.free_spans, shapes, strict=True):
+        ends = np.array(span.contacts)
+        axes.plot(*ends.T, color=LINE, linewidth=1.0, zorder=1)
+        line = ends[0] + np.outer(np.linspace(0.0, 1.0, POINTS), ends[1] - ends[0])
+        normal = np.array((-span.along[1], span.along[0]))
+        moved = line + size * np.outer(shape, normal)
+        axes.plot(*moved.T, color=colour, linewidth=1.5, zorder=3)
+    _draw_pulleys(axes, drive, mode, colour)
+    _draw_bodies(axes, drive, mode)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.margins(0.04)
+    axes.set_axis_off()
+    axes.set_title(mode_title(mode))
+
+
+def mode_title(mode: Mode) -> str:
+    """Frequency, multiplicity and what moves."""
+    times = f" ×{mode.multiplicity}" if mode.multiplicity > 1 else ""
+    if mode.span is None:
+        return f"{number(mode.frequency, 5)} Hz{times}, along: {mode.family}"
+    plane = "out of plane" if mode.plane == "v" else "across"
+    return f"{number(mode.frequency, 5)} Hz{times}, {plane}: {mode.span}"
+
+
+def machine_size(drive: RoutedDrive) -> float:
+    """Larger side of the box round all contacts [m]."""
+    points = np.array([end for span in drive.free_spans for end in span.contacts])
+    return float(np.ptp(points, axis=0).max())
+
+
+def _shape(mode: Mode, span: FreeSpan) -> Array:
+    """Displacement of the first shape along a span, shape (p,)."""
+    return np.asarray(np.real(mode.shape(span.name, np.linspace(0.0, span.length, POINTS))[0]), dtype=float)
+
+
+def _joint(mode: Mode, name: str) -> float:
+    values = mode.joints.get(name)
+    return 0.0 if values is None else float(np.real(values[0]))
+
+
+def _draw_pulleys(axes: "Axes", drive: RoutedDrive, mode: Mode, colour: str) -> None:
+    """Circles with a radius at rest and, where the pulley turns, one turned."""
+    from matplotlib.patches import Circle
+
+    turns = [_joint(mode, pulley.name) for pulley in drive.pulley]
+    rims = [abs(turn * p.radius) for turn, p in zip(turns, drive.pulley, strict=True)]
+    most = max(rims, default=0.0) or 1.0
+    for pulley, turn, rim in zip(drive.pulley, turns, rims, strict=True):
+        axes.add_patch(Circle(pulley.at, pulley.radius, fill=False, edgecolor=QUIET, linewidth=0.8, zorder=2))
+        for angle, drawn in ((0.0, QUIET), (TURN * float(np.sign(turn)) * rim / most, colour)):
+            tip = pulley.at[0] + pulley.radius * sin(-angle), pulley.at[1] + pulley.radius * cos(angle)
+            axes.plot((pulley.at[0], tip[0]), (pulley.at[1], tip[1]), color=drawn, linewidth=0.9, zorder=2)
+
+
+def _draw_bodies(axes: "Axes", drive: RoutedDrive, mode: Mode) -> None:
+    """A square at each body, with an arrow where it slides and a ring where it turns."""
+    moves = {
+        (body.name, move): _joint(mode, f"{body.name}.{move}") for body in drive.body for move in body.moves
+    }
+    most = max((abs(value) for (_, move), value in moves.items() if move in MOVES), default=0.0) or 1.0
+    length = 1.5 * SIZE * machine_size(drive)
+    for place, body in enumerate(drive.body):
+        turning = any(moves[body.name, move] for move in body.moves if move not in MOVES)
+        looks: dict[str, Any] = {"color": GREEN, "markersize": 9 if turning else 5, "zorder": 4}
+        axes.plot(*body.at, "o" if turning else "s", fillstyle="none" if turning else "full", **looks)
+        for move in body.moves:
+            share = moves[body.name, move] / most
+            if move not in MOVES or abs(share) < 0.02:
+                continue
+            way = MOVES[move]
+            tip = body.at[0] + length * share * way[0], body.at[1] + length * share * way[1]
+            arrow = {"arrowstyle": "-|>", "color": GREEN, "shrinkA": 0, "shrinkB": 0}
+            axes.annotate("", xy=tip, xytext=body.at, arrowprops=arrow, zorder=4, annotation_clip=False)
+        if len(drive.body) <= 4:
+            beside = (5, 5 - 18 * (place % 2))  # neighbours apart
+            axes.annotate(body.name, body.at, beside, textcoords="offset points", fontsize=8, color=INK)

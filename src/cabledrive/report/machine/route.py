@@ -1,0 +1,247 @@
+"""The page of a machine with routes, and the card that leads to it."""
+
+from dataclasses import dataclass
+from math import degrees
+
+from markupsafe import Markup
+
+from cabledrive.mechanics.network import statics_of
+from cabledrive.mechanics.network.span_table import pulley_rows, route_warnings, span_rows
+from cabledrive.modal import Mode, Modes
+from cabledrive.modal.lowest import how_held, lowest_frequencies
+from cabledrive.modal.mode_rows import mode_rows
+from cabledrive.parameters import content_hash
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.report.blocks import Block, Column, Figure, RowGroup, Table
+from cabledrive.report.certificate_words import certificate_words
+from cabledrive.report.context import ReportContext
+from cabledrive.report.figures.moving_machine import moving_machine, route_sketch
+from cabledrive.report.figures.route_modes import mode_title, route_modes_picture
+from cabledrive.report.machine.data import source_paragraphs
+from cabledrive.report.machine.internal_resonance import ResonanceVerdict
+from cabledrive.report.machine.modes import across_table
+from cabledrive.report.machine.route_pairs import pairs_of_route
+from cabledrive.report.machine.route_travel import travel_figures
+from cabledrive.report.numbers import number, quantity
+from cabledrive.report.views import MACHINES, Badge, Card, View
+
+SHOWN_MODES = 3
+METHODS = (
+    "Machines with routes: exact dynamic stiffness of every span, count of the network by the signs of that "
+    "stiffness, roots enclosed between two counts; tensions from the balance of forces.",
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RoutePage:
+    """What the template of a machine with routes is given.
+
+    Attributes
+    ----------
+    name : str
+        Part of every anchor of the page.
+    drive : RoutedDrive
+    digest : str
+        Content hash.
+    modes : Modes
+    certificate, held : str
+        What the certificate of the modes says; how the motors were held.
+    resonance : ResonanceVerdict
+    warnings, sources : tuple of str
+    drawing, shapes : Figure
+    along, across, pairs : Table or None
+    spans, pulleys : Table
+    travels : tuple of Figure
+    """
+
+    name: str
+    drive: RoutedDrive
+    digest: str
+    modes: Modes
+    certificate: str
+    held: str
+    resonance: ResonanceVerdict
+    warnings: tuple[str, ...]
+    sources: tuple[str, ...]
+    drawing: Figure
+    shapes: Figure
+    along: Table | None
+    across: Table | None
+    pairs: Table | None
+    spans: Table
+    pulleys: Table | None
+    travels: tuple[Figure, ...]
+
+    @property
+    def blocks(self) -> tuple[Block, ...]:
+        """Figures and tables in the order of the page."""
+        parts = (
+            self.drawing, self.along, self.across, self.shapes, *self.travels, self.pairs, self.spans,
+            self.pulleys,
+        )  # fmt: skip
+        return tuple(part for part in parts if part is not None)
+
+
+def route_view(context: ReportContext, place: int) -> View:
+    """Page and card of one machine with routes of a report; ``place``: its number among them."""
+    page = _page(context, place)
+    return View(
+        anchor=f"machine-{page.name}",
+        title=page.drive.name,
+        group=MACHINES,
+        card=_card(page),
+        template="route.html",
+        content=page,
+        blocks=page.blocks,
+        methods=METHODS if place == 0 else (),
+    )
+
+
+def _page(context: ReportContext, place: int) -> RoutePage:
+    drive, name, modes = context.routes[place], context.route_anchors[place], context.route_modes[place]
+    context.progress(f"pairs and travel: {drive.name}")
+    verdict, pairs = pairs_of_route(drive)
+    warnings = (*route_warnings(drive), *modes.warnings)
+    return RoutePage(
+        name=name,
+        drive=drive,
+        digest=content_hash(drive),
+        modes=modes,
+        certificate=certificate_words(modes),
+        held=f"{lowest_frequencies(drive).line} {how_held(modes)}",
+        resonance=verdict,
+        warnings=tuple(dict.fromkeys(line.rstrip(".") for line in warnings)),
+        sources=source_paragraphs(drive.source),
+        drawing=_drawing(drive, name),
+        shapes=_shapes(drive, name, modes),
+        along=_along(modes) if modes.longitudinal else None,
+        across=across_table(modes) if modes.transverse else None,
+        pairs=pairs,
+        spans=_spans(drive),
+        pulleys=_pulleys(drive),
+        travels=tuple(travel_figures(drive, name)),
+    )
+
+
+def _card(page: RoutePage) -> Card:
+    below = f"{number(page.modes.certificate.below, 4)} Hz"
+    complete = Badge(text=f"Modes complete up to {below}", tone="good")
+    doubtful = Badge(text=f"Modes up to {below} not certified", tone="warning")
+    facts = [_fact("Longitudinal", page.modes.longitudinal), _fact("Transverse", page.modes.transverse)]
+    if page.warnings:
+        facts.append(("Warnings", f"{len(page.warnings)}"))
+    return Card(
+        text=page.drive.title,
+        picture=route_sketch(page.drive),
+        badges=(complete if page.modes.certified else doubtful, page.resonance.badge),
+        facts=tuple(facts),
+    )
+
+
+def _fact(what: str, modes: tuple[Mode, ...]) -> tuple[str, str]:
+    if not modes:
+        return what, "none found"
+    return what, f"{number(modes[0].frequency, 4)} Hz, {modes[0].span or modes[0].family}"
+
+
+def _drawing(drive: RoutedDrive, name: str) -> Figure:
+    """The machine to scale, spans coloured by tension."""
+    wide, narrow = moving_machine(drive, None)
+    parts = (
+        f"{len(drive.route)} {'rope' if len(drive.route) == 1 else 'ropes'}, {len(drive.pulley)} pulleys, "
+        f"{len(drive.body)} bodies, {len(drive.motor)} motors"
+    )
+    return Figure(
+        name=f"drawing-{name}",
+        alt=f"The machine from its coordinates: {parts}.",
+        caption="The machine to scale, from the coordinates of its file; the colour of a span is its tension "
+        "at rest. Bands are bodies with what they carry, dots anchors, boxes carriages.",
+        wide=wide,
+        narrow=narrow,
+    )
+
+
+def _shapes(drive: RoutedDrive, name: str, modes: Modes) -> Figure:
+    across = [row.modes[0] for row in mode_rows(m for m in modes.transverse if m.plane == "w")]
+    shown = [*modes.longitudinal[:SHOWN_MODES], *across[:1]]
+    picture = route_modes_picture(f"shapes-{name}", drive, shown)
+    return Figure(
+        name=f"shapes-{name}",
+        alt=f"{len(shown)} modes drawn on the machine: {'; '.join(map(mode_title, shown))}.",
+        caption="The lowest modes on the machine. Blue: displacement along a span, drawn across it; orange: "
+        "across. Arrows: bodies that slide; rings: bodies that turn; radii: pulleys at rest and turned.",
+        wide=picture.wide,
+        narrow=picture.narrow,
+    )
+
+
+def _along(modes: Modes) -> Table:
+    """Longitudinal modes and where their kinetic energy is."""
+    rows = [
+        (number(row.frequency, 6), str(row.count), row.family, row.where)
+        for row in mode_rows(modes.longitudinal)
+    ]
+    return Table(
+        caption="Longitudinal modes and the parts that hold their kinetic energy.",
+        columns=(
+            Column(title="Frequency", unit="Hz", numeric=True),
+            Column(title="Modes", numeric=True),
+            Column(title="What moves"),
+            Column(title="Kinetic energy"),
+        ),
+        groups=(RowGroup(rows=tuple(rows)),),
+    )
+
+
+def _spans(drive: RoutedDrive) -> Table:
+    rows = []
+    for row in span_rows(drive, statics_of(drive)):
+        safety = row["safety_factor"]
+        rows.append(
+            (
+                row["name"],
+                quantity(row["length"], "m"),
+                quantity(row["tension"], "N"),
+                str(row["ropes"]),
+                number(row["string_frequency_hz"], 5),
+                Markup("&ndash;") if safety is None else number(safety, 3),
+            )
+        )
+    return Table(
+        caption="Free spans at rest.",
+        columns=(
+            Column(title="Span"),
+            Column(title="Length", numeric=True),
+            Column(title="Mean tension", numeric=True),
+            Column(title="Ropes", numeric=True),
+            Column(title="String", unit="Hz", numeric=True),
+            Column(title="Safety factor", numeric=True),
+        ),
+        groups=(RowGroup(rows=tuple(rows)),),
+        note="The safety factor is the rope's strength over its largest tension at rest.",
+    )
+
+
+def _pulleys(drive: RoutedDrive) -> Table | None:
+    none = Markup("&ndash;")
+    rows = [
+        (
+            row["name"],
+            number(degrees(row["wrap"]), 4),
+            "slips" if row["needed_friction"] is None else number(row["needed_friction"], 3),
+            none if row["capstan_friction"] is None else number(row["capstan_friction"], 3),
+        )
+        for row in pulley_rows(drive, statics_of(drive))
+    ]
+    if not rows:
+        return None
+    return Table(
+        caption="Pulleys that a rope passes.",
+        columns=(
+            Column(title="Pulley"),
+            Column(title="Wrap", unit="deg", numeric=True),
+            Column(title="Friction needed at rest", numeric=True),
+            Column(title="Friction given", numeric=True),
+        ),
+        groups=(RowGroup(rows=tuple(rows)),),
+    )
