@@ -5,7 +5,8 @@ import pytest
 
 import cabledrive as cd
 from cabledrive.modal.mode_rows import mode_rows
-from cabledrive.report.mode_figure import mode_figure, mode_picture
+from cabledrive.report.figures.route_modes import POINTS, SIZE, machine_size
+from cabledrive.report.mode_figure import mode_figure, mode_picture, route_mode_figure
 from cabledrive.report.style import family_colour
 
 
@@ -65,6 +66,25 @@ def test_drive_whose_name_looks_like_a_formula_is_drawn():
     drive = cd.load_drive("elevator", overrides=["title=$\\\\frac{a}$ lift"])
     assert drive.title == "$\\\\frac{a}$ lift"
     assert mode_picture(drive, cd.modes(drive, count=1), "svg").startswith(b"<?xml")
+
+
+def test_a_mode_of_a_machine_with_routes_is_drawn_on_the_machine():
+    """The drawn displacement of each span, over the largest of all, is that of the mode."""
+    drive = cd.load_drive("printer-idlers")
+    found = cd.modes(drive, count=2)
+    axes = route_mode_figure(drive, found, most=1).axes
+    mode = found.longitudinal[0]
+    curves = [np.array(line.get_xydata()) for line in axes[0].lines if len(line.get_xydata()) == POINTS]
+    assert len(curves) == len(drive.free_spans)
+    drawn, exact = [], []
+    for curve, span in zip(curves, drive.free_spans, strict=True):
+        rest = np.array(span.contacts[0]) + np.outer(np.linspace(0, span.length, POINTS), span.along)
+        drawn.append((curve - rest) @ np.array((-span.along[1], span.along[0])))
+        exact.append(np.real(mode.shape(span.name, np.linspace(0, span.length, POINTS))[0]))
+    drawn, exact = np.concatenate(drawn), np.concatenate(exact)
+    size = SIZE * machine_size(drive)
+    np.testing.assert_allclose(drawn, size * exact / np.abs(exact).max(), atol=1e-9 * size)
+    assert mode_picture(drive, found, "svg", most=1).startswith(b"<?xml")
 
 
 def test_drawing_leaves_the_settings_of_others_alone():

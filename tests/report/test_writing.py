@@ -1,15 +1,21 @@
 """The report appears whole or not at all, and replaces nothing unasked."""
 
 from functools import cache
+from html import unescape
 
+import numpy as np
 import pytest
 from report_page import TIME
 
+from cabledrive.modal import modes
 from cabledrive.parameters import InputRefused, NotComputed, load_drive
 from cabledrive.report import chapters, report_html, write_report, writing
 from cabledrive.report.blocks import Chapter, Paragraph
 from cabledrive.report.context import make_context
 from cabledrive.report.machine.page import machine_view
+from cabledrive.report.names import anchor
+from cabledrive.report.numbers import number
+from cabledrive.studies.travel import travels
 
 
 @pytest.fixture(autouse=True)
@@ -78,3 +84,23 @@ def test_progress_names_every_drive_and_chapter(tmp_path):
     assert "study: a study" in lines
     make_context(drives(), lines.append).modes  # noqa: B018
     assert "natural modes: Dissertation, configuration 1" in lines
+
+
+def test_a_machine_with_routes_has_its_page():
+    """Its spans and its first mode are on the page, and a loop's pages are not asked for."""
+    drive = load_drive("printer-idlers")
+    html = report_html([drive], written_at=TIME)
+    assert f'id="machine-{anchor(drive.name)}"' in html
+    for span in drive.free_spans:
+        assert span.name in unescape(html)
+    found = modes(drive, count=6)
+    assert f"Modes complete up to {number(found.certificate.below, 4)}" in unescape(html)
+    assert "No internal resonance" in html  # no transverse mode is near half of a longitudinal one
+    assert "Over the travel" in html
+
+
+def test_travel_of_a_lift_moves_the_counterweight_against_the_car():
+    (found,) = travels(load_drive("lift-2-to-1"))
+    (keys,) = found
+    assert set(keys) == {"car.y", "counterweight.y"}
+    np.testing.assert_allclose(np.diff(found[keys], axis=1).sum(axis=0), 0.0, atol=1e-9)

@@ -48,6 +48,17 @@ def test_thresholds_of_a_loop_as_a_route_are_those_of_the_loop():
         assert one.threshold_torque == pytest.approx(other.threshold_torque, rel=0.02)
 
 
+def test_verdict_changes_at_the_lowest_threshold():
+    drive = cd.load_drive("serpentine")
+    found = cd.resonance(drive)
+    assert found.threshold_torque == min(p.threshold_torque for p in found.pairs if p.threshold_torque)
+    above, below = (cd.resonance(drive, torque=share * found.threshold_torque) for share in (1.01, 0.3))
+    assert (above.verdict, below.verdict) == ("resonant", "safe")
+    assert found.detuning == found.frequency_ratio - 0.5
+    with pytest.raises(cd.InputRefused, match="load torque"):
+        cd.resonance(drive, load_torque=1.0)
+
+
 def test_both_planes_of_a_span_between_held_ends_have_one_threshold():
     pairs = route_resonance(cd.load_drive("serpentine")).pairs
     by_plane = {pair.plane: pair.threshold_torque for pair in pairs if pair.span == "accessory to crank"}
