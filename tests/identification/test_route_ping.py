@@ -6,7 +6,7 @@ from scipy.io import wavfile
 
 import cabledrive as cd
 from cabledrive.identification.logs.log import log_of
-from cabledrive.identification.tension import compared, tension_of_route_span
+from cabledrive.identification.tension.route_ping import compared, tension_of_route_span
 from command import answer, refusal
 
 BELT_A, BELT_B = "motor a to rear right a", "motor b to rear left b"

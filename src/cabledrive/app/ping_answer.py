@@ -40,7 +40,8 @@ def _span_of_loop(spans: tuple[str, ...]) -> str | None:
 
 def _ping_of_route(logs: tuple[str, ...], drive: RoutedDrive, spans: tuple[str, ...], columns: Any) -> Answer:
     """Tension of named spans, one recording each; the first two are compared."""
-    from cabledrive.identification.tension import compared, read_ping, tensions_of_spans
+    from cabledrive.identification.tension import read_ping
+    from cabledrive.identification.tension.route_ping import compared, tensions_of_spans
 
     if not spans:
         names = ", ".join(span.name for span in drive.free_spans[:6])

@@ -1,24 +1,10 @@
 """Internal resonance of any machine: a loop or a line, or one with routes."""
 
-from typing import overload
-
 from cabledrive.parameters import Drive
 from cabledrive.parameters.route.drive import RoutedDrive, refuse_route
 from cabledrive.studies.resonance import ResonanceSummary
 from cabledrive.studies.resonance import resonance as resonance_of_loop
 from cabledrive.studies.route_pairs import RouteResonance, route_resonance
-
-
-@overload
-def resonance(
-    drive: Drive, *, torque: float | None = ..., load_torque: float = ..., details: bool = ...
-) -> ResonanceSummary: ...
-
-
-@overload
-def resonance(
-    drive: RoutedDrive, *, torque: float | None = ..., load_torque: float = ..., details: bool = ...
-) -> RouteResonance: ...
 
 
 def resonance(

@@ -5,12 +5,6 @@ from cabledrive.identification.tension.both_answers import BothTensions, FamilyT
 from cabledrive.identification.tension.both_spans import tension_of_both
 from cabledrive.identification.tension.from_ping import tension_from_ping
 from cabledrive.identification.tension.load_cell import SpanTensions, tensions_from_load_cell
-from cabledrive.identification.tension.route_ping import (
-    TensionComparison,
-    compared,
-    tension_of_route_span,
-    tensions_of_spans,
-)
 from cabledrive.identification.tension.sound import read_ping, read_wav
 
 __all__ = [
@@ -19,13 +13,9 @@ __all__ = [
     "PingTension",
     "SpanTension",
     "SpanTensions",
-    "TensionComparison",
-    "compared",
     "read_ping",
     "read_wav",
     "tension_from_ping",
     "tension_of_both",
-    "tension_of_route_span",
     "tensions_from_load_cell",
-    "tensions_of_spans",
 ]
