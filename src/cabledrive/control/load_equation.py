@@ -36,12 +36,6 @@ FILTER_HZ, THINNING, SLOW_SHARE = 10.0, 10, 0.25
 SIGN_WIDTH, SETTLED = 0.01, 0.995
 """Share of the largest speed over which the sign turns, and of itself that its filtered value must reach."""
 CERTAIN, DAMPING_CERTAIN, SIGNIFICANT = 0.02, 0.3, 3.0
-WIDER = 1.1
-"""On top of the replicates' spread: the sign's error near a turn, and half a deviation of bias.
-
-Over 400 draws set apart for this, with and without friction of the load, estimates of beta lie on average 0.3
-and 0.6 deviations off, and spread 1.04 to 1.09 times.
-"""
 MOST_MISFIT = 2.0
 """Residual over that of rounding alone above which the equation is not believed."""
 
@@ -142,21 +136,36 @@ def estimate_load(
         return UNKNOWN
     replicates = rounding_replicates(readings, counts, interval, generator)
     found = np.array([load_coefficients(one, interval, sign) for one in replicates])
-    errors = np.nan_to_num(WIDER * rounding_spread(found), nan=np.inf)
+    errors = np.nan_to_num(rounding_spread(found), nan=np.inf)
     motion = smoothed(readings, interval)
+    unbiased = values - led_astray(motion, counts, interval, sign)
     rounding = [_residual_size(one - motion, readings, interval, sign, values) for one in replicates]
     size = _residual_size(readings, readings, interval, sign, values, fitted=True)
     return LoadEstimate(
-        beta=float(values[0]),
-        gamma=float(values[1]),
-        coulomb=float(values[3]),
-        viscous=float(values[4]),
+        beta=float(unbiased[0]),
+        gamma=float(unbiased[1]),
+        coulomb=float(unbiased[3]),
+        viscous=float(unbiased[4]),
         beta_error=float(errors[0]),
         gamma_error=float(errors[1]),
         coulomb_error=float(errors[3]),
         viscous_error=float(errors[4]),
         misfit=size / max(float(np.sqrt(np.mean(np.square(rounding)))), 1e-300),
     )
+
+
+def led_astray(motion: Array, counts: Array, interval: float, sign: Array) -> Array:
+    """What rounding at the encoders' own places does to the coefficients, shape (5,).
+
+    A loop that follows its own encoder leads it through the same counts at the same times in every run, so
+    that the rounding error goes with the motion and no number of draws averages it away. Rounded where the
+    encoders stand (their readings are whole counts), the smoothed motion makes nearly the same error.
+
+    ``motion``, shape (samples, 2): smoothed readings [rad]; ``counts``, shape (2,) [rad]; ``interval``:
+    sample time [s]; ``sign``, shape (samples,): from `turning_sign`.
+    """
+    again = load_coefficients(counts * np.rint(motion / counts), interval, sign)
+    return again - load_coefficients(motion, interval, sign)
 
 
 def turning_sign(load: Array, interval: float) -> Array:

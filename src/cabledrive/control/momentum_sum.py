@@ -16,7 +16,14 @@ from math import exp
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.control.regression import filtered, interval_factor, least_squares, rounding_errors
+from cabledrive.control.regression import (
+    filtered,
+    interval_factor,
+    least_squares,
+    rounding_replicates,
+    rounding_spread,
+    with_bounded_errors,
+)
 
 Array = NDArray[np.float64]
 FILTER_HZ, THINNING = 20.0, 5
@@ -31,7 +38,8 @@ class MotorEstimate:
     Attributes
     ----------
     values, errors : ndarray, shape (4,)
-        [kg m^2], [N m s/rad], [N m], [N m], and their standard errors.
+        [kg m^2], [N m s/rad], [N m], [N m], and their standard errors, of which `interval_factor` gives the
+        95 % interval.
     """
 
     values: Array
@@ -78,10 +86,11 @@ def estimate_motor(
     if not np.all(np.isfinite(values)):
         return MotorEstimate(values=np.full(4, np.nan), errors=np.full(4, np.inf))
 
-    def drawn(angles: Array) -> Array:
-        return solve(angles, inertias * (1.0 + widths * generator.uniform(-1.0, 1.0, len(widths))))
-
-    errors = rounding_errors(drawn, readings, counts, interval, generator)
+    replicates = rounding_replicates(readings, counts, interval, generator)
+    errors = rounding_spread(np.array([solve(one, inertias) for one in replicates]))
+    bounds = inertias * (1.0 + np.diag(widths))
+    effects = np.array([solve(readings, one) - values for one in bounds])
+    errors = with_bounded_errors(errors, effects, generator)
     return MotorEstimate(values=values, errors=np.nan_to_num(errors, nan=np.inf))
 
 

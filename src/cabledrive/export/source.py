@@ -18,6 +18,7 @@ from cabledrive.rig.laws.controller_file import (
     controller_numbers,
     is_controller_path,
     read_controller,
+    require_whole,
 )
 from cabledrive.rig.laws.registry import design, known_name, needed_order
 from cabledrive.rig.ranking.best import BEST, best_controller
@@ -64,6 +65,7 @@ def _from_file(path: Path) -> ExportSource:
     if path.is_dir() and not place.exists():
         raise InputRefused(f"{path}: holds no {FILE}: the study is not finished, or found no controller")
     law = read_controller(place)
+    require_whole(law.name)
     if not law.columns:
         raise InputRefused(
             "has no names of its reference's columns, an earlier version wrote it: run the study again"
@@ -79,6 +81,7 @@ def _from_file(path: Path) -> ExportSource:
 def designed(drive: Drive, name: str | None) -> ExportSource:
     """A law designed for a drive as `cabledrive.track` designs it, its filter at the gain it settles on."""
     loop = designed_loop(drive, name)
+    require_whole(loop.controller.name)
     data = controller_numbers(loop, drive, RigOptions().feedback)
     law = controller_from(json.loads(json.dumps(data)), FILE)
     return ExportSource(law=law, data=data, drive=drive, notes=(*_notes(law), *axis_notes(drive)))

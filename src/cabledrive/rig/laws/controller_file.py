@@ -26,7 +26,7 @@ FILE = "controller.json"
 TABLED = (*LOAD_LEARNING, MRAC)
 """Laws that need more along their motion than a reference generator makes."""
 FILED = tuple(name for name in CONTROLLERS if name not in TABLED)
-"""Laws that a file of numbers can hold; the others need tables along their motion."""
+"""Laws that a file of numbers holds whole; of the others the rig makes the tables along the motion anew."""
 UNITS = {
     "sample_time": "s",
     "torque_limit": "N m",
@@ -99,16 +99,9 @@ def controller_numbers(loop: Loop, drive: Drive, feedback: str) -> dict[str, Any
     """The law and filter of a loop as plain data, which `read_controller` takes back.
 
     ``drive``: that it was made for.
-    Raises `InputRefused` if the law needs tables along its motion.
     """
     made, rig, generator = loop.controller, loop.rig, loop.controller.generator
-    if made.name in TABLED and made.own is None:
-        plain = made.name.removesuffix("-learning") if made.name in LOAD_LEARNING else "lqg"
-        raise InputRefused(
-            f"{made.name} needs tables along its motion, which a file of numbers does not hold: take "
-            f"{plain}, which has the same feedback"
-        )
-    columns = reference_columns(made.law, made.shafts, made.reference.shape[1])
+    columns = [] if made.name in TABLED else reference_columns(made.law, made.shafts, made.reference.shape[1])
     return {
         "about": ABOUT,
         "name": made.name,
@@ -130,6 +123,19 @@ def controller_numbers(loop: Loop, drive: Drive, feedback: str) -> dict[str, Any
         "law": plain_numbers(made.law._asdict()),
         "filter": plain_numbers(loop.observer._asdict() | {"gains": loop.observer.gains[-1]}),
     }
+
+
+def require_whole(name: str) -> None:
+    """Refuse a law that a file of numbers does not hold whole: one that runs on a target.
+
+    Raises `InputRefused` if the law needs tables along its motion.
+    """
+    if name in TABLED:
+        plain = name.removesuffix("-learning") if name in LOAD_LEARNING else "lqg"
+        raise InputRefused(
+            f"{name} needs tables along its motion, which a file of numbers does not hold: take {plain}, "
+            "which has the same feedback"
+        )
 
 
 def plain_numbers(fields: Mapping[str, Any]) -> dict[str, Any]:
@@ -250,7 +256,9 @@ def _check(found: ControllerFile) -> None:
     fits = law.kind in (DARC, BACKSTEPPING) or law.rows.shape[-1] == law.matrix.shape[0] + size
     fits = fits and (law.kind != DARC or law.matrix.shape == (size, size))
     whole = seen.kind == KALMAN and seen.gains.shape[1:] == seen.output.shape[::-1]
-    if found.name not in FILED:
-        raise InputRefused(f'holds the law "{found.name}": take one of {", ".join(FILED)}').at(found.path)
+    if found.name not in CONTROLLERS:
+        raise InputRefused(f'holds the law "{found.name}": take one of {", ".join(CONTROLLERS)}').at(
+            found.path
+        )
     if not (fits and whole and len(seen.chosen) == size and len(found.encoders) == len(seen.output)):
         raise InputRefused(f"holds arrays that do not fit each other: {REMEDY}").at(found.path)

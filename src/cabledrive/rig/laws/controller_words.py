@@ -9,14 +9,15 @@ ARRAYS = {
     ),
     "law.rows": (
         "darc: sliding surface, elastic torque, inertial acceleration in powers of s; linear: command "
-        "from memory and errors; backstepping: scales of the states"
+        "from memory and errors; learning: the same, then what whitens the innovations; backstepping: scales "
+        "of the states"
     ),
     "law.learning": (
         "rows: nominal value, lower bound, upper bound, adaptation gain, rate limit of each estimate"
     ),
     "law.scalars": (
         "sample time s; K_sigma; K of tanh(K w) s/rad; friction by reference; regressor by reference; "
-        "mu; beta_n"
+        "mu; beta_n; learning: sample time s; kept share of an excited direction, gate in deviations, renewal"
     ),
     "filter.chosen": "which filter states are the angles, then the speeds of the law's shafts",
     "filter.places": "filter states that are the motor's speed and the disturbance torque",

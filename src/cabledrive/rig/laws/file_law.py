@@ -9,14 +9,15 @@ from cabledrive.control.numbers import DARC, LINEAR, NOMINAL
 from cabledrive.control.reference_kernels import reference_table
 from cabledrive.parameters import InputRefused, content_hash
 from cabledrive.rig.closed_loop.loop import Loop
-from cabledrive.rig.laws.controller_file import ControllerFile
+from cabledrive.rig.laws.controller_file import TABLED, ControllerFile
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law, motion_numbers
+from cabledrive.rig.laws.load_learning import KINDS
 from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.setting import RigOptions
 
 
 def law_from_file(found: ControllerFile, spec: DesignSpec) -> Controller:
-    """The law of a file with its reference along another motion.
+    """The law of a file with its reference along another motion; tables along the motion are made anew.
 
     Raises `InputRefused` if the drive is not that of the file, or settings of a packaged law are given.
     """
@@ -31,8 +32,11 @@ def law_from_file(found: ControllerFile, spec: DesignSpec) -> Controller:
         raise InputRefused("holds a law with the damped inverse: leave feedforward out").at(found.path)
     spec = replace(spec, feedback=found.feedback, best=False)
     made = _designed(found, spec)
-    start = np.zeros(0) if found.law.kind == LINEAR else found.law.learning[NOMINAL]
     hertz = {} if found.bandwidth is None else {"bandwidth_hz": found.bandwidth}
+    if found.name in TABLED:
+        _require_same(found, made)
+        return replace(made, gains=made.gains | {"file": found.path} | hertz)
+    start = np.zeros(0) if found.law.kind == LINEAR else found.law.learning[NOMINAL]
     rate = None if found.bandwidth is None or found.law.kind != DARC else 2.0 * pi * found.bandwidth
     changed = replace(made, law=found.law, start=start, gains={"file": found.path} | hertz, bandwidth=rate)
     if found.reference is None or spec.motion is None:
@@ -48,6 +52,17 @@ def _designed(found: ControllerFile, spec: DesignSpec) -> Controller:
         number = int(found.name.split("-")[1])
         return chain_law(replace(spec, bandwidth=found.bandwidth), number, found.name, damped=True)
     return CONTROLLERS[found.name](replace(spec, bandwidth=found.bandwidth))
+
+
+def _require_same(found: ControllerFile, made: Controller) -> None:
+    """Refuse a law whose tables are made anew for another feedback than that of the file."""
+    ours, theirs = made.law, found.law
+    same = ours.rows.shape == theirs.rows.shape and ours.matrix.shape == theirs.matrix.shape
+    if not (same and np.allclose(ours.rows[0], theirs.rows[0], rtol=1e-9, atol=0.0)):
+        raise InputRefused(
+            f"holds another {found.name} than this version designs for the drive at its bandwidth: run the "
+            "study again"
+        ).at(found.path)
 
 
 def with_filter(loop: Loop, found: ControllerFile, options: RigOptions) -> Loop:
@@ -68,4 +83,6 @@ def with_filter(loop: Loop, found: ControllerFile, options: RigOptions) -> Loop:
             found.path
         )
     limit = min(found.torque_limit, loop.rig.torque_limit)
+    if found.name in KINDS:  # the tables of a law that learns belong to the filter that they were made with
+        return replace(loop, rig=loop.rig._replace(torque_limit=limit))
     return replace(loop, observer=found.observer, rig=loop.rig._replace(torque_limit=limit))

@@ -3,6 +3,7 @@
 The setting of a law is searched on plants drawn for tuning alone; the acceptance draws others.
 """
 
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
@@ -12,10 +13,12 @@ from cabledrive.control.kalman import KalmanTuning
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.rig.closed_loop.loop import Loop, run
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
-from cabledrive.rig.laws.baselines import BASELINES, lqg
+from cabledrive.rig.laws.baselines import lqg
 from cabledrive.rig.laws.best_gains import SAMPLES_PER_PERIOD
 from cabledrive.rig.laws.controllers import Controller, DesignSpec
 from cabledrive.rig.laws.filter_tuning import read_encoders, tuning_by_uncertainty
+from cabledrive.rig.laws.load_learning import KINDS
+from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.setting import Motion
 from cabledrive.rig.trial import spec_for
 from cabledrive.studies.study.closed_loop import joined_loop, make_law, near_encoder, with_values
@@ -27,10 +30,17 @@ SETTINGS: dict[str, tuple[float, ...]] = {
     "pd": (2.0, 5.0, 8.0, 11.0, 15.0, 20.0, 30.0, 45.0),
     "shaper": (2.0, 5.0, 11.0, 20.0, 35.0),
     "pid": (0.5, 1.0, 1.5, 2.0, 3.0, 5.0),
+    "dob": (2.0, 5.0, 11.0),
     "lqg": (0.001, 0.005, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8),
+    "lqi": (5.0, 10.0, 15.0, 22.0, 30.0),
+    "hinf": (2.0, 5.0, 10.0),
+    "l1": (10.0, 22.0),
+    "mrac": (10.0, 22.0),
 }
 """Simplest law first: bandwidth [Hz]; of lqg the share of the torque limit that weighs as one count."""
-QUIET, UNCERTAIN = "as known", "by uncertainty"
+LEARNING: dict[str, tuple[float, ...]] = dict.fromkeys(KINDS, (8.0, 15.0, 22.0, 32.0))
+"""Laws that learn the load's torque along the motion, tried after the law of the chain: bandwidth [Hz]."""
+QUIET, UNCERTAIN, OWN = "as known", "by uncertainty", ""
 TUNING_SEED, TUNING_DRAWS = 1_000_003, 8
 MOST_TORQUE = 2.0 / 3.0
 """Share of the torque limit that the tuning may use: the acceptance draws plants that need more."""
@@ -47,7 +57,7 @@ class LawSetting:
     controller : str
         A name that `track` knows.
     model : int or None
-        Of a law of the chain; None: a baseline with feedforward.
+        Of a law of the chain; None: any other law.
     value : float or None
         Bandwidth [Hz]; of lqg the torque that weighs as one count [N m]; None: nothing could be used.
     filter : {"as known", "by uncertainty", ""}
@@ -88,17 +98,18 @@ def tuned_laws(
     chosen; ``torque``: largest torque of the goals [N m].
     """
     spec = spec_for(drive, motion, feedback=near_encoder(drive))
-    found = [_tuned(name, drive, motion, known, spec, torque) for name in SETTINGS]
     usable = chain_law.bandwidth is not None
-    found.append(
-        LawSetting(
-            controller=chain_law.name,
-            model=chain_law.model,
-            value=chain_law.bandwidth,
-            reason="" if usable else chain_law.reason,
-        )
+    chain = LawSetting(
+        controller=chain_law.name,
+        model=chain_law.model,
+        value=chain_law.bandwidth,
+        reason="" if usable else chain_law.reason,
     )
-    return LawSettings(settings=tuple(found))
+    fixed, learning = (
+        [_tuned(name, offered, drive, motion, known, spec, torque) for name, offered in table.items()]
+        for table in (SETTINGS, LEARNING)
+    )
+    return LawSettings(settings=(*fixed, chain, *learning))
 
 
 def law_of(setting: LawSetting, drive: Drive, motion: Motion, known: Knowledge) -> Controller:
@@ -113,10 +124,10 @@ def law_of(setting: LawSetting, drive: Drive, motion: Motion, known: Knowledge) 
     if setting.controller == "lqg":
         made = lqg(spec, setting.value)
     else:
-        made = BASELINES[setting.controller](replace(spec, bandwidth=setting.value))
-    if setting.filter == QUIET:
+        made = CONTROLLERS[setting.controller](replace(spec, bandwidth=setting.value))
+    if setting.filter != UNCERTAIN:
         return made
-    return replace(made, tuning=_uncertain(spec, made.model))
+    return replace(made, tuning=replace(_uncertain(spec, made.model), cancels=made.tuning.cancels))
 
 
 def _uncertain(spec: DesignSpec, model: int) -> KalmanTuning:
@@ -125,16 +136,23 @@ def _uncertain(spec: DesignSpec, model: int) -> KalmanTuning:
 
 
 def _tuned(
-    name: str, drive: Drive, motion: Motion, known: Knowledge, spec: DesignSpec, torque: float | None
+    name: str,
+    settings: Sequence[float],
+    drive: Drive,
+    motion: Motion,
+    known: Knowledge,
+    spec: DesignSpec,
+    torque: float | None,
 ) -> LawSetting:
     limit = drive.motor.torque_limit if drive.motor and drive.motor.torque_limit else LQG_TORQUE
     limit = limit if torque is None else min(limit, torque)
-    offered = [value * limit for value in SETTINGS[name]] if name == "lqg" else _carried(name, spec)
+    offered = [value * limit for value in settings] if name == "lqg" else _carried(settings, spec)
+    filters = (OWN,) if name in LEARNING else (QUIET, UNCERTAIN)
     empty = LawSetting(controller=name, model=None, value=None)
     if not offered:
         rate = 1.0 / spec.interval
         return replace(empty, reason=f"the sample rate of {rate:.4g} Hz is too low for all of its bandwidths")
-    tried = [replace(empty, value=value, filter=kind) for value in offered for kind in (QUIET, UNCERTAIN)]
+    tried = [replace(empty, value=value, filter=kind) for value in offered for kind in filters]
     try:
         worst = [_worst(one, drive, motion, known, torque) for one in tried]
     except (InputRefused, np.linalg.LinAlgError) as failure:
@@ -147,9 +165,9 @@ def _tuned(
     return tried[int(np.argmin(worst))]
 
 
-def _carried(name: str, spec: DesignSpec) -> list[float]:
+def _carried(settings: Sequence[float], spec: DesignSpec) -> list[float]:
     """Bandwidths with enough samples in a period."""
-    return [hertz for hertz in SETTINGS[name] if hertz * spec.interval * SAMPLES_PER_PERIOD <= 1.0]
+    return [hertz for hertz in settings if hertz * spec.interval * SAMPLES_PER_PERIOD <= 1.0]
 
 
 def _worst(

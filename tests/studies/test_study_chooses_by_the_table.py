@@ -1,0 +1,76 @@
+"""A study tries every law that a comparison offers, and chooses what the comparison's order ranks first."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cabledrive.parameters import load_drive
+from cabledrive.rig.closed_loop.loop import run
+from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
+from cabledrive.rig.disturbed.disturbances_file import Disturbances
+from cabledrive.rig.ranking.ranked import offered
+from cabledrive.rig.ranking.scores import Scores, rank
+from cabledrive.rig.setting import Motion
+from cabledrive.studies.study import law_settings, run_study
+from cabledrive.studies.study.closed_loop import joined_loop, with_values
+from cabledrive.studies.study.law_settings import LEARNING, SETTINGS, law_of, tuned_laws
+from cabledrive.studies.study.sampled_plants import sampled_plant
+from cabledrive.studies.study.stage_cache import StageCache
+from study_drives import drive_of, goals
+
+DRIVE = drive_of("turntable")
+
+
+def test_a_study_tries_every_law_that_a_comparison_offers():
+    """Of one pulse, and of a load that changes; the law of the chain is the study's own entry."""
+    names = offered(DRIVE, Motion(), Disturbances(load_factor=(0.5, 3.0)))
+    assert {name for name in names if not name.startswith("darc")} <= {*SETTINGS, *LEARNING}
+
+
+def on_the_plants_of(found, setting, draws):
+    """Scores of a law on the plants of a study's acceptance, by the comparison's measure."""
+    motion, drive, known = found.goals.motion, found.known, found.knowledge
+    loop = joined_loop(drive, drive, law_of(setting, drive, motion, known), motion, found.goals.torque)
+    runs = []
+    for draw in range(draws):
+        values, phases = sampled_plant(
+            known.quantities, len(loop.rig.phases), found.goals.seed, draw, known.correlations
+        )
+        done = run(with_values(loop, drive, values, phases), log=False)
+        peak = done.state.summary[SUMMARY.index("peak")] / loop.gear + values.get("eccentricity", 0.0)
+        runs.append((float(peak), bool(done.failed)))
+    peaks, failed = zip(*runs, strict=True)
+    nothing = (0.0,) * draws
+    return Scores(peaks=peaks, later=nothing, torques=nothing, saturated=nothing, failed=failed)
+
+
+def choice_and_table(drive, asked, folder):
+    """What a study without an error goal chooses, and the rank of every law on the same plants."""
+    found = run_study(drive, [], asked, folder=folder)
+    known = replace(found.known, name="", title="", source="")
+    kept = StageCache(folder=folder, note=lambda line: None)  # the settings of the study itself
+    tuned = kept.staged("laws", tuned_laws, known, asked.motion, found.knowledge, found.controller, None)
+    table = {
+        one.controller: rank(on_the_plants_of(found, one, asked.draws), np.inf, learns=False)
+        for one in tuned.settings
+        if one.value is not None
+    }
+    return found.laws.chosen.controller, table
+
+
+def test_the_choice_of_a_study_is_the_first_of_the_table_on_the_same_plants(tmp_path, monkeypatch, measured):
+    """Of five laws at few settings; all of them in `make verify`."""
+    few = {"pd": (11.0,), "lqi": (15.0, 22.0), "hinf": (5.0,)}
+    monkeypatch.setattr(law_settings, "SETTINGS", few)
+    monkeypatch.setattr(law_settings, "LEARNING", {"lqi-learning": (15.0,)})
+    chosen, table = choice_and_table(DRIVE, goals(30, 0.3, draws=10), tmp_path)
+    measured(", ".join(f"{name} {np.degrees(error):.3f}" for name, (_, error) in table.items()))
+    assert chosen == min(table, key=lambda name: table[name]), f"{chosen}, {table}"
+
+
+@pytest.mark.verify
+def test_the_choice_is_the_first_of_the_table_over_100_plants_with_a_flexible_joint(tmp_path, measured):
+    chosen, table = choice_and_table(load_drive("dissertation-3"), goals(45, 0.5, draws=100), tmp_path)
+    measured(", ".join(f"{name} {np.degrees(error):.3f}" for name, (_, error) in table.items()))
+    assert chosen == min(table, key=lambda name: table[name]), f"{chosen}, {table}"
