@@ -122,12 +122,11 @@ def test_law_that_learns_keeps_within_its_encoders_count(best, draws, seed, own,
     "rubbing", [False, True], ids=["load without friction", "up to 0.02 N m at the load"]
 )
 def test_beta_after_one_pulse_and_the_coverage_of_its_interval(rubbing, measured):
-    """At least 93 % of all intervals of beta hold it, 85 % of the others."""
+    """At least 93 % of all intervals hold their value."""
     found = learning(True, FEW, 2027, rubbing)
     held, worst = found.covered.sum(axis=0), np.abs(found.beta).max()
     measured(f"beta {100 * worst:.3f} % at most; held of {FEW}: {', '.join(str(count) for count in held)}")
-    assert held[0] >= binom.ppf(RARE, FEW, 0.93)
-    assert min(held[1:]) >= binom.ppf(RARE, FEW, 0.85)
+    assert min(held) >= binom.ppf(RARE, FEW, 0.93)
 
 
 MISSED = (

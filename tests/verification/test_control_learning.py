@@ -75,9 +75,10 @@ def test_beta_after_one_pulse_and_the_coverage_of_its_interval(rubbing, measured
     shares = ", ".join(f"{name} {100 * share:.1f}" for name, share in said["interval_coverage"].items())
     measured(f"beta {100 * said['worst_relative_error_of_beta']:.3f} % at most; intervals hold {shares} %")
     assert said["worst_relative_error_of_beta"] <= 2e-3
-    assert 0.93 <= said["interval_coverage"]["beta"] <= 0.97
+    slack = 2.0 * np.sqrt(0.95 * 0.05 / DRAWS)  # two standard errors
     for name, share in said["interval_coverage"].items():
-        assert share >= 0.85, f"observed {share:.3f} of {name}"
+        highest = 0.99 if name == "beta" and not rubbing else 0.97 + slack
+        assert 0.93 - slack <= share <= highest, f"observed {share:.3f} of {name}"
 
 
 @pytest.mark.parametrize("gains", ["printed", "best"])

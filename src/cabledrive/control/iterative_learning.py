@@ -8,8 +8,9 @@ Between repetitions, with P from added torque to the load's error in the closed 
 with d what repeats and :math:`\Pi` the projection on a ball. :math:`\Pi` brings no two points further apart,
 so that the step is a contraction by :math:`\gamma = \lVert I - g\,\Sigma_r^{-1}U_r^TP_{true}V_r\rVert_2`
 wherever that is below 1: by Banach's theorem the torque converges to one fixed point, from any beginning and
-by :math:`\gamma` a repetition. r is the most directions with which :math:`\gamma` keeps a limit on every
-plant that is looked at.
+by :math:`\gamma` a repetition. That point lies within the first correction over :math:`1 - \gamma`, which is
+the radius of the ball: where the loop is the linear one the projection never acts. r is the most directions
+with which :math:`\gamma` keeps a limit on every plant that is looked at, and rounding to counts another.
 """
 
 from collections.abc import Sequence
@@ -24,6 +25,8 @@ GAIN = 0.7
 """Share of the error that a repetition takes away in the nominal loop."""
 MOST_CONTRACTION = 0.8
 """Of the worst plant that is looked at."""
+SIGMAS = 5.0
+"""Deviations of the command by rounding that keep its limit."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -36,22 +39,23 @@ class RepetitionLearning:
         Torque at the nodes of each direction, of length 1.
     correction : ndarray, shape (r, k)
         From mean errors between the nodes [rad] to directions [N m].
-    radius : float
-        Of the ball that the torque is projected on; no node has more [N m].
     contraction : float
         Largest over the plants that were looked at.
     """
 
     directions: Array
     correction: Array
-    radius: float
     contraction: float
 
-    def corrected(self, place: Array, error: Array) -> Array:
+    def radius(self, error: Array) -> float:
+        """Of the ball that holds the fixed point, by the first error, shape (k,) [rad]; [N m]."""
+        return float(np.linalg.norm(self.correction @ error)) / (1.0 - self.contraction)
+
+    def corrected(self, place: Array, error: Array, radius: float) -> Array:
         """Directions after a repetition [N m]; ``place``, shape (r,); ``error``, shape (k,) [rad]."""
         found = place - self.correction @ error
         size = float(np.linalg.norm(found))
-        return found if size <= self.radius else found * (self.radius / size)
+        return found if size <= radius else found * (radius / size)
 
 
 def lifted(impulse: Array, nodes: int, width: int) -> Array:
@@ -68,10 +72,14 @@ def lifted(impulse: Array, nodes: int, width: int) -> Array:
     return np.asarray(toeplitz(column, np.zeros(nodes)))
 
 
-def repetition_learning(nominal: Array, others: Sequence[Array], radius: float) -> RepetitionLearning | None:
-    """The most directions whose contraction keeps its limit on every plant; none: not one direction does.
+def repetition_learning(
+    nominal: Array, others: Sequence[Array], command: Array, noise: float, ripple: float
+) -> RepetitionLearning | None:
+    """The most directions that keep both limits, contraction on every plant; none: not one direction does.
 
-    ``nominal``, ``others``, shape (k, k): from `lifted`; ``radius``: of the ball [N m].
+    ``nominal``, ``others``, ``command``, shape (k, k): from `lifted`, of errors and of the whole command;
+    ``noise``: standard deviation of a mean error by rounding [rad]; ``ripple``: most that five deviations of
+    the command by it may be [N m].
     """
     u, sizes, v = np.linalg.svd(nominal)
     steps = [GAIN / sizes[:, None] * (u.T @ plant @ v.T) for plant in (nominal, *others)]
@@ -79,21 +87,20 @@ def repetition_learning(nominal: Array, others: Sequence[Array], radius: float) 
     def contraction(r: int) -> float:
         return max(float(np.linalg.norm(np.eye(r) - step[:r, :r], 2)) for step in steps)
 
-    low, high = 0, int(np.count_nonzero(sizes > 1e-9 * sizes[0])) + 1
+    made = np.sum((command @ v.T) ** 2, axis=0) * (GAIN * noise / np.maximum(sizes, 1e-300)) ** 2
+    by_rounding = SIGMAS * np.sqrt(np.cumsum(made) / len(sizes))
+    low, high = 0, int(np.count_nonzero(by_rounding <= ripple)) + 1
     while high - low > 1:  # the norm of a leading block grows with its size
         middle = (low + high) // 2
         low, high = (middle, high) if contraction(middle) <= MOST_CONTRACTION else (low, middle)
     if low == 0:
         return None
     return RepetitionLearning(
-        directions=v[:low].T,
-        correction=GAIN / sizes[:low, None] * u[:, :low].T,
-        radius=radius,
-        contraction=contraction(low),
+        directions=v[:low].T, correction=GAIN / sizes[:low, None] * u[:, :low].T, contraction=contraction(low)
     )
 
 
 def torque_along(nodes: Array, width: int, samples: int) -> Array:
     """Torque of every sample, straight lines between nodes [N m], shape (samples,)."""
-    places = width * (1.0 + np.arange(len(nodes))) - 1.0
-    return np.asarray(np.interp(np.arange(samples), places, nodes, left=0.0, right=0.0))
+    places = width * np.arange(len(nodes) + 1.0) - 1.0
+    return np.asarray(np.interp(np.arange(samples), places, np.append(0.0, nodes), right=0.0))

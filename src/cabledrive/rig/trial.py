@@ -26,6 +26,7 @@ from cabledrive.rig.laws.registry import CONTROLLERS, design, known_name, needed
 from cabledrive.rig.learning_samples import run_learning_samples
 from cabledrive.rig.plant_samples import draw_words, run_samples
 from cabledrive.rig.ranking.best import BEST, best_controller, best_words
+from cabledrive.rig.repetition import repeat_motion
 from cabledrive.rig.setting import CABLE, DEGREE, Motion, RigOptions, sample_interval
 from cabledrive.rig.tracking import Tracking, summarize
 from cabledrive.trajectories import move_limits, peak_demand
@@ -50,6 +51,7 @@ def track(
     adapt: bool = True,
     draws: int = 0,
     feedforward: str = "damped",
+    repeat: int = 0,
 ) -> Tracking:
     """Let a control law follow pulses on the virtual rig.
 
@@ -86,6 +88,9 @@ def track(
         How many plants to draw from what is known of the drive, besides the run that is kept.
     feedforward : {"damped", "undamped", "rigid"}
         Of the baselines; the laws of the chain bring their own.
+    repeat : int, default 0
+        Repeat the motion at most so often and learn the torque that is missing along it between repetitions;
+        the result is the best repetition, with the proof of convergence.
 
     Returns
     -------
@@ -154,13 +159,21 @@ def track(
         check_drawable(loop)
     first, learnt = loop, None
     learns = made.name == NAME and not own and file is None
-    if learns:
+    if repeat and (learns or draws):
+        other = f"{NAME} makes its law anew after a pulse" if learns else "draws are runs of their own"
+        raise InputRefused(f"repeat = {repeat}: {other}: leave one of the two out")
+    repeated = repeat_motion(loop, spec, options, repeat) if repeat else None
+    if repeated is not None:
+        loop, done = repeated.loop, repeated.done
+    elif learns:
         loop, done, learnt = run_indirect(spec, loop, options)
     else:
         done = run(loop)
     found = summarize(loop, done, drive, actual, motion, options, seed)
     if learnt is not None:
         found = judged_apart(found, first, loop, done)
+    if repeated is not None:
+        found.summary["repeated"] = repeated.words
     if best:
         found.summary["best"] = best_words(spec)
     if learns:

@@ -100,6 +100,13 @@ METHOD = "hybrid simulation: exact between samples, stick-slip events on the exa
 @click.option(
     "--plant-set", "plant_settings", multiple=True, metavar="KEY=VALUE", help="As --set, of the plant only."
 )
+@click.option(
+    "--repeat",
+    type=int,
+    default=0,
+    metavar="N",
+    help="Repeat the motion up to N times and learn the torque along it between repetitions.",
+)
 @click.option("--draws", type=int, default=0, metavar="N", help="Number of plants sampled from the bounds.")
 @click.option(
     "--log",
@@ -151,6 +158,7 @@ def command(drive: Drive, log_file: NewFile | None, plant_settings: tuple[str, .
         seed=spec["seed"],
         adapt=not spec["no_adaptation"],
         draws=spec["draws"],
+        repeat=spec["repeat"],
     )
     if log_file is not None:
         log_file.write(log_text(found, actual or drive))
@@ -205,8 +213,24 @@ def _text(drive: Drive, said: dict[str, Any]) -> str:
         )
         if over["expected_bound_deg"] is not None:
             lines.append(f"  bound for all uncertainties together {over['expected_bound_deg']:.4f} deg")
+    if "repeated" in said:
+        lines += _repeated(said["repeated"])
     lines += [f"  {reason}" for reason in said["gains"].get("reasons", ())]
     return "\n".join(lines)
+
+
+def _repeated(said: dict[str, Any]) -> list[str]:
+    lines = [
+        f"  repetition {number:3d}  {one['encoder_rms_deg']:9.4f} deg rms by its encoder, "
+        f"largest {one['peak_error_deg']:.4f} deg"
+        for number, one in enumerate(said["repetitions"], start=1)
+    ]
+    return [
+        *lines,
+        f"  repetition {said['best']} is shown above; stopped: {said['stopped']}",
+        f"  converges by {said['contraction']:.3f} a repetition or faster in {said['directions']} "
+        f"directions, as long as {'; '.join(said['assumed'])}",
+    ]
 
 
 def axis_lines(axis: dict[str, Any]) -> list[str]:
