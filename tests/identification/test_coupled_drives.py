@@ -11,9 +11,15 @@ from scipy import io, optimize, signal
 
 from cabledrive.identification.chain_model import ChainModel, FreeParameter
 from cabledrive.identification.fit_doubts import doubts_of
-from cabledrive.identification.output_error import fit_output_error, rms_of
+from cabledrive.identification.output_error import fit_output_error
 from cabledrive.identification.record import Record
 from cabledrive.identification.sensor import Sensor
+
+
+def rms_of(measured, simulated):
+    """Root mean square of the difference."""
+    return float(np.sqrt(np.mean((measured - simulated) ** 2)))
+
 
 FILE = "ced/DATAPRBS.MAT"
 TRAINING = 400

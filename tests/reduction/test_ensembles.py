@@ -6,16 +6,12 @@ import pytest
 import cabledrive as cd
 from cabledrive.reduction.autoparametric import at_pretension, autoparametric_model
 from cabledrive.reduction.averaging import averaged_coefficients
-from cabledrive.reduction.ensembles import (
-    averaged_ensemble,
-    averaged_ensemble_reference,
-    oscillator_ensemble,
-    oscillator_ensemble_reference,
-)
+from cabledrive.reduction.ensembles import averaged_ensemble, oscillator_ensemble
 from cabledrive.reduction.oscillators import oscillator_coefficients
 from cabledrive.reduction.start_map import plucked
 from cabledrive.reduction.uniform_tension import uniform_tension_model
 from cabledrive.reduction.uniform_tension_integration import coefficients, integrate
+from oracles.ensembles import averaged_ensemble_reference, oscillator_ensemble_reference
 from resonance_samples import damped
 
 

@@ -6,7 +6,7 @@ measured and simulated outputs least,
 .. math:: \min_p \sum_{\text{records}} \sum_{k\in\text{training}} |W (y_k - h(x_k(p)))|^2,
 
 by bounded nonlinear least squares with the exact sensitivities of the integration. Positive parameters are
-searched in the logarithm. Samples outside the training part never enter; they are for `fit_of` and `rms_of`.
+searched in the logarithm. Samples outside the training part never enter; they are for `fit_of`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -137,11 +137,6 @@ def _concluded(records: Sequence[Record], model: ChainModel, found: optimize.Opt
         residual=float(np.sqrt(np.mean(found.fun**2))),
         evaluations=int(found.nfev),
     )
-
-
-def rms_of(measured: Array, simulated: Array) -> float:
-    """Root mean square of the difference."""
-    return float(np.sqrt(np.mean((measured - simulated) ** 2)))
 
 
 def fit_of(measured: Array, simulated: Array) -> float:

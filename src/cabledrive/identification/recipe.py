@@ -1,7 +1,6 @@
 """Least squares as its authors published it for the EMPS benchmark, with MATLAB's edges."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -137,20 +136,6 @@ def recipe_rows(
     """
     columns = recipe_regressor(position, interval, asymmetric=asymmetric, cutoff=cutoff)
     return _decimated(columns[dropped:], factor), _decimated(force[dropped:], factor)
-
-
-def cross_test(
-    values: Array, position: Array, force: Array, interval: float, **recipe: Any
-) -> tuple[float, float]:
-    """How well parameters of one log explain the force of another.
-
-    ``values``, shape (p,): of `published_recipe`; ``position``, ``force``, shape (samples,): of the other
-    log; ``interval`` [s]; ``**recipe``: options of `recipe_rows`, as they were for ``values``.
-    Returns ``relative, deviation``: norm of the residual over that of the force, and its standard deviation.
-    """
-    regressor, measured = recipe_rows(position, force, interval, **recipe)
-    rest = measured - regressor @ values
-    return float(np.linalg.norm(rest) / np.linalg.norm(measured)), float(np.std(rest, ddof=1))
 
 
 def _decimated(rows: Array, factor: int) -> Array:

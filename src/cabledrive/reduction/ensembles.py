@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from cabledrive.parameters import InputRefused
 from cabledrive.reduction import ensemble_kernels as k
-from cabledrive.reduction.averaging import AveragedCoefficients, averaged_rates
-from cabledrive.reduction.oscillators import OscillatorCoefficients, integrate_oscillators_reference
+from cabledrive.reduction.averaging import AveragedCoefficients
+from cabledrive.reduction.oscillators import OscillatorCoefficients
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -88,27 +88,6 @@ def averaged_ensemble(
     return Largest(np.sqrt(put.row(k.MOST_Q)), spans, state)
 
 
-def averaged_ensemble_reference(
-    c: AveragedCoefficients, start: Complex, duration: float, *, step: float = AVERAGED_STEP
-) -> Largest:
-    """Readable twin of `averaged_ensemble`, for any number of transverse modes."""
-    steps = _steps(duration, step)
-    h, state, largest = duration / steps, np.array(start), np.abs(start)
-
-    def _rates(x: Complex, t: float) -> Complex:
-        return averaged_rates(c, x, t, second=False)
-
-    for n in range(steps):
-        t = n * h
-        one = _rates(state, t)
-        two = _rates(state + 0.5 * h * one, t + 0.5 * h)
-        three = _rates(state + 0.5 * h * two, t + 0.5 * h)
-        four = _rates(state + h * three, t + h)
-        state = state + h / 6 * (one + 2 * two + 2 * three + four)
-        largest = np.maximum(largest, np.abs(state))
-    return Largest(largest[0], largest[1:], state)
-
-
 def oscillator_ensemble(
     c: OscillatorCoefficients, plucks: ArrayLike, steps: int, *, threads: int = 2
 ) -> Largest:
@@ -140,14 +119,6 @@ def oscillator_ensemble(
     _on_threads(lambda a, b: k.integrate_oscillators(cells, a, b, steps), put.blocks, threads)
     state = np.array([put.row(row) for row in (k.PLACE, *(k.A + 2 * j for j in two))])
     return Largest(put.row(k.TOP_Q), np.array([put.row(k.TOP_A + j) for j in two]), state)
-
-
-def oscillator_ensemble_reference(c: OscillatorCoefficients, plucks: ArrayLike, steps: int) -> Largest:
-    """Readable twin of `oscillator_ensemble`, for any number of transverse modes."""
-    records = integrate_oscillators_reference(c, np.asarray(plucks, dtype=float), steps, 1)
-    return Largest(
-        np.abs(records[:, 0]).max(axis=0), np.abs(records[:, 2:]).max(axis=0), np.delete(records[-1], 1, 0)
-    )
 
 
 class _Filler:
@@ -187,9 +158,7 @@ def _lanes_of(start: NDArray[np.generic]) -> int:
 
 def _two(modes: int) -> range:
     if modes > 2:
-        raise InputRefused(
-            f"{modes} transverse modes, the compiled ensemble takes 2: use the readable twin for more"
-        )
+        raise InputRefused(f"{modes} transverse modes, but an ensemble takes at most 2: leave the others out")
     return range(modes)
 
 

@@ -137,20 +137,6 @@ class Assembled:
         total[:n, :n] += _squares(own.spring_rows, own.spring / omega) + own.geometric / omega
         return total
 
-    def rate_matrix(self) -> NDArray[Any]:
-        """Minus the derivative by the frequency, positive definite, shape (n, n)."""
-        own, omega = self.cut.component, self.omega
-        total = _squares(self.stretch, self.link_rate) + _squares(self.cut.start, self.edge_rate)
-        total = total + _squares(self.cut.end, self.edge_rate)
-        if own.moving:
-            # d/domega |e^{i phi} B_a - B_b|^2 = -2 Re(i delta e^{i phi} B_b^H B_a)
-            part = (self.cut.end.T * (self.link * self.cut.lag)) @ (1j * self.turned)
-            total = total + part + part.conj().T
-        n = own.columns.size
-        total[:n, :n] += _squares(own.mass_rows, own.mass)
-        total[:n, :n] += _squares(own.spring_rows, own.spring / omega**2) + own.geometric / omega**2
-        return total
-
     def energies(self, x: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
         """Quadratic forms of stiffness and rate for the columns of x, shape (k, k), without cancellation."""
         own, omega, n = self.cut.component, self.omega, self.cut.component.columns.size
