@@ -64,7 +64,7 @@ def report() -> str:
 
 
 MANY = (
-    "Processor time of as many draws as are told, scaled to 10,000; on two cores: half of it, where the cores are "
+    "Processor time of a given number of draws, scaled to 10,000; on two cores: half of it, where the cores are "
     "free. Targets: 20 s and 4 minutes."
 )
 

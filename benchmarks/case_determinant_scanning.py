@@ -46,7 +46,7 @@ def speed() -> str:
         rows += [row(name, drive, determinant, modes) for modes in (FEW, MANY)]
     columns = ["machine", "modes", "cabledrive", "grid", "scan", "difference", "times ours", "settled scan"]
     note = (
-        "All modes below a limit, certified; and scanned for on a grid that was told to have two points in "
+        "All modes below a limit, certified; and scanned for on a grid that was made to have two points in "
         "the smallest gap. Target: 20 times faster at the same modes to 1e-9. Last column: found when the "
         "grid is halved until a halving adds nothing, as one must who does not know the gap."
     )

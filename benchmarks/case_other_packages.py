@@ -54,7 +54,7 @@ SPEED = (
 
 
 def at_hand() -> tuple[dict[str, dict[int, Callable[[], np.ndarray]]], list[str]]:
-    """Marches of each package that is installed, and those that are not."""
+    """Integrators of each package that is installed, and those that are not."""
     simulations, absent = {}, []
     for package, pieces in PIECES.items():
         try:

@@ -1,4 +1,4 @@
-"""Side-by-side timing: contestants take turns in one process, on one core, and what is told are medians.
+"""Side-by-side timing: contestants take turns in one process, on one core, and the figures are medians.
 
 Seconds are those the processor spends on this process and its children: on an idle machine the seconds on the
 wall, on a busy one free of the time that others had the core. Ratios are taken round by round, so that what

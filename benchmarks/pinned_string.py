@@ -1,4 +1,4 @@
-"""A pinned string after a half-sine pluck, in plain terms that every package can be told, and in each of them.
+"""A pinned string after a half-sine pluck, in plain terms that every package can take, and in each of them.
 
 The string: EA, mass per unstretched metre and pretension of `dissertation-2`, both ends held, no weight, no
 damping, exact geometry. Each function integrates it with n pieces and returns the displacement at midspan at the
@@ -214,8 +214,8 @@ def in_exudyn(pieces: int):
     def run() -> np.ndarray:
         _container, system, middle = made()
         system.SolveDynamic(settings, solverType=exu.DynamicSolverType.TrapezoidalIndex2)
-        told = system.GetSensorStoredData(middle)
-        return np.interp(TIMES, told[:, 0], told[:, 2])
+        message = system.GetSensorStoredData(middle)
+        return np.interp(TIMES, message[:, 0], message[:, 2])
 
     return run
 

@@ -17,14 +17,14 @@ LOOPS = 5
 def compiled() -> tuple[ctypes.CDLL, int]:
     """The library, and how many of its five inner loops the compiler says it has vectorised."""
     folder = Path(tempfile.mkdtemp(prefix="plain-chain-"))
-    told = subprocess.run(
+    message = subprocess.run(
         [*COMPILE, str(SOURCE), "-o", str(folder / "chain.o")], capture_output=True, text=True, check=True
     ).stderr
     # linked without -ffast-math, which would change the arithmetic of the whole process
     subprocess.run(
         ["gcc", "-shared", str(folder / "chain.o"), "-o", str(folder / "chain.so"), "-lm"], check=True
     )
-    places = {line.split(":")[1] for line in told.splitlines() if "loop vectorized" in line}
+    places = {line.split(":")[1] for line in message.splitlines() if "loop vectorized" in line}
     return ctypes.CDLL(str(folder / "chain.so")), len(places)
 
 

@@ -71,7 +71,7 @@ class InNumpy:
 
 
 class InPythonControl:
-    """The same loop as two sampled systems of python-control, connected; for as many samples as are told."""
+    """The same loop as two sampled systems of python-control, connected; for a given number of samples."""
 
     def __init__(self, loop: Loop, samples: int):
         import control

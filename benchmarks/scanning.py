@@ -53,7 +53,7 @@ def scan(determinant: Determinant, top: float, points: int) -> np.ndarray:
 
 
 def fine_enough(frequencies: np.ndarray, top: float) -> int:
-    """Points of a grid with two in the smallest gap: what only the answer tells, but no luck is needed."""
+    """Points of a grid with two in the smallest gap: a choice that takes the answer, so that no luck is needed."""
     gap = np.min(np.diff(frequencies))
     return int(np.ceil(2 * top / (2 * pi * gap)))
 

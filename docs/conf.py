@@ -19,9 +19,9 @@ exclude_patterns = ["_ext"]
 myst_enable_extensions = ["amsmath", "attrs_block", "attrs_inline", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 
-add_module_names = False  # the page and its headings tell them
+add_module_names = False  # the page and its headings name them
 autodoc_member_order = "bysource"
-autodoc_typehints = "none"  # the docstrings tell types with shapes and units
+autodoc_typehints = "none"  # the docstrings state types with shapes and units
 python_use_unqualified_type_names = True
 python_maximum_signature_line_length = 90
 numpydoc_show_class_members = False

@@ -21,7 +21,7 @@ def run(*arguments: str, **options: Any) -> subprocess.CompletedProcess[str]:
 
 
 def listening() -> None:
-    """In a new process, before it starts: Ctrl-C counts, also where the tests were told to ignore it."""
+    """In a new process, before it starts: Ctrl-C counts, also where the tests were set to ignore it."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 

@@ -169,11 +169,11 @@ def _home_faults(row: Row) -> list[str]:
         home = resolve(row.home)
     except (ModuleNotFoundError, AttributeError):
         return [f"{row.home} does not exist"]
-    told = named(inspect.getdoc(getattr(home, "py_func", home)) or "")
+    message = named(inspect.getdoc(getattr(home, "py_func", home)) or "")
     return [
         f"the docstring of {row.home} does not name ({number})"
         for number in row.equations
-        if number not in told
+        if number not in message
     ]
 
 

@@ -18,7 +18,7 @@ from command import call, object_of, refusal, run, the_line
 needs_full_disk = pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs a device that is full")
 
 
-def told(capsys, error):
+def ending_of(capsys, error):
     """Exit status and line of a command that raises an error."""
 
     def fail():
@@ -37,24 +37,24 @@ def test_done_is_status_0_and_silent():
 
 
 def test_refused_input_is_status_2(capsys):
-    assert told(capsys, InputRefused("cable.pretension = 0 N must be above 0")) == (
+    assert ending_of(capsys, InputRefused("cable.pretension = 0 N must be above 0")) == (
         2,
         "cable.pretension = 0 N must be above 0",
     )
 
 
 def test_calculation_that_fails_is_status_3(capsys):
-    assert told(capsys, NotComputed("diverged at t = 3 s")) == (3, "diverged at t = 3 s")
+    assert ending_of(capsys, NotComputed("diverged at t = 3 s")) == (3, "diverged at t = 3 s")
 
 
 def test_out_of_memory_is_status_3(capsys):
-    status, line = told(capsys, MemoryError())
+    status, line = ending_of(capsys, MemoryError())
     assert status == 3
     assert "out of memory" in line
 
 
 def test_defect_is_status_1_in_one_line_that_names_it(capsys):
-    status, line = told(capsys, ZeroDivisionError("two\nlines"))
+    status, line = ending_of(capsys, ZeroDivisionError("two\nlines"))
     assert status == 1
     assert "ZeroDivisionError: two\\nlines" in line
     assert "--verbose" in line
@@ -71,7 +71,7 @@ def test_defect_is_status_1_in_one_line_that_names_it(capsys):
     ],
 )
 def test_interrupt_is_status_130_and_says_how_to_go_on(capsys, interrupt, advice):
-    status, line = told(capsys, interrupt)
+    status, line = ending_of(capsys, interrupt)
     assert status == 130
     assert advice in line
 

@@ -1,4 +1,4 @@
-"""An option that has no effect beside the others is refused or told, and a wrong ending is refused."""
+"""An option that has no effect beside the others is refused or reported, and a wrong ending is refused."""
 
 import os
 

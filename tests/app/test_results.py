@@ -60,8 +60,8 @@ def test_whatever_is_found_becomes_one_json_object_in_ascii(data):
 
 def test_provenance_names_step_tolerances_and_seed_where_there_are_any():
     drive = cd.load_drive("elevator")
-    told = provenance(drive, method="splitting", step=1e-5, tolerances={"energy": 1e-9}, seed=0)
-    assert told == {
+    message = provenance(drive, method="splitting", step=1e-5, tolerances={"energy": 1e-9}, seed=0)
+    assert message == {
         "cabledrive": cd.__version__,
         "drive": drive.name,
         "drive_hash": cd.content_hash(drive),

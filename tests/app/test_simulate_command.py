@@ -151,9 +151,9 @@ def test_an_interrupted_run_says_how_to_go_on_and_does(tmp_path):
         assert running.poll() is None, running.communicate()[1].decode()
         time.sleep(0.05)
     running.send_signal(signal.SIGINT)
-    _, told = running.communicate(timeout=60)
+    _, message = running.communicate(timeout=60)
     assert running.returncode == 130
-    line = told.decode().splitlines()[-1]
+    line = message.decode().splitlines()[-1]
     assert line.startswith("cabledrive: interrupted; ")
     assert "s were simulated; go on with the same command and --resume" in line
     assert not (tmp_path / "run.nc").exists()

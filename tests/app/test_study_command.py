@@ -82,7 +82,7 @@ def undrawn(monkeypatch):
 
 
 class Page(HTMLParser):
-    """What a page loads, and which of its pictures are told in words."""
+    """What a page loads, and which of its pictures are described in words."""
 
     def __init__(self, text):
         super().__init__()

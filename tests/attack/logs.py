@@ -254,8 +254,8 @@ def attack(seed: int, count: int) -> tuple[Counter[str], list[str], int]:
             if "outcome" in entry:
                 outcomes[entry["outcome"]] += 1
                 if entry["outcome"] not in ("read", "refused"):
-                    told = f"{sources[entry['number']]}, seed {seed}, number {entry['number']}"
-                    bad.append(f"{told}: {entry['outcome']}, {entry['what']}")
+                    message = f"{sources[entry['number']]}, seed {seed}, number {entry['number']}"
+                    bad.append(f"{message}: {entry['outcome']}, {entry['what']}")
         peak = max((entry["peak"] for entry in entries if "peak" in entry), default=0)
     return outcomes, bad, peak
 

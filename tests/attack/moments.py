@@ -203,15 +203,15 @@ class Attack:
 def _ending_fault(first: Ended, kind: str, cause: str) -> str:
     """What is wrong with the status and the lines of a command that was stopped."""
     lines = [line for line in first.errors.splitlines() if line]
-    told = f"status {first.status}, {first.errors[-300:]!r}"
+    message = f"status {first.status}, {first.errors[-300:]!r}"
     if kind in ("kill", "power"):
-        return "" if first.status in (-9, 0) else told
+        return "" if first.status in (-9, 0) else message
     if kind == "interrupt":
         right = (first.status == 130 and len(lines) == 1) or (first.status == 0 and not lines)
-        return "" if right else told
+        return "" if right else message
     if first.status == 0:
-        return "" if not lines else told
-    return "" if first.status in (2, 3) and len(lines) == 1 and cause in lines[0] else told
+        return "" if not lines else message
+    return "" if first.status in (2, 3) and len(lines) == 1 and cause in lines[0] else message
 
 
 def _timeless(file: Path) -> bytes:

@@ -209,14 +209,14 @@ def _wait(pid: int, output: int, errors: int, began: float, request: dict[str, A
             done, status, used = os.wait4(pid, 0)
             break
         time.sleep(0.001)
-    told, calls = _content(errors), 0
-    if "\nCALLS " in told:
-        told, _, number = told.rpartition("\nCALLS ")
+    message, calls = _content(errors), 0
+    if "\nCALLS " in message:
+        message, _, number = message.rpartition("\nCALLS ")
         calls = int(number)
     return {
         "status": os.waitstatus_to_exitcode(status),
         "output": _content(output),
-        "errors": told,
+        "errors": message,
         "seconds": time.monotonic() - began,
         "processor": used.ru_utime + used.ru_stime,
         "calls": calls,

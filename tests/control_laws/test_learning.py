@@ -1,4 +1,4 @@
-"""What one pulse of readings tells of cable and motor, and with what error."""
+"""Cable and motor identified from one pulse of readings, and the errors."""
 
 from functools import cache
 

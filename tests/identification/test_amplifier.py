@@ -80,12 +80,12 @@ def test_too_few_lines_are_refused():
 
 
 def amplifiers(seeds):
-    """Logs of 4 s: intervals of gain and bandwidth that hold, and the spread over what is told."""
+    """Logs of 4 s: intervals of gain and bandwidth that hold, and the spread over the stated error."""
     from cabledrive.identification.logs.log import log_of
     from cabledrive.rig.bench.virtual_rig import acting_torque
 
     rig = rig_of(load_drive("dissertation-3"), 1)
-    held, off, told = np.zeros(2), [], []
+    held, off, message = np.zeros(2), [], []
     for seed in seeds:
         rng = np.random.default_rng(seed)
         command = response_command(rng, duration=4.0)
@@ -98,8 +98,8 @@ def amplifiers(seeds):
         truth = ((fit.gain, GAIN), (fit.bandwidth, 1000.0))
         held += [estimate.low <= value <= estimate.high for estimate, value in truth]
         off.append([estimate.value - value for estimate, value in truth])
-        told.append([estimate.standard_error for estimate, _ in truth])
-    return held, np.sqrt(np.mean(np.square(off), axis=0) / np.mean(np.square(told), axis=0))
+        message.append([estimate.standard_error for estimate, _ in truth])
+    return held, np.sqrt(np.mean(np.square(off), axis=0) / np.mean(np.square(message), axis=0))
 
 
 def test_intervals_from_twenty_logs_do_not_contradict_their_level():
@@ -112,14 +112,14 @@ def test_intervals_from_twenty_logs_do_not_contradict_their_level():
 
 @pytest.mark.verify
 def test_intervals_from_logs_hold_gain_and_bandwidth(measured):
-    """200 logs of 4 s: 91 to 99 % of the intervals of gain and bandwidth hold; errors are as large as told.
+    """200 logs of 4 s: 91 to 99 % of the intervals of gain and bandwidth hold; errors are as large as stated.
 
-    One standard error of a share is 1.5 %, of the spread over what is told 5 %.
+    One standard error of a share is 1.5 %, of the spread over the standard error stated 5 %.
     """
     held, ratio = amplifiers(range(200))
     measured(
         f"gain and bandwidth: {held[0]:.0f} and {held[1]:.0f} of 200 intervals hold, "
-        f"spread over what is told {ratio[0]:.2f} and {ratio[1]:.2f}"
+        f"spread over the stated error {ratio[0]:.2f} and {ratio[1]:.2f}"
     )
     assert np.all((held >= 182) & (held <= 198)), f"observed {held} of 200"
     assert np.all((ratio > 0.85) & (ratio < 1.15)), f"observed {ratio}"

@@ -70,8 +70,8 @@ def refused(answer, name, words):
 def summed(answers):
     """Of several answers: how many have which status, and the lines of each on standard error."""
     statuses = Counter(status for status, _, _ in answers)
-    told = ", ".join(f"{count} of {len(answers)} status {status}" for status, count in statuses.items())
-    return f"{told}; at most {max(err.count(chr(10)) for _, _, err in answers)} line on standard error"
+    message = ", ".join(f"{count} of {len(answers)} status {status}" for status, count in statuses.items())
+    return f"{message}; at most {max(err.count(chr(10)) for _, _, err in answers)} line on standard error"
 
 
 def test_logs_that_cannot_be_read_are_status_2_and_name_file_place_and_remedy(

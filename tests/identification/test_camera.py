@@ -79,7 +79,7 @@ SIZES = [(18.0, 6.0, 2.5), (8.0, 3.0, 1.0), (1.5, 0.6, 0.2)]
     ],
 )
 def test_tracks_of_ten_films_each(seed, amplitudes, measured):
-    """Clutter that touches a marker which moves less than its own size is not told from it: none here."""
+    """Clutter that touches a marker which moves less than its own size is not kept apart: none here."""
     clutter = 6 if amplitudes[0] > 3.0 else 0
     exact, frames = film(seed, amplitudes, clutter=clutter)
     rows = track_marker(clip_of(frames, RATE)).rows[:, 0]

@@ -51,7 +51,7 @@ def test_the_authors_asymmetric_friction_gives_every_printed_digit(log):
 
 
 def test_our_defaults_are_near_the_published_figures(log, measured):
-    """With nothing told: bandwidth, dead zone and segments come from the data."""
+    """With no options: bandwidth, dead zone and segments come from the data."""
     found = identify_rigid_axis([log])
     deviations = {name: found[name] / value - 1 for name, value in PUBLISHED.items()}
     measured(", ".join(f"{name} {100 * off:+.2f} %" for name, off in deviations.items()))
@@ -112,8 +112,8 @@ def test_the_identified_model_in_its_loop_follows_the_measured_motion(log, share
     errors["raw"] = share(np.gradient(record, 1e-3), np.gradient(position, 1e-3))
     errors["recipe"] = share(recipe_velocity(record), recipe_velocity(position))
     smoother = share(recipe_velocity(record, 20.0), recipe_velocity(position, 20.0))
-    told = ", ".join(f"{name} {error:.4f} %" for name, error in errors.items())
-    measured(f"{told}, up to 20 Hz {smoother:.4f} %")
+    message = ", ".join(f"{name} {error:.4f} %" for name, error in errors.items())
+    measured(f"{message}, up to 20 Hz {smoother:.4f} %")
     assert errors["position"] <= 0.02, f"{errors} %"
     assert max(errors["raw"], errors["recipe"]) <= 0.25, f"{errors} %"
 

@@ -174,11 +174,13 @@ def test_emps_has_friction_that_falls_behind_a_straight_line(shared_data, measur
     """Beyond chance: a smooth law of friction. Two viscous frictions, as published, are not: moves repeat."""
     columns = with_choices(ColumnMap(), ["time=t", "position=qm", "force=vir:N*gtau"])
     found = identify(read_log(shared_data("emps/DATA_EMPS.mat"), columns))
-    told = (
+    message = (
         f"{n} {s['significance']:.1f} of {s['critical']:.1f}" for n, s in found.method["suspicions"].items()
     )
     size = abs(found.method["suspicions"]["asymmetry"]["value"])
-    measured(f"significance {', '.join(told)}; viscous friction {size:.0f} N s/m to either side of its mean")
+    measured(
+        f"significance {', '.join(message)}; viscous friction {size:.0f} N s/m to either side of its mean"
+    )
     assert "rises smoothly with speed" in found.findings[-1], found.findings
     beyond = {n for n, s in found.method["suspicions"].items() if s["significance"] > s["critical"]}
     assert "slope" in beyond, found.method["suspicions"]

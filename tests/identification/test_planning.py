@@ -1,4 +1,4 @@
-"""What a test will tell is known before it is run."""
+"""The intervals that a test will give are computed before it is run."""
 
 from dataclasses import replace
 
@@ -50,7 +50,7 @@ def spread(test, noise, repeats):
 
 @pytest.mark.parametrize("test", BENCH_TESTS, ids=lambda test: test.name)
 def test_predicted_standard_errors_are_the_spread_of_repeated_tests(test):
-    """16 repeats tell a standard deviation to 18 %: three of that."""
+    """16 repeats give a standard deviation to 18 %: three of that."""
     ratios = spread(replace(test, duration=12.0), 0.05, 16)
     assert (np.abs(ratios - 1.0) < 0.54).all(), ratios
 

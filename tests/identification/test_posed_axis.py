@@ -71,7 +71,7 @@ def test_a_prediction_holds_where_the_axes_moved_before_and_is_missing_elsewhere
 
 
 def test_axis_1_of_the_robot_has_the_friction_of_its_authors(shared_data, measured):
-    """Viscous within 15 %, Coulomb within 40 % of 2050 N m s/rad and 285 N m, nothing told."""
+    """Viscous within 15 %, Coulomb within 40 % of 2050 N m s/rad and 285 N m, no options."""
     data = io.loadmat(shared_data(FILE), squeeze_me=True, struct_as_record=False)
     record, angles = data["rec"], np.radians(data["rec"].act_pos_mot_deg)
     torque = record.act_torque_abs_nm[0] * data["para"].u[0]

@@ -185,8 +185,8 @@ def test_axes_of_logs_are_not_mixed(logs, tmp_path):
     other = tmp_path / "resonances_y_1.csv"
     other.write_text(logs["densities"].read_text())
     assert "logs of the axes x, y" in refusal("shaper", logs["densities"], other)
-    told = answer("shaper", other, "--axis", "x")
-    assert told["findings"][0]["code"] == "axis-contradicts"
+    message = answer("shaper", other, "--axis", "x")
+    assert message["findings"][0]["code"] == "axis-contradicts"
     plain = tmp_path / "log.csv"
     plain.write_text(logs["densities"].read_text())
     unknown = answer("shaper", plain)

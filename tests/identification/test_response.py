@@ -1,4 +1,4 @@
-"""Frequency responses: exact on exact signals, honest about noise, and enough to tell Models 1 to 4 apart."""
+"""Frequency responses: exact on exact signals, with their noise, and enough to distinguish Models 1 to 4."""
 
 import numpy as np
 import pytest
@@ -216,11 +216,13 @@ def test_a_sweep_keeps_the_records_in_which_it_passes_the_resonance(noise, measu
     y = move(u) + noise * np.random.default_rng(3).normal(size=u.size)
     found = response_by_segments(u, y, 0.002, segment=8.0, overlap=6.0).between(0.5, 40.0)
     peak = int(np.argmax(found.magnitude))
-    told = f"{found.magnitude[peak]:.2f} at {found.frequency[peak]:.3f} Hz, {found.left_out} records left out"
-    measured(told)
-    assert found.left_out == 0, told
-    assert found.frequency[peak] == pytest.approx(9.8, abs=0.125), told
-    assert found.magnitude[peak] == pytest.approx(25.0, rel=0.15), told
+    message = (
+        f"{found.magnitude[peak]:.2f} at {found.frequency[peak]:.3f} Hz, {found.left_out} records left out"
+    )
+    measured(message)
+    assert found.left_out == 0, message
+    assert found.frequency[peak] == pytest.approx(9.8, abs=0.125), message
+    assert found.magnitude[peak] == pytest.approx(25.0, rel=0.15), message
 
 
 def test_a_blow_beside_a_sweep_is_left_out_with_its_time_and_kept_on_request():

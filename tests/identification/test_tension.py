@@ -1,4 +1,4 @@
-"""A ping tells the tension of its span."""
+"""The tension of a span from a ping."""
 
 from dataclasses import replace
 
@@ -192,7 +192,7 @@ def test_pings_of_other_machines_and_sections_give_their_tension(name, section):
 
 
 def test_another_span_that_sounds_as_well_is_reported():
-    """The lower span at 8 N, half as loud, beside the upper one at 7 N; alone there is nothing to tell."""
+    """The lower span at 8 N, half as loud, beside the upper one at 7 N; alone it identifies nothing."""
     time, upper = rung(with_tension("dissertation-3", 7.0), 1, rate=4000.0)
     _, lower = rung(with_tension("dissertation-3", 8.0), 2, rate=4000.0)
     drive = load_drive("dissertation-3")

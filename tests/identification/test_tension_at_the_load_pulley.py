@@ -1,4 +1,4 @@
-"""The load pulley feels its spans: its encoder tells a ping by counts, its load cell both tensions."""
+"""The load pulley feels its spans: its encoder shows a ping in counts, its load cell both tensions."""
 
 import numpy as np
 import pytest
@@ -52,7 +52,7 @@ def test_counts_of_the_load_pulley_in_twenty_phases(name, tension, height, least
             off.append(abs(tension_by_counts(drive, run, phase) / tension - 1.0))
         except NotComputed as refusal:
             refusals.append(str(refusal))
-    measured(f"{len(off)} of 20 told" + (f", worst {100 * max(off):.3f} %" if off else ""))
+    measured(f"{len(off)} of 20 identified" + (f", worst {100 * max(off):.3f} %" if off else ""))
     assert all("no tone" in one for one in refusals), refusals
     assert len(off) >= least, len(off)
     assert max(off, default=0.0) < 0.01, off

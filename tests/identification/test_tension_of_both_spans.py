@@ -220,7 +220,7 @@ def test_overlapping_decaying_tones_are_fitted_without_bias():
 
 
 def test_split_partials_over_a_first_that_is_not_split_are_no_tauter_span():
-    """The loudest tone at half their frequency tells: tensions 1.8 % apart, not four times as large."""
+    """The loudest tone at half their frequency decides: tensions 1.8 % apart, not four times as large."""
     one = played(22_005, duration=3.0, segments=240, share=0.00905)
     found = tension_of_both(one.log, one.drive)
     assert found.identifiable

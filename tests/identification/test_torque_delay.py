@@ -1,4 +1,4 @@
-"""A torque channel that is late is told by how much, not only to first order."""
+"""A torque channel that is late is reported with its delay, not only to first order."""
 
 from dataclasses import replace
 

@@ -86,8 +86,8 @@ def test_named_pretension_is_enough():
 def test_no_pretension_is_advised_that_strains_the_cable_beyond_its_stated_range(limit, expected):
     """2.1 N m would want 26.25 N."""
     drive = changed(motor={"torque_limit": 2.1}, cable={"strain_limit": limit})
-    told = f"no cable.pretension within the cable's elastic range, up to {438 * limit:.4g} N, is enough"
-    assert warned(drive, f"limit the torque: {told}") is expected
+    message = f"no cable.pretension within the cable's elastic range, up to {438 * limit:.4g} N, is enough"
+    assert warned(drive, f"limit the torque: {message}") is expected
     assert warned(drive, "or raise cable.pretension to 26.25 N") is not expected
 
 
@@ -111,7 +111,7 @@ def test_prestrain_beyond_two_percent_where_nothing_is_stated(pretension, expect
 
 @pytest.mark.parametrize(("ratio", "expected"), crossing(0.0099, 0.0101))
 def test_sag_above_a_hundredth_of_the_span(ratio, expected):
-    """A slack stiffness keeps Irvine's parameter small: the sag alone is told."""
+    """A slack stiffness keeps Irvine's parameter small: the sag alone is reported."""
     soft = changed(cable={"youngs_modulus": 1e3}, motor={"joint_stiffness": None, "torque_limit": None})
     gravity = soft.layout.gravity * ratio / derived_quantities(soft).sag_ratio
     drive = replace(soft, layout=replace(soft.layout, gravity=gravity))

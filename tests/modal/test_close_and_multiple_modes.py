@@ -70,7 +70,7 @@ def test_pairs_split_by_a_small_share_are_two_modes(split, measured):
 
 
 def test_pair_closer_than_its_claim_is_one_mode_of_multiplicity_two(measured):
-    """Below 1e-10, relative, round-off may not be told from a split."""
+    """Below 1e-10, relative, round-off may look like a split."""
     listed = longitudinal(even_ring(detuning=1e-13), 3)
     measured(f"multiplicity {listed[0].multiplicity}")
     assert listed[0].multiplicity == 2

@@ -208,7 +208,7 @@ def test_vertical_motion_grows_without_bound_where_the_frequencies_meet():
     """Near the meeting pretension the amplitude is as one over the distance to it, and changes sign there."""
     base = hung(0.0005, 0.4)
     mode = longitudinal_modes(base, count=1)[0]
-    meeting = driven_mass(base, mode).meeting_pretension
+    meeting = driven_mass(base, mode).coincidence_pretension
     assert meeting is not None
 
     def ratio(share):
@@ -226,7 +226,7 @@ def test_coincidence_needs_more_than_any_pretension_when_the_mass_is_heavy():
     drive = hung(1.0, 0.4)
     mode = longitudinal_modes(drive, count=1)[0]
     rest = elastic_equilibrium(drive)
-    assert driven_mass(drive, mode, equilibrium=rest).meeting_pretension is None
+    assert driven_mass(drive, mode, equilibrium=rest).coincidence_pretension is None
 
 
 def test_mass_without_sag_is_not_driven():

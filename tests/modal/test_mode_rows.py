@@ -16,7 +16,7 @@ def test_every_mode_stands_in_one_row_that_says_where_it_is(name):
     for row in rows:
         spans = {mode.span for mode in row.modes}
         if row.kind == "transverse":
-            told = "both spans" if len(spans) > 1 or spans == {"both"} else f"{spans.pop()} span"
-            assert row.where.startswith(told)
+            message = "both spans" if len(spans) > 1 or spans == {"both"} else f"{spans.pop()} span"
+            assert row.where.startswith(message)
         else:
             assert "%" in row.where

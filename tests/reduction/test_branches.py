@@ -211,7 +211,7 @@ def _steady(c, force):
 
 
 def test_a_continuation_that_cannot_go_on_keeps_what_it_found():
-    """A branch that ends in a singular corner: told, with every point up to there."""
+    """A branch that ends in a singular corner: reported, with every point up to there."""
 
     def residual(x, p):
         return np.array([x[0] - np.sqrt(np.maximum(1.0 - p, 0.0)) if p <= 1.0 else np.nan])

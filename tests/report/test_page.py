@@ -66,8 +66,8 @@ def test_every_plot_says_where_its_axes_lie_and_what_they_measure():
     """Ends on the picture inside its frame; limits in order along them, above zero where by ratios."""
     pictures = re.findall(r'<svg viewBox="0 0 ([\d.]+) ([\d.]+)"[^>]* data-axes="([^"]*)"', page())
     assert len(pictures) > 4
-    for width, height, told in pictures:
-        for scales in json.loads(html.unescape(told)):
+    for width, height, described in pictures:
+        for scales in json.loads(html.unescape(described)):
             for name, length in (("x", float(width)), ("y", float(height))):
                 first, last, *measures = scales[name]
                 assert -1.0 <= min(first, last) < max(first, last) <= length + 1.0
@@ -127,13 +127,13 @@ def test_drawings_take_their_colours_from_the_page():
 
 
 def test_provenance_gives_time_versions_hashes_and_methods():
-    told = next(e for e in read().root.all("section") if e.attributes.get("id") == "provenance").text
-    assert TIME.strftime("%H:%M:%S") in told
-    assert "3 February 2020" in told
+    described = next(e for e in read().root.all("section") if e.attributes.get("id") == "provenance").text
+    assert TIME.strftime("%H:%M:%S") in described
+    assert "3 February 2020" in described
     for name in DRIVES:
-        assert content_hash(load_drive(name)) in told
+        assert content_hash(load_drive(name)) in described
     for word in ("cabledrive", "numpy", "matplotlib", "Wittrick-Williams"):
-        assert word in told
+        assert word in described
 
 
 def test_the_same_drives_and_the_same_time_give_the_same_bytes():

@@ -30,7 +30,7 @@ def on_cable(controller, options=IDEAL, **choices):
 
 @pytest.mark.kernel
 def test_cable_starts_as_its_row_of_inertias_does():
-    """Twenty samples: too short for the cable's own modes to tell."""
+    """Twenty samples: too short for the cable's own modes to matter."""
     motion = Motion(angle=20.0, rise=0.002, dwell=0.001)
     spec = spec_for(DRIVE, motion)
     options = replace(IDEAL, segments=4)

@@ -195,7 +195,7 @@ def test_a_plant_that_diverges_keeps_what_was_computed(measured):
 
 
 def test_the_log_holds_a_load_cell_that_identification_reads(tmp_path, measured):
-    """Both spans together pull with twice the pretension, noise as told, and the log is still a log."""
+    """Both spans together pull with twice the pretension, the noise as stated, and the log is still a log."""
     result = track(DRIVE, controller="darc-4", motion=SHORT)
     path = tmp_path / "run.csv"
     path.write_text(log_text(result, DRIVE))

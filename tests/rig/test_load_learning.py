@@ -134,7 +134,7 @@ def test_over_200_plants_a_load_that_changes_costs_a_third_of_the_best_fixed_law
 
 
 def told_from(loop, draw, counts):
-    """Largest error of a plant whose friction the law is told once the reference has left by some counts."""
+    """Largest error of a plant whose friction the law is given once the reference has left by some counts."""
     plant = disturbed_loop(loop, RANGES, COMPARED, np.random.default_rng([11, draw]))
     law = plant.controller.law
     learning = law.learning.copy()
@@ -149,9 +149,9 @@ def told_from(loop, draw, counts):
 
 @pytest.mark.verify
 def test_no_law_with_this_feedback_can_do_much_better_in_the_first_motion(measured):
-    """Told the friction when the reference has left by half a count or one, 60 plants: no better.
+    """Given the friction when the reference has left by half a count or one, 60 plants: no better.
 
-    Before, the encoders cannot tell a load that sticks from one that does not.
+    Before, the encoders cannot distinguish a load that sticks from one that does not.
     """
     law, ours = over_plants(NAME, 60, 11)
     mine = float(np.degrees(np.quantile(ours.peaks, 0.99)))
@@ -159,7 +159,7 @@ def test_no_law_with_this_feedback_can_do_much_better_in_the_first_motion(measur
         float(np.quantile([told_from(law.loop, draw, counts) for draw in range(60)], 0.99))
         for counts in (0.5, 1.0)
     )
-    measured(f"learning {mine:.4f}, told at half a count {half:.4f}, at one count {one:.4f} deg")
+    measured(f"learning {mine:.4f}, given at half a count {half:.4f}, at one count {one:.4f} deg")
     assert half > 0.9 * mine
     assert one > 1.1 * mine
 

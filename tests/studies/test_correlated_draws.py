@@ -37,21 +37,21 @@ DRAWS = 4000
 
 
 def intervals(wider=1.0):
-    """What a log tells that leaves nothing but the regression's own width, or a multiple of it."""
+    """Identified from a log that leaves nothing but the regression's own width, or a multiple of it."""
     halves = wider * FIT.half_width()
     return {n: (v, v - h, v + h) for n, v, h in zip(NAMES, VALUES, halves, strict=True)}
 
 
-def quantities(told):
+def quantities(identified):
     return {
         name: Quantity(name=name, value=value, low=low, high=high, unit=UNITS[name], source=LOG)
-        for name, (value, low, high) in told.items()
+        for name, (value, low, high) in identified.items()
     }
 
 
-def drawn(told, correlations, seed=5):
+def drawn(identified, correlations, seed=5):
     """Plants as rows of numbers, in the order of the alphabet."""
-    known = quantities(told)
+    known = quantities(identified)
     plants = [sampled_plant(known, 2, seed, draw, correlations)[0] for draw in range(DRAWS)]
     return np.array([[plant[name] for name in sorted(known)] for plant in plants])
 
@@ -62,20 +62,20 @@ def matrix(correlations, names):
 
 
 def test_drawn_plants_have_the_regressions_correlation_where_it_is_all_there_is():
-    told = intervals()
-    correlations = of_intervals(FIT, told)
+    identified = intervals()
+    correlations = of_intervals(FIT, identified)
     order = [NAMES.index(name) for name in sorted(NAMES)]
     np.testing.assert_allclose(matrix(correlations, sorted(NAMES)), RHO[np.ix_(order, order)], atol=1e-12)
-    seen = np.corrcoef(drawn(told, correlations).T)
+    seen = np.corrcoef(drawn(identified, correlations).T)
     off = np.abs(seen - RHO[np.ix_(order, order)]).max()
     assert off < 4.0 / np.sqrt(DRAWS), f"observed {off:.4f} of {4.0 / np.sqrt(DRAWS):.4f}"
 
 
 def test_each_number_is_drawn_as_wide_as_without_correlation():
-    told = intervals()
-    plants = drawn(told, of_intervals(FIT, told))
+    identified = intervals()
+    plants = drawn(identified, of_intervals(FIT, identified))
     for column, name in enumerate(sorted(NAMES)):
-        value, low, high = told[name]
+        value, low, high = identified[name]
         spread = 0.5 * (high - low) / TWO_SIDED_95
         mean, width = (plants[:, column].mean() - value) / spread, plants[:, column].std() / spread
         assert abs(mean) < 4.0 / np.sqrt(DRAWS), f"{name}: observed {mean:.4f}"
@@ -91,19 +91,19 @@ def test_what_an_interval_has_beyond_the_regression_takes_its_share_of_the_corre
 
 def test_stiffness_and_damping_of_the_cable_carry_the_loads_error():
     """Nothing of their own: they go with the load, and with the motor's inertia as the load does."""
-    told = intervals()
-    load = told["load_inertia"]
-    told |= {name: tuple(scale * v for v in load) for name, scale in (("cable_stiffness", 1e7),)}
+    identified = intervals()
+    load = identified["load_inertia"]
+    identified |= {name: tuple(scale * v for v in load) for name, scale in (("cable_stiffness", 1e7),)}
     damping = 30.0 * load[0]
     half = 2.0 * 30.0 * 0.5 * (load[2] - load[1])
-    told["cable_damping"] = (damping, damping - half, damping + half)
-    found = {(one.first, one.second): one.value for one in of_intervals(FIT, told)}
+    identified["cable_damping"] = (damping, damping - half, damping + half)
+    found = {(one.first, one.second): one.value for one in of_intervals(FIT, identified)}
     assert found["cable_stiffness", "load_inertia"] == pytest.approx(1.0)
     assert found["cable_stiffness", "near_inertia"] == pytest.approx(-0.8)
     assert found["cable_damping", "load_inertia"] == pytest.approx(0.5)
     assert found["cable_damping", "cable_stiffness"] == pytest.approx(0.5)
-    plants = drawn(told, of_intervals(FIT, told))
-    names = sorted(told)
+    plants = drawn(identified, of_intervals(FIT, identified))
+    names = sorted(identified)
     ratio = plants[:, names.index("cable_stiffness")] / plants[:, names.index("load_inertia")]
     assert np.ptp(ratio) < 1e-5 * ratio.mean(), (
         "a stiffness with no error of its own is the load's times a number"
@@ -111,9 +111,9 @@ def test_stiffness_and_damping_of_the_cable_carry_the_loads_error():
 
 
 def test_the_same_seed_draws_the_same_bits_and_data_sheets_are_drawn_as_ever():
-    told = intervals()
-    correlations = of_intervals(FIT, told)
-    assert np.array_equal(drawn(told, correlations)[:20], drawn(told, correlations)[:20])
+    identified = intervals()
+    correlations = of_intervals(FIT, identified)
+    assert np.array_equal(drawn(identified, correlations)[:20], drawn(identified, correlations)[:20])
     sheet = by_datasheet(drive_of("wrist"), SPREADS)
     generator = np.random.default_rng([3, 8])
     expected = {name: generator.uniform(sheet[name].low, sheet[name].high) for name in sorted(sheet)}
@@ -124,11 +124,11 @@ def test_the_same_seed_draws_the_same_bits_and_data_sheets_are_drawn_as_ever():
 
 def test_a_log_gives_how_its_numbers_err_together():
     """More inertia at the motor is less at the load; the rest of the log's matrix makes sense as well."""
-    told = identify_chain([log_with(("torque", "angle", "load_angle"))], drive_of("turntable"))
-    found = {(one.first, one.second): one.value for one in told.correlations}
+    identified = identify_chain([log_with(("torque", "angle", "load_angle"))], drive_of("turntable"))
+    found = {(one.first, one.second): one.value for one in identified.correlations}
     assert found["load_inertia", "near_inertia"] < -0.3, found
     assert found["cable_stiffness", "load_inertia"] > 0.5, found
-    sizes = np.linalg.eigvalsh(matrix(told.correlations, sorted(told.intervals)))
+    sizes = np.linalg.eigvalsh(matrix(identified.correlations, sorted(identified.intervals)))
     assert sizes[0] > 0.0, f"observed {sizes}"
 
 
@@ -152,22 +152,22 @@ def test_both_parts_of_an_axis_carry_its_error():
         for name, half in halves.items()
     }
     parts = {"near_inertia": 0.2, "load_inertia": 7.0}
-    told = {(one.first, one.second): one.value for one in of_an_axis(found, parts, known)}
+    identified = {(one.first, one.second): one.value for one in of_an_axis(found, parts, known)}
     axis = found.parameters["inertia"]
     product = 0.2 * 7.0 * (0.5 * (axis.high - axis.low)) ** 2
-    assert told["load_inertia", "near_inertia"] == pytest.approx(product / (1e-5 * 2e-4))
+    assert identified["load_inertia", "near_inertia"] == pytest.approx(product / (1e-5 * 2e-4))
     errors = np.sqrt(np.diag(found.covariance))
     names = list(found.parameters)
     i, j = names.index("coulomb_friction"), names.index("viscous_friction")
     expected = found.covariance[i, j] / (errors[i] * errors[j])
-    assert told["coulomb_friction", "viscous_friction"] == pytest.approx(expected)
+    assert identified["coulomb_friction", "viscous_friction"] == pytest.approx(expected)
 
 
 def test_only_numbers_that_stayed_the_logs_are_drawn_together():
     one = Correlation(first="load_inertia", second="near_inertia", value=-0.5)
-    told = quantities(intervals())
-    assert among((one,), told) == (one,)
-    known = replace(know(drive_of("wrist"), [], SPREADS), quantities=told, correlations=(one,))
+    identified = quantities(intervals())
+    assert among((one,), identified) == (one,)
+    known = replace(know(drive_of("wrist"), [], SPREADS), quantities=identified, correlations=(one,))
     assert with_load(known, (0.015, 0.025)).correlations == ()
 
 

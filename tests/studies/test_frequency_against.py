@@ -19,11 +19,11 @@ def with_mass(position, mass=2 * RIM, drive=LOOP):
     return replace(drive, carriage=[Carriage(mass=mass, position=position)])
 
 
-def meeting_rows(data):
+def crossing_rows(data):
     names = ("kind", "value", "frequency", "gap", "first", "second")
     return [
         dict(zip(names, row, strict=True))
-        for row in zip(*(data[f"meeting_{name}"].values for name in names), strict=True)
+        for row in zip(*(data[f"crossing_{name}"].values for name in names), strict=True)
     ]
 
 
@@ -59,7 +59,7 @@ def test_modes_of_a_symmetric_loop_cross_whatever_the_values_are(points):
     """A mass at midspan takes the in-phase mode below the fundamental at m = 2 J/r^2; both keep shape."""
     values = np.geomspace(2e-4, 0.2, points)
     data = frequency_against(with_mass(0.5), "carriage.0.mass", values, modes=2)
-    (crossing,) = meeting_rows(data)
+    (crossing,) = crossing_rows(data)
     assert crossing["kind"] == "crossing"
     assert crossing["value"] == pytest.approx(2 * RIM, rel=1e-7), f"{crossing}"
     assert crossing["frequency"] == pytest.approx(116.32932059, rel=1e-8)
@@ -80,7 +80,7 @@ def test_curves_veer_where_symmetry_is_broken_with_a_gap_in_proportion(off_centr
     coupling = 2 * RIM * out.slopes_at("carriage 0")[0][0] * within.joints["carriage 0"][0]
     values = np.geomspace(2e-4, 0.2, 12)
     data = frequency_against(with_mass(0.5 + off_centre), "carriage.0.mass", values, modes=2)
-    (veering,) = meeting_rows(data)
+    (veering,) = crossing_rows(data)
     assert veering["kind"] == "veering"
     assert veering["value"] == pytest.approx(2 * RIM, rel=0.02)
     assert np.all(data.frequency.values[0] < data.frequency.values[1])
@@ -92,7 +92,7 @@ def test_curves_veer_where_symmetry_is_broken_with_a_gap_in_proportion(off_centr
 def test_gap_of_a_veering_is_the_least_distance_of_the_curves():
     values = np.geomspace(2e-4, 0.2, 12)
     drive = with_mass(0.51)
-    (veering,) = meeting_rows(frequency_against(drive, "carriage.0.mass", values, modes=2))
+    (veering,) = crossing_rows(frequency_against(drive, "carriage.0.mass", values, modes=2))
     near = veering["value"] * (1 + np.linspace(-0.02, 0.02, 81))
     pairs = np.array([natural_frequencies(varied(drive, "carriage.0.mass", m), count=2) for m in near])
     gap = 2 * (pairs[:, 1] - pairs[:, 0]) / pairs.sum(axis=1)
@@ -104,7 +104,7 @@ def test_joint_mode_rises_through_the_modes_of_the_cable():
     """A stiffer motor joint in configuration 3: it veers from one cable mode, crosses the one at rest."""
     drive = load_drive("dissertation-3")
     data = frequency_against(drive, "motor.joint_stiffness", np.geomspace(10.0, 3e4, 12), modes=4)
-    kinds = [(row["kind"], round(row["frequency"])) for row in meeting_rows(data)]
+    kinds = [(row["kind"], round(row["frequency"])) for row in crossing_rows(data)]
     assert ("veering", 807) in kinds, kinds
     assert ("crossing", 807) in kinds, kinds
     assert data.family.values[1, 3] == "motor joint"
@@ -116,7 +116,7 @@ def test_curves_of_equal_frequency_stay_together():
     data = frequency_against(held, "layout.span_length", np.linspace(0.5, 2.0, 5), modes=4)
     np.testing.assert_allclose(data.frequency[0], data.frequency[1], rtol=1e-12)
     np.testing.assert_allclose(data.frequency[2], 2 * data.frequency[0], rtol=1e-9)
-    assert data.meeting.size == 0
+    assert data.crossing.size == 0
 
 
 def test_mode_that_comes_down_from_above_has_its_own_curve():

@@ -1,4 +1,4 @@
-"""A quantity is what it is told to be in every drive, draw and bound: nothing is cut off in silence."""
+"""A quantity is what it is set to in every drive, draw and bound: nothing is cut off in silence."""
 
 from dataclasses import replace
 

@@ -207,10 +207,10 @@ def test_a_record_too_short_for_a_decay_is_refused():
 def test_where_dampings_are_missing_an_estimate_is_given_and_marked_as_one():
     """Configuration 2 with one per cent of critical in both modes: 1.712e-3 Gamma c_q / 4."""
     reasons = resonance(cd.load_drive("dissertation-2")).reasons
-    told = next(reason for reason in reasons if "assumed" in reason)
+    message = next(reason for reason in reasons if "assumed" in reason)
     gamma, pulley = guessed_damping(40.871), guessed_damping(81.742)
     expected = 1.712e-3 * gamma / 2 * pulley / 2
-    assert float(told.split()[-3]) == pytest.approx(expected, rel=0.03), told
+    assert float(message.split()[-3]) == pytest.approx(expected, rel=0.03), message
     assert not any("assumed" in reason for reason in resonance(damped(2.0, 5.0)).reasons)
 
 

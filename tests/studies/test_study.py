@@ -106,9 +106,9 @@ def test_a_contradiction_with_the_data_sheet_makes_it_unknown(studies):
     """The same runs that hold the goal decide nothing where the log is of another machine."""
     found = studies(CASES[0])
     doubt = "joint stiffness is 48 N m/rad by the log, outside the data sheet's 94 to 142"
-    told = replace(found, knowledge=replace(found.knowledge, findings=(doubt,)))
+    message = replace(found, knowledge=replace(found.knowledge, findings=(doubt,)))
     assert judged(found, 1.0, [0.5] * 300).answer == "yes"
-    verdict = judged(told, 1.0, [0.5] * 300)
+    verdict = judged(message, 1.0, [0.5] * 300)
     assert verdict.answer == "unknown"
     assert doubt in verdict.reasons[0]
     assert "[uncertainty]" in verdict.remedies[0]

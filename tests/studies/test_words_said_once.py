@@ -1,4 +1,4 @@
-"""What a verdict gives as its reason is not told a second time under what is to be known."""
+"""What a verdict gives as its reason is not repeated under the notes."""
 
 from dataclasses import replace
 

@@ -43,7 +43,7 @@ def datasheet():
         joint_damping=0.06,
     )
     pulleys = (replace(first, inertia=0.0006), replace(second, inertia=0.0026))
-    stiffer = 1.9 * TRUTH.cable.youngs_modulus  # of which EA/L is what the log tells, within 5 %
+    stiffer = 1.9 * TRUTH.cable.youngs_modulus  # of which the log identifies EA/L, within 5 %
     cable = replace(TRUTH.cable, youngs_modulus=stiffer, axial_damping=3.0)
     return replace(TRUTH, name="data sheet", motor=motor, pulley=pulleys, cable=cable, lumped=None)
 
@@ -101,8 +101,8 @@ def told_within(seed):
     log = experiment(TRUTH, MULTISINE, seed=seed)
     log = log_of(log.time, log.channels, log.units)
     truth = values_of(TRUTH)
-    told = identify_chain([log], datasheet())
-    return {name: low <= truth[name] <= high for name, (_, low, high) in told.intervals.items()}
+    identified = identify_chain([log], datasheet())
+    return {name: low <= truth[name] <= high for name, (_, low, high) in identified.intervals.items()}
 
 
 @pytest.mark.verify

@@ -25,7 +25,7 @@ def _modes_outputs(options: Mapping[str, Any]) -> tuple[Output, ...]:
             name="longitudinal_proven",
             unit="",
             kind=FLAG,
-            meaning="whether counts prove each longitudinal frequency and that none is missing",
+            meaning="whether counts certify each longitudinal frequency and that the list is complete",
         ),
         Output(
             name="transverse_hz",

@@ -93,7 +93,7 @@ def figure_5_5(quick: bool) -> Outcome:
         "figure-5-5",
         "Fig. 5.5: midpoint with changing gamma",
         "a sudden increase as gamma approaches 0.5",
-        f"{1e6 * FLOOR:g} um to {1e3 * LEVEL:g} mm at gamma = {found.found:.4f}, tongue from "
+        f"{1e6 * FLOOR:g} um to {1e3 * LEVEL:g} mm at gamma = {found.found:.4f}, unstable from "
         f"{found.edge:.4f} on",
         abs(found.found - 0.5) < 0.02,
         otherwise=(DIFFERS, "not explained"),

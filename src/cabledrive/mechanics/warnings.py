@@ -1,4 +1,4 @@
-"""What a practitioner would want to hear about a drive before trusting any result."""
+"""Warnings about a drive, to be read before its results are used."""
 
 from collections.abc import Iterator
 from math import degrees

@@ -29,9 +29,9 @@ class DrivenMass:
     forcing : float
         Vertical acceleration of the mass, were it held in height, per amplitude of the mode [1/s^2].
     amplitude_ratio : float
-        Amplitude of y per amplitude of the mode, negative in antiphase; infinite where the frequencies meet.
-    meeting_pretension : float or None
-        Pretension at which they meet, all unstretched lengths kept [N]; None where no pretension is enough.
+        Amplitude of y per amplitude of the mode, negative in antiphase; infinite where frequencies coincide.
+    coincidence_pretension : float or None
+        Pretension at which they coincide, unstretched lengths kept [N]; None where no pretension is enough.
     sag_stiffening : float
         Stiffness by the stretch that y itself causes on the sagged cable between held points, over the
         lateral stiffness. The equation of motion leaves it out; where it is not small, the mass is faster.
@@ -41,7 +41,7 @@ class DrivenMass:
     mode_frequency: float
     forcing: float
     amplitude_ratio: float
-    meeting_pretension: float | None
+    coincidence_pretension: float | None
     sag_stiffening: float
 
 
@@ -92,7 +92,7 @@ def driven_mass(
         mode_frequency=mode.frequency,
         forcing=forcing,
         amplitude_ratio=forcing / gap if gap else (inf if forcing else 0.0),
-        meeting_pretension=_meeting_pretension(drive, hanging, mode.frequency),
+        coincidence_pretension=_coincidence_pretension(drive, hanging, mode.frequency),
         sag_stiffening=_sag_stiffening(drive, hanging, rest),
     )
 
@@ -121,7 +121,7 @@ def _unstretched(drive: Drive, hanging: HangingCarriage) -> tuple[float, float]:
     return position - hanging.section[0], hanging.section[1] - position
 
 
-def _meeting_pretension(drive: Drive, hanging: HangingCarriage, frequency: float) -> float | None:
+def _coincidence_pretension(drive: Drive, hanging: HangingCarriage, frequency: float) -> float | None:
     """T0 / (1 + T0/EA) = m omega^2 / (1/l1 + 1/l2) solved for T0."""
     before, after = _unstretched(drive, hanging)
     rigidity = drive.cable.axial_rigidity

@@ -85,7 +85,7 @@ def encoder_dropout(drive: Drive, options: RigOptions, interval: float, shown: l
     """Number of the encoder that gives NaN, first and last sample at which it does.
 
     ``interval``: sample time [s]; ``shown``: numbers of the fitted encoders that are read.
-    Returns shape (3,): first entry -1: none is blind.
+    Returns shape (3,): first entry -1: none drops out.
     Raises `InputRefused` if there is no such encoder.
     """
     if options.blind is None:

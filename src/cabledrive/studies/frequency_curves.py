@@ -44,9 +44,9 @@ def frequency_against(
     -------
     xarray.Dataset
         Over ``mode`` (the curves, numbered by frequency at the smallest value) and ``value``: ``frequency``
-        [Hz], ``family``; over ``value``: ``lowest_transverse`` [Hz]; over ``crossing``: ``meeting_kind``
-        ("crossing" or "veering"), ``meeting_value``, ``meeting_frequency`` [Hz], ``meeting_gap`` [Hz],
-        ``meeting_first`` and ``meeting_second`` (the two curves).
+        [Hz], ``family``; over ``value``: ``lowest_transverse`` [Hz]; over ``crossing``: ``crossing_kind``
+        ("crossing" or "veering"), ``crossing_value``, ``crossing_frequency`` [Hz], ``crossing_gap`` [Hz],
+        ``crossing_first`` and ``crossing_second`` (the two curves).
 
     Raises
     ------
@@ -134,12 +134,12 @@ def _dataset(
             np.array(transverse)[place],
             {"units": "Hz", "long_name": "lowest transverse frequency"},
         ),
-        "meeting_kind": ("meeting", np.array([m.kind for m in crossings], dtype=object)),
-        "meeting_value": ("meeting", np.array([m.value for m in crossings]), {"units": unit}),
-        "meeting_frequency": ("meeting", np.array([m.frequency for m in crossings]), {"units": "Hz"}),
-        "meeting_gap": ("meeting", np.array([m.gap for m in crossings]), {"units": "Hz"}),
-        "meeting_first": ("meeting", np.array([number[m.curves[0]] for m in crossings], dtype=int)),
-        "meeting_second": ("meeting", np.array([number[m.curves[1]] for m in crossings], dtype=int)),
+        "crossing_kind": ("crossing", np.array([m.kind for m in crossings], dtype=object)),
+        "crossing_value": ("crossing", np.array([m.value for m in crossings]), {"units": unit}),
+        "crossing_frequency": ("crossing", np.array([m.frequency for m in crossings]), {"units": "Hz"}),
+        "crossing_gap": ("crossing", np.array([m.gap for m in crossings]), {"units": "Hz"}),
+        "crossing_first": ("crossing", np.array([number[m.curves[0]] for m in crossings], dtype=int)),
+        "crossing_second": ("crossing", np.array([number[m.curves[1]] for m in crossings], dtype=int)),
     }
     coordinates = {
         "mode": np.arange(len(curves)),

@@ -1,4 +1,4 @@
-"""The exact loop as referee of the averaged equations: the same motion by both, and how far they differ."""
+"""The averaged equations validated against the exact loop: the same motion by both, and their difference."""
 
 from dataclasses import dataclass, replace
 from typing import Literal

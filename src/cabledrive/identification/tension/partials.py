@@ -22,11 +22,11 @@ Array = NDArray[np.float64]
 
 AUDIBLE = 3.0
 """Envelope over the noise in its band down to which a partial is followed."""
-HEARD = 10.0
+LEAST_ONSET = 10.0
 """The same at its loudest, without which it is not taken for a tone."""
 FADED = 0.03
 """Share of its largest envelope at which a partial is left, noise or not."""
-TELLING_DECAY = 2.0
+LEAST_DECAY = 2.0
 """Factor by which the envelope must fall before its effect on the frequency can be determined."""
 SEGMENTS = 24
 USUAL_RISE = 0.01
@@ -184,7 +184,7 @@ def partial_at(
     if part is None or (part.stop - part.start) * interval * frequency < FEWEST_PERIODS:
         return None
     size, phase, lasting = envelope[part], np.unwrap(np.angle(tone[part])), time[part]
-    falling = bool(size.max() >= TELLING_DECAY * size[-1])
+    falling = bool(size.max() >= LEAST_DECAY * size[-1])
     grown = interval * np.cumsum((size / size.max()) ** power)
     regressors = np.column_stack([np.ones(size.size), 2 * np.pi * (lasting - lasting[0]), 2 * np.pi * grown])
     rows, left = size[:, None] * regressors, size * phase
@@ -219,4 +219,4 @@ def _sounding(envelope: Array, interval: float, width: float, noise: float) -> s
     floor = max(AUDIBLE * noise, FADED * float(envelope[start]))
     silent = np.flatnonzero(envelope[start:-settled] < floor)
     end = start + int(silent[0]) if silent.size else envelope.size - settled
-    return slice(start, end) if envelope[start] > HEARD * noise and end - start >= 40 else None
+    return slice(start, end) if envelope[start] > LEAST_ONSET * noise and end - start >= 40 else None

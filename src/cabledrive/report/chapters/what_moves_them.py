@@ -124,7 +124,7 @@ def _travel(drive: Drive) -> Iterator[Block]:
     yield Figure(
         name="against-position",
         alt=f"Frequencies of {data.sizes['mode']} modes against the position of the carriage, with "
-        f"{data.sizes['meeting']} near-crossings marked.",
+        f"{data.sizes['crossing']} near-crossings marked.",
         caption=f"{drive.name}: modes tracked by their shapes while the carriage goes from one pulley to "
         "the other. Colours: parts that move; rings: veerings.",
         wide=picture.wide,

@@ -59,7 +59,7 @@ def _draw_midspan(axes: "Axes", data: "xr.Dataset", cable_mass: float) -> None:
         where, offset = (ratio[0], frequency[0]), (4, -11) if still else (14, 0)
         label(axes, words, where, offset, va="center", color=colour)
     for value, frequency in zip(
-        data["meeting_value"].to_numpy() / cable_mass, data["meeting_frequency"].to_numpy(), strict=True
+        data["crossing_value"].to_numpy() / cable_mass, data["crossing_frequency"].to_numpy(), strict=True
     ):
         axes.plot(value, frequency, "o", markersize=12, markerfacecolor="none", markeredgecolor=INK)
         label(axes, f"crossing at {number(value, 4)}", (value, frequency), (6, 12))

@@ -30,7 +30,7 @@ def followed_picture(
     logarithmic: bool = True,
     across: bool = True,
 ) -> Picture:
-    """Draw the curves of `cabledrive.studies.frequency_against`, named where they end, meetings marked.
+    """Draw the curves of `cabledrive.studies.frequency_against`, named where they end, crossings marked.
 
     ``name``: unique on the page; ``data``: what `frequency_against` returns; ``quantity``: name of the
     horizontal axis; ``unit``: unit of the horizontal axis; ``scale``: SI units in one unit of the axis;
@@ -93,9 +93,9 @@ def _draw_curve(axes: "Axes", x: Array, data: "xr.Dataset", curve: int) -> tuple
 def _draw_crossings(axes: "Axes", data: "xr.Dataset", scale: float, unit: str) -> None:
     """A ring where two curves come together; its place in words where there is room for them."""
     for kind, value, frequency in zip(
-        data["meeting_kind"].to_numpy(),
-        data["meeting_value"].to_numpy() / scale,
-        data["meeting_frequency"].to_numpy(),
+        data["crossing_kind"].to_numpy(),
+        data["crossing_value"].to_numpy() / scale,
+        data["crossing_frequency"].to_numpy(),
         strict=True,
     ):
         axes.plot(

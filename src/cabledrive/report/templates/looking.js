@@ -26,7 +26,7 @@
     return logarithmic ? low * (high / low) ** share : low + share * (high - low);
   }
 
-  function told(panels, at) {
+  function readingAt(panels, at) {
     const between = (value, [first, last]) => (value - first) * (value - last) <= 0;
     const panel = panels.find((one) => between(at.x, one.x) && between(at.y, one.y));
     if (!panel) return "";
@@ -41,7 +41,7 @@
   for (const svg of document.querySelectorAll("svg[data-axes]")) {
     const panels = JSON.parse(svg.dataset.axes);
     svg.addEventListener("pointermove", (event) => {
-      reading.value = told(panels, inPicture(svg, event));
+      reading.value = readingAt(panels, inPicture(svg, event));
       reading.hidden = !reading.value;
       const right = Math.min(event.clientX + 14, window.innerWidth - reading.offsetWidth - 8);
       reading.style.transform = `translate(${Math.max(right, 4)}px, ${Math.max(event.clientY - 38, 4)}px)`;
@@ -76,7 +76,7 @@
     mark.lines ??= shown.svg.appendChild(document.createElementNS(shown.svg.namespaceURI, "path"));
     mark.lines.setAttribute("class", "mark");
     mark.lines.setAttribute("d", `M${left} ${at.y}H${right}M${at.x} ${foot}V${head}`);
-    said.value = told(shown.panels, at) || "no numbers on these axes";
+    said.value = readingAt(shown.panels, at) || "no numbers on these axes";
   }
 
   const zoomMiddle = (factor) => zoom(factor, box().x + box().width / 2, box().y + box().height / 2);

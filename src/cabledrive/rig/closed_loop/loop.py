@@ -200,7 +200,7 @@ def close_loop(
         jitter=late_samples(options, interval, samples, generator),
         forces=disturbing_torques(options, interval, samples),
         first_end=round(2.0 * (motion.rise + motion.dwell) / interval),
-        blind=encoder_dropout(plant_drive, options, interval, shown),
+        dropout=encoder_dropout(plant_drive, options, interval, shown),
     )
     links = (joint_backlash(plant_drive, chain), slack_twist(plant_drive, chain))
     if own_plant is not None:  # nothing is known of its links

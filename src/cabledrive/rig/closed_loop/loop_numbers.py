@@ -38,7 +38,7 @@ class RigNumbers(NamedTuple):
     0: ideal; ``phases`` (m,): where in its count each encoder starts, from -1/2 to 1/2. ``torque_limit`` [N
     m]; ``late_samples`` and ``late_part`` [s]: the delay. ``jitter`` (samples,): how late each sample is
     taken [s]. ``forces`` (samples, 2): torque on motor and load from this sample to the next [N m].
-    ``first_end``: sample at which the first pulse and its dwell are over. ``blind``: sensor, first and last
+    ``first_end``: sample at which the first pulse and its dwell are over. ``dropout``: sensor, first and last
     sample at which it gives NaN.
     """
 
@@ -52,7 +52,7 @@ class RigNumbers(NamedTuple):
     jitter: Array
     forces: Array
     first_end: int
-    blind: Integers
+    dropout: Integers
 
 
 class LoopState(NamedTuple):

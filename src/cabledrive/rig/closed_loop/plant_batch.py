@@ -39,7 +39,7 @@ def fits_batch(loop: Loop) -> bool:
     exact = exact and loop.cable is None and loop.own_plant is None and loop.disturbed is None
     smooth = scalars[8] > 0.0 and scalars[4] == 0.0 and loop.chain.size in PLACES
     punctual = rig.late_samples == 0 and rig.late_part == 0.0 and rig.jitter.size == 0
-    quiet = not rig.forces.any() and rig.blind[0] < 0 and loop.piecewise.rates.shape[0] == 0
+    quiet = not rig.forces.any() and rig.dropout[0] < 0 and loop.piecewise.rates.shape[0] == 0
     return bool(exact and smooth and punctual and quiet and scalars[0] == rig.interval)
 
 

@@ -17,20 +17,20 @@ def read_encoders(
     encoders: Integers,
     counts: Array,
     phases: Array,
-    blind: Integers,
+    dropout: Integers,
     angles: Array,
     sample: int,
     readings: Array,
 ) -> None:
-    """Angles in whole counts, each encoder with its own phase; NaN from one that is blind."""
+    """Angles in whole counts, each encoder with its own phase; NaN from one that drops out."""
     for j in range(readings.size):
         angle = angles[encoders[j]]
         if counts[j] > 0.0:
             readings[j] = counts[j] * np.rint(angle / counts[j] + phases[j])
         else:
             readings[j] = angle
-    if blind[0] >= 0 and blind[1] <= sample <= blind[2]:
-        readings[blind[0]] = nan
+    if dropout[0] >= 0 and dropout[1] <= sample <= dropout[2]:
+        readings[dropout[0]] = nan
 
 
 @njit_in_place
@@ -99,7 +99,7 @@ def sense(observer: ObserverNumbers, rig: RigNumbers, k: int, x: Array, s: LoopS
 
     An encoder that drops out leaves those without a number as well.
     """
-    read_encoders(rig.encoders, rig.counts, rig.phases, rig.blind, x, k, s.readings)
+    read_encoders(rig.encoders, rig.counts, rig.phases, rig.dropout, x, k, s.readings)
     if observer.kind == 0:
         seen, states = True, s.controller.states
         for j in range(s.readings.size):

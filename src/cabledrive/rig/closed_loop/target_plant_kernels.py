@@ -53,7 +53,7 @@ def new_plant_state(plant: PlantNumbers, rig: RigNumbers) -> PlantState:
 @njit_part
 def plant_read(rig: RigNumbers, s: PlantState) -> None:
     """The encoders now, into the plant's readings."""
-    read_encoders(rig.encoders, rig.counts, rig.phases, rig.blind, s.x, 0, s.readings)
+    read_encoders(rig.encoders, rig.counts, rig.phases, rig.dropout, s.x, 0, s.readings)
 
 
 @njit_part

@@ -1,4 +1,4 @@
-"""Plants drawn with their disturbances, under one law: every law meets the same."""
+"""Plants drawn with their disturbances, the same ones for every law."""
 
 from dataclasses import fields, replace
 from math import inf, pi

@@ -1,4 +1,4 @@
-"""Eigenvalues of a law on the plant it really meets: most of what is seen in a run is in them."""
+"""Eigenvalues of a law on the actual plant: most of what is seen in a run is in them."""
 
 from dataclasses import dataclass
 from math import pi

@@ -1,6 +1,6 @@
 """One tuning procedure for every law: the highest bandwidth within the same limits of ripple and robustness.
 
-With each of the filters that are offered, the highest bandwidth is sought at which the disk margin and the
+With each of the filters that are offered, the highest bandwidth is searched at which the disk margin and the
 torque ripple by rounding keep their limits; of the filters the one with the smallest worst error on plants
 that are set apart for tuning is taken.
 """

@@ -30,10 +30,10 @@ def while_quiet(tried: Iterable[tuple[One, dict[str, float]]]) -> Iterator[tuple
 
     ``tried``: each made when it is asked for, with the share of every quantity.
     """
-    calm = float("inf")
+    least = float("inf")
     for found, shares in tried:
-        calm = min(calm, found.torque if found.torque is not None else calm)
-        loud = found.torque is not None and found.torque > RIPPLE * calm
+        least = min(least, found.torque if found.torque is not None else least)
+        loud = found.torque is not None and found.torque > RIPPLE * least
         refused: Any = replace(found, refused=LOUD) if loud and not found.refused else found  # type: ignore[type-var]
         yield refused, shares
         if loud:

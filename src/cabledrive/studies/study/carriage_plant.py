@@ -33,7 +33,7 @@ NO_MODELS = "a carriage divides the span; see the model of the carriage below"
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CarriagePlant:
-    """A drive whose one carriage the scheduled law covers; logs tell nothing of it.
+    """A drive whose one carriage the scheduled law covers; logs do not identify it.
 
     Attributes
     ----------

@@ -62,7 +62,7 @@ class LoadPlant:
         return BACKLASH if motor is not None and motor.backlash > 0.0 else ""
 
     def quantities(self, logs: Logs) -> Knowledge:
-        """What the logs tell, and of the rest the data sheet."""
+        """What is identified from the logs; the rest from the data sheet."""
         goals = self.goals
         return self.cache.staged(
             "knowledge", know, self.drive, logs, goals.spreads, goals.load_inertia, backlash=goals.backlash

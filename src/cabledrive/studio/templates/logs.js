@@ -6,7 +6,7 @@
 
   // ---- send a file
   function send(file) {
-    const request = new XMLHttpRequest(); // it tells how far an upload is
+    const request = new XMLHttpRequest(); // it reports how far an upload is
     request.open("POST", `/logs/file?${new URLSearchParams({ name: file.name })}`);
     $("sent").hidden = false;
     $("upload-refusal").hidden = true;
