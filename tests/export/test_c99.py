@@ -15,7 +15,7 @@ from cabledrive.export import export_to
 from cabledrive.export.c99 import controller_package
 from cabledrive.export.door import write_folder
 from cabledrive.export.self_test import commands_of, references_of, rippled_readings, self_test
-from cabledrive.export.target_program import start_values
+from cabledrive.export.target_kernel import start_values
 from cabledrive.rig.laws.controller_file import FILED
 from export.compilers import COMPILERS, WARNINGS, built, checked
 from export.designs import loop_of, source_of

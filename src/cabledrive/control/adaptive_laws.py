@@ -15,8 +15,17 @@ from math import exp, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.control.linear_laws import linear_law, lq_law, sampled_motion
+from cabledrive.control.flat_output import FlatOutput
+from cabledrive.control.linear_laws import (
+    FRICTION_SLOPE,
+    feedforward_generator,
+    linear_law,
+    lq_law,
+    sampled_motion,
+)
 from cabledrive.control.numbers import REFERENCE_MODEL, LawNumbers, learning_table
+from cabledrive.control.reference import flat_map
+from cabledrive.control.reference_numbers import ReferenceNumbers
 from cabledrive.reduction.lumped_chain import LumpedChain
 
 Array = NDArray[np.float64]
@@ -58,4 +67,22 @@ def reference_model_law(
     gain = rate * width**2 / max(float((width * largest) @ (width * largest)), 1e-300)
     return feedback._replace(
         kind=REFERENCE_MODEL, learning=learning_table(np.zeros(len(low)), low, high, gain)
+    )
+
+
+def reference_model_generator(chain: LumpedChain, flat: FlatOutput, interval: float) -> ReferenceNumbers:
+    """The generator of the feedforward's row with the four functions that carry the motor's parameters.
+
+    These are acceleration, speed w and tanh(K w) of the motor along the reference, and 1.
+    """
+    plain, rows = feedforward_generator(chain, flat, interval), flat_map(flat)
+    width, before = len(rows), len(plain.output)
+    functions = np.zeros((4, plain.output.shape[1]))
+    functions[:2, -width:] = rows[:, [-1, -2]].T  # of the last stage, whose filters have been passed
+    sign = np.array([[1.0, FRICTION_SLOPE]]), np.array([[before + 2, before + 1]])
+    return plain._replace(
+        output=np.vstack((plain.output, functions)),
+        constant=np.concatenate((plain.constant, [0.0, 0.0, 0.0, 1.0])),
+        friction=np.vstack((plain.friction, sign[0])),
+        places=np.vstack((plain.places, sign[1])),
     )

@@ -49,7 +49,7 @@ def feedforward_generator(
         table = rigid_feedforward(frictionless, np.eye(2 * n + 1))
     else:
         table, times = feedforward(frictionless, flat, flat_map(flat)), flat.time_constants.tolist()
-    friction = (chain.coulomb[0], FRICTION_SLOPE, 2 * n, n)
+    friction = [(chain.coulomb[0], FRICTION_SLOPE, 2 * n, n)] if chain.coulomb[0] > 0.0 else []
     return reference_numbers(table.T, times, interval, taps=taps, constant=constant, friction=friction)
 
 

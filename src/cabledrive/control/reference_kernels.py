@@ -90,8 +90,9 @@ def reference_row(
             for k in range(width):
                 value += numbers.output[c, i * width + k] * stages[i, k]
         row[c] = value
-    if numbers.friction[0] > 0.0:
-        row[numbers.places[0]] += numbers.friction[0] * tanh(numbers.friction[1] * row[numbers.places[1]])
+    for i in range(numbers.friction.shape[0]):
+        speed = row[numbers.places[i, 1]]
+        row[numbers.places[i, 0]] += numbers.friction[i, 0] * tanh(numbers.friction[i, 1] * speed)
 
 
 @njit_in_place

@@ -27,10 +27,10 @@ class ReferenceNumbers(NamedTuple):
         The row from all stages, stage after stage.
     constant : ndarray, shape (columns,)
         What is added to the row.
-    friction : ndarray, shape (2,)
-        Coulomb friction c [N m] and slope K [s/rad] of c tanh(K w), added to a torque.
-    places : ndarray of int, shape (2,)
-        Columns of that torque and of the speed w.
+    friction : ndarray, shape (f, 2)
+        Coulomb friction c [N m] and slope K [s/rad] of each c tanh(K w), added to a column.
+    places : ndarray of int, shape (f, 2)
+        That column, and the column of the speed w.
     """
 
     taps: Array
@@ -82,13 +82,13 @@ def reference_numbers(
     sources: Sequence[int] | None = None,
     taps: Sequence[tuple[float, float]] = AT_ONCE,
     constant: Array | None = None,
-    friction: tuple[float, float, int, int] = (0.0, 0.0, 0, 0),
+    friction: Sequence[tuple[float, float, int, int]] = (),
 ) -> ReferenceNumbers:
     """Numbers of a generator.
 
     ``output``, shape (columns, c): of all stages, or of the last one alone; ``times``: time constant of each
-    filter [s]; ``sources``: default: each filter takes the one before it; ``friction``: c, K, column of the
-    torque, column of the speed.
+    filter [s]; ``sources``: default: each filter takes the one before it; ``friction``: c, K, column that it
+    is added to, column of the speed, of each.
     """
     stages = len(times) + 1
     if sources is None:  # a series of filters, of which only the end is used
@@ -100,8 +100,8 @@ def reference_numbers(
         sources=np.array(sources, dtype=np.int64),
         output=np.ascontiguousarray(output),
         constant=np.zeros(len(output)) if constant is None else constant,
-        friction=np.array(friction[:2], dtype=float),
-        places=np.array(friction[2:], dtype=np.int64),
+        friction=np.array([one[:2] for one in friction], dtype=float).reshape(-1, 2),
+        places=np.array([one[2:] for one in friction], dtype=np.int64).reshape(-1, 2),
     )
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from cabledrive.control.own_controller import ControllerProtocol
 from cabledrive.export.c99 import controller_package
 from cabledrive.export.drive_source import read_drive
 from cabledrive.export.fmu import fmu_package
@@ -33,7 +34,7 @@ def export_to(
     source: Any,
     format: str,
     *,
-    controller: str | None = None,
+    controller: str | ControllerProtocol | None = None,
     axis: str | None = None,
     what: str = "controller",
     float32: bool = False,
@@ -48,8 +49,9 @@ def export_to(
         A drive, its name or file; a study's folder; a controller.json.
     format : {"c99", "fmu2", "fmu3", "mjcf", "modelica", "st", "klipper"}
         What to write.
-    controller : str, optional
-        Law for a drive; default: the one that its joint calls for.
+    controller : str or ControllerProtocol, optional
+        Law for a drive; default: the one that its joint calls for. A controller of your own, such as an
+        `OwnController`, whose step keeps to the subset of Python that is translated.
     axis : str, optional
         Of a machine with routes: its load, such as "head.x"; needed where two motors drive two axes.
     what : {"controller", "plant", "loop"}
@@ -81,6 +83,11 @@ def export_to(
     if format in ("mjcf", "modelica", "klipper"):
         return _model(place, source, format, what, axis)
     found = read_source(source, controller, axis)
+    if found.law.own is not None and (float32 or what != "controller"):
+        raise InputRefused(
+            f'controller "{found.law.name}" is your own: it is exported alone and in double precision; the '
+            "plant is exported from the drive without it"
+        )
     files, notes = _package(found, format, what, float32)
     write_folder(place, files)
     return _said(format, files, found.law.sample_time, found.law.drive_hash, notes)

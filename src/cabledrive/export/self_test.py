@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 
 from cabledrive.control.reference_numbers import new_reference_state
-from cabledrive.control.target_kernels import PathState, new_target_state, path_row, start_target, target_step
-from cabledrive.export.target_program import columns_of, needed_rise, path_state, start_values
+from cabledrive.control.target_kernels import PathState, path_row
+from cabledrive.export.target_kernel import target_kernel
+from cabledrive.export.target_program import columns_of, needed_rise, path_state
 from cabledrive.export.translation.source import interpreted
 from cabledrive.rig.laws.controller_file import ControllerFile
 
@@ -91,7 +92,8 @@ def wanted_angle(law: ControllerFile, samples: int) -> Array:
         sources=np.zeros(0, dtype=np.int64),
         output=np.ones((1, 1)),
         constant=np.zeros(1),
-        friction=np.zeros(2),
+        friction=np.zeros((0, 2)),
+        places=np.zeros((0, 2), dtype=np.int64),
         taps=np.array([[0.0, 1.0]]),
     )
     step, row = interpreted(path_row), np.zeros(1)
@@ -123,12 +125,13 @@ def commands_of(
 
     ``kind``: precision of state and inputs; that of the numbers is the law's own.
     """
-    state = as_type(new_target_state(law.observer, law.law, law.late_samples), kind)
+    kernel = target_kernel(law)
+    state, numbers = as_type(kernel.state, kind), kernel.numbers.values()
     readings, references = readings.astype(kind), references.astype(kind)
-    interpreted(start_target)(start_values(law).astype(kind), state, readings[0])
-    step, limit = interpreted(target_step), kind(law.torque_limit)
+    interpreted(kernel.start)(kernel.begin.astype(kind), state, readings[0])
+    step, limit = interpreted(kernel.step), kind(law.torque_limit)
     commands, held = np.zeros(len(readings)), np.zeros(len(readings), dtype=bool)
     for k, (y, row) in enumerate(zip(readings, references, strict=True)):
-        commands[k], valid = step(law.observer, law.law, limit, state, y, row[None])
+        commands[k], valid = step(*numbers, limit, state, y, row[None])
         held[k] = not valid
     return commands, held

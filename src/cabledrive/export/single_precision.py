@@ -16,7 +16,8 @@ from cabledrive.control.target_kernels import new_target_state, path_row, start_
 from cabledrive.export.plant_source import loop_on
 from cabledrive.export.self_test import SAMPLES, SEED, as_type, commands_of, references_of, rippled_readings
 from cabledrive.export.source import ExportSource
-from cabledrive.export.target_program import columns_of, needed_rise, path_state, start_values
+from cabledrive.export.target_kernel import start_values
+from cabledrive.export.target_program import columns_of, needed_rise, path_state
 from cabledrive.export.translation.source import interpreted
 from cabledrive.parameters import InputRefused
 from cabledrive.rig.closed_loop.target_plant_kernels import new_plant_state, plant_read, plant_step

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from cabledrive.control.own_controller import ControllerProtocol, checked_controller
 from cabledrive.parameters import Drive, InputRefused, content_hash, load_drive
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.reduction.network_axis import as_axis, axis_notes
@@ -20,6 +21,7 @@ from cabledrive.rig.laws.controller_file import (
     read_controller,
     require_whole,
 )
+from cabledrive.rig.laws.own_law import own_law
 from cabledrive.rig.laws.registry import design, known_name, needed_order
 from cabledrive.rig.ranking.best import BEST, best_controller
 from cabledrive.rig.setting import Motion, RigOptions
@@ -42,7 +44,9 @@ class ExportSource:
     notes: tuple[str, ...] = ()
 
 
-def read_source(source: Any, controller: str | None = None, axis: str | None = None) -> ExportSource:
+def read_source(
+    source: Any, controller: str | ControllerProtocol | None = None, axis: str | None = None
+) -> ExportSource:
     """Read what is to be exported.
 
     ``source``: Drive, its name or path, a study's folder or a controller.json; ``controller``, ``axis``:
@@ -53,7 +57,8 @@ def read_source(source: Any, controller: str | None = None, axis: str | None = N
         return designed(as_axis(source, axis), controller)
     if is_controller_path(str(source)) and not str(source).endswith(".toml"):
         if controller is not None:
-            raise InputRefused(f"{source}: holds its own law: leave --controller {controller} out")
+            given = controller if isinstance(controller, str) else "of your own"
+            raise InputRefused(f"{source}: holds its own law: leave --controller {given} out")
         if axis is not None:
             raise InputRefused(f"{source}: holds the law of its own axis: leave --axis {axis} out")
         return _from_file(Path(source))
@@ -78,23 +83,28 @@ def _from_file(path: Path) -> ExportSource:
     return ExportSource(law=law, data=data, drive=drive, notes=_notes(law))
 
 
-def designed(drive: Drive, name: str | None) -> ExportSource:
-    """A law designed for a drive as `cabledrive.track` designs it, its filter at the gain it settles on."""
+def designed(drive: Drive, name: str | ControllerProtocol | None) -> ExportSource:
+    """A law designed for a drive as `cabledrive.track` designs it, its filter at the gain it settles on.
+
+    ``name``: of a packaged law, or a controller of the user's own.
+    """
     loop = designed_loop(drive, name)
     require_whole(loop.controller.name)
     data = controller_numbers(loop, drive, RigOptions().feedback)
-    law = controller_from(json.loads(json.dumps(data)), FILE)
+    law = controller_from(json.loads(json.dumps(data)), FILE, loop.controller.own)
     return ExportSource(law=law, data=data, drive=drive, notes=(*_notes(law), *axis_notes(drive)))
 
 
-def designed_loop(drive: Drive, name: str | None) -> Loop:
+def designed_loop(drive: Drive, name: str | ControllerProtocol | None) -> Loop:
     """The loop of a law and a drive along the standard pulse."""
+    own = checked_controller(name) if name is not None and not isinstance(name, str) else None
     best = name == BEST
-    name = known_name(None if best else name, drive)
-    motion, options = Motion(order=needed_order(name, drive)), RigOptions()
+    known = own.name if own else known_name(None if best else str(name) if name else None, drive)
+    motion, options = Motion(order=needed_order(known, drive)), RigOptions()
     check_motion(drive, motion)
-    spec = replace(spec_for(drive, motion, best=True, options=options), feedback=options.feedback)
-    made = best_controller(spec) if best else design(name, spec)
+    spec = spec_for(drive, motion, best=own is None, options=options)
+    spec = replace(spec, feedback=options.feedback)
+    made = own_law(own, spec) if own else best_controller(spec) if best else design(known, spec)
     return close_loop(drive, drive, made, motion, options, np.random.default_rng(0))
 
 

@@ -10,7 +10,8 @@ from cabledrive.control.target_kernels import new_target_state
 from cabledrive.export.plant_source import NOTE, PlantSource, plant_source
 from cabledrive.export.shells import runtime_text, templates
 from cabledrive.export.source import ExportSource
-from cabledrive.export.target_program import needed_rise, path_state, start_values
+from cabledrive.export.target_kernel import start_values
+from cabledrive.export.target_program import needed_rise, path_state
 from cabledrive.export.translation.program import Program, Translated
 from cabledrive.export.translation.source import interpreted
 from cabledrive.export.translation.types import REAL, Scalar, Value

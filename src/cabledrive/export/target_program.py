@@ -1,19 +1,13 @@
 """The controller of a design as a program in C: kernels specialised to it, its frozen numbers, its state."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from cabledrive.control.numbers import LINEAR, NOMINAL
 from cabledrive.control.reference_numbers import MotionNumbers, new_reference_state
-from cabledrive.control.target_kernels import (
-    PathState,
-    TargetState,
-    new_target_state,
-    path_row,
-    start_target,
-    target_step,
-)
+from cabledrive.control.target_kernels import PathState, path_row
+from cabledrive.export.target_kernel import target_kernel
 from cabledrive.export.translation.literals import Precision
 from cabledrive.export.translation.program import Program, Translated
 from cabledrive.export.translation.types import REAL, Scalar, Value, View
@@ -36,12 +30,7 @@ class TargetProgram:
     start_call: str
     step_call: str
     row_call: str
-    state: TargetState
-
-
-def start_values(law: ControllerFile) -> Array:
-    """Parameter estimates to begin with; none of a linear law."""
-    return np.zeros(0) if law.law.kind == LINEAR else law.law.learning[NOMINAL]
+    state: Any
 
 
 def columns_of(law: ControllerFile) -> int:
@@ -52,28 +41,31 @@ def columns_of(law: ControllerFile) -> int:
 def target_program(law: ControllerFile, precision: Precision | None = None) -> TargetProgram:
     """Translate the controller of a file, with its reference generator.
 
-    Raises `NotComputed` if a kernel leaves the subset that can be translated: a mistake in the package.
+    Raises `InputRefused` if a step of the user's own leaves the subset that can be translated.
     """
-    program = Program(precision)
-    state = new_target_state(law.observer, law.law, law.late_samples)
+    program, kernel = Program(precision), target_kernel(law)
     readings, columns = len(law.encoders), columns_of(law)
-    c = program.state("cd_law", "law", state)
-    observer = program.frozen("observer", law.observer)
-    numbers = program.frozen("law", law.law)
+    c = program.state("cd_law", "law", kernel.state)
+    numbers = [program.frozen(name, part) for name, part in kernel.numbers.items()]
     y = Value("y", View(REAL, (readings,)))
-    program.tables["START"] = (start_values(law), "estimates to begin with")
-    start = Value("START", View(REAL, (len(start_values(law)),)))
+    program.tables["START"] = (kernel.begin, "estimates or memory to begin with")
+    start = Value("START", View(REAL, (len(kernel.begin),)))
     limit = Value(program.precision.literal(law.torque_limit), Scalar(REAL))
     ref = Value("ref", View(REAL, (1, columns)))
-    began, start_call = program.root(start_target, [start, c, y])
-    step, step_call = program.root(target_step, [observer, numbers, limit, c, y, ref])
+    began, start_call = program.root(kernel.start, [start, c, y])
+    step, step_call = program.root(kernel.step, [*numbers, limit, c, y, ref])
     if not (began.written and step.written):
         raise NotComputed("the controller keeps no state: its kernels are not those of a target")
     row_call = ""
     if law.reference is not None:
         row_call = _generator(program, law)
     return TargetProgram(
-        program=program, step=step, start_call=start_call, step_call=step_call, row_call=row_call, state=state
+        program=program,
+        step=step,
+        start_call=start_call,
+        step_call=step_call,
+        row_call=row_call,
+        state=kernel.state,
     )
 
 

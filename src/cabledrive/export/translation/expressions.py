@@ -152,8 +152,8 @@ class Expressions:
             assert isinstance(index.type, Scalar)
             if index.type.value is None:
                 moving.append(index.text if strides[i] == 1 else f"({index.text} * {strides[i]})")
-            elif 0 <= index.type.value < view.shape[i]:
-                fixed += int(index.type.value) * strides[i]
+            elif -view.shape[i] <= index.type.value < view.shape[i]:  # from the end as in Python
+                fixed += int(index.type.value) % view.shape[i] * strides[i]
             else:
                 self.source.refuse(node, f"element {index.type.value} of {view.shape[i]}")
         if view.size == 0 and moving:

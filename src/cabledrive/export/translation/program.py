@@ -63,14 +63,24 @@ class Program:
         self.open: list[Any] = []
 
     def frozen(self, name: str, numbers: Any) -> Value:
-        """A NamedTuple of numbers as constant tables, named after it."""
+        """A number, an array or a NamedTuple of them as constant tables, named after it."""
+        if isinstance(numbers, bool | int):
+            return constant(numbers)
+        if not hasattr(numbers, "_asdict"):
+            self._freeze(name, numbers, name)
+            return Value(name, kind_of(numbers, name, frozen=True), frozenset([FROZEN]))
         for field, part in numbers._asdict().items():
-            if isinstance(part, np.ndarray) and part.size:
-                about = f"{name}.{field}, shape {part.shape}"
-                self.tables[f"{name}_{field}"] = (part, about)
-            elif isinstance(part, float):
-                self.numbers[f"{name}_{field}"] = part
+            if hasattr(part, "_asdict"):
+                self.frozen(f"{name}_{field}", part)
+            else:
+                self._freeze(f"{name}_{field}", part, f"{name}.{field}")
         return Value(name, kind_of(numbers, name, frozen=True), frozenset([FROZEN]))
+
+    def _freeze(self, name: str, part: Any, about: str) -> None:
+        if isinstance(part, np.ndarray) and part.size:
+            self.tables[name] = (part, f"{about}, shape {part.shape}")
+        elif isinstance(part, float):
+            self.numbers[name] = part
 
     def state(self, name: str, pointer: str, state: Any) -> Value:
         """A NamedTuple of arrays that change, as a struct called ``name`` behind a pointer."""

@@ -8,7 +8,7 @@ from collections import Counter
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from types import FunctionType
+from types import CellType, FunctionType
 from typing import Any, NoReturn
 
 from cabledrive.parameters import InputRefused
@@ -89,14 +89,22 @@ def interpreted(function: Any) -> Any:
     """A kernel that runs, with all that it calls, without the compiler: the reference of the translation."""
     made: dict[Any, Any] = {}
 
+    def is_kernel(value: Any, caller: Any) -> bool:
+        ours = isinstance(value, FunctionType) and (_is_ours(value) or value.__module__ == caller.__module__)
+        return hasattr(value, "py_func") or ours
+
     def copy(one: Any) -> Any:
         one = plain(one)
         if one not in made:
             names: dict[str, Any] = {}
             made[one] = FunctionType(one.__code__, names, one.__name__, one.__defaults__, one.__closure__)
             for name, value in one.__globals__.items():
-                inner = hasattr(value, "py_func") or (isinstance(value, FunctionType) and _is_ours(value))
-                names[name] = copy(value) if inner and name in one.__code__.co_names else value
+                used = name in one.__code__.co_names and is_kernel(value, one)
+                names[name] = copy(value) if used else value
+            cells = [cell.cell_contents for cell in one.__closure__ or ()]
+            if any(is_kernel(value, one) for value in cells):
+                closed = tuple(CellType(copy(v) if is_kernel(v, one) else v) for v in cells)
+                made[one] = FunctionType(one.__code__, names, one.__name__, one.__defaults__, closed)
         return made[one]
 
     return copy(function)

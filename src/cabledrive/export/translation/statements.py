@@ -67,6 +67,8 @@ class Statements(Calls):
     def _unpack(self, node: ast.Assign, target: ast.Tuple, block: Block) -> None:
         """Several values of a call, or the lengths of an array."""
         value = self.value(node.value, alone=True)
+        if isinstance(value.type, View) and all(isinstance(one, ast.Name) for one in target.elts):
+            return self._unpack_array(node, target, value, block)
         if not isinstance(value.type, Group) or len(value.type.items) != len(target.elts):
             self.source.refuse(node, "this unpacking")
         parts = [Value("", kind) for kind in value.type.items]
@@ -77,6 +79,14 @@ class Statements(Calls):
         for one, part in zip(target.elts, parts, strict=True):
             known = part.type.value if isinstance(part.type, Scalar) else None
             self.assign(one, part if known is None else constant(known), block)
+
+    def _unpack_array(self, node: ast.Assign, target: ast.Tuple, value: Value, block: Block) -> None:
+        assert isinstance(value.type, View)
+        if value.type.shape != (len(target.elts),):
+            self.source.refuse(node, "this unpacking")
+        for i, one in enumerate(target.elts):
+            part = Value(f"{value.text}[{i}]", Scalar(value.type.kind), value.roots)
+            self.assign(one, part, block)
 
     def _assign_many(self, target: ast.Tuple, values: list[Value], block: Block) -> None:
         """Python computes every value before it sets the first target."""

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.control.numbers import BACKSTEPPING, DARC, LawNumbers
+from cabledrive.control.numbers import BACKSTEPPING, DARC, OWN, LawNumbers
 from cabledrive.control.observer_numbers import KALMAN, ObserverNumbers
+from cabledrive.control.own_controller import OwnController
 from cabledrive.control.reference_numbers import ReferenceNumbers
 from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.files import require_regular
@@ -18,13 +19,12 @@ from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.controller_words import ARRAYS, reference_columns
 from cabledrive.rig.laws.load_learning import KINDS as LOAD_LEARNING
-from cabledrive.rig.laws.reference_model import NAME as MRAC
 from cabledrive.rig.laws.registry import CONTROLLERS
 
 ABOUT = "See cabledrive.control.numbers.LawNumbers and cabledrive.control.observer_numbers"
 FILE = "controller.json"
-TABLED = (*LOAD_LEARNING, MRAC)
-"""Laws that need more along their motion than a reference generator makes."""
+TABLED = tuple(LOAD_LEARNING)
+"""Laws whose reference looks ahead of the motion, which no generator does."""
 FILED = tuple(name for name in CONTROLLERS if name not in TABLED)
 """Laws that a file of numbers holds whole; of the others the rig makes the tables along the motion anew."""
 UNITS = {
@@ -74,6 +74,8 @@ class ControllerFile:
         What makes the rows of the reference; None in a file of an earlier version.
     columns : tuple of str
         Names of the reference's columns.
+    own : OwnController or None
+        A controller of the user's own, whose step no file holds.
     """
 
     path: str
@@ -93,6 +95,7 @@ class ControllerFile:
     torque_per_volt: float | None = None
     reference: ReferenceNumbers | None = None
     columns: tuple[str, ...] = ()
+    own: OwnController | None = None
 
 
 def controller_numbers(loop: Loop, drive: Drive, feedback: str) -> dict[str, Any]:
@@ -101,7 +104,12 @@ def controller_numbers(loop: Loop, drive: Drive, feedback: str) -> dict[str, Any
     ``drive``: that it was made for.
     """
     made, rig, generator = loop.controller, loop.rig, loop.controller.generator
-    columns = [] if made.name in TABLED else reference_columns(made.law, made.shafts, made.reference.shape[1])
+    along = made.own is not None and made.own.follows == "motion"
+    columns = (
+        []
+        if made.name in TABLED
+        else reference_columns(made.law, made.shafts, made.reference.shape[1], motion=along)
+    )
     return {
         "about": ABOUT,
         "name": made.name,
@@ -177,8 +185,8 @@ def read_controller(path: Any) -> ControllerFile:
     return controller_from(data, str(place))
 
 
-def controller_from(data: Any, place: str) -> ControllerFile:
-    """A controller from the content of its file; ``place``: its path.
+def controller_from(data: Any, place: str, own: OwnController | None = None) -> ControllerFile:
+    """A controller from the content of its file; ``place``: its path; ``own``: the step that it lacks.
 
     Raises `InputRefused` as `read_controller`.
     """
@@ -199,6 +207,7 @@ def controller_from(data: Any, place: str) -> ControllerFile:
             torque_limit=float("inf") if data["torque_limit"] is None else float(data["torque_limit"]),
             drive_hash=str(data["drive_hash"]),
             law=_law(data["law"], 2 * len(data["shafts"])),
+            own=own,
             **_target(data),
             observer=ObserverNumbers(
                 kind=int(seen["kind"]),
@@ -222,20 +231,24 @@ def controller_from(data: Any, place: str) -> ControllerFile:
 
 def _target(data: Mapping[str, Any]) -> dict[str, Any]:
     """What only a target asks for, and a file of an earlier version lacks."""
-    if data.get("reference") is None:
+    if "columns" not in data or "reference" not in data:
         return {}
-    numbers = data["reference"]
-    parts: dict[str, Any] = {name: _array(numbers[name]) for name in ReferenceNumbers._fields}
-    parts["lags"] = parts["lags"].reshape(-1, 3)  # an empty list has no width
-    parts |= {name: np.array(numbers[name], dtype=np.int64) for name in ("sources", "places")}
-    return {
+    named = {
         "late_samples": int(data["late_samples"]),
         "counts": tuple(float(count) for count in data["counts"]),
         "load_gear": float(data["load_gear"]),
         "torque_per_volt": data["torque_per_volt"],
-        "reference": ReferenceNumbers(**parts),
         "columns": tuple(data["columns"]),
     }
+    if data["reference"] is None:
+        return named
+    numbers = data["reference"]
+    parts: dict[str, Any] = {name: _array(numbers[name]) for name in ReferenceNumbers._fields}
+    parts["lags"] = parts["lags"].reshape(-1, 3)  # an empty list has no width
+    parts["friction"] = parts["friction"].reshape(-1, 2)
+    parts["sources"] = np.array(numbers["sources"], dtype=np.int64)
+    parts["places"] = np.array(numbers["places"], dtype=np.int64).reshape(-1, 2)
+    return named | {"reference": ReferenceNumbers(**parts)}
 
 
 def _array(values: Any) -> Array:
@@ -253,10 +266,15 @@ def _law(data: Mapping[str, Any], states: int) -> LawNumbers:
 
 def _check(found: ControllerFile) -> None:
     size, law, seen = 2 * len(found.shafts), found.law, found.observer
-    fits = law.kind in (DARC, BACKSTEPPING) or law.rows.shape[-1] == law.matrix.shape[0] + size
+    fits = law.kind in (DARC, BACKSTEPPING, OWN) or law.rows.shape[-1] == law.matrix.shape[0] + size
     fits = fits and (law.kind != DARC or law.matrix.shape == (size, size))
     whole = seen.kind == KALMAN and seen.gains.shape[1:] == seen.output.shape[::-1]
-    if found.name not in CONTROLLERS:
+    if law.kind == OWN and found.own is None:
+        raise InputRefused(
+            f'holds the filter of "{found.name}", a controller of your own, whose step is code: give that '
+            "object in Python"
+        ).at(found.path)
+    if found.name not in CONTROLLERS and found.own is None:
         raise InputRefused(f'holds the law "{found.name}": take one of {", ".join(CONTROLLERS)}').at(
             found.path
         )

@@ -1,6 +1,6 @@
 """What the arrays of a controller.json mean, and what the columns of its reference are called."""
 
-from cabledrive.control.numbers import DARC, LINEAR, LawNumbers
+from cabledrive.control.numbers import DARC, LINEAR, OWN, REFERENCE_MODEL, LawNumbers
 
 ARRAYS = {
     "law.matrix": (
@@ -37,16 +37,29 @@ ARRAYS = {
         "row from all stages, each the load angle and its derivatives rad/s^k at the first shaft"
     ),
     "reference.constant": "added to the row",
-    "reference.friction": "Coulomb friction N m and slope s/rad of c tanh(K w)",
-    "reference.places": "columns of torque and speed of that friction",
+    "reference.friction": "Coulomb friction N m and slope s/rad of each c tanh(K w) added to a column",
+    "reference.places": "that column, and the column of the speed w",
 }
 
+REGRESSOR = (
+    "adapted_inertia [rad/s^2]",
+    "adapted_viscous [rad/s]",
+    "adapted_coulomb [1]",
+    "adapted_offset [1]",
+)
+"""Functions of the reference that carry the adapted factors of a reference-model law."""
 
-def reference_columns(law: LawNumbers, shafts: tuple[str, ...], width: int) -> list[str]:
-    """Names with units of the columns of a law's reference."""
-    if law.kind == LINEAR and width == 2 * len(shafts) + 1:
+
+def reference_columns(
+    law: LawNumbers, shafts: tuple[str, ...], width: int, *, motion: bool = False
+) -> list[str]:
+    """Names with units of the columns of a law's reference; ``motion``: load angle and derivatives alone."""
+    if motion:
+        return [f"load_angle_{k} [rad/s^{k}]" for k in range(width)]
+    if law.kind in (LINEAR, REFERENCE_MODEL, OWN):
         angles = [f"{shaft}_angle [rad]" for shaft in shafts]
-        return [*angles, *(f"{shaft}_speed [rad/s]" for shaft in shafts), "torque [N m]"]
+        names = [*angles, *(f"{shaft}_speed [rad/s]" for shaft in shafts), "torque [N m]"]
+        return [*names, *REGRESSOR][:width]
     if law.kind == DARC:
         flat = [f"flat_output_{k} [rad/s^{k}]" for k in range(width - 2)]
         return [*flat, "motor_speed [rad/s]", "motor_acceleration [rad/s^2]"]

@@ -4,9 +4,12 @@ from typing import Any
 
 import numpy as np
 
+from cabledrive.control.flat_output import flat_output
 from cabledrive.control.kalman import QUIET
+from cabledrive.control.linear_laws import feedforward_generator
 from cabledrive.control.numbers import OWN, LawNumbers
 from cabledrive.control.own_controller import OwnController, checked_controller
+from cabledrive.control.reference_numbers import ReferenceNumbers, reference_numbers
 from cabledrive.parameters import InputRefused
 from cabledrive.reduction.models import highest_model
 from cabledrive.rig.closed_loop.loop_numbers import Array
@@ -45,6 +48,7 @@ def own_law(given: Any, spec: DesignSpec) -> Controller:
         model=number,
         damped=True,
         own=own,
+        generator=_generator(own, spec, shafts),
     )
 
 
@@ -57,6 +61,28 @@ def _reference(own: OwnController, spec: DesignSpec, shafts: tuple[str, ...]) ->
     table = feedforward_table(spec, chain, wanted)
     places = [place(chain, shaft) for shaft in shafts]
     return table[:, [*places, *(chain.size + i for i in places), 2 * chain.size]]
+
+
+def _generator(own: OwnController, spec: DesignSpec, shafts: tuple[str, ...]) -> ReferenceNumbers | None:
+    """What makes the rows of `_reference` sample by sample; none where friction needs a shaft left out."""
+    chain = spec.model(highest_model(spec.drive))
+    n = chain.size
+    if own.follows == "motion":
+        return reference_numbers(np.eye(2 * n + 1))
+    if "motor" not in shafts and chain.coulomb[0] > 0.0:
+        return None
+    rigid = spec.feedforward == "rigid"
+    flat = None if rigid else flat_output(chain, damped=spec.feedforward == "damped")
+    whole = feedforward_generator(chain, flat, spec.interval)
+    places = [place(chain, shaft) for shaft in shafts]
+    kept = [*places, *(n + i for i in places), 2 * n]
+    return whole._replace(
+        output=np.ascontiguousarray(whole.output[kept]),
+        constant=whole.constant[kept],
+        places=np.array(
+            [[kept.index(column) for column in one] for one in whole.places.tolist()], dtype=np.int64
+        ).reshape(-1, 2),
+    )
 
 
 def _check(own: OwnController, spec: DesignSpec) -> None:

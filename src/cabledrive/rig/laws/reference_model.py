@@ -4,12 +4,14 @@ from math import pi
 
 import numpy as np
 
-from cabledrive.control.adaptive_laws import reference_model_law
+from cabledrive.control.adaptive_laws import reference_model_generator, reference_model_law
 from cabledrive.control.darc_gains import printed_bounds
+from cabledrive.control.flat_output import flat_output
 from cabledrive.control.kalman import QUIET
-from cabledrive.control.linear_laws import FRICTION_SLOPE, lq_law
+from cabledrive.control.linear_laws import FRICTION_SLOPE, feedforward, lq_law
+from cabledrive.control.reference import flat_reference
 from cabledrive.reduction.models import highest_model
-from cabledrive.rig.laws.baselines import feedforward_table, rigid_bandwidth, weights
+from cabledrive.rig.laws.baselines import rigid_bandwidth, weights
 from cabledrive.rig.laws.controllers import Controller, DesignSpec
 
 NAME = "mrac"
@@ -22,11 +24,10 @@ def reference_model(spec: DesignSpec) -> Controller:
     number = highest_model(spec.drive)
     chain = spec.model(number)
     count, torque, settings = weights(spec)
-    table = feedforward_table(spec, chain, spec.wanted(2 * chain.size))
-    speed = table[:, chain.size]
-    functions = np.column_stack(
-        (np.gradient(speed, spec.interval), speed, np.tanh(FRICTION_SLOPE * speed), np.ones(len(speed)))
-    )
+    flat = flat_output(chain)
+    motion = flat_reference(flat, spec.wanted(2 * chain.size), spec.interval)
+    speed, acceleration = motion[:, -2], motion[:, -1]
+    functions = np.column_stack((acceleration, speed, np.tanh(FRICTION_SLOPE * speed), np.ones(len(speed))))
     bounds = printed_bounds(chain, flexible_joint=chain.size == 3)
     # The offset of a motor acts against its torque's sign in the model: it is subtracted.
     low, high = bounds.low - bounds.nominal, bounds.high - bounds.nominal
@@ -41,7 +42,7 @@ def reference_model(spec: DesignSpec) -> Controller:
     return Controller(
         name=NAME,
         law=law,
-        reference=np.ascontiguousarray(np.hstack((table, functions))),
+        reference=np.ascontiguousarray(np.hstack((feedforward(chain, flat, motion), functions))),
         shafts=("motor", "drive", "load") if chain.size == 3 else ("motor", "load"),
         start=np.zeros(4),
         tuning=QUIET,
@@ -49,4 +50,5 @@ def reference_model(spec: DesignSpec) -> Controller:
         | {"learns": ["inertia_motor", "viscous_friction", "coulomb_friction", "offset_torque"]},
         model=number,
         damped=True,
+        generator=reference_model_generator(chain, flat, spec.interval),
     )

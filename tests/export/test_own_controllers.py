@@ -1,0 +1,124 @@
+"""A controller of the user's own is exported by the same door: C is its step to the bit, or a line says why not."""
+
+import shutil
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import cabledrive as cd
+from cabledrive.control.own_target_kernels import own_target_step, start_own
+from cabledrive.export import export_to
+from cabledrive.export.source import designed, designed_loop
+from cabledrive.export.target_kernel import target_kernel
+from cabledrive.rig.closed_loop.loop import run
+from export.compilers import WARNINGS, checked
+
+needs_cc = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+DRIVE = cd.load_drive("dissertation-3")
+
+
+class Gains(NamedTuple):
+    row: np.ndarray
+    integral: float
+    limit: int
+
+
+def clipped(value: float, limit: float) -> float:
+    return min(max(value, -limit), limit)
+
+
+def step(gains, state, measurement, reference):
+    state[0] = clipped(state[0] + 2e-4 * (reference[1] - measurement[1]), gains.limit)
+    total = reference[-1] + gains.integral * state[0]
+    for i in range(measurement.size):
+        total += gains.row[i] * (reference[i] - measurement[i])
+    return state, total
+
+
+def on_readings(gains, state, measurement, reference):
+    stiffness, damping = gains
+    speed = (measurement[0] - state[0]) / 2e-4
+    state[0] = measurement[0]
+    return state, stiffness * (reference[0] - measurement[0]) - damping * speed
+
+
+OWN = cd.OwnController(
+    step=step,
+    gains=Gains(np.array([8.0, 0.5, 0.3, 0.02]), 20.0, 3),
+    initial_state=[1e-3],
+    name="mine",
+    shafts=("motor", "load"),
+)
+UNFILTERED = cd.OwnController(
+    step=on_readings,
+    gains=(0.5, 0.02),
+    initial_state=[0.0],
+    name="unfiltered",
+    measures="readings",
+    follows="motion",
+)
+
+
+@needs_cc
+@pytest.mark.parametrize("own", [OWN, UNFILTERED], ids=lambda own: own.name)
+def test_a_controller_of_ones_own_passes_its_self_test_to_the_bit(own, tmp_path):
+    made = export_to(tmp_path / "c", DRIVE, "c99", controller=own)
+    assert made["sample_time"] == pytest.approx(2e-4)
+    done = checked(tmp_path / "c", "-O2", *WARNINGS)
+    assert done.returncode == 0, done.stdout
+    assert "1000 samples, command kept at 7, largest difference 0 N m" in done.stdout
+
+
+def test_the_target_steps_as_the_rig_does():
+    """Readings of a run on the rig, replayed; the rig's filter settled from the start."""
+    source, loop = designed(DRIVE, OWN), designed_loop(DRIVE, OWN)
+    loop = replace(loop, observer=source.law.observer)
+    log = run(loop, last=300).log[:300]
+    first, m = 2 * loop.chain.size + 1, len(source.law.encoders)
+    kernel = target_kernel(source.law)
+    target, state = own_target_step(step, True), kernel.state
+    start_own(kernel.begin, state, log[0, first : first + m].copy())
+    for k in range(300):
+        row = loop.controller.reference[k : k + 1]
+        u, valid = target(
+            *kernel.numbers.values(), source.law.torque_limit, state, log[k, first : first + m].copy(), row
+        )
+        assert valid
+        assert u == pytest.approx(log[k, first + m], abs=1e-11)
+
+
+def with_vectors(gains, state, measurement, reference):
+    error = reference[:4] - measurement
+    return state, error[0]
+
+
+def with_a_longer_state(gains, state, measurement, reference):
+    return measurement, reference[0]
+
+
+@pytest.mark.parametrize(
+    "changes, named",
+    [
+        ({"step": with_vectors}, "test_own_controllers.py:"),
+        ({"step": with_a_longer_state}, "state of shape"),
+        ({"gains": {"p": 1.0}}, "its gains cannot be exported"),
+        ({"step": eval("lambda g, s, m, r: (s, 0.0)")}, "cannot be exported"),
+    ],
+)
+def test_what_lies_outside_is_refused_in_one_line(changes, named, tmp_path):
+    with pytest.raises(cd.InputRefused) as refusal:
+        export_to(tmp_path / "c", DRIVE, "c99", controller=replace(OWN, **changes))
+    assert named in str(refusal.value)
+    assert "\n" not in str(refusal.value)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_only_packaged_laws_have_is_refused(tmp_path):
+    for options in ({"float32": True}, {"what": "loop"}):
+        with pytest.raises(cd.InputRefused, match="your own"):
+            export_to(tmp_path / "c", DRIVE, "c99", controller=OWN, **options)
+    export_to(tmp_path / "c", DRIVE, "c99", controller=OWN)
+    with pytest.raises(cd.InputRefused, match="whose step is code"):
+        cd.track(DRIVE, controller=tmp_path / "c")
