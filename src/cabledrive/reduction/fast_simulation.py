@@ -150,16 +150,20 @@ def grid_of(
     largest = pi / (2.0 * max(model.natural.max(), model.transverse.max()))
     if scheme.step is not None and not 0.0 < scheme.step <= largest:
         raise InputRefused(f"step = {scheme.step:.4g} s must be positive and at most {largest:.4g} s here")
-    finest = min(
-        2 * pi / (_PER_PULLEY_PERIOD * model.natural.max()), _PER_SINE_RADIAN / model.transverse.max()
-    )
-    steps = max(1, int(np.ceil(duration / (scheme.step or finest))))
+    steps = max(1, int(np.ceil(duration / (scheme.step or finest_step(model)))))
     if steps > _MOST_STEPS:
         raise InputRefused(
             f"duration = {duration:.4g} s takes {steps} steps, at most {_MOST_STEPS}: shorten it"
         )
     step = duration / steps
     return steps, max(1, int(1.0 / (recording.rate * step))), step
+
+
+def finest_step(model: UniformTensionModel) -> float:
+    """Step that resolves every mode of the model [s]."""
+    return float(
+        min(2 * pi / (_PER_PULLEY_PERIOD * model.natural.max()), _PER_SINE_RADIAN / model.transverse.max())
+    )
 
 
 def _check_memory(model: UniformTensionModel, steps: int, records: int) -> None:

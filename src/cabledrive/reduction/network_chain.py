@@ -203,7 +203,7 @@ def _kept_modes(
         )
     highest = np.sqrt(squares[rigid:][np.argsort(felt)[-count:]].max())
     # Condensed frequencies lie above the exact ones: belts that stretch evenly are stiffer than waves.
-    groups = _groups(network, spectrum, highest * (1.0 + 1e-6))
+    groups = coupled_modes(network, spectrum, highest * (1.0 + 1e-6))
     merged = [(square, _merged(turn, group)) for square, group, _ in groups]
     modes = [(square, shape) for square, shape in merged if shape is not None]
     modes.sort(key=lambda mode: float((turn @ mode[1]) ** 2 / mode[0]))
@@ -211,7 +211,7 @@ def _kept_modes(
     return np.array([0.0, *(square for square, _ in kept)]), np.column_stack([first, *(x for _, x in kept)])
 
 
-def _groups(network: Network, spectrum: NetworkSpectrum, omega: float) -> list[tuple[float, Array, bool]]:
+def coupled_modes(network: Network, spectrum: NetworkSpectrum, omega: float) -> list[tuple[float, Array, bool]]:
     """Squares of the frequencies and shapes of the coupled modes below one, and whether they are transverse.
 
     Modes of one frequency and kind stand together.
@@ -269,7 +269,7 @@ def _left_out(
     kept = _modal_parts(squares, shapes, rows, omega)
     size = np.abs(kept).sum(axis=2)
     strings = [
-        (s, x) for s, group, across in _groups(network, spectrum, 1.1 * top) if across for x in group.T
+        (s, x) for s, group, across in coupled_modes(network, spectrum, 1.1 * top) if across for x in group.T
     ]
     strings = [(s, x) for s, x in strings if not np.any(np.abs(s - squares) <= _SAME * s)]
     across = np.zeros_like(exact)

@@ -37,10 +37,10 @@ def network_response(
     dampers = dampers_of(network)
     for number, w in enumerate(omega):
         if loss_factor is None:
-            stiffness = _dynamic_stiffness(network, complex(w), dampers)
+            stiffness = dynamic_stiffness(network, complex(w), dampers)
         else:  # K (1 + i eta) - w^2 M is (1 + i eta) times the undamped one at w / sqrt(1 + i eta)
             scale = 1.0 + 1j * loss_factor
-            stiffness = scale * _dynamic_stiffness(network, w / np.sqrt(scale), None)
+            stiffness = scale * dynamic_stiffness(network, w / np.sqrt(scale), None)
         try:
             found[number] = output @ np.linalg.solve(stiffness, force.astype(np.complex128))
         except np.linalg.LinAlgError:
@@ -50,7 +50,7 @@ def network_response(
     return found
 
 
-def _dynamic_stiffness(network: Network, omega: complex, dampers: tuple[Array, Array] | None) -> Complex:
+def dynamic_stiffness(network: Network, omega: complex, dampers: tuple[Array, Array] | None) -> Complex:
     """Force per motion of the coordinates, shape (n, n)."""
     impedance, time = _waves(network, omega, damped=dampers is not None)
     alpha, phase = omega * time, np.exp(1j * omega * network.lag)
