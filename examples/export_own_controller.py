@@ -1,4 +1,4 @@
-"""How does a controller of your own become C? PD at the motor, integral at the load, in what is translated."""
+"""How does a controller of your own become C? PD at the motor, integral at the load, in translated Python."""
 
 import shutil
 import subprocess
@@ -22,7 +22,9 @@ class Gains(NamedTuple):
 def step(gains, state, measurement, reference):
     """PD and integral, element by element; the state is changed in place."""
     state[0] += gains.interval * (reference[1] - measurement[1])
-    feedback = gains.position * (reference[0] - measurement[0]) + gains.speed * (reference[2] - measurement[2])
+    feedback = gains.position * (reference[0] - measurement[0]) + gains.speed * (
+        reference[2] - measurement[2]
+    )
     return state, reference[4] + feedback + gains.integral * state[0]
 
 

@@ -1,4 +1,4 @@
-"""A distributed cable as numbers that a sample needs: the fast model of a loop, a machine with routes in linear modes."""
+"""A distributed cable, a sample at a time: the fast model of a loop, a network of routes in linear modes."""
 
 from dataclasses import dataclass
 from math import ceil, pi
@@ -10,7 +10,8 @@ from scipy.linalg import eigh, expm
 from cabledrive.mechanics.network import Network, network_of
 from cabledrive.mechanics.network.assembly import DIRECTIONS
 from cabledrive.mechanics.network.damping import dampers_of, rotor_turn
-from cabledrive.mechanics.network.motion import ALONG
+from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE
+from cabledrive.mechanics.network.pieces import Piece
 from cabledrive.mechanics.network.response import dynamic_stiffness
 from cabledrive.modal.network.spectrum import NetworkSpectrum
 from cabledrive.parameters import Drive, InputRefused
@@ -53,7 +54,7 @@ def modal_cable(drive: Drive | RoutedDrive, sines: int = 8) -> ModalCable:
 
     Raises `InputRefused` if the fast model does not fit a drive, or a rope of a machine with routes runs.
     """
-    rate = drive.sensors.sample_rate if drive.sensors else DEFAULT_RATE
+    rate = (drive.sensors.sample_rate if drive.sensors else None) or DEFAULT_RATE
     if isinstance(drive, RoutedDrive):
         return _network(drive, 1.0 / rate)
     return _loop(drive, 1.0 / rate, sines)
@@ -145,7 +146,7 @@ def _network(drive: RoutedDrive, interval: float) -> ModalCable:
 def _kept(network: Network, omega: float) -> tuple[Array, Array]:
     """Squares of the frequencies and shapes of unit modal mass, rigid motions first."""
     spectrum = NetworkSpectrum(network)
-    squares, shapes = eigh(network.static_stiffness, network.static_mass)
+    _, shapes = eigh(network.static_stiffness, network.static_mass)
     rigid = spectrum.rigid_body_modes
     groups = coupled_modes(network, spectrum, omega)
     found = [np.zeros(rigid), *(np.full(group.shape[1], square) for square, group, _ in groups)]
@@ -200,11 +201,11 @@ def _inputs(network: Network) -> tuple[Array, tuple[tuple[str, str], ...]]:
 
 
 def _unit(name: str) -> str:
-    last = name.rpartition(".")[2]
-    return "m" if "." in name and last in ("x", "y") or name.endswith((" along", " across", "plane")) else "rad"
+    slides = name.endswith((".x", ".y", f" {ALONG}", f" {ACROSS}", f" {OUT_OF_PLANE}"))
+    return "m" if slides else "rad"
 
 
-def _span_names(network: Network, pieces: list) -> list[str]:
+def _span_names(network: Network, pieces: list[Piece]) -> list[str]:
     """Name of each piece of a span; pieces of one span are counted."""
     names = [network.drive.free_spans[piece.span].name for piece in pieces]
     return [

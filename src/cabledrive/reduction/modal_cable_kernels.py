@@ -1,4 +1,4 @@
-"""A distributed cable a sample at a time, in modes: exact linear flow, nonlinear kicks; `export` writes it in C."""
+"""A distributed cable a sample at a time, in modes: exact linear flow, nonlinear kicks; written in C by `export`."""
 
 from typing import NamedTuple
 
@@ -60,7 +60,7 @@ class ModalCableNumbers(NamedTuple):
 
 
 class ModalCableState(NamedTuple):
-    """Modal amplitudes then rates (2k,), sines and their rates (s, m); whether the model holds (1,); scratch."""
+    """Amplitudes then rates (2k,), sines and their rates (s, m); whether the model holds (1,); scratch."""
 
     modes: Array
     sines: Array

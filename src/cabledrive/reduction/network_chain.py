@@ -211,7 +211,9 @@ def _kept_modes(
     return np.array([0.0, *(square for square, _ in kept)]), np.column_stack([first, *(x for _, x in kept)])
 
 
-def coupled_modes(network: Network, spectrum: NetworkSpectrum, omega: float) -> list[tuple[float, Array, bool]]:
+def coupled_modes(
+    network: Network, spectrum: NetworkSpectrum, omega: float
+) -> list[tuple[float, Array, bool]]:
     """Squares of the frequencies and shapes of the coupled modes below one, and whether they are transverse.
 
     Modes of one frequency and kind stand together.
