@@ -32,9 +32,9 @@ def package(version: int, what: str, law: str = "darc-4") -> bytes:
 class Slave:
     """An FMU stepped by hand."""
 
-    def __init__(self, folder, version: int, what: str, law: str = "darc-4"):
+    def __init__(self, folder, version: int, what: str, law: str = "darc-4", content: bytes | None = None):
         path = folder / "one.fmu"
-        path.write_bytes(package(version, what, law))
+        path.write_bytes(content or package(version, what, law))
         self.described = fmpy.read_model_description(str(path))
         kind = {2: fmpy.fmi2.FMU2Slave, 3: fmpy.fmi3.FMU3Slave}[version]
         self.version, self.place = version, fmpy.extract(str(path), str(folder / "fmu"))

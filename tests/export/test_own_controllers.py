@@ -1,4 +1,4 @@
-"""A controller of the user's own is exported by the same door: C is its step to the bit, or a line refuses it."""
+"""A controller of the user's own is exported by the same door: C is its step to the bit, or it is refused."""
 
 import shutil
 from dataclasses import replace

@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.control.controller_kernels import LAST_SAMPLE, ControllerState, issue, observe
+from cabledrive.control.controller_kernels import LAST_SAMPLE, issue, observe
+from cabledrive.control.controller_state import ControllerState
 from cabledrive.control.numbers import LawNumbers
 from cabledrive.control.observer_numbers import ObserverNumbers
 from cabledrive.control.target_kernels import new_target_state

@@ -9,8 +9,8 @@ from typing import Any
 
 from cabledrive.control.own_controller import ControllerProtocol
 from cabledrive.export.c99 import controller_package
-from cabledrive.export.drive_source import read_drive
-from cabledrive.export.fmu import fmu_package
+from cabledrive.export.drive_source import read_drive, read_machine
+from cabledrive.export.fmu import cable_fmu, fmu_package
 from cabledrive.export.klipper import klipper_files
 from cabledrive.export.mjcf import mjcf_files
 from cabledrive.export.modelica import modelica_files
@@ -26,7 +26,7 @@ NO_ST = (
     "format st: Structured Text is not written, no compiler of it is at hand that could test it: take c99, "
     "which IEC 61131-3 runtimes call as a C function block"
 )
-PARTS = ("controller", "plant", "loop")
+PARTS = ("controller", "plant", "loop", "cable")
 
 
 def export_to(
@@ -54,8 +54,8 @@ def export_to(
         `OwnController`, whose step keeps to the subset of Python that is translated.
     axis : str, optional
         Of a machine with routes: its load, such as "head.x"; needed where two motors drive two axes.
-    what : {"controller", "plant", "loop"}
-        Which part.
+    what : {"controller", "plant", "loop", "cable"}
+        Which part; "cable": the distributed cable in modes, or the network of a machine with routes.
     float32 : bool, default False
         Single precision, where the law holds in it.
 
@@ -80,6 +80,8 @@ def export_to(
         raise InputRefused(
             f"float32 is for --format c99 --what controller, not {format} {what}: leave it out"
         )
+    if what == "cable":
+        return _cable(place, source, format, controller, axis)
     if format in ("mjcf", "modelica", "klipper"):
         return _model(place, source, format, what, axis)
     found = read_source(source, controller, axis)
@@ -105,6 +107,18 @@ def _package(
         return controller_package(found), list(found.notes)
     single = single_precision(found)
     return controller_package(found, single), [*found.notes, single.note]
+
+
+def _cable(place: Path, source: Any, format: str, controller: Any, axis: str | None) -> dict[str, Any]:
+    """The cable of a drive in modes as an FMU."""
+    if format not in ("fmu2", "fmu3"):
+        raise InputRefused(f"what = cable is written as fmu2 or fmu3, whose sources are C99, not as {format}")
+    if controller is not None or axis is not None:
+        raise InputRefused("the cable holds no controller and all axes: leave --controller and --axis out")
+    drive = read_machine(source)
+    files, notes, cable = cable_fmu(drive, int(format[-1]))
+    write_folder(place, files)
+    return _said(format, files, cable.interval, content_hash(drive), notes)
 
 
 def _model(place: Path, source: Any, format: str, what: str, axis: str | None) -> dict[str, Any]:

@@ -17,15 +17,20 @@ def read_drive(source: Any, axis: str | None = None) -> Drive:
 
     Raises `InputRefused` if there is none.
     """
+    return as_axis(read_machine(source), axis)
+
+
+def read_machine(source: Any) -> Drive | RoutedDrive:
+    """As `read_drive`, a machine with routes as it stands."""
     if isinstance(source, Drive | RoutedDrive):
-        return as_axis(source, axis)
+        return source
     place = Path(str(source))
     if place.is_dir() or place.name == FILE:
         beside = (place if place.is_dir() else place.parent) / DRIVE
         if not beside.is_file():
             raise InputRefused(f"{source}: no {DRIVE} beside it, and mechanics are wanted: give the drive")
         return load_drive(str(beside))
-    return as_axis(load_drive(str(source)), axis)
+    return load_drive(str(source))
 
 
 def lumped_models(drive: Drive) -> dict[int, LumpedChain]:

@@ -13,13 +13,18 @@ from pathlib import Path
 from typing import Any
 
 from cabledrive.export.c99 import controller_code
+from cabledrive.export.cable_package import cable_code, cable_notes, cable_variables
 from cabledrive.export.plant_source import NOTE, plant_source
 from cabledrive.export.shells import templates
 from cabledrive.export.source import ExportSource
 from cabledrive.export.system_package import system_code
 from cabledrive.export.target_program import target_program
 from cabledrive.export.translation.literals import Precision
+from cabledrive.export.variables import Variable
+from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.version import __version__
+from cabledrive.reduction.modal_cable import ModalCable, modal_cable
 
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=hidden", "-I.")
 MADE = (2000, 1, 1, 0, 0, 0)
@@ -31,14 +36,16 @@ NO_COMPILER = (
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Variable:
-    """A variable of an FMU: causality "input", "output" or "parameter"; ``unit`` may be empty."""
+class Part:
+    """What an FMU holds: ``what``, its sources, variables, title, sample time [s], words for its shell."""
 
-    name: str
-    causality: str
-    unit: str
-    about: str
-    start: float = 0.0
+    what: str
+    code: Mapping[str, str]
+    variables: list[Variable]
+    title: str
+    interval: float
+    words: Mapping[str, Any]
+    notes: list[str]
 
 
 def fmu_package(source: ExportSource, version: int, what: str) -> tuple[dict[str, bytes], list[str]]:
@@ -46,20 +53,64 @@ def fmu_package(source: ExportSource, version: int, what: str) -> tuple[dict[str
 
     ``version``, {2, 3}: of FMI; ``what``, {"controller", "plant", "loop"}.
     """
-    name = f"cabledrive_{what}"
     if what == "controller":
         code = controller_code(source, target_program(source.law))
     else:
         code = system_code(source, what)
-    variables = variables_of(source, what)
-    sources = code | _shell(source, version, what, variables, code)
+    named = source.drive.name if source.drive is not None else "drive"
+    part = Part(
+        what=what,
+        code=code,
+        variables=variables_of(source, what),
+        title=f"{named}: {what}" + ("" if what == "plant" else f", law {source.law.name}"),
+        interval=source.law.sample_time,
+        words={
+            "shafts": () if what == "controller" else plant_source(source).shafts,
+            "encoders": source.law.encoders,
+        },
+        notes=list(source.notes) + ([NOTE] if what != "controller" else []),
+    )
+    return packed(part, version)
+
+
+def cable_fmu(drive: Drive | RoutedDrive, version: int) -> tuple[dict[str, bytes], list[str], ModalCable]:
+    """The FMU of the cable of a drive by its name, notes, and the cable in modes."""
+    cable = modal_cable(drive)
+    variables = cable_variables(cable)
+    names = [variable.name for variable in variables]
+    first = len(cable.inputs) + (len(cable.spans) if cable.sine else 0)
+    tensions = first + 2 * len(cable.motions)
+    places = {
+        "plucks": len(cable.inputs),
+        "motions": first,
+        "speeds": first + len(cable.motions),
+        "tensions": tensions,
+        "middles": tensions + len(cable.spans) if cable.sine else 0,
+    }
+    if len(set(names)) != len(names):
+        raise InputRefused("two parts of the machine have names that are one in C: rename one")
+    part = Part(
+        what="cable",
+        code=cable_code(drive, cable),
+        variables=variables,
+        title=f"{drive.name}: cable in modes",
+        interval=cable.interval,
+        words={"places": places},
+        notes=cable_notes(cable),
+    )
+    return (*packed(part, version), cable)
+
+
+def packed(part: Part, version: int) -> tuple[dict[str, bytes], list[str]]:
+    """The FMU of a part by its name, and notes."""
+    what, name = part.what, f"cabledrive_{part.what}"
+    sources = dict(part.code) | _shell(part, version)
     files: dict[str, bytes] = {f"sources/{each}": text.encode() for each, text in sources.items()}
-    token = token_of(code)
-    files["modelDescription.xml"] = _description(source, version, what, variables, token).encode()
+    files["modelDescription.xml"] = _description(part, version).encode()
     if version == 3:
         build = templates().get_template("buildDescription.xml.jinja")
         files["sources/buildDescription.xml"] = build.render(name=name, compiled=_compiled(what)).encode()
-    notes = list(source.notes) + ([NOTE] if what != "controller" else [])
+    notes = list(part.notes)
     binary = compiled_library(sources, _compiled(what), name)
     if binary is None:
         notes.append(NO_COMPILER)
@@ -122,33 +173,29 @@ def _compiled(what: str) -> list[str]:
     return ["fmu.c", "cabledrive_law.c" if what == "controller" else f"cabledrive_{what}.c"]
 
 
-def _shell(
-    source: ExportSource, version: int, what: str, variables: list[Variable], code: Mapping[str, str]
-) -> dict[str, str]:
-    shafts = () if what == "controller" else plant_source(source).shafts
-    part = templates().get_template("fmu_part.c.jinja")
-    words: dict[str, Any] = {"what": what, "variables": variables, "token": token_of(code), "shafts": shafts}
+def _shell(part: Part, version: int) -> dict[str, str]:
+    shell = templates().get_template("fmu_part.c.jinja")
+    words: dict[str, Any] = {"what": part.what, "variables": part.variables, "token": token_of(part.code)}
     return {
-        "part.c": part.render(**words, encoders=source.law.encoders, literal=Precision().literal),
+        "part.c": shell.render(**words, **part.words, literal=Precision().literal),
         "fmu.c": templates().get_template(f"fmi{version}.c.jinja").render(),
     }
 
 
-def _description(source: ExportSource, version: int, what: str, variables: list[Variable], token: str) -> str:
-    named = source.drive.name if source.drive is not None else "drive"
+def _description(part: Part, version: int) -> str:
     return (
         templates()
         .get_template(f"fmi{version}.xml.jinja")
         .render(
-            name=f"cabledrive_{what}",
-            title=f"{named}: {what}" + ("" if what == "plant" else f", law {source.law.name}"),
-            token=token,
+            name=f"cabledrive_{part.what}",
+            title=part.title,
+            token=token_of(part.code),
             version=__version__,
-            compiled=_compiled(what),
-            units=sorted({variable.unit for variable in variables if variable.unit}),
-            variables=variables,
-            step=repr(source.law.sample_time),
-            stop=repr(1000 * source.law.sample_time),
+            compiled=_compiled(part.what),
+            units=sorted({variable.unit for variable in part.variables if variable.unit}),
+            variables=part.variables,
+            step=repr(part.interval),
+            stop=repr(1000 * part.interval),
         )
     )
 

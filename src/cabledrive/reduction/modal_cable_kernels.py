@@ -1,4 +1,4 @@
-"""A distributed cable a sample at a time, in modes: exact linear flow, nonlinear kicks; written in C by `export`."""
+"""A distributed cable in modes, a sample at a time: exact linear flow, nonlinear kicks."""
 
 from typing import NamedTuple
 

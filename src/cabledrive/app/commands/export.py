@@ -32,7 +32,7 @@ METHODS = {"mjcf": LUMPED, "modelica": LUMPED, "klipper": "numbers as `shaper` f
 @click.option("--axis", metavar="NAME", help="Axis of a machine with routes: its load, such as head.x.")
 @click.option(
     "--what",
-    type=click.Choice(["controller", "plant", "loop"]),
+    type=click.Choice(["controller", "plant", "loop", "cable"]),
     default="controller",
     show_default=True,
     help="Which part is written.",
