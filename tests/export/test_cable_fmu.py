@@ -71,7 +71,7 @@ def test_the_cable_steps_as_the_interpreted_kernel_to_the_bit(name, version, tmp
 def test_another_step_is_an_error_and_a_state_can_be_taken_up_again(version, tmp_path):
     one, cable = slave(tmp_path, "dissertation-1", version), package("dissertation-1", version)[2]
     one.start(pluck_upper=1e-3)
-    with pytest.raises(Exception, match="doStep|DoStep") as failed:  # a type of its own for each version
+    with pytest.raises(Exception, match=r"doStep|DoStep") as failed:  # a type of its own for each version
         one.step(0, 0.5 * cable.interval)
     assert getattr(failed.value, "status", ERROR) == ERROR
     fmu = one.fmu
