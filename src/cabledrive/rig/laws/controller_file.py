@@ -139,10 +139,9 @@ def require_whole(name: str) -> None:
     Raises `InputRefused` if the law needs tables along its motion.
     """
     if name in TABLED:
-        plain = name.removesuffix("-learning") if name in LOAD_LEARNING else "lqg"
         raise InputRefused(
-            f"{name} needs tables along its motion, which a file of numbers does not hold: take {plain}, "
-            "which has the same feedback"
+            f"{name} needs tables along its motion, which look ahead of it and no generator makes sample "
+            f"by sample: take {name.removesuffix('-learning')}, which has the same feedback"
         )
 
 
