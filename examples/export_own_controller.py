@@ -40,6 +40,7 @@ with tempfile.TemporaryDirectory() as place:
     folder = Path(place) / "firmware"
     made = cd.export_to(folder, "dissertation-3", "c99", controller=mine)
     print(", ".join(made["files"]))
+    assert abs(made["sample_time"] - 2e-4) < 1e-12
     if shutil.which("cc"):
         compile_it = "cc -std=c99 -ffp-contract=off *.c -lm -o check && ./check"
         done = subprocess.run(compile_it, shell=True, cwd=folder, capture_output=True, text=True, check=True)

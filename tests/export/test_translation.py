@@ -9,12 +9,14 @@ import pytest
 
 import cabledrive as cd
 from cabledrive.control import law_kernels
+from cabledrive.export.c99 import controller_code
 from cabledrive.export.target_program import target_program
 from cabledrive.export.translation.program import Program
 from cabledrive.export.translation.source import interpreted, plain
 from cabledrive.export.translation.types import BOOL, INT, REAL, Scalar, View
 from cabledrive.rig.laws.controller_file import FILED
 from control_chains import state_of
+from export.compilers import WARNINGS
 from export.designs import source_of
 
 VECTOR = View(REAL, (4,))
@@ -107,10 +109,16 @@ def test_a_recursion_is_refused():
 
 
 @pytest.mark.parametrize("name", list(FILED))
-def test_the_kernels_of_every_law_stay_inside_the_subset(name):
-    made = target_program(source_of(name).law)
+def test_the_kernels_of_every_law_stay_inside_the_subset_and_are_c(name, tmp_path):
+    source = source_of(name)
+    made = target_program(source.law)
     assert made.step.result.items == (Scalar(REAL), Scalar(BOOL))
     assert made.row_call
+    for file, text in controller_code(source, made).items():
+        (tmp_path / file).write_text(text)
+    command = ["cc", "-std=c99", "-fsyntax-only", *WARNINGS, "cabledrive_law.c"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
 
 
 def arithmetic(v: np.ndarray, n: int) -> float:

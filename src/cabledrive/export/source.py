@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from cabledrive.control.own_controller import ControllerProtocol, checked_controller
+from cabledrive.export.gain_cut import gain_cut
 from cabledrive.parameters import Drive, InputRefused, content_hash, load_drive
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.reduction.network_axis import as_axis, axis_notes
@@ -32,6 +33,9 @@ LEARNS = (
     "darc-indirect learns after the first pulse with code that is not exported: this is the law before it "
     "has learnt"
 )
+
+NOT_TRIED = "what leaving out the filter's schedule of gains costs is not known: a run did not reach its end"
+NO_SCHEDULE = "what leaving out the filter's schedule of gains costs is not known: the file has the last gain"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -80,7 +84,8 @@ def _from_file(path: Path) -> ExportSource:
     drive = load_drive(str(beside)) if beside.is_file() else None
     if drive is not None and content_hash(drive) != law.drive_hash:
         drive = None
-    return ExportSource(law=law, data=data, drive=drive, notes=_notes(law))
+    notes = (*_notes(law), *(() if data.get("gain_cut") else (NO_SCHEDULE,)))
+    return ExportSource(law=law, data=data, drive=drive, notes=notes)
 
 
 def designed(drive: Drive, name: str | ControllerProtocol | None) -> ExportSource:
@@ -91,8 +96,11 @@ def designed(drive: Drive, name: str | ControllerProtocol | None) -> ExportSourc
     loop = designed_loop(drive, name)
     require_whole(loop.controller.name)
     data = controller_numbers(loop, drive, RigOptions().feedback)
+    cut = gain_cut(loop)
+    data |= {"gain_cut": None if cut is None else cut.data}
     law = controller_from(json.loads(json.dumps(data)), FILE, loop.controller.own)
-    return ExportSource(law=law, data=data, drive=drive, notes=(*_notes(law), *axis_notes(drive)))
+    notes = (*_notes(law), NOT_TRIED if cut is None else cut.note, *axis_notes(drive))
+    return ExportSource(law=law, data=data, drive=drive, notes=notes)
 
 
 def designed_loop(drive: Drive, name: str | ControllerProtocol | None) -> Loop:

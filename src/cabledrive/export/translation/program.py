@@ -94,7 +94,9 @@ class Program:
         self.records[name] = state
 
     def field(self, base: Value, record: Record, name: str, kind: Kind) -> Value:
-        """A field of a record."""
+        """A field of a record; an array without elements is nowhere."""
+        if isinstance(kind, View) and kind.size == 0:
+            return Value("NULL", kind, base.roots)
         if record.frozen:
             part = f"{record.name}_{name}"
             if isinstance(kind, Scalar) and kind.value is not None:
