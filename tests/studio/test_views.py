@@ -1,5 +1,8 @@
 """Resonance and control: what the page shows is what the public functions give."""
 
+import json
+import shlex
+
 import numpy as np
 import pytest
 
@@ -7,6 +10,7 @@ from cabledrive.parameters import load_drive
 from cabledrive.rig import track
 from cabledrive.rig.setting import Motion
 from cabledrive.studies.resonance import resonance
+from command import call
 
 
 def test_the_resonance_page_says_the_verdict_of_the_command(studio):
@@ -36,6 +40,46 @@ def test_curves_of_a_law_are_those_of_track(studio):
     np.testing.assert_allclose(curve["error"], np.degrees(run.error[places]), rtol=0, atol=1e-12)
     assert np.abs(curve["error"]).max() == pytest.approx(np.degrees(np.abs(run.error).max()), rel=1e-12)
     assert "--controller=pd --bandwidth=20 --angle=30" in found["command"]
+
+
+def test_each_law_may_have_a_bandwidth_of_its_own(studio):
+    asked = "drive=dissertation-3&law=pd&bandwidth=20+Hz&bandwidth-pd=35+Hz&rise=0.2+s&dwell=0.1+s"
+    found = studio.get(f"/control/part?{asked}").json()
+    motion = Motion(rise=0.2, dwell=0.1)
+    run = track(load_drive("dissertation-3"), controller="pd", bandwidth=35.0, motion=motion)
+    assert found["rows"][0]["peak_error_deg"] == run.summary["peak_error_deg"]
+    assert "--bandwidth=35 " in found["command"]
+
+
+def test_a_switched_on_disturbance_is_that_of_the_command(studio):
+    asked = "drive=dissertation-3&law=pd&rise=0.2+s&dwell=0.1+s&dropout=1&smooth=1"
+    found = studio.get(f"/control/part?{asked}").json()
+    words = shlex.split(found["command"])
+    answer = json.loads(call(*words[1:], "--json").stdout)
+    assert found["rows"][0]["peak_error_deg"] == answer["peak_error_deg"]
+    assert {"--smooth-friction", "--blind=load:0.3 s:0.32 s"} <= set(words)
+
+
+def test_a_measured_response_stands_over_the_computed_one(studio):
+    """A rigid inertia below all resonances: the computed response is 1 / (J w^2) of the whole drive."""
+    _, folder = studio.desk.jobs.new_folder()
+    card = {"title": "Response", "shown": "", "arguments": ["response", "--response=angle"], "status": "done"}
+    (folder / "job.json").write_text(json.dumps(card))
+    hertz = [0.0, 0.5, 1.0]
+    lines = {"frequency_hz": hertz, "magnitude": [1.0] * 3, "phase_deg": [0.0] * 3, "coherence": [1.0] * 3}
+    (folder / "answer.json").write_text(json.dumps(lines))
+    studio.desk.jobs._restore(folder / "job.json")
+    found = studio.get("/studies/1/response?drive=dissertation-2").json()
+    drive = load_drive("dissertation-2")
+    first, second = drive.drive_pulley, drive.load_pulley
+    inertia = first.inertia + second.inertia * (first.radius / second.radius) ** 2
+    omega = 2 * np.pi * np.array(hertz[1:])
+    np.testing.assert_allclose(found["computed"], 1 / (inertia * omega**2), rtol=0.02)
+    assert found["frequency_hz"] == hertz[1:]
+    assert found["output"] == "motor angle"
+    refused = studio.get("/studies/1/response?drive=dissertation-transporter").json()
+    assert refused["computed"] == []
+    assert "No computed response" in refused["words"]
 
 
 @pytest.mark.parametrize("bad", ["bandwidth=0+Hz", "bandwidth=x", "angle=3+kg", "plant=model-9"])

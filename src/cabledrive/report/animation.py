@@ -1,5 +1,7 @@
 """The loop in motion on a page: an SVG that plays without a script."""
 
+from collections.abc import Sequence
+
 from markupsafe import Markup
 
 from cabledrive.parameters import Drive
@@ -29,7 +31,7 @@ def animation_svg(name: str, drive: Drive, result: SimulationResult) -> tuple[Ma
     """
     motion = motion_of(result)
     drawings = [_moving_svg(name, drive, motion, width, width == NARROW) for width in (WIDE, NARROW)]
-    return _switch(name, motion.time.size), drawings[0], drawings[1]
+    return switch(name, motion.time.size), drawings[0], drawings[1]
 
 
 def animation_page(drive: Drive, result: SimulationResult) -> str:
@@ -39,7 +41,12 @@ def animation_page(drive: Drive, result: SimulationResult) -> str:
     Returns HTML.
     Raises `InputRefused` if the run kept less than two whole fields.
     """
-    switch, wide, narrow = animation_svg("loop", drive, result)
+    alt = "The cable loop in motion: both spans vibrate, the pulleys oscillate."
+    return moving_page(drive.title or drive.name, *animation_svg("loop", drive, result), alt=alt)
+
+
+def moving_page(title: str, control: Markup, wide: Markup, narrow: Markup, *, alt: str) -> str:
+    """Drawings that move as a page of their own; ``control``: their switch, ``alt``: what is seen."""
     frame = Markup(
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
@@ -50,19 +57,12 @@ def animation_page(drive: Drive, result: SimulationResult) -> str:
         "@media (max-width: 40rem) {{ .wide {{ display: none; }} }}\n"
         "@media (min-width: 40.01rem) {{ .narrow {{ display: none; }} }}"
         '</style>\n</head>\n<body>\n<main>\n<h1>{title}</h1>\n<figure style="margin: 0">'
-        '\n{switch}\n<div class="drawing wide" role="img" aria-label="{alt}">{wide}</div>\n'
+        '\n{control}\n<div class="drawing wide" role="img" aria-label="{alt}">{wide}</div>\n'
         '<div class="drawing narrow" role="img" aria-label="{alt}">{narrow}</div>\n'
         "</figure>\n</main>\n</body>\n</html>\n"
     )
     return str(
-        frame.format(
-            title=drive.title or drive.name,
-            css=Markup(theme_css()),
-            switch=switch,
-            wide=wide,
-            narrow=narrow,
-            alt="The cable loop in motion: both spans vibrate, the pulleys oscillate.",
-        )
+        frame.format(title=title, css=Markup(theme_css()), control=control, wide=wide, narrow=narrow, alt=alt)
     )
 
 
@@ -74,8 +74,7 @@ def _moving_svg(name: str, drive: Drive, motion: Motion, width: float, narrow: b
     for span in motion.across:
         still.line(layout.on_span(span, 0.0), layout.on_span(span, 1.0), colour="line", dashes="4 4")
     still.words(motion_words(layout, drive, motion), (12.0, FIRST_LINE), anchor="start", colour="quiet")
-    period = motion.time.size * SECONDS_PER_FRAME
-    groups = []
+    frames = []
     for frame in range(motion.time.size):
         drawn = Sheet()
         for ends in spokes(layout, motion, frame):
@@ -89,15 +88,24 @@ def _moving_svg(name: str, drive: Drive, motion: Motion, width: float, narrow: b
         for span in motion.across:
             colour = "blue" if span == "upper" else "orange"
             drawn.line(*span_curve(layout, motion, span, frame), colour=colour, width=2.0)
-        # half a frame early, so that a drawing that never starts shows the first frame and no other
-        delay = ((frame - 0.5) / motion.time.size - 1.0) * period
-        inside = "\n".join(drawn.elements)
-        groups.append(f'<g class="{name}-frame" style="animation-delay: {delay:.4f}s">{inside}</g>')
-    still.elements.extend(groups)
+        frames.append(drawn.elements)
+    still.elements.extend(framed(name, frames))
     return still.svg(layout.size)
 
 
-def _switch(name: str, frames: int) -> Markup:
+def framed(name: str, frames: Sequence[Sequence[str]]) -> list[str]:
+    """Elements of each frame as a group that is seen in its turn; ``name``: as the switch has it."""
+    period = len(frames) * SECONDS_PER_FRAME
+    groups = []
+    for number, elements in enumerate(frames):
+        # half a frame early, so that a drawing that never starts shows the first frame and no other
+        delay = ((number - 0.5) / len(frames) - 1.0) * period
+        inside = "\n".join(elements)
+        groups.append(f'<g class="{name}-frame" style="animation-delay: {delay:.4f}s">{inside}</g>')
+    return groups
+
+
+def switch(name: str, frames: int) -> Markup:
     """Style and check box: ticked means paused, or playing where less motion is asked for."""
     share = 100.0 / frames
     period = frames * SECONDS_PER_FRAME

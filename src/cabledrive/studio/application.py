@@ -53,6 +53,7 @@ def application(library: Library, keys: Keys, first: State, *, warm: bool = True
             Route("/studies/{number}", job_page),
             Route("/studies/{number}/part", job_part),
             Route("/studies/{number}/events", events),
+            Route("/studies/{number}/response", _later("response_view", "response_curves")),
             Route("/studies/{number}/file", file),
             Route("/studies/{number}/cancel", cancel, methods=["POST"]),
             Route("/studies/{number}/resume", resume, methods=["POST"]),

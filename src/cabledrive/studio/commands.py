@@ -24,6 +24,16 @@ SWITCHES = {
 """Disturbances of a comparison: words, key of its file, unit."""
 
 
+DISTURBANCES = {
+    "kick": ("torque on the load, 0.05 N m from 0.3 s to 0.6 s", "--disturbance=load:0.05 N m:0.3 s:0.6 s"),
+    "dropout": ("load encoder dropout, 20 ms", "--blind=load:0.3 s:0.32 s"),
+    "jitter": ("jitter of the sample times, 20 us", "--jitter=20 us"),
+    "smooth": ("smooth friction instead of stick-slip", "--smooth-friction"),
+    "ideal": ("ideal sensors", "--ideal-sensors"),
+}
+"""Disturbances of one run: words, option of `track`."""
+
+
 @dataclass(frozen=True, slots=True)
 class Asked:
     """A command to be run: what it is called on the page, and its arguments."""
@@ -127,6 +137,25 @@ def _map(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
     )
 
 
+def _controlled(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
+    from cabledrive.rig.laws.registry import CONTROLLERS
+
+    law = form.get("film-law", "")
+    if law not in CONTROLLERS:
+        raise InputRefused("choose a law for the film")
+    options = [f"--controller={law}", *_given(form, bandwidth="--bandwidth", angle="--angle")]
+    options += [*_given(form, rise="--rise", dwell="--dwell"), "--plant=cable", *disturbed(form)]
+    return Asked(
+        f"Film of {law} on the cable of {state.drive}",
+        arguments(desk.library, state, "track", *options, "--animate=film.html", "-o", "track.json"),
+    )
+
+
+def disturbed(given: Form) -> list[str]:
+    """Options of `track` for the disturbances that are switched on."""
+    return [option for name, (_, option) in DISTURBANCES.items() if given.get(name)]
+
+
 def _film(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
     options = _given(form, torque="--torque-amplitude", frequency="--torque-frequency", pluck="--pluck-upper")
     options += [f"--duration={form.get('duration') or '0.5 s'}", "--fields=1", "--animate=film.html"]
@@ -201,6 +230,7 @@ KINDS: dict[str, Callable[[Desk, State, Form, Path], Asked]] = {
     "export": _export,
     "map": _map,
     "film": _film,
+    "controlled": _controlled,
     "identify": _identify,
     "response": _response,
     "ping": _ping,

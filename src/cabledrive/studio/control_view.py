@@ -17,17 +17,16 @@ from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.parsed_options import parse_disturbance, parse_encoder_dropout
 from cabledrive.rig.setting import Motion, RigOptions
 from cabledrive.studio import pages
-from cabledrive.studio.commands import SWITCHES
+from cabledrive.studio.commands import DISTURBANCES, SWITCHES, disturbed
 from cabledrive.studio.desk import Desk
 from cabledrive.studio.state import command_line, drive_of, state_of
 
-PLANTS = ("model-1", "model-2", "model-3", "model-4")
+PLANTS = ("model-1", "model-2", "model-3", "model-4", "cable")
 FIRST_LAWS = ("pd", "darc-3")
 MOST_LAWS = 4
 BANDWIDTH = "30 Hz"
 HIGHEST = 300.0
 """Part of the spectrum that is drawn [Hz]."""
-KICK, DROPOUT = "load:0.05 N m:0.3 s:0.6 s", "load:0.3 s:0.32 s"
 _ONE_AT_A_TIME = threading.Lock()
 
 
@@ -46,9 +45,9 @@ def control_page(request: Request) -> Response:
         plants=PLANTS,
         given=given,
         bandwidth=given.get("bandwidth", BANDWIDTH),
+        own=any(name.startswith("bandwidth-") for name in given),
         switches=SWITCHES,
-        kick=KICK,
-        dropout=DROPOUT,
+        disturbances={name: words for name, (words, _) in DISTURBANCES.items()},
         command="",
     )
 
@@ -61,12 +60,13 @@ def control_part(request: Request) -> Response:
         drive = drive_of(desk.library, state)
         require_two_pulleys(drive, "`track`")
         assert isinstance(drive, Drive)
-        bandwidth, motion, options, words = _setting(request)
+        motion, options, words = _setting(request)
+        bandwidths = {law: _bandwidth(request, law) for law in _laws(request)}
         plant = request.query_params.get("plant") or None
         runs: dict[str, Tracking] = {}
         refused: list[str] = []
         with _ONE_AT_A_TIME:
-            for law in _laws(request):
+            for law, bandwidth in bandwidths.items():
                 try:
                     runs[law] = track(
                         drive,
@@ -81,7 +81,10 @@ def control_part(request: Request) -> Response:
     except (InputRefused, NotComputed) as refusal:
         return JSONResponse({"refusal": str(refusal)})
     lines = [
-        command_line(desk.library, state, "track", f"--controller={law}", *words) for law in _laws(request)
+        command_line(
+            desk.library, state, "track", f"--controller={law}", f"--bandwidth={bandwidth:g}", *words
+        )
+        for law, bandwidth in bandwidths.items()
     ]
     return JSONResponse({"refused": refused, "command": "; ".join(lines), "query": state.query} | _seen(runs))
 
@@ -91,33 +94,39 @@ def _laws(request: Request) -> list[str]:
     return list(dict.fromkeys(given))[:MOST_LAWS] or list(FIRST_LAWS)
 
 
-def _setting(request: Request) -> tuple[float, Motion, RigOptions, list[str]]:
-    """Bandwidth [Hz], motion and options of the page, and the same for the command `track`."""
+def _bandwidth(request: Request, law: str) -> float:
+    """Of a law [Hz]: its own where the page gives one, else that of all."""
     given = request.query_params
-    bandwidth = to_si(given.get("bandwidth") or BANDWIDTH, "Hz")
+    bandwidth = to_si(given.get(f"bandwidth-{law}") or given.get("bandwidth") or BANDWIDTH, "Hz")
     if not 0.1 <= bandwidth <= 1000.0:
         raise InputRefused(f"bandwidth = {bandwidth:.4g} Hz must lie between 0.1 Hz and 1 kHz")
+    return bandwidth
+
+
+def _setting(request: Request) -> tuple[Motion, RigOptions, list[str]]:
+    """Motion and options of the page, and the same for the command `track`."""
+    given = request.query_params
     motion = Motion(
         angle=float(f"{np.degrees(to_si(given.get('angle') or '45 deg', 'rad')):.15g}"),
         rise=to_si(given.get("rise") or "0.5 s", "s"),
         dwell=to_si(given.get("dwell") or "0.5 s", "s"),
     )
+    on = {name: _value(option) for name, (_, option) in DISTURBANCES.items() if given.get(name)}
     options = RigOptions(
-        ideal_sensors=bool(given.get("ideal")),
-        smooth_friction=bool(given.get("smooth")),
-        disturbances=(parse_disturbance(KICK),) if given.get("kick") else (),
-        blind=parse_encoder_dropout(DROPOUT) if given.get("dropout") else None,
+        ideal_sensors="ideal" in on,
+        smooth_friction="smooth" in on,
+        disturbances=(parse_disturbance(on["kick"]),) if "kick" in on else (),
+        blind=parse_encoder_dropout(on["dropout"]) if "dropout" in on else None,
+        jitter=to_si(on["jitter"], "s") if "jitter" in on else 0.0,
     )
-    words = [f"--bandwidth={bandwidth:g}", *([f"--plant={given['plant']}"] if given.get("plant") else [])]
+    words = [f"--plant={given['plant']}"] if given.get("plant") else []
     words += [f"--angle={motion.angle:g}", f"--rise={motion.rise:g}", f"--dwell={motion.dwell:g}"]
-    words += [
-        flag
-        for name, flag in (("ideal", "--ideal-sensors"), ("smooth", "--smooth-friction"))
-        if given.get(name)
-    ]
-    words += [f"--disturbance={KICK}"] if given.get("kick") else []
-    words += [f"--blind={DROPOUT}"] if given.get("dropout") else []
-    return bandwidth, motion, options, words
+    return motion, options, words + disturbed(given)
+
+
+def _value(option: str) -> str:
+    """What an option is given."""
+    return option.partition("=")[2]
 
 
 def _seen(runs: dict[str, Tracking]) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """Columns of a long log ready to be drawn: least and largest value of every 256 rows, the rows on disk."""
 
 import threading
-from dataclasses import dataclass
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -10,20 +10,10 @@ from numpy.typing import NDArray
 
 from cabledrive.identification.logs.table import Table
 from cabledrive.parameters import InputRefused
+from cabledrive.studio.growing_column import BUCKET, Column, GrowingColumn
 
-BUCKET = 256
-"""Rows of a bucket."""
 MOST_POINTS = 4000
 MOST_ROWS = 1_000_000_000
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Column:
-    """A column: ``rows`` on disk, and of every bucket the least and the largest value."""
-
-    rows: NDArray[Any]
-    low: NDArray[Any]
-    high: NDArray[Any]
 
 
 class Curves:
@@ -97,54 +87,47 @@ class Curves:
             return
         self._folder.mkdir(exist_ok=True)
         number = len(self._columns)
-        paths = {name: self._folder / f"{number + k}.bin" for k, name in enumerate(missing)}
-        kinds = {name: np.float64 if name == self.time else np.float32 for name in missing}
-        parts: dict[str, list[tuple[NDArray[Any], NDArray[Any]]]] = {name: [] for name in missing}
-        rest = {name: np.empty(0, dtype=kinds[name]) for name in missing}
-        files = {name: path.open("wb") for name, path in paths.items()}
-        size = 0
+        growing = {
+            name: GrowingColumn(
+                self._folder / f"{number + k}.bin", np.float64 if name == self.time else np.float32
+            )
+            for k, name in enumerate(missing)
+        }
         try:
-            for block in self.table.read(missing):
+            self._grow(growing)
+            self._columns |= {name: column.finished() for name, column in growing.items()}
+        finally:
+            for column in growing.values():
+                column.close()
+        if self.time in missing and not _ascends(self._columns[self.time].rows):
+            self.time = None  # nothing can be found by a time that goes back: rows are counted
+
+    def _grow(self, growing: dict[str, GrowingColumn]) -> None:
+        """Read a block while the one before is kept: two threads, both outside the interpreter's lock."""
+        size, kept = 0, None
+        with ThreadPoolExecutor(1) as helper:
+            for block in self.table.read(tuple(growing)):
                 size += next(iter(block.values())).size
                 if size > MOST_ROWS:
                     raise InputRefused(f"{self.table.source}: more than {MOST_ROWS} rows: cut the log")
-                for name, values in block.items():
-                    with np.errstate(over="ignore"):
-                        kept = np.ascontiguousarray(values, dtype=kinds[name])
-                    files[name].write(kept.data)
-                    joined = np.concatenate((rest[name], kept)) if rest[name].size else kept
-                    whole = joined.size - joined.size % BUCKET
-                    parts[name].append(_buckets(joined[:whole]))
-                    rest[name] = joined[whole:].copy()
-        finally:
-            for file in files.values():
-                file.close()
+                if kept is not None:
+                    kept.result()
+                kept = helper.submit(_keep, growing, block)
+            if kept is not None:
+                kept.result()
         if size == 0:
             raise InputRefused(f"{self.table.source}: holds no row of numbers: record it again")
-        for name in missing:
-            if rest[name].size:
-                parts[name].append(_buckets(rest[name], rest[name].size))
-            low, high = (np.concatenate([part[k] for part in parts[name]]) for k in (0, 1))
-            rows = np.memmap(paths[name], dtype=kinds[name], mode="r")
-            self._columns[name] = Column(rows, low, high)
-        if self.time in missing and not _ascends(self._columns[self.time].rows):
-            self.time = None  # nothing can be found by a time that goes back: rows are counted
+
+
+def _keep(growing: dict[str, GrowingColumn], block: dict[str, NDArray[Any]]) -> None:
+    for name, values in block.items():
+        growing[name].add(values)
 
 
 def _ascends(time: NDArray[Any]) -> bool:
     """Whether a column of times never goes back and has no gap; looked at in pieces."""
     pieces = (time[first : first + (1 << 20) + 1] for first in range(0, time.size, 1 << 20))
     return all(bool(np.all(np.diff(piece) >= 0.0)) and bool(np.isfinite(piece[-1])) for piece in pieces)
-
-
-def _buckets(values: NDArray[Any], size: int = BUCKET) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Least and largest value of each bucket; missing values do not count."""
-    by = values.reshape(-1, size)
-    low, high = by.min(axis=1), by.max(axis=1)
-    holes = np.isnan(low)
-    if holes.any():
-        low[holes], high[holes] = np.fmin.reduce(by[holes], axis=1), np.fmax.reduce(by[holes], axis=1)
-    return low, high
 
 
 def _extremes(column: Column, edges: NDArray[np.int64]) -> tuple[NDArray[Any], NDArray[Any]]:

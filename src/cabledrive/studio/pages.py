@@ -22,7 +22,7 @@ VIEWS = (
 )
 _OWN = resources.files("cabledrive.studio") / "templates"
 _UPLOT = resources.files("cabledrive.report") / "vendor" / "uplot"
-_SCRIPTS = ("studio", "machine", "resonance", "curves", "logs", "control", "work", "tour")
+_SCRIPTS = ("studio", "machine", "resonance", "curves", "logs", "control", "work", "response", "tour")
 _FILES = {
     **{f"{name}.js": ("text/javascript", (_OWN, f"{name}.js")) for name in _SCRIPTS},
     "studio.css": ("text/css", (_OWN, "studio.css")),

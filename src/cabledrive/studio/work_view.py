@@ -49,7 +49,7 @@ def work_page(request: Request) -> Response:
 def job_page(request: Request) -> Response:
     """One piece of work."""
     desk: Desk = request.app.state.desk
-    job = _job(request)
+    job = job_of(request)
     return pages.page(
         request,
         "job.html",
@@ -62,7 +62,7 @@ def job_page(request: Request) -> Response:
 
 def job_part(request: Request) -> Response:
     """What is known of one piece of work: status, numbers, pages, files."""
-    job = _job(request)
+    job = job_of(request)
     found = pages.fragment(
         "job_part.html",
         job=job,
@@ -91,14 +91,14 @@ async def start(request: Request) -> Response:
 
 async def cancel(request: Request) -> Response:
     """Cancel one piece of work; answered when no process of it is left."""
-    job = _job(request)
+    job = job_of(request)
     await request.app.state.desk.jobs.cancel(job)
     return JSONResponse({"status": job.status})
 
 
 async def resume(request: Request) -> Response:
     """Give the same command again: what is finished is kept."""
-    job = _job(request)
+    job = job_of(request)
     await request.app.state.desk.jobs.resume(job)
     return JSONResponse({"status": job.status})
 
@@ -107,14 +107,14 @@ async def events(request: Request) -> Response:
     """Progress, as it comes."""
     seen = request.headers.get("last-event-id", "0")
     found = request.app.state.desk.jobs.events(
-        _job(request), int(seen) if seen.isdigit() and len(seen) < 9 else 0
+        job_of(request), int(seen) if seen.isdigit() and len(seen) < 9 else 0
     )
     return StreamingResponse(found, media_type="text/event-stream")
 
 
 def file(request: Request) -> Response:
     """A file of one piece of work: a page in a frame of its own, anything else to be taken."""
-    job, name = _job(request), request.query_params.get("name", "")
+    job, name = job_of(request), request.query_params.get("name", "")
     if name not in job.files:
         return PlainTextResponse("no such file\n", 404)
     path = job.folder / name
@@ -125,7 +125,11 @@ def file(request: Request) -> Response:
     return FileResponse(path, media_type="application/octet-stream", filename=plain)
 
 
-def _job(request: Request) -> Job:
+def job_of(request: Request) -> Job:
+    """The piece of work that an address names.
+
+    Raises `InputRefused` if there is none.
+    """
     number = request.path_params["number"]
     job = request.app.state.desk.jobs.all.get(int(number) if number.isdigit() and len(number) < 9 else -1)
     if job is None:

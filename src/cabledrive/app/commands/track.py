@@ -115,7 +115,19 @@ METHOD = "hybrid simulation: exact between samples, stick-slip events on the exa
     metavar="FILE",
     help="Write the encoder readings to FILE.csv.",
 )
-def command(drive: Drive, log_file: NewFile | None, plant_settings: tuple[str, ...], **spec: Any) -> Answer:
+@click.option(
+    "--animate",
+    type=NewFileType(".html"),
+    metavar="FILE.html",
+    help="Animate the run: pulleys as they turn, spans coloured by tension.",
+)
+def command(
+    drive: Drive,
+    log_file: NewFile | None,
+    animate: NewFile | None,
+    plant_settings: tuple[str, ...],
+    **spec: Any,
+) -> Answer:
     """Let a control law follow pulses of the load pulley of DRIVE, on a rig with encoders and friction."""
     from cabledrive.app.run_limits import check_run
     from cabledrive.reduction.network_axis import as_axis
@@ -162,6 +174,10 @@ def command(drive: Drive, log_file: NewFile | None, plant_settings: tuple[str, .
     )
     if log_file is not None:
         log_file.write(log_text(found, actual or drive))
+    if animate is not None:
+        from cabledrive.report.controlled_film import controlled_film
+
+        animate.write(controlled_film(actual or drive, found))
     said = found.summary
     return Answer(
         data=said,

@@ -153,8 +153,11 @@ def _scaled(values: Any, attributes: Any) -> Array:
     array = np.array(values, dtype=float)
     if "_FillValue" in attributes:
         array[array == np.ravel(attributes["_FillValue"])[0]] = np.nan
-    factor = float(np.ravel(attributes.get("scale_factor", 1.0))[0])
-    return array * factor + float(np.ravel(attributes.get("add_offset", 0.0))[0])
+    if "scale_factor" in attributes:
+        array *= float(np.ravel(attributes["scale_factor"])[0])
+    if "add_offset" in attributes:
+        array += float(np.ravel(attributes["add_offset"])[0])
+    return array
 
 
 def _text(value: Any) -> str:

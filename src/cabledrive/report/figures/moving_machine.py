@@ -165,14 +165,18 @@ def _coloured(sheet: Sheet, span: DrawnSpan, low: float, high: float) -> None:
     ends = np.linspace(0, len(span.points) - 1, PIECES + 1).astype(int)
     for first, last in pairwise(ends):
         middle = float(span.tension[first : last + 1].mean())
-        share = 0.0 if high - low <= EVEN * abs(high) else 100.0 * (middle - low) / (high - low)
+        share = 0.0 if high - low <= EVEN * abs(high) else (middle - low) / (high - low)
         path = "M" + " L".join(f"{x:.1f} {y:.1f}" for x, y in span.points[first : last + 1])
-        colour = f"color-mix(in srgb, var(--orange) {share:.0f}%, var(--blue))"
         sheet.elements.append(
-            f'<path d="{path}" style="fill: none; stroke: {colour}; stroke-width: 3.2; '
+            f'<path d="{path}" style="fill: none; stroke: {tension_colour(share)}; stroke-width: 3.2; '
             'stroke-linecap: round"><title>'
             f"{escape(span.name)}: {escape(quantity(middle, 'N', 4))}</title></path>"
         )
+
+
+def tension_colour(share: float) -> str:
+    """Colour of a tension: blue at the lowest (0), orange at the highest (1)."""
+    return f"color-mix(in srgb, var(--orange) {100.0 * share:.0f}%, var(--blue))"
 
 
 def _key(sheet: Sheet, low: float, high: float, size: Point) -> None:

@@ -81,16 +81,28 @@
     send(`/control/part?${all}`);
   }
   asked.addEventListener("submit", (event) => event.preventDefault());
-  asked.addEventListener("change", (event) => { if (event.target.id !== "slide") update(true); });
-  $("slide").value = String(Number.parseFloat($("bandwidth").value) || 30);
-  $("slide").addEventListener("input", () => { $("bandwidth").value = `${$("slide").value} Hz`; update(false); });
+  asked.addEventListener("change", (event) => {
+    for (const row of asked.querySelectorAll("[data-law]")) row.hidden = !asked.querySelector(`[name=law][value="${row.dataset.law}"]`).checked;
+    if (!event.target.dataset.slides) update(true);
+  });
+  for (const slider of asked.querySelectorAll("[data-slides]")) {
+    const field = $(slider.dataset.slides);
+    const place = () => { slider.value = String(Number.parseFloat(field.value) || 30); };
+    place();
+    field.addEventListener("change", place);
+    slider.addEventListener("input", () => { field.value = `${slider.value} Hz`; update(false); });
+  }
   addEventListener("popstate", () => location.reload());
   send(`/control/part?${query()}`);
 
-  for (const kind of ["compare", "film"]) {
+  for (const kind of ["compare", "controlled", "film"]) {
     $(kind).addEventListener("submit", async (event) => {
       event.preventDefault();
       const fields = new URLSearchParams(new FormData($(kind)));
+      if (kind === "controlled") {
+        for (const [name, value] of query()) if (!["drive", "set", "law", "plant"].includes(name) && value) fields.set(name, value);
+        fields.set("bandwidth", $(`b-${fields.get("film-law")}`).value || $("bandwidth").value);
+      }
       if (kind === "compare") for (const box of asked.querySelectorAll("[name=law]:checked")) fields.set(`law-${box.value}`, "1");
       const found = await post(`/studies/start/${kind}?${state}`, fields);
       if (found.number) location.href = `/studies/${found.number}?${state}`;

@@ -26,6 +26,7 @@
     const running = found.status === "running";
     $("cancel").hidden = !running;
     $("resume").hidden = running;
+    document.dispatchEvent(new CustomEvent("job", { detail: found.status }));
     return found;
   }
   function say(words) {
