@@ -95,7 +95,7 @@ def _frame(layout: MachineLayout, run: Tracking, sample: int, tensions: tuple[fl
             colour="green",
             width=2.0,
         )
-    words = f"{run.time[sample]:.3f} s, error {number(degrees(float(run.error[sample])), 3)} deg"
+    words = f"{run.time[sample]:.3f} s, error {degrees(float(run.error[sample])):.4f} deg"
     drawn.words(words, (layout.size[0] - 12.0, layout.size[1] - 10.0), anchor="end", colour="quiet")
     return drawn
 

@@ -34,13 +34,13 @@ class GrowingColumn:
     def __init__(self, path: Path, kind: type) -> None:
         self._path, self._kind = path, kind
         self._file = path.open("wb")
-        self._rest = np.empty(0, dtype=kind)
+        self._rest: NDArray[Any] = np.empty(0, dtype=kind)
         self._parts: list[tuple[NDArray[Any], NDArray[Any]]] = []
 
     def add(self, values: NDArray[Any]) -> None:
         """Take the next rows."""
         with np.errstate(over="ignore"):  # beyond single precision: infinite, as the plot shows it
-            kept = np.ascontiguousarray(values, dtype=self._kind)
+            kept: NDArray[Any] = np.ascontiguousarray(values, dtype=self._kind)
         self._file.write(kept.data)
         joined = np.concatenate((self._rest, kept)) if self._rest.size else kept
         whole = joined.size - joined.size % BUCKET

@@ -32,6 +32,7 @@ def response_curves(request: Request) -> Response:
     lines = {name: values[above] for name, values in lines.items()}
     output = request.query_params.get("output", "")
     output = output if output in OUTPUTS else _output(job)
+    lines["phase_deg"] = _below_zero(lines["phase_deg"])
     found: dict[str, Any] = {name: _plain(values) for name, values in lines.items()}
     found |= {"output": output, "outputs": OUTPUTS, "computed": [], "computed_phase": [], "words": ""}
     try:
@@ -40,7 +41,7 @@ def response_curves(request: Request) -> Response:
         assert isinstance(drive, Drive)
         computed = _computed(drive, 2.0 * pi * lines["frequency_hz"], output)
         found["computed"] = _plain(np.abs(computed))
-        found["computed_phase"] = _plain(np.degrees(np.angle(computed)))
+        found["computed_phase"] = _plain(_below_zero(np.degrees(np.angle(computed))))
         found["words"] = f"Dashed: computed of {drive.name}, from motor torque to {output}, friction viscous."
     except (InputRefused, NotComputed) as refusal:
         found["words"] = f"No computed response beside it: {refusal}"
@@ -61,6 +62,11 @@ def _output(job: Job) -> str:
     name = next((a.partition("=")[2] for a in job.arguments if a.startswith("--response=")), "").lower()
     quantity = "speed" if any(word in name for word in ("speed", "vel", "rate")) else "angle"
     return f"{'load' if 'load' in name else 'motor'} {quantity}"
+
+
+def _below_zero(degrees: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Phases from -270 to 90 deg: that of an inertia, -180 deg, lies inside and does not jump."""
+    return (degrees + 270.0) % 360.0 - 270.0
 
 
 def _plain(values: NDArray[np.float64]) -> list[float | None]:
