@@ -26,6 +26,7 @@ NO_ST = (
     "format st: Structured Text is not written, no compiler of it is at hand that could test it: take c99, "
     "which IEC 61131-3 runtimes call as a C function block"
 )
+LINEAR = "links are linear: valid while no span goes slack"
 PARTS = ("controller", "plant", "loop", "cable")
 
 
@@ -133,7 +134,8 @@ def _model(place: Path, source: Any, format: str, what: str, axis: str | None) -
     files = mjcf_files(drive) if format == "mjcf" else modelica_files(drive)
     write_folder(place, files)
     rate = drive.sensors.sample_rate if drive.sensors else None
-    notes = ["links are linear: valid while no span goes slack", *axis_notes(drive)]
+    slack = "a slack span carries nothing, its damping stays" if format == "mjcf" else LINEAR
+    notes = [slack, *axis_notes(drive)]
     return _said(format, files, None if rate is None else 1.0 / rate, content_hash(drive), notes)
 
 

@@ -8,9 +8,10 @@ from cabledrive.parameters.version import __version__
 from cabledrive.reduction.lumped_chain import LumpedChain
 
 STEP = 1e-4
+NO_PUSH = -1e6  # length below which a tendon would push: never reached
 LINES = (
     "Angles are those of each shaft [rad], torques in N m. A tendon is a link: its stretch is r1 q1 - r2 q2.",
-    "The links are linear: valid while no span goes slack, which MuJoCo does not check.",
+    "The cable is a tendon for each span, which pulls and never pushes: slack, it carries nothing.",
 )
 
 
@@ -37,7 +38,7 @@ def mjcf(drive: Drive, chain: LumpedChain, name: str) -> str:
         inertia = repr(chain.inertias[i])
         # Mass and the other moments do not move: any will do.
         Tree.SubElement(body, "inertial", pos="0 0 0", mass="1", diaginertia=f"{inertia} {inertia} {inertia}")
-    _links(root, chain)
+    _links(root, drive, chain)
     actuator = Tree.SubElement(root, "actuator")
     bias = {"biastype": "affine", "biasprm": f"{chain.offsets[0]!r} 0 0"}  # the motor's offset torque
     Tree.SubElement(actuator, "general", {"name": "torque", "joint": chain.names[0]} | bias)
@@ -49,18 +50,46 @@ def mjcf(drive: Drive, chain: LumpedChain, name: str) -> str:
     return Tree.tostring(root, encoding="unicode") + "\n"
 
 
-def _links(root: Tree.Element, chain: LumpedChain) -> None:
+def _links(root: Tree.Element, drive: Drive, chain: LumpedChain) -> None:
     if not chain.stiffness:
         return
     tendons = Tree.SubElement(root, "tendon")
-    for j, (p, q) in enumerate(chain.ratios):
-        one = Tree.SubElement(
-            tendons,
-            "fixed",
-            name=f"{chain.names[j]}_{chain.names[j + 1]}",
-            stiffness=repr(chain.stiffness[j]),
-            damping=repr(chain.damping[j]),
-            springlength="0",
-        )
-        Tree.SubElement(one, "joint", joint=chain.names[j], coef=repr(p))
-        Tree.SubElement(one, "joint", joint=chain.names[j + 1], coef=repr(-q))
+    for j in range(len(chain.ratios)):
+        name = f"{chain.names[j]}_{chain.names[j + 1]}"
+        k, d, cable = chain.stiffness[j], chain.damping[j], _is_cable(chain, j)
+        if not cable or drive.cable.pretension <= 0.0:
+            _tendon(tendons, chain, j, name, (k, d, "0"), 1.0)
+            continue
+        # The spans pull against each other; each is slack where its stretch has gone back by that at rest.
+        spans, signs = len(drive.spans), (1.0, -1.0)
+        rest = spans * drive.cable.pretension * _arm(drive, chain, j) / k
+        for span in range(spans):
+            each = (k / spans, d / spans, f"{NO_PUSH} {-rest!r}")
+            _tendon(tendons, chain, j, f"{name}_span_{span}", each, signs[span])
+
+
+def _is_cable(chain: LumpedChain, j: int) -> bool:
+    """Whether a link is the cable: the last one, whatever lies before it."""
+    return j == len(chain.ratios) - 1 and chain.names[j + 1] == "load"
+
+
+def _arm(drive: Drive, chain: LumpedChain, j: int) -> float:
+    """Stretch of a span [m] per stretch of its link, whose coordinates are the shafts' own angles."""
+    return drive.drive_pulley.radius / chain.ratios[j][0]
+
+
+def _tendon(
+    tendons: Tree.Element,
+    chain: LumpedChain,
+    j: int,
+    name: str,
+    spring: tuple[float, float, str],
+    sign: float,
+) -> None:
+    """A tendon along link j; ``spring``: stiffness, damping, range of lengths without a force."""
+    stiffness, damping, length = spring
+    settings = {"stiffness": repr(stiffness), "damping": repr(damping), "springlength": length}
+    one = Tree.SubElement(tendons, "fixed", {"name": name} | settings)
+    p, q = chain.ratios[j]
+    Tree.SubElement(one, "joint", joint=chain.names[j], coef=repr(sign * p))
+    Tree.SubElement(one, "joint", joint=chain.names[j + 1], coef=repr(-sign * q))

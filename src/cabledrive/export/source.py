@@ -59,7 +59,8 @@ def read_source(
     """
     if isinstance(source, Drive | RoutedDrive):
         return designed(as_axis(source, axis), controller)
-    if is_controller_path(str(source)) and not str(source).endswith(".toml"):
+    folder = Path(str(source)).is_dir()
+    if (is_controller_path(str(source)) or folder) and not str(source).endswith(".toml"):
         if controller is not None:
             given = controller if isinstance(controller, str) else "of your own"
             raise InputRefused(f"{source}: holds its own law: leave --controller {given} out")
