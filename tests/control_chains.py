@@ -1,9 +1,5 @@
 """Machines and helpers that the tests of the control laws share."""
 
-import importlib.util
-import sys
-from pathlib import Path
-
 import numpy as np
 
 from cabledrive.control.controller_state import ESTIMATES, ControllerState
@@ -14,17 +10,6 @@ from cabledrive.reduction.reflected import reflected
 
 DRIVE = load_drive("dissertation-3")
 INTERVAL = 1.0 / 5000.0
-
-
-def errata_module(name: str):
-    """A test file of the errata, whose printed laws serve as oracles."""
-    path = Path(__file__).resolve().parent / "errata" / f"{name}.py"
-    spec = importlib.util.spec_from_file_location(f"errata_{name}", path)
-    module = importlib.util.module_from_spec(spec)
-
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
 
 
 def model(number: int) -> LumpedChain:

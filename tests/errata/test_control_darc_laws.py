@@ -6,91 +6,12 @@ exactly zero.
 """
 
 import math
-from dataclasses import dataclass
 from fractions import Fraction as F
 
 import numpy as np
 import pytest
 
-
-@dataclass(frozen=True)
-class Machine:
-    """Table 6.1, 6.2, and 4.1; SI units."""
-
-    J11: F = F("0.0011")
-    J12: F = F("0.000642")
-    J2: F = F("0.00235")
-    kk: F = F("2.72")  # 2 k r^2
-    k_m: F = F("135")
-
-    @property
-    def J1(self):
-        return self.J11 + self.J12
-
-
-# --- the printed laws -------------------------------------------------------------------------------------
-#
-# x: printed states, without bars. y: y_d and its derivatives. p: estimates of p2 .. p5. S: S_f at the motor.
-# They return u, sigma, phi and mu.
-
-
-def law_1(machine, x, y, p, lam, K_sigma, S):
-    """Rigid joint, rigid cable: Eq. (6.16)-(6.20)."""
-    z1, z2 = x[0] - y[0], x[1] - y[1]
-    sigma = z2 + lam * z1
-    z_eq = y[2] - lam * z2
-    phi = np.array([-z_eq, -x[1], -S, 1])
-    u = -phi @ p - K_sigma * sigma
-    return u, sigma, phi, machine.J1 + machine.J2
-
-
-def law_2(machine, x, y, p, lam, K_sigma, S):
-    """Flexible joint, rigid cable: Eq. (6.40)-(6.43)."""
-    beta = machine.k_m / (machine.J2 + machine.J12)
-    x1, x2, x3, x4 = x
-    x3bar, x4bar = beta * x3, beta * x4
-    z1, z2, z3, z4 = x1 - y[0], x2 - y[1], x3bar - y[2], x4bar - y[3]
-    sigma = z4 + 3 * lam * z3 + 3 * lam**2 * z2 + lam**3 * z1
-    z_eq = y[4] - 3 * lam * z4 - 3 * lam**2 * z3 - lam**3 * z2
-    phi = np.array([-x3bar - z_eq / beta, -(x2 + x4), -S, 1])
-    u = machine.k_m / beta * x3bar - phi @ p - K_sigma * sigma
-    return u, sigma, phi, machine.J11 / beta
-
-
-def law_3(machine, x, y, p, lam, K_sigma, S):
-    """Rigid joint, flexible cable: Eq. (6.48)-(6.53), y[4] in z_eq."""
-    beta = machine.kk / machine.J2
-    x1, x2, x3, x4 = x
-    x3bar, x4bar = beta * x3, beta * x4
-    z1, z2, z3, z4 = x1 - y[0], x2 - y[1], x3bar - y[2], x4bar - y[3]
-    sigma = z4 + 3 * lam * z3 + 3 * lam**2 * z2 + lam**3 * z1
-    z_eq = y[4] - 3 * lam * z4 - 3 * lam**2 * z3 - lam**3 * z2
-    phi = np.array([-x3bar - z_eq / beta, -(x4 + x2), -S, 1])
-    u = machine.J2 * x3bar - phi @ p - K_sigma * sigma
-    return u, sigma, phi, machine.J1 / beta
-
-
-def law_4(machine, x, y, p, lam, K_sigma, S):
-    """Flexible joint, flexible cable: Eq. (6.59)-(6.63)."""
-    J12, J2, kk, k_m = machine.J12, machine.J2, machine.kk, machine.k_m
-    beta = kk / J2
-    x1, x2, x3, x4, x5, x6 = x
-    x3bar, x4bar, x5bar, x6bar = beta * x3, beta * x4, beta * x5, beta * x6
-    x4bar_rate = -kk * (1 / J12 + 1 / J2) * x3bar + k_m / J12 * x5bar  # (6.58d)
-    z1, z2, z3, z4 = x1 - y[0], x2 - y[1], x3bar - y[2], x4bar - y[3]
-    z5 = x4bar_rate - y[4]
-    z6 = -kk * (1 / J12 + 1 / J2) * x4bar + k_m / J12 * x6bar - y[5]
-    sigma = z6 + 5 * lam * z5 + 10 * lam**2 * z4 + 10 * lam**3 * z3 + 5 * lam**4 * z2 + lam**5 * z1
-    z_eq = y[6] - 5 * lam * z6 - 10 * lam**2 * z5 - 10 * lam**3 * z4 - 5 * lam**4 * z3 - lam**5 * z2
-    phi_2 = J12 / k_m * ((1 + J2 / J12) * x4bar_rate + z_eq / beta) - (
-        J2 / J12 * x3bar - k_m / (beta * J12) * x5bar
-    )
-    phi = np.array([-phi_2, -(x2 + x4 + x6), -S, 1])
-    u = k_m / beta * x5bar - phi @ p - K_sigma * sigma
-    return u, sigma, phi, machine.J11 * J12 / (beta * k_m)
-
-
-# --- the plants, motor first, load last -------------------------------------------------------------------
+from oracles.printed_darc_laws import LAWS, Machine, law_3, law_4, printed_states
 
 
 def chain(inertias, stiffnesses):
@@ -117,15 +38,6 @@ def plant(model, machine):
     return chain(inertias, stiffnesses)
 
 
-def printed_states(q):
-    """x1, x2 of the load, then twist and its rate, link by link to the motor: (6.38), (6.46), (6.57)."""
-    n = len(q) // 2
-    x = [q[n - 1], q[2 * n - 1]]
-    for i in range(n - 2, -1, -1):
-        x += [q[i] - q[i + 1], q[n + i] - q[n + i + 1]]
-    return np.array(x)
-
-
 def load_derivatives(A, B, q, torque):
     """theta_2 and its derivatives up to the one that contains the torque, from powers of the state matrix."""
     n = len(q) // 2
@@ -142,9 +54,6 @@ def surface(z, lam):
     """(s + lambda)^n z, n = len(z) - 1, from z and its derivatives."""
     n = len(z) - 1
     return sum(math.comb(n, i) * lam ** (n - i) * z_i for i, z_i in enumerate(z))
-
-
-LAWS = {1: law_1, 2: law_2, 3: law_3, 4: law_4}
 
 
 def residual_of_the_sigma_dynamics(model, law, rng, machine=None):

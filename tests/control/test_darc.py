@@ -16,11 +16,11 @@ from cabledrive.control.reference import flat_reference, joint_motion, lagged
 from cabledrive.parameters import InputRefused
 from cabledrive.reduction.lumped_chain import state_space
 from cabledrive.trajectories import pulse
-from control_chains import INTERVAL, errata_module, model, row_of, state_of
+from control_chains import INTERVAL, model, row_of, state_of
+from oracles.printed_darc_laws import LAWS, Machine, printed_states
 
 pytestmark = pytest.mark.kernel
 
-ORACLES = errata_module("test_control_darc_laws")
 FLEXIBLE_JOINT = {1: False, 2: True, 3: False, 4: True}
 
 
@@ -37,16 +37,14 @@ def law_of(number: int, *, damped: bool = False, bandwidth: float = 12.0, **opti
 def test_undamped_law_is_the_printed_law(number, measured):
     """(6.20), (6.43), (6.53), (6.63) at random states, to 1e-11 of the largest term."""
     law, rng = law_of(number), np.random.default_rng(number)
-    machine = ORACLES.Machine(
-        *(float(getattr(ORACLES.Machine, f)) for f in ("J11", "J12", "J2", "kk", "k_m"))
-    )
+    machine = Machine(*(float(getattr(Machine, f)) for f in ("J11", "J12", "J2", "kk", "k_m")))
     n, off = model(number).size, []
     for _ in range(20):
         states, y = rng.normal(size=2 * n), rng.normal(size=2 * n + 1)
         estimate = law.learning[0] * rng.uniform(0.5, 1.5, 4)
         friction = np.tanh(0.5 * states[n])
-        printed = ORACLES.LAWS[number](
-            machine, ORACLES.printed_states(states), y, estimate, 2 * np.pi * 12.0, law.k_sigma, friction
+        printed = LAWS[number](
+            machine, printed_states(states), y, estimate, 2 * np.pi * 12.0, law.k_sigma, friction
         )
         ours = darc_step(law, estimate, states, np.append(y, (0.0, 0.0)))
         u, sigma, phi, mu = printed

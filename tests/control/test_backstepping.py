@@ -17,11 +17,11 @@ from cabledrive.control.backstepping import (
 from cabledrive.control.backstepping_kernels import backstepping_command
 from cabledrive.control.backstepping_recursion import work_shape
 from cabledrive.parameters import InputRefused
-from control_chains import INTERVAL, errata_module, model, state_of
+from control_chains import INTERVAL, model, state_of
+from oracles.printed_backstepping import Gains, corrected_backstepping, plant
 
 pytestmark = pytest.mark.kernel
 
-ORACLE = errata_module("test_control_backstepping")
 CHAIN = model(3)
 GAINS = backstepping_gains()
 LAW = backstepping_numbers(CHAIN, GAINS, INTERVAL)
@@ -37,7 +37,7 @@ def test_compiled_law_is_the_corrected_law(measured):
     """u and tau of (6.90) and (6.95), mended, at random states and estimates."""
     rng = np.random.default_rng(0)
     parameters, widths, beta = unmatched_parameters(CHAIN)
-    k = ORACLE.Gains(
+    k = Gains(
         GAINS.k1, GAINS.k21, GAINS.k22, 0.0, GAINS.k32, GAINS.k33, 0.0, GAINS.k42, GAINS.k43, GAINS.k44, 0.0
     )
     off = []
@@ -45,7 +45,7 @@ def test_compiled_law_is_the_corrected_law(measured):
         states, y = rng.normal(size=4), rng.normal(size=5)
         estimate = parameters + widths * rng.uniform(-1, 1, 7)
         x = (states[1], states[3], beta * (states[0] - states[1]), beta * (states[2] - states[3]))
-        true = ORACLE.corrected_backstepping(x, y, estimate, k, beta, np.tanh(0.5 * states[2]))
+        true = corrected_backstepping(x, y, estimate, k, beta, np.tanh(0.5 * states[2]))
         u, z1, tau = command(states, y, estimate)
         off.append(float(abs(u / true.u - 1.0)))
         assert z1 == pytest.approx(true.z[0], rel=1e-12)
@@ -62,17 +62,17 @@ def test_errors_obey_their_matrix_along_the_motion():
     """z' = A_z z with true parameters: differences along (6.69) against (6.103), mended."""
     rng = np.random.default_rng(1)
     parameters, _, beta = unmatched_parameters(CHAIN)
-    k = ORACLE.Gains(
+    k = Gains(
         GAINS.k1, GAINS.k21, GAINS.k22, 0.0, GAINS.k32, GAINS.k33, 0.0, GAINS.k42, GAINS.k43, GAINS.k44, 0.0
     )
     x, y = rng.normal(size=4) * [1e-2, 0.1, 1.0, 10.0], np.zeros(5)
     S = np.tanh(0.5 * (x[1] + x[3] / beta))
-    here = ORACLE.corrected_backstepping(x, y, parameters, k, beta, S)
-    rate = np.array(ORACLE.plant(x, here.u, parameters, 0.0, 0.0, beta, S))
+    here = corrected_backstepping(x, y, parameters, k, beta, S)
+    rate = np.array(plant(x, here.u, parameters, 0.0, 0.0, beta, S))
     step = 1e-7
 
     def errors(sign):
-        return np.array(ORACLE.corrected_backstepping(x + sign * step * rate, y, parameters, k, beta, S).z)
+        return np.array(corrected_backstepping(x + sign * step * rate, y, parameters, k, beta, S).z)
 
     found = (errors(1) - errors(-1)) / (2 * step)
     np.testing.assert_allclose(found, error_matrix(GAINS, 1.0) @ np.array(here.z), rtol=1e-5)
