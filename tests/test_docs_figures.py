@@ -4,7 +4,7 @@ import ast
 from functools import cache
 from pathlib import Path
 
-from test_docs_references import named_tests
+from named_tests import named_tests
 
 ROOT = Path(__file__).resolve().parent.parent
 

@@ -15,12 +15,11 @@ import pytest
 
 from cabledrive.app.main import main
 from cabledrive.parameters import InputRefused
+from named_tests import SPAN, named_tests
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
-SPAN = re.compile(r"(?<!`)`([^`\n]+)`(?!`)")
 SHOWN = re.compile(r"^\$ (.+?)(?:  +#.*)?$", re.M)
-TEST = re.compile(r"(tests/[\w/]+\.py)?(?:::(\w+))?")
 REFUSED_ON_PURPOSE = {"modes elevator --belo 20"}
 """Commands that a page shows with the line that refuses them."""
 
@@ -28,17 +27,6 @@ REFUSED_ON_PURPOSE = {"modes elevator --belo 20"}
 @cache
 def functions_of(file):
     return {node.name for node in ast.parse(file.read_text()).body if isinstance(node, ast.FunctionDef)}
-
-
-def named_tests(text):
-    """Files and functions; one without a file is of the line's file, or of the one named for its table."""
-    common = re.search(r"`(tests/\S+)` unless another test is named", text)
-    for line in text.splitlines():
-        file = common[1] if common else ""
-        for span in SPAN.findall(line):
-            if (found := TEST.fullmatch(span)) and any(found.groups()):
-                file = found[1] or file
-                yield file, found[2]
 
 
 def unfound_tests(text):

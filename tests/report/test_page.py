@@ -25,6 +25,13 @@ def test_the_page_is_well_formed():
     assert page().lstrip().startswith("<!DOCTYPE html>")
 
 
+def test_the_page_and_its_contents_follow_the_registry():
+    pages = [e.attributes["id"] for e in read().root.all("article")]
+    contents = [a.attributes["href"][1:] for a in read().root.all("nav")[0].all("a")]
+    assert contents == ["overview", *pages, "provenance"]
+    assert pages[-1] == "what-moves-them"
+
+
 def test_the_page_refers_to_no_other_file_and_no_network():
     links = [
         value for name in ("href", "src", "xlink:href", "data", "action") for _, value in attributes(name)

@@ -8,7 +8,7 @@ Compiled here: `cabledrive.simulation.kernels.energy_conserving`,
 
 import numpy as np
 import pytest
-from test_verlet_kernel import CASES, setting, taken
+from kernel_cases import CASES, setting, taken
 
 from cabledrive.simulation.channels import CHANNELS, WIDTH
 from cabledrive.simulation.energy_conserving import EnergyConserving

@@ -1,0 +1,91 @@
+"""Drives, settings and random starts on which the compiled integrators are held against readable ones."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from cabledrive.mechanics.cable_laws import LAWS, cable_law
+from cabledrive.mechanics.mesh import mesh_of
+from cabledrive.parameters.carriage import Carriage
+from cabledrive.parameters.drive_file import load_drive
+from cabledrive.simulation.channels import WIDTH
+from cabledrive.simulation.plan import plan_of
+from cabledrive.simulation.state import copy_state, new_state
+from cabledrive.simulation.workspace import new_workspace
+
+SEGMENTS, STEPS, EVERY = 7, 36, 6
+LOOP = load_drive("dissertation-2")
+MOTORED = load_drive("dissertation-3")
+CARRIAGES = (
+    Carriage(mass=2e-3, position=0.31),
+    Carriage(mass=1e-3, position=0.62, guided=False),
+    Carriage(mass=3e-3, position=0.2, span="lower", guided=False),
+)
+RUBBED = replace(
+    LOOP, pulley=tuple(replace(p, viscous_friction=0.01, coulomb_friction=0.02) for p in LOOP.pulley)
+)
+HELD = replace(LOOP, pulley=(LOOP.pulley[0], replace(LOOP.pulley[1], fixed=True)))
+SLOPED = replace(LOOP, layout=replace(LOOP.layout, inclination=0.4))
+
+SPRUNG = replace(MOTORED, motor=replace(MOTORED.motor, holding_stiffness=40.0))
+RIGID_SPRUNG = replace(SPRUNG, motor=replace(SPRUNG.motor, joint_stiffness=None, coulomb_friction=0.0))
+
+CASES = {
+    **{name: (LOOP, name, {}) for name in LAWS},
+    "line": (replace(LOOP, kind="line"), "exact", {"transverse_damping": 20.0}),
+    "damped": (LOOP, "exact", {"transverse_damping": 20.0}),
+    "sloped": (SLOPED, "exact", {}),
+    "held load": (HELD, "exact", {}),
+    "carriages": (replace(SLOPED, carriage=CARRIAGES), "exact", {"transverse_damping": 20.0}),
+    "forces": (replace(LOOP, carriage=CARRIAGES), "exact", {"forces": ((3, 0), (5, 2))}),
+    "stick-slip": (RUBBED, "exact", {}),
+    "smoothed": (RUBBED, "exact", {"smoothing_speed": 0.1}),
+    "motor": (MOTORED, "exact", {}),
+    "motor, held by a spring": (SPRUNG, "exact", {}),
+    "rigid motor, held by a spring": (RIGID_SPRUNG, "exact", {}),
+    "motor, smoothed": (MOTORED, "exact", {"smoothing_speed": 0.1}),
+    "axial damping": (LOOP, "exact", {"axial_damping": 4.5}),
+    "axial damping, line": (replace(LOOP, kind="line"), "exact", {"axial_damping": 0.1}),
+    "axial damping, linear": (LOOP, "linear", {"axial_damping": 4.5}),
+    "everything": (
+        replace(MOTORED, carriage=CARRIAGES, pulley=RUBBED.pulley, layout=SLOPED.layout),
+        "exact",
+        {"axial_damping": 4.5, "transverse_damping": 20.0, "forces": ((2, 1), (9, 0))},
+    ),
+    "slack": (LOOP, "exact", {"slack": True}),
+    "slack, damped": (LOOP, "exact", {"slack": True, "axial_damping": 0.1}),
+    "slack, weak": (LOOP, "weak", {"slack": True}),
+    "steep": (LOOP, "exact", {"steep": True}),
+}
+
+
+def setting(case):
+    """Plan, random start and inputs of a case, the motion some thousand times round-off of every part."""
+    drive, model, options = CASES[case]
+    options = dict(options)
+    slack, steep = options.pop("slack", False), options.pop("steep", False)
+    mesh, law = mesh_of(drive, SEGMENTS), cable_law(drive.cable, model, tension_only=slack)
+    step = 0.8 * mesh.spacing.min() / drive.cable.axial_wave_speed
+    plan = plan_of(mesh, law, step=step, stop_when_slack=False, probes=(("upper", 0.123),), **options)
+    rng = np.random.default_rng(11)
+    size = np.array([[6e-3 if slack else 2e-4], [2e-3], [2e-3]]) * (60.0 if steep else 1.0)
+    x = size * rng.uniform(-1.0, 1.0, (3, mesh.nodes)) * mesh.spacing.min() * 7.0
+    x_t = rng.uniform(-0.5, 0.5, (3, mesh.nodes))
+    for array in (x, x_t):
+        array[1:, ~mesh.sways] = 0.0
+        for node, shaft in zip(mesh.rims, mesh.shafts, strict=False):
+            array[0, node] *= 0.0 if shaft.fixed else 1.0
+        if mesh.closed:
+            array[:, -1] = array[:, 0]
+    start = new_state(x, x_t, (x[0, 0], x_t[0, 0]))
+    torque = 0.5 * rng.standard_normal(STEPS)
+    forces = rng.standard_normal((STEPS, plan.force.shape[0]))
+    return plan, start, torque, forces
+
+
+def taken(function, plan, start, torque, forces):
+    state = copy_state(start)
+    rows = np.zeros((STEPS // EVERY, WIDTH + 3 * plan.probe.shape[0]))
+    fields = np.zeros((STEPS // EVERY, *state.x.shape))
+    code = function(plan, state, new_workspace(plan), torque, forces, EVERY, rows, fields)
+    return code, state, rows, fields
