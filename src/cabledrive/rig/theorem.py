@@ -6,13 +6,14 @@ from typing import Any
 import numpy as np
 
 from cabledrive.control.bound import ErrorBound, error_bound
-from cabledrive.control.numbers import DARC, DESIRED, NOMINAL
+from cabledrive.control.numbers import DARC, DESIRED, LEARNING, NOMINAL
 from cabledrive.control.sliding_residual import SlidingResidual, regressor_deviation, sliding_residual
 from cabledrive.parameters import Drive
 from cabledrive.rig.assumptions import true_parameters
 from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.loop_numbers import ESTIMATES, Array
 from cabledrive.rig.laws.fitting import place
+from cabledrive.rig.learning_check import LearningCheck, check_learning
 from cabledrive.rig.run_facts import disturbance_bound
 from cabledrive.rig.setting import DEGREE
 
@@ -31,6 +32,11 @@ class TheoremCheck:
     residual: SlidingResidual
 
     @property
+    def beyond(self) -> tuple[str, ...]:
+        """Named with the departures: nothing here."""
+        return ()
+
+    @property
     def used(self) -> float:
         """Largest share of the tube that the sources of the error use; above 1 an assumption fails."""
         return self._share(self.residual.total)
@@ -47,11 +53,13 @@ class TheoremCheck:
         return share if np.isfinite(share) else float("inf")
 
 
-def check_theorem(loop: Loop, actual: Drive, log: Array) -> TheoremCheck | None:
+def check_theorem(loop: Loop, actual: Drive, log: Array) -> TheoremCheck | LearningCheck | None:
     """Bound of the theorem and sources of the error along a run; None for laws that have no bound here.
 
     ``actual``: as it is; ``log``, shape (samples, columns): of the samples that were run.
     """
+    if loop.controller.law.kind == LEARNING:
+        return check_learning(loop, log)
     bound = bound_along(loop, log)
     if bound is None:
         return None
@@ -110,7 +118,9 @@ def law_states(loop: Loop, log: Array) -> Array:
     return np.ascontiguousarray(log[:, [*places, *(loop.chain.size + i for i in places)]])
 
 
-def bound_words(check: TheoremCheck | None, error: Array, broken: list[str], gear: float) -> dict[str, Any]:
+def bound_words(
+    check: TheoremCheck | LearningCheck | None, error: Array, broken: list[str], gear: float
+) -> dict[str, Any]:
     """The bound, whether the error kept it, and which assumptions of the theorem did not hold.
 
     ``error``, shape (samples,) [rad]; ``gear``: angle of the first shaft per angle of the load.
@@ -118,17 +128,21 @@ def bound_words(check: TheoremCheck | None, error: Array, broken: list[str], gea
     if check is None:
         return {
             "theory_bound_deg": None,
-            "theory_bound_deg_reason": "the theorem bounds the laws of the chain only",
+            "theory_bound_deg_reason": (
+                "bounds are those of the laws of the chain and of the laws that learn the load, on the "
+                "model that they are made for"
+            ),
             "within_bound": None,
             "within_bound_reason": "no bound",
             "bound_used": None,
             "broken_assumptions": broken,
         }
     tube = check.bound.tube / gear
+    printed = check.bound.printed / gear / DEGREE
     inside = bool(np.all(np.abs(error) <= tube + 1e-12))
     words: dict[str, Any] = {
         "theory_bound_deg": float(tube.max()) / DEGREE,
-        "printed_norm_bound_deg": check.bound.printed / gear / DEGREE,
+        **({"printed_norm_bound_deg": printed} if np.isfinite(printed) else {}),
         "within_bound": None if broken else inside,
         "inside_tube": inside,
         "bound_used": check.used if np.isfinite(check.used) else None,

@@ -8,7 +8,7 @@ import numpy as np
 from cabledrive.control.numbers import HIGH, LOW
 from cabledrive.parameters import Drive
 from cabledrive.parameters.result_card import ResultCard
-from cabledrive.rig.assumptions import broken_assumptions, departures
+from cabledrive.rig.assumptions import Departure, broken_assumptions, departures
 from cabledrive.rig.backstepping_condition import margin_words
 from cabledrive.rig.closed_loop.cable_plant import cable_words
 from cabledrive.rig.closed_loop.loop import Loop, Run
@@ -153,6 +153,8 @@ def summarize(
     error = (log[:, n - 1] - loop.target[:ended]) / loop.gear
     departed = departures(loop, drive, actual, motion, options, done)
     check = check_theorem(loop, actual, log)
+    if check is not None:
+        departed += [Departure(words=words, definite=True) for words in check.beyond]
     shares = (None, 1.0) if check is None else (check.used, check.unmatched_part)
     broken = broken_assumptions(departed, *shares)
     incomplete = why_ended(loop, done)

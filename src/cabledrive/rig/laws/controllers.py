@@ -29,6 +29,22 @@ DAMPED_SHARE = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LoadMotion:
+    """What a law that learns the load takes for granted; see `cabledrive.control.learning_bound`.
+
+    Attributes
+    ----------
+    chain : LumpedChain
+        That the law is made for.
+    states : ndarray, shape (p, samples, 2n)
+        Angles and speeds that go with a unit of each parameter of the load.
+    """
+
+    chain: LumpedChain
+    states: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Controller:
     """A law with its reference, ready to run.
 
@@ -61,6 +77,8 @@ class Controller:
         The user's own, which runs instead of ``law``.
     generator : ReferenceNumbers or None
         What makes the rows of ``reference`` from the time alone, on a target.
+    load_motion : LoadMotion or None
+        Of a law that learns the load's torque.
     """
 
     name: str
@@ -78,6 +96,7 @@ class Controller:
     filter_chain: LumpedChain | None = None
     own: OwnController | None = None
     generator: ReferenceNumbers | None = None
+    load_motion: LoadMotion | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

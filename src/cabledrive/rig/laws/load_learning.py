@@ -17,7 +17,7 @@ from cabledrive.reduction.models import highest_model
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.disturbances import control_delay, current_rate
 from cabledrive.rig.laws.baselines import feedforward_table, integral_time, weights
-from cabledrive.rig.laws.controllers import Controller, DesignSpec
+from cabledrive.rig.laws.controllers import Controller, DesignSpec, LoadMotion
 from cabledrive.rig.laws.filter_tuning import read_encoders, tuning_by_uncertainty
 from cabledrive.rig.laws.fitting import fit_observer
 from cabledrive.rig.setting import RigOptions
@@ -80,11 +80,14 @@ class LoadTables:
     ----------
     blocks : ndarray, shape (samples, p * (2n + 1 + m))
         States less what the filter misses, motor torque, innovations, of each parameter.
+    states : ndarray, shape (p, samples, 2n)
+        That the law takes and that go with a unit of each parameter.
     white : ndarray, shape (m, m)
     tuning : KalmanTuning
     """
 
     blocks: Array
+    states: Array
     white: Array
     tuning: KalmanTuning
 
@@ -135,6 +138,7 @@ def load_learning(spec: DesignSpec, name: str = NAME) -> Controller:
         gains=gains,
         model=number,
         damped=True,
+        load_motion=LoadMotion(chain=chain, states=tables.states),
     )
 
 
@@ -181,13 +185,14 @@ def load_tables(spec: DesignSpec, name: str) -> LoadTables:
         )
     white = whitening(observer, fitted) / kind.noise
     wanted = spec.wanted(2 * chain.size)
-    blocks = []
+    blocks, carrying = [], []
     for torque in load_regressors(wanted, turning_time(spec), spec.interval):
         states, motor = carried(chain, torque, spec.interval)
         missed, innovations = missed_by_filter(observer, chain, torque[0], spec.interval)
         chosen = states[:, observer.chosen]
+        carrying.append(chosen)
         blocks += [chosen - missed, motor[:, None], innovations @ white.T]
-    return LoadTables(blocks=np.hstack(blocks), white=white, tuning=tuning)
+    return LoadTables(blocks=np.hstack(blocks), states=np.array(carrying), white=white, tuning=tuning)
 
 
 def turning_time(spec: DesignSpec) -> float:

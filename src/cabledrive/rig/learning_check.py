@@ -1,0 +1,168 @@
+"""The bound of a law that learns the load's torque along a run, and how much of it the run used."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cabledrive.control.bound import ErrorBound
+from cabledrive.control.darc_gains import printed_bounds
+from cabledrive.control.learning_bound import (
+    DEVIATIONS,
+    IdealLoop,
+    believed_range,
+    ideal_loop,
+    missing_torque,
+)
+from cabledrive.control.numbers import HIGH, LOW
+from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.rig.closed_loop.linear_loop import driven
+from cabledrive.rig.closed_loop.loop import Loop
+from cabledrive.rig.closed_loop.loop_numbers import ESTIMATES, Array
+from cabledrive.rig.expected_bound import tube
+from cabledrive.rig.laws.controllers import LoadMotion
+
+NEGLIGIBLE = 1e-3
+"""Of a count of the load's encoder: errors that no bound is held against."""
+NAMES = (
+    "Coulomb friction of the load",
+    "viscous friction of the load",
+    "inertia of the load beyond its value",
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LearningCheck:
+    """Bound along a run, and the sources of the error beside it, at the first shaft.
+
+    Attributes
+    ----------
+    bound : ErrorBound
+    matched, unmatched : ndarray, shape (samples,)
+        Parts of the error that a torque of the motor makes, and that none makes [rad].
+    beyond : tuple of str
+        Parameters outside their bounds, and estimates further off than the bound takes them to be.
+    """
+
+    bound: ErrorBound
+    matched: Array
+    unmatched: Array
+    beyond: tuple[str, ...]
+
+    @property
+    def used(self) -> float:
+        """Largest share of the bound that the sources of the error use; above 1 an assumption fails."""
+        return self._share(np.abs(self.matched) + np.abs(self.unmatched))
+
+    @property
+    def unmatched_part(self) -> float:
+        """Largest share of the bound by what no torque of the motor makes."""
+        return self._share(np.abs(self.unmatched))
+
+    def _share(self, part: Array) -> float:
+        share = float(np.max(part / self.bound.tube))
+        return share if np.isfinite(share) else float("inf")
+
+
+def check_learning(loop: Loop, log: Array) -> LearningCheck | None:
+    """Bound of a law that learns and sources of the error along a run; none where the plant is another model.
+
+    ``log``, shape (samples, columns).
+    """
+    made, interval = loop.controller, loop.rig.interval
+    motion, law, count = made.load_motion, made.law, len(log)
+    if motion is None or loop.own_plant is not None or loop.chain.names != motion.chain.names or count < 2:
+        return None
+    n, k = motion.chain.size, law.matrix.shape[0]
+    ideal = ideal_loop(law, motion.chain, interval)
+    wanted, block = made.reference[:count, : 2 * n], made.reference.shape[1] - 2 * n - 1
+    width = block // len(motion.states)
+    torque = np.array([made.reference[:count, 2 * n + 1 + j * width + 2 * n] for j in range(len(NAMES))])
+    states = motion.states[:, :count]
+    true = load_parameters(loop.chain, motion)
+    estimates, spread = learnt_along(loop, log)
+    height = np.sum(
+        np.abs(missing_torque(law.rows[0, k : k + 2 * n], states, torque))
+        * believed_range(law, estimates, spread),
+        axis=1,
+    ) + motor_disturbance(motion.chain, wanted, interval)
+    bound = tube(np.abs(ideal.response(count)), np.append(height[0], height[:-1]) + height)
+    error = log[:, : 2 * n] - wanted - np.einsum("j,jki->ki", true, states)
+    matched, unmatched = parts_of(ideal, motion.chain, error, k)
+    least = NEGLIGIBLE * loop.rig.counts[-1]  # at the very first samples nothing has moved yet
+    return LearningCheck(
+        bound=ErrorBound(tube=bound + least, steady=float(bound.max()), printed=float("nan")),
+        matched=matched,
+        unmatched=unmatched,
+        beyond=beyond(law.learning, true, estimates, spread),
+    )
+
+
+def load_parameters(chain: LumpedChain, motion: LoadMotion) -> Array:
+    """What the law is to learn of a plant, shape (3,): friction, Coulomb and viscous, inertia beyond it."""
+    ours = motion.chain
+    return np.array(
+        [
+            chain.coulomb[-1] - ours.coulomb[-1],
+            chain.viscous[-1] - ours.viscous[-1],
+            chain.inertias[-1] - ours.inertias[-1],
+        ]
+    )
+
+
+def learnt_along(loop: Loop, log: Array) -> tuple[Array, Array]:
+    """Estimates and their standard deviations at every sample, shape (samples, p)."""
+    p = loop.controller.law.learning.shape[1]
+    first = 2 * loop.chain.size + 1 + len(loop.rig.encoders) + 3
+    kept = log[:, first : first + ESTIMATES]
+    covariance = kept[:, p : p + p * p].reshape(-1, p, p)
+    variances = np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0.0)
+    return kept[:, :p], np.sqrt(variances)
+
+
+def motor_disturbance(chain: LumpedChain, wanted: Array, interval: float) -> Array:
+    """Most that the motor's parameters within their bounds and friction that sticks make, shape (samples,)."""
+    bounds = printed_bounds(chain, flexible_joint="drive" in chain.names[1:])
+    speed = wanted[:, chain.size]
+    functions = np.column_stack(
+        (np.gradient(speed, interval), speed, np.ones(len(speed)), np.ones(len(speed)))
+    )
+    return np.asarray(np.abs(functions) @ bounds.spread + bounds.high[2])
+
+
+def parts_of(ideal: IdealLoop, chain: LumpedChain, error: Array, memory: int) -> tuple[Array, Array]:
+    """What drove the load's error from sample to sample: a torque of the motor, and the rest.
+
+    They are told apart in the norm of energy: joules of springs and inertias.
+    ``error``, shape (samples, 2n); ``memory``: number of states of the law.
+    """
+    n, count = chain.size, len(error)
+    kept = np.zeros((count, memory))
+    for i in range(count - 1):
+        kept[i + 1] = ideal.matrix[:memory] @ np.concatenate((kept[i], error[i]))
+    whole = np.hstack((kept, error))
+    driving = error[1:] - whole[:-1] @ ideal.matrix[memory:].T
+    driving = np.vstack((driving, np.zeros(2 * n)))
+    push = ideal.push[memory:]
+    energy = np.zeros((2 * n, 2 * n))
+    for i, stiffness in enumerate(chain.stiffness):
+        energy[i : i + 2, i : i + 2] += stiffness * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    energy[n:, n:] = np.diag(chain.inertias)
+    torque = driving @ energy @ push / (push @ energy @ push)
+    picks = np.zeros(len(ideal.matrix))
+    picks[ideal.load] = 1.0
+    start = np.zeros((count, memory))
+    by_motor = np.outer(torque, push)
+    matched = driven(ideal.matrix, np.hstack((start, by_motor)), picks)
+    return matched, driven(ideal.matrix, np.hstack((start, driving - by_motor)), picks)
+
+
+def beyond(learning: Array, true: Array, estimates: Array, spread: Array) -> tuple[str, ...]:
+    """What the bound takes for granted of the parameters and does not hold."""
+    found = []
+    for j, name in enumerate(NAMES):
+        low, high = learning[LOW, j], learning[HIGH, j]
+        if not low <= true[j] <= high:
+            found.append(f"{name} {true[j]:.4g} outside its bounds {low:.4g} to {high:.4g}")
+        elif np.any(np.abs(estimates[:, j] - true[j]) > DEVIATIONS * spread[:, j]):
+            found.append(f"{name}: an estimate lies more than {DEVIATIONS:g} of its deviations off")
+    return tuple(found)
