@@ -120,7 +120,7 @@ def learnt_along(loop: Loop, log: Array) -> tuple[Array, Array]:
 
 
 def motor_disturbance(chain: LumpedChain, wanted: Array, interval: float) -> Array:
-    """Most that the motor's parameters within their bounds and friction that sticks make, shape (samples,)."""
+    """Most torque of the motor within its bounds and of friction that sticks, shape (samples,)."""
     bounds = printed_bounds(chain, flexible_joint="drive" in chain.names[1:])
     speed = wanted[:, chain.size]
     functions = np.column_stack(
