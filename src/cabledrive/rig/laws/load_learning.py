@@ -45,7 +45,8 @@ class Learning:
     inertia_spread : float
         Deviation of the load's inertia before anything is learnt, over what is believed.
     noise : float
-        Deviation of an innovation over that of white rounding: errors of rounding last as long as a count.
+        Deviation of an innovation over that of white rounding: errors of rounding last as long as a count,
+        and taken for white they pass for friction where there is none.
     memory : float
         Time after which an excited direction is forgotten [s].
     renewal : float
@@ -63,7 +64,7 @@ class Learning:
 
 KINDS = {
     NAME: Learning(
-        name=NAME, integral=True, unlearnt=0.1, inertia_spread=0.2, noise=1.5, memory=2.0, renewal=0.01
+        name=NAME, integral=True, unlearnt=0.1, inertia_spread=0.2, noise=4.7, memory=2.0, renewal=0.01
     ),
     CHANGING: Learning(
         name=CHANGING, integral=False, unlearnt=1.0, inertia_spread=1.0, noise=1.0, memory=0.03, renewal=0.006
