@@ -139,9 +139,10 @@ def require_whole(name: str) -> None:
     Raises `InputRefused` if the law needs tables along its motion.
     """
     if name in TABLED:
+        plain = name.removesuffix("-learning") if name in LOAD_LEARNING else "lqg"
         raise InputRefused(
             f"{name} needs tables along its motion, which look ahead of it and no generator makes sample "
-            f"by sample: take {name.removesuffix('-learning')}, which has the same feedback"
+            f"by sample: take {plain}, which has the same feedback"
         )
 
 
