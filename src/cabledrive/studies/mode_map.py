@@ -170,7 +170,7 @@ def _point(job: tuple[Any, ...]) -> _Point:
         _spread(found, "transverse", count),
         _words([m.family for m in found.longitudinal for _ in range(m.multiplicity)], count),
         _words([m.span or "" for m in found.transverse for _ in range(m.multiplicity)], count),
-        np.array([_of_coordinate(found, name) for name in coordinates]),
+        np.array([frequency_of_coordinate(found, name) for name in coordinates]),
         found.certified,
         "",
     )
@@ -192,7 +192,7 @@ def coordinates_of(drive: Drive | RoutedDrive) -> tuple[str, ...]:
     return tuple(f"{body.name}.{move}" for body in drive.body for move in body.moves)
 
 
-def _of_coordinate(found: Modes, name: str) -> float:
+def frequency_of_coordinate(found: Modes, name: str) -> float:
     """Frequency of the listed mode in which a coordinate has the largest share of the energy; else NaN."""
     shares = [(m.kinetic_shares.get(name, 0.0), -m.frequency) for m in found.modes if not m.clamped]
     share, frequency = max(shares, default=(0.0, np.nan))

@@ -25,6 +25,10 @@ GROWTH = 1e4
 """Growth of the terms of an unpivoted factorisation up to which its count is taken."""
 
 
+FEW = 64
+"""Coordinates up to which full matrices cost less than sparse ones."""
+
+
 class Banded:
     """The band of a component; its coordinates scaled so that round-off counts by energy.
 
@@ -161,7 +165,8 @@ def _band_order(component: Component) -> NDArray[np.intp]:
     rows = np.vstack(
         (np.abs(component.start) + np.abs(component.end), component.mass_rows, component.spring_rows)
     )
-    ties = csr_array((rows != 0.0).astype(np.float64))
+    tied = (rows != 0.0).astype(np.float64)
+    ties = tied if n <= FEW else csr_array(tied)
     graph = csr_array(ties.T @ ties) + csr_array((component.geometric != 0.0).astype(np.float64))
     return np.asarray(reverse_cuthill_mckee(csr_array(graph), symmetric_mode=True), dtype=np.intp)
 
@@ -202,11 +207,12 @@ def _compressed(rows: Array) -> tuple[NDArray[np.int64], NDArray[np.int64], Arra
 
 
 def _fixed(rows: Array, weights: Array) -> Array:
+    """Sum of weighted squares of rows, shape (n, n); of many sparse rows without their zeros."""
+    if not weights.size:
+        return np.zeros(2 * rows.shape[1:])
+    if rows.shape[1] <= FEW:
+        return np.asarray((rows.T * weights) @ rows)
     from scipy.sparse import csr_array
 
     own = csr_array(rows)
-    return (
-        np.asarray((own.T @ (own * weights[:, None])).todense())
-        if weights.size
-        else np.zeros(2 * rows.shape[1:])
-    )
+    return np.asarray((own.T @ (own * weights[:, None])).todense())
