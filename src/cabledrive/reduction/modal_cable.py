@@ -61,7 +61,7 @@ def modal_cable(drive: Drive | RoutedDrive, sines: int = 8) -> ModalCable:
 
 
 def _loop(drive: Drive, interval: float, sines: int) -> ModalCable:
-    """Eqs. (R.1)-(R.3); motion in the plane w of the spans."""
+    """The equations of `uniform_tension_model`; motion in the plane w of the spans."""
     model = uniform_tension_model(drive, sines)
     steps = ceil(interval / finest_step(model))
     c = coefficients(model, interval / steps)

@@ -93,7 +93,7 @@ def start_cable(plucks: Array, s: ModalCableState) -> None:
 
 @njit_part
 def kick_modes(numbers: ModalCableNumbers, time: float, s: ModalCableState) -> None:
-    """What modes and sines do to each other over a time [s], Eqs. (R.1), (R.2)."""
+    """What modes and sines do to each other over a time [s], as in `uniform_tension_model`."""
     k = s.force.size
     for i in range(k):
         s.force[i] = 0.0
