@@ -100,10 +100,11 @@ def test_no_value_of_a_page_becomes_an_option_or_a_path(studio, tmp_path, kind):
     ]
     evil = "--output=../stolen"
     form = dict.fromkeys(
-        ("error", "draws", "angle", "goal", "controller", "torque", "frequency", "pluck", "duration", "model",
-         "method", "input", "response", "axis", "column0", "limit", "key1", "from1", "to1"), evil
+        ("error", "draws", "angle", "rise", "dwell", "bandwidth", "goal", "controller", "torque",
+         "frequency", "pluck", "duration", "model", "method", "input", "response", "axis", "column0",
+         "limit", "key1", "from1", "to1"), evil
     )  # fmt: skip
-    form |= {"log": log, "motion": log, "rows": "4", "count": "2", "format": "c99"}
+    form |= {"log": log, "motion": log, "rows": "4", "count": "2", "format": "c99", "film-law": "pd"}
     state = State(drive="dissertation-3", settings=())
     found = asked(studio.desk, kind, state, form, tmp_path)
     named = [part for part in found.arguments if part.startswith("/")]
