@@ -98,12 +98,16 @@ def with_a_longer_state(gains, state, measurement, reference):
     return measurement, reference[0]
 
 
+def by_name(gains, state, measurement, reference):
+    return state, gains["p"] * (reference[0] - measurement[0])
+
+
 @pytest.mark.parametrize(
     "changes, named",
     [
         ({"step": with_vectors}, "test_own_controllers.py:"),
         ({"step": with_a_longer_state}, "state of shape"),
-        ({"gains": {"p": 1.0}}, "its gains cannot be exported"),
+        ({"step": by_name, "gains": {"p": 1.0}}, "its gains cannot be exported"),
         ({"step": eval("lambda g, s, m, r: (s, 0.0)")}, "cannot be exported"),
     ],
 )
