@@ -11,7 +11,7 @@ signs of the joints in one number.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from math import atan2, ceil, floor, hypot, log2, pi, sqrt
 
 import numpy as np
@@ -88,10 +88,17 @@ class SectionMotion:
         ``other``: on the same pieces.
         Returns [kg] times both units of displacement.
         """
-        places, weights = np.polynomial.legendre.leggauss(12)
+        places, weights = _quadrature()
         here, there = (motion.inside((places + 1.0) / 2.0) for motion in (self, other))
         cable = self.pieces.density * float(self.pieces.length @ ((here * there) @ weights)) / 2.0
         return cable + float(self.pieces.mass[:-1] @ (self.starts[1:] * other.starts[1:]))
+
+
+@cache
+def _quadrature() -> tuple[Array, Array]:
+    """Places and weights of Gauss' rule of twelve points over -1 to 1 [-], shape (12,) each."""
+    places, weights = np.polynomial.legendre.leggauss(12)
+    return places, weights
 
 
 def combined(motions: list[SectionMotion], factors: Array) -> SectionMotion:
