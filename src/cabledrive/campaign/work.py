@@ -85,17 +85,19 @@ def do_chunk(
 def chosen_chunk(spec: CampaignSpec, workers: int) -> int:
     """Rows of about five seconds of work, by a trial of the first rows; kernels are compiled by then."""
     rows = spec.design.rows
+    if rows == 1:
+        return 1
     compute_rows(spec, 0, 1)
     if spec.chunk is not None:
         return min(spec.chunk, rows)
-    tried, spent, count = 0, 0.0, 1
+    tried, spent, count = 1, 0.0, 1  # the first row's time is that of compiling
     while spent < PROBE and tried < rows:
         last = min(tried + count, rows)
         began = time.perf_counter()
         compute_rows(spec, tried, last)
         spent += time.perf_counter() - began
         tried, count = last, 2 * count
-    fitting = int(WORK * tried / max(spent, 1e-9))
+    fitting = int(WORK * (tried - 1) / max(spent, 1e-9))
     shared = -(-rows // (CHUNKS_EACH * workers))
     return max(1, min(fitting, shared, MOST_ROWS, rows))
 
