@@ -1,12 +1,12 @@
 """What hands out the chunks: this process, processes of this machine, or a cluster that is there already."""
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
 from cabledrive.campaign import cluster, store
-from cabledrive.campaign.lone import trial_alone
+from cabledrive.campaign.lone import Trial, trial_begun
 from cabledrive.campaign.serial import chunk_by_trial, in_this_process
 from cabledrive.campaign.spec import CampaignSpec
 from cabledrive.campaign.work import Plan, Report
@@ -40,8 +40,12 @@ class Engine:
 
 
 @contextmanager
-def chosen_engine(workers: int, scheduler: str | None, part: tuple[int, int] | None) -> Iterator[Engine]:
+def chosen_engine(
+    workers: int, scheduler: str | None, part: tuple[int, int] | None, new: CampaignSpec | None
+) -> Iterator[Engine]:
     """The engine that was asked for; without dask this process, which is noted.
+
+    ``new``: SPEC of a campaign without a store, whose first rows are tried while workers come up.
 
     Raises `InputRefused` if a scheduler does not answer, or is asked for together with a part.
     """
@@ -53,16 +57,18 @@ def chosen_engine(workers: int, scheduler: str | None, part: tuple[int, int] | N
     elif scheduler is None and not cluster.dask_at_hand():
         yield _serial(words, 1, f"dask is not installed, so rows ran in one process: {store.EXTRA}")
     else:
-        with (
-            cluster.local_workers(workers) if scheduler is None else cluster.distant_workers(scheduler)
-        ) as client:
+        early: AbstractContextManager[Trial | None] = nullcontext()
+        if new is not None and scheduler is None:
+            early = trial_begun(new, workers)
+        up = cluster.local_workers(workers) if scheduler is None else cluster.distant_workers(scheduler)
+        with early as begun, up as client:
             count = workers if scheduler is None else cluster.worker_count(client)
-            tried: set[int] = set()  # then kernels are compiled on this machine
+            tried: list[int] = []  # then kernels are compiled on this machine
 
             def chunk(spec: CampaignSpec, path: Path) -> int:
-                rows = trial_alone(spec, count)
-                tried.add(rows)
-                return rows
+                with nullcontext(begun) if begun is not None else trial_begun(spec, count) as trial:
+                    tried.append(trial.chunk())
+                return tried[-1]
 
             def warm(plan: Plan) -> None:
                 if scheduler is not None or not tried:

@@ -2,6 +2,8 @@
 
 import multiprocessing
 import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
 from multiprocessing.sharedctypes import Synchronized
 from typing import Any
 
@@ -14,24 +16,41 @@ CERTAIN = 2
 STARTING = -1
 
 
-def trial_alone(spec: CampaignSpec, workers: int) -> int:
-    """Rows of a chunk by a trial of the first rows; a fixed number where they end their process.
+class Trial:
+    """A trial of the first rows in a process of its own, which begins at once and is waited for later."""
 
-    ``workers``: that share the rows.
-    """
-    context = multiprocessing.get_context("spawn")
-    reader, writer = context.Pipe(duplex=False)
-    child = context.Process(target=_try_rows, args=(spec, workers, writer), daemon=True)
-    child.start()
-    writer.close()
+    def __init__(self, spec: CampaignSpec, workers: int) -> None:
+        """``workers``: that share the rows."""
+        context = multiprocessing.get_context("spawn")
+        self._spec, self._workers = spec, workers
+        self._reader, writer = context.Pipe(duplex=False)
+        self._child = context.Process(target=_try_rows, args=(spec, workers, writer), daemon=True)
+        self._child.start()
+        writer.close()
+
+    def chunk(self) -> int:
+        """Rows of a chunk; a fixed number where the first rows end their process."""
+        try:
+            rows: int = self._reader.recv()
+        except EOFError:
+            return untried_chunk(self._spec, self._workers)
+        return rows
+
+    def end(self) -> None:
+        """End the process, whether or not it has answered."""
+        self._child.kill()
+        self._child.join()
+        self._reader.close()
+
+
+@contextmanager
+def trial_begun(spec: CampaignSpec, workers: int) -> Iterator[Trial]:
+    """A trial, ended with the context."""
+    trial = Trial(spec, workers)
     try:
-        rows: int = reader.recv()
-    except EOFError:
-        return untried_chunk(spec, workers)
+        yield trial
     finally:
-        child.join()
-        reader.close()
-    return rows
+        trial.end()
 
 
 def _try_rows(spec: CampaignSpec, workers: int, writer: Any) -> None:
