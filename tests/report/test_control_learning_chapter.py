@@ -8,7 +8,7 @@ from cabledrive.report.context import ReportContext
 def test_drive_without_motor_gets_no_chapter():
     plain = load_drive("dissertation-1")
     assert not can_learn(plain)
-    assert chapter(ReportContext(drives=(plain,), progress=print)) is None
+    assert chapter(ReportContext(drives=(plain,), routes=(), progress=print)) is None
 
 
 def test_softer_drive_is_a_tenth_softer_where_the_file_gives_a_stiffness():

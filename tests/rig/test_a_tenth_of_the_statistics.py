@@ -129,18 +129,8 @@ def test_beta_after_one_pulse_and_the_coverage_of_its_interval(rubbing, measured
     assert min(held) >= binom.ppf(RARE, FEW, 0.93)
 
 
-MISSED = (
-    "friction of the load is always estimated, since friction too small to stand out would move beta by up "
-    "to 0.7 %; where there is none the two more numbers cost accuracy: 0.26 % at most"
-)
-
-
 @pytest.mark.parametrize(
-    "rubbing",
-    [
-        pytest.param(False, marks=pytest.mark.xfail(reason=MISSED), id="load without friction"),
-        pytest.param(True, id="up to 0.02 N m at the load"),
-    ],
+    "rubbing", [False, True], ids=["load without friction", "up to 0.02 N m at the load"]
 )
 def test_beta_after_one_pulse_is_right_to_two_thousandths(rubbing, measured):
     worst = np.abs(learning(True, FEW, 2027, rubbing).beta).max()

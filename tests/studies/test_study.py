@@ -162,7 +162,9 @@ def test_a_finer_encoder_redoes_what_depends_on_it_and_leaves_the_mechanics_alon
     found = run_study(finer, logs, replace(case.goals, draws=2), folder=stages)
     fresh = {path.name.rsplit("-", 1)[0] for path in stages.iterdir() if path.name not in first}
     measured(f"done again: {', '.join(sorted(fresh))}")
-    laws = ("pd", "shaper", "pid", "lqg", "darc-3-damped")
+    assert found.laws is not None
+    laws = [score.controller for score in found.laws.scores]
+    assert {"pd", "shaper", "pid", "lqg", "darc-3-damped"} <= set(laws)
     runs = {f"acceptance-lumped-{law}-{part}" for law in laws for part in ("00000", "worst")}
     assert fresh == {"check", "knowledge", "demand", "model", "controller", "laws"} | runs
     coarse = studies(case).knowledge.quantities["eccentricity"].high
