@@ -29,7 +29,11 @@ def overview_picture(name: str, machines: Sequence[str], all_modes: Sequence[Mod
         for place, row in enumerate(rows):
             _draw_row(axes, place * (1.6 if narrow else 1.0), row, narrow, named=row is widest)
         values = [value for _, pair in rows for value in pair]
-        axes.set_xlim(min(values) / (3.0 if narrow else 3.4), max(values) * (3.0 if narrow else 2.6))
+        room = (max(values) / min(values)) ** 0.2  # for what stands beside the outermost marks
+        axes.set_xlim(
+            min(values) / max(room, 3.0 if narrow else 3.4),
+            max(values) * max(room**0.7, 3.0 if narrow else 2.6),
+        )
         log_axis(axes, "x", 300.0 if narrow else 560.0)
         axes.set_xlabel("frequency [Hz]")
         last = (len(rows) - 1) * (1.6 if narrow else 1.0)
