@@ -13,7 +13,7 @@ WORK = 5.0
 """Of a chunk, where the SPEC leaves it open [s]."""
 PROBE = 0.5
 """How long rows are tried to learn how long they take [s]."""
-MOST_ROWS = 50_000
+MOST_ROWS = 25_000
 """Of a chunk: so that a campaign of fast rows has chunks to divide."""
 UNTRIED = 100
 """Rows of a chunk where the trial ended its process."""
