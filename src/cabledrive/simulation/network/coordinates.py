@@ -146,7 +146,7 @@ def move_coordinates(plan: NetworkPlan, torque: Array, state: NetworkState, work
 @njit_in_place
 @for_kernels
 def keep_network_extremes(plan: NetworkPlan, state: NetworkState) -> None:
-    """Least and largest of each coordinate, largest |w| at the middle of each piece."""
+    """Least and largest of each coordinate, largest deflection out of plane at the middle of each piece."""
     for i in range(state.q.size):
         state.extremes[0, i] = min(state.extremes[0, i], state.q[i])
         state.extremes[1, i] = max(state.extremes[1, i], state.q[i])

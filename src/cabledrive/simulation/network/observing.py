@@ -24,7 +24,8 @@ def record_network(
     """Write one row, see `cabledrive.simulation.network.channels`; whether its balance is finite.
 
     The energy in the balance is the mean of those of the two half steps beside the instant, which leapfrog
-    keeps to round-off for a linear machine: H + |d|^2/2 - step/2 d . F with half the change d of the speeds.
+    keeps to round-off for a linear machine: H + d . d / 2 - step/2 d . F with half the change d of the
+    speeds.
     """
     n, pieces, motors = state.q.size, plan.nodes.shape[0], torque.size
     ropes_energy, strain, correction = 0.0, 0.0, 0.0
