@@ -10,6 +10,7 @@ from cabledrive.report.blocks import Block, Figure, Table
 from cabledrive.report.certificate_words import certificate_words
 from cabledrive.report.context import ReportContext
 from cabledrive.report.figures.machine import machine_sketch
+from cabledrive.report.machine.card import machine_card
 from cabledrive.report.machine.data import data_table, derived_table, drawing, source_paragraphs
 from cabledrive.report.machine.internal_resonance import ResonanceVerdict, resonance_verdict
 from cabledrive.report.machine.modes import across_table, along_table, ladder, shapes
@@ -18,7 +19,7 @@ from cabledrive.report.numbers import number
 from cabledrive.report.plot import Plot
 from cabledrive.report.simple_models import simple_models_table
 from cabledrive.report.style import short_family
-from cabledrive.report.views import MACHINES, Badge, Card, View
+from cabledrive.report.views import MACHINES, View
 
 METHODS = (
     "Natural modes: exact dynamic stiffness of every span; roots isolated by Wittrick-Williams "
@@ -90,7 +91,7 @@ def machine_view(context: ReportContext, place: int) -> View:
         anchor=f"machine-{page.name}",
         title=page.drive.name,
         group=MACHINES,
-        card=_card(page),
+        card=machine_card(page, machine_sketch(page.drive), _fact),
         template="machine.html",
         content=page,
         blocks=page.blocks,
@@ -121,22 +122,6 @@ def _page(context: ReportContext, place: int) -> MachinePage:
         data=data_table(drive),
         derived=derived_table(drive),
         simple=simple_models_table(drive),
-    )
-
-
-def _card(page: MachinePage) -> Card:
-    below = f"{number(page.modes.certificate.below, 4)} Hz"
-    complete = Badge(text=f"Modes complete up to {below}", tone="good")
-    doubtful = Badge(text=f"Modes up to {below} not certified", tone="warning")
-    facts = [_fact("Longitudinal", page.modes.longitudinal), _fact("Transverse", page.modes.transverse)]
-    if page.warnings:
-        count = len(page.warnings)
-        facts.append(("Warnings", f"{count}"))
-    return Card(
-        text=page.drive.title,
-        picture=machine_sketch(page.drive),
-        badges=(complete if page.modes.certified else doubtful, page.resonance.badge),
-        facts=tuple(facts),
     )
 
 

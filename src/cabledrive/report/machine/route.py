@@ -17,13 +17,14 @@ from cabledrive.report.certificate_words import certificate_words
 from cabledrive.report.context import ReportContext
 from cabledrive.report.figures.moving_machine import moving_machine, route_sketch
 from cabledrive.report.figures.route_modes import mode_title, route_modes_picture
+from cabledrive.report.machine.card import machine_card
 from cabledrive.report.machine.data import source_paragraphs
 from cabledrive.report.machine.internal_resonance import ResonanceVerdict
 from cabledrive.report.machine.modes import across_table
 from cabledrive.report.machine.route_pairs import pairs_of_route
 from cabledrive.report.machine.route_travel import travel_figures
 from cabledrive.report.numbers import number, quantity
-from cabledrive.report.views import MACHINES, Badge, Card, View
+from cabledrive.report.views import MACHINES, View
 
 SHOWN_MODES = 3
 METHODS = (
@@ -89,7 +90,7 @@ def route_view(context: ReportContext, place: int) -> View:
         anchor=f"machine-{page.name}",
         title=page.drive.name,
         group=MACHINES,
-        card=_card(page),
+        card=machine_card(page, route_sketch(page.drive), _fact),
         template="route.html",
         content=page,
         blocks=page.blocks,
@@ -120,21 +121,6 @@ def _page(context: ReportContext, place: int) -> RoutePage:
         spans=_spans(drive),
         pulleys=_pulleys(drive),
         travels=tuple(travel_figures(drive, name)),
-    )
-
-
-def _card(page: RoutePage) -> Card:
-    below = f"{number(page.modes.certificate.below, 4)} Hz"
-    complete = Badge(text=f"Modes complete up to {below}", tone="good")
-    doubtful = Badge(text=f"Modes up to {below} not certified", tone="warning")
-    facts = [_fact("Longitudinal", page.modes.longitudinal), _fact("Transverse", page.modes.transverse)]
-    if page.warnings:
-        facts.append(("Warnings", f"{len(page.warnings)}"))
-    return Card(
-        text=page.drive.title,
-        picture=route_sketch(page.drive),
-        badges=(complete if page.modes.certified else doubtful, page.resonance.badge),
-        facts=tuple(facts),
     )
 
 
