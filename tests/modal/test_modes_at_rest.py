@@ -14,6 +14,7 @@ import cabledrive as cd
 from cable_elements import Model
 from cabledrive.mechanics import longitudinal_chains, rest_state
 from cabledrive.mechanics.rest import RestingSection, RestingStretch
+from cabledrive.mechanics.spans import transverse_chains
 from cabledrive.modal.model_range import LARGEST_SAG
 from cabledrive.modal.plane_spectrum import sag_parameter
 from cabledrive.modal.sagging_matrix import SaggingMatrix
@@ -234,10 +235,33 @@ def test_crossover_lies_at_four_pi_squared():
         string = SectionString(section, np.zeros(0), weight / G)
         drive = line(length=10.0, density=weight / G, tension=tension, rigidity=rigidity)
         plane = SaggingPlane(SaggingMatrix(longitudinal_chains(drive), (string,), 4 * string.frequency(1)))
-        lowest = [plane.frequency(number, 0.0, 4 * string.frequency(1))[0] for number in (1, 2)]
+        lowest = [omega for omega, _ in plane.frequencies(1, 2, 0.0, 4 * string.frequency(1))]
         symmetric = irvine_roots(share * 4 * pi**2, 1)[0] * string.frequency(1)
         expected = sorted([string.frequency(2), symmetric])
         assert_allclose(lowest, expected, rtol=1e-7)
+
+
+def test_steps_on_eigenvalues_end_where_counts_alone_do():
+    """Every mode in the plane of gravity of four machines, within the enclosure of the counts."""
+    rng = np.random.default_rng(11)
+    for _ in range(4):
+        drive = random_machine(rng)
+        density = drive.cable.mass_per_length
+        strings = tuple(
+            SectionString(section, chain.chain.masses[1:-1], density)
+            for section, chain in zip(rest_state(drive).sections, transverse_chains(drive), strict=True)
+        )
+        top = 3.3 * min(string.frequency(1) for string in strings)
+        plane = SaggingPlane(SaggingMatrix(longitudinal_chains(drive), strings, top))
+        found = plane.frequencies(1, plane.count(top), 0.0, top)
+        assert found
+        for number, (omega, proven) in enumerate(found, 1):
+            low, high = 0.0, top
+            while high - low > 1e-12 * high:
+                middle = (low + high) / 2.0
+                low, high = (low, middle) if plane.count(middle) >= number else (middle, high)
+            assert proven
+            assert abs(omega / high - 1.0) < 3e-12, f"mode {number}: {omega:.15g}, counts {high:.15g} rad/s"
 
 
 def test_heavy_end_on_a_sagging_cable_swings_on_the_modulus_of_ernst():

@@ -31,6 +31,7 @@ LARGEST_RISE = 0.2
 ORDERS, TERMS = 13, 32
 """Of the frequency's square and of the place: what is left out is below 1e-18 on every piece."""
 
+_EXPONENTS = np.arange(ORDERS)
 _SMALLEST_SHARE = 2.0**-30
 _BLOCK = 256
 
@@ -79,16 +80,23 @@ class StringPieces:
         give = length / t0 * (1.0 + t0 / self.axial_rigidity)
         inertia = -self.density * length * self.top**2
         rise, bend, soft = t1 / t0, t2 / t0, length / self.axial_rigidity
-        z, q = np.zeros((2, ORDERS, TERMS, t0.size)), np.zeros((2, ORDERS, TERMS, t0.size))
-        z[0, 0, 0], q[1, 0, 0] = 1.0, 1.0
+        place = np.arange(TERMS)[:, None]
+        # The next z from z and q of this term and of the two before it: shape (TERMS, 6, 1, n).
+        next_z = np.zeros((TERMS, 6, 1, t0.size))
+        next_z[:, 1, 0] = bend * soft
+        next_z[:, 2, 0], next_z[:, 3, 0] = -(place - 1) * bend, rise * soft
+        next_z[:, 4, 0], next_z[:, 5, 0] = -place * rise, give
+        next_z /= place[:, :, None, None] + 1.0
+        next_q = inertia / (place + 1.0)
+        terms = np.zeros((TERMS + 2, 2, 2, ORDERS, t0.size))  # two terms of nothing stand before the first
+        terms[2, 0, 0, 0] = terms[2, 1, 1, 0] = 1.0
+        rows = terms.reshape(TERMS + 2, 2, 2 * ORDERS, -1)
+        product = np.empty((6, 2 * ORDERS, t0.size))
         for n in range(TERMS - 1):
-            pull = give * q[:, :, n]
-            if n > 0:
-                pull += rise * (soft * q[:, :, n - 1] - n * z[:, :, n]) - (n - 1) * bend * z[:, :, n - 1]
-            if n > 1:
-                pull += bend * soft * q[:, :, n - 2]
-            q[:, 1:, n + 1] = inertia * z[:, :-1, n] / (n + 1)
-            z[:, :, n + 1] = pull / (n + 1)
+            np.multiply(next_z[n], rows[n : n + 3].reshape(product.shape), out=product)
+            np.add.reduce(product, axis=0, out=rows[n + 3, 0])
+            np.multiply(next_q[n], terms[n + 2, 0, :, :-1], out=terms[n + 3, 1, :, 1:])
+        z, q = terms[2:].transpose(1, 2, 3, 0, 4)
         return z, q
 
     def shape_series(self, first: int) -> Array:
@@ -98,12 +106,17 @@ class StringPieces:
         Returns shape (2, ORDERS, TERMS, n).
         """
         if first not in self._kept:
-            self._kept.clear()
-            self._kept[first] = self.series(first, first + _BLOCK)[0]
+            self._keep(first)
+        return self._kept[first][0]
+
+    def _keep(self, first: int) -> tuple[Array, Array]:
+        """The series of one block of pieces, in place of the block that was kept."""
+        self._kept.clear()
+        self._kept[first] = self.series(first, first + _BLOCK)
         return self._kept[first]
 
     @cached_property
-    def _kept(self) -> dict[int, Array]:
+    def _kept(self) -> dict[int, tuple[Array, Array]]:
         return {}
 
     @cached_property
@@ -111,7 +124,7 @@ class StringPieces:
         """What a piece adds from start to end, shape (ORDERS, 4, n): rows as in `Transfer`."""
         parts = []
         for first in range(0, self.length.size, _BLOCK):
-            z, q = (part[:, :, 1:].sum(axis=2) for part in self.series(first, first + _BLOCK))
+            z, q = (part[:, :, 1:].sum(axis=2) for part in self._keep(first))
             parts.append(np.stack((z[0], z[1], q[0], q[1]), axis=1))
         return np.concatenate(parts, axis=2)
 
@@ -125,7 +138,7 @@ class Transfer:
 
     Attributes
     ----------
-    near, give, inertia, far : ndarray, shape (n,)
+    near, give, inertia, far : ndarray, shape (n,) or (k, n)
     """
 
     near: Array
@@ -134,17 +147,14 @@ class Transfer:
     far: Array
 
 
-def transfer(pieces: StringPieces, omega: float) -> Transfer:
+def transfer(pieces: StringPieces, omega: float | Array) -> Transfer:
     """Exact waves on every piece, Eq. (M.11).
 
-    ``omega``: angular frequency, up to the highest of the pieces [rad/s].
+    ``omega``, one or shape (k,): angular frequency, up to the highest of the pieces [rad/s].
     """
-    square = (omega / pieces.top) ** 2
-    orders = pieces.at_end
-    total = orders[-1]
-    for order in orders[-2::-1]:
-        total = order + square * total
-    return Transfer(*total)
+    orders = np.square(np.asarray(omega) / pieces.top)[..., None] ** _EXPONENTS
+    total = (orders @ pieces.at_end.reshape(ORDERS, -1)).reshape(*orders.shape[:-1], 4, pieces.length.size)
+    return Transfer(total[..., 0, :], total[..., 1, :], total[..., 2, :], total[..., 3, :])
 
 
 def displacement_series(pieces: StringPieces, omega: float, motion: Array) -> Array:

@@ -183,7 +183,6 @@ class RestState:
         return min(section.lowest_tension for section in self.sections)
 
 
-@lru_cache(maxsize=64)
 def rest_state(drive: Drive, *, at_torque: float = 0.0) -> RestState:
     """Tension of every stretch at rest, the drive pulley held, Eq. (M.10); the load pulley free unless fixed.
 
@@ -208,6 +207,11 @@ def rest_state(drive: Drive, *, at_torque: float = 0.0) -> RestState:
     NotComputed
         If no state of rest is found.
     """
+    return _kept_state(drive, at_torque)
+
+
+@lru_cache(maxsize=64)
+def _kept_state(drive: Drive, at_torque: float) -> RestState:
     statics = Statics(drive, at_torque)
     return _state(drive, statics, statics.solve())
 

@@ -22,17 +22,17 @@ class DynamicStiffness:
 
     Attributes
     ----------
-    omega : float
-        Angular frequency [rad/s].
+    omega : float or ndarray, shape (k, 1)
+        Angular frequency [rad/s]; of several, links and grounds have a row for each.
     left, right : ndarray of int, shape (m,)
         Joints at the ends of each link.
-    link, link_rate : ndarray, shape (m,)
+    link, link_rate : ndarray, shape (m,) or (k, m)
         Link stiffness over omega [kg/s] and minus its derivative [kg].
-    ground, ground_rate : ndarray, shape (n,)
+    ground, ground_rate : ndarray, shape (n,) or (k, n)
         Stiffness to ground over omega [kg/s] and minus its derivative [kg].
     """
 
-    omega: float
+    omega: float | Array
     left: NDArray[np.intp]
     right: NDArray[np.intp]
     link: Array
@@ -74,7 +74,7 @@ class DynamicStiffness:
         return dense
 
 
-def dynamic_stiffness(chain: Chain, omega: float) -> DynamicStiffness:
+def dynamic_stiffness(chain: Chain, omega: float | Array) -> DynamicStiffness:
     r"""Exact dynamic stiffness of a chain, Eqs. (M.1), (M.3).
 
     .. math::
@@ -88,8 +88,8 @@ def dynamic_stiffness(chain: Chain, omega: float) -> DynamicStiffness:
     ----------
     chain : Chain
         No segment may be near a pole: `split_at_antinodes` first.
-    omega : float
-        Angular frequency [rad/s].
+    omega : float or ndarray, shape (k, 1)
+        Angular frequency [rad/s], or several.
 
     Returns
     -------
@@ -106,16 +106,21 @@ def dynamic_stiffness(chain: Chain, omega: float) -> DynamicStiffness:
     ground = springs / omega - omega * chain.masses
     ground_rate = springs / omega**2 + chain.masses
     for total, part in ((ground, edge), (ground_rate, edge_rate)):
-        total[:segments] += part
-        total[1:] += part[: n - 1]
+        total[..., :segments] += part
+        total[..., 1:] += part[..., : n - 1]
         if chain.closed:
-            total[0] += part[-1]
+            total[..., 0] += part[..., -1]
     for pendant in chain.pendants:
         spring, mass, held = pendant.stiffness, pendant.mass, pendant.ground
-        link, link_rate = np.append(link, spring / omega), np.append(link_rate, spring / omega**2)
-        ground = np.append(ground, held / omega - omega * mass)
-        ground_rate = np.append(ground_rate, held / omega**2 + mass)
+        link, link_rate = _with(link, spring / omega), _with(link_rate, spring / omega**2)
+        ground = _with(ground, held / omega - omega * mass)
+        ground_rate = _with(ground_rate, held / omega**2 + mass)
     return DynamicStiffness(omega, left, right, link, link_rate, ground, ground_rate)
+
+
+def _with(values: Array, last: float | Array) -> Array:
+    """Values, shape (..., n), with one more, shape (..., 1)."""
+    return np.concatenate((values, np.reshape(last, (*values.shape[:-1], 1))), axis=-1)
 
 
 def links(chain: Chain) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

@@ -10,7 +10,7 @@ from cabledrive.mechanics.rest import RestingSection
 from cabledrive.mechanics.rest_forces import PANELS, WEIGHTS, quadrature_points
 from cabledrive.modal.plane_mode import PlaneMode
 from cabledrive.modal.sagging_matrix import SaggingMatrix
-from cabledrive.modal.sagging_plane import SaggingPlane
+from cabledrive.modal.sagging_plane import Group, SaggingPlane
 from cabledrive.modal.section_string import SectionString
 from cabledrive.modal.solver import MULTIPLE
 
@@ -116,7 +116,7 @@ class PlaneSpectrum:
         low = self._done
         slowest = min(pi / string.travel_time for string in self._strings.values())
         edges = [edge for edge in self._straight.values() if edge > low]
-        high = min([max(2.0 * low, 1.63 * slowest), *edges])
+        high = min([max(2.0 * low, 3.26 * slowest), *edges])
         if not edges:
             high = max(omega, 2.0 * low)
         sagging = tuple(number for number, edge in self._straight.items() if edge >= high)
@@ -136,14 +136,13 @@ class PlaneSpectrum:
 
 def _modes(plane: SaggingPlane, first: int, last: int, low: float, high: float) -> list[PlaneMode]:
     """Modes of a window, those of one frequency together."""
-    found: list[PlaneMode] = []
-    roots = [plane.frequency(number, low, high) for number in range(first + 1, last + 1)]
-    start = 0
+    roots = plane.frequencies(first + 1, last, low, high)
+    groups, start = [], 0
     while start < len(roots):
         stop = start + 1
         while stop < len(roots) and roots[stop][0] - roots[start][0] <= MULTIPLE * roots[start][0]:
             stop += 1
         proven = all(root[1] for root in roots[start:stop])
-        found += plane.motions(first + 1 + start, stop - start, roots[start][0], proven)
+        groups.append(Group(first + 1 + start, stop - start, roots[start][0], proven))
         start = stop
-    return found
+    return plane.motions(groups)

@@ -23,7 +23,6 @@ of Engineering Mechanics 117(12), 2815-2829, 1991.
 """
 
 from dataclasses import dataclass
-from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +31,7 @@ from cabledrive.mechanics.chain import Chain, split_at_antinodes
 from cabledrive.mechanics.heavy_string import StringPieces, string_pieces, transfer
 from cabledrive.mechanics.labelled_chain import LabelledChain
 from cabledrive.mechanics.rest import RestingStretch
-from cabledrive.mechanics.stiffness_matrix import dynamic_stiffness, free_joints
+from cabledrive.mechanics.stiffness_matrix import dynamic_stiffness, free_joints, links
 from cabledrive.modal.section_string import SectionString
 
 Array = NDArray[np.float64]
@@ -46,6 +45,7 @@ class SaggingPart:
     sine: Array  # (2, n) at both ends of each piece
     fall: Array  # a = -(sin theta)' / rho
     tension: NDArray[np.intp]  # which h pulls each piece
+    firsts: NDArray[np.intp]  # the first piece under each h
     nodes: int  # joints that move
 
 
@@ -73,6 +73,10 @@ class SaggingMatrix:
         for string in strings:
             self.parts.append(self._part(string, top))
         self.along = [free_joints(chain) for chain, _ in self.chains]
+        self._joined = [
+            _joined(number, chain, joints, self.pulls)
+            for number, ((chain, _), joints) in enumerate(zip(self.chains, self.along, strict=True))
+        ]
         self.offsets = np.cumsum([0, *(joints.size for joints in self.along)])
         self.first_across = int(self.offsets[-1])
         self.first_pull = self.first_across + sum(part.nodes for part in self.parts)
@@ -98,7 +102,9 @@ class SaggingMatrix:
             force = stretches[number].force_at(pieces.start[i] + np.array([0.0, pieces.length[i]]))
             sine[:, i] = force[1] / np.hypot(*force)
         fall = (sine[0] - sine[1]) / (pieces.density * pieces.length)
-        return SaggingPart(pieces, sine, fall, np.array(pulls)[pieces.stretch], pieces.length.size - 1)
+        tension = np.array(pulls)[pieces.stretch]
+        firsts = np.flatnonzero(np.diff(tension, prepend=-1))
+        return SaggingPart(pieces, sine, fall, tension, firsts, pieces.length.size - 1)
 
     def _segments(self, stretch: RestingStretch) -> tuple[int, NDArray[np.intp]]:
         """Chain, and those of its segments that lie on a stretch."""
@@ -107,85 +113,111 @@ class SaggingMatrix:
                 return number, places[stretch.span, stretch.start]
         raise KeyError(stretch)
 
-    def scaled(self, omega: float) -> tuple[Array, Array]:
-        """The matrix with rows and columns scaled by the roots of masses and links.
+    def scaled(self, omega: Array) -> tuple[Array, Array]:
+        """The matrix with rows and columns scaled by the roots of masses and links, at several frequencies.
 
-        ``omega`` [rad/s].
-        Returns ``matrix``, shape (size, size); ``scale``, shape (size,): what rows and columns were scaled
-        by.
+        ``omega``, shape (k,) [rad/s].
+        Returns ``matrix``, shape (k, size, size); ``scale``, shape (k, size): what rows and columns were
+        scaled by.
         """
-        matrix = np.zeros((self.size, self.size))
-        scale = np.ones(self.size)
-        links = [self._add_along(number, omega, matrix, scale) for number in range(len(self.chains))]
+        matrix = np.zeros((omega.size, self.size, self.size))
+        scale = np.ones((omega.size, self.size))
+        omega = omega[:, None]
+        springs = [self._add_along(number, omega, matrix, scale) for number in range(len(self.chains))]
         node = self.first_across
         for part in self.parts:
             self._add_across(part, node, omega, matrix, scale)
             node += part.nodes
         for pull, (number, segment) in enumerate(self.pulls):
-            link = float(links[number][segment])  # of the mean tension: without the cable's inertia along
+            link = springs[number][:, segment]  # of the mean tension: without the cable's inertia along
             here = self.first_pull + pull
-            matrix[here, here] -= 1.0 / link
-            scale[here] = sqrt(abs(link))
-        matrix *= scale[:, None]
-        matrix *= scale
+            matrix[:, here, here] -= 1.0 / link
+            scale[:, here] = np.sqrt(np.abs(link))
+        matrix *= scale[:, :, None]
+        matrix *= scale[:, None, :]
         return matrix, scale
 
-    def _add_along(self, number: int, omega: float, matrix: Array, scale: Array) -> Array:
+    def _add_along(self, number: int, omega: Array, matrix: Array, scale: Array) -> Array:
         """Joints of one chain; the spring of a segment under an h of its own becomes a row."""
         chain, _ = self.chains[number]
         stiffness = dynamic_stiffness(chain, omega)
         link = stiffness.link.copy()
-        mine = [(pull, segment) for pull, (other, segment) in enumerate(self.pulls) if other == number]
         springs = chain.rigidity / chain.lengths / omega
-        for _, segment in mine:
-            link[segment] -= springs[segment]
-        size = stiffness.ground.size
-        full = np.diag(stiffness.ground)
-        for left, right, value in zip(stiffness.left, stiffness.right, link, strict=True):
-            full[left, left] += value
-            full[right, right] += value
-            full[left, right] -= value
-            full[right, left] -= value
-        rows = np.zeros((len(mine), size))
-        for row, (_, segment) in enumerate(mine):
-            rows[row, stiffness.left[segment]] -= 1.0
-            rows[row, stiffness.right[segment]] += 1.0
-        free = self.along[number]
-        here = slice(int(self.offsets[number]), int(self.offsets[number + 1]))
-        matrix[here, here] = full[np.ix_(free, free)]
-        pulls = self.first_pull + np.array([pull for pull, _ in mine], dtype=np.intp)
-        matrix[pulls, here] = rows[:, free]
-        matrix[here, pulls] = rows[:, free].T
-        scale[here] = 1.0 / np.sqrt(stiffness.ground_rate[free])
+        joined, free, first = self._joined[number], self.along[number], int(self.offsets[number])
+        link[:, joined.pulled] -= springs[:, joined.pulled]
+        here = first + np.arange(free.size)
+        matrix[:, here, here] = (stiffness.ground + link @ joined.ends)[:, free]
+        rows, columns = first + joined.pairs
+        matrix[:, rows, columns] = matrix[:, columns, rows] = -(link @ joined.between)
+        pulls = self.first_pull + joined.pulls
+        matrix[:, pulls[:, None], here] = joined.stretch
+        matrix[:, here[:, None], pulls] = joined.stretch.T
+        scale[:, here] = 1.0 / np.sqrt(stiffness.ground_rate[:, free])
         return np.asarray(springs)
 
-    def _add_across(self, part: SaggingPart, first: int, omega: float, matrix: Array, scale: Array) -> None:
+    def _add_across(self, part: SaggingPart, first: int, omega: Array, matrix: Array, scale: Array) -> None:
         """Nodes of one section, and what its tensions do to them."""
         pieces = part.pieces
-        waves = transfer(pieces, omega)
+        waves = transfer(pieces, omega[:, 0])
         link = 1.0 / (waves.give * omega)
         near, far = waves.near * link, waves.far * link
-        count = pieces.length.size
-        diagonal = np.zeros(count + 1)
-        diagonal[:-1] += near + link
-        diagonal[1:] += far + link - omega * pieces.mass
         nodes = first + np.arange(part.nodes)
-        matrix[nodes, nodes] = diagonal[1:-1]
-        matrix[nodes[:-1], nodes[1:]] = matrix[nodes[1:], nodes[:-1]] = -link[1:-1]
-        mass = np.zeros(count + 1)
+        matrix[:, nodes, nodes] = (far + link - omega * pieces.mass)[:, :-1] + (near + link)[:, 1:]
+        matrix[:, nodes[:-1], nodes[1:]] = matrix[:, nodes[1:], nodes[:-1]] = -link[:, 1:-1]
         half = pieces.density * pieces.length / 2.0
-        mass[:-1] += half
-        mass[1:] += half + pieces.mass
-        scale[nodes] = 1.0 / np.sqrt(mass[1:-1])
+        scale[:, nodes] = 1.0 / np.sqrt(half[:-1] + half[1:] + pieces.mass[:-1])
         start = -part.fall / omega * near - part.sine[0]
         end = -part.fall / omega * far + part.sine[1]
-        pull = self.first_pull + part.tension
-        for place, value, shift in ((nodes, start[1:], 1), (nodes, end[:-1], 0)):
-            rows = pull[shift : shift + part.nodes]
-            np.add.at(matrix, (rows, place), value)
-            np.add.at(matrix, (place, rows), value)
+        pull, firsts = self.first_pull + part.tension, part.firsts
+        for value, rows in ((start[:, 1:], pull[1:]), (end[:, :-1], pull[:-1])):
+            matrix[:, rows, nodes] += value  # each node stands once in each of the two sums
+            matrix[:, nodes, rows] += value
         own = (part.fall / omega) ** 2 * (omega * pieces.density * pieces.length + near + far)
-        np.add.at(matrix, (pull, pull), own)
+        matrix[:, pull[firsts], pull[firsts]] += np.add.reduceat(own, firsts, axis=1)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Joined:
+    """How the links of a chain join its joints that move.
+
+    Attributes
+    ----------
+    ends : ndarray, shape (links, joints)
+        1 at both ends of a link; none where it joins a joint with itself.
+    pairs : ndarray of int, shape (2, pairs)
+        Two joints that links join, among those that move.
+    between : ndarray, shape (links, pairs)
+        1 where a link joins the pair.
+    pulls, pulled : ndarray of int, shape (p,)
+        Tensions h of their own on this chain, and the links whose spring they are.
+    stretch : ndarray, shape (p, joints that move)
+        Elongation of these links for a unit displacement.
+    """
+
+    ends: Array
+    pairs: NDArray[np.intp]
+    between: Array
+    pulls: NDArray[np.intp]
+    pulled: NDArray[np.intp]
+    stretch: Array
+
+
+def _joined(number: int, chain: Chain, free: NDArray[np.intp], pulls: list[tuple[int, int]]) -> Joined:
+    left, right = links(chain)
+    joints = chain.masses.size + len(chain.pendants)
+    stretch = np.zeros((left.size, joints))
+    each = np.arange(left.size)
+    np.add.at(stretch, (each, right), 1.0)
+    np.add.at(stretch, (each, left), -1.0)
+    moves = np.isin(left, free) & np.isin(right, free) & (left != right)
+    ordered = np.sort(np.stack((left, right)), axis=0)
+    pairs, which = np.unique(ordered[:, moves], axis=1, return_inverse=True)
+    between = np.zeros((left.size, pairs.shape[1]))
+    between[np.flatnonzero(moves), which.ravel()] = 1.0
+    mine = np.array([[pull, link] for pull, (of, link) in enumerate(pulls) if of == number], dtype=np.intp)
+    own, pulled = mine.reshape(-1, 2).T
+    elongation = stretch[np.ix_(pulled, free)]
+    return Joined(np.abs(stretch), np.searchsorted(free, pairs), between, own, pulled, elongation)
 
 
 def _cut(labelled: LabelledChain, top: float) -> tuple[Chain, dict[tuple[str, float], NDArray[np.intp]]]:

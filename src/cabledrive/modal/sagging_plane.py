@@ -1,6 +1,8 @@
-"""The modes of the plane of gravity: counted by the signs of its matrix, one found after another."""
+"""The modes of the plane of gravity: counted by the signs of its matrix, found together."""
 
+from dataclasses import dataclass
 from math import sqrt
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +14,29 @@ from cabledrive.modal.section_string import SectionMotion
 from cabledrive.modal.solver import ENCLOSURE
 
 Array = NDArray[np.float64]
+
+GRID = 12
+"""Parts of a window at whose ends all eigenvalues are looked at."""
+
+OCTAVES = 8
+"""Below the first of them, in the window that begins at rest."""
+
+LARGEST_BLOCK = 2_000_000
+"""Numbers in the matrices that are solved together."""
+
+MOST_STEPS = 12
+BESIDE = 1e-7
+"""Relative distance of the frequency at which a slope is taken."""
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Modes of one natural frequency: number of the first, from 1, how many, the frequency [rad/s]."""
+
+    number: int
+    count: int
+    omega: float
+    proven: bool
 
 
 class SaggingPlane:
@@ -25,6 +50,7 @@ class SaggingPlane:
 
     def __init__(self, matrix: SaggingMatrix) -> None:
         self._matrix = matrix
+        self._before = len(matrix.pulls) + matrix.rigid_body_modes  # negative eigenvalues that are no modes
         self._counts: dict[float, int] = {}
 
     def count(self, omega: float) -> int:
@@ -32,29 +58,101 @@ class SaggingPlane:
 
         ``omega`` [rad/s].
         """
-        if omega <= 0.0:
-            return 0
-        if omega not in self._counts:
-            from scipy.linalg.lapack import dsytrf
+        return self._counted(np.array([omega]))[0]
 
-            factors, pivots, _ = dsytrf(self._matrix.scaled(omega)[0], lower=1)
-            negative = _negative_blocks(np.diag(factors), pivots)
-            self._counts[omega] = max(negative - len(self._matrix.pulls) - self._matrix.rigid_body_modes, 0)
-        return self._counts[omega]
+    def _counted(self, omega: Array) -> list[int]:
+        """Modes below several frequencies, shape (k,) [rad/s]."""
+        from scipy.linalg.lapack import dsytrf
 
-    def frequency(self, number: int, low: float, high: float) -> tuple[float, bool]:
-        """One natural frequency, by the eigenvalue that passes zero there and by counts where that is rough.
+        new = np.array([w for w in omega.tolist() if w > 0.0 and w not in self._counts])
+        for some in self._blocks(new):
+            for w, matrix in zip(some.tolist(), self._matrix.scaled(some)[0], strict=True):
+                factors, pivots, _ = dsytrf(matrix, lower=1)
+                self._counts[w] = max(_negative_blocks(np.diag(factors), pivots) - self._before, 0)
+        return [self._counts[w] if w > 0.0 else 0 for w in omega.tolist()]
 
-        ``number``: from 1, the rigid-body mode left out; ``low``, ``high``: frequencies between which the
-        count reaches that number [rad/s].
-        Returns ``omega`` [rad/s]; ``proven``: whether counts on both sides of the enclosure prove it.
+    def _blocks(self, values: NDArray[Any]) -> list[NDArray[Any]]:
+        """Values, shape (k,), in parts whose matrices fit into `LARGEST_BLOCK`."""
+        most = max(1, LARGEST_BLOCK // self._matrix.size**2)
+        return [values[start : start + most] for start in range(0, values.size, most)]
+
+    def frequencies(self, first: int, last: int, low: float, high: float) -> list[tuple[float, bool]]:
+        """Natural frequencies, by the eigenvalues that pass zero there, confirmed by counts.
+
+        ``first``, ``last``: numbers from 1, the rigid-body mode left out; ``low``, ``high``: frequencies
+        between which the count passes all of them [rad/s].
+        Returns for each ``omega`` [rad/s]; ``proven``: whether counts on both sides of the enclosure prove
+        it.
+        """
+        numbers = np.arange(first, last + 1)
+        if numbers.size == 0:
+            return []
+        below, above = self._brackets(numbers, low, high)
+        near = np.concatenate(
+            [
+                self._by_eigenvalues(numbers[some], below[some], above[some])
+                for some in self._blocks(np.arange(numbers.size))
+            ]
+        )
+        room = 0.9 * ENCLOSURE
+        sides = self._counted(np.concatenate((near * (1.0 - room), near * (1.0 + room))))
+        found = []
+        for i, number in enumerate(numbers.tolist()):
+            if sides[i] < number <= sides[numbers.size + i]:
+                found.append((float(near[i]), True))
+            else:
+                found.append(self._by_counts(number, float(near[i]), low, high))
+        return found
+
+    def _brackets(self, numbers: NDArray[np.intp], low: float, high: float) -> tuple[Array, Array]:
+        """Neighbours on a grid between which each of these eigenvalues passes zero [rad/s]."""
+        grid = low + (high - low) * np.arange(GRID + 1) / GRID
+        if low <= 0.0:
+            grid = np.concatenate((grid[1] / 2.0 ** np.arange(OCTAVES, 0, -1), grid[1:]))
+        values = np.concatenate(
+            [np.linalg.eigvalsh(self._matrix.scaled(some)[0]) for some in self._blocks(grid)]
+        )[:, numbers - 1 + self._before]
+        passed = np.clip(np.sum(values > 0.0, axis=0), 1, grid.size - 1)
+        return grid[passed - 1], grid[passed]
+
+    def _by_eigenvalues(self, numbers: NDArray[np.intp], low: Array, high: Array) -> Array:
+        """Where the eigenvalues of these numbers pass zero: Newton's steps on the quotient of Rayleigh.
+
+        Each eigenvector is kept for its slope, so that the steps converge with the third order. What has not
+        converged is left to the counts.
+        ``low``, ``high``, shape (n,): brackets [rad/s]. Returns shape (n,) [rad/s].
+        """
+        places = (numbers - 1 + self._before)[:, None, None]
+        near = (low + high) / 2.0
+        for _ in range(MOST_STEPS):
+            beside = near * (1.0 + BESIDE)
+            matrices, scales = self._matrix.scaled(np.concatenate((near, beside)))
+            (here, there), (scale, other) = np.split(matrices, 2), np.split(scales, 2)
+            values, vectors = np.linalg.eigh(here)
+            value = np.take_along_axis(values, places[:, 0], axis=1)[:, 0]
+            vector = np.take_along_axis(vectors, places, axis=2)
+            moved = vector * (scale / other)[:, :, None]
+            slope = ((np.swapaxes(moved, 1, 2) @ there @ moved)[:, 0, 0] - value) / BESIDE
+            step = -value / np.where(slope < 0.0, slope, -np.inf)
+            low, high = np.where(value > 0.0, near, low), np.where(value > 0.0, high, near)
+            last, near = near, near * (1.0 + step)
+            near = np.where((near >= low) & (near <= high), near, (low + high) / 2.0)
+            if np.all(np.abs(near - last) <= 1e-9 * near):  # the next step would be below round-off
+                break
+        return near
+
+    def _by_counts(self, number: int, near: float, low: float, high: float) -> tuple[float, bool]:
+        """One natural frequency by counts alone, where its eigenvalue is rough.
+
+        ``near``: where the eigenvalue says that it is; else as `frequencies`.
         """
         low = max((omega for omega, count in self._counts.items() if count < number), default=low)
         high = min((omega for omega, count in self._counts.items() if count >= number), default=high)
-        while high - low > 0.05 * high:
-            middle = (low + high) / 2.0
-            low, high = (low, middle) if self.count(middle) >= number else (middle, high)
-        low, high = self._by_eigenvalue(number, low, high)
+        for room in (20.0 * ENCLOSURE, 1e-9):
+            inner, outer = near * (1.0 - room), near * (1.0 + room)
+            if self.count(inner) < number <= self.count(outer):
+                low, high = inner, outer
+                break
         while high - low > 2.0 * ENCLOSURE * high:
             middle = (low + high) / 2.0
             if not low < middle < high:
@@ -62,34 +160,16 @@ class SaggingPlane:
             low, high = (low, middle) if self.count(middle) >= number else (middle, high)
         return (low + high) / 2.0, high - low <= 2.0 * ENCLOSURE * high
 
-    def _by_eigenvalue(self, number: int, low: float, high: float) -> tuple[float, float]:
-        """A narrow interval around a root of one eigenvalue, where counts confirm it; else the given one."""
-        from scipy.optimize import brentq
-
-        place = number - 1 + len(self._matrix.pulls) + self._matrix.rigid_body_modes
-
-        def eigenvalue(omega: float) -> float:
-            return float(np.linalg.eigvalsh(self._matrix.scaled(omega)[0])[place])
-
-        if not eigenvalue(low) > 0.0 >= eigenvalue(high):
-            return low, high
-        root = brentq(eigenvalue, low, high, xtol=1e-300, rtol=4e-15)
-        for room in (0.9 * ENCLOSURE, 20.0 * ENCLOSURE, 1e-9):
-            inner, outer = root * (1.0 - room), root * (1.0 + room)
-            if self.count(inner) < number <= self.count(outer):
-                return inner, outer
-        return low, high
-
-    def motions(self, number: int, count: int, omega: float, proven: bool) -> list[PlaneMode]:
-        """The modes of one natural frequency: the eigenvectors that belong to their numbers.
-
-        ``number``: of the first, from 1; ``count``: how many share the frequency; ``omega`` [rad/s];
-        ``proven``: passed on.
-        """
-        matrix, scale = self._matrix.scaled(omega)
-        first = number - 1 + len(self._matrix.pulls) + self._matrix.rigid_body_modes
-        vectors = np.linalg.eigh(matrix)[1][:, first : first + count]
-        return localised([self._motion(scale * vector, omega, proven) for vector in vectors.T])
+    def motions(self, groups: list[Group]) -> list[PlaneMode]:
+        """The modes of natural frequencies: the eigenvectors that belong to their numbers."""
+        found: list[PlaneMode] = []
+        for some in self._blocks(np.arange(len(groups))):
+            matrices, scales = self._matrix.scaled(np.array([groups[i].omega for i in some]))
+            for i, vectors, scale in zip(some, np.linalg.eigh(matrices)[1], scales, strict=True):
+                place = groups[i].number - 1 + self._before
+                own = vectors[:, place : place + groups[i].count].T
+                found += localised([self._motion(scale * x, groups[i].omega, groups[i].proven) for x in own])
+        return found
 
     def _motion(self, x: Array, omega: float, proven: bool) -> PlaneMode:
         """The motion of unit modal mass that has these unknowns."""

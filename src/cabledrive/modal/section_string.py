@@ -22,6 +22,8 @@ from cabledrive.mechanics.rest import RestingSection
 
 Array = NDArray[np.float64]
 
+LEAST_PHASE = 8.0
+"""Phase up to which the first pieces of a string serve [rad]: its first two modes, and counts below them."""
 _QUICK_STEPS = 6
 
 
@@ -89,7 +91,8 @@ class SectionMotion:
         Returns [kg] times both units of displacement.
         """
         places, weights = _quadrature()
-        here, there = (motion.inside((places + 1.0) / 2.0) for motion in (self, other))
+        here = self.inside((places + 1.0) / 2.0)
+        there = here if other is self else other.inside((places + 1.0) / 2.0)
         cable = self.pieces.density * float(self.pieces.length @ ((here * there) @ weights)) / 2.0
         return cable + float(self.pieces.mass[:-1] @ (self.starts[1:] * other.starts[1:]))
 
@@ -139,7 +142,7 @@ class SectionString:
 
         ``omega`` [rad/s].
         """
-        octave = ceil(2.0 * log2(max(omega * self.travel_time, 1.0)))
+        octave = ceil(2.0 * log2(max(omega * self.travel_time, LEAST_PHASE)))
         if octave not in self._pieces:
             top = 2.0 ** (octave / 2.0) / self.travel_time
             masses = np.append(self.masses, 0.0)
