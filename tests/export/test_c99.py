@@ -10,17 +10,17 @@ import pytest
 
 import cabledrive as cd
 from cabledrive.control.controller_kernels import LAST_SAMPLE
+from cabledrive.control.numbers import start_estimates
 from cabledrive.control.target_kernels import new_target_state, start_target, target_step
 from cabledrive.export import export_to
 from cabledrive.export.c99 import controller_package
 from cabledrive.export.door import write_folder
 from cabledrive.export.self_test import commands_of, references_of, rippled_readings, self_test
-from cabledrive.export.target_kernel import start_values
-from cabledrive.rig.laws.controller_file import FILED
+from cabledrive.rig.laws.registry import CONTROLLERS
 from export.compilers import COMPILERS, WARNINGS, built, checked
 from export.designs import loop_of, source_of
 
-LAWS = list(FILED)
+LAWS = list(CONTROLLERS)
 needs_cc = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
 
 
@@ -176,7 +176,7 @@ def test_the_step_of_a_target_is_that_of_the_rig():
     first = 2 * loop.chain.size + 1
     m = len(law.encoders)
     state = new_target_state(law.observer, law.law, law.late_samples)
-    start_target(start_values(law), state, log[0, first : first + m].copy())
+    start_target(start_estimates(law.law), state, log[0, first : first + m].copy())
     for k in range(400):
         row = loop.controller.reference[k : k + 1]
         u, valid = target_step(
@@ -216,7 +216,6 @@ def test_the_exported_folder_runs_on_the_rig_as_it_was_exported(tmp_path):
     "source, options, named",
     [
         ("dissertation-3", {"controller": "no-law"}, "no-law"),
-        ("dissertation-3", {"controller": "lqi-learning"}, "tables along its motion"),
         ("elevator", {}, "elevator"),
         ("no-such-drive", {}, "no-such-drive"),
         ("dissertation-3", {"format": "hdl"}, "hdl"),

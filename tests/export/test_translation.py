@@ -14,7 +14,7 @@ from cabledrive.export.target_program import target_program
 from cabledrive.export.translation.program import Program
 from cabledrive.export.translation.source import interpreted, plain
 from cabledrive.export.translation.types import BOOL, INT, REAL, Scalar, View
-from cabledrive.rig.laws.controller_file import FILED
+from cabledrive.rig.laws.registry import CONTROLLERS
 from control_chains import state_of
 from export.compilers import WARNINGS
 from export.designs import source_of
@@ -108,7 +108,7 @@ def test_a_recursion_is_refused():
     assert "recursion" in refused(with_recursion, Scalar(REAL))
 
 
-@pytest.mark.parametrize("name", list(FILED))
+@pytest.mark.parametrize("name", list(CONTROLLERS))
 def test_the_kernels_of_every_law_stay_inside_the_subset_and_are_c(name, tmp_path):
     source = source_of(name)
     made = target_program(source.law)

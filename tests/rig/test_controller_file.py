@@ -7,10 +7,14 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
+from cabledrive.control.load_torque import load_regressors
+from cabledrive.control.reference_kernels import reference_table
 from cabledrive.parameters import content_hash
 from cabledrive.rig import Motion, RigOptions, track
 from cabledrive.rig.closed_loop.loop import close_loop, run
-from cabledrive.rig.laws.controller_file import controller_numbers, is_controller_path
+from cabledrive.rig.laws.controller_file import controller_numbers, is_controller_path, read_controller
+from cabledrive.rig.laws.controllers import motion_numbers
+from cabledrive.rig.laws.load_learning import TURNING, load_blocks, load_learning
 from cabledrive.rig.laws.registry import design
 from cabledrive.rig.trial import spec_for
 
@@ -51,23 +55,48 @@ def test_the_file_runs_the_law_and_the_settled_filter_along_another_motion(name,
     assert found.summary["gains"]["file"] == str(path)
 
 
-def test_tables_along_the_motion_are_made_anew(tmp_path):
-    """The file holds law, filter and drive; the same bandwidth by name gives the same run."""
-    name = "lqi-learning"
-    made = design(name, spec_for(DRIVE, SHORT, bandwidth=22.0))
-    loop = close_loop(DRIVE, DRIVE, made, SHORT, RigOptions(), np.random.default_rng(0))
-    data = controller_numbers(loop, DRIVE, "motor")
-    assert data["columns"] == []
+def learning_loop(name: str, motion: Motion):
+    """Law and settled filter made for the short motion along another one; tables from whole-motion arrays."""
+    first = spec_for(DRIVE, SHORT, bandwidth=22.0)
+    designed = close_loop(
+        DRIVE, DRIVE, load_learning(first, name), SHORT, RigOptions(), np.random.default_rng(0)
+    )
+    settled = designed.observer._replace(gains=designed.observer.gains[-1:])
+    spec, turning = spec_for(DRIVE, motion, bandwidth=22.0), TURNING * SHORT.rise
+    made = replace(load_learning(spec, name, turning), law=designed.controller.law)
+    loop = close_loop(DRIVE, DRIVE, made, motion, RigOptions(), np.random.default_rng(0))
+    chain = spec.model(4)
+    torques = load_regressors(spec.wanted(2 * chain.size), turning, spec.interval)
+    blocks, _ = load_blocks(chain, settled, made.law.rows[1:, : len(settled.output)], torques, spec.interval)
+    table = np.ascontiguousarray(np.hstack((made.reference[:, : 2 * chain.size + 1], blocks)))
+    generator = designed.controller.generator
+    controller = replace(made, reference=table, generator=generator)
+    return replace(loop, observer=settled, controller=controller)
+
+
+@pytest.mark.parametrize("name", ["lqi-learning", "lqg-learning"])
+def test_the_file_of_a_law_that_learns_makes_its_columns_sample_by_sample(name, tmp_path, measured):
+    """The generator looks ahead; the rig's tables come from whole-motion arrays with another rounding."""
     path = tmp_path / "controller.json"
-    path.write_text(json.dumps(data, allow_nan=False))
-    found = track(DRIVE, controller=path, motion=OTHER)
-    named = track(DRIVE, controller=name, bandwidth=22.0, motion=OTHER)
-    np.testing.assert_array_equal(found.load_angle, named.load_angle)
+    path.write_text(json.dumps(controller_numbers(learning_loop(name, SHORT), DRIVE, "motor")))
+    found, loop = track(DRIVE, controller=path, motion=OTHER), learning_loop(name, OTHER)
+    generator = read_controller(path).reference
+    table = reference_table(generator, motion_numbers(DRIVE, OTHER), loop.rig.interval, len(loop.target))
+    scale = np.abs(loop.controller.reference).max(axis=0)
+    gap = float((np.abs(table - loop.controller.reference).max(axis=0) / scale).max())
+    moved = np.abs(found.load_angle * loop.gear - run(loop).log[:, loop.chain.size - 1]).max()
+    measured(f"columns {gap:.1e}, load {moved:.1e} rad")
+    assert table.shape[1] == len(read_controller(path).columns)
+    assert gap < 1e-9
+    assert moved < 1e-9
     assert found.summary["gains"]["file"] == str(path)
-    data["law"]["rows"][0][0] *= 1.001
-    path.write_text(json.dumps(data))
+
+
+def test_the_file_of_a_law_that_learns_without_its_generator_is_refused(tmp_path):
+    data = controller_numbers(learning_loop("lqi-learning", SHORT), DRIVE, "motor") | {"reference": None}
+    (tmp_path / "controller.json").write_text(json.dumps(data))
     with pytest.raises(cd.InputRefused, match="run the study again"):
-        track(DRIVE, controller=path, motion=OTHER)
+        track(DRIVE, controller=tmp_path, motion=OTHER)
 
 
 def test_a_folder_and_a_path_object_are_taken_too(tmp_path):

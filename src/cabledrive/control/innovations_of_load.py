@@ -25,17 +25,24 @@ def missed_by_filter(
     Returns ``missed``, shape (samples, 2n): true less estimated, of what the law takes; ``innovations``,
     shape (samples, m).
     """
-    n, states = chain.size, observer.model.shape[0]
-    a, b = state_space(chain)
-    block = np.zeros((2 * n + 1, 2 * n + 1))
-    block[: 2 * n, : 2 * n], block[: 2 * n, 2 * n] = a, -b[:, -1]
-    push = np.zeros(states)
-    push[: 2 * n] = expm(block * interval)[: 2 * n, 2 * n]
+    states = observer.model.shape[0]
+    push = torque_push(chain, states, interval)
     mean = 0.5 * (torque + np.append(torque[1:], torque[-1]))
     missed, innovations = np.zeros((len(torque), states)), np.zeros((len(torque), len(observer.output)))
     transition = np.ascontiguousarray(observer.model[:, :states])
     filter_error(transition, observer.output, observer.gains, push, mean, missed, innovations)
     return missed[:, observer.chosen], innovations
+
+
+def torque_push(chain: LumpedChain, states: int, interval: float) -> Array:
+    """What a unit of torque against the load does in a sample to a filter's states, shape (states,)."""
+    n = chain.size
+    a, b = state_space(chain)
+    block = np.zeros((2 * n + 1, 2 * n + 1))
+    block[: 2 * n, : 2 * n], block[: 2 * n, 2 * n] = a, -b[:, -1]
+    push = np.zeros(states)
+    push[: 2 * n] = expm(block * interval)[: 2 * n, 2 * n]
+    return push
 
 
 @njit

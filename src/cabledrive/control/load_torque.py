@@ -65,8 +65,7 @@ def smoothed_sign(speed: Array, rows: int, turning: float, interval: float) -> A
     peak = float(np.abs(speed).max())
     if peak == 0.0:
         return np.zeros((rows, len(speed)))
-    boxes = rows + 1 + (rows + 1) % 2  # an even number of equal boxes shifts by whole samples
-    width = max(1, round(turning / (boxes * interval)))
+    boxes, width = boxes_of(rows, turning, interval)
     shift = boxes * width // 2
     sign = np.pad(np.tanh(TURN * speed / peak), (boxes * width, shift), mode="edge")
     found = []
@@ -79,6 +78,30 @@ def smoothed_sign(speed: Array, rows: int, turning: float, interval: float) -> A
                 else _averaged(value, width)
             )
         found.append(value[shift : shift + len(speed)])
+    return np.array(found)
+
+
+def boxes_of(rows: int, turning: float, interval: float) -> tuple[int, int]:
+    """How many boxes smooth a sign with so many derivatives, and how many samples each spans.
+
+    An even number of equal boxes shifts by whole samples.
+    """
+    boxes = rows + 1 + (rows + 1) % 2
+    return boxes, max(1, round(turning / (boxes * interval)))
+
+
+def sign_weights(rows: int, turning: float, interval: float) -> Array:
+    """What `smoothed_sign` takes of the samples around, shape (rows, 2h + 1), oldest first."""
+    boxes, width = boxes_of(rows, turning, interval)
+    mean, slope = np.full(width + 1, 1.0 / width), np.zeros(width + 1)
+    mean[[0, -1]] = 0.5 / width
+    slope[0], slope[-1] = -1.0 / (width * interval), 1.0 / (width * interval)
+    found = []
+    for row in range(rows):
+        weights = np.ones(1)
+        for box in range(boxes):
+            weights = np.convolve(weights, slope if box < row else mean)
+        found.append(weights)
     return np.array(found)
 
 

@@ -53,6 +53,14 @@ class LawNumbers(NamedTuple):
         return float(self.scalars[K_SIGMA])
 
 
+def start_estimates(law: LawNumbers) -> Array:
+    """Estimates to begin with, and their covariance by rows where the law keeps one; none of a linear law."""
+    if law.kind == LINEAR:
+        return np.zeros(0)
+    nominal = law.learning[NOMINAL]
+    return np.concatenate((nominal, np.diag(law.learning[GAIN]).ravel())) if law.kind == LEARNING else nominal
+
+
 def learning_table(nominal: Array, low: Array, high: Array, gain: Array, limit: Array | None = None) -> Array:
     """What the adaptation needs of each estimate.
 

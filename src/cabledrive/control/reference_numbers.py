@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from cabledrive.control.load_row_numbers import NO_LOAD, LoadRowNumbers, LoadRowState, new_load_row_state
+
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 AT_ONCE = ((0.0, 1.0),)
@@ -31,6 +33,8 @@ class ReferenceNumbers(NamedTuple):
         Coulomb friction c [N m] and slope K [s/rad] of each c tanh(K w), added to a column.
     places : ndarray of int, shape (f, 2)
         That column, and the column of the speed w.
+    load : LoadRowNumbers
+        Further columns, of a law that learns the load's torque.
     """
 
     taps: Array
@@ -40,6 +44,12 @@ class ReferenceNumbers(NamedTuple):
     constant: Array
     friction: Array
     places: Integers
+    load: LoadRowNumbers = NO_LOAD
+
+    @property
+    def columns(self) -> int:
+        """Columns of a row."""
+        return len(self.output) + self.load.columns
 
     @property
     def derivatives(self) -> int:
@@ -63,6 +73,7 @@ class ReferenceState(NamedTuple):
     begun: Integers
     memory: Array
     stages: Array
+    load: LoadRowState
 
 
 def lag_coefficients(time: float, interval: float) -> tuple[float, float, float]:
@@ -109,4 +120,9 @@ def new_reference_state(numbers: ReferenceNumbers) -> ReferenceState:
     """A generator at rest at angle zero."""
     width, lags = numbers.derivatives + 1, len(numbers.lags)
     begun = np.zeros(1, dtype=np.int64)
-    return ReferenceState(begun=begun, memory=np.zeros((lags, width)), stages=np.zeros((lags + 1, width)))
+    return ReferenceState(
+        begun=begun,
+        memory=np.zeros((lags, width)),
+        stages=np.zeros((lags + 1, width)),
+        load=new_load_row_state(numbers.load),
+    )

@@ -4,6 +4,8 @@ from dataclasses import dataclass, replace
 from math import sqrt
 from typing import Any
 
+from cabledrive.control.reference_kernels import reference_table
+from cabledrive.control.reference_numbers import MotionNumbers
 from cabledrive.rig.closed_loop.loop import Loop, run
 
 
@@ -41,12 +43,21 @@ class GainCut:
         )
 
 
-def gain_cut(loop: Loop) -> GainCut | None:
-    """Run a loop with its schedule of gains and with the last one alone; None where a run does not end."""
+def gain_cut(loop: Loop, motion: MotionNumbers) -> GainCut | None:
+    """Run a loop with its schedule of gains and with the last one alone; None where a run does not end.
+
+    ``motion``: of the run, for the columns of a reference that go with the filter's gains.
+    """
     gains = loop.observer.gains
     if len(gains) < 2:
         return GainCut(samples=0, peak=None, rms=None)
-    settled = replace(loop, observer=loop.observer._replace(gains=gains[-1:].copy()))
+    made = loop.controller
+    if made.generator is not None and made.generator.load.columns:
+        table = reference_table(made.generator, motion, loop.rig.interval, len(made.reference))
+        made = replace(made, reference=table)
+    settled = replace(
+        loop, controller=made, observer=loop.observer._replace(gains=gains[-1:].copy())
+    )  # fmt: skip
     whole, cut = (run(one, log=False) for one in (loop, settled))
     if min(whole.ended, cut.ended) < len(loop.target):
         return None

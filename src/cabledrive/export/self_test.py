@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from cabledrive.control.load_row_numbers import NO_LOAD
 from cabledrive.control.reference_numbers import new_reference_state
 from cabledrive.control.target_kernels import PathState, path_row
 from cabledrive.export.target_kernel import target_kernel
@@ -95,6 +96,7 @@ def wanted_angle(law: ControllerFile, samples: int) -> Array:
         friction=np.zeros((0, 2)),
         places=np.zeros((0, 2), dtype=np.int64),
         taps=np.array([[0.0, 1.0]]),
+        load=NO_LOAD,
     )
     step, row = interpreted(path_row), np.zeros(1)
     path = started_path(law, samples)._replace(generator=new_reference_state(numbers))

@@ -11,12 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.control.numbers import DARC, LINEAR
+from cabledrive.control.numbers import DARC, LINEAR, start_estimates
 from cabledrive.control.target_kernels import new_target_state, path_row, start_target, target_step
 from cabledrive.export.plant_source import loop_on
 from cabledrive.export.self_test import SAMPLES, SEED, as_type, commands_of, references_of, rippled_readings
 from cabledrive.export.source import ExportSource
-from cabledrive.export.target_kernel import start_values
 from cabledrive.export.target_program import columns_of, needed_rise, path_state
 from cabledrive.export.translation.source import interpreted
 from cabledrive.parameters import InputRefused
@@ -132,7 +131,7 @@ def peak_error(source: ExportSource, law: ControllerFile, kind: Any) -> float:
     step, row_of, move, read = (interpreted(one) for one in (target_step, path_row, plant_step, plant_read))
     row, time, peak = np.zeros((1, columns_of(law)), dtype=kind), kind(rig.interval), 0.0
     read(rig, plant)
-    interpreted(start_target)(start_values(law).astype(kind), target, plant.readings.astype(kind))
+    interpreted(start_target)(start_estimates(law.law).astype(kind), target, plant.readings.astype(kind))
     for k in range(round((rise + dwell) / rig.interval)):
         read(rig, plant)
         peak = max(peak, abs(plant.x[loop.chain.size - 1] - loop.target[k]))

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from cabledrive.control.own_controller import ControllerProtocol, checked_controller
+from cabledrive.control.reference_numbers import MotionNumbers
 from cabledrive.export.gain_cut import gain_cut
 from cabledrive.parameters import Drive, InputRefused, content_hash, load_drive
 from cabledrive.parameters.route.drive import RoutedDrive
@@ -20,8 +21,8 @@ from cabledrive.rig.laws.controller_file import (
     controller_numbers,
     is_controller_path,
     read_controller,
-    require_whole,
 )
+from cabledrive.rig.laws.controllers import motion_numbers
 from cabledrive.rig.laws.own_law import own_law
 from cabledrive.rig.laws.registry import design, known_name, needed_order
 from cabledrive.rig.ranking.best import BEST, best_controller
@@ -75,7 +76,6 @@ def _from_file(path: Path) -> ExportSource:
     if path.is_dir() and not place.exists():
         raise InputRefused(f"{path}: holds no {FILE}: the study is not finished, or found no controller")
     law = read_controller(place)
-    require_whole(law.name)
     if not law.columns:
         raise InputRefused(
             "has no names of its reference's columns, an earlier version wrote it: run the study again"
@@ -94,18 +94,17 @@ def designed(drive: Drive, name: str | ControllerProtocol | None) -> ExportSourc
 
     ``name``: of a packaged law, or a controller of the user's own.
     """
-    loop = designed_loop(drive, name)
-    require_whole(loop.controller.name)
+    loop, motion = designed_loop(drive, name)
     data = controller_numbers(loop, drive, RigOptions().feedback)
-    cut = gain_cut(loop)
+    cut = gain_cut(loop, motion)
     data |= {"gain_cut": None if cut is None else cut.data}
     law = controller_from(json.loads(json.dumps(data)), FILE, loop.controller.own)
     notes = (*_notes(law), NOT_TRIED if cut is None else cut.note, *axis_notes(drive))
     return ExportSource(law=law, data=data, drive=drive, notes=notes)
 
 
-def designed_loop(drive: Drive, name: str | ControllerProtocol | None) -> Loop:
-    """The loop of a law and a drive along the standard pulse."""
+def designed_loop(drive: Drive, name: str | ControllerProtocol | None) -> tuple[Loop, MotionNumbers]:
+    """The loop of a law and a drive along the standard pulse, and that."""
     own = checked_controller(name) if name is not None and not isinstance(name, str) else None
     best = name == BEST
     known = own.name if own else known_name(None if best else str(name) if name else None, drive)
@@ -114,7 +113,8 @@ def designed_loop(drive: Drive, name: str | ControllerProtocol | None) -> Loop:
     spec = spec_for(drive, motion, best=own is None, options=options)
     spec = replace(spec, feedback=options.feedback)
     made = own_law(own, spec) if own else best_controller(spec) if best else design(known, spec)
-    return close_loop(drive, drive, made, motion, options, np.random.default_rng(0))
+    loop = close_loop(drive, drive, made, motion, options, np.random.default_rng(0))
+    return loop, motion_numbers(drive, motion)
 
 
 def _notes(law: ControllerFile) -> tuple[str, ...]:

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from cabledrive.control.numbers import start_estimates
 from cabledrive.control.target_kernels import new_target_state
 from cabledrive.export.plant_source import NOTE, PlantSource, plant_source
 from cabledrive.export.shells import runtime_text, templates
 from cabledrive.export.source import ExportSource
-from cabledrive.export.target_kernel import start_values
 from cabledrive.export.target_program import needed_rise, path_state
 from cabledrive.export.translation.program import Program, Translated
 from cabledrive.export.translation.source import interpreted
@@ -51,7 +51,7 @@ def new_loop(law: ControllerFile, plant: PlantSource) -> LoopTarget:
         )
     target = new_target_state(law.observer, law.law, law.late_samples)
     target.datum[:] = np.nan
-    start = start_values(law)
+    start = start_estimates(law.law)
     target.controller.parameters[: len(start)] = start
     return LoopTarget(
         plant=new_plant_state(plant.plant, plant.rig),
@@ -83,7 +83,7 @@ def system_program(law: ControllerFile, source: PlantSource, what: str) -> Syste
         kind = program.plain_record(s).field("plant")
         assert kind is not None
         inner = program.field(s, program.plain_record(s), "plant", kind)
-        program.tables["START"] = (start_values(law), "estimates to begin with")
+        program.tables["START"] = (start_estimates(law.law), "estimates to begin with")
         rise = np.array(rise_coefficients(needed_rise(law)))
         program.tables["RISE"] = (rise, "rise in powers of t / rise")
     _, read_call = program.root(plant_read, [frozen["rig"], inner])
@@ -109,7 +109,7 @@ def system_code(source: ExportSource, what: str) -> dict[str, str]:
         "step": made.step,
         "step_call": made.step_call,
         "read_call": made.read_call,
-        "start_size": start_values(source.law).size,
+        "start_size": start_estimates(source.law.law).size,
         "at": "plant->" if what == "plant" else "loop->plant.",
         "functions": functions,
         "tables": made.program.used_tables(functions + made.step_call + made.read_call + extra),

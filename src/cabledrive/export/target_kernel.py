@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.control.numbers import LINEAR, NOMINAL
+from cabledrive.control.numbers import start_estimates
 from cabledrive.control.own_controller import stepped
 from cabledrive.control.own_target_kernels import new_own_target_state, own_target_step, start_own
 from cabledrive.control.target_kernels import new_target_state, start_target, target_step
@@ -39,7 +39,7 @@ def target_kernel(law: ControllerFile) -> TargetKernel:
             step=target_step,
             numbers={"observer": law.observer, "law": law.law},
             state=new_target_state(law.observer, law.law, law.late_samples),
-            begin=start_values(law),
+            begin=start_estimates(law.law),
         )
     begin, filtered = np.array(law.own.initial_state, dtype=np.float64), law.own.measures == "states"
     gains = as_numbers(law.own.gains, law.name)
@@ -55,11 +55,6 @@ def target_kernel(law: ControllerFile) -> TargetKernel:
         ),
         begin=begin,
     )
-
-
-def start_values(law: ControllerFile) -> Array:
-    """Parameter estimates to begin with; none of a linear law."""
-    return np.zeros(0) if law.law.kind == LINEAR else law.law.learning[NOMINAL]
 
 
 def as_numbers(gains: Any, name: str) -> Any:

@@ -112,7 +112,8 @@ class Program:
 
     def structs(self) -> str:
         """Definitions of the structs of state."""
-        return "\n".join(self._struct(name, state) for name, state in self.records.items())
+        held = {name: state for name, state in self.records.items() if _holds(state)}
+        return "\n".join(self._struct(name, state) for name, state in held.items())
 
     def _struct(self, name: str, state: Any) -> str:
         lines = []
@@ -121,7 +122,7 @@ class Program:
             if isinstance(kind, View) and kind.size:
                 shape = " x ".join(map(str, kind.shape))
                 lines.append(f"    {C_NAMES[kind.kind]} {field}[{kind.size}]; /* {shape} */")
-            elif isinstance(kind, Record):
+            elif isinstance(kind, Record) and _holds(part):
                 lines.append(f"    {kind.name} {field};")
             elif isinstance(kind, Scalar):
                 lines.append(f"    {C_NAMES[kind.kind]} {field};")
@@ -263,3 +264,8 @@ class Program:
             for name, (array, about) in self.tables.items()
             if mentions(text, name)
         )
+
+
+def _holds(state: Any) -> bool:
+    """Whether a NamedTuple has anything that C can hold: it knows neither empty arrays nor empty structs."""
+    return any(_holds(part) if hasattr(part, "_asdict") else np.size(part) > 0 for part in state)

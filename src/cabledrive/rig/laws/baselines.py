@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from cabledrive.control.adaptive_laws import l1_law
-from cabledrive.control.flat_output import flat_output
+from cabledrive.control.flat_output import FlatOutput, flat_output
 from cabledrive.control.hinf import hinf_law
 from cabledrive.control.kalman import QUIET, KalmanTuning
 from cabledrive.control.linear_laws import (
@@ -57,10 +57,15 @@ def feedforward_table(spec: DesignSpec, chain: LumpedChain, wanted: Array) -> Ar
         raise InputRefused(
             f"feedforward = {spec.feedforward!r} is not known: take one of {', '.join(FEEDFORWARDS)}"
         )
-    if spec.feedforward == "rigid":
+    flat = inverse_of(spec, chain)
+    if flat is None:
         return rigid_feedforward(chain, wanted)
-    flat = flat_output(chain, damped=spec.feedforward == "damped")
     return feedforward(chain, flat, flat_reference(flat, wanted, spec.interval))
+
+
+def inverse_of(spec: DesignSpec, chain: LumpedChain) -> FlatOutput | None:
+    """The flat output that a spec's feedforward inverts; none of one rigid inertia."""
+    return None if spec.feedforward == "rigid" else flat_output(chain, damped=spec.feedforward == "damped")
 
 
 def _made(
@@ -77,8 +82,6 @@ def _made(
     chain = spec.model(number)
     wanted = spec.wanted(2 * chain.size) if wanted is None else wanted
     reference = np.ascontiguousarray(feedforward_table(spec, chain, wanted))
-    rigid = spec.feedforward == "rigid"
-    flat = None if rigid else flat_output(chain, damped=spec.feedforward == "damped")
     return Controller(
         name=name,
         law=law,
@@ -89,7 +92,7 @@ def _made(
         gains=gains | {"feedforward": FEEDFORWARDS[spec.feedforward]},
         model=number,
         damped=True,
-        generator=feedforward_generator(chain, flat, spec.interval, taps),
+        generator=feedforward_generator(chain, inverse_of(spec, chain), spec.interval, taps),
     )
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from cabledrive.control.load_row_numbers import NO_LOAD, LoadRowNumbers
 from cabledrive.control.numbers import BACKSTEPPING, DARC, OWN, LawNumbers
 from cabledrive.control.observer_numbers import KALMAN, ObserverNumbers
 from cabledrive.control.own_controller import OwnController
@@ -18,15 +19,10 @@ from cabledrive.parameters.files import require_regular
 from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.laws.controller_words import ARRAYS, reference_columns
-from cabledrive.rig.laws.load_learning import KINDS as LOAD_LEARNING
 from cabledrive.rig.laws.registry import CONTROLLERS
 
 ABOUT = "See cabledrive.control.numbers.LawNumbers and cabledrive.control.observer_numbers"
 FILE = "controller.json"
-TABLED = tuple(LOAD_LEARNING)
-"""Laws whose reference looks ahead of the motion, which no generator does."""
-FILED = tuple(name for name in CONTROLLERS if name not in TABLED)
-"""Laws that a file of numbers holds whole; of the others the rig makes the tables along the motion anew."""
 UNITS = {
     "sample_time": "s",
     "torque_limit": "N m",
@@ -105,11 +101,7 @@ def controller_numbers(loop: Loop, drive: Drive, feedback: str) -> dict[str, Any
     """
     made, rig, generator = loop.controller, loop.rig, loop.controller.generator
     along = made.own is not None and made.own.follows == "motion"
-    columns = (
-        []
-        if made.name in TABLED
-        else reference_columns(made.law, made.shafts, made.reference.shape[1], motion=along)
-    )
+    columns = reference_columns(made.law, made.shafts, made.reference.shape[1], motion=along)
     return {
         "about": ABOUT,
         "name": made.name,
@@ -133,23 +125,12 @@ def controller_numbers(loop: Loop, drive: Drive, feedback: str) -> dict[str, Any
     }
 
 
-def require_whole(name: str) -> None:
-    """Refuse a law that a file of numbers does not hold whole: one that runs on a target.
-
-    Raises `InputRefused` if the law needs tables along its motion.
-    """
-    if name in TABLED:
-        plain = name.removesuffix("-learning") if name in LOAD_LEARNING else "lqg"
-        raise InputRefused(
-            f"{name} needs tables along its motion, which look ahead of it and no generator makes sample "
-            f"by sample: take {plain}, which has the same feedback"
-        )
-
-
 def plain_numbers(fields: Mapping[str, Any]) -> dict[str, Any]:
-    """Arrays as lists; infinity as null."""
+    """Arrays as lists; infinity as null; numbers inside numbers likewise, null where they hold none."""
 
     def plain(value: Any) -> Any:
+        if hasattr(value, "_asdict"):
+            return plain_numbers(value._asdict()) if any(np.size(part) for part in value) else None
         listed = value.tolist() if hasattr(value, "tolist") else value
         return json.loads(json.dumps(listed).replace("-Infinity", "null").replace("Infinity", "null"))
 
@@ -243,12 +224,22 @@ def _target(data: Mapping[str, Any]) -> dict[str, Any]:
     if data["reference"] is None:
         return named
     numbers = data["reference"]
-    parts: dict[str, Any] = {name: _array(numbers[name]) for name in ReferenceNumbers._fields}
-    parts["lags"] = parts["lags"].reshape(-1, 3)  # an empty list has no width
+    parts = _filters(numbers, ReferenceNumbers._fields[:-1])
     parts["friction"] = parts["friction"].reshape(-1, 2)
-    parts["sources"] = np.array(numbers["sources"], dtype=np.int64)
     parts["places"] = np.array(numbers["places"], dtype=np.int64).reshape(-1, 2)
-    return named | {"reference": ReferenceNumbers(**parts)}
+    load, seen = NO_LOAD, numbers.get("load")
+    if seen is not None:
+        chosen = np.array(seen["chosen"], dtype=np.int64)
+        load = LoadRowNumbers(**_filters(seen, LoadRowNumbers._fields) | {"chosen": chosen})
+    return named | {"reference": ReferenceNumbers(**parts, load=load)}
+
+
+def _filters(numbers: Mapping[str, Any], names: tuple[str, ...]) -> dict[str, Any]:
+    """Arrays of a generator; an empty list has no width."""
+    parts: dict[str, Any] = {name: _array(numbers[name]) for name in names}
+    parts["lags"] = parts["lags"].reshape(-1, 3)
+    parts["sources"] = np.array(numbers["sources"], dtype=np.int64)
+    return parts
 
 
 def _array(values: Any) -> Array:

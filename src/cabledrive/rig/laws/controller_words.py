@@ -1,6 +1,6 @@
 """What the arrays of a controller.json mean, and what the columns of its reference are called."""
 
-from cabledrive.control.numbers import DARC, LINEAR, OWN, REFERENCE_MODEL, LawNumbers
+from cabledrive.control.numbers import DARC, LEARNING, LINEAR, OWN, REFERENCE_MODEL, LawNumbers
 
 ARRAYS = {
     "law.matrix": (
@@ -39,6 +39,16 @@ ARRAYS = {
     "reference.constant": "added to the row",
     "reference.friction": "Coulomb friction N m and slope s/rad of each c tanh(K w) added to a column",
     "reference.places": "that column, and the column of the speed w",
+    "reference.load.sign": "weights of the sign of the speed over the samples around, for it and derivatives",
+    "reference.load.lags": "filters of the chain's dampers, as reference.lags",
+    "reference.load.sources": "stage that each takes; 0: the torque at the load",
+    "reference.load.output": "angles, speeds, motor torque from all stages, each the torque and derivatives",
+    "reference.load.transition": "of the filter's error; last column: from a torque at the load",
+    "reference.load.seen": "readings from the filter's error",
+    "reference.load.gains": "correction per reading",
+    "reference.load.chosen": "states of the filter that the law takes",
+    "reference.load.white": "what makes innovations white and of variance 1",
+    "reference.load.scalars": "sample time s; K of tanh(K w / largest w)",
 }
 
 REGRESSOR = (
@@ -48,6 +58,9 @@ REGRESSOR = (
     "adapted_offset [1]",
 )
 """Functions of the reference that carry the adapted factors of a reference-model law."""
+
+LEARNT = (("friction", "/(N m)"), ("viscous", "/(N m s/rad)"), ("inertia", "/(kg m^2)"))
+"""What a law learns of the load, and the unit of what goes with a unit of it."""
 
 
 def reference_columns(
@@ -60,6 +73,17 @@ def reference_columns(
         angles = [f"{shaft}_angle [rad]" for shaft in shafts]
         names = [*angles, *(f"{shaft}_speed [rad/s]" for shaft in shafts), "torque [N m]"]
         return [*names, *REGRESSOR][:width]
+    if law.kind == LEARNING:
+        followed = 2 * len(shafts) + 1
+        names, readings = reference_columns(law._replace(kind=LINEAR), shafts, followed), len(law.rows) - 1
+        for learnt, unit in LEARNT:
+            for shaft in shafts:
+                names.append(f"{learnt}_{shaft}_angle [rad{unit}]")
+            for shaft in shafts:
+                names.append(f"{learnt}_{shaft}_speed [rad/s{unit}]")
+            names.append(f"{learnt}_torque [N m{unit}]")
+            names += [f"{learnt}_innovation_{i + 1} [1{unit}]" for i in range(readings)]
+        return names[:width]
     if law.kind == DARC:
         flat = [f"flat_output_{k} [rad/s^{k}]" for k in range(width - 2)]
         return [*flat, "motor_speed [rad/s]", "motor_acceleration [rad/s^2]"]

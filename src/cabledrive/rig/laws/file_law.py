@@ -3,15 +3,13 @@
 from dataclasses import replace
 from math import pi
 
-import numpy as np
-
-from cabledrive.control.numbers import DARC, LINEAR, NOMINAL
+from cabledrive.control.numbers import DARC, LEARNING, start_estimates
 from cabledrive.control.reference_kernels import reference_table
 from cabledrive.parameters import InputRefused, content_hash
 from cabledrive.rig.closed_loop.loop import Loop
-from cabledrive.rig.laws.controller_file import TABLED, ControllerFile
+from cabledrive.rig.laws.controller_file import ControllerFile
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law, motion_numbers
-from cabledrive.rig.laws.load_learning import KINDS
+from cabledrive.rig.laws.load_learning import KINDS, load_learning
 from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.setting import RigOptions
 
@@ -33,12 +31,11 @@ def law_from_file(found: ControllerFile, spec: DesignSpec) -> Controller:
     spec = replace(spec, feedback=found.feedback, best=False)
     made = _designed(found, spec)
     hertz = {} if found.bandwidth is None else {"bandwidth_hz": found.bandwidth}
-    if found.name in TABLED:
-        _require_same(found, made)
-        return replace(made, gains=made.gains | {"file": found.path} | hertz)
-    start = np.zeros(0) if found.law.kind == LINEAR else found.law.learning[NOMINAL]
+    if found.law.kind == LEARNING and found.reference is None:
+        raise InputRefused("has no generator of its reference: run the study again").at(found.path)
     rate = None if found.bandwidth is None or found.law.kind != DARC else 2.0 * pi * found.bandwidth
-    changed = replace(made, law=found.law, start=start, gains={"file": found.path} | hertz, bandwidth=rate)
+    gains = {"file": found.path} | hertz
+    changed = replace(made, law=found.law, start=start_estimates(found.law), gains=gains, bandwidth=rate)
     if found.reference is None or spec.motion is None:
         return changed
     motion = motion_numbers(spec.drive, spec.motion)
@@ -51,18 +48,10 @@ def _designed(found: ControllerFile, spec: DesignSpec) -> Controller:
     if found.name.endswith("-damped"):  # without the trial runs that chose its gains
         number = int(found.name.split("-")[1])
         return chain_law(replace(spec, bandwidth=found.bandwidth), number, found.name, damped=True)
-    return CONTROLLERS[found.name](replace(spec, bandwidth=found.bandwidth))
-
-
-def _require_same(found: ControllerFile, made: Controller) -> None:
-    """Refuse a law whose tables are made anew for another feedback than that of the file."""
-    ours, theirs = made.law, found.law
-    same = ours.rows.shape == theirs.rows.shape and ours.matrix.shape == theirs.matrix.shape
-    if not (same and np.allclose(ours.rows[0], theirs.rows[0], rtol=1e-9, atol=0.0)):
-        raise InputRefused(
-            f"holds another {found.name} than this version designs for the drive at its bandwidth: run the "
-            "study again"
-        ).at(found.path)
+    given = replace(spec, bandwidth=found.bandwidth)
+    if found.name in KINDS and found.reference is not None:
+        return load_learning(given, found.name, found.reference.load.turning)
+    return CONTROLLERS[found.name](given)
 
 
 def with_filter(loop: Loop, found: ControllerFile, options: RigOptions) -> Loop:
@@ -83,6 +72,4 @@ def with_filter(loop: Loop, found: ControllerFile, options: RigOptions) -> Loop:
             found.path
         )
     limit = min(found.torque_limit, loop.rig.torque_limit)
-    if found.name in KINDS:  # the tables of a law that learns belong to the filter that they were made with
-        return replace(loop, rig=loop.rig._replace(torque_limit=limit))
     return replace(loop, observer=found.observer, rig=loop.rig._replace(torque_limit=limit))

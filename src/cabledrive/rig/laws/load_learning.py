@@ -7,16 +7,17 @@ import numpy as np
 
 from cabledrive.control.innovations_of_load import missed_by_filter, whitening
 from cabledrive.control.kalman import KalmanTuning, Sampling
-from cabledrive.control.linear_laws import lq_law, lqi_law
+from cabledrive.control.linear_laws import feedforward_generator, lq_law, lqi_law
+from cabledrive.control.load_row import load_row_numbers
 from cabledrive.control.load_torque import carried, load_regressors
-from cabledrive.control.numbers import LEARNING, LawNumbers, learning_table
-from cabledrive.control.observer_numbers import KALMAN
+from cabledrive.control.numbers import LEARNING, LawNumbers, learning_table, start_estimates
+from cabledrive.control.observer_numbers import KALMAN, ObserverNumbers
 from cabledrive.parameters import InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.models import highest_model
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.disturbances import control_delay, current_rate
-from cabledrive.rig.laws.baselines import feedforward_table, integral_time, weights
+from cabledrive.rig.laws.baselines import feedforward_table, integral_time, inverse_of, weights
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, LoadMotion
 from cabledrive.rig.laws.filter_tuning import read_encoders, tuning_by_uncertainty
 from cabledrive.rig.laws.fitting import fit_observer
@@ -85,24 +86,29 @@ class LoadTables:
         That the law takes and that go with a unit of each parameter.
     white : ndarray, shape (m, m)
     tuning : KalmanTuning
+    observer : ObserverNumbers
+        The filter that they belong to.
     """
 
     blocks: Array
     states: Array
     white: Array
     tuning: KalmanTuning
+    observer: ObserverNumbers
 
 
-def load_learning(spec: DesignSpec, name: str = NAME) -> Controller:
+def load_learning(spec: DesignSpec, name: str = NAME, turning: float | None = None) -> Controller:
     """Feedback about a reference with the load's friction and inertia, learnt from the filter's innovations.
 
-    ``name``: of `KINDS`.
+    ``name``: of `KINDS`; ``turning``: time in which the sign of friction turns [s]; default: a share of a
+    move.
     Raises `InputRefused` if there is no Kalman filter to learn from.
     """
     kind = KINDS[name]
     number = highest_model(spec.drive)
     chain = spec.model(number)
-    tables = load_tables(replace(spec, bandwidth=None, best=False, adapt=True), name)
+    turning = turning or TURNING * (spec.motion.rise if spec.motion is not None else 0.5)
+    tables = load_tables(replace(spec, bandwidth=None, best=False, adapt=True), name, turning)
     count, torque, settings = weights(spec)
     if kind.integral:
         time = integral_time(chain, count, torque)
@@ -113,6 +119,7 @@ def load_learning(spec: DesignSpec, name: str = NAME) -> Controller:
     else:
         base = lq_law(chain, count, torque, spec.interval)
     reference = feedforward_table(spec, chain, spec.wanted(2 * chain.size))
+    generator = feedforward_generator(chain, inverse_of(spec, chain), spec.interval)
     m = len(tables.white)
     rows = np.zeros((1 + m, max(base.rows.shape[1], m)))
     rows[0, : base.rows.shape[1]], rows[1:, :m] = base.rows[0], tables.white
@@ -134,11 +141,14 @@ def load_learning(spec: DesignSpec, name: str = NAME) -> Controller:
         law=law,
         reference=np.ascontiguousarray(np.hstack((reference, tables.blocks))),
         shafts=("motor", "drive", "load") if chain.size == 3 else ("motor", "load"),
-        start=np.concatenate((np.zeros(3), np.diag(variance).ravel())),
+        start=start_estimates(law),
         tuning=tables.tuning,
         gains=gains,
         model=number,
         damped=True,
+        generator=generator._replace(
+            load=load_row_numbers(chain, tables.observer, tables.white, turning, spec.interval)
+        ),
         load_motion=LoadMotion(chain=chain, states=tables.states),
     )
 
@@ -160,10 +170,10 @@ def believed(chain: LumpedChain, inertia_spread: float) -> tuple[Array, Array, A
 
 
 @lru_cache(maxsize=8)
-def load_tables(spec: DesignSpec, name: str) -> LoadTables:
+def load_tables(spec: DesignSpec, name: str, turning: float) -> LoadTables:
     """Tables of the law along a motion; they do not depend on its bandwidth.
 
-    ``name``: of `KINDS`.
+    ``name``: of `KINDS`; ``turning``: time in which the sign of friction turns [s].
     """
     kind = KINDS[name]
     options = spec.options or RigOptions()
@@ -185,17 +195,23 @@ def load_tables(spec: DesignSpec, name: str) -> LoadTables:
             f"{name} learns from the innovations of the Kalman filter: leave observer and ideal_sensors out"
         )
     white = whitening(observer, fitted) / kind.noise
-    wanted = spec.wanted(2 * chain.size)
+    torques = load_regressors(spec.wanted(2 * chain.size), turning, spec.interval)
+    blocks, states = load_blocks(chain, observer, white, torques, spec.interval)
+    return LoadTables(blocks=blocks, states=states, white=white, tuning=tuning, observer=observer)
+
+
+def load_blocks(
+    chain: LumpedChain, observer: ObserverNumbers, white: Array, torques: Array, interval: float
+) -> tuple[Array, Array]:
+    """Blocks and states of `LoadTables` from torques with derivatives, shape (p, 2n - 1, samples).
+
+    ``white``, shape (m, m): what makes innovations white; ``interval``: sample time [s].
+    """
     blocks, carrying = [], []
-    for torque in load_regressors(wanted, turning_time(spec), spec.interval):
-        states, motor = carried(chain, torque, spec.interval)
-        missed, innovations = missed_by_filter(observer, chain, torque[0], spec.interval)
+    for torque in torques:
+        states, motor = carried(chain, torque, interval)
+        missed, innovations = missed_by_filter(observer, chain, torque[0], interval)
         chosen = states[:, observer.chosen]
         carrying.append(chosen)
         blocks += [chosen - missed, motor[:, None], innovations @ white.T]
-    return LoadTables(blocks=np.hstack(blocks), states=np.array(carrying), white=white, tuning=tuning)
-
-
-def turning_time(spec: DesignSpec) -> float:
-    """Time in which the sign of friction turns along a motion [s]."""
-    return TURNING * (spec.motion.rise if spec.motion is not None else 0.5)
+    return np.hstack(blocks), np.array(carrying)
