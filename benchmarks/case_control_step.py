@@ -29,7 +29,7 @@ COMPARED = {
     "mrac, four estimates": ("mrac", "printed"),
     "lqi-learning, three estimates and their covariance": ("lqi-learning", "printed"),
 }
-"""Further laws, of which the last two are not exported."""
+"""Further laws."""
 
 
 @njit_in_place

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from case_control_step import LAWS, made, steps
+from case_control_step import COMPARED, LAWS, made, steps
 from harness import duration, side_by_side, table
 
 import cabledrive as cd
@@ -40,7 +40,7 @@ double replay(const double *y, const double *ref, long n)
 
 def report() -> str:
     rows = []
-    for label, (name, _) in LAWS.items():
+    for label, (name, _) in (LAWS | COMPARED).items():
         loop, readings, _ = made(name, "printed")
         data = controller_numbers(loop, cd.load_drive("dissertation-3"), "motor")
         law = controller_from(json.loads(json.dumps(data)), name)
