@@ -24,7 +24,8 @@ def table_of(name: str, motion: Motion, drive: cd.Drive = DRIVE):
     return made.reference[:, :followed], rows[:, :followed]
 
 
-@pytest.mark.kernel  # cabledrive.control.reference_kernels
+@pytest.mark.kernel  # cabledrive.control.reference_kernels, cabledrive.control.load_row_kernels,
+# cabledrive.control.reference_part_kernels
 @pytest.mark.parametrize("name", list(CONTROLLERS))
 def test_the_generator_makes_the_rows_of_the_table(name, measured):
     order = needed_order(name, DRIVE) + 2  # nothing jumps at an edge, which rounding may put to either side
