@@ -186,12 +186,14 @@ class NamedComputation:
 
     def many(self, spec: Any, values: Mapping[str, NDArray[Any]]) -> Any:
         """Compute many rows at once where there is a way, see `cabledrive.campaign.rows.ManyRows`."""
-        from cabledrive.campaign import many_modes, many_resonances
+        from cabledrive.campaign import many_modes, many_resonances, many_tracks
 
         if self.what == "modes" and many_modes.fits(spec):
             return many_modes.many_modes(spec, values)
         if self.what == "resonance" and many_resonances.fits(spec):
             return many_resonances.many_resonances(spec, values)
+        if self.what == "track" and many_tracks.fits(spec):
+            return many_tracks.many_tracks(spec, values)
         return None
 
 

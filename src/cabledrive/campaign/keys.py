@@ -8,7 +8,7 @@ from typing import Any
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import key_of, nearest
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.parameters.tables import ARRAYS, HEAD, TABLES, drive_from_tables
+from cabledrive.parameters.tables import ARRAYS, HEAD, TABLES, drive_with_tables
 from cabledrive.studies.varied_drive import quantity_of, varied_together
 
 DRIVE, PLANT, MOTION, GOALS, COMPUTE, OWN = "drive", "plant", "motion", "goals", "compute", "own"
@@ -112,18 +112,23 @@ def drive_with(
         return drive
     if isinstance(drive, RoutedDrive):
         return varied_together(drive, settings)
-    data = {
-        key: dict(value)
-        if isinstance(value, dict)
-        else [dict(row) for row in value]
-        if isinstance(value, list)
-        else value
-        for key, value in tables.items()
-    }
+    data = {head: _copied(tables[head]) for head in _heads(settings) if head in tables}
     for key, value in settings.items():
         *path, last = key.split(".")
         _table(data, path, key)[last] = value
-    return drive_from_tables(data)
+    return drive_with_tables(drive, data)
+
+
+def _heads(settings: Mapping[str, Any]) -> set[str]:
+    """Tables and words of a file that some keys change."""
+    return {key.partition(".")[0] for key in settings}
+
+
+def _copied(value: Any) -> Any:
+    """A table, an array of tables or a word of a file."""
+    if isinstance(value, list):
+        return [dict(row) for row in value]
+    return dict(value) if isinstance(value, dict) else value
 
 
 def _table(data: dict[str, Any], path: Sequence[str], key: str) -> dict[str, Any]:

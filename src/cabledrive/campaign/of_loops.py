@@ -17,6 +17,8 @@ TRACKING = {
     "slack_samples": ("1", "samples at which a span was slack"),
     "theory_bound_deg": ("deg", "bound of the theorem"),
 }
+OF_SCORES = set(TRACKING) - {"theory_bound_deg"}
+"""Outputs that need no log of the run."""
 
 
 def _track_outputs(options: Mapping[str, Any]) -> tuple[Output, ...]:
@@ -40,7 +42,7 @@ def _track(row: Row) -> Mapping[str, Any] | Found:
         gains=o.get("gains", "best"),
         plant=o.get("plant"),
         feedforward=o.get("feedforward", "damped"),
-        motion=motion_of_row(row),
+        motion=motion_of(row.motion),
         options=rig_options(o),
         plant_drive=row.plant,
         seed=row.seed,
@@ -56,12 +58,12 @@ def _track(row: Row) -> Mapping[str, Any] | Found:
     return values if found.incomplete is None else Found(values=values, incomplete=found.incomplete)
 
 
-def motion_of_row(row: Row) -> Any:
-    """The motion of a row, for the rig; what the SPEC does not give has its default."""
+def motion_of(quantities: Mapping[str, Any]) -> Any:
+    """A motion for the rig, from its quantities in SI; what is not given has its default."""
     from cabledrive.rig import Motion
     from cabledrive.rig.setting import DEGREE
 
-    given = dict(row.motion)
+    given = dict(quantities)
     if "angle" in given:
         given["angle"] = given["angle"] / DEGREE
     whole = {name: int(given[name]) for name in ("pulses", "order") if name in given}

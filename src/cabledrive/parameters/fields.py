@@ -6,6 +6,7 @@ import math
 import numbers
 import unicodedata
 from collections.abc import Iterable
+from functools import lru_cache
 from typing import Any
 
 from cabledrive.parameters.errors import InputRefused
@@ -102,11 +103,15 @@ def check_text(key: str, text: Any) -> None:
     """
     if not isinstance(text, str):
         raise InputRefused(f"{key} is {kind_of(text)}, not text: write it between quotation marks")
-    bad = [c for c in text if c not in "\n\t" and unicodedata.category(c) in ("Cc", "Cs")]
+    bad = _unseen(text)
     if bad:
-        raise InputRefused(
-            f"{key} holds the character {bad[0]!r}, which no file or page can show: leave it out"
-        )
+        raise InputRefused(f"{key} holds the character {bad!r}, which no file or page can show: leave it out")
+
+
+@lru_cache(maxsize=256)
+def _unseen(text: str) -> str:
+    """First character of a text that cannot be shown; empty: none. Rows of a campaign share their texts."""
+    return next((c for c in text if c not in "\n\t" and unicodedata.category(c) in ("Cc", "Cs")), "")
 
 
 def _among(value: Any, options: tuple[Any, ...]) -> bool:

@@ -46,6 +46,20 @@ def drive_from_tables(data: dict[str, Any]) -> Drive:
     """
     check_schema(data)
     check_keys(data, Drive, "")
+    return Drive(**_content(data))
+
+
+def drive_with_tables(drive: Drive, data: dict[str, Any]) -> Drive:
+    """A drive with some tables of its file replaced, as `drive_from_tables` builds it from all of them.
+
+    ``data``: tables, numbers and text as TOML gives them, of known names.
+    Raises `InputRefused` as `drive_from_tables` does.
+    """
+    return dataclasses.replace(drive, **_content(data))
+
+
+def _content(data: dict[str, Any]) -> dict[str, Any]:
+    """Plain data of a file as the fields of a drive."""
     content: dict[str, Any] = {key: data[key] for key in HEAD if key in data}
     for key, table in TABLES.items():
         if key in data:
@@ -54,7 +68,7 @@ def drive_from_tables(data: dict[str, Any]) -> Drive:
     for key, table in ARRAYS.items():
         if key in data:
             content[key] = _array(data[key], table, key)
-    return Drive(**content)
+    return content
 
 
 def check_schema(data: dict[str, Any]) -> None:

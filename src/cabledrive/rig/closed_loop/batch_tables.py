@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.loop_numbers import Array
@@ -33,7 +34,7 @@ def free_transitions(chains: Sequence[LumpedChain], interval: float, current_rat
     block[:, 2 * n - 1, m + 2] = inverse[:, -1]
     block[:, 2 * n, 2 * n : m + 1] = -current_rate, current_rate
     block[:, m + 1, m + 3] = 1.0 / interval  # the motor's torque, rising
-    return exponentials(block * interval)[:, :m]
+    return apart(block * interval)[:, :m]
 
 
 def _across(links: Array, values: Array) -> Array:
@@ -47,8 +48,29 @@ def exponentials(matrices: Array) -> Array:
     ``matrices``, shape (number, m, m).
     Returns shape (number, m, m).
     """
-    size = float(np.max(np.sum(np.abs(matrices), axis=2), initial=0.0))
-    halvings = max(0, int(np.ceil(np.log2(max(size, 1e-300)))) + 2)
+    return _squared(matrices, int(np.max(_halvings(matrices), initial=0)))
+
+
+def apart(matrices: Array) -> Array:
+    """As `exponentials`, each to the same bits whichever others are made with it.
+
+    ``matrices``, shape (number, m, m).
+    Returns shape (number, m, m).
+    """
+    halvings, found = _halvings(matrices), np.empty_like(matrices)
+    for count in np.unique(halvings):
+        found[halvings == count] = _squared(matrices[halvings == count], int(count))
+    return found
+
+
+def _halvings(matrices: Array) -> NDArray[np.int64]:
+    """How often each matrix is halved until its norm is at most a quarter, shape (number,)."""
+    sizes = np.max(np.sum(np.abs(matrices), axis=2), axis=1)
+    return np.maximum(0, np.ceil(np.log2(np.maximum(sizes, 1e-300))).astype(np.int64) + 2)
+
+
+def _squared(matrices: Array, halvings: int) -> Array:
+    """Exponentials by Taylor's series of the halved matrices, squared as often."""
     scaled = matrices / 2.0**halvings
     identity = np.eye(matrices.shape[1])
     found = identity + scaled / TERMS

@@ -43,10 +43,13 @@ def fits_batch(loop: Loop) -> bool:
     return bool(exact and smooth and punctual and quiet and scalars[0] == rig.interval)
 
 
-def run_batch(loop: Loop, chains: Iterable[LumpedChain], *, threads: int = 2) -> tuple[Array, Array]:
+def run_batch(
+    loop: Loop, chains: Iterable[LumpedChain], *, threads: int = 2, twist_limits: Array | None = None
+) -> tuple[Array, Array]:
     """Run the law of a loop on many lumped chains.
 
-    ``loop``: one that `fits_batch`; ``chains``: as many inertias as the plant of the loop.
+    ``loop``: one that `fits_batch`; ``chains``: as many inertias as the plant of the loop; ``twist_limits``,
+    shape (rows,): twist at which a span of each goes slack [rad]; default: that of the loop.
     Returns ``scores``, shape (rows, scores): as `cabledrive.rig.closed_loop.loop_numbers.SUMMARY` names them,
     at the first shaft; ``failed``, shape (rows,): whether a span went slack or the plant diverged; the run
     was not ended for it.
@@ -60,7 +63,7 @@ def run_batch(loop: Loop, chains: Iterable[LumpedChain], *, threads: int = 2) ->
     with ThreadPoolExecutor(threads) as pool:
         groups = [(count, pool.submit(integrate, group)) for count, group in _groups(loop, law, chains)]
     integrated = [done.result().reshape(ROWS, LANES)[:, :count] for count, done in groups]
-    return _scores(loop, np.hstack(integrated))
+    return _scores(loop, np.hstack(integrated), loop.twist_limit if twist_limits is None else twist_limits)
 
 
 def run_one(loop: Loop) -> Array:
@@ -86,7 +89,7 @@ def integrate_alone(loop: Loop, single: Array, table: Array) -> Array:
     """
     moving = single.copy()
     integrate_one(moving, table, loop.rig.first_end)
-    scores: Array = _scores(loop, moving[:, None])[0][0]
+    scores: Array = _scores(loop, moving[:, None], loop.twist_limit)[0][0]
     return scores
 
 
@@ -173,11 +176,11 @@ def reference_table(loop: Loop) -> Array:
     )
 
 
-def _scores(loop: Loop, z: Array) -> tuple[Array, Array]:
-    """Scores of integrated groups, and which of them failed."""
+def _scores(loop: Loop, z: Array, twist_limit: float | Array) -> tuple[Array, Array]:
+    """Scores of integrated groups, and which of them failed; ``twist_limit`` [rad]."""
     scores = np.zeros((z.shape[1], len(SUMMARY)))
     scores[:, :6] = z[row.SCORE : row.SCORE + 6].T
     scores[:, SUMMARY.index("twist")] = z[row.TWIST]
     scores[:, SUMMARY.index("own_peak")] = z[row.SCORE]
     diverged = ~np.isfinite(z[:STATES]).all(axis=0) | (z[row.SCORE] > farthest(loop.target))
-    return scores, diverged | (z[row.TWIST] > loop.twist_limit)
+    return scores, diverged | (z[row.TWIST] > twist_limit)

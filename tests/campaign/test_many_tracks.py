@@ -1,0 +1,122 @@
+"""Closed loops of a campaign at once, under one law: the rows of the single command."""
+
+import tomllib
+
+import numpy as np
+import pytest
+
+from cabledrive.campaign.many_tracks import fits
+from cabledrive.campaign.rows import compute_rows
+from cabledrive.campaign.spec import spec_of
+from cabledrive.rig.closed_loop.batch_tables import apart
+
+SPEC = """
+drive = "dissertation-3"
+[vary]
+"plant.pulley.1.inertia" = { normal = ["23.5 kg cm^2", "1 kg cm^2"] }
+"plant.motor.joint_stiffness" = { from = "100 N m/rad", to = "160 N m/rad" }
+"plant.motor.coulomb_friction" = { from = 0.0, to = "0.05 N m" }
+"plant.cable.pretension" = { from = "3 N", to = "9 N" }
+[motion]
+angle = "20 deg"
+rise = "0.2 s"
+dwell = "0.05 s"
+pulses = 2
+[design]
+kind = "random"
+rows = 5
+seed = 3
+[compute]
+what = "track"
+controller = "darc-4"
+gains = "dissertation"
+ideal_sensors = true
+smooth_friction = true
+outputs = ["peak_error_deg", "first_pulse_error_deg", "later_pulses_error_deg", "rms_error_deg",
+           "peak_torque", "saturated_fraction", "slack_samples", "controller"]
+"""
+ANGLE = 20.0
+
+
+def spec(text, folder):
+    return spec_of(tomllib.loads(text), folder)
+
+
+@pytest.mark.parametrize(
+    "law, plant", [("darc-4", "model-4"), ("darc-4-damped", "model-4"), ("darc-3", "model-3")]
+)
+def test_rows_under_one_law_equal_those_of_the_single_command(law, plant, tmp_path, measured):
+    """Within 1e-12 deg of an angle of 20 deg: errors are differences of angles."""
+    text = SPEC.replace('controller = "darc-4"', f'controller = "{law}"\nplant = "{plant}"')
+    campaign = spec(text, tmp_path)
+    done, _ = campaign.computation.many(campaign, campaign.values(0, 5))
+    assert done.all()
+    at_once = compute_rows(campaign, 0, 5).variables
+    singly = compute_rows(campaign, 0, 5, at_once=False).variables
+    largest = 0.0
+    for output in campaign.computation.outputs:
+        one, other = at_once[output.name], singly[output.name]
+        if output.kind == "text":
+            assert one.tolist() == other.tolist() == [law] * 5
+            continue
+        largest = max(largest, float(np.abs(one - other).max()))
+        np.testing.assert_allclose(one, other, rtol=0.0, atol=1e-12, err_msg=output.name)
+    assert at_once["peak_error_deg"].std() > 1e-4, "the plants do not differ"
+    measured(f"closed loops under one law, {law}: within {largest:.1e} deg of {ANGLE:g} deg")
+
+
+def test_rows_that_end_early_or_are_refused_have_the_status_and_the_reason_of_the_single_command(tmp_path):
+    """A span that goes slack, a motion beyond the slack torque, no drive, and a row that is well."""
+    vary = (
+        '[vary]\n"plant.cable.pretension" = { values = ["5 N", "9 N", "0.1 N", -1.0] }\n'
+        '"plant.motor.inertia" = { values = [7e-5, 1e-6, 7e-5, 7e-5] }\n'
+    )
+    head, rest = SPEC.split("[vary]")[0], "[motion]" + SPEC.split("[motion]")[1]
+    text = (head + vary + rest).replace('"random"\nrows = 5', '"list"')
+    campaign = spec(text, tmp_path)
+    assert fits(campaign)
+    at_once, singly = compute_rows(campaign, 0, 4), compute_rows(campaign, 0, 4, at_once=False)
+    assert at_once.code.tolist() == singly.code.tolist()
+    assert at_once.reason.tolist() == singly.reason.tolist()
+    assert at_once.code.tolist() == [0, 3, 2, 2], at_once.reason.tolist()
+    assert "slack" in at_once.reason[1]
+
+
+def test_a_row_has_the_same_bits_in_any_company(tmp_path):
+    campaign = spec(SPEC, tmp_path)
+    whole = compute_rows(campaign, 0, 5).variables
+    for first, last in ((0, 2), (2, 3), (3, 5)):
+        part = compute_rows(campaign, first, last).variables
+        for name in ("peak_error_deg", "rms_error_deg", "peak_torque"):
+            assert part[name].tolist() == whole[name][first:last].tolist()
+
+
+def test_an_exponential_has_the_same_bits_in_any_company():
+    matrices = np.random.default_rng(2).normal(size=(9, 5, 5)) * np.geomspace(1e-3, 30.0, 9)[:, None, None]
+    together = apart(matrices)
+    for matrix, made in zip(matrices, together, strict=True):
+        assert np.array_equal(apart(matrix[None])[0], made)
+
+
+@pytest.mark.parametrize(
+    "old, new",
+    [
+        ("smooth_friction = true\n", ""),
+        ("ideal_sensors = true\n", ""),
+        ('"plant.cable.pretension"', '"cable.pretension"'),
+        (
+            '"plant.cable.pretension" = { from = "3 N", to = "9 N" }',
+            '"compute.bandwidth" = { values = [9.0] }',
+        ),
+        ('"peak_torque",', '"peak_torque", "within_bound",'),
+    ],
+)
+def test_a_law_of_each_row_and_loops_with_encoders_are_left_to_single_runs(old, new, tmp_path):
+    assert old in SPEC
+    assert not fits(spec(SPEC.replace(old, new), tmp_path))
+
+
+@pytest.mark.parametrize("old, new", [('gains = "dissertation"\n', ""), ('"darc-4"', '"lqg"')])
+def test_a_law_that_depends_on_the_plant_is_not_shared(old, new, tmp_path):
+    campaign = spec(SPEC.replace(old, new), tmp_path)
+    assert campaign.computation.many(campaign, campaign.values(0, 2)) is None
