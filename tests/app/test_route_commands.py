@@ -14,7 +14,7 @@ ROUTES = Path(__file__).parent.parent / "parameters" / "routes"
 COREXY = str(ROUTES / "corexy.toml")
 TAKES_ROUTES = {"check", "modes", "map", "resonance", "drives", "simulate", "studio", "report"}
 OTHERWISE = {"identify"}  # takes a drive for a ping alone, see below
-AXES = {"track", "compare", "experiment"}  # on the chain of an axis
+AXES = {"track", "compare", "experiment", "study"}  # on the chain of an axis
 ENDINGS = {"report": "page.html", "experiment": "log.csv", "simulate": "run.nc"}
 
 
@@ -34,16 +34,9 @@ def required(name, command):
             yield ENDINGS.get(name, "out") if parameter.name == "output" else "1"
 
 
-@pytest.mark.parametrize(
-    "name", [name for name, _ in commands_of_a_drive() if name not in TAKES_ROUTES | OTHERWISE | AXES]
-)
-def test_what_does_not_support_routes_refuses_in_one_line_and_writes_nothing(name, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    command = dict(commands_of_a_drive())[name]
-    line = refusal(name, COREXY, *required(name, command))
-    assert 'kind = "route"' in line
-    assert "take routes" in line
-    assert list(tmp_path.iterdir()) == []
+def test_every_command_that_takes_a_drive_takes_routes():
+    """A new command joins one of these sets, and with it their tests."""
+    assert {name for name, _ in commands_of_a_drive()} == TAKES_ROUTES | OTHERWISE | AXES
 
 
 @pytest.mark.parametrize("name", sorted(AXES))

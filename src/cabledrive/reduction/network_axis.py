@@ -10,9 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.mechanics.network.assembly import DIRECTIONS, Network
+from cabledrive.mechanics.holding import FREE
+from cabledrive.mechanics.network.assembly import DIRECTIONS, Network, network_of
 from cabledrive.mechanics.network.damping import relative_turn, rotor_turn
 from cabledrive.mechanics.network.motion import ALONG, Array
+from cabledrive.mechanics.network.response import Complex, network_response
 from cabledrive.parameters import Cable, Drive, InputRefused, Layout, Lumped, Motor, Pulley
 from cabledrive.parameters.route.axis import AxisDrive
 from cabledrive.parameters.route.drive import RoutedDrive
@@ -104,6 +106,19 @@ def axis_drive(chain: NetworkChain) -> AxisDrive:
         slides=slides,
         words=chain_words(chain) | {"slack_torque": slack_torque(chain), "slides": slides},
     )
+
+
+def response_of_axis(drive: AxisDrive, omega: Array, *, angle_of: str = "load") -> Complex:
+    """Motion of the load per torque of the motors, with the waves of every span of the machine.
+
+    ``omega``, shape (p,) [rad/s], above 0; ``angle_of``, {"load", "motor"}.
+    Returns shape (p,) [rad/(N m)]; the angle of a load that slides is its place over the gain.
+    """
+    network = network_of(drive.machine, motor=FREE)
+    turn, load = _motor_turn(network, drive.words["motors"]), network.motion.unit(drive.load)
+    # The torque is that of all motors together, their angle the mean of theirs: one row for both.
+    row = turn if angle_of == "motor" else load / (drive.gain if drive.slides else np.sign(drive.gain))
+    return network_response(network, omega, turn, row[None, :])[:, 0]
 
 
 def axis_notes(drive: Drive) -> tuple[str, ...]:

@@ -6,14 +6,17 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
+from cabledrive.mechanics.holding import released
 from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import Drive
+from cabledrive.parameters.route.axis import AxisDrive
 from cabledrive.reduction.lumped_chain import natural_frequencies_of, speed_response
 from cabledrive.reduction.models import highest_model, lumped_model, rim_spring
+from cabledrive.reduction.network_axis import as_axis, response_of_axis
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
-LOWEST_HZ, HIGHEST_HZ, POINTS = 0.05, 2000.0, 6000
+LOWEST_HZ, HIGHEST_HZ, POINTS, POINTS_OF_AXIS = 0.05, 2000.0, 6000, 1500
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,6 +61,8 @@ def distributed_response(drive: Drive, omega: Array, *, angle_of: str = "load") 
     none, or its joint is rigid.
     Returns shape (m,) [rad/(N m)].
     """
+    if isinstance(drive, AxisDrive):
+        return response_of_axis(drive, omega, angle_of=angle_of)
     machine, spans = with_measured_stiffness(drive), len(drive.spans)
     cable, length = machine.cable, machine.span_length
     s = 1j * omega
@@ -97,8 +102,13 @@ def model_response(drive: Drive, model: int, omega: Array) -> ComplexArray:
 
 
 def model_quality(drive: Drive) -> tuple[ModelQuality, ...]:
-    """Every model that the drive's data allow, beside its distributed cable."""
-    hertz = np.geomspace(LOWEST_HZ, HIGHEST_HZ, POINTS)
+    """Every model that the drive's data allow, beside its distributed cable.
+
+    Of an axis of a machine with routes: the chain of the machine as its file gives it.
+    """
+    if isinstance(drive, AxisDrive):
+        drive = released(as_axis(drive.machine, drive.load))
+    hertz = np.geomspace(LOWEST_HZ, HIGHEST_HZ, POINTS_OF_AXIS if isinstance(drive, AxisDrive) else POINTS)
     omega = 2.0 * pi * hertz
     exact = distributed_response(drive, omega)
     models = (1, 2, 3, 4) if highest_model(drive) == 4 else (1, 3)
@@ -132,5 +142,8 @@ def _beside(drive: Drive, model: int, own: Array) -> tuple[float, ...]:
     if own.size == 0:
         return ()
     skipped = 1 if model == 2 else 0
-    exact = natural_frequencies(with_measured_stiffness(drive), count=own.size + skipped)
+    if isinstance(drive, AxisDrive):  # not the modes of another axis
+        exact = np.array(drive.words["frequencies_hz"])
+    else:
+        exact = natural_frequencies(with_measured_stiffness(drive), count=own.size + skipped)
     return tuple(float(f) for f in exact[skipped : skipped + own.size])

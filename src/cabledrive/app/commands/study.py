@@ -8,7 +8,7 @@ import click
 
 from cabledrive.app.finished_study import STAGES, asked_hash, check_folder, code_hash, finished
 from cabledrive.app.messages import note
-from cabledrive.app.options import Subcommand, answering, drive_argument
+from cabledrive.app.options import Subcommand, answering, axis_argument
 from cabledrive.app.results import Answer
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import percent
@@ -24,7 +24,7 @@ SERVED = "no input has changed: results of the finished study"
     short_help="From a drive file and logs to a controller with a verdict.",
 )
 @answering
-@drive_argument
+@axis_argument
 @click.option(
     "--log", "logs", type=click.Path(), multiple=True, metavar="LOG", help="A measured log; repeatable."
 )
@@ -54,6 +54,8 @@ def command(
     output: str,
 ) -> Answer:
     """Study DRIVE: what logs identify, modes, resonance, a controller with its bound, a test on many plants.
+
+    Of a machine with routes the chain of its axis is studied, see --axis.
 
     DIR receives report.html, results.json, drive.toml (as identified), controller.json (the law in numbers)
     and the finished stages; a changed input redoes only the stages that depend on it.

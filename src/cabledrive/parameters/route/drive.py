@@ -36,7 +36,7 @@ def refuse_route(what: str = "this calculation") -> NoReturn:
     """
     raise InputRefused(
         f'kind = "route": {what} supports drives of kind "loop" or "line" only; check, modes, map, '
-        "resonance, report, simulate, response, track, compare and export take routes"
+        "resonance, report, simulate, response, track, compare, study and export take routes"
     )
 
 

@@ -1,5 +1,6 @@
 """Chapter "Drive and data": what the file and the logs hold, and what is odd about them."""
 
+from cabledrive.parameters.route.axis import AxisDrive
 from cabledrive.report.blocks import Block, Cell, Chapter, Column, Note, Paragraph, RowGroup, Table
 from cabledrive.report.datasheet_words import DATASHEET
 from cabledrive.report.numbers import quantity
@@ -15,6 +16,8 @@ def data_chapter(result: StudyResult) -> Chapter:
     """The drive file and the logs."""
     found = result.check
     blocks: list[Block] = [_datasheet(found.derived)]
+    if isinstance(result.drive, AxisDrive):
+        blocks.append(_chain(result.drive))
     if found.missing:
         blocks.insert(0, Note(text=listed(say("missing"), found.missing), tone="warning"))
     if found.warnings:
@@ -48,6 +51,13 @@ def _datasheet(derived: dict[str, float | None]) -> Table:
         columns=(Column(title="Quantity"), Column(title="Value", numeric=True)),
         groups=tuple(groups),
     )
+
+
+def _chain(drive: AxisDrive) -> Paragraph:
+    """What "load pulley" and its angle stand for on an axis of a machine with routes."""
+    motors = " and ".join(f"{'-' if sign < 0 else ''}{name}" for name, sign in drive.words["motors"].items())
+    gain = f"{1e3 * abs(drive.gain):.4g} mm/rad" if drive.slides else f"{abs(drive.gain):.4g} rad/rad"
+    return Paragraph(text=say("axis", drive=drive, motors=motors, gain=gain))
 
 
 def _logs(logs: tuple[LogWords, ...]) -> Table:

@@ -1,6 +1,7 @@
 """The loop under the planned torque, as a figure that moves."""
 
 from cabledrive.parameters import InputRefused, NotComputed
+from cabledrive.parameters.route.axis import AxisDrive
 from cabledrive.reduction.quality import with_measured_stiffness
 from cabledrive.report.animation import animation_svg
 from cabledrive.report.blocks import Block, Figure, Paragraph
@@ -20,6 +21,8 @@ def loop_in_motion(result: StudyResult) -> Block:
 
     Returns a paragraph where the run would be too long or is refused, with the reason.
     """
+    if isinstance(result.known, AxisDrive):
+        return Paragraph(text=say("axis", load=result.known.load))
     machine, motion = with_measured_stiffness(result.known), result.goals.motion
     duration = motion.trajectory.duration
     waves = (machine.cable.axial_rigidity / machine.cable.mass_per_length) ** 0.5 / machine.span_length

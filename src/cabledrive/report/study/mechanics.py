@@ -10,7 +10,7 @@ from cabledrive.studies.study import StudyResult
 from cabledrive.studies.study.modes_stage import MODEL_WORDS, ModelResult
 from cabledrive.studies.study.resonance_stage import REPEATED
 
-VERDICTS = {"safe": "good", "close": "warning", "resonant": "warning"}
+VERDICTS = {"safe": "good", "close": "warning", "resonant": "warning", "unknown": "warning"}
 say = texts("study_mechanics")
 
 

@@ -5,6 +5,7 @@ from math import ceil, floor, log10
 
 from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.parameters.route.axis import AxisDrive
 from cabledrive.reduction.quality import with_measured_stiffness
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study.carriage_machine import MARGIN, ORDER, missing_for_carriage
@@ -28,6 +29,8 @@ def goals_for(drive: Drive, goals: Goals) -> Goals:
     Raises `InputRefused` if they speak of a carriage and there is none, or of an angle where there is one, or
     the way leaves the span.
     """
+    if isinstance(drive, AxisDrive) and drive.slides:
+        goals = _of_a_slide(drive, goals)
     _check_words(drive, goals)
     radius, assumed = drive.load_pulley.radius, []
     angle, travel = goals.angle, goals.travel
@@ -40,13 +43,29 @@ def goals_for(drive: Drive, goals: Goals) -> Goals:
         angle = travel / radius
         goals = replace(goals, travel=travel, order=max(goals.order, ORDER))
     elif angle is None:
-        angle, assumed = ANGLE, [f"{ANGLE / DEGREE:g} deg"]
+        way = "" if goals.gain is None else f", {1e3 * ANGLE * goals.gain:.4g} mm"
+        angle, assumed = ANGLE, [f"{ANGLE / DEGREE:g} deg{way}"]
     duration = goals.duration
     if duration is None:
         duration, why = _duration(drive, angle, goals.order)
         assumed.append(f"{duration:g} s, {why}")
     words = f"motion assumed: {'; '.join(assumed)}" if assumed else ""
     return replace(goals, angle=angle, duration=duration, assumed=words)
+
+
+def _of_a_slide(drive: AxisDrive, goals: Goals) -> Goals:
+    """Travel and error of a load that slides as the angles that they are over its gain."""
+    gain = abs(drive.gain)
+    if goals.travel is not None and goals.angle is not None:
+        raise InputRefused(f"travel and angle both give the way of {drive.load}: leave one out")
+    return replace(
+        goals,
+        gain=gain,
+        angle=goals.angle if goals.travel is None else goals.travel / gain,
+        error=goals.error if goals.carriage_error is None else goals.carriage_error / gain,
+        travel=None,
+        carriage_error=None,
+    )
 
 
 def _check_words(drive: Drive, goals: Goals) -> None:
@@ -86,7 +105,7 @@ def _half_of_the_way(drive: Drive) -> float:
 
 def _duration(drive: Drive, angle: float, order: int) -> tuple[float, str]:
     """Duration of a move by limits and lowest mode [s], and which of them decides."""
-    lowest = float(natural_frequencies(with_measured_stiffness(drive), count=1)[0])
+    lowest = _lowest_mode(drive)
     by_mode = PERIODS / lowest
     mode_words = f"{PERIODS:g} periods of the lowest longitudinal mode, {lowest:.4g} Hz"
     try:
@@ -97,6 +116,13 @@ def _duration(drive: Drive, angle: float, order: int) -> tuple[float, str]:
         name = binding.replace("_", " ")
         return _rounded_up(SLOWER * shortest), f"{SLOWER:g} times the shortest move, {name} decides"
     return _rounded_up(by_mode), mode_words
+
+
+def _lowest_mode(drive: Drive) -> float:
+    """Lowest longitudinal mode, of an axis the lowest of its chain [Hz]."""
+    if isinstance(drive, AxisDrive):
+        return float(min(drive.words["frequencies_hz"]))
+    return float(natural_frequencies(with_measured_stiffness(drive), count=1)[0])
 
 
 def _rounded_up(duration: float) -> float:

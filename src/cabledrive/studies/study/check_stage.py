@@ -3,12 +3,15 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from cabledrive.identification.logs.log import Log
 from cabledrive.mechanics import drive_warnings
 from cabledrive.mechanics.holding import left_out_under_torque
-from cabledrive.modal.lowest import derived_with_lowest
+from cabledrive.mechanics.network.span_table import route_warnings
+from cabledrive.modal.lowest import derived_with_lowest, lowest_frequencies
 from cabledrive.parameters import Drive
+from cabledrive.parameters.route.axis import AxisDrive
 from cabledrive.rig.laws.fitting import SHAFTS
 from cabledrive.studies.study.carriage_machine import missing_for_carriage
 
@@ -67,13 +70,22 @@ def check(drive: Drive, logs: Sequence[Log], hashes: Sequence[str]) -> CheckResu
 
     ``hashes``: SHA-256 of each log's file.
     """
-    derived, left_out = derived_with_lowest(drive), left_out_under_torque(drive)
+    derived, warnings = _of_the_file(drive)
+    left_out = left_out_under_torque(drive)
     return CheckResult(
         derived={k: v for k, v in derived.items() if v is None or isinstance(v, float)},
-        warnings=(*drive_warnings(drive), *([left_out] if left_out else [])),
+        warnings=(*warnings, *([left_out] if left_out else [])),
         missing=missing_for_control(drive),
         logs=tuple(_in_short(log, digest) for log, digest in zip(logs, hashes, strict=True)),
     )
+
+
+def _of_the_file(drive: Drive) -> tuple[dict[str, Any], Sequence[str]]:
+    """Derived quantities and warnings; of an axis those of its machine, whose spans the axis has not."""
+    if not isinstance(drive, AxisDrive):
+        return derived_with_lowest(drive), drive_warnings(drive)
+    lowest = lowest_frequencies(drive.machine).as_dict()
+    return lowest | {"slack_torque": drive.words["slack_torque"]}, route_warnings(drive.machine)
 
 
 def missing_for_control(drive: Drive) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""In what the error of a study is counted: degrees of a load pulley, millimetres of a carriage."""
+"""In what the error of a study is counted: degrees of a load that turns, millimetres of what slides."""
 
 from dataclasses import dataclass
 
@@ -37,10 +37,12 @@ MILLIMETRES = ErrorUnit(name="mm", si="m", size=1e-3)
 
 
 def error_unit(goals: Goals) -> ErrorUnit:
-    """Millimetres where a carriage travels, else degrees.
+    """Millimetres where a carriage travels or a load slides, else degrees.
 
     ``goals``: as `cabledrive.studies.study.assumed_motion.goals_for` leaves them.
     """
+    if goals.gain is not None:  # of an angle: its way is the angle times the gain
+        return ErrorUnit(name="mm", si="rad", size=1e-3 / goals.gain)
     return DEGREES if goals.travel is None else MILLIMETRES
 
 

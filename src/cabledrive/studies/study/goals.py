@@ -76,6 +76,9 @@ class Goals:
         How the logs are to be read.
     assumed : str
         What of the motion was assumed, in words; empty where all of it was given.
+    gain : float or None
+        Way of a sliding load of a machine with routes per angle [m/rad], by which its lengths were divided;
+        None: the load turns.
     """
 
     error: float | None = None
@@ -99,6 +102,7 @@ class Goals:
     backlash: float | None = None
     columns: ColumnMap = field(default_factory=ColumnMap)
     assumed: str = ""
+    gain: float | None = None
 
     def __post_init__(self) -> None:
         for name in QUANTITIES:

@@ -7,6 +7,7 @@ import numpy as np
 
 from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive
+from cabledrive.parameters.route.axis import AxisDrive
 from cabledrive.rig.closed_loop.loop import Loop, run
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
 from cabledrive.rig.setting import Motion
@@ -21,6 +22,7 @@ from cabledrive.studies.study.modes_stage import ModesResult, choose_reduced_mod
 from cabledrive.studies.study.plant import EXCEEDED, Array, Candidates, ClosedLoop, RunHistory, Score
 from cabledrive.studies.study.stage_cache import Made, StageCache
 
+AXIS = "the lumped chain of an axis is run, its machine's spans are in the network of `simulate`"
 LINE = "the cable plant is a loop round two pulleys, this drive is a line"
 BACKLASH = "the distributed cable does not support motor.backlash"
 
@@ -56,6 +58,8 @@ class LoadPlant:
     @property
     def no_cable(self) -> str:
         """Why there are no plants on the distributed cable."""
+        if isinstance(self.drive, AxisDrive):
+            return AXIS
         if self.drive.kind != "loop":
             return LINE
         motor = self.drive.motor

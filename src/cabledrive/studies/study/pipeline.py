@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import Any
 
 from cabledrive.parameters import Drive, content_hash
-from cabledrive.parameters.route.drive import require_two_pulleys
+from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.reduction.network_axis import as_axis
 from cabledrive.studies.study.acceptance_stage import no_runs
 from cabledrive.studies.study.assumed_motion import goals_for
 from cabledrive.studies.study.carriage_plant import CarriagePlant
@@ -25,10 +26,11 @@ from cabledrive.studies.study.verdict_stage import judge
 
 
 def run_study(
-    drive: Drive,
+    drive: Drive | RoutedDrive,
     logs: Sequence[Path] = (),
     goals: Goals | None = None,
     *,
+    axis: str | None = None,
     folder: Path | None = None,
     note: Callable[[str], None] | None = None,
 ) -> StudyResult:
@@ -36,10 +38,13 @@ def run_study(
 
     Parameters
     ----------
-    drive : Drive
+    drive : Drive or RoutedDrive
+        Of a machine with routes the chain of its axis, where it is one.
     logs : sequence of Path
         Measured logs.
     goals : Goals, optional
+    axis : str, optional
+        Of a machine with routes: its load, such as "head.x".
     folder : Path, optional
         Where finished stages are kept; nothing is kept without one.
     note : callable, optional
@@ -48,8 +53,13 @@ def run_study(
     Returns
     -------
     StudyResult
+
+    Raises
+    ------
+    InputRefused
+        If goals or logs do not fit the drive, or the load of a machine with routes is not the end of a chain.
     """
-    require_two_pulleys(drive, "`run_study`")
+    drive = as_axis(drive, axis)
     goals, note = goals_for(drive, goals or Goals()), note or (lambda line: None)
     cache, files = StageCache(folder=folder, note=note), log_files(logs)
     records, hashes = logs_of(files, goals.columns), [file.sha256 for file in files]

@@ -8,6 +8,8 @@ from math import isfinite
 from typing import Any
 
 from cabledrive.parameters import Drive
+from cabledrive.parameters.route.axis import AxisDrive
+from cabledrive.parameters.route.tables import tables_from_routed
 from cabledrive.parameters.tables import drive_from_tables, tables_from_drive
 
 
@@ -17,6 +19,9 @@ def as_plain(value: Any) -> Any:
     ``value``: dataclasses, drives, mappings, tuples, finite numbers, words, None.
     Raises `ValueError` if a number is not finite: a result says None instead, and why.
     """
+    if isinstance(value, AxisDrive):
+        machine = tables_from_routed(value.machine)
+        return tables_from_drive(value) | {"machine": machine, "load": value.load, "gain": value.gain}
     if isinstance(value, Drive):
         return tables_from_drive(value)
     if dataclasses.is_dataclass(value) and not isinstance(value, type):

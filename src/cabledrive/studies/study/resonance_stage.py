@@ -1,19 +1,27 @@
 """Stage 4: internal resonance: how far, from which torque on, and whether the planned motion excites it."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
+from cabledrive.mechanics.holding import FREE
 from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.parameters.route.axis import AxisDrive
 from cabledrive.reduction.quality import with_measured_stiffness
 from cabledrive.rig.setting import Motion
 from cabledrive.studies.alarm import DANGEROUS, SAFE, alarm
 from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.resonance import RESONANT, resonance
+from cabledrive.studies.route_pairs import NOT_INCLUDED, route_resonance
+from cabledrive.studies.route_verdict import UNKNOWN
 from cabledrive.studies.study.machine import values_of
 
 RIPPLE_SHARE = 0.05
 """Torque at the pulley mode's frequency over the motion's largest: cogging, friction, counts of encoders."""
+
+LIMIT = 5e-4
+"""Largest transverse displacement allowed [m]."""
 
 REPEATED = 4
 """Pulses in a row for which the alarm is asked: the energy of one is still there when the next begins."""
@@ -25,7 +33,7 @@ class ResonanceResult:
 
     Attributes
     ----------
-    verdict : {"safe", "close", "resonant"}
+    verdict : {"safe", "close", "resonant", "unknown"}
         Under the ripple, if it swung at the pulley mode's frequency.
     frequency_ratio, detuning, pulley_frequency : float or None
         [-], [-], [Hz].
@@ -83,6 +91,8 @@ def motion_torque(drive: Drive, motion: Motion, samples: int = 4001) -> tuple[np
 
 def resonance_of(drive: Drive, motion: Motion) -> ResonanceResult:
     """Internal resonance of a drive, its stiffness as identified, under a planned motion."""
+    if isinstance(drive, AxisDrive):
+        return _of_axis(drive, motion)
     machine = with_measured_stiffness(drive)
     repeated = replace(motion, pulses=max(motion.pulses, REPEATED))
     time, torque = motion_torque(drive, repeated, samples=8001)
@@ -111,4 +121,44 @@ def resonance_of(drive: Drive, motion: Motion) -> ResonanceResult:
         slack=bool(slack),
         reasons=tuple(summary.reasons),
         remedy=remedy,
+    )
+
+
+def _of_axis(drive: AxisDrive, motion: Motion) -> ResonanceResult:
+    """Pairs of the machine of an axis, as its file gives it, and the motion that its motors share."""
+    repeated = replace(motion, pulses=max(motion.pulses, REPEATED))
+    _, torque = motion_torque(drive, repeated, samples=8001)
+    largest = float(np.abs(torque).max())
+    ripple = RIPPLE_SHARE * largest
+    found: dict[str, Any] = {
+        "verdict": UNKNOWN,
+        "frequency_ratio": None,
+        "detuning": None,
+        "pulley_frequency": None,
+        "threshold_torque": None,
+    }
+    try:
+        pairs = route_resonance(drive.machine, torque=ripple / len(drive.machine.motor), motor=FREE)
+    except InputRefused as refusal:
+        reasons: tuple[str, ...] = (f"pairs of modes: {refusal}",)
+    else:
+        reasons = (*pairs.reasons, f"not included: {NOT_INCLUDED}")
+        found |= {
+            "verdict": pairs.verdict,
+            "frequency_ratio": pairs.frequency_ratio,
+            "detuning": pairs.detuning,
+            "pulley_frequency": pairs.longitudinal_hz,
+            "threshold_torque": pairs.threshold_torque,
+        }
+    return ResonanceResult(
+        **found,
+        tuned_pretension=None,
+        torque=largest,
+        ripple=ripple,
+        alarm=None,
+        largest=None,
+        limit=LIMIT,
+        slack=False,
+        reasons=reasons,
+        remedy="move the pretension of the span away, or damp the cable",
     )

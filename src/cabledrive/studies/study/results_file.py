@@ -11,6 +11,7 @@ from cabledrive.parameters import content_hash
 from cabledrive.parameters.drive_file import drive_text
 from cabledrive.parameters.files import write_whole
 from cabledrive.parameters.own_hash import with_own_hash
+from cabledrive.parameters.route.axis import AxisDrive
 from cabledrive.parameters.version import __version__
 from cabledrive.rig.laws.controller_file import controller_numbers as law_and_filter
 from cabledrive.rig.laws.controller_file import plain_numbers
@@ -60,6 +61,7 @@ def results_of(result: StudyResult) -> dict[str, Any]:
         "margins": as_plain(verdict.margins),
         "drive": result.drive.name,
         "drive_hash": content_hash(result.drive),
+        **({"axis": result.drive.words} if isinstance(result.drive, AxisDrive) else {}),
         "goals": {name: value for name, value in goals.items() if name not in ("columns", "spreads")},
         "stages": {name: as_plain(stage) for name, stage in stages.items()}
         | {"acceptance": _acceptance(result)},
@@ -166,6 +168,12 @@ def _carriage_numbers(result: StudyResult, found: CarriageController) -> dict[st
     }
 
 
+def _file_of(result: StudyResult) -> str:
+    """The drive as identified; a machine with routes as its file gives it, which a chain does not change."""
+    drive = result.drive
+    return drive_text(drive.machine if isinstance(drive, AxisDrive) else result.known)
+
+
 def write_files(result: StudyResult, folder: Path, report: str, *, asked: str, code: str) -> dict[str, Any]:
     """Write everything a study leaves; the results last, so that they stand for a finished study.
 
@@ -174,7 +182,7 @@ def write_files(result: StudyResult, folder: Path, report: str, *, asked: str, c
     Returns the content of ``results.json``.
     """
     controller = controller_numbers(result)
-    written = {REPORT: report, DRIVE: drive_text(result.known)}
+    written = {REPORT: report, DRIVE: _file_of(result)}
     if controller is not None:
         written[CONTROLLER] = json.dumps(controller, indent=1, allow_nan=False) + "\n"
     folder.mkdir(parents=True, exist_ok=True)

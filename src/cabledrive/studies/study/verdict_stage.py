@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from cabledrive.mechanics.warnings import elastic_range, largest_pretension
 from cabledrive.parameters import Drive
 from cabledrive.parameters.fields import rounded
+from cabledrive.parameters.route.axis import AxisDrive
 from cabledrive.studies.study.candidates import LawScore
 from cabledrive.studies.study.carriage_controller import CarriageController
 from cabledrive.studies.study.carriage_verdict import carriage_cautions, carriage_remedies
@@ -235,6 +236,8 @@ def _cautions(found: Findings, reasons: Sequence[str]) -> tuple[str, ...]:
         words.append(
             "the response of the pulley mode to the motion takes a span's tension to zero for a moment"
         )
+    if isinstance(found.known, AxisDrive):
+        words += _of_an_axis(found)
     if found.carried:
         return (*words, *carriage_cautions(found, _late(found.known)))
     words += unrun(found, reasons)
@@ -243,6 +246,16 @@ def _cautions(found: Findings, reasons: Sequence[str]) -> tuple[str, ...]:
             words.append(f"{one.saturated} of {one.draws} {one.plant} runs reached the torque limit")
     words += _on_the_bound(found)
     return tuple(words)
+
+
+def _of_an_axis(found: Findings) -> list[str]:
+    """What a study of the lumped chain of an axis does not say of its machine."""
+    words = ["modes, lumped models and resonance are of the machine as its file gives it"]
+    if found.knowledge.residual is not None:
+        words.append(
+            "drive.toml is the machine as given; identified numbers are those of its chain, in results.json"
+        )
+    return words
 
 
 def _on_the_bound(found: Findings) -> list[str]:

@@ -58,6 +58,8 @@ def move_words(goals: Goals) -> str:
         hung = " with the mass below it" if goals.hanging_mass else ""
         return f"{goals.travel:.4g} m in {goals.duration:g} s{hung}"
     assert goals.angle is not None
+    if goals.gain is not None:
+        return f"{1e3 * goals.gain * goals.angle:.4g} mm in {goals.duration:g} s"
     return f"{goals.angle / DEGREE:g} deg in {goals.duration:g} s"
 
 
