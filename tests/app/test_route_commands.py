@@ -12,7 +12,7 @@ from command import answer, call, refusal
 
 ROUTES = Path(__file__).parent.parent / "parameters" / "routes"
 COREXY = str(ROUTES / "corexy.toml")
-TAKES_ROUTES = {"check", "modes", "map", "resonance", "drives", "simulate", "studio", "report"}
+TAKES_ROUTES = {"check", "modes", "map", "resonance", "simulate", "studio", "report"}
 OTHERWISE = {"identify"}  # takes a drive for a ping alone, see below
 AXES = {"track", "compare", "experiment", "study"}  # on the chain of an axis
 ENDINGS = {"report": "page.html", "experiment": "log.csv", "simulate": "run.nc"}
