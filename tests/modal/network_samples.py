@@ -4,10 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from cabledrive.mechanics.network.elements import Element
 from cabledrive.modal.network.component import Component
+from cabledrive.modal.network.elastic_links import ElasticLink
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.parts import RoutedCarriage, RoutedMotor, RoutedPulley, RouteLayout
 from cabledrive.parameters.route.rope import Rope, Route
+from oracles.beam_fem import Beam
 from oracles.network_fem import String
 
 
@@ -44,6 +47,36 @@ def random_network(rng, moving):
         rigid_body_modes=0,
     )
     return component, strings, np.diag(mass), np.diag(spring), ropes - 1
+
+
+def random_elastic_network(rng):
+    """A random network with two or three heavy strings and tensioned beams, and the same for the oracle."""
+    component, strings, mass, spring, others = random_network(rng, False)
+    n, links, beams = component.columns.size, [], []
+    for number in range(int(rng.integers(2, 4))):
+        rows = rng.normal(size=(4, n)) * (rng.random((4, 1)) < 0.7)
+        rows[0] += 0.1 * rng.normal(size=n)
+        length, density = rng.uniform(0.3, 2.0), rng.uniform(0.1, 2.0)
+        tension = rng.uniform(0.5, 20.0, 2) if rng.random() < 0.7 else np.full(2, rng.uniform(0.5, 20.0))
+        # From a rope, through a belt, to a beam that is hardly tensioned.
+        bending = 0.0 if number == 0 else float(tension[0] * length**2 * 10 ** rng.uniform(-7, 1))
+        if bending > 1e-4 * tension[0] * length**2:
+            tension[1] = tension[0]
+        elif number > 0:
+            tension[1] = tension[0] * rng.uniform(0.7, 1.4)
+        ropes = int(rng.integers(1, 4))
+        element = Element(
+            start_tension=tension[0],
+            end_tension=tension[1],
+            length=length,
+            before=0.0,
+            density=density,
+            axial_rigidity=1e30,
+            bending=bending,
+        )
+        links.append(ElasticLink(link=number, element=element, ropes=ropes, rows=rows))
+        beams.append(Beam(rows, length, density, bending, tuple(tension), ropes))
+    return replace(component, elastic=tuple(links)), strings, beams, mass, spring, others
 
 
 def as_route(drive):

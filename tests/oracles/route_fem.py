@@ -8,8 +8,8 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-from scipy.linalg import eigh
 
+from oracles.beam_fem import Beam, beam_matrices, frequencies, with_beams
 from oracles.network_fem import String, matrices
 
 STEP = 1e-3
@@ -120,7 +120,7 @@ def rows(kin, place, along, sign_of_turn=1.0):
 def system(drive, tensions):
     """Strings, mass and stiffness of a machine whose rotors turn with their pulleys."""
     kin = Kinematics(drive)
-    free = 3 * len(drive.carriage)
+    free = 5 * len(drive.carriage)  # along, across, out of plane, and two slopes
     n = kin.size + free
     mass, stiffness = np.zeros((n, n)), np.zeros((n, n))
     gravity = -drive.layout.gravity * np.array(
@@ -147,8 +147,9 @@ def system(drive, tensions):
         i = len(kin.moves) + kin.turning.index(motor.pulley or drive.pulley[0].name)
         mass[i, i] += motor.inertia
         stiffness[i, i] += motor.holding_stiffness or 0.0
-    strings, reached = [], {}
-    for span, (first, last, along, length, number) in enumerate(span_frames(drive)):
+    strings, beams, reached = [], [], {}
+    frames = list(span_frames(drive))
+    for span, (first, last, along, length, number) in enumerate(frames):
         rope, route = drive.ropes[number], drive.route[number]
         start, end = tensions[span]
         for place, pull in ((first, start), (last, -end)):
@@ -156,26 +157,53 @@ def system(drive, tensions):
         ends = [np.zeros((3, n)), np.zeros((3, n))]
         for row, place in zip(ends, (first, last), strict=True):
             row[0, own], row[1, own] = rows(kin, place, along)
+        slopes = [np.zeros((2, n)) for _ in range(2)]  # of the ends, across and out of plane
+        for row, place in zip(slopes, (first, last), strict=True):
+            row[0, own] = kin.turn(place[1]) * (place[3] is None)
         before = reached.get(number, 0.0)
         reached[number] = before + length
-        cuts = [(0.0, ends[0])]
+        cuts = [(0.0, ends[0], slopes[0])]
         names = [one.name for one in drive.route]
         for index, carriage in enumerate(drive.carriage):
             at = carriage.position - before
             if (names.index(carriage.route) if carriage.route else 0) == number and 0 < at < length:
                 row = np.zeros((3, n))
                 directions = 1 if carriage.guided else 3
-                row[range(directions), range(kin.size + 3 * index, kin.size + 3 * index + directions)] = 1.0
+                row[range(directions), range(kin.size + 5 * index, kin.size + 5 * index + directions)] = 1.0
                 mass += carriage.mass * row.T @ row
-                cuts.append((at, row))
-        cuts = [*sorted(cuts, key=lambda cut: cut[0]), (length, ends[1])]
+                slope = np.zeros((2, n))
+                if not carriage.guided:
+                    slope[[0, 1], [kin.size + 5 * index + 3, kin.size + 5 * index + 4]] = 1.0
+                cuts.append((at, row, slope))
+        cuts = [*sorted(cuts, key=lambda cut: cut[0]), (length, ends[1], slopes[1])]
         tension = 0.5 * (start + end)
         assert start == end or not drive.carriage  # the taper is of whole spans
         growth = (end - start) / tension
-        for (low, left), (high, right) in pairwise(cuts):
+        for (low, left, turn), (high, right, turned) in pairwise(cuts):
             stretch = 1 + tension / rope.axial_rigidity
             unstretched = (high - low) / stretch
             for way in range(3):
+                if way and rope.bending_stiffness:
+                    beyond = [
+                        lift_off(drive, frames, span, at_start, rope.bending_stiffness / pull)
+                        if place[3] is not None and at == edge
+                        else 0.0
+                        for place, at_start, at, edge, pull in (
+                            (first, True, low, 0.0, start),
+                            (last, False, high, length, end),
+                        )
+                    ]
+                    beams.append(
+                        Beam(
+                            np.array([left[way], turn[way - 1], right[way], turned[way - 1]]),
+                            high - low + sum(beyond),
+                            rope.density / stretch,
+                            rope.bending_stiffness,
+                            (start, end),
+                            route.ropes,
+                        )
+                    )
+                    continue
                 rigidity = rope.axial_rigidity if way == 0 else tension / stretch
                 speed = np.sqrt(rigidity / rope.density) / unstretched
                 strings.append(
@@ -188,21 +216,40 @@ def system(drive, tensions):
                         taper=growth if way else 0.0,
                     )
                 )
-    used = np.flatnonzero(np.diag(mass) + np.diag(stiffness) + sum(s.start**2 + s.end**2 for s in strings))
+    tied = sum(s.start**2 + s.end**2 for s in strings) + sum((b.rows**2).sum(axis=0) for b in beams)
+    used = np.flatnonzero(np.diag(mass) + np.diag(stiffness) + tied)
     strings = [replace(string, start=string.start[used], end=string.end[used]) for string in strings]
+    # What the numerical derivatives leave of motion at right angles to a slide is round-off.
+    clean = [np.where(np.abs(beam.rows) > 1e-9, beam.rows, 0.0) for beam in beams]
+    beams = [replace(beam, rows=rows[:, used]) for beam, rows in zip(beams, clean, strict=True)]
     square = np.ix_(used, used)
-    return strings, mass[square], stiffness[square]
+    return strings, beams, mass[square], stiffness[square]
+
+
+def lift_off(drive, frames, span, at_start, square):
+    """Length beyond the tangent point after which a stiff rope lies on its pulley; ``square``: EI/T."""
+    number = frames[span][4]
+    own = [i for i, frame in enumerate(frames) if frame[4] == number]
+    place = frames[span][0 if at_start else 1]
+    other = own.index(span) + (-1 if at_start else 1)
+    if not drive.route[number].closed and other in (-1, len(own)):
+        return np.sqrt(square)  # a drum
+    lines = [frames[own[other % len(own)]][2], frames[span][2]]
+    first, last = lines if at_start else lines[::-1]
+    turned = np.angle(complex(*last) / complex(*first)) * np.sign(place[2]) % (2 * np.pi)
+    return min(np.sqrt(square), 0.5 * turned * abs(place[2]))
 
 
 def frequencies_of_route(drive, tensions, degree, below):
-    """Natural frequencies [Hz] up to about ``below``; ``tensions`` of each span's ends [N].
-
-    The largest eigenvalues of M against K + w^2 M, both scaled to a unit diagonal: the low modes of light
-    idlers on stiff belts would drown in the round-off of K against M.
-    """
-    mass, _, stiffness = matrices(*system(drive, tensions), degree)
-    squared = (2 * np.pi * below) ** 2
-    shifted = stiffness + squared * mass
-    scale = 1 / np.sqrt(np.diag(shifted))
-    values = eigh(mass * np.outer(scale, scale), shifted * np.outer(scale, scale), eigvals_only=True)[::-1]
-    return np.sqrt(np.maximum(1 / values[values > 0] - squared, 0.0)) / (2 * np.pi)
+    """Natural frequencies [Hz] up to about ``below``; ``tensions`` of each span's ends [N]."""
+    strings, beams, mass, stiffness = system(drive, tensions)
+    size, top = mass.shape[0], 2 * np.pi * below
+    held = [beam for beam in beams if not beam.rows.any()]
+    moved = [beam for beam in beams if beam.rows.any()]
+    mass, _, stiffness = matrices(strings, mass, stiffness, degree)
+    mass, stiffness = with_beams(mass, stiffness, moved, size, elements=2, degree=10)
+    found = [frequencies(mass, stiffness, top)]
+    for beam in held:
+        inside = (own[4:, 4:] for own in beam_matrices(beam, 2, 10))
+        found.append(np.repeat(frequencies(*inside, top), beam.ropes))
+    return np.sort(np.concatenate(found)) / (2 * np.pi)

@@ -13,6 +13,7 @@ from cabledrive.modal.chain_motion import LONGITUDINAL, TRANSVERSE, ChainMotion
 from cabledrive.modal.solver import ChainMode
 
 STRING, HEAVY_STRING, SHALLOW_SAG = "string under static tension", "heavy string", "shallow sag"
+TENSIONED_BEAM = "tensioned beam"
 BOTH = "both"
 
 __all__ = [
@@ -21,6 +22,7 @@ __all__ = [
     "LONGITUDINAL",
     "SHALLOW_SAG",
     "STRING",
+    "TENSIONED_BEAM",
     "TRANSVERSE",
     "Mode",
     "Motion",
@@ -47,7 +49,8 @@ class Mode:
         Transverse modes: unstretched ends of the section [m], from the pulley where its span starts; None
         where both spans vibrate together.
     model : str or None
-        Transverse modes: what the cable is taken for, one of `STRING`, `HEAVY_STRING`, `SHALLOW_SAG`.
+        Transverse modes: what the cable is taken for, one of `STRING`, `HEAVY_STRING`, `SHALLOW_SAG`,
+        `TENSIONED_BEAM`.
     clamped : bool, default False
         Of a machine with routes: a wave of one rope between ends that rest.
     proven : bool

@@ -145,7 +145,7 @@ def _network(drive: RoutedDrive, interval: float) -> ModalCable:
 
 def _kept(network: Network, omega: float) -> tuple[Array, Array]:
     """Squares of the frequencies and shapes of unit modal mass, rigid motions first."""
-    spectrum = NetworkSpectrum(network)
+    spectrum = NetworkSpectrum(network, even=True)
     _, shapes = eigh(network.static_stiffness, network.static_mass)
     rigid = spectrum.rigid_body_modes
     groups = coupled_modes(network, spectrum, omega)

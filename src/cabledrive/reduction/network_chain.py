@@ -158,7 +158,7 @@ def _chain(network: Network, motors: dict[str, float], turn: Array, other: Array
     joints = {motor.joint_stiffness is not None for motor in drive.motor}
     if len(joints) > 1:
         raise InputRefused("motor: one joint is flexible and the other rigid: the axes do not split")
-    spectrum = NetworkSpectrum(network)
+    spectrum = NetworkSpectrum(network, even=True)
     squares, shapes = _kept_modes(network, spectrum, turn, 2 if joints.pop() else 1, " and ".join(motors))
     load = _load_of(network, shapes[:, 0], " and ".join(motors))
     alpha, beta, basis = lanczos(squares, turn @ shapes)

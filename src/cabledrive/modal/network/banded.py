@@ -19,6 +19,7 @@ from cabledrive.modal.network.band_kernels import (
     placed,
     times,
 )
+from cabledrive.modal.network.band_segments import BandSegments, tied_by
 from cabledrive.modal.network.component import Component
 
 GROWTH = 1e4
@@ -46,6 +47,14 @@ class Banded:
         self._imaginary: Any = 1j if component.moving else 0.0
         self._type = np.complex128 if component.moving else np.float64
         self.rows = _sparse_rows(component, self.order, self.scale)
+        self.segments = [BandSegments(own, self.order, self.scale) for own in component.segments]
+
+    @property
+    def natural_scale(self) -> Array:
+        """Factors of the coordinates in the order of the component, shape (n,)."""
+        out = np.empty_like(self.scale)
+        out[self.order] = self.scale
+        return out
 
     @cached_property
     def _reversed(self) -> "Banded":
@@ -54,6 +63,7 @@ class Banded:
         other.component, other.order = self.component, self.order[::-1].copy()
         other.scale, other._imaginary, other._type = self.scale[::-1].copy(), self._imaginary, self._type
         other.rows = _sparse_rows(self.component, other.order, other.scale)
+        other.segments = [BandSegments(own, other.order, other.scale) for own in self.component.segments]
         return other
 
     def at(self, omega: float) -> "BandAt":
@@ -110,6 +120,8 @@ class BandAt:
             self.cuts,
             band,
         )
+        for segments in own.segments:
+            segments.add(band, self.omega if omega is None else omega, what, self.position)
         return band
 
     def solve(self, omega: float, load: NDArray[Any]) -> NDArray[Any]:
@@ -137,6 +149,9 @@ class BandAt:
         own, k = self.banded, shapes.shape[1]
         energy, rate = np.empty((k, k), dtype=own._type), np.empty((k, k), dtype=own._type)
         forms(own.rows, omega, self.omega, own._imaginary, self.position, self.cuts, shapes, energy, rate)
+        for segments in own.segments:
+            more = segments.forms(omega, shapes[self.position])
+            energy, rate = energy + more[0], rate + more[1]
         return energy, rate
 
     def rough_load(self, modes: int) -> NDArray[Any]:
@@ -159,7 +174,7 @@ def _band_order(component: Component) -> NDArray[np.intp]:
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-    n = component.columns.size
+    n = component.size
     if n < 3:
         return np.arange(n)
     rows = np.vstack(
@@ -168,6 +183,8 @@ def _band_order(component: Component) -> NDArray[np.intp]:
     tied = (rows != 0.0).astype(np.float64)
     ties = tied if n <= FEW else csr_array(tied)
     graph = csr_array(ties.T @ ties) + csr_array((component.geometric != 0.0).astype(np.float64))
+    for segments in component.segments:
+        graph = graph + tied_by(segments)
     return np.asarray(reverse_cuthill_mckee(csr_array(graph), symmetric_mode=True), dtype=np.intp)
 
 
@@ -178,7 +195,10 @@ def _sparse_rows(component: Component, order: NDArray[np.intp], scale: Array) ->
     mass = _fixed(component.mass_rows[:, order] * scale, component.mass)
     spring = _fixed(component.spring_rows[:, order] * scale, component.spring)
     spring = spring + scale[:, None] * component.geometric[np.ix_(order, order)] * scale
-    row, column = np.nonzero(np.tril((mass != 0.0) | (spring != 0.0)))
+    tied = (mass != 0.0) | (spring != 0.0)
+    for segments in component.segments:
+        tied |= tied_by(segments).toarray()[np.ix_(order, order)] > 0.0
+    row, column = np.nonzero(np.tril(tied))
     links = component.impedance * component.time
     return SparseRows(
         time=np.ascontiguousarray(component.time),

@@ -4,7 +4,7 @@ Links whose ends both rest carry waves between held ends, whose frequencies are 
 :math:`\omega_n = n\pi/\tau`; so do the motions of parallel ropes against each other.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -12,8 +12,11 @@ from numpy.typing import NDArray
 
 from cabledrive.mechanics.network.assembly import Network
 from cabledrive.mechanics.network.motion import Array
+from cabledrive.modal.network.elastic_links import ElasticLink, elastic_links, slope_columns
+from cabledrive.modal.network.segments import Segments, octave, segments_of
 
 _ZERO = 1e-12
+_ROWS = ("start", "end", "mass_rows", "spring_rows")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -36,6 +39,10 @@ class Component:
         As in `cabledrive.mechanics.network.Network`.
     rigid_body_modes : int
         Motions that strain nothing.
+    elastic : tuple of ElasticLink
+        Heavy strings and tensioned beams that it holds besides.
+    segments : tuple of Segments
+        These, cut for a range of frequencies; their joints are the last coordinates of all rows.
     """
 
     columns: NDArray[np.intp]
@@ -51,6 +58,13 @@ class Component:
     spring_rows: Array
     geometric: Array
     rigid_body_modes: int
+    elastic: tuple[ElasticLink, ...] = ()
+    segments: tuple[Segments, ...] = ()
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates, slopes and joints of segments included."""
+        return self.start.shape[1]
 
     @cached_property
     def moving(self) -> bool:
@@ -60,7 +74,27 @@ class Component:
     @cached_property
     def longest(self) -> float:
         """Longest travel time of a link [s]; 0 without links."""
-        return float(self.time.max(initial=0.0))
+        times = [link.element.travel_time for link in self.elastic]
+        return float(max([self.time.max(initial=0.0), *times]))
+
+    def octaves(self, omega: float) -> tuple[int, ...]:
+        """Which segments of its heavy strings and beams serve up to a frequency; ``omega`` [rad/s]."""
+        return tuple(octave(link, omega) for link in self.elastic)
+
+    def segmented(self, octaves: tuple[int, ...]) -> "Component":
+        """The component with its heavy strings and beams cut into segments."""
+        size, found = self.size, []
+        for beam in (False, True):
+            own = [i for i, link in enumerate(self.elastic) if (link.element.bending > 0.0) == beam]
+            if own:
+                links = [self.elastic[i] for i in own]
+                segments, size = segments_of(links, [octaves[i] for i in own], size)
+                found.append(segments)
+        for segments in found:
+            segments.local.resize(segments.local.shape[0], size)
+        more = size - self.size
+        rows = {name: np.pad(getattr(self, name), ((0, 0), (0, more))) for name in _ROWS}
+        return replace(self, **rows, geometric=np.pad(self.geometric, (0, more)), segments=tuple(found))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,81 +120,156 @@ class HeldWaves:
         return self.count * int(np.floor(omega * self.time / np.pi))
 
 
-def components_of(network: Network) -> tuple[list[Component], list[HeldWaves]]:
-    """Independent parts of a network, and the waves between ends at rest."""
+@dataclass(frozen=True, eq=False, kw_only=True)
+class HeldElement:
+    """A heavy string or tensioned beam between ends that rest.
+
+    Attributes
+    ----------
+    component : Component
+        Its joints alone.
+    links : tuple of (int, int)
+        Links of the network that have its modes, and how many ropes of each.
+    """
+
+    component: Component
+    links: tuple[tuple[int, int], ...]
+
+
+def components_of(
+    network: Network, *, even: bool = False
+) -> tuple[list[Component], list[HeldWaves], list[HeldElement]]:
+    """Independent parts of a network, its waves between ends at rest, its elements between ends at rest.
+
+    ``even``: take all ropes for straight strings of even tension.
+    """
+    elastic = {} if even else elastic_links(network)
     moved = np.any(network.start, axis=1) | np.any(network.end, axis=1)
-    held = []
-    for link, own in enumerate(moved):
-        count = int(network.ropes[link]) - int(own)
-        if count:
-            held.append(HeldWaves(link=link, time=float(network.time[link]), count=count))
-    groups = _groups(network, np.flatnonzero(moved))
-    return [_component(network, columns) for columns in groups], held
+    for number, link in elastic.items():
+        moved[number] = link.rows.any()
+    held: list[HeldWaves] = []
+    resting: dict[int, list[tuple[int, int]]] = {}
+    for number, own in enumerate(moved):
+        count = int(network.ropes[number]) - int(own)
+        if count and number in elastic:
+            resting.setdefault(int(network.piece[number]), []).append((number, count))
+        elif count:
+            held.append(HeldWaves(link=number, time=float(network.time[number]), count=count))
+    coupled = [link for number, link in elastic.items() if moved[number]]
+    strings = np.array([i for i in np.flatnonzero(moved) if i not in elastic], dtype=np.intp)
+    groups = _groups(network, strings, coupled)
+    return (
+        [_component(network, columns, strings, coupled) for columns in groups],
+        held,
+        [held_element(elastic[links[0][0]], tuple(links)) for links in resting.values()],
+    )
 
 
-def _groups(network: Network, links: NDArray[np.intp]) -> list[NDArray[np.intp]]:
+def _groups(network: Network, links: NDArray[np.intp], elastic: list[ElasticLink]) -> list[NDArray[np.intp]]:
     """Columns that some row couples, group by group, in order of their first column."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    n = len(network.motion.names)
+    n = slope_columns(network)
     either = np.abs(network.start[links]) + np.abs(network.end[links])
     rows = np.vstack(
         (either, np.abs(network.mass_rows), np.abs(network.spring_rows), np.abs(network.geometric))
     )
+    rows = np.vstack((_wide(rows, n), *(np.abs(link.rows).sum(axis=0, keepdims=True) for link in elastic)))
     ties = coo_array(rows.T @ rows)
     _, label = connected_components(ties, directed=False)
-    return [np.flatnonzero(label == group) for group in np.unique(label)] if n else []
+    named = len(network.motion.names)
+    groups = [np.flatnonzero(label == group) for group in np.unique(label)] if n else []
+    # A slope that no beam has is no coordinate.
+    return [group for group in groups if group[0] < named or rows[:, group].any()]
 
 
-def _component(network: Network, columns: NDArray[np.intp]) -> Component:
-    start, end = network.start[:, columns], network.end[:, columns]
-    links = np.flatnonzero(np.any(start, axis=1) | np.any(end, axis=1))
-    masses = np.flatnonzero(np.any(network.mass_rows[:, columns], axis=1))
-    springs = np.flatnonzero(np.any(network.spring_rows[:, columns], axis=1))
-    square = np.ix_(columns, columns)
-    return Component(
+def _wide(rows: Array, columns: int) -> Array:
+    """Rows with zeros for the slopes of carriages."""
+    return np.pad(rows, ((0, 0), (0, columns - rows.shape[1])))
+
+
+def _component(
+    network: Network, columns: NDArray[np.intp], strings: NDArray[np.intp], elastic: list[ElasticLink]
+) -> Component:
+    wide = {name: _wide(getattr(network, name), slope_columns(network))[:, columns] for name in _ROWS}
+    own = np.any(wide["start"], axis=1) | np.any(wide["end"], axis=1)
+    links = strings[own[strings]]
+    masses = np.flatnonzero(np.any(wide["mass_rows"], axis=1))
+    springs = np.flatnonzero(np.any(wide["spring_rows"], axis=1))
+    more = slope_columns(network) - network.geometric.shape[0]
+    component = Component(
         columns=columns,
         links=links,
-        start=start[links],
-        end=end[links],
+        start=wide["start"][links],
+        end=wide["end"][links],
         impedance=network.ropes[links] * network.impedance[links],
         time=network.time[links],
         lag=network.lag[links],
         mass=network.mass[masses],
-        mass_rows=network.mass_rows[np.ix_(masses, columns)],
+        mass_rows=wide["mass_rows"][masses],
         spring=network.spring[springs],
-        spring_rows=network.spring_rows[np.ix_(springs, columns)],
-        geometric=network.geometric[square],
-        rigid_body_modes=_rigid(network, columns),
+        spring_rows=wide["spring_rows"][springs],
+        geometric=np.pad(network.geometric, (0, more))[np.ix_(columns, columns)],
+        rigid_body_modes=0,
+        elastic=tuple(
+            replace(link, rows=link.rows[:, columns]) for link in elastic if link.rows[:, columns].any()
+        ),
     )
+    names = (*network.motion.names, *(f"slope {number}" for number in range(more)))
+    return replace(component, rigid_body_modes=_rigid(component, [names[i] for i in columns]))
 
 
-def _rigid(network: Network, columns: NDArray[np.intp]) -> int:
+def held_element(link: ElasticLink, links: tuple[tuple[int, int], ...]) -> HeldElement:
+    none, rows = np.zeros(0), np.zeros((0, 0))
+    component = Component(
+        columns=np.zeros(0, dtype=np.intp),
+        links=np.zeros(0, dtype=np.intp),
+        start=rows,
+        end=rows,
+        impedance=none,
+        time=none,
+        lag=none,
+        mass=none,
+        mass_rows=rows,
+        spring=none,
+        spring_rows=rows,
+        geometric=rows,
+        rigid_body_modes=0,
+        elastic=(replace(link, ropes=1, rows=np.zeros((4, 0))),),
+    )
+    return HeldElement(component=component, links=links)
+
+
+def _rigid(component: Component, names: list[str]) -> int:
     """Dimension of the motions that strain nothing.
 
     Raises `InputRefused` where the state of rest is unstable.
     """
     from cabledrive.parameters.errors import InputRefused
 
-    square = np.ix_(columns, columns)
-    stiffness = network.static_stiffness[square]
-    scale = 1.0 / np.sqrt(_stiff_diagonal(network, columns))
+    stiffness, diagonal = _static_stiffness(component)
+    scale = 1.0 / np.sqrt(diagonal)
     values, shapes = np.linalg.eigh(scale[:, None] * stiffness * scale)
-    if values[0] < -_ZERO * columns.size:
-        worst = network.motion.names[int(columns[np.argmax(np.abs(shapes[:, 0]))])]
+    if values[0] < -_ZERO * len(names):
+        worst = int(np.argmax(np.abs(shapes[:, 0])))
         raise InputRefused(
-            f"{worst}: its rest position is unstable, the forces at rest push it away (stiffness "
-            f"{values[0] / scale[np.argmax(np.abs(shapes[:, 0]))] ** 2:.4g}, must not be negative): "
+            f"{names[worst]}: its rest position is unstable, the forces at rest push it away (stiffness "
+            f"{values[0] / scale[worst] ** 2:.4g}, must not be negative): "
             "move it off its "
             "dead point, or give it stiffness"
         )
-    return int(np.sum(values < _ZERO * columns.size))
+    return int(np.sum(values < _ZERO * len(names)))
 
 
-def _stiff_diagonal(network: Network, columns: NDArray[np.intp]) -> Array:
-    """Size of the stiffnesses that meet in each coordinate, all counted as positive."""
-    link = network.ropes * network.impedance / network.time
-    parts = link @ (network.start[:, columns] ** 2 + network.end[:, columns] ** 2)
-    parts = parts + network.spring @ network.spring_rows[:, columns] ** 2
-    return np.asarray(parts + np.abs(np.diag(network.geometric))[columns])
+def _static_stiffness(own: Component) -> tuple[Array, Array]:
+    """Stiffness at rest, and the size of the stiffnesses that meet in each coordinate, all as positive."""
+    stretch, link = own.start - own.end, own.impedance / own.time
+    matrix = (stretch.T * link) @ stretch + (own.spring_rows.T * own.spring) @ own.spring_rows + own.geometric
+    size = link @ (own.start**2 + own.end**2) + own.spring @ own.spring_rows**2
+    size = size + np.abs(np.diag(own.geometric))
+    for elastic in own.elastic:
+        rows, block = np.vstack(elastic.end_rows), elastic.static_stiffness()
+        matrix = matrix + rows.T @ block @ rows
+        size = size + np.diag(block) @ rows**2
+    return matrix, size

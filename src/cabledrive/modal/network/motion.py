@@ -40,7 +40,8 @@ class NetworkMotion:
     @property
     def joint_names(self) -> tuple[str, ...]:
         """Names of the coordinates that take part."""
-        return tuple(self.network.motion.names[column] for column in self._cut.component.columns)
+        names = self.network.motion.names  # slopes of carriages are numbered behind them
+        return tuple(names[column] for column in self._cut.component.columns if column < len(names))
 
     @property
     def joints(self) -> dict[str, Array]:
@@ -54,12 +55,12 @@ class NetworkMotion:
         Where a mass moves by several coordinates, each has the part of its momentum.
         """
         own = self._cut.component
-        x = self.solved.shapes[: own.columns.size]
+        x = self.solved.shapes[: own.size]
         momentum = own.mass[:, None] * (own.mass_rows @ x)
         energy = np.mean((x.conj() * (own.mass_rows.T @ momentum)).real, axis=1)
         total = self._energies[1]
         shares = {
-            name: float(value / total) for name, value in zip(self.joint_names, energy, strict=True) if value
+            name: float(value / total) for name, value in zip(self.joint_names, energy, strict=False) if value
         }
         return shares | {"cable": float(1.0 - sum(shares.values()))}
 
@@ -69,15 +70,20 @@ class NetworkMotion:
         stored, _ = self._energies
         total = self._potential
         found: dict[tuple[str, str], float] = {}
-        for link, energy in zip(self._cut.component.links, stored, strict=True):
-            span = self.network.drive.free_spans[self.network.pieces[self.network.piece[link]].span].name
-            key = span, DIRECTIONS[self.network.direction[link]]
+        elastic = [link.link for segments in self._cut.component.segments for link in segments.links]
+        for link, energy in zip([*self._cut.component.links, *elastic], stored, strict=True):
+            key = self._span_of(link), DIRECTIONS[self.network.direction[link]]
             found[key] = found.get(key, 0.0) + float(energy / total)
         return found
+
+    def _span_of(self, link: int) -> str:
+        return self.network.drive.free_spans[self.network.pieces[self.network.piece[link]].span].name
 
     @cached_property
     def _energies(self) -> tuple[Array, float]:
         """Four times the strain energy of each link, and 2/omega^2 times the kinetic energy of all.
+
+        Heavy strings and beams stand behind the strings.
 
         With the terms k of the stiffness over omega and r of its rate, the strain energy is (omega k +
         omega^2 r)/4 and the kinetic energy (omega^2 r - omega k)/4.
@@ -93,14 +99,19 @@ class NetworkMotion:
         strain = np.zeros(cut.component.links.size)
         np.add.at(strain, cut.link, omega * stiff + omega**2 * rate)
         own = cut.component
-        masses = np.mean(np.abs(own.mass_rows @ x[: own.columns.size]) ** 2, axis=1)
+        masses = np.mean(np.abs(own.mass_rows @ x[: own.size]) ** 2, axis=1)
         kinetic = float(np.sum(omega**2 * rate - omega * stiff)) / omega**2 / 2.0 + float(own.mass @ masses)
+        for segments in own.segments:
+            forms = segments.forms(omega, x[: own.size])
+            stiff, rate = (np.einsum("pkk->p", form).real / x.shape[1] for form in forms)
+            kinetic += float(np.sum(rate - stiff / omega)) / 2.0
+            strain = np.append(strain, np.add.reduceat(omega * stiff + omega**2 * rate, segments.first[:-1]))
         return strain, kinetic
 
     @property
     def _potential(self) -> float:
         """Four times the strain energy of all."""
-        own, x = self._cut.component, self.solved.shapes[: self._cut.component.columns.size]
+        own, x = self._cut.component, self.solved.shapes[: self._cut.component.size]
         springs = own.spring @ np.mean(np.abs(own.spring_rows @ x) ** 2, axis=1)
         turning = np.mean(np.einsum("ik,ij,jk->k", x.conj(), own.geometric, x).real)
         return float(self._energies[0].sum() + 2.0 * springs + 2.0 * turning)
@@ -147,6 +158,15 @@ class NetworkMotion:
                 here = (positions >= place - 1e-12) & (positions <= place + length + 1e-12)
                 out[:, here] = self._wave(int(part), (positions[here] - place) / length)
                 place += length
+        for segments in own.segments:
+            for number, link in enumerate(segments.links):
+                piece = self.network.pieces[self.network.piece[link.link]]
+                if self.network.direction[link.link] != way or self._span_of(link.link) != span:
+                    continue
+                here = (positions >= piece.start - 1e-12) & (positions <= piece.end + 1e-12)
+                inside = positions[here] - piece.start + link.element.before
+                x = self.solved.shapes[: own.size]
+                out[:, here] = segments.displacement(number, self.solved.omega, x, inside)
         return out
 
     def _wave(self, part: int, share: Array) -> NDArray[Any]:

@@ -10,6 +10,7 @@ from cabledrive.mechanics.network.motion import ALONG
 from cabledrive.modal.mode import LONGITUDINAL, STRING, TRANSVERSE, Mode
 from cabledrive.modal.network.component import HeldWaves, components_of
 from cabledrive.modal.network.motion import PLANES, HeldMotion, NetworkMotion
+from cabledrive.modal.network.resting import RestingElement, models_of
 from cabledrive.modal.network.structure import MULTIPLE, ComponentStructure
 from cabledrive.modal.solver import ENCLOSURE, ENCLOSURES, Proven, modes_of
 
@@ -27,12 +28,17 @@ class NetworkSpectrum:
     Parameters
     ----------
     network : Network
+    even : bool, default False
+        Take all ropes for straight strings of even tension without bending stiffness, as the frequency
+        response does.
     """
 
-    def __init__(self, network: Network) -> None:
+    def __init__(self, network: Network, *, even: bool = False) -> None:
         self.network = network
-        components, self._held = components_of(network)
+        components, self._held, resting = components_of(network, even=even)
         self._structures = [ComponentStructure(component) for component in components]
+        self._resting = [RestingElement(network, own) for own in resting]
+        self._models = {} if even else models_of(network)
         self.rigid_body_modes = sum(structure.rigid_body_modes for structure in self._structures)
         self.enclosure = ENCLOSURE
         self._lazy: dict[int, tuple[list[Mode], Iterator[Mode]]] = {}
@@ -40,18 +46,25 @@ class NetworkSpectrum:
     def count(self, omega: float) -> int:
         """Number of modes below a frequency [rad/s], without rigid-body modes."""
         coupled = sum(max(own.count(omega), own.rigid_body_modes) for own in self._structures)
-        return coupled - self.rigid_body_modes + sum(wave.below(omega) for wave in self._held)
+        held = sum(wave.below(omega) for wave in self._held) + sum(own.below(omega) for own in self._resting)
+        return coupled - self.rigid_body_modes + held
 
     @property
     def slowest(self) -> float:
         """A frequency below which few modes lie [rad/s]."""
-        times = [structure.longest for structure in self._structures]
+        times = [own.longest for own in (*self._structures, *(own.structure for own in self._resting))]
         return pi / max([*times, *(wave.time for wave in self._held)]) / 8.0
 
     def below(self, omega: float) -> list[Mode]:
         """All modes below a frequency [rad/s], ascending."""
         found = [self._mode(own) for structure in self._structures for own in self._solved(structure, omega)]
-        return sorted([*found, *self._waves(omega)], key=order_of)
+        return sorted([*found, *self._waves(omega), *self._of_resting(omega)], key=order_of)
+
+    def _of_resting(self, omega: float, first: int | None = None) -> Iterator[Mode]:
+        """Modes of heavy strings and beams between ends at rest, below a frequency or the first of each."""
+        for own in self._resting:
+            for solved in self._solved(own.structure, omega, first):
+                yield from (self._mode(part, clamped=True) for part in own.each(solved))
 
     def first(self, kind: str, count: int, limit: int) -> list[Mode]:
         """The first modes of one kind, ascending, a multiple one at the end whole.
@@ -60,6 +73,9 @@ class NetworkSpectrum:
         are returned where more are not certain to be the first.
         """
         found = self._first_waves(kind, count)
+        if kind == TRANSVERSE:
+            for own in self._resting:
+                found += self._of_resting(own.above(count), count)
         reach = np.inf
         for structure in self._structures:
             own, end = self._first_of(structure, kind, count, limit)
@@ -123,10 +139,10 @@ class NetworkSpectrum:
     def _solved(
         self, structure: ComponentStructure, omega: float, first: int | None = None
     ) -> Iterator[Proven]:
-        if structure.component.columns.size:
+        if structure.component.columns.size or structure.component.elastic:
             yield from modes_of(structure, omega, first=first, enclosures=ENCLOSURES, multiple=MULTIPLE)
 
-    def _mode(self, solved: Proven) -> Mode:
+    def _mode(self, solved: Proven, *, clamped: bool = False) -> Mode:
         """A solved mode in the terms of the machine."""
         if solved.enclosure is not None:
             self.enclosure = max(self.enclosure, solved.enclosure)
@@ -143,7 +159,8 @@ class NetworkSpectrum:
             span=span if across else None,
             plane=PLANES[way] if across else None,
             section=(0.0, self._length(span)) if across else None,
-            model=STRING if across else None,
+            model=self._models.get((span, way), STRING) if across else None,
+            clamped=clamped,
             proven=solved.enclosure is not None,
             _motion=motion,
         )

@@ -132,27 +132,12 @@ class Assembled:
         own, omega = self.cut.component, self.omega
         total = _squares(self.stretch, self.link) + _squares(self.cut.start, self.edge)
         total = total + _squares(self.cut.end, self.edge)
-        n = own.columns.size
+        n = own.size
         total[:n, :n] += _squares(own.mass_rows, -omega * own.mass)
         total[:n, :n] += _squares(own.spring_rows, own.spring / omega) + own.geometric / omega
+        for segments in own.segments:
+            total[:n, :n] += segments.matrix(omega)
         return total
-
-    def energies(self, x: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
-        """Quadratic forms of stiffness and rate for the columns of x, shape (k, k), without cancellation."""
-        own, omega, n = self.cut.component, self.omega, self.cut.component.columns.size
-        stretch, near, far = self.stretch @ x, self.cut.start @ x, self.cut.end @ x
-        mass, spring, turn = own.mass_rows @ x[:n], own.spring_rows @ x[:n], own.geometric @ x[:n]
-        bend = x[:n].conj().T @ turn
-        stiffness = _form(stretch, self.link) + _form(near, self.edge) + _form(far, self.edge)
-        stiffness = (
-            stiffness + _form(mass, -omega * own.mass) + _form(spring, own.spring / omega) + bend / omega
-        )
-        rate = _form(stretch, self.link_rate) + _form(near, self.edge_rate) + _form(far, self.edge_rate)
-        rate = rate + _form(mass, own.mass) + _form(spring, own.spring / omega**2) + bend / omega**2
-        if own.moving:
-            part = (far.conj().T * (self.link * self.cut.lag)) @ (1j * (self.turned @ x))
-            rate = rate + part + part.conj().T
-        return stiffness, rate
 
 
 def assembled(cut: CutComponent, omega: float) -> Assembled:
@@ -171,11 +156,6 @@ def assembled(cut: CutComponent, omega: float) -> Assembled:
 def _squares(rows: NDArray[Any], weights: Array) -> NDArray[Any]:
     """Sum of weighted squares of rows, B^H diag(w) B."""
     return (rows.conj().T * weights) @ rows
-
-
-def _form(values: NDArray[Any], weights: Array) -> NDArray[Any]:
-    """Weighted products of the columns of values."""
-    return (values.conj().T * weights) @ values
 
 
 def negative_eigenvalues(matrix: NDArray[Any]) -> int:

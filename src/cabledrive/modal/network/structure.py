@@ -1,6 +1,5 @@
 """A component of a network as the solver sees it: its count, and inverse iteration on its exact stiffness."""
 
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -36,30 +35,35 @@ class ComponentStructure:
         self.component = component
         self.rigid_body_modes = component.rigid_body_modes
         self.longest = component.longest
-        self._scale = 1.0 / np.sqrt(_mass_diagonal(component))
         self._counted: dict[float, int] = {}
+        self._cut: dict[tuple[int, ...], Banded] = {}
 
-    @cached_property
-    def _banded(self) -> "Banded":
+    def _banded(self, omega: float) -> "Banded":
+        """The component as it is cut for frequencies up to one [rad/s]."""
         from cabledrive.modal.network.banded import Banded  # its kernels load the compiler
 
-        return Banded(self.component, self._scale)
+        octaves = self.component.octaves(omega)
+        if octaves not in self._cut:
+            own = self.component.segmented(octaves) if octaves else self.component
+            self._cut[octaves] = Banded(own, 1.0 / np.sqrt(_mass_diagonal(own, omega)))
+        return self._cut[octaves]
 
     def count(self, omega: float) -> int:
         """Number of modes below a frequency [rad/s], rigid-body modes included, Eq. (N.6)."""
         if omega <= 0.0:
             return 0
         if omega not in self._counted:
-            own = self._banded.count(omega)
+            own = self._banded(omega).count(omega)
             self._counted[omega] = self.pivoted_count(omega) if own is None else own
         return self._counted[omega]
 
     def pivoted_count(self, omega: float) -> int:
         """The count by a full matrix and pivots, which loses no digits."""
-        cut = cut_component(self.component, omega)
-        links = cut.link[self.component.links.size :]
+        banded = self._banded(omega)
+        cut = cut_component(banded.component, omega)
+        links = cut.link[banded.component.links.size :]
         cuts = 1.0 / np.sqrt(self.component.impedance[links] * self.component.time[links])
-        scale = np.concatenate((self._scale, cuts))
+        scale = np.concatenate((banded.natural_scale, cuts))
         return cut.inside + negative_eigenvalues(scale[:, None] * assembled(cut, omega).matrix() * scale)
 
     def refined(self, start: float, modes: int, low: float, high: float) -> Refined | None:
@@ -68,7 +72,8 @@ class ComponentStructure:
         ``start``: where to begin [rad/s]; ``modes``: how many lie between `low` and `high` [rad/s].
         Returns None if the iteration leaves the interval. As Eq. (M.6).
         """
-        band = self._banded.at(start)
+        banded = self._banded(high)
+        band = banded.at(start)
         if modes > band.size:
             return None
         shapes = band.solve(start, band.rough_load(modes))
@@ -83,7 +88,7 @@ class ComponentStructure:
             if not low - slack <= omega + shifts[0] <= omega + shifts[-1] <= high + slack:
                 return None
             if shifts[-1] - shifts[0] <= _CLUSTER * omega and abs(shift) <= _CONVERGED * omega:
-                frame = cut_component(self.component, start)
+                frame = cut_component(banded.component, start)
                 return Refined(omega + shifts, band.displacements(shapes), frame)
             omega += shift
             if shift**2 > _SETTLED * omega * min(omega - low, high - omega):  # other modes lie beyond
@@ -91,10 +96,13 @@ class ComponentStructure:
         return None
 
 
-def _mass_diagonal(component: Component) -> Array:
-    """Mass that each coordinate moves, the ropes' shares included, shape (n,)."""
+def _mass_diagonal(component: Component, omega: float) -> Array:
+    """Mass that each coordinate moves, the ropes' shares included, shape (n,); ``omega`` [rad/s]."""
     rope = component.impedance * component.time / 3.0
     own = rope @ (component.start**2 + component.end**2) + component.mass @ component.mass_rows**2
+    for segments in component.segments:
+        rates = np.einsum("pii->pi", segments.both(omega)[1]).ravel()
+        own = own + rates @ segments.local.power(2)
     return np.where(own > 0.0, own, 1.0)
 
 

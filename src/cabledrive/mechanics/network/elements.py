@@ -1,0 +1,155 @@
+r"""Pieces of rope that are no straight string of even tension: heavy strings and tensioned beams.
+
+A rope of bending stiffness EI leaves a pulley of radius r where its curvature has grown to 1/r. With
+:math:`e = \sqrt{EI/T}` that is e before the tangent point of a string, since the curvature decays as
+:math:`e^{-x/e}/r` and turns the rope by e/r in all. Linearised about this state, displacement and slope of
+the rope are those of the pulley at the point of lift-off; that the point moves enters to second order. So
+the beam is clamped there, and longer than the string by e at each pulley that it wraps so far, else by half
+the wrap. An anchor clamps it, and a guided carriage; a hanging carriage turns with it.
+"""
+
+from dataclasses import dataclass
+from math import ceil, log, sqrt
+
+from cabledrive.mechanics.network.motion import ALONG
+from cabledrive.mechanics.network.pieces import Piece
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route.geometry import Place
+
+EVEN = 5e-6
+"""Change of the tension along a piece, relative, below which it is even: (EVEN)^2/300 of a frequency."""
+
+STEP = 4e-3
+"""Largest change of the tension from one length of a beam to the next, relative."""
+
+SHORTEST = 4.0
+"""Length of even tension of a beam over sqrt(EI/T); shorter ones lose digits."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Element:
+    """One rope across: a string whose tension changes along it, or a tensioned beam.
+
+    Attributes
+    ----------
+    start_tension, end_tension : float
+        [N].
+    length : float
+        Under tension, lift-off from pulleys included [m].
+    before : float
+        Part of it before the tangent point at the start [m].
+    density : float
+        Mass per unstretched length [kg/m].
+    axial_rigidity : float
+        EA [N].
+    bending : float
+        EI [N m^2]; 0: a string.
+    """
+
+    start_tension: float
+    end_tension: float
+    length: float
+    before: float
+    density: float
+    axial_rigidity: float
+    bending: float
+
+    @property
+    def tension(self) -> float:
+        """Tension of the even string with the same travel time [N]."""
+        return (0.5 * (sqrt(self.start_tension) + sqrt(self.end_tension))) ** 2
+
+    @property
+    def stretch(self) -> float:
+        """Length under tension over the unstretched one."""
+        return 1.0 + self.tension / self.axial_rigidity
+
+    @property
+    def travel_time(self) -> float:
+        """Of a wave [s]; of a beam the inverse of the frequency that has one radian from end to end."""
+        return self.length * sqrt(
+            self.density / self.stretch / (self.tension + self.bending / self.length**2)
+        )
+
+    @property
+    def bending_length(self) -> float:
+        """Length in which the rope bends at an end, sqrt(EI/T) [m]."""
+        return sqrt(self.bending / self.tension)
+
+    @property
+    def tension_steps(self) -> int:
+        """Lengths of even tension into which a beam is cut: none is shorter than the rope's bends."""
+        change = abs(log(self.end_tension / self.start_tension))
+        if not self.bending or change <= EVEN:
+            return 1
+        return max(1, min(ceil(change / STEP), int(self.length / self.bending_length / SHORTEST)))
+
+    @property
+    def step_error(self) -> float:
+        """Error of a frequency, relative, by the steps in which the tension of a beam changes: an estimate.
+
+        Against finite elements it is at most that, from ropes to beams of hardly any tension.
+        """
+        if not self.bending or self.start_tension == self.end_tension:
+            return 0.0
+        change = log(self.end_tension / self.start_tension) ** 2
+        return change * (1.0 / self.tension_steps**2 / 24.0 + 0.1 * self.bending_length / self.length)
+
+    def frequency(self, phase: float) -> float:
+        """Angular frequency of the wave that turns by so much from end to end [rad/s]; ``phase`` [rad]."""
+        number = phase / self.length
+        return number * sqrt((self.tension + self.bending * number**2) * self.stretch / self.density)
+
+
+def element_of(drive: RoutedDrive, piece: Piece, direction: str) -> Element | None:
+    """The element of a piece in one direction; None where it is a straight string of even tension.
+
+    Ropes that run are taken for such strings.
+    """
+    span = drive.free_spans[piece.span]
+    rope, route = drive.ropes[span.route], drive.route[span.route]
+    change = abs(piece.end_tension - piece.start_tension) / piece.start_tension
+    bending = rope.bending_stiffness or 0.0
+    if direction == ALONG or route.speed or (change <= EVEN and not bending):
+        return None
+    before, after = (lift_off(drive, piece, start=own) if bending else 0.0 for own in (True, False))
+    return Element(
+        start_tension=piece.start_tension,
+        end_tension=piece.end_tension,
+        length=before + piece.length + after,
+        before=before,
+        density=rope.density,
+        axial_rigidity=rope.axial_rigidity,
+        bending=bending,
+    )
+
+
+def lift_off(drive: RoutedDrive, piece: Piece, *, start: bool) -> float:
+    """How far beyond the tangent point the rope leaves its pulley [m]; 0 at anchors and carriages."""
+    span = drive.free_spans[piece.span]
+    place = _end_place(drive, piece, start)
+    if place is None or place.sense == 0:
+        return 0.0
+    bending = drive.ropes[span.route].bending_stiffness or 0.0
+    free = sqrt(bending / (piece.start_tension if start else piece.end_tension))
+    wrap = _wrap_at(drive, piece.span, start)
+    return free if wrap is None else min(free, 0.5 * wrap * place.radius)
+
+
+def _end_place(drive: RoutedDrive, piece: Piece, start: bool) -> Place | None:
+    """Anchor or pulley at one end of a piece; None: a carriage."""
+    span = drive.free_spans[piece.span]
+    if start:
+        return span.start if piece.start == 0.0 else None
+    return span.end if piece.end == span.length else None
+
+
+def _wrap_at(drive: RoutedDrive, span: int, start: bool) -> float | None:
+    """Wrap of the pulley at one end of a span [rad]; None on a drum."""
+    own = [i for i, other in enumerate(drive.free_spans) if other.route == drive.free_spans[span].route]
+    if not start:
+        return drive.free_spans[span].wrap
+    number = own.index(span)
+    if number == 0 and not drive.route[drive.free_spans[span].route].closed:
+        return None
+    return drive.free_spans[own[number - 1]].wrap

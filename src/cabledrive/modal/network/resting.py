@@ -1,0 +1,63 @@
+"""Heavy strings and beams between ends at rest: one count for all ropes and both planes of a span."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from math import pi
+
+import numpy as np
+
+from cabledrive.mechanics.network.assembly import DIRECTIONS, Network
+from cabledrive.modal.mode import HEAVY_STRING, TENSIONED_BEAM
+from cabledrive.modal.network.component import HeldElement
+from cabledrive.modal.network.elastic_links import elastic_links
+from cabledrive.modal.network.structure import ComponentStructure
+from cabledrive.modal.solver import Proven
+
+
+class RestingElement:
+    """The modes of one piece of rope, and the links that have them.
+
+    Parameters
+    ----------
+    network : Network
+    held : HeldElement
+    """
+
+    def __init__(self, network: Network, held: HeldElement) -> None:
+        self.network, self.links = network, held.links
+        self.structure = ComponentStructure(held.component)
+
+    def below(self, omega: float) -> int:
+        """How many modes of all its links lie below a frequency [rad/s]."""
+        return sum(count for _, count in self.links) * self.structure.count(omega)
+
+    def above(self, count: int) -> float:
+        """A frequency below which so many modes of one rope lie, at least [rad/s]."""
+        omega = (count + 0.5) * pi / self.structure.longest
+        while self.structure.count(omega) < count:
+            omega *= 1.5
+        return omega
+
+    def each(self, solved: Proven) -> Iterator[Proven]:
+        """A mode of one rope as that of every link."""
+        own = solved.frame.component
+        for link, count in self.links:
+            segments = tuple(
+                replace(part, links=tuple(replace(one, link=link) for one in part.links))
+                for part in own.segments
+            )
+            yield solved._replace(
+                multiplicity=count * solved.multiplicity,
+                shapes=np.repeat(solved.shapes, count, axis=1),
+                frame=replace(solved.frame, component=replace(own, segments=segments)),
+            )
+
+
+def models_of(network: Network) -> dict[tuple[str, str], str]:
+    """What the rope of a span is taken for, by span and direction, where it is no even string."""
+    found = {}
+    for number, link in elastic_links(network).items():
+        span = network.drive.free_spans[network.pieces[network.piece[number]].span].name
+        model = TENSIONED_BEAM if link.element.bending else HEAVY_STRING
+        found[span, DIRECTIONS[network.direction[number]]] = model
+    return found

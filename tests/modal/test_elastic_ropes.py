@@ -1,0 +1,206 @@
+"""Ropes that are no straight string of even tension: bending stiffness, weight along them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from network_samples import random_elastic_network
+
+import cabledrive as cd
+from cabledrive.mechanics.network.elements import Element
+from cabledrive.mechanics.tensioned_beam import beam_stiffness
+from cabledrive.modal.network.component import HeldElement, held_element
+from cabledrive.modal.network.elastic_links import ElasticLink
+from cabledrive.modal.network.structure import MULTIPLE, ComponentStructure
+from cabledrive.modal.solver import ENCLOSURES, modes_of
+from oracles.beam_fem import Beam, beam_matrices, frequencies, with_beams
+from oracles.network_fem import matrices
+
+DEGREE = 26
+
+
+def held_structure(link):
+    held: HeldElement = held_element(link, ())
+    return ComponentStructure(held.component)
+
+
+def clamped(tension, bending, *, length=1.0, density=1.0, first=6):
+    """First frequencies [rad/s] of a rope between ends that are held and, if it bends, clamped."""
+    element = Element(
+        start_tension=tension[0],
+        end_tension=tension[1],
+        length=length,
+        before=0.0,
+        density=density,
+        axial_rigidity=1e30,
+        bending=bending,
+    )
+    structure = held_structure(ElasticLink(link=0, element=element, ropes=1, rows=np.zeros((4, 0))))
+    top = element.frequency((first + 1.6) * np.pi)
+    found = modes_of(structure, top, first=first, enclosures=ENCLOSURES, multiple=MULTIPLE)
+    return np.array([mode.omega for mode in found])
+
+
+def test_without_tension_it_is_the_clamped_beam():
+    """(4.73004, 7.85320, 10.99561, 14.13717)^2 sqrt(EI/rho)/L^2."""
+    found = clamped((1e-12, 1e-12), 2.0, length=0.5, density=3.0, first=4)
+    roots = np.array([4.730040744862704, 7.853204624095838, 10.995607838001671, 14.137165491257464])
+    np.testing.assert_allclose(found, roots**2 * np.sqrt(2.0 / 3.0) / 0.25, rtol=1e-12)
+
+
+def test_with_little_bending_stiffness_it_is_morses_stiff_string():
+    """n pi c/L (1 + 2e + (4 + n^2 pi^2/2) e^2), e = sqrt(EI/T)/L: the next term is of order e^3."""
+    n = np.arange(1, 7)
+    for e in (1e-3, 1e-4):
+        found = clamped((1.0, 1.0), e**2)
+        expected = n * np.pi * (1 + 2 * e + (4 + n**2 * np.pi**2 / 2) * e**2)
+        np.testing.assert_allclose(found, expected, rtol=2e3 * e**3)
+
+
+@pytest.mark.parametrize(
+    ("tension", "bending", "tolerance"),
+    [
+        ((1.0, 1.0), 1e-4, 1e-12),
+        ((1.0, 1.0), 1e-8, 1e-12),
+        ((1e-9, 1e-9), 1.0, 1e-12),
+        ((1.0, 5.0), 0.0, 1e-12),
+        ((1.0, 1.2), 0.0, 1e-12),
+        ((1.0, 1.2), 1e-9, 2e-8),
+        ((1.0, 1.2), 1e-7, 1e-7),
+        ((3.0, 1.0), 1e-7, 1e-6),
+    ],
+)
+def test_held_ropes_have_the_frequencies_of_finite_elements(tension, bending, tolerance):
+    found = clamped(tension, bending)
+    mass, stiffness = (
+        own[4:, 4:] if bending else own[np.ix_(*2 * ([1, 3, *range(4, own.shape[0])],))]
+        for own in beam_matrices(Beam(np.zeros((4, 0)), 1.0, 1.0, bending, tension), 8, 12)
+    )
+    truth = frequencies(mass, stiffness, found[-1])[: found.size]
+    np.testing.assert_allclose(found, truth, rtol=tolerance)
+
+
+def test_the_stiffness_at_rest_is_that_of_a_clamped_tie():
+    """Sidesway of a tied beam between walls: T/(L - 2e tanh(L/2e)); symmetric to round-off."""
+    bending, tension, length = 0.3, 40.0, 0.7
+    e = np.sqrt(bending / tension)
+    matrix = beam_stiffness(0.0, *(np.array([x]) for x in (bending, tension, 1.0, length)))[0]
+    assert matrix[0, 0] == pytest.approx(tension / (length - 2 * e * np.tanh(length / 2 / e)), rel=1e-13)
+    np.testing.assert_allclose(matrix, matrix.T, rtol=1e-13)
+
+
+def wrong_counts(seed, networks):
+    """Counts at eight frequencies of each random network that differ from the oracle's; and how many."""
+    rng, wrong, made = np.random.default_rng(seed), 0, 0
+    for _ in range(networks):
+        component, strings, beams, mass, spring, others = random_elastic_network(rng)
+        coordinates = mass.shape[0]
+        mass, _, spring = matrices(strings, mass, spring, DEGREE)
+        mass, spring = with_beams(mass, spring, beams, coordinates, elements=4, degree=8)
+        speeds = [np.sqrt(min(beam.tension) / beam.density) / beam.length for beam in beams]
+        top = min([*speeds, *(string.wave_speed for string in strings)]) * DEGREE / 2.4
+        truth = frequencies(mass, spring, top)
+        counter = ComponentStructure(component)
+        held = [(held_structure(link), link.ropes - 1) for link in component.elastic]
+        for omega in rng.uniform(0.05, 1.0, 8) * top:
+            if np.min(np.abs(truth - omega)) < 1e-4 * omega:  # closer than the oracle knows its frequencies
+                continue
+            own = counter.count(omega) + int(others @ np.floor(omega * component.time / np.pi))
+            own += sum(ropes * structure.count(omega) for structure, ropes in held)
+            wrong += own != int(np.sum(truth < omega))
+            made += 1
+    return wrong, made
+
+
+def test_counts_of_random_networks_with_beams_are_those_of_finite_elements():
+    wrong, made = wrong_counts(3, 3)
+    assert made > 15
+    assert wrong == 0, f"{wrong} of {made} counts"
+
+
+@pytest.mark.verify
+def test_no_count_of_three_hundred_random_networks_with_beams_is_wrong(measured):
+    wrong, made = wrong_counts(2026, 300)
+    measured(f"random networks with heavy strings and tensioned beams: {wrong} of {made} counts wrong")
+    assert wrong == 0, f"{wrong} of {made} counts"
+
+
+def test_modes_of_random_networks_with_beams_are_those_of_finite_elements():
+    rng = np.random.default_rng(8)
+    for _ in range(2):
+        component, strings, beams, mass, spring, _ = random_elastic_network(rng)
+        strings = [replace(one, density=one.density * one.ropes, ropes=1) for one in strings]
+        beams = [
+            replace(
+                one,
+                density=one.density * one.ropes,
+                bending=one.bending * one.ropes,
+                tension=(one.tension[0] * one.ropes, one.tension[1] * one.ropes),
+                ropes=1,
+            )
+            for one in beams
+        ]
+        coordinates = mass.shape[0]
+        mass, _, spring = matrices(strings, mass, spring, DEGREE)
+        mass, spring = with_beams(mass, spring, beams, coordinates, elements=4, degree=10)
+        structure = ComponentStructure(component)
+        top = 12.0 / structure.longest
+        truth = frequencies(mass, spring, top)
+        found = list(modes_of(structure, top, enclosures=ENCLOSURES, multiple=MULTIPLE))
+        listed = np.repeat([mode.omega for mode in found], [mode.multiplicity for mode in found])
+        assert all(mode.enclosure is not None for mode in found)
+        expected = truth[truth > 1e-4 * top][: np.sum(listed > 1e-4 * top)]
+        np.testing.assert_allclose(listed[listed > 1e-4 * top], expected, rtol=2e-5)
+
+
+def between_pulleys(bending):
+    """The first belt span of a printer, out of plane, its bending stiffness given [N m^2]."""
+    drive = cd.load_drive(
+        "printer-idlers", overrides=[f"cable.bending_stiffness={bending}"] if bending else []
+    )
+    found = cd.modes(drive, below=400.0)
+    return drive, [mode for mode in found.transverse if mode.clamped and mode.plane == "v"]
+
+
+def test_a_belt_between_pulleys_vibrates_as_a_hinged_beam_between_the_tangent_points():
+    """The clamps lie sqrt(EI/T) further out than the string's ends, so that the first order cancels."""
+    bending = 2e-5
+    drive, plain = between_pulleys(None)
+    _, stiff = between_pulleys(bending)
+    checked = 0
+    for span in drive.free_spans:
+        if not (span.start.sense and span.end.sense):
+            continue
+        strings = [mode.frequency for mode in plain if mode.span == span.name]
+        beams = [mode for mode in stiff if mode.span == span.name]
+        for n, mode in enumerate(beams, 1):
+            x = np.sqrt(bending / 30.0) / span.length
+            assert mode.model == "tensioned beam"
+            rise = mode.frequency / strings[n - 1] - 1.0
+            assert rise == pytest.approx((n * np.pi * x) ** 2 / 2, rel=0.1, abs=20 * x**3)
+            checked += 1
+    assert checked
+
+
+def test_shapes_of_a_heavy_rope_and_of_a_beam_are_those_that_belong_to_their_strain():
+    """Of unit modal mass: the integral of the squared shape over the mass of one rope is one."""
+    for name, below, model in (("8x19-8mm", 4.0, "tensioned beam"), ("Dyneema-4mm", 15.0, "heavy string")):
+        drive = cd.load_drive("lift-2-to-1", overrides=[f"route.suspension.type={name}"])
+        found = cd.modes(drive, below=below).transverse
+        mode = next(one for one in found if one.span == "weight pulley to weight hitch")
+        assert mode.model == model
+        span = next(s for s in drive.free_spans if s.name == mode.span)
+        x, weights = np.polynomial.legendre.leggauss(60)
+        shape = mode.shape(span.name, span.length * (1 + x) / 2)
+        rope = drive.ropes[span.route]
+        assert shape.shape[0] == mode.multiplicity
+        modal = rope.density * span.length / 2 * float(weights @ shape[0] ** 2)
+        assert modal == pytest.approx(1.0, rel=3e-3)  # mass per unstretched length
+
+
+def test_a_running_belt_says_that_its_bending_stiffness_is_left_out():
+    found = cd.modes(
+        cd.load_drive("serpentine", overrides=["route.belt.speed=20", "cable.bending_stiffness=0.02"]),
+        below=100.0,
+    )
+    assert any("bending stiffness is left out" in line for line in found.warnings)
