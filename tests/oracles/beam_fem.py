@@ -1,7 +1,7 @@
 """Beams under tension that changes along them, by finite elements of high order: no wave formula.
 
 Cubic shape functions of Hermite, and x^2 (1 - x)^2 times Legendre polynomials; elements grow by the factor
-two from both ends, where a stiff rope bends within a small length.
+three from both ends, where a stiff rope bends within a small length.
 """
 
 from dataclasses import dataclass
@@ -46,7 +46,7 @@ def nodes_of(beam, elements):
     steps = []
     while beam.bending and 0 < e < 0.5 / elements:
         steps.append(e)
-        e *= 2
+        e *= 3
     near = np.array(steps)
     return beam.length * np.unique(np.concatenate((inner, near, 1 - near)))
 
@@ -77,22 +77,23 @@ def beam_matrices(beam, elements, degree):
 
 def with_beams(mass, stiffness, beams, coordinates, *, elements, degree):
     """Mass and stiffness of a network with beams; ``coordinates``: how many of them come first."""
-    for beam in beams:
-        m, k = beam_matrices(beam, elements, degree)
-        for _ in range(beam.ropes):
-            size, inner = mass.shape[0], m.shape[0] - 4
-            rows = np.zeros((m.shape[0], size + inner))
-            rows[:4, :coordinates] = beam.rows
-            rows[4:, size:] = np.eye(inner)
-            if not beam.bending:  # a string has no slope at its ends that anything ties
-                free = np.zeros((m.shape[0], size + inner + 2))
-                free[:, : size + inner] = rows
-                free[1], free[3] = 0.0, 0.0
-                free[1, -2], free[3, -1] = 1.0, 1.0
-                rows = free
-            grown = rows.shape[1] - size
-            mass = np.pad(mass, (0, grown)) + rows.T @ m @ rows
-            stiffness = np.pad(stiffness, (0, grown)) + rows.T @ k @ rows
+    parts = [(beam, *beam_matrices(beam, elements, degree)) for beam in beams for _ in range(beam.ropes)]
+    size = mass.shape[0]
+    # A string has no slope at its ends that anything ties: two more coordinates of its own.
+    grown = sum(m.shape[0] - 4 + 2 * (not beam.bending) for beam, m, _ in parts)
+    mass, stiffness = (np.pad(own, (0, grown)) for own in (mass, stiffness))
+    for beam, m, k in parts:
+        more = m.shape[0] - 4 + 2 * (not beam.bending)
+        at = np.concatenate((np.arange(coordinates), np.arange(size, size + more)))
+        rows = np.zeros((m.shape[0], at.size))
+        rows[:4, :coordinates] = beam.rows
+        rows[4:, coordinates : coordinates + m.shape[0] - 4] = np.eye(m.shape[0] - 4)
+        if not beam.bending:
+            rows[[1, 3], :] = 0.0
+            rows[1, -2] = rows[3, -1] = 1.0
+        mass[np.ix_(at, at)] += rows.T @ m @ rows
+        stiffness[np.ix_(at, at)] += rows.T @ k @ rows
+        size += more
     return mass, stiffness
 
 

@@ -247,9 +247,9 @@ def frequencies_of_route(drive, tensions, degree, below):
     held = [beam for beam in beams if not beam.rows.any()]
     moved = [beam for beam in beams if beam.rows.any()]
     mass, _, stiffness = matrices(strings, mass, stiffness, degree)
-    mass, stiffness = with_beams(mass, stiffness, moved, size, elements=2, degree=10)
+    mass, stiffness = with_beams(mass, stiffness, moved, size, elements=1, degree=8)
     found = [frequencies(mass, stiffness, top)]
     for beam in held:
-        inside = (own[4:, 4:] for own in beam_matrices(beam, 2, 10))
+        inside = (own[4:, 4:] for own in beam_matrices(beam, 2, 8))
         found.append(np.repeat(frequencies(*inside, top), beam.ropes))
     return np.sort(np.concatenate(found)) / (2 * np.pi)

@@ -6,6 +6,7 @@ Links whose ends both rest carry waves between held ends, whose frequencies are 
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,7 +94,7 @@ class Component:
         for segments in found:
             segments.local.resize(segments.local.shape[0], size)
         more = size - self.size
-        rows = {name: np.pad(getattr(self, name), ((0, 0), (0, more))) for name in _ROWS}
+        rows: dict[str, Any] = {name: np.pad(getattr(self, name), ((0, 0), (0, more))) for name in _ROWS}
         return replace(self, **rows, geometric=np.pad(self.geometric, (0, more)), segments=tuple(found))
 
 
@@ -221,6 +222,7 @@ def _component(
 
 
 def held_element(link: ElasticLink, links: tuple[tuple[int, int], ...]) -> HeldElement:
+    """One rope between ends at rest; ``links``: links of the network that have its modes, ropes of each."""
     none, rows = np.zeros(0), np.zeros((0, 0))
     component = Component(
         columns=np.zeros(0, dtype=np.intp),

@@ -159,12 +159,12 @@ class NetworkMotion:
                 out[:, here] = self._wave(int(part), (positions[here] - place) / length)
                 place += length
         for segments in own.segments:
-            for number, link in enumerate(segments.links):
-                piece = self.network.pieces[self.network.piece[link.link]]
-                if self.network.direction[link.link] != way or self._span_of(link.link) != span:
+            for number, elastic in enumerate(segments.links):
+                piece = self.network.pieces[self.network.piece[elastic.link]]
+                if self.network.direction[elastic.link] != way or self._span_of(elastic.link) != span:
                     continue
                 here = (positions >= piece.start - 1e-12) & (positions <= piece.end + 1e-12)
-                inside = positions[here] - piece.start + link.element.before
+                inside = positions[here] - piece.start + elastic.element.before
                 x = self.solved.shapes[: own.size]
                 out[:, here] = segments.displacement(number, self.solved.omega, x, inside)
         return out

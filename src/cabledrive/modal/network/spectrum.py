@@ -60,11 +60,18 @@ class NetworkSpectrum:
         found = [self._mode(own) for structure in self._structures for own in self._solved(structure, omega)]
         return sorted([*found, *self._waves(omega), *self._of_resting(omega)], key=order_of)
 
-    def _of_resting(self, omega: float, first: int | None = None) -> Iterator[Mode]:
-        """Modes of heavy strings and beams between ends at rest, below a frequency or the first of each."""
+    def _of_resting(self, omega: float) -> Iterator[Mode]:
+        """Modes of heavy strings and beams between ends at rest below a frequency [rad/s]."""
         for own in self._resting:
-            for solved in self._solved(own.structure, omega, first):
-                yield from (self._mode(part, clamped=True) for part in own.each(solved))
+            yield from self._first_of_resting(own, None, omega)
+
+    def _first_of_resting(
+        self, own: RestingElement, count: int | None, omega: float | None = None
+    ) -> Iterator[Mode]:
+        """Modes of one of them: so many, or all below a frequency [rad/s]."""
+        top = own.above(count or 1) if omega is None else omega
+        for solved in self._solved(own.structure, top, count):
+            yield from (self._mode(part, clamped=True) for part in own.each(solved))
 
     def first(self, kind: str, count: int, limit: int) -> list[Mode]:
         """The first modes of one kind, ascending, a multiple one at the end whole.
@@ -74,8 +81,8 @@ class NetworkSpectrum:
         """
         found = self._first_waves(kind, count)
         if kind == TRANSVERSE:
-            for own in self._resting:
-                found += self._of_resting(own.above(count), count)
+            for element in self._resting:
+                found += self._first_of_resting(element, count)
         reach = np.inf
         for structure in self._structures:
             own, end = self._first_of(structure, kind, count, limit)
