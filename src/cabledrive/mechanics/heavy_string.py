@@ -150,8 +150,8 @@ class Transfer:
 def transfer(pieces: StringPieces, omega: complex | Array) -> Transfer:
     """Exact waves on every piece, Eq. (M.11).
 
-    ``omega``, one or shape (k,): angular frequency, up to the highest of the pieces [rad/s]; complex ones give
-    derivatives.
+    ``omega``, one or shape (k,): angular frequency, up to the highest of the pieces [rad/s]; complex ones
+    give derivatives.
     """
     orders = np.square(np.asarray(omega) / pieces.top)[..., None] ** _EXPONENTS
     total = (orders @ pieces.at_end.reshape(ORDERS, -1)).reshape(*orders.shape[:-1], 4, pieces.length.size)
