@@ -1,13 +1,38 @@
 """Natural modes of cable drives, every one of them, with proof."""
 
+from typing import TYPE_CHECKING
+
 from cabledrive.modal.certified import Certificate, Modes
-from cabledrive.modal.hanging_equilibrium import HangingEquilibrium, elastic_equilibrium, linear_equilibrium
-from cabledrive.modal.hanging_mass import DrivenMass, driven_mass
-from cabledrive.modal.lateral import LateralMode, lateral_mode
-from cabledrive.modal.lumped import against_lumped_springs
 from cabledrive.modal.mode import Mode
 from cabledrive.modal.natural import longitudinal_modes, modes, natural_frequencies
-from cabledrive.modal.rigid_supports import Comparison, against_rigid_supports
+from cabledrive.parameters.on_demand import on_demand
+
+if TYPE_CHECKING:
+    from cabledrive.modal.hanging_equilibrium import (
+        HangingEquilibrium,
+        elastic_equilibrium,
+        linear_equilibrium,
+    )
+    from cabledrive.modal.hanging_mass import DrivenMass, driven_mass
+    from cabledrive.modal.lateral import LateralMode, lateral_mode
+    from cabledrive.modal.lumped import against_lumped_springs
+    from cabledrive.modal.rigid_supports import Comparison, against_rigid_supports
+
+__getattr__ = on_demand(
+    __name__,
+    {
+        "Comparison": "rigid_supports",
+        "DrivenMass": "hanging_mass",
+        "HangingEquilibrium": "hanging_equilibrium",
+        "LateralMode": "lateral",
+        "against_lumped_springs": "lumped",
+        "against_rigid_supports": "rigid_supports",
+        "driven_mass": "hanging_mass",
+        "elastic_equilibrium": "hanging_equilibrium",
+        "lateral_mode": "lateral",
+        "linear_equilibrium": "hanging_equilibrium",
+    },
+)
 
 __all__ = [
     "Certificate",

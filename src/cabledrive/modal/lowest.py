@@ -7,7 +7,6 @@ import numpy as np
 
 from cabledrive.mechanics import derived_quantities
 from cabledrive.mechanics.holding import CONDITIONS, FREE, HELD, HOLDING, motor_condition
-from cabledrive.mechanics.network.motion import condition
 from cabledrive.modal.certified import Modes
 from cabledrive.modal.natural import natural_frequencies
 from cabledrive.parameters import Drive, NotComputed
@@ -82,8 +81,7 @@ def lowest_frequencies(drive: Drive | RoutedDrive) -> LowestFrequencies:
     """
     found: dict[str, float | None] = dict.fromkeys(CONDITIONS)
     reasons: dict[str, str] = {}
-    given = condition(drive) if isinstance(drive, RoutedDrive) else motor_condition(drive)
-    for motor in CONDITIONS if given == HOLDING else (FREE, HELD):
+    for motor in CONDITIONS if _given(drive) == HOLDING else (FREE, HELD):
         try:
             with np.errstate(all="ignore"):  # what cannot be refined is said, not warned of
                 listed = natural_frequencies(drive, count=1, motor=motor)
@@ -94,3 +92,12 @@ def lowest_frequencies(drive: Drive | RoutedDrive) -> LowestFrequencies:
         except NotComputed as failure:
             reasons[NAMES[motor]] = str(failure)
     return LowestFrequencies(**found, has_motor=bool(drive.motor), reasons=reasons)
+
+
+def _given(drive: Drive | RoutedDrive) -> str:
+    """How the file holds the rotor."""
+    if not isinstance(drive, RoutedDrive):
+        return motor_condition(drive)
+    from cabledrive.mechanics.network.motion import condition  # other machines do not wait for it
+
+    return condition(drive)

@@ -4,7 +4,6 @@ import numpy as np
 
 from cabledrive.mechanics.chain import Chain, split_at_antinodes
 from cabledrive.mechanics.stiffness_matrix import dynamic_stiffness, free_joints
-from cabledrive.modal.network.stiffness import negative_eigenvalues
 
 
 def mixed_count(chain: Chain, omega: float) -> int:
@@ -13,6 +12,8 @@ def mixed_count(chain: Chain, omega: float) -> int:
     As Eq. (M.5). Joints are weighed by the mass that each moves, so that round-off of a light one does not
     count.
     """
+    from cabledrive.modal.network.stiffness import negative_eigenvalues  # few machines wait for it
+
     if omega <= 0.0:
         return 0
     split, _ = split_at_antinodes(chain, omega)

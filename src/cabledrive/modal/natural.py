@@ -14,7 +14,6 @@ from cabledrive.modal.band import Band, order_of
 from cabledrive.modal.certified import Certificate, Modes
 from cabledrive.modal.mode import LONGITUDINAL, Mode
 from cabledrive.modal.model_range import INCOMPLETE, mode_warnings, model_limit
-from cabledrive.modal.network.routed import routed_longitudinal, routed_modes
 from cabledrive.modal.resting_modes import transverse_band
 from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.route.axis import AxisDrive
@@ -125,6 +124,8 @@ def _of_routes(
     at_torque: float,
 ) -> Modes:
     """Modes of a machine with routes."""
+    from cabledrive.modal.network.routed import routed_modes  # other machines do not wait for it
+
     if at_torque != 0.0:
         refuse_route("a steady torque (at_torque)")
     if below is not None:
@@ -234,6 +235,8 @@ def longitudinal_modes(
     if isinstance(drive, AxisDrive):
         drive = drive.machine
     if isinstance(drive, RoutedDrive):
+        from cabledrive.modal.network.routed import routed_longitudinal
+
         if below is not None:
             _check_below(below, count)
         wanted = None if below is not None else _checked_count(DEFAULT_COUNT if count is None else count)
