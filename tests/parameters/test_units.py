@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.units import to_si
+from cabledrive.parameters.units import _by_pint, _Unit, to_si
+from cabledrive.parameters.usual_units import USUAL
 
 DECIMAL_UNITS = {
     ("g/m", "kg/m"): -3,
@@ -189,3 +190,9 @@ def test_any_text_is_read_or_refused(text, unit):
 def test_decimals_of_the_unit_are_exact():
     """A factor of 28 digits, not of a double: 1 lbf = 4.4482216152605 N by definition."""
     assert to_si("1e15 lbf", "N") == float(Decimal("4.4482216152605e15"))
+
+
+def test_units_known_without_pint_are_those_of_pint():
+    assert len(USUAL) > 40
+    for text, (factor, dimension, meaning) in USUAL.items():
+        assert _Unit(Decimal(factor), dimension, meaning) == _by_pint(text), text

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import written
+from cabledrive.parameters.usual_units import USUAL
 
 _QUANTITY = re.compile(r"\s*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s*(.*?)\s*")
 _FACTOR = r"[A-Za-zµμΩ°%]+(?:\^-?[0-9])?"
@@ -22,7 +23,7 @@ class _Unit(NamedTuple):
     """Factor to SI; dimension; and what the dimension alone does not say, see `_meaning`."""
 
     factor: Decimal
-    dimension: Any
+    dimension: str
     meaning: str
 
 
@@ -49,8 +50,15 @@ def _meaning(dimension: str, hertz: bool, radians: int) -> str:
     return kinds.get((hertz, radians), "a mixture of angle and time")
 
 
-@cache
 def _unit(text: str) -> _Unit:
+    if text in USUAL:
+        factor, dimension, meaning = USUAL[text]
+        return _Unit(Decimal(factor), dimension, meaning)
+    return _by_pint(text)
+
+
+@cache
+def _by_pint(text: str) -> _Unit:
     import pint
 
     text = text.replace("²", "^2").replace("³", "^3").replace("**", "^").replace("·", "*")
@@ -65,8 +73,8 @@ def _unit(text: str) -> _Unit:
     if names & _NOT_A_MULTIPLE or not _BASE.issuperset(base._units):
         raise InputRefused(f'"{text}" is not a unit of mechanics')
     hertz = any(name.endswith("hertz") for name in names)
-    dimension = parsed.dimensionality
-    return _Unit(Decimal(factor), dimension, _meaning(str(dimension), hertz, base._units.get("radian", 0)))
+    dimension = str(type(parsed.dimensionality)(sorted(parsed.dimensionality.items())))  # in one order
+    return _Unit(Decimal(factor), dimension, _meaning(dimension, hertz, base._units.get("radian", 0)))
 
 
 def to_si(text: str, unit: str) -> float:

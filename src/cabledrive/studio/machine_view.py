@@ -7,8 +7,6 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, RedirectResponse, Response
 
 from cabledrive.mechanics.holding import CONDITIONS
-from cabledrive.mechanics.network import statics_of
-from cabledrive.mechanics.network.span_table import route_warnings, span_rows
 from cabledrive.mechanics.warnings import drive_warnings
 from cabledrive.modal import modes
 from cabledrive.modal.lowest import derived_with_lowest, how_held
@@ -151,12 +149,19 @@ def _seen(drive: Drive | RoutedDrive, look: Look) -> dict[str, Any]:
 
 
 def _warnings(drive: Drive | RoutedDrive) -> tuple[str, ...]:
-    return route_warnings(drive) if isinstance(drive, RoutedDrive) else drive_warnings(drive)
+    if not isinstance(drive, RoutedDrive):
+        return drive_warnings(drive)
+    from cabledrive.mechanics.network.span_table import route_warnings  # other machines do not wait for it
+
+    return route_warnings(drive)
 
 
 def _sheet(drive: Drive | RoutedDrive) -> dict[str, list[tuple[str, str]]]:
     """The datasheet: heading, then words and quantities."""
     if isinstance(drive, RoutedDrive):
+        from cabledrive.mechanics.network import statics_of
+        from cabledrive.mechanics.network.span_table import span_rows
+
         rows = span_rows(drive, statics_of(drive))
         return {
             "Spans": [
