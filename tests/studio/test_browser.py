@@ -214,6 +214,9 @@ def wait_for(page, view, log):
         page.wait_for_selector("#result .pick")
     if view == "resonance":
         page.frame_locator("#map").locator("#chart svg text").first.wait_for()
+        page.locator("#map").scroll_into_view_if_needed()  # a frame out of sight is not painted
+        page.wait_for_timeout(300)
+        page.evaluate("scrollTo(0, 0)")
     if view == "logs":
         page.set_input_files("#upload", {"name": "bench.csv", "mimeType": "text/csv", "buffer": log.encode()})
         page.wait_for_selector("#plots .uplot")

@@ -7,7 +7,9 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet
 import pytest
+from scipy.io import wavfile
 
+from attack.logs import sound_logs
 from cabledrive.studio.log_store import safe_name
 
 ROWS = 700_001
@@ -137,3 +139,28 @@ def test_an_upload_that_breaks_off_or_is_too_long_leaves_nothing(studio, monkeyp
 
     assert "cut the log" in sent(studio, "long.csv", _long()).json()["refusal"]
     assert [path.name for path in (studio.folder / "logs").glob("*")] == []
+
+
+def test_a_log_of_every_kind_is_recognised_drawn_and_checked(studio, tmp_path):
+    """CSV in six dialects, MAT, Parquet, HDF5, NetCDF, MCAP, ROS 2, and three logs of a Klipper printer."""
+    seen = set()
+    for path in sound_logs(tmp_path):
+        log = sent(studio, path.name, path.read_bytes()).json()["log"]
+        page = studio.get("/logs", params={"log": log}).text
+        assert page.count('type="checkbox" value=') >= 2, path.name
+        drawn = window(studio, log, points=100)
+        assert drawn["rows"] >= 100, path.name
+        assert all(any(value is not None for value in one["high"]) for one in drawn["series"]), path.name
+        checked = studio.get(f"/logs/{log}/check")
+        assert checked.json().get("said") or len(checked.json()["refusal"]) > 20, path.name
+        seen.add(path.suffix)
+    assert seen >= {".csv", ".mat", ".parquet", ".h5", ".nc"}
+
+
+def test_a_recording_of_sound_offers_its_tension(studio, tmp_path):
+    wavfile.write(tmp_path / "ping.wav", 8000, np.zeros(800, dtype=np.int16))
+    log = sent(studio, "ping.wav", (tmp_path / "ping.wav").read_bytes()).json()["log"]
+    page = studio.get("/logs", params={"log": log, "drive": "corexy"}).text
+    assert "A recording of sound" in page
+    assert "<option>motor a to rear right a</option>" in page
+    assert 'data-kind="identify"' not in page

@@ -7,6 +7,7 @@ import time
 
 import pytest
 
+from cabledrive.parameters import InputRefused
 from cabledrive.studio.commands import KINDS, asked
 from cabledrive.studio.jobs import RUNNING
 from cabledrive.studio.state import State
@@ -102,9 +103,21 @@ def test_no_value_of_a_page_becomes_an_option_or_a_path(studio, tmp_path, kind):
     form = dict.fromkeys(
         ("error", "draws", "angle", "rise", "dwell", "bandwidth", "goal", "controller", "torque",
          "frequency", "pluck", "duration", "model", "method", "input", "response", "axis", "column0",
-         "limit", "key1", "from1", "to1"), evil
+         "limit", "key1", "from1", "to1", "vary1", "order1", "speed", "span", "span2", "seed"), evil
     )  # fmt: skip
-    form |= {"log": log, "motion": log, "rows": "4", "count": "2", "format": "c99", "film-law": "pd"}
+    if kind == "klipper":  # of a shaper that was found here, and of nothing else
+        with pytest.raises(InputRefused, match="no input shaper was found"):
+            asked(studio.desk, kind, State(drive="dissertation-3"), form | {"job": evil}, tmp_path)
+        return
+    form |= {
+        "log": log,
+        "log2": log,
+        "motion": log,
+        "rows": "4",
+        "count": "2",
+        "format": "c99",
+        "film-law": "pd",
+    }
     state = State(drive="dissertation-3", settings=())
     found = asked(studio.desk, kind, state, form, tmp_path)
     named = [part for part in found.arguments if part.startswith("/")]

@@ -17,7 +17,7 @@ from cabledrive.studio.guard import Guard, Keys
 from cabledrive.studio.jobs import Jobs
 from cabledrive.studio.library import LOGS, WORK, Library
 from cabledrive.studio.log_store import LogStore
-from cabledrive.studio.logs_view import check, curves, logs_page, take_log
+from cabledrive.studio.logs_view import check, curves, log_of_work, logs_page, take_log
 from cabledrive.studio.machine_view import home, machine_page, machine_part, take_text
 from cabledrive.studio.state import State
 from cabledrive.studio.warm import Warm
@@ -55,6 +55,7 @@ def application(library: Library, keys: Keys, first: State, *, warm: bool = True
             Route("/studies/{number}/events", events),
             Route("/studies/{number}/response", _later("response_view", "response_curves")),
             Route("/studies/{number}/file", file),
+            Route("/studies/{number}/log", log_of_work, methods=["POST"]),
             Route("/studies/{number}/cancel", cancel, methods=["POST"]),
             Route("/studies/{number}/resume", resume, methods=["POST"]),
             Route("/ready", _ready),

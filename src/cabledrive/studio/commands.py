@@ -1,16 +1,16 @@
 """From the fields of a page to the arguments of a command of the package; nothing of a page is an option."""
 
 import json
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable
 from pathlib import Path
 
 from cabledrive.parameters import InputRefused
+from cabledrive.studio.asked import Asked, Form, drive_file, given, number, whole
 from cabledrive.studio.desk import Desk
 from cabledrive.studio.library import slug
+from cabledrive.studio.route_commands import klipper, ping, sheet, travel, virtual_log
 from cabledrive.studio.state import State, arguments
 
-Form = Mapping[str, str]
 LONGEST = 200
 FORMATS = ("c99", "fmu2", "fmu3", "mjcf", "modelica", "st")
 SWITCHES = {
@@ -32,14 +32,6 @@ DISTURBANCES = {
     "ideal": ("ideal sensors", "--ideal-sensors"),
 }
 """Disturbances of one run: words, option of `track`."""
-
-
-@dataclass(frozen=True, slots=True)
-class Asked:
-    """A command to be run: what it is called on the page, and its arguments."""
-
-    title: str
-    arguments: list[str]
 
 
 def asked(desk: Desk, kind: str, state: State, form: Form, folder: Path) -> Asked:
@@ -70,11 +62,11 @@ def _compare(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
 
     laws = [name for name in CONTROLLERS if form.get(f"law-{name}")]
     options = [f"--controllers={','.join(laws)}"] if laws else []
-    options += _given(form, draws="--draws", angle="--angle", rise="--rise", goal="--goal")
+    options += given(form, axis="--axis", draws="--draws", angle="--angle", rise="--rise", goal="--goal")
     lines = []
     for switch, (words, key, unit) in SWITCHES.items():
         if form.get(switch):
-            value = _number(form.get(f"{switch}-value", ""), words)
+            value = number(form.get(f"{switch}-value", ""), words)
             lines.append(f'{key} = ["0 {unit}", "{value:.9g} {unit}"]')
     if lines:
         (folder / "disturbances.toml").write_text(
@@ -88,25 +80,16 @@ def _compare(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
 
 
 def _sweep(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
-    rows, count = _whole(form.get("rows", ""), "rows", 10_000), _whole(form.get("count", "6"), "modes", 60)
-    spec = ["drive = " + json.dumps(_drive_file(desk, state, folder)), "", "[vary]"]
-    for number in ("1", "2", "3"):
-        if form.get(f"key{number}"):
-            low, high = (json.dumps(form.get(f"{end}{number}", "")) for end in ("from", "to"))
-            spec.append(f"{json.dumps(form[f'key{number}'])} = {{ from = {low}, to = {high} }}")
+    rows, count = whole(form.get("rows", ""), "rows", 10_000), whole(form.get("count", "6"), "modes", 60)
+    spec = ["drive = " + json.dumps(drive_file(desk, state, folder)), "", "[vary]"]
+    for n in ("1", "2", "3"):
+        if form.get(f"key{n}"):
+            low, high = (json.dumps(form.get(f"{end}{n}", "")) for end in ("from", "to"))
+            spec.append(f"{json.dumps(form[f'key{n}'])} = {{ from = {low}, to = {high} }}")
     spec += ["", "[design]", 'kind = "sobol"', f"rows = {rows}", "seed = 0"]
     spec += ["", "[compute]", 'what = "modes"', f"count = {count}", ""]
     (folder / "campaign.toml").write_text("\n".join(spec), encoding="utf-8")
     return Asked(f"Sweep of {state.drive}", ["sweep", "campaign.toml", "--workers=1", "-o", "campaign.zarr"])
-
-
-def _drive_file(desk: Desk, state: State, folder: Path) -> str:
-    """The drive of a state as a file beside its specification."""
-    from cabledrive.parameters import drive_text
-    from cabledrive.studio.state import drive_of
-
-    (folder / "drive.toml").write_text(drive_text(drive_of(desk.library, state)), encoding="utf-8")
-    return "drive.toml"
 
 
 def _export(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
@@ -118,19 +101,21 @@ def _export(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
         f"--format={form_}",
         f"--what={what if what in ('controller', 'plant', 'loop') else 'controller'}",
     ]
-    options += _given(form, controller="--controller") + (["--float32"] if form.get("float32") else [])
-    source = _drive_file(desk, state, folder)
+    options += given(form, controller="--controller", axis="--axis") + (
+        ["--float32"] if form.get("float32") else []
+    )
+    source = drive_file(desk, state, folder)
     return Asked(
         f"Export of {state.drive} as {form_}", ["export", source, *options, "-o", f"export-{slug(form_)}"]
     )
 
 
 def _map(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
-    options = _given(form, torque="--torque", limit="--limit")
+    options = given(form, torque="--torque", limit="--limit")
     if form.get("motion"):
         options.append(f"--motion={desk.logs.path(form['motion']).absolute()}")
     else:
-        options = _given(form, torque="--torque")
+        options = given(form, torque="--torque")
     return Asked(
         f"Resonance map of {state.drive}",
         arguments(desk.library, state, "resonance", *options, "--map", "map.html"),
@@ -143,8 +128,8 @@ def _controlled(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
     law = form.get("film-law", "")
     if law not in CONTROLLERS:
         raise InputRefused("choose a law for the film")
-    options = [f"--controller={law}", *_given(form, bandwidth="--bandwidth", angle="--angle")]
-    options += [*_given(form, rise="--rise", dwell="--dwell"), "--plant=cable", *disturbed(form)]
+    options = [f"--controller={law}", *given(form, bandwidth="--bandwidth", angle="--angle")]
+    options += [*given(form, rise="--rise", dwell="--dwell"), "--plant=cable", *disturbed(form)]
     return Asked(
         f"Film of {law} on the cable of {state.drive}",
         arguments(desk.library, state, "track", *options, "--animate=film.html", "-o", "track.json"),
@@ -157,7 +142,7 @@ def disturbed(given: Form) -> list[str]:
 
 
 def _film(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
-    options = _given(form, torque="--torque-amplitude", frequency="--torque-frequency", pluck="--pluck-upper")
+    options = given(form, torque="--torque-amplitude", frequency="--torque-frequency", pluck="--pluck-upper")
     options += [f"--duration={form.get('duration') or '0.5 s'}", "--fields=1", "--animate=film.html"]
     return Asked(
         f"Film of {state.drive}", arguments(desk.library, state, "simulate", *options, "-o", "run.nc")
@@ -166,7 +151,7 @@ def _film(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
 
 def _identify(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
     path = desk.logs.path(form.get("log", ""))
-    options = _given(form, model="--model", method="--method") + _columns(form)
+    options = given(form, model="--model", method="--method") + _columns(form)
     return Asked(
         f"Identification from {path.name}", ["identify", *options, "--report=page.html", str(path.absolute())]
     )
@@ -174,53 +159,22 @@ def _identify(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
 
 def _response(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
     path = desk.logs.path(form.get("log", ""))
-    options = _given(form, input="--input", response="--response") + _columns(form)
+    options = given(form, input="--input", response="--response") + _columns(form)
     return Asked(f"Response of {path.name}", ["response", *options, str(path.absolute())])
-
-
-def _ping(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
-    path = desk.logs.path(form.get("log", ""))
-    span = form.get("span", "")
-    options = [f"--span={span}"] if span in ("upper", "lower", "both") else []
-    source = _drive_file(desk, state, folder)
-    return Asked(
-        f"Tension from {path.name}", ["identify", f"--ping={source}", *options, str(path.absolute())]
-    )
 
 
 def _shaper(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
     path = desk.logs.path(form.get("log", ""))
-    options = _given(form, axis="--axis")
+    options = given(form, axis="--axis")
     return Asked(
         f"Input shaper from {path.name}", ["shaper", *options, "--plot=shaper.svg", str(path.absolute())]
     )
-
-
-def _given(form: Form, **options: str) -> list[str]:
-    """Options whose field is filled, each with its value in one argument."""
-    return [f"{option}={form[name]}" for name, option in options.items() if form.get(name)]
 
 
 def _columns(form: Form) -> list[str]:
     """Columns chosen by hand, and whether uneven samples may be moved."""
     chosen = [f"--column={form[f'column{k}']}" for k in range(6) if form.get(f"column{k}")]
     return chosen + (["--resample"] if form.get("resample") else [])
-
-
-def _number(text: str, words: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        raise InputRefused(f"{words}: {text[:40]!r} is no number: write one") from None
-    if not 0.0 <= value < 1e9:
-        raise InputRefused(f"{words} = {value:g} must lie between 0 and 1e9")
-    return value
-
-
-def _whole(text: str, words: str, most: int) -> int:
-    if not (text.isascii() and text.isdigit() and 1 <= int(text[:9]) <= most):
-        raise InputRefused(f"{words}: {text[:40]!r} is no whole number from 1 to {most}: write one")
-    return int(text)
 
 
 KINDS: dict[str, Callable[[Desk, State, Form, Path], Asked]] = {
@@ -233,6 +187,10 @@ KINDS: dict[str, Callable[[Desk, State, Form, Path], Asked]] = {
     "controlled": _controlled,
     "identify": _identify,
     "response": _response,
-    "ping": _ping,
+    "ping": ping,
     "shaper": _shaper,
+    "klipper": klipper,
+    "travel": travel,
+    "sheet": sheet,
+    "virtual-log": virtual_log,
 }

@@ -7,8 +7,8 @@ import numpy as np
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 
-from cabledrive.parameters import Drive, InputRefused, NotComputed
-from cabledrive.parameters.route.drive import require_two_pulleys
+from cabledrive.parameters import InputRefused, NotComputed
+from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.units import to_si
 from cabledrive.report.figures.control_runs import spectrum
 from cabledrive.report.time_plots import instants
@@ -58,9 +58,13 @@ def control_part(request: Request) -> Response:
     state = state_of(request.url.query, desk.first)
     try:
         drive = drive_of(desk.library, state)
-        require_two_pulleys(drive, "`track`")
-        assert isinstance(drive, Drive)
+        axis = request.query_params.get("axis", "")[:60] or None
+        if isinstance(drive, RoutedDrive) or axis is not None:
+            from cabledrive.reduction.network_axis import as_axis
+
+            drive = as_axis(drive, axis)
         motion, options, words = _setting(request)
+        words = [*words, *([f"--axis={axis}"] if axis else [])]
         bandwidths = {law: _bandwidth(request, law) for law in _laws(request)}
         plant = request.query_params.get("plant") or None
         runs: dict[str, Tracking] = {}

@@ -1,7 +1,10 @@
 """Logs: dropped, drawn with zoom, checked; what is identified from them is work of the package's commands."""
 
+from collections.abc import AsyncIterator
+from pathlib import Path
 from typing import Any
 
+import anyio
 import numpy as np
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
@@ -9,11 +12,13 @@ from starlette.responses import JSONResponse, Response
 from cabledrive.identification.logs.column_map import ColumnMap, with_choices
 from cabledrive.identification.logs.quantities import recognise
 from cabledrive.identification.logs.reading import open_log, read_log
-from cabledrive.parameters import InputRefused
+from cabledrive.parameters import InputRefused, NotComputed
+from cabledrive.parameters.route import RoutedDrive
 from cabledrive.studio import pages
 from cabledrive.studio.desk import Desk
 from cabledrive.studio.log_store import SOUND, shown_columns, time_column, unit_of
-from cabledrive.studio.state import state_of
+from cabledrive.studio.state import State, drive_of, state_of
+from cabledrive.studio.work_view import job_of
 
 MOST_CHECKED = 8_000_000
 """Rows of a log that is checked for the page; a longer one is checked by what identifies from it."""
@@ -46,8 +51,23 @@ def logs_page(request: Request) -> Response:
         log=log,
         logs=desk.logs.listed(),
         command=command,
+        spans=_spans(desk, state),
         **words,
     )
+
+
+def _spans(desk: Desk, state: State) -> list[str]:
+    """Spans that can be plucked; none where the drive is refused."""
+    try:
+        drive = drive_of(desk.library, state)
+        if not isinstance(drive, RoutedDrive):
+            return ["upper", "lower", "both"]
+        from cabledrive.mechanics.network import statics_of
+        from cabledrive.mechanics.network.span_table import span_rows
+
+        return [row["name"] for row in span_rows(drive, statics_of(drive))]
+    except (InputRefused, NotComputed):
+        return []
 
 
 def _columns(desk: Desk, log: str) -> dict[str, Any]:
@@ -69,6 +89,24 @@ def _columns(desk: Desk, log: str) -> dict[str, Any]:
         "shown": shown_columns(table),
         "time": time_column(table),
     }
+
+
+async def log_of_work(request: Request) -> Response:
+    """A file that work here has written, kept as a log."""
+    desk: Desk = request.app.state.desk
+    job, name = job_of(request), request.query_params.get("name", "")
+    if name not in job.files:
+        return JSONResponse({"refusal": "no such file"}, 404)
+    try:
+        return JSONResponse({"log": await desk.logs.receive(name, _parts(job.folder / name))})
+    except InputRefused as refusal:
+        return JSONResponse({"refusal": str(refusal)}, 422)
+
+
+async def _parts(path: Path) -> AsyncIterator[bytes]:
+    async with await anyio.open_file(path, "rb") as file:
+        while part := await file.read(1 << 20):
+            yield part
 
 
 async def take_log(request: Request) -> Response:

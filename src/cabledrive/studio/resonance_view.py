@@ -21,6 +21,10 @@ from cabledrive.studio.state import command_line, drive_of, state_of
 from cabledrive.studio.work_view import FRAMED
 
 KEPT = 4
+TELLS_HEIGHT = """<script>
+new ResizeObserver(() => parent.postMessage(document.body.scrollHeight, "*")).observe(document.body);
+</script>"""
+"""The frame of the map is as high as what it shows."""
 _ONE_AT_A_TIME = threading.Lock()
 
 
@@ -62,7 +66,7 @@ def resonance_map(request: Request) -> Response:
             html = resonance_map_page(_map(drive, found.torque), motion=motion)
     except (InputRefused, NotComputed) as refusal:
         return JSONResponse({"refusal": str(refusal)}, 422)
-    return HTMLResponse(html, headers={"content-security-policy": FRAMED})
+    return HTMLResponse(html + TELLS_HEIGHT, headers={"content-security-policy": FRAMED})
 
 
 @lru_cache(maxsize=KEPT)

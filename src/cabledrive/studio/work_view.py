@@ -9,6 +9,7 @@ from urllib.parse import parse_qsl
 from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response, StreamingResponse
 
+from cabledrive.identification.logs.opening import FORMATS as FORMATS_OF_LOGS
 from cabledrive.parameters import InputRefused
 from cabledrive.studio import pages
 from cabledrive.studio.commands import FORMATS, asked
@@ -69,6 +70,7 @@ def job_part(request: Request) -> Response:
         running=job.status == RUNNING,
         answer=_numbers(job.answer),
         shown=[name for name in job.files if name.endswith(SHOWN)],
+        formats=tuple(FORMATS_OF_LOGS),
     )
     return JSONResponse({"part": found, "status": job.status, "lines": job.lines, "answer": job.answer})
 

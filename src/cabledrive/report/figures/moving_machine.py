@@ -11,7 +11,6 @@ import numpy as np
 from markupsafe import Markup, escape
 
 from cabledrive.mechanics.chain import Array
-from cabledrive.mechanics.network import statics_of
 from cabledrive.mechanics.rest import rest_state
 from cabledrive.modal import Mode
 from cabledrive.modal.mode import TRANSVERSE
@@ -133,6 +132,8 @@ def _route(
     sheet: Sheet, drive: RoutedDrive, width: float
 ) -> tuple[Point, list[DrawnSpan], list[DrawnPulley]]:
     size, place = draw_route(sheet, drive, width)
+    from cabledrive.mechanics.network import statics_of  # other machines do not wait for it
+
     statics, shares = statics_of(drive), np.linspace(0.0, 1.0, POINTS)
     spans = []
     for number, span in enumerate(drive.free_spans):

@@ -17,6 +17,9 @@
     $("asked-refusal").textContent = found.refusal ?? "";
     $("asked-refusal").hidden = !found.refusal;
   });
+  addEventListener("message", (event) => {
+    if (event.source === map?.contentWindow && event.data > 0 && event.data < 5000) map.height = Math.ceil(event.data);
+  });
   if (map) {
     const all = new URLSearchParams(map.dataset.source.split("?")[1]);
     for (const [name, value] of query()) if (name === "torque" || name === "motion") all.set(name, value);

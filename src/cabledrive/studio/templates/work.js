@@ -48,6 +48,17 @@
     await refresh();
     if (what === "resume" && !found.refusal) { lines.textContent = ""; watch(); }
   }
+  async function go(address, body, target) {
+    const found = await post(address, body);
+    $("job-refusal").textContent = found.refusal ?? "";
+    $("job-refusal").hidden = !found.refusal;
+    if (!found.refusal) location.href = target(found);
+  }
+  job.addEventListener("click", (event) => {
+    const name = event.target.dataset?.log;
+    if (name) go(`/studies/${number}/log?${new URLSearchParams({ name })}`, "", (found) => `/logs?${state}&log=${found.log}`);
+    if (event.target.id === "klipper") go(`/studies/start/klipper?${state}`, new URLSearchParams({ job: number }), (found) => `/studies/${found.number}?${state}`);
+  });
   $("cancel").addEventListener("click", () => { $("cancel").disabled = true; act("cancel").then(() => { $("cancel").disabled = false; }); });
   $("resume").addEventListener("click", () => act("resume"));
 })();

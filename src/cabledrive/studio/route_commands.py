@@ -1,0 +1,60 @@
+"""Commands that the uses of a machine with routes need: travel, report, virtual log, pings, printers."""
+
+import json
+from pathlib import Path
+
+from cabledrive.parameters import InputRefused
+from cabledrive.studio.asked import Asked, Form, drive_file, given
+from cabledrive.studio.desk import Desk
+from cabledrive.studio.state import State, arguments
+
+
+def travel(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
+    """Natural frequencies over the travel, with the speeds that excite them."""
+    options = given(form, vary1="--vary", vary2="--vary", order1="--order", order2="--order", speed="--speed")
+    options += given(form, count="--count", motor="--motor")
+    if not any(option.startswith("--vary") for option in options):
+        raise InputRefused("write what varies, such as head.x=60mm:360mm:3")
+    return Asked(
+        f"Map of {state.drive} over its travel",
+        arguments(desk.library, state, "map", *options, "--page=map.html", "-o", "map.nc"),
+    )
+
+
+def sheet(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
+    """The report of the machine."""
+    return Asked(f"Report of {state.drive}", ["report", drive_file(desk, state, folder), "-o", "report.html"])
+
+
+def virtual_log(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
+    """A log of the virtual rig."""
+    options = given(form, axis="--axis", seed="--seed")
+    return Asked(
+        f"Virtual log of {state.drive}",
+        arguments(desk.library, state, "experiment", *options, "-o", "log.csv"),
+    )
+
+
+def ping(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
+    """Tension from the recording of a pluck; a second recording is compared with it."""
+    recordings = [desk.logs.path(form.get("log", ""))]
+    options = given(form, span="--span")
+    if form.get("log2"):
+        recordings.append(desk.logs.path(form["log2"]))
+        options += given(form, span2="--span")
+    source = drive_file(desk, state, folder)
+    return Asked(
+        f"Tension from {' and '.join(path.name for path in recordings)}",
+        ["identify", f"--ping={source}", *options, *(str(path.absolute()) for path in recordings)],
+    )
+
+
+def klipper(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
+    """The lines of a printer's configuration from a shaper that was found here."""
+    job = desk.jobs.all.get(int(form["job"]) if form.get("job", "").isdecimal() else -1)
+    if job is None or job.arguments[0] != "shaper" or not job.answer:
+        raise InputRefused("no input shaper was found under this number: find one under Logs first")
+    (folder / "shaper.json").write_text(json.dumps(job.answer), encoding="utf-8")
+    return Asked(
+        f"Printer lines of work {job.number}", ["export", "shaper.json", "--format=klipper", "-o", "klipper"]
+    )

@@ -1,0 +1,138 @@
+"""Three uses of machines with routes, walked through in the browser without a terminal."""
+
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+from scipy.io import wavfile
+
+from studio_browser import browser_page, need_browser, studio_process
+
+pytestmark = pytest.mark.verify
+AT_MOST = 240_000
+"""Milliseconds that one command may take on a busy machine."""
+
+
+@contextmanager
+def studio_at(folder, drive):
+    need_browser()
+    with studio_process(folder, drive) as (_, address), browser_page(address) as page:
+        page.wait_for_selector("#result .pick")
+        yield page
+        assert page.said == []
+        assert page.foreign == []
+
+
+def finished(page):
+    """Wait until the work on the page is done."""
+    page.wait_for_url("**/studies/*?*")
+    page.locator("#job .status:not(.running)").wait_for(timeout=AT_MOST)
+    words = page.locator("#lines").inner_text()
+    assert page.locator("#job .status").inner_text() == "done", words
+
+
+def view(page, name):
+    page.locator("a[data-tab]", has_text=name).click()
+    page.wait_for_url(f"**/{name.lower()}?**")
+
+
+def started(page, kind, **fields):
+    """Fill one form of the studies, start it, wait for its end."""
+    view(page, "Studies")
+    form = page.locator(f"form[data-kind='{kind}']")
+    for name, value in fields.items():
+        field = form.locator(f"[name='{name}']")
+        if field.evaluate("field => field.tagName") == "SELECT":
+            field.select_option(value)
+        else:
+            field.fill(value)
+    form.locator("button").click()
+    finished(page)
+
+
+def uploaded(page, path):
+    view(page, "Logs")
+    page.set_input_files("#upload", path)
+    page.wait_for_url("**/logs?*log=*")
+    page.locator("#from-log").wait_for()
+
+
+def number_of(page, words):
+    """A value of the numbers of a piece of work."""
+    page.evaluate("document.querySelector('details.numbers').open = true")
+    row = page.locator(".facts div", has=page.get_by_text(words, exact=True))
+    return float(row.locator("dd").inner_text().split()[0])
+
+
+def test_a_printer_is_mapped_pinged_and_shaped(tmp_path):
+    sound = pinged(tmp_path, {"belt-a.wav": 30.0, "belt-b.wav": 26.0})
+    (tmp_path / "resonances_x_my.csv").write_text(measured_peak(47.0))
+    with studio_at(tmp_path / "folder", "corexy") as page:
+        started(page, "travel", vary1="head.x=60mm:360mm:3", vary2="beam.y=50mm:330mm:3", count="2")
+        page.frame_locator("iframe[title='map.html']").locator("svg").first.wait_for()
+
+        uploaded(page, sound["belt-a.wav"])
+        uploaded(page, sound["belt-b.wav"])
+        page.select_option("#span", "motor b to rear left b")
+        page.select_option("#log2", label="belt-a.wav")
+        page.select_option("#span2", "motor a to rear right a")
+        page.click("[data-kind='ping']")
+        finished(page)
+        assert page.locator("#job").inner_text().count("motor a to rear right a") >= 1
+
+        uploaded(page, tmp_path / "resonances_x_my.csv")
+        page.click("[data-kind='shaper']")
+        finished(page)
+        page.click("#klipper")
+        page.locator("h1", has_text="Printer lines").wait_for()
+        finished(page)
+        assert page.locator(".works a", has_text=".cfg").count() == 1
+
+
+def test_a_lift_is_mapped_over_its_travel_with_its_speeds(tmp_path):
+    with studio_at(tmp_path / "folder", "lift-2-to-1") as page:
+        page.select_option("#motor", "held")
+        page.wait_for_function("document.getElementById('command').textContent.includes('--motor=held')")
+        started(
+            page,
+            "travel",
+            vary1="car.y=5m:35m:4,counterweight.y=35m:5m",
+            order1="sheave=traction sheave",
+            order2="rails=car.y/5m",
+            speed="car.y=0.2m/s:1m/s",
+            count="3",
+        )
+        page.frame_locator("iframe[title='map.html']").locator("svg").first.wait_for()
+        started(page, "sheet")
+        page.frame_locator("iframe[title='report.html']").locator("h1").first.wait_for()
+
+
+def test_a_tendon_arm_is_recorded_controlled_and_exported(tmp_path):
+    with studio_at(tmp_path / "folder", "capstan-arm") as page:
+        started(page, "virtual-log")
+        page.click("[data-log='log.csv']")
+        page.wait_for_selector("#plots .uplot")
+        view(page, "Control")
+        page.wait_for_selector("#error .uplot", timeout=AT_MOST)
+        started(page, "export", format="c99", controller="lqg")
+        assert page.locator(".works a", has_text="cabledrive_law.c").count() == 1
+
+
+def pinged(folder, tensions):
+    """Recordings of free spans of 0.42 m of the printer's belt, written as sound."""
+    time, made = np.arange(8000) / 4000, {}
+    for name, tension in tensions.items():
+        first = np.sqrt(tension * (1 + tension / 19.4e3) / 8.3e-3) / (2 * 0.42)
+        sound = sum(np.exp(-2 * time) * np.cos(2 * np.pi * k * first * time + k) / k**2 for k in (1, 2, 3))
+        sound += 0.03 * np.random.default_rng(1).normal(size=time.size)
+        made[name] = folder / name
+        wavfile.write(made[name], 4000, np.round(1e4 * sound).astype(np.int16))
+    return made
+
+
+def measured_peak(peak):
+    """A printer's log of resonances with one peak [Hz]."""
+    frequency = 1.5625 * np.arange(128)
+    density = 100 * (frequency / abs(1 - (frequency / peak) ** 2 + 0.1j * frequency / peak)) ** 2
+    rows = [f"{f:.1f},{p:.3e},0,0,{p:.3e}" for f, p in zip(frequency, density, strict=True)]
+    return "\n".join(["freq,psd_x,psd_y,psd_z,psd_xyz", *rows]) + "\n"
