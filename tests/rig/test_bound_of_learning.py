@@ -62,10 +62,19 @@ def test_friction_of_the_load_beyond_its_bound_is_named():
     assert said["within_bound"] is None
 
 
-def outcomes(runs, seed):
+def test_the_reference_of_the_law_misses_a_fast_motion_between_samples_and_the_bound_counts_that(measured):
+    """2 kHz and a rise of 72 ms: at its tenth sample a run without faults was 0.1 % outside the bound."""
+    generator = np.random.default_rng(SEED).spawn(1524)[1523]
+    (inside, within, broken, choices), *_ = outcomes([generator])
+    measured(f"rise {1e3 * choices['motion'].rise:.0f} ms, inside: {inside}")
+    assert inside
+    assert within is (None if broken else True)
+
+
+def outcomes(generators):
     """What random runs of the laws that learn say: inside, within, names; refused specs are drawn again."""
     found = []
-    for generator in np.random.default_rng(seed).spawn(runs):
+    for generator in generators:
         while True:
             drive, choices = adversarial_spec(generator)
             choices["controller"] = str(generator.choice([NAME, CHANGING]))
@@ -96,9 +105,9 @@ def check(found, measured):
 
 def test_the_bound_is_never_left_without_a_name(measured):
     """The first 15 of the 10,000 runs that `make verify` makes."""
-    check(outcomes(15, SEED), measured)
+    check(outcomes(np.random.default_rng(SEED).spawn(15)), measured)
 
 
 @pytest.mark.verify
 def test_the_bound_is_never_left_without_a_name_in_10_000_runs(measured):
-    check(outcomes(10_000, SEED), measured)
+    check(outcomes(np.random.default_rng(SEED).spawn(10_000)), measured)

@@ -39,6 +39,8 @@ class LearningCheck:
     bound : ErrorBound
     matched, unmatched : ndarray, shape (samples,)
         Parts of the error that a torque of the motor makes, and that none makes [rad].
+    lag : ndarray, shape (samples,)
+        By which the law's own reference misses the wanted angle between samples [rad].
     beyond : tuple of str
         Parameters outside their bounds, and estimates further off than the bound takes them to be.
     """
@@ -46,12 +48,13 @@ class LearningCheck:
     bound: ErrorBound
     matched: Array
     unmatched: Array
+    lag: Array
     beyond: tuple[str, ...]
 
     @property
     def used(self) -> float:
         """Largest share of the bound that the sources of the error use; above 1 an assumption fails."""
-        return self._share(np.abs(self.matched) + np.abs(self.unmatched))
+        return self._share(np.abs(self.matched) + np.abs(self.unmatched) + self.lag)
 
     @property
     def unmatched_part(self) -> float:
@@ -88,11 +91,13 @@ def check_learning(loop: Loop, log: Array) -> LearningCheck | None:
     bound = tube(np.abs(ideal.response(count)), np.append(height[0], height[:-1]) + height)
     error = log[:, : 2 * n] - wanted - np.einsum("j,jki->ki", true, states)
     matched, unmatched = parts_of(ideal, motion.chain, error, k)
-    least = NEGLIGIBLE * loop.rig.counts[-1]  # at the very first samples nothing has moved yet
+    lag = np.abs(wanted[:, n - 1] - loop.target[:count])
+    least = lag + NEGLIGIBLE * loop.rig.counts[-1]  # at the very first samples nothing has moved yet
     return LearningCheck(
         bound=ErrorBound(tube=bound + least, steady=float(bound.max()), printed=float("nan")),
         matched=matched,
         unmatched=unmatched,
+        lag=lag,
         beyond=beyond(law.learning, true, estimates, spread),
     )
 
