@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 import time
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -40,8 +41,11 @@ def workers_of(driver):
     """Processes that a process started, and those that they started, without the tracker of resources."""
     import psutil
 
-    found = psutil.Process(driver).children(recursive=True)
-    return [one for one in found if "spawn_main" in " ".join(one.cmdline())]
+    found = []
+    for one in psutil.Process(driver).children(recursive=True):
+        with suppress(psutil.Error):  # it has ended
+            found += [one] * ("spawn_main" in " ".join(one.cmdline()))
+    return found
 
 
 @pytest.mark.verify

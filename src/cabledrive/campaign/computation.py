@@ -143,6 +143,8 @@ class Kind:
         Unit of each option, "count", "text", "flag", or "list of UNIT".
     required : tuple of str
         Options without a default.
+    long : bool
+        Whether a row alone takes longer than a chunk should, so that no row is tried to find that out.
     """
 
     outputs: Callable[[Mapping[str, Any]], tuple[Output, ...]]
@@ -150,6 +152,7 @@ class Kind:
     one: Function
     options: dict[str, str]
     required: tuple[str, ...] = ()
+    long: bool = False
 
     @property
     def numbers(self) -> dict[str, str]:

@@ -145,5 +145,6 @@ KINDS = {
         default=("verdict", "headline", "chosen_controller", "reached_error_deg", "confidence"),
         one=_study,
         options={"quick": FLAG},
+        long=True,
     ),
 }

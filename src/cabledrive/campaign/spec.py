@@ -176,7 +176,7 @@ def spec_of(
         motion=motion,
         goals=goals,
         seed=seed,
-        chunk=_chunk(compute.get("chunk", AUTO)),
+        chunk=_chunk(compute.get("chunk", AUTO), made),
         identity=identity,
     )
 
@@ -207,5 +207,7 @@ def _quantities(content: Mapping[str, Any], name: str, units: Mapping[str, str])
     return found
 
 
-def _chunk(given: Any) -> int | None:
-    return None if given == AUTO else whole_of("compute.chunk", given)
+def _chunk(given: Any, computation: Computation) -> int | None:
+    if given != AUTO:
+        return whole_of("compute.chunk", given)
+    return 1 if isinstance(computation, NamedComputation) and kinds()[computation.what].long else None

@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Mapping
+from functools import cache
 from typing import Any
 
 from cabledrive.parameters.cable import Cable
@@ -87,7 +88,7 @@ def check_schema(data: dict[str, Any]) -> None:
 
 def check_keys(data: dict[str, Any], table: type, place: str) -> None:
     """Refuse keys that a table does not know, and a table that lacks one; ``place``: "cable."."""
-    fields = {key_of(field): field for field in dataclasses.fields(table)}
+    fields = _fields_by_key(table)
     for key in data:
         if key not in fields:
             other = OTHER_WORDS.get(f"{place.split('.')[0]}.{key}")
@@ -98,6 +99,12 @@ def check_keys(data: dict[str, Any], table: type, place: str) -> None:
             table_or_key = "table" if name in TABLES or name in ARRAYS else "key"
             meaning = field.metadata.get("meaning", f"a {table_or_key} of the drive")
             raise InputRefused(f'missing key "{place}{name}": {meaning}; add it')
+
+
+@cache
+def _fields_by_key(table: type) -> dict[str, dataclasses.Field[Any]]:
+    """Fields of a table by their keys in the drive file."""
+    return {key_of(field): field for field in dataclasses.fields(table)}
 
 
 def _array(rows: Any, table: type, key: str) -> tuple[Any, ...]:
@@ -115,7 +122,7 @@ def table_from(data: Any, table: type, place: str) -> Any:
         remedy = f"[[{head}]]" if dot else f"[{place}]"
         raise InputRefused(f"{place} is {kind_of(data)}, not a table: write {remedy} above its keys")
     check_keys(data, table, f"{place}.")
-    fields = {key_of(field): field for field in dataclasses.fields(table)}
+    fields = _fields_by_key(table)
     try:
         return table(**{fields[key].name: _value(value, fields[key], key) for key, value in data.items()})
     except InputRefused as refusal:
