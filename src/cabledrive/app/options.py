@@ -158,6 +158,15 @@ def _with_argument(function: Function, *, routes: bool) -> Function:
 
 def axis_argument(function: Function) -> Function:
     """As `machine_argument`, with ``--axis``: a machine with routes becomes the drive of its axis."""
+    return _with_axis_argument(function, winches=False)
+
+
+def axis_or_winches(function: Function) -> Function:
+    """As `axis_argument`; a body between two winches stays the machine that it is."""
+    return _with_axis_argument(function, winches=True)
+
+
+def _with_axis_argument(function: Function, *, winches: bool) -> Function:
 
     @machine_argument
     @click.option("--axis", metavar="NAME", help="Axis of a machine with routes: its load, such as head.x.")
@@ -165,9 +174,11 @@ def axis_argument(function: Function) -> Function:
     def _with_axis(*, drive: Drive | RoutedDrive, axis: str | None, **options: Any) -> Any:
         if isinstance(drive, RoutedDrive) or axis is not None:
             from cabledrive.reduction.network_axis import as_axis
+            from cabledrive.reduction.two_motors import is_winched
 
-            drive = as_axis(drive, axis)
-            click.get_current_context().meta[_ABOUT] = drive
+            if not (winches and axis is None and is_winched(drive)):
+                drive = as_axis(drive, axis)
+                click.get_current_context().meta[_ABOUT] = drive
         return function(drive=drive, **options)
 
     return _with_axis

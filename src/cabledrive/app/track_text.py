@@ -1,0 +1,103 @@
+"""What `cabledrive track` prints for people."""
+
+from typing import Any
+
+from cabledrive.parameters import Drive
+
+
+def track_text(drive: Drive, said: dict[str, Any]) -> str:
+    """The text; ``said``: what `cabledrive track --json` prints."""
+    lines = [
+        f"{drive.title or drive.name}: {said['controller']} on {said['plant']}, {said['observer']}",
+        "",
+        f"  peak error      {said['peak_error_deg']:9.4f} deg",
+        f"   by its encoder {said['encoder_error_deg']:9.4f} deg",
+        f"  rms error       {said['rms_error_deg']:9.4f} deg",
+        f"  peak torque     {said['peak_torque']:9.4f} N m",
+        f"  at its limit    {100 * said['saturated_fraction']:9.1f} % of the samples",
+    ]
+    if "axis" in said:
+        lines += axis_lines(said["axis"])
+    if said["theory_bound_deg"] is not None:
+        lines.append(f"  bound           {said['theory_bound_deg']:9.4f} deg")
+    if said["broken_assumptions"]:
+        lines.append("  the theorem's assumptions do not hold: " + "; ".join(said["broken_assumptions"]))
+    if said["interpreted"]:
+        lines.append(f"  interpreted, slower: {said['interpreted']}")
+    lines += _disturbances(said)
+    if "motor_reason" in said:
+        lines.append(f"  {said['motor_reason']}")
+    if "over_draws" in said:
+        over = said["over_draws"]
+        lines.append(
+            f"  over {over['draws']} draws   median {over['median_peak_error_deg']:.4f}, "
+            f"worst {over['worst_peak_error_deg']:.4f} deg"
+        )
+        if over["expected_bound_deg"] is not None:
+            lines.append(f"  bound for all uncertainties together {over['expected_bound_deg']:.4f} deg")
+    if "repeated" in said:
+        lines += _repeated(said["repeated"])
+    lines += [f"  {reason}" for reason in said["gains"].get("reasons", ())]
+    return "\n".join(lines)
+
+
+def _repeated(said: dict[str, Any]) -> list[str]:
+    lines = [
+        f"  repetition {number:3d}  {one['encoder_rms_deg']:9.4f} deg rms by its encoder, "
+        f"largest {one['peak_error_deg']:.4f} deg"
+        for number, one in enumerate(said["repetitions"], start=1)
+    ]
+    return [
+        *lines,
+        f"  repetition {said['best']} is shown above; stopped: {said['stopped']}",
+        f"  converges by {said['contraction']:.3f} a repetition or faster in {said['directions']} "
+        f"directions, as long as {'; '.join(said['assumed'])}",
+    ]
+
+
+def axis_lines(axis: dict[str, Any]) -> list[str]:
+    """The lumped chain of a machine with routes."""
+    shown = " and ".join(f"{'-' if share < 0 else ''}{name}" for name, share in axis["motors"].items())
+    gain = f"{1e3 * axis['gain']:.4g} mm/rad" if axis["slides"] else f"{axis['gain']:.4g} rad/rad"
+    lines = [
+        f"  axis            {axis['load']} driven by {shown}, {gain}",
+        f"   modes left out {100 * axis['neglected']:9.2g} %   strings "
+        f"{100 * axis['neglected_strings']:.2g} %   off the end {100 * axis['off_the_end']:.2g} %",
+    ]
+    if "peak_error_mm" in axis:
+        lines.append(f"   peak error     {axis['peak_error_mm']:9.4f} mm")
+    return lines
+
+
+def _disturbances(said: dict[str, Any]) -> list[str]:
+    lines = []
+    if said["closed_loop_poles"]:
+        poles = ", ".join(
+            f"{pole['frequency_hz']:.1f} Hz ({pole['damping_ratio']:.2f})"
+            for pole in said["closed_loop_poles"]
+        )
+        lines.append(f"  poles on the plant, true states: {poles}")
+    if said.get("learnt"):
+        lines.append(_learnt(said["learnt"]))
+    if said["slack_samples"]:
+        lines.append(f"  a span was slack at {said['slack_samples']} samples; {said['slack_rule']}")
+    if said["invalid_samples"]:
+        lines.append(f"  the last command was held at {said['invalid_samples']} samples without a reading")
+    if "cable" in said:
+        cable = said["cable"]
+        lines.append(
+            f"  spillover       {cable['spillover_deg']:9.2e} deg   1:2 coupling: {cable['one_to_two']} "
+            f"(ratio {cable['frequency_ratio']:.1f})"
+        )
+    return lines
+
+
+def _learnt(said: dict[str, Any]) -> str:
+    if not said["used"]:
+        return f"  nothing learnt: {said['used_reason']}"
+    words = (
+        f"  learnt          beta {said['beta']:.1f} 1/s^2 ({said['beta_low']:.1f} to {said['beta_high']:.1f})"
+    )
+    if not said["motor_used"]:
+        return words + ", inertia and friction kept"
+    return words + f", inertia {said['inertia']['value']:.4g} kg m^2"

@@ -1,0 +1,141 @@
+"""`cabledrive track` of a body between two motors: its options, its run, its text."""
+
+from collections.abc import Callable
+from typing import Any
+
+import click
+
+from cabledrive.app.combinations import refuse_given
+from cabledrive.app.options import Quantity
+from cabledrive.app.results import Answer, provenance
+from cabledrive.parameters import InputRefused, load_drive
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.units import to_si
+
+METHOD = "exact geometry of two lines that only pull, symplectic steps, set-valued friction"
+MOST_SAMPLES = 1e7
+"""Of one run: about a gigabyte of record."""
+MOST_DRAWN_SAMPLES = 1e10
+NOT_HERE = (
+    *("gains", "feedforward", "plant", "angle", "observer", "feedback", "encoder_phase", "ideal_sensors"),
+    *("smooth_friction", "no_adaptation", "tension_only", "as_printed", "segments", "jitter", "blind"),
+    *("check_conditions", "repeat", "log_file", "animate"),
+)
+
+
+def winch_options(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Add `--move`, `--least-tension` and `--gust` to a command that takes them by these names."""
+    for option in (  # the last one added stands first in the help
+        click.option(
+            "--gust",
+            type=Quantity("N"),
+            metavar="N",
+            help="Force on the body for which the tension is promised; default: a tenth of its weight.",
+        ),
+        click.option(
+            "--least-tension",
+            type=Quantity("N"),
+            metavar="N",
+            help="Winches: no line falls below; default: a fifth of the smaller tension at rest.",
+        ),
+        click.option(
+            "--move",
+            "moves",
+            multiple=True,
+            metavar="NAME=M",
+            help="Winches: how far the body goes, as camera.x=2m; repeatable.",
+        ),
+    ):
+        function = option(function)
+    return function
+
+
+def two_motor_answer(drive: RoutedDrive, plant_settings: tuple[str, ...], spec: dict[str, Any]) -> Answer:
+    """Run the law of two motors on a machine with two winches.
+
+    ``spec``: the options of `cabledrive track`.
+    Raises `InputRefused` for options that have no effect here.
+    """
+    from cabledrive.rig.two_motors.result import parse_push
+    from cabledrive.rig.two_motors.run import track_two_motors
+    from cabledrive.rig.two_motors.summary import CONTROLLER
+
+    refuse_given(*NOT_HERE, why="is for pulses of a load pulley: two winches move a body, see --move")
+    if spec["controller"] not in (None, CONTROLLER, "best"):
+        raise InputRefused(
+            f'--controller "{spec["controller"][:60]}" moves a load by one motor: a body between two '
+            f"winches has {CONTROLLER}, leave it out"
+        )
+    given = click.get_current_context().params
+    actual = None
+    if plant_settings:
+        actual = load_drive(given["drive"], overrides=(*given["settings"], *plant_settings))
+    source = click.get_current_context().get_parameter_source("rise")
+    found = track_two_motors(
+        drive,
+        moves=dict(map(_move, spec["moves"])),
+        rise=spec["rise"] if source is click.core.ParameterSource.COMMANDLINE else None,
+        dwell=spec["dwell"],
+        pulses=spec["pulses"],
+        order=spec["order"],
+        least_tension=spec["least_tension"],
+        gust=spec["gust"],
+        bandwidth=spec["bandwidth"],
+        disturbances=tuple(parse_push(words) for words in spec["disturbances"]),
+        plant_drive=actual if isinstance(actual, RoutedDrive) else None,
+        seed=spec["seed"],
+        draws=spec["draws"],
+    )
+    said = found.summary
+    return Answer(
+        data=said,
+        text=_text(drive, said),
+        provenance=provenance(drive, method=METHOD, step=said["internal_step"], seed=spec["seed"]),
+        incomplete=found.incomplete,
+    )
+
+
+def _move(words: str) -> tuple[str, float]:
+    """Coordinate and distance [m]."""
+    name, equals, value = words.partition("=")
+    if not equals:
+        raise InputRefused(f'move "{words[:60]}" is not NAME=DISTANCE: write camera.x=2m')
+    return name.strip(), to_si(value, "m")
+
+
+def _text(drive: RoutedDrive, said: dict[str, Any]) -> str:
+    way = ", ".join(f"{name} {value:+.4g} m" for name, value in said["motion"]["way"].items())
+    lines = [
+        f"{drive.title or drive.name}: {said['controller']} on {said['plant']}",
+        "",
+        f"  motion          {way} in {said['motion']['rise']:.4g} s and back",
+        f"  peak error      {said['peak_error_mm']:9.3f} mm",
+        f"  rms error       {said['rms_error_mm']:9.3f} mm",
+    ]
+    for line in said["lines"]:
+        least = "-" if line["least_tension"] is None else f"{line['least_tension']:.1f}"
+        lines.append(
+            f"  {line['name']:<15} {least:>9} to {line['largest_tension']:.1f} N, allowed from "
+            f"{line['least_allowed']:.1f} N, at rest {line['at_rest']:.1f} N"
+        )
+        lines += [f"    {span}" for span in line["spans"]]
+    for motor in said["motors"]:
+        lines.append(
+            f"  {motor['name']:<15} {motor['peak_torque']:9.2f} N m at most, "
+            f"limit {motor['torque_limit']:.4g} N m"
+        )
+    lines.append(f"  least damping   {said['least_damping']:9.2f} of the poles of the loop along the way")
+    lines.append(f"  tension promised for gusts of up to {said['gust']:.4g} N, as long as")
+    lines += [f"    {words}" for words in said["assumptions"]]
+    lines += [f"  {words}" for words in said["reasons"]]
+    if "over_draws" in said:
+        over = said["over_draws"]
+        lines += [
+            f"  over {over['draws']} draws   tension kept in {over['kept']} "
+            f"({100 * over['share_low']:.1f} to {100 * over['share_high']:.1f} %), "
+            f"least {over['least_tension']:.1f} N",
+            f"    peak error {over['median_peak_error_mm']:.2f} mm median, "
+            f"{over['worst_peak_error_mm']:.2f} mm worst",
+            f"    drawn: {over['drawn']}",
+        ]
+    return "\n".join(lines)

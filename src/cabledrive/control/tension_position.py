@@ -1,0 +1,183 @@
+r"""Position of a body and tension of the two lines that hold it, controlled together by two motors.
+
+The body's acceleration decides its force, the force the tensions (`cabledrive.control.tension_allocation`),
+and each motor makes its own line's tension follow. With the wanted tension passed through two equal lags,
+
+.. math:: \ddot T_f = \omega_f^2\,(T_c - T_f) - 2\omega_f\dot T_f, \qquad
+    \ddot e + 2\omega_i\dot e + \omega_i^2 e = c\,\tilde a, \qquad e = T - T_f,
+
+:math:`T_f` never leaves the limits of :math:`T_c`, and e is at most :math:`c\,|\tilde a|/\omega_i^2`, with
+:math:`\tilde a` the acceleration along the line that neither model nor observer expected. A floor of
+:math:`T_{min} + c\,|\tilde a|/\omega_i^2` for :math:`T_c` therefore keeps T above :math:`T_{min}`.
+"""
+
+from math import exp, tanh
+from typing import NamedTuple
+
+import numpy as np
+
+from cabledrive.control.numbers import Array
+from cabledrive.control.tension_allocation import allocate
+from cabledrive.mechanics.compiled import njit
+from cabledrive.reduction.two_motors_kernels import TwoMotors, line_at
+
+RESHAPED = 1e-6
+"""Part of the span between the limits by which a wanted tension is moved before it counts as reshaped."""
+
+
+class TensionGains(NamedTuple):
+    """Gains of the law and the machine as it is believed to be."""
+
+    machine: TwoMotors
+    low: Array  # (2,): least tension asked for [N]
+    high: Array  # (2,): largest [N]
+    preferred: Array  # (2,): where the body leaves a choice [N]
+    position: float  # bandwidth of the position [rad/s]
+    filter: float  # omega_f [rad/s]
+    tension: float  # omega_i [rad/s]
+    observer: float  # bandwidth of the observer of the body [rad/s]
+    sliding: float  # speed of a drum below which its friction is smoothed [rad/s]
+    interval: float  # sample time [s]
+    cells: bool  # tensions are measured and the body is not; else the other way round
+
+
+def first_state(gains: TensionGains, tension: Array) -> Array:
+    """State of a machine that rests at q = 0.
+
+    ``tension``, shape (2,): at rest [N].
+    Returns shape (3 m + 9,): place, speed and disturbing acceleration of the body; both lags of either
+    tension [N]; angles of the drums [rad]; whether the last command was reshaped; tensions wanted [N].
+    """
+    m = gains.machine.mass.size
+    return np.concatenate([np.zeros(3 * m), tension, tension, np.zeros(3), tension])
+
+
+@njit
+def step(gains: TensionGains, state: Array, measurement: Array, reference: Array) -> tuple[Array, Array]:
+    """One sample: the observer takes in the measurement, tensions are allocated, each motor follows its own.
+
+    ``measurement``: angles of the drums [rad] and tensions [N], or with an encoder of the body its
+    coordinates; ``reference``, shape (3 m + 2,): wanted place, speed and acceleration, lead of either tension
+    [N].
+    Returns the next state and the torques, positive winding in, shape (2,) [N m].
+    """
+    machine = gains.machine
+    m, interval = machine.mass.size, gains.interval
+    state = state.copy()
+    q, v, d = state[:m], state[m : 2 * m], state[2 * m : 3 * m]
+    lag, filtered = state[3 * m : 3 * m + 2], state[3 * m + 2 : 3 * m + 4]
+    angle, wanted = measurement[:2], np.zeros(2)
+    turn = (angle - state[3 * m + 4 : 3 * m + 6]) / interval
+    along, stiffness, tension, bend = np.zeros((2, m)), np.zeros(2), np.zeros(2), np.zeros(2)
+    observe(gains, q, v, d, measurement, along, stiffness, tension, bend)
+    force, got, shortfall = np.zeros(m), np.zeros(m), np.zeros(2)
+    for j in range(m):
+        asked = reference[2 * m + j] + gains.position**2 * (reference[j] - q[j])
+        asked += 2.0 * gains.position * (reference[m + j] - v[j]) - d[j]
+        force[j] = machine.mass[j] * asked + resisting(machine, j, reference[m + j]) - machine.force[j]
+        pull = along[0, j] * tension[0] + along[1, j] * tension[1]
+        got[j] = (machine.force[j] - pull - resisting(machine, j, v[j])) / machine.mass[j] + d[j]
+    command = np.zeros(2)
+    for i in range(2):
+        shortfall[i] = gains.preferred[i] - reference[3 * m + i]
+    low, high = gains.low - reference[3 * m :], gains.high - reference[3 * m :]
+    allocate(force, machine.mass, along, low, high, shortfall, wanted)
+    reshaped = 0.0
+    free = np.zeros(2)
+    allocate(force, machine.mass, along, low - 1e12, high + 1e12, shortfall, free)
+    kept = 1.0 - exp(-gains.filter * interval)
+    for i in range(2):
+        if abs(free[i] - wanted[i]) > RESHAPED * (high[i] - low[i]):
+            reshaped = 1.0
+        asked = wanted[i] + reference[3 * m + i]
+        rate = gains.filter * (lag[i] - filtered[i])
+        bent = gains.filter * (gains.filter * (asked - lag[i]) - rate)
+        r, speed, expected, planned = machine.drum[i], 0.0, bend[i], 0.0
+        for j in range(m):
+            speed += along[i, j] * v[j]
+            expected += along[i, j] * got[j]
+            planned += along[i, j] * reference[m + j]
+        error_rate = rate - stiffness[i] * (speed + r * turn[i])
+        bent += 2.0 * gains.tension * error_rate + gains.tension**2 * (filtered[i] - tension[i])
+        turning = -planned / r
+        torque = machine.inertia[i] * (bent / stiffness[i] - expected) / r + r * tension[i]
+        torque += machine.turning_viscous[i] * turn[i]
+        torque += machine.turning_coulomb[i] * tanh(turning / gains.sliding)
+        command[i] = min(max(torque, -machine.limit[i]), machine.limit[i])
+        lag[i] += kept * (asked - lag[i])
+        filtered[i] += kept * (lag[i] - filtered[i])
+        state[3 * m + 4 + i] = angle[i]
+        state[3 * m + 7 + i] = asked
+    state[3 * m + 6] = reshaped
+    for j in range(m):
+        q[j] += interval * (v[j] + 0.5 * interval * got[j])
+        v[j] += interval * got[j]
+    return state, command
+
+
+@njit
+def observe(
+    gains: TensionGains,
+    q: Array,
+    v: Array,
+    d: Array,
+    measurement: Array,
+    along: Array,
+    stiffness: Array,
+    tension: Array,
+    bend: Array,
+) -> None:
+    """Correct place, speed and disturbance of the body by the measurement; write lines and tensions.
+
+    ``along``, shape (2, m): dL/dq; ``stiffness``, ``tension``, ``bend``, shape (2,): c [N/m], T [N], and
+    the part of the line's acceleration that its turning makes [m/s^2].
+    """
+    machine, m = gains.machine, q.size
+    innovation = np.zeros(m)
+    if gains.cells:
+        left = np.zeros(2)
+        for i in range(2):
+            length, free, _ = line_at(machine, i, q, along[i])
+            tension[i] = measurement[2 + i]
+            paid = machine.unwound[i] - machine.drum[i] * measurement[i]
+            left[i] = paid + tension[i] * free / machine.rigidity[i] - length
+        solve_lines(along, left, innovation)
+    else:
+        for j in range(m):
+            innovation[j] = measurement[2 + j] - q[j]
+    w, h = gains.observer, gains.interval
+    for j in range(m):  # three equal poles
+        z = exp(-w * h)
+        q[j] += (1.0 - z**3) * innovation[j]
+        v[j] += 1.5 * (1.0 - z) ** 2 * (1.0 + z) / h * innovation[j]
+        d[j] += (1.0 - z) ** 3 / h**2 * innovation[j]
+    for i in range(2):
+        length, free, span = line_at(machine, i, q, along[i])
+        stiffness[i] = machine.rigidity[i] / free
+        if not gains.cells:
+            stretch = length + machine.drum[i] * measurement[i] - machine.unwound[i]
+            tension[i] = stiffness[i] * stretch
+        total, own = 0.0, 0.0
+        for j in range(m):
+            total += (machine.frame[0, j] * v[j]) ** 2 + (machine.frame[1, j] * v[j]) ** 2
+            own += along[i, j] * v[j]
+        curved = machine.centre[i, 0] == machine.centre[i, 0]
+        bend[i] = (total - own * own) / span if curved else 0.0
+
+
+@njit
+def solve_lines(along: Array, left: Array, move: Array) -> None:
+    """Move of the body, shape (m,), that changes both lengths by ``left``; of one coordinate the best."""
+    if move.size == 1:
+        size = along[0, 0] ** 2 + along[1, 0] ** 2
+        move[0] = (along[0, 0] * left[0] + along[1, 0] * left[1]) / size
+        return
+    scale = along[0, 0] * along[1, 1] - along[0, 1] * along[1, 0]
+    move[0] = (along[1, 1] * left[0] - along[0, 1] * left[1]) / scale
+    move[1] = (along[0, 0] * left[1] - along[1, 0] * left[0]) / scale
+
+
+@njit
+def resisting(machine: TwoMotors, j: int, speed: float) -> float:
+    """Friction of the body's own motion, its sign smoothed over a millimetre or milliradian per second."""
+    return machine.viscous[j] * speed + machine.coulomb[j] * tanh(1e3 * speed)

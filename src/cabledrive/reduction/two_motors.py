@@ -1,0 +1,214 @@
+"""A machine with routes whose body is held between two motors: a line or a gear from each, as numbers.
+
+Lines are springs without mass; idlers turn with their drums. What that leaves out is in `ASSUMED`.
+"""
+
+from dataclasses import dataclass
+from math import pi, sqrt
+from typing import Any
+
+import numpy as np
+
+from cabledrive.mechanics.network.motion import Array
+from cabledrive.mechanics.network.sections import gravity
+from cabledrive.mechanics.network.statics import Statics, statics_of
+from cabledrive.parameters import InputRefused
+from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.reduction.two_motors_kernels import TwoMotors
+
+ASSUMED = (
+    "lines are straight springs without mass or transverse vibration",
+    "idlers turn with their drums without slip",
+    "the body moves without turning about its anchors",
+)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TwoMotorMachine:
+    """A body between two motors.
+
+    Attributes
+    ----------
+    drive : RoutedDrive
+    numbers : TwoMotors
+    names : tuple of str
+        Coordinates of the body, such as "camera.x".
+    lines : tuple of str
+        Of each motor: its line.
+    spans : tuple of tuple of str
+        Free spans of each line.
+    motors : tuple of str
+        Pulleys that the motors turn.
+    tension : ndarray, shape (2,)
+        At rest [N].
+    left_out : float
+        Lowest frequency along a line that the numbers do not hold: idlers against spans, waves [rad/s].
+    """
+
+    drive: RoutedDrive
+    numbers: TwoMotors
+    names: tuple[str, ...]
+    lines: tuple[str, ...]
+    spans: tuple[tuple[str, ...], ...]
+    motors: tuple[str, ...]
+    tension: Array
+    left_out: float
+
+
+def is_winched(drive: object) -> bool:
+    """Whether two motors each wind one end of a line whose other end is clamped to a body."""
+    if not isinstance(drive, RoutedDrive) or len(drive.motor) != 2 or len(drive.route) != 2:
+        return False
+    ends = [_ends(drive, number) for number in range(2)]
+    return all(drum in drive.driven and anchor is not None for drum, anchor in ends)
+
+
+def _ends(drive: RoutedDrive, number: int) -> tuple[int | None, int | None]:
+    """Pulley at one end of a route and anchor at the other."""
+    places = drive.places[number]
+    if places[0].pulley is None:
+        places = places[::-1]
+    return places[0].pulley, places[-1].anchor
+
+
+def winched_machine(drive: RoutedDrive) -> TwoMotorMachine:
+    """The numbers of a body on two winches.
+
+    Raises `InputRefused` where the machine has what these numbers cannot hold.
+    """
+    body = _body_of(drive)
+    _check_parts(drive)
+    statics, moves = statics_of(drive), drive.body[body].moves
+    order = sorted(range(2), key=lambda number: drive.driven.index(_ends(drive, number)[0]))
+    lines = [_line(drive, number, motor, statics) for motor, number in enumerate(order)]
+    frame = np.array([[1.0 if move == axis else 0.0 for move in moves] for axis in ("x", "y")])
+    # Half of each last span rides with the body, as a rope shares its weight between its ends.
+    mass = drive.body[body].mass + sum(0.5 * line["mass"] for line in lines)
+    weight = frame.T @ (mass * gravity(drive) + np.array(drive.body[body].load))
+    along = np.array([line["bearing"] @ frame for line in lines])
+    rest = np.array([line["rest"] for line in lines])
+    # Ropes have weight in statics and none here: the nearest tensions that hold the body.
+    rest = rest + np.linalg.lstsq(along.T, weight - along.T @ rest, rcond=None)[0]
+    free = np.array([line["fixed"] + line["last"] for line in lines])
+    rigidity = np.array([line["rigidity"] for line in lines])
+    n = len(moves)
+    numbers = TwoMotors(
+        mass=np.full(n, mass),
+        force=np.asarray(weight, dtype=np.float64),
+        viscous=np.full(n, drive.body[body].damping),
+        coulomb=np.full(n, drive.body[body].coulomb_friction),
+        frame=frame,
+        row=np.zeros((2, n)),
+        centre=np.array([line["centre"] for line in lines]),
+        radius=np.array([line["radius"] for line in lines]),
+        anchor=np.array([line["anchor"] for line in lines]),
+        bearing=np.array([line["bearing"] for line in lines]),
+        fixed=np.array([line["fixed"] for line in lines]),
+        unwound=-rest * free / rigidity,
+        rigidity=rigidity,
+        loss=np.array([line["loss"] for line in lines]),
+        gap=np.full(2, np.inf),
+        drum=np.array([line["drum"] for line in lines]),
+        inertia=np.array([line["inertia"] for line in lines]),
+        turning_viscous=np.array([line["viscous"] for line in lines]),
+        turning_coulomb=np.array([line["coulomb"] for line in lines]),
+        limit=np.array([np.inf if m.torque_limit is None else m.torque_limit for m in drive.motor]),
+    )
+    return TwoMotorMachine(
+        drive=drive,
+        numbers=numbers,
+        names=tuple(f"{drive.body[body].name}.{move}" for move in moves),
+        lines=tuple(drive.route[number].name for number in order),
+        spans=tuple(tuple(s.name for s in drive.free_spans if s.route == number) for number in order),
+        motors=tuple(drive.pulley[number].name for number in drive.driven),
+        tension=rest,
+        left_out=min(line["left_out"] for line in lines),
+    )
+
+
+def _body_of(drive: RoutedDrive) -> int:
+    """Number of the one body that both lines end at."""
+    anchors = [drive.anchor[_ends(drive, number)[1] or 0] for number in range(2)]
+    bodies = {drive.body_number(anchor.on, anchor.name) for anchor in anchors}
+    if len(bodies) > 1 or None in bodies:
+        raise InputRefused("both lines must end at one body: put both anchors on it (anchor.on)")
+    if len(drive.body) > 1:
+        raise InputRefused(f"{len(drive.body)} bodies: a law of two winches moves one, carried by nothing")
+    body = drive.body[0]
+    if "turn" in body.moves:
+        raise InputRefused(f'{body.name}: moves = "turn" is not moved by two winches: take x, y or both')
+    if body.stiffness:
+        raise InputRefused(f"{body.name}.stiffness: a spring holds the body as well: set it to 0")
+    if body.mass <= 0.0:
+        raise InputRefused(f"{body.name}.mass = {body.mass:.4g} kg: two winches move a mass: give it")
+    return 0
+
+
+def _check_parts(drive: RoutedDrive) -> None:
+    """Refuse what these numbers cannot hold."""
+    for motor in drive.motor:
+        for key, absent in (
+            ("joint_stiffness", None),
+            ("holding_stiffness", None),
+            ("backlash", 0.0),
+            ("offset_torque", 0.0),
+        ):
+            value = getattr(motor, key)
+            if value != absent:
+                raise InputRefused(
+                    f'motor "{motor.pulley}": {key} = {value:.4g} is not part of the model of two winches: '
+                    "leave it out"
+                )
+    if drive.carriage:
+        raise InputRefused("carriage: lines of winches carry no carriages here: make it a body")
+    if any(route.closed or route.speed for route in drive.route):
+        raise InputRefused("route: lines of winches are open and at rest: leave closed and speed out")
+    for pulley in drive.pulley:
+        if pulley.fixed or pulley.on:
+            raise InputRefused(
+                f'pulley "{pulley.name}" is {"fixed" if pulley.fixed else "on a body"}: lines of winches '
+                "run over pulleys that turn on the frame"
+            )
+
+
+def _line(drive: RoutedDrive, number: int, motor: int, statics: Statics) -> dict[str, Any]:
+    """One line from its drum to the body."""
+    route, rope = drive.route[number], drive.ropes[number]
+    spans = [(i, span) for i, span in enumerate(drive.free_spans) if span.route == number]
+    places, sense = list(drive.places[number]), 1
+    if places[0].pulley is None:
+        places, spans, sense = places[::-1], spans[::-1], -1
+    last, anchor = places[-2], places[-1]
+    index, span = spans[-1]
+    drum = drive.pulley[drive.driven[motor]]
+    own = drive.motor[motor]
+    idlers = [drive.pulley[place.pulley] for place in places[1:-1] if place.pulley is not None]
+    turning = [(idler, drum.radius / idler.radius) for idler in idlers]
+    waves = pi / sum(one.length for _, one in spans) * sqrt(rope.axial_rigidity / rope.density)
+    springs = [
+        sqrt(route.ropes * rope.axial_rigidity * (1.0 / one.length + 1.0 / two.length) / idler.inertia)
+        * idler.radius
+        for idler, (_, one), (_, two) in zip(idlers, spans[:-1], spans[1:], strict=True)
+        if idler.inertia > 0.0
+    ]
+    return {
+        "left_out": min([waves, *springs]),
+        "centre": last.centre,
+        "radius": sense * last.sense * last.radius,
+        "anchor": anchor.centre,
+        "bearing": sense * np.array(span.along),
+        "fixed": sum(one.length for _, one in spans[:-1]),
+        "last": span.length,
+        "mass": route.ropes * rope.density * span.length,
+        "rest": route.ropes * statics.mean[index],
+        "rigidity": route.ropes * rope.axial_rigidity,
+        "loss": route.ropes * rope.axial_damping,
+        "drum": drum.radius,
+        "inertia": own.inertia + drum.inertia + sum(p.inertia * ratio**2 for p, ratio in turning),
+        "viscous": own.viscous_friction
+        + drum.viscous_friction
+        + sum(p.viscous_friction * ratio**2 for p, ratio in turning),
+        "coulomb": own.coulomb_friction
+        + drum.coulomb_friction
+        + sum(p.coulomb_friction * ratio for p, ratio in turning),
+    }

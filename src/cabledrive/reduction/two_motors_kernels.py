@@ -1,0 +1,83 @@
+r"""A body between two motors, each pulling through its own line or gear: elongations and forces, compiled.
+
+With the body's coordinates q and the drums' angles :math:`\theta_i` (positive: winding in) the tension is
+
+.. math:: T_i = c_i\,e_i, \qquad e_i = L_i(q) + r_i\theta_i - s_i, \qquad c_i = \frac{EA_i}{\ell_i(q)},
+
+:math:`L_i` the length of line i from its drum to the body, arcs included, :math:`\ell_i` its free part.
+"""
+
+from math import atan2, sqrt
+from typing import NamedTuple
+
+from cabledrive.mechanics.compiled import njit
+from cabledrive.mechanics.network.motion import Array
+
+
+class TwoMotors(NamedTuple):
+    """Numbers of a machine with m coordinates and two motors, in SI; rows by motor."""
+
+    mass: Array  # (m,): of each coordinate [kg], [kg m^2]
+    force: Array  # (m,): weight and loads [N], [N m]
+    viscous: Array  # (m,)
+    coulomb: Array  # (m,)
+    frame: Array  # (2, m): motion of the anchors in x and y; zero of a gear
+    row: Array  # (2, m): elongation per coordinate of a gear; zero of a line
+    centre: Array  # (2, 2): of the last pulley before the body [m]
+    radius: Array  # (2,): of that pulley, with the sense of the cable as its sign [m]
+    anchor: Array  # (2, 2): where each line ends at q = 0 [m]
+    bearing: Array  # (2, 2): unit vector along each line at q = 0
+    fixed: Array  # (2,): free length before the last pulley; of a gear 1 [m]
+    unwound: Array  # (2,): s at theta = 0 [m]
+    rigidity: Array  # (2,): EA [N]; of a gear its stiffness [N m/rad]
+    loss: Array  # (2,): axial damping [N s]; of a gear [N m s/rad]
+    gap: Array  # (2,): backlash, infinite of a line [m], [rad]
+    drum: Array  # (2,): radius [m]; of a gear 1
+    inertia: Array  # (2,): of the drum and all that turns with it [kg m^2]
+    turning_viscous: Array  # (2,)
+    turning_coulomb: Array  # (2,)
+    limit: Array  # (2,): of the torque [N m]
+
+
+@njit
+def line_at(m: TwoMotors, i: int, q: Array, along: Array) -> tuple[float, float, float]:
+    """Length L of line i less that at q = 0, its free length [m], and that of its last span [m].
+
+    ``along``, shape (m,): takes dL/dq.
+    """
+    length = 0.0
+    for j in range(q.size):
+        along[j] = m.row[i, j]
+        length += m.row[i, j] * q[j]
+    if m.centre[i, 0] != m.centre[i, 0]:  # a gear has no pulley
+        return length, m.fixed[i], m.fixed[i]
+    x, y = m.anchor[i, 0] - m.centre[i, 0], m.anchor[i, 1] - m.centre[i, 1]
+    before = sqrt(x * x + y * y - m.radius[i] ** 2)
+    for j in range(q.size):
+        x += m.frame[0, j] * q[j]
+        y += m.frame[1, j] * q[j]
+    squared = x * x + y * y
+    span = sqrt(squared - m.radius[i] ** 2)
+    # Unit vector of the tangent: turned from the line of centres by the angle whose sine is radius/distance.
+    tx = (span * x - m.radius[i] * y) / squared
+    ty = (span * y + m.radius[i] * x) / squared
+    turned = arc_between(m.bearing[i, 0], m.bearing[i, 1], tx, ty)
+    for j in range(q.size):
+        along[j] = tx * m.frame[0, j] + ty * m.frame[1, j]
+    return span - before + m.radius[i] * turned, m.fixed[i] + span, span
+
+
+@njit
+def arc_between(ax: float, ay: float, bx: float, by: float) -> float:
+    """Angle from one unit vector to another, both ways up to half a turn [rad]."""
+    return atan2(ax * by - ay * bx, ax * bx + ay * by)
+
+
+@njit
+def contact(elongation: float, speed: float, stiffness: float, loss: float, gap: float) -> float:
+    """Force of a line that only pulls, or of a gear with a gap behind its flank."""
+    if elongation > 0.0:
+        return max(stiffness * elongation + loss * speed, 0.0)
+    if elongation < -gap:
+        return min(stiffness * (elongation + gap) + loss * speed, 0.0)
+    return 0.0

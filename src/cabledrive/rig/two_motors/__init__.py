@@ -1,0 +1,1 @@
+"""A body held between two motors on the virtual rig: position and tension controlled together."""

@@ -1,0 +1,145 @@
+"""Closed loop of a body between two motors: exact geometry, lines that only pull, friction that sticks."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from cabledrive.control.numbers import Array
+from cabledrive.control.tension_position import TensionGains, step
+from cabledrive.mechanics.compiled import njit
+from cabledrive.reduction.two_motors_kernels import TwoMotors, contact, line_at
+
+# Columns of a record of m coordinates, in this order: place (m), tensions, torques, angles of the drums,
+# reshaped, wanted tensions.
+COLUMNS = 9
+
+
+class RigNumbers(NamedTuple):
+    """Sampling and sensors."""
+
+    interval: float  # sample time [s]
+    substeps: int  # internal steps per sample
+    late: int  # delay from sampling to torque, in internal steps
+    lag: float  # part of the distance to the commanded torque that remains after an internal step
+    counts: Array  # (2 + m,): one count of each encoder [rad], [m]; 0: exact
+    phases: Array  # (2 + m,): where in its count each starts
+    noise: Array  # (samples, 2): of the load cells [N]
+
+
+@njit
+def close_loop(
+    machine: TwoMotors,
+    gains: TensionGains,
+    state: Array,
+    rig: RigNumbers,
+    reference: Array,
+    force: Array,
+    record: Array,
+    least: Array,
+) -> int:
+    """Run all samples of ``reference``, shape (samples, 3 m + 2); returns how many were run.
+
+    ``force``, shape (samples, m): on the body [N]; ``record``, shape (samples, m + 9), takes what happens;
+    ``least``, shape (2,): the least tension between samples as well [N]. A number that is not finite ends it.
+    """
+    m = machine.mass.size
+    q, v, angle, turn = np.zeros(m), np.zeros(m), np.zeros(2), np.zeros(2)
+    along, tension, torque = np.zeros((2, m)), np.zeros(2), np.zeros(2)
+    command, held, measurement = np.zeros(2), np.zeros(2), np.zeros(2 + max(2, m))
+    pull_of(machine, q, v, angle, turn, along, tension)
+    for i in range(2):  # at rest the motors hold the lines
+        torque[i] = machine.drum[i] * tension[i]
+        command[i] = held[i] = torque[i]
+    for k in range(len(reference)):
+        read(rig, gains.cells, k, q, angle, tension, measurement)
+        for i in range(2):
+            held[i] = command[i]
+        state, command = step(gains, state, measurement, reference[k])
+        for j in range(m):
+            record[k, j] = q[j]
+            if not abs(q[j]) < 1e6:
+                return k
+        for i in range(2):
+            record[k, m + i], record[k, m + 2 + i] = tension[i], command[i]
+            record[k, m + 4 + i], record[k, m + 7 + i] = angle[i], state[3 * m + 7 + i]
+        record[k, m + 6] = state[3 * m + 6]
+        for s in range(rig.substeps):
+            for i in range(2):
+                wanted = command[i] if s >= rig.late else held[i]
+                torque[i] = wanted + rig.lag * (torque[i] - wanted)
+            move(machine, rig.interval / rig.substeps, q, v, angle, turn, torque, force[k], along, tension)
+            for i in range(2):
+                least[i] = min(least[i], tension[i])
+    return len(reference)
+
+
+@njit
+def read(
+    rig: RigNumbers, cells: bool, k: int, q: Array, angle: Array, tension: Array, measurement: Array
+) -> None:
+    """What the sensors give at a sample."""
+    for i in range(2):
+        measurement[i] = counted(angle[i], rig.counts[i], rig.phases[i])
+        if cells:
+            measurement[2 + i] = tension[i] + rig.noise[k, i]
+    if not cells:
+        for j in range(q.size):
+            measurement[2 + j] = counted(q[j], rig.counts[2 + j], rig.phases[2 + j])
+
+
+@njit
+def counted(value: float, count: float, phase: float) -> float:
+    """Reading of an encoder, rounded to nearest from where it was switched on."""
+    return value if count == 0.0 else (np.rint(value / count + phase) - np.rint(phase)) * count
+
+
+@njit
+def pull_of(
+    machine: TwoMotors, q: Array, v: Array, angle: Array, turn: Array, along: Array, tension: Array
+) -> None:
+    """Write directions and tensions of both lines."""
+    for i in range(2):
+        length, free, _ = line_at(machine, i, q, along[i])
+        speed = machine.drum[i] * turn[i]
+        for j in range(q.size):
+            speed += along[i, j] * v[j]
+        stretch = length + machine.drum[i] * angle[i] - machine.unwound[i]
+        tension[i] = contact(
+            stretch, speed, machine.rigidity[i] / free, machine.loss[i] / free, machine.gap[i]
+        )
+
+
+@njit
+def move(
+    machine: TwoMotors,
+    h: float,
+    q: Array,
+    v: Array,
+    angle: Array,
+    turn: Array,
+    torque: Array,
+    force: Array,
+    along: Array,
+    tension: Array,
+) -> None:
+    """One internal step: speeds by the forces, friction set-valued, then places (symplectic)."""
+    pull_of(machine, q, v, angle, turn, along, tension)
+    for j in range(q.size):
+        total = machine.force[j] + force[j] - along[0, j] * tension[0] - along[1, j] * tension[1]
+        v[j] = rubbed(v[j], total, machine.mass[j], machine.viscous[j], machine.coulomb[j], h)
+        q[j] += h * v[j]
+    for i in range(2):
+        total = torque[i] - machine.drum[i] * tension[i]
+        turn[i] = rubbed(
+            turn[i], total, machine.inertia[i], machine.turning_viscous[i], machine.turning_coulomb[i], h
+        )
+        angle[i] += h * turn[i]
+
+
+@njit
+def rubbed(speed: float, force: float, mass: float, viscous: float, coulomb: float, h: float) -> float:
+    """Speed after a step under a force, with friction that holds what it can hold."""
+    free = mass * speed + h * force
+    held = h * coulomb
+    left = free - held if free > held else (free + held if free < -held else 0.0)
+    return left / (mass + h * viscous)

@@ -1,0 +1,206 @@
+"""Run the law of two motors on the virtual rig."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import ceil, exp, pi
+
+import numpy as np
+
+from cabledrive.control.tension_position import first_state
+from cabledrive.mechanics.network.motion import Array
+from cabledrive.parameters import InputRefused
+from cabledrive.parameters.fields import nearest
+from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.reduction.two_motors import TwoMotorMachine, winched_machine
+from cabledrive.reduction.two_motors_kernels import TwoMotors
+from cabledrive.rig.two_motors.design import TensionDesign, design_tensions
+from cabledrive.rig.two_motors.plan import ORDER, Plan, plan_motion, way_of
+from cabledrive.rig.two_motors.plant_kernels import COLUMNS, RigNumbers, close_loop
+from cabledrive.rig.two_motors.result import Push, TwoMotorTracking
+
+INTERNAL_STEP = 1e-4
+"""Largest internal step of the plant [s]; smaller where the lines are stiff."""
+STEPS_PER_RADIAN = 20.0
+DEFAULT_WAY = 0.05
+"""Of the distance between the last pulleys."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Setup:
+    """A machine as believed, its law and the motion: what all runs share."""
+
+    machine: TwoMotorMachine
+    design: TensionDesign
+    plan: Plan
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PlantRun:
+    """One plant under the law.
+
+    Attributes
+    ----------
+    record : ndarray, shape (samples, m + 9)
+        See `cabledrive.rig.two_motors.plant_kernels`; fewer samples where a number was not finite.
+    least : ndarray, shape (2,)
+        Least tension, between samples as well [N].
+    substeps : int
+    """
+
+    record: Array
+    least: Array
+    substeps: int
+
+
+def track_two_motors(
+    drive: RoutedDrive,
+    *,
+    moves: Mapping[str, float] | None = None,
+    rise: float | None = None,
+    dwell: float = 0.5,
+    pulses: int = 1,
+    order: int | None = None,
+    least_tension: float | None = None,
+    gust: float | None = None,
+    bandwidth: float | None = None,
+    disturbances: tuple[Push, ...] = (),
+    plant_drive: RoutedDrive | None = None,
+    seed: int = 0,
+    draws: int = 0,
+) -> TwoMotorTracking:
+    """Move a body that two motors hold between them, and keep both lines tight.
+
+    Parameters
+    ----------
+    drive : RoutedDrive
+        As the law believes it to be: two motors, each winding a line that ends at the same body.
+    moves : mapping of str to float, optional
+        How far each coordinate goes, such as ``{"camera.x": 2.0}`` [m]; default: a twentieth of the distance
+        between the last pulleys, in the first coordinate.
+    rise : float, optional
+        Duration of a move [s]; default: the shortest that uses at most 80 % of tension, torque and speed.
+    dwell : float, default 0.5
+        Rest after each move [s].
+    pulses : int, default 1
+        Times there and back.
+    order : int, optional
+        Odd order of the rise, default: 9.
+    least_tension : float, optional
+        Tension that no line may fall below [N]; default: a fifth of the smaller one at rest.
+    gust : float, optional
+        Force on the body for which that is promised [N]; default: a tenth of its weight.
+    bandwidth : float, optional
+        Of the position [Hz]; default: what sampling and lines allow.
+    disturbances : tuple of Push
+        Forces on the body.
+    plant_drive : RoutedDrive, optional
+        The machine as it is, where that differs.
+    seed : int, default 0
+        Of encoder phases and load cells, and of what is drawn.
+    draws : int, default 0
+        Plants to draw besides, with gusts.
+
+    Returns
+    -------
+    TwoMotorTracking
+
+    Raises
+    ------
+    InputRefused
+        If the machine is another, data are missing, or the tension at rest leaves no room.
+    """
+    from cabledrive.rig.two_motors.samples import run_samples
+    from cabledrive.rig.two_motors.summary import summarize
+
+    if seed < 0:
+        raise InputRefused(f"seed = {seed} must not be negative: give 0 or more")
+    machine = winched_machine(drive)
+    design = design_tensions(machine, least_tension=least_tension, gust=gust, bandwidth=bandwidth)
+    way = way_of(machine, moves) if moves else _default_way(machine)
+    plan = plan_motion(
+        machine, design, way, rise=rise, dwell=dwell, pulses=pulses, order=ORDER if order is None else order
+    )
+    setup = Setup(machine=machine, design=design, plan=plan)
+    actual = machine.numbers if plant_drive is None else winched_machine(plant_drive).numbers
+    force, rng = forces_of(setup, disturbances), np.random.default_rng(seed)
+    done = run_plant(setup, actual, force, rng)
+    drawn = run_samples(setup, draws, rng) if draws else None
+    return summarize(setup, done, force, seed=seed, drawn=drawn)
+
+
+def run_plant(setup: Setup, actual: TwoMotors, force: Array, rng: np.random.Generator) -> PlantRun:
+    """Run one plant, at rest at first, with encoder phases and cell noise drawn."""
+    gains, table = setup.design.gains, setup.plan.table
+    m, substeps = actual.mass.size, substeps_of(actual, gains.interval)
+    record, least = np.zeros((len(table), m + COLUMNS)), np.full(2, np.inf)
+    state = first_state(gains, setup.machine.tension)
+    ended = close_loop(
+        actual, gains, state, rig_numbers(setup.machine, gains.interval, substeps, len(table), rng),
+        table, force, record, least,
+    )  # fmt: skip
+    return PlantRun(record=record[:ended], least=least, substeps=substeps)
+
+
+def substeps_of(numbers: TwoMotors, interval: float) -> int:
+    """Internal steps per sample that resolve the fastest motion of drums and body against the lines."""
+    reach = np.sqrt(((numbers.anchor - numbers.centre) ** 2).sum(axis=1)) + numbers.fixed
+    stiffness = numbers.rigidity / reach
+    fastest = np.sqrt(np.max(stiffness * (numbers.drum**2 / numbers.inertia + 1.0 / numbers.mass.min())))
+    return int(max(1, ceil(interval * max(1.0 / INTERNAL_STEP, STEPS_PER_RADIAN * float(fastest)))))
+
+
+def rig_numbers(
+    machine: TwoMotorMachine, interval: float, substeps: int, samples: int, rng: np.random.Generator
+) -> RigNumbers:
+    """Sensors of the file, their phases and noise drawn."""
+    sensors, m = machine.drive.sensors, machine.numbers.mass.size
+    assert sensors is not None  # the design has read it
+    counts = np.zeros(2 + m)
+    counts[:2] = 2.0 * pi / (sensors.motor_encoder or np.inf)
+    rates = [motor.current_bandwidth for motor in machine.drive.motor if motor.current_bandwidth is not None]
+    step = interval / substeps
+    return RigNumbers(
+        interval=interval,
+        substeps=substeps,
+        late=round(sensors.delay / step),
+        lag=exp(-2.0 * pi * min(rates) * step) if rates else 0.0,
+        counts=counts,
+        phases=rng.uniform(-0.5, 0.5, 2 + m),
+        noise=rng.normal(0.0, sensors.load_cell_noise or 0.0, (samples, 2)),
+    )
+
+
+def forces_of(setup: Setup, disturbances: tuple[Push, ...]) -> Array:
+    """Forces on the body from each sample to the next, shape (samples, m) [N].
+
+    Raises `InputRefused` for an unknown coordinate, or one after the end.
+    """
+    names, interval = setup.machine.names, setup.design.gains.interval
+    samples = len(setup.plan.table)
+    force = np.zeros((samples, len(names)))
+    for push in disturbances:
+        if push.on not in names:
+            raise InputRefused(
+                f'disturbance on "{push.on[:60]}" is no coordinate of the body'
+                f"{nearest(push.on[:60], list(names))}"
+            )
+        if push.start >= samples * interval:
+            raise InputRefused(
+                f"disturbance on {push.on}: starts at {push.start:.4g} s, the motion ends at "
+                f"{samples * interval:.4g} s: start earlier"
+            )
+        last = samples if push.end >= samples * interval else round(push.end / interval)
+        force[round(push.start / interval) : last, names.index(push.on)] += push.force
+    return force
+
+
+def _default_way(machine: TwoMotorMachine) -> Array:
+    """A twentieth of the distance between the last pulleys, towards the nearer middle."""
+    centre = machine.numbers.centre
+    way = np.zeros(len(machine.names))
+    number = 0
+    axis = "xy".index(machine.names[number][-1])
+    size = DEFAULT_WAY * float(np.abs(centre[1] - centre[0]).max())
+    middle = float(centre[:, axis].mean())
+    way[number] = size if machine.numbers.anchor[:, axis].mean() <= middle else -size
+    return way

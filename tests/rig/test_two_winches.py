@@ -1,0 +1,214 @@
+"""A body between two winches: the model against modes and scipy, the least tension, what no law can."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cabledrive as cd
+from cabledrive.control.tension_position import first_state, step
+from cabledrive.parameters import InputRefused
+from cabledrive.reduction.two_motors import is_winched, winched_machine
+from cabledrive.reduction.two_motors_kernels import line_at
+from cabledrive.rig.two_motors.design import design_tensions
+from cabledrive.rig.two_motors.plan import plan_motion
+from cabledrive.rig.two_motors.result import Push
+from cabledrive.rig.two_motors.run import Setup, forces_of, run_plant, track_two_motors
+from cabledrive.rig.two_motors.samples import drawn_gusts, drawn_plant, wilson
+from oracles.two_winches import Winches, run
+
+CAMERA = cd.load_drive("camera-winches")
+RAIL = cd.load_drive(str(Path(__file__).parents[2] / "examples" / "rail_winches.toml"))
+
+
+def winches_of(mass=30.27, viscous=0.1, coulomb=0.0):
+    """The packaged machine in the words of the oracle, from the figures of its file."""
+    return Winches(
+        sheaves=np.array([[0.0, 15.0], [60.0, 15.0]]),
+        sheave_radius=0.08,
+        clamps=np.array([[21.8, 10.2], [22.2, 10.2]]),
+        vertical=14.5,
+        rigidity=614600.0,
+        loss=473.0,
+        drum=0.1,
+        inertia=0.169 + 0.03 + 2.6e-3 * (0.1 / 0.08) ** 2,
+        viscous=viscous,
+        coulomb=coulomb,
+        mass=mass,
+        weight=mass * 9.81,
+    )
+
+
+def set_up(drive, way, *, rise, dwell=0.5, **design):
+    machine = winched_machine(drive)
+    made = design_tensions(machine, **design)
+    plan = plan_motion(machine, made, np.array(way), rise=rise, dwell=dwell, pulses=1)
+    return Setup(machine=machine, design=made, plan=plan)
+
+
+def with_law(setup):
+    """The law as a function of drum angles and tensions, with its own state."""
+    gains, held = setup.design.gains, [first_state(setup.design.gains, setup.machine.tension)]
+
+    def law(angles, tensions, row):
+        held[0], torque = step(gains, held[0], np.concatenate([angles, tensions]), row)
+        return torque
+
+    return law
+
+
+@pytest.mark.parametrize("motor", ["held", "free"])
+def test_small_motions_have_the_certified_frequencies(motor):
+    """Two springs and their tension about rest against the exact modes of the network."""
+    machine = winched_machine(CAMERA)
+    n, h = machine.numbers, 1e-5
+
+    def forces(x):
+        along, pull = np.zeros((2, 2)), np.zeros(2)
+        for i in range(2):
+            length, free, _ = line_at(n, i, x[:2].copy(), along[i])
+            pull[i] = n.rigidity[i] / free * (length + n.drum[i] * x[2 + i] - n.unwound[i])
+        return np.concatenate([n.force - pull @ along, n.drum * (machine.tension - pull)])
+
+    stiffness = -np.array([(forces(h * e) - forces(-h * e)) / (2.0 * h) for e in np.eye(4)]).T
+    mass, kept = np.concatenate([n.mass, n.inertia]), slice(0, 2 if motor == "held" else 4)
+    squares = np.linalg.eigvals(stiffness[kept, kept] / mass[kept, None]).real
+    found = np.sqrt(np.sort(squares[squares > 1.0])) / (2.0 * np.pi)
+    exact = [mode.frequency for mode in cd.modes(CAMERA, count=4, motor=motor).modes]
+    assert len(found) >= 2
+    for frequency in found:
+        off = np.abs(np.array(exact) / frequency - 1.0).min()
+        assert off < 0.01, (frequency, exact)
+
+
+def test_the_rig_moves_as_scipy_integrates_the_winches():
+    """Friction and noise left out; masses 12 % off what the law believes."""
+    quiet = replace(CAMERA, sensors=replace(CAMERA.sensors, load_cell_noise=0.0, motor_encoder=10**12))
+    setup = set_up(quiet, [0.3, -0.1], rise=0.8, dwell=0.05)
+    numbers = setup.machine.numbers
+    heavy = replace(quiet, body=(replace(quiet.body[0], mass=1.12 * quiet.body[0].mass),))
+    actual = winched_machine(heavy).numbers._replace(turning_coulomb=np.zeros(2))
+    force = forces_of(setup, (Push(on="camera.x", force=25.0, start=0.2, end=0.4),))
+    ours = run_plant(setup, actual, force, np.random.default_rng(0)).record
+    mass = float(actual.mass[0])
+    places, tensions, _ = run(
+        winches_of(mass=mass), with_law(setup), setup.plan.table, force, setup.design.gains.interval
+    )
+    assert numbers.mass[0] == pytest.approx(30.27, abs=0.01)
+    np.testing.assert_allclose(ours[:, :2], places, atol=1e-3 * np.abs(places).max())
+    np.testing.assert_allclose(ours[:, 2:4], tensions, atol=0.01 * tensions.max())
+
+
+@pytest.mark.parametrize("count", [1, pytest.param(20, marks=pytest.mark.verify)])
+def test_on_the_winches_of_scipy_the_tension_stays_above_its_least(count):
+    """Masses, ways, rise times and shocks at random, most of them asking for more than the lines can give.
+
+    The one way below the floor is a motor at its torque limit.
+    """
+    rng, held, reshaped = np.random.default_rng(count), 0, 0
+    for _ in range(count):
+        mass, way = rng.uniform(27.5, 33.0), rng.uniform([-2.0, -1.0], [2.0, 0.5])
+        setup = set_up(CAMERA, way, rise=rng.uniform(0.7, 1.4), dwell=0.1)
+        law, largest = with_law(setup), [0.0]
+
+        def watched(angles, tensions, row, law=law, largest=largest):
+            torque = law(angles, tensions, row)
+            largest[0] = max(largest[0], np.abs(torque).max())
+            return torque
+
+        winches = winches_of(mass=mass, coulomb=rng.uniform(0.5, 3.0))
+        force, interval = drawn_gusts(setup, rng), setup.design.gains.interval
+        _, _, least = run(winches, watched, setup.plan.table, force, interval, rtol=1e-6)
+        held += least >= setup.design.floor
+        reshaped += setup.plan.used(setup.machine, setup.design) > 1.0
+        assert least >= setup.design.floor or largest[0] >= 140.0, (mass, way, least)
+    assert reshaped >= 0.3 * count
+    assert held >= 0.9 * count, f"{held} of {count}"
+
+
+@pytest.mark.parametrize("drive", [CAMERA, RAIL], ids=["camera", "rail"])
+@pytest.mark.parametrize("count", [5, pytest.param(200, marks=pytest.mark.verify)])
+def test_over_random_moves_plants_and_gusts_no_line_falls_below_its_least(drive, count, measured):
+    """Moves that tension, torque and speed allow; mass and stiffness 10 %, friction 50 % off, gusts."""
+    rng = np.random.default_rng(count)
+    kept, least = 0, np.inf
+    for _ in range(count):
+        far = rng.uniform(-3.0, 3.0, 2) * [1.0, 0.3]
+        setup = set_up(drive, far[: len(drive.body[0].moves)], rise=None, dwell=0.3)
+        done = run_plant(setup, drawn_plant(setup, rng), drawn_gusts(setup, rng), rng)
+        room = float((done.least - setup.design.floor).min())
+        kept, least = kept + (room >= 0.0), min(least, room)
+    low, high = wilson(kept, count)
+    measured(f"{drive.name}: kept {kept} of {count} ({low:.4f} to {high:.4f}), least room {least:.1f} N")
+    assert kept == count, f"{kept} of {count}, least room {least:.4g} N"
+
+
+def test_a_motion_too_fast_is_reshaped_and_the_tension_kept():
+    """The lines would have to push: -2059 N asked for."""
+    found = track_two_motors(CAMERA, moves={"camera.y": -3.0}, rise=0.9)
+    said = found.summary
+    assert said["motion"]["used"] > 2.0
+    assert said["reshaped_fraction"] > 0.1
+    assert said["least_tension"] >= said["least_allowed"]
+    assert said["tension_kept"]
+    assert said["within_bound"] is None
+    assert "longer rise" in said["broken_assumptions"][0]
+    assert said["peak_error_mm"] > 100.0
+    gentle = track_two_motors(CAMERA, moves={"camera.y": -3.0}).summary
+    assert gentle["motion"]["used"] <= 0.81
+    assert gentle["reshaped_fraction"] < 0.01
+    assert gentle["peak_error_mm"] < 10.0
+    assert gentle["within_bound"]
+
+
+def test_where_the_torque_ends_no_law_can_and_the_result_says_so():
+    """A downward force of twice the weight needs 2.5 kN of tension, the winches have 1.4 kN."""
+    push = Push(on="camera.y", force=-600.0, start=1.0, end=2.5)
+    found = track_two_motors(CAMERA, disturbances=(push,))
+    needed = np.linalg.solve(
+        (winched_machine(CAMERA).numbers.bearing).T, np.array([0.0, -30.27 * 9.81 - 600.0])
+    )
+    assert (0.1 * needed > 140.0).any()
+    words = "; ".join(found.summary["broken_assumptions"])
+    assert "the torque is at its limit" in words
+    assert "600 N acts on the body" in words
+    assert found.summary["peak_torque"] == pytest.approx(140.0)
+    assert found.summary["peak_error_mm"] > 100.0
+    assert found.summary["within_bound"] is None
+
+
+def test_a_guided_body_keeps_the_internal_tension_of_the_file():
+    """At rest both lines have the pretension, and a move shifts them against each other."""
+    found = track_two_motors(RAIL, moves={"trolley.x": 4.0}, rise=3.0)
+    assert found.summary["peak_error_mm"] < 2.0
+    assert found.summary["within_bound"]
+    m = winched_machine(RAIL)
+    mean = found.tensions.mean(axis=1)
+    assert np.abs(mean - 700.0).max() < 25.0, np.abs(mean - 700.0).max()
+    np.testing.assert_allclose(m.tension, [700.0, 700.0], rtol=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"least_tension": 1000.0}, "tension at rest"),
+        ({"moves": {"camera.z": 1.0}}, "no coordinate of the body"),
+        ({"bandwidth": 9.0}, "sixth of that of the tension"),
+        ({"moves": {"camera.y": 4.9}}, "move: "),
+        ({"disturbances": (Push(on="camera.x", force=1.0, start=900.0, end=901.0),)}, "start earlier"),
+        ({"draws": -1}, "draws"),
+    ],
+)
+def test_what_cannot_be_done_is_refused_in_one_line(options, words):
+    with pytest.raises(InputRefused, match=words) as caught:
+        track_two_motors(CAMERA, **options)
+    assert "\n" not in str(caught.value)
+
+
+def test_machines_that_are_no_winches_are_told_apart():
+    assert is_winched(CAMERA)
+    assert is_winched(RAIL)
+    assert not any(is_winched(cd.load_drive(name)) for name in ("corexy", "lift-2-to-1", "dissertation-3"))
+    with pytest.raises(InputRefused, match="backlash"):
+        winched_machine(replace(CAMERA, motor=(replace(CAMERA.motor[0], backlash=0.01), CAMERA.motor[1])))
