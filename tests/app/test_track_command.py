@@ -158,3 +158,43 @@ def test_laws_with_a_flexible_joint_need_its_data(law, tmp_path):
     path = tmp_path / "rigid.toml"
     cd.save_drive(replace(drive, motor=replace(drive.motor, joint_stiffness=None)), path)
     assert "motor.joint_stiffness" in refusal("track", str(path), "--controller", law)
+
+
+def test_two_winches_answer_with_position_tension_and_torque():
+    found = answer("track", "camera-winches", "--move", "camera.x=0.4m", "--least-tension", "300 N")
+    assert set(found) >= KEYS - {"first_pulse_error_deg", "later_pulses_error_deg"}
+    assert found["peak_error_mm"] < 5.0
+    assert found["least_allowed"] == 300.0 < found["least_tension"]
+    assert [line["name"] for line in found["lines"]] == ["left line", "right line"]
+    assert found["lines"][0]["spans"] == ["left winch to left sheave", "left sheave to left clamp"]
+    assert all(0.0 < motor["peak_torque"] <= 140.0 for motor in found["motors"])
+    assert found["tension_kept"]
+    assert found["within_bound"]
+
+
+def test_a_tension_that_is_not_kept_is_status_3_with_its_reason():
+    ended = call(
+        *("track", "camera-winches", "--json", "--rise", "1.0", "--pulses", "1"),
+        *("--disturbance", "camera.y:-1500:0.5:0.9"),
+    )
+    assert ended.exit_code == 3, ended.stderr
+    assert not json.loads(ended.stdout)["tension_kept"]
+    assert "below the least" in ended.stderr
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--angle", "3"), "two winches move a body"),
+        (("--controller", "lqg"), "leave it out"),
+        (("--move", "camera.x"), "NAME=DISTANCE"),
+        (("--disturbance", "load:1:2"), "no coordinate of the body"),
+        (("--least-tension", "900 N"), "tension at rest"),
+    ],
+)
+def test_options_that_two_winches_cannot_take_are_refused(options, words):
+    assert words in refusal("track", "camera-winches", *options)
+
+
+def test_options_of_winches_are_refused_elsewhere():
+    assert "two winches" in refusal("track", "dissertation-3", "--gust", "3 N")

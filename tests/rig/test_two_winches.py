@@ -82,14 +82,16 @@ def test_small_motions_have_the_certified_frequencies(motor):
         assert off < 0.01, (frequency, exact)
 
 
+@pytest.mark.kernel("cabledrive.rig.two_motors.plant_kernels")
+@pytest.mark.kernel("cabledrive.reduction.two_motors_kernels")
 def test_the_rig_moves_as_scipy_integrates_the_winches():
     """Friction and noise left out; masses 12 % off what the law believes."""
     quiet = replace(CAMERA, sensors=replace(CAMERA.sensors, load_cell_noise=0.0, motor_encoder=10**12))
-    setup = set_up(quiet, [0.3, -0.1], rise=0.8, dwell=0.05)
+    setup = set_up(quiet, [0.1, -0.04], rise=0.4, dwell=0.02)
     numbers = setup.machine.numbers
     heavy = replace(quiet, body=(replace(quiet.body[0], mass=1.12 * quiet.body[0].mass),))
     actual = winched_machine(heavy).numbers._replace(turning_coulomb=np.zeros(2))
-    force = forces_of(setup, (Push(on="camera.x", force=25.0, start=0.2, end=0.4),))
+    force = forces_of(setup, (Push(on="camera.x", force=25.0, start=0.1, end=0.2),))
     ours = run_plant(setup, actual, force, np.random.default_rng(0)).record
     mass = float(actual.mass[0])
     places, tensions, _ = run(
