@@ -167,7 +167,7 @@ def _plan(
 
 
 def lines_along(machine: TwoMotors, q: Array) -> tuple[Array, Array, Array]:
-    """dL/dq, shape (samples, 2, m), L and free lengths, shape (samples, 2)."""
+    """Slopes dL/dq, shape (samples, 2, m), L and free lengths, shape (samples, 2) [m]."""
     along = np.zeros((len(q), 2, q.shape[1]))
     length, free = np.zeros((len(q), 2)), np.zeros((len(q), 2))
     for k, place in enumerate(q):
