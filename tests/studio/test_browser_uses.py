@@ -69,7 +69,7 @@ def test_a_printer_is_mapped_pinged_and_shaped(tmp_path):
     (tmp_path / "resonances_x_my.csv").write_text(measured_peak(47.0))
     with studio_at(tmp_path / "folder", "corexy") as page:
         started(page, "travel", vary1="head.x=60mm:360mm:3", vary2="beam.y=50mm:330mm:3", count="2")
-        page.frame_locator("iframe[title='map.html']").locator("svg").first.wait_for()
+        page.frame_locator("iframe[title='map.html']").locator("svg, canvas").first.wait_for()
 
         uploaded(page, sound["belt-a.wav"])
         uploaded(page, sound["belt-b.wav"])
@@ -102,7 +102,7 @@ def test_a_lift_is_mapped_over_its_travel_with_its_speeds(tmp_path):
             speed="car.y=0.2m/s:1m/s",
             count="3",
         )
-        page.frame_locator("iframe[title='map.html']").locator("svg").first.wait_for()
+        page.frame_locator("iframe[title='map.html']").locator("svg, canvas").first.wait_for()
         started(page, "sheet")
         page.frame_locator("iframe[title='report.html']").locator("h1").first.wait_for()
 
