@@ -231,6 +231,8 @@ def picture(page, path):
         "document.querySelectorAll('.top, .bottom').forEach((bar) => { bar.style.position = 'static'; })"
     )
     path.write_bytes(page.screenshot(full_page=True))
+    if page.locator("#map").count():  # a frame that the window does not show is not painted in a tall picture
+        path.with_stem(f"map-{path.stem}").write_bytes(page.locator("#map").screenshot())
 
 
 def serious(page):
