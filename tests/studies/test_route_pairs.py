@@ -71,6 +71,5 @@ def test_the_command_lists_pairs_with_spans_and_refuses_what_a_route_has_not():
     assert found["pairs"][0]["kind"] == "1:2"
     assert found["pairs"][0]["span"] == "accessory to crank"
     assert found["detuning"] == pytest.approx(found["frequency_ratio"] - 0.5)
-    assert "constant length" in refusal("resonance", "serpentine", "--motion", "motion.csv")
     assert "speed" in refusal("resonance", "serpentine", "--set", "route.belt.speed=5")
     assert answer("resonance", "serpentine")["verdict"] == "unknown"

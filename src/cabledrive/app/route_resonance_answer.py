@@ -1,14 +1,21 @@
 """What `resonance` says of a machine with routes: pairs near 1:2 and of sum type, with their thresholds."""
 
+from dataclasses import replace
 from typing import Any
 
+from cabledrive.app.motion_answer import PLANE_WORDS, alarm_data, alarm_text
 from cabledrive.app.results import Absent, Answer, provenance
+from cabledrive.mechanics.holding import FREE
 from cabledrive.parameters.route import RoutedDrive
+from cabledrive.studies.motion_file import read_motion
 from cabledrive.studies.pair_thresholds import ONE_TO_TWO, SUM
+from cabledrive.studies.route_alarm import route_alarm
 from cabledrive.studies.route_pairs import NOT_INCLUDED, RoutePair, RouteResonance, route_resonance
+from cabledrive.studies.route_passages import Passage
 
 METHOD = "exact modes of the network, coupling by exact integrals, first-order instability"
 LISTED = 12
+MOST_PASSAGES, LISTED_PASSAGES = 50, 5
 
 
 def route_resonance_answer(drive: RoutedDrive, torque: float | None) -> Answer:
@@ -77,3 +84,37 @@ def _text(drive: RoutedDrive, found: RouteResonance, data: dict[str, Any]) -> st
     elif len(found.pairs) > LISTED:
         lines.append(f"and {len(found.pairs) - LISTED} more with higher thresholds.")
     return "\n".join([*lines, "", f"Not included: {NOT_INCLUDED}."])
+
+
+def with_motion(answer: Answer, drive: RoutedDrive, file: str, floor: float, limit: float) -> Answer:
+    """The same answer with the verdict on a planned motion; ``floor``, ``limit`` [m]."""
+    judged = route_alarm(drive, read_motion(file, drive), floor=floor, limit=limit)
+    near = [_passage(one) for one in judged.passages[:MOST_PASSAGES]]
+    words = alarm_data(judged) | {"motor": FREE, "poses": judged.poses, "passages": near}
+    lines = [alarm_text(judged), *(_passage_line(one) for one in judged.passages[:LISTED_PASSAGES])]
+    data: dict[str, Any] = {**answer.data, "motion": words}
+    return replace(answer, data=data, text="\n".join([answer.text, "", *lines]))
+
+
+def _passage(one: Passage) -> dict[str, Any]:
+    return {
+        "kind": one.kind,
+        "span": one.span,
+        "plane": one.plane,
+        "longitudinal_hz": one.longitudinal_hz,
+        "transverse_hz": list(one.transverse_hz),
+        "detuning_hz": list(one.detuning_hz),
+        "passes": one.passes,
+        "amplitude_over_threshold": one.amplitude,
+        "time": one.time,
+    }
+
+
+def _passage_line(one: Passage) -> str:
+    both = " + ".join(f"{f:.4g}" for f in one.transverse_hz[: 1 if one.kind == ONE_TO_TWO else 2])
+    way = "passes" if one.passes else "comes near"
+    return (
+        f"  {one.span}, {PLANE_WORDS[one.plane]}: {way} {one.kind} "
+        f"({one.longitudinal_hz:.4g} Hz against {both} Hz); "
+        f"largest amplitude {one.amplitude:.3g} of the steady threshold, at {one.time:.3g} s"
+    )

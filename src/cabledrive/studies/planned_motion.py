@@ -1,6 +1,7 @@
 """A planned motion, and the drive along it: pretension and carriages at each instant."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,10 @@ class PlannedMotion:
         Position of the first carriage [m]; carriages coupled to it move as far.
     load_torque : ndarray, shape (n,), or None
         Slowly changing torque on the load pulley [N m]; it splits the span tensions.
+    places : mapping of str to ndarray, each of shape (n,)
+        Of bodies of a machine with routes, by "head.x", "arm.turn" [m], [rad].
+    torques : mapping of str to ndarray, each of shape (n,)
+        Of its motors but the first, by the name of their pulley [N m].
     """
 
     time: Array
@@ -33,13 +38,15 @@ class PlannedMotion:
     pretension: Array | None = None
     carriage: Array | None = None
     load_torque: Array | None = None
+    places: Mapping[str, Array] = field(default_factory=dict)
+    torques: Mapping[str, Array] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         n = np.asarray(self.time).size
         if n < 2 or not np.all(np.diff(self.time) > 0.0) or self.time[0] != 0.0:
             raise InputRefused("motion: time must start at 0 and ascend: give two instants or more")
-        for name in ("torque", "pretension", "carriage", "load_torque"):
-            values = getattr(self, name)
+        named = {name: getattr(self, name) for name in ("torque", "pretension", "carriage", "load_torque")}
+        for name, values in {**named, **self.places, **self.torques}.items():
             if values is not None and (np.shape(values) != (n,) or not np.all(np.isfinite(values))):
                 raise InputRefused(f"motion: {name} must be {n} finite numbers, one for each time")
 

@@ -13,7 +13,7 @@ motor's pulley, where the mode turns by :math:`\theta`, gives :math:`Q = M\theta
 
 from dataclasses import dataclass
 from math import inf, isfinite, pi, sqrt
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,9 +22,9 @@ from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.assembly import Network
 from cabledrive.modal import Mode, Modes
 from cabledrive.modal import modes as certified_modes
-from cabledrive.modal.network.motion import HeldMotion, NetworkMotion
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.route import RoutedDrive
+from cabledrive.studies.mode_slopes import WAYS, Slopes, coupling_by_span, slopes_of, transverse_loss
 from cabledrive.studies.pair_thresholds import HIGHEST, NEAR, NEAR_SUM, ONE_TO_TWO, SUM, WEAKEST
 from cabledrive.studies.route_mode_losses import modal_damping, motor_turn, quadrature
 from cabledrive.studies.route_verdict import judged_torque, lowest_threshold, verdict_of
@@ -119,13 +119,6 @@ class RouteResonance:
         return self.frequency_ratio - 0.5
 
 
-class _Slopes(NamedTuple):
-    """Slopes of a mode at the points of every piece it moves, by number of the piece."""
-
-    mode: Mode
-    by_piece: dict[int, Array]
-
-
 def route_resonance(
     drive: RoutedDrive, *, torque: float | None = None, motor: str | None = None
 ) -> RouteResonance:
@@ -148,13 +141,13 @@ def route_resonance(
     found = certified_modes(drive, below=HIGHEST * pulley.frequency * 1.0001, motor=motor)
     nodes, weights, slope = quadrature()
     along = [
-        _Slopes(mode, _slopes(network, mode, "along", nodes, slope))
+        Slopes(mode, slopes_of(network, mode, "along", nodes, slope))
         for mode in found.longitudinal
         if not mode.clamped and mode.frequency <= HIGHEST * pulley.frequency
     ]
     reach = 0.5 * (1.0 + NEAR) * max(own.mode.frequency for own in along)
     across = [
-        _Slopes(mode, _slopes(network, mode, _WAYS[mode.plane or "w"], nodes, slope))
+        Slopes(mode, slopes_of(network, mode, WAYS[mode.plane or "w"], nodes, slope))
         for mode in found.transverse
         if mode.frequency <= reach * (1.0 + NEAR_SUM)
     ]
@@ -172,9 +165,6 @@ def route_resonance(
         verdict=verdict,
         reasons=reasons,
     )
-
-
-_WAYS = {"w": "across", "v": "out of plane"}
 
 
 def _order(pair: RoutePair) -> tuple[float, float]:
@@ -199,26 +189,9 @@ def _nearest(found: Modes, frequency: float) -> dict[str, Any]:
     return {"nearest_span": nearest.span or "", "frequency_ratio": nearest.frequency / frequency}
 
 
-def _slopes(network: Network, mode: Mode, way: str, nodes: Array, slope: Array) -> dict[int, Array]:
-    """Slopes of a mode of unit modal mass on the pieces that it moves."""
-    motion, found = mode._motion, {}
-    for number, piece in enumerate(network.pieces):
-        name = network.drive.free_spans[piece.span].name
-        x = piece.start + nodes * piece.length
-        if isinstance(motion, NetworkMotion):
-            values = motion.displacement(name, way, x)[0].real
-        elif isinstance(motion, HeldMotion) and name == mode.span:
-            values = motion.shape(name, x)[0].real
-        else:
-            continue
-        if values.any():
-            found[number] = slope @ values / piece.length
-    return found
-
-
-def _pairs_of(network: Network, q: _Slopes, across: list[_Slopes], weights: Array) -> list[RoutePair]:
+def _pairs_of(network: Network, q: Slopes, across: list[Slopes], weights: Array) -> list[RoutePair]:
     natural, found = 2 * pi * q.mode.frequency, []
-    itself = [_coupling(network, q, own, own, weights) for own in across]
+    itself = [coupling_by_span(network, q, own, own, weights) for own in across]
     for i, a in enumerate(across):
         for j, b in enumerate(across[i:], i):
             if a.mode.plane != b.mode.plane:
@@ -226,7 +199,7 @@ def _pairs_of(network: Network, q: _Slopes, across: list[_Slopes], weights: Arra
             detuning = natural - 2 * pi * (a.mode.frequency + b.mode.frequency)
             if abs(detuning) > (NEAR if i == j else NEAR_SUM) * natural:
                 continue
-            shares = itself[i] if i == j else _coupling(network, q, a, b, weights)
+            shares = itself[i] if i == j else coupling_by_span(network, q, a, b, weights)
             strength = abs(sum(shares.values()))
             own = sqrt(abs(sum(itself[i].values()) * sum(itself[j].values())))
             if strength == 0.0 or (i != j and strength <= WEAKEST * own):
@@ -235,27 +208,13 @@ def _pairs_of(network: Network, q: _Slopes, across: list[_Slopes], weights: Arra
     return found
 
 
-def _coupling(network: Network, q: _Slopes, a: _Slopes, b: _Slopes, weights: Array) -> dict[int, float]:
-    """Coupling of two transverse modes by a longitudinal one, by span."""
-    shares: dict[int, float] = {}
-    for number in set(q.by_piece) & set(a.by_piece) & set(b.by_piece):
-        piece = network.pieces[number]
-        route = network.drive.free_spans[piece.span].route
-        product = q.by_piece[number] * a.by_piece[number] * b.by_piece[number]
-        # Of ropes side by side a mode between held ends moves one; a mode with a body moves all alike.
-        ropes = 1 if a.mode.clamped or b.mode.clamped else network.drive.route[route].ropes
-        value = network.drive.ropes[route].axial_rigidity * ropes * piece.length * float(weights @ product)
-        shares[piece.span] = shares.get(piece.span, 0.0) + value
-    return shares
-
-
 def _pair(
-    network: Network, q: _Slopes, both: tuple[_Slopes, _Slopes], detuning: float, shares: dict[int, float]
+    network: Network, q: Slopes, both: tuple[Slopes, Slopes], detuning: float, shares: dict[int, float]
 ) -> RoutePair:
     a, b = both
     natural = 2 * pi * q.mode.frequency
     coupling = abs(sum(shares.values()))
-    decay = [0.5 * _transverse_loss(network, own) for own in both]
+    decay = [0.5 * transverse_loss(network, own) for own in both]
     least = decay[0] * decay[1]
     least = least * (1.0 + detuning**2 / sum(decay) ** 2) if sum(decay) else 0.25 * detuning**2
     amplitude = 4.0 * sqrt(4 * pi**2 * a.mode.frequency * b.mode.frequency * least) / coupling
@@ -276,18 +235,3 @@ def _pair(
         threshold_torque=torque if isfinite(torque) else None,
         reason="" if isfinite(torque) else "the first motor does not turn in this longitudinal mode",
     )
-
-
-def _transverse_loss(network: Network, own: _Slopes) -> float:
-    """Damping rate of a transverse mode [1/s]: that of the ropes that move, by their strain energy."""
-    shares = {
-        number: float(np.sum(values**2)) * network.pieces[number].length
-        for number, values in own.by_piece.items()
-    }
-    total = sum(shares.values())
-    drive = network.drive
-    rates = {
-        number: drive.ropes[drive.free_spans[network.pieces[number].span].route].transverse_damping
-        for number in shares
-    }
-    return sum(rates[number] * share for number, share in shares.items()) / total

@@ -13,6 +13,7 @@ from cabledrive.parameters.route import RoutedDrive
 FLOOR, LIMIT = 1e-5, 5e-4
 METHOD = "modes at rest, coupling by exact integrals, averaged equations to second order"
 SEED = 0
+ALONE = "belongs to --motion FILE: add that, or leave it out"
 
 
 @click.command(
@@ -42,7 +43,8 @@ SEED = 0
     type=click.Path(),
     metavar="FILE",
     help="Assess a planned motion: a CSV file with time [s], torque [N m] and, where they change, pretension "
-    "[N], carriage [m] (of the first; coupled ones follow), load torque [N m].",
+    "[N], carriage [m] (of the first; coupled ones follow), load torque [N m]; of a machine with routes also "
+    "torque NAME, of another motor's pulley, and places of bodies such as head.x [m].",
 )
 @click.option(
     "--floor",
@@ -88,10 +90,11 @@ def command(
     motion is checked as well: how far the cable moves across, excited directly through sag or parametrically.
     """
     if isinstance(drive, RoutedDrive):
-        from cabledrive.app.route_resonance_answer import route_resonance_answer
+        from cabledrive.app.route_resonance_answer import route_resonance_answer, with_motion
 
-        _refuse_for_routes()
-        return route_resonance_answer(drive, torque)
+        _refuse_for_routes(motion_file)
+        answer = route_resonance_answer(drive, torque)
+        return answer if motion_file is None else with_motion(answer, drive, motion_file, floor, limit)
     import numpy as np
 
     from cabledrive.app.motion_answer import alarm_data, alarm_text
@@ -109,7 +112,7 @@ def command(
     from cabledrive.studies.steady_motion import steady_branches
 
     if motion_file is None:
-        refuse_given("floor", "limit", why="belongs to --motion FILE: add that, or leave it out")
+        refuse_given("floor", "limit", why=ALONE)
     else:
         tell_given("load_torque", why="is not for --motion, which takes that of its file")
     found = resonance(drive, torque=torque, load_torque=load_torque)
@@ -155,14 +158,9 @@ def command(
     )
 
 
-def _refuse_for_routes() -> None:
-    """Options that a machine with routes cannot answer.
-
-    A planned motion moves bodies, so that spans change their lengths while it runs.
-    """
-    refuse_given(
-        "motion_file",
-        why='needs spans of constant length, which a machine of kind "route" has not: leave it out',
-    )
+def _refuse_for_routes(motion_file: str | None) -> None:
+    """Options that a machine with routes cannot answer."""
     why = 'supports drives of kind "loop" or "line" only: leave it out'
-    refuse_given("load_torque", "floor", "limit", "with_branches", "map_file", why=why)
+    refuse_given("load_torque", "with_branches", "map_file", why=why)
+    if motion_file is None:
+        refuse_given("floor", "limit", why=ALONE)

@@ -8,20 +8,19 @@ import numpy as np
 from cabledrive.mechanics.holding import FREE
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.route.axis import AxisDrive
+from cabledrive.parameters.route.moving import POSE
 from cabledrive.reduction.quality import with_measured_stiffness
 from cabledrive.rig.setting import Motion
 from cabledrive.studies.alarm import DANGEROUS, SAFE, alarm
 from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.resonance import RESONANT, resonance
+from cabledrive.studies.route_alarm import RouteAlarm, route_alarm
 from cabledrive.studies.route_pairs import NOT_INCLUDED, route_resonance
 from cabledrive.studies.route_verdict import UNKNOWN
 from cabledrive.studies.study.machine import values_of
 
 RIPPLE_SHARE = 0.05
 """Torque at the pulley mode's frequency over the motion's largest: cogging, friction, counts of encoders."""
-
-LIMIT = 5e-4
-"""Largest transverse displacement allowed [m]."""
 
 REPEATED = 4
 """Pulses in a row for which the alarm is asked: the energy of one is still there when the next begins."""
@@ -127,9 +126,10 @@ def resonance_of(drive: Drive, motion: Motion) -> ResonanceResult:
 def _of_axis(drive: AxisDrive, motion: Motion) -> ResonanceResult:
     """Pairs of the machine of an axis, as its file gives it, and the motion that its motors share."""
     repeated = replace(motion, pulses=max(motion.pulses, REPEATED))
-    _, torque = motion_torque(drive, repeated, samples=8001)
+    time, torque = motion_torque(drive, repeated, samples=8001)
     largest = float(np.abs(torque).max())
     ripple = RIPPLE_SHARE * largest
+    judged, refused = _alarm_of_axis(drive, repeated, time, torque)
     found: dict[str, Any] = {
         "verdict": UNKNOWN,
         "frequency_ratio": None,
@@ -155,10 +155,33 @@ def _of_axis(drive: AxisDrive, motion: Motion) -> ResonanceResult:
         tuned_pretension=None,
         torque=largest,
         ripple=ripple,
-        alarm=None,
-        largest=None,
-        limit=LIMIT,
-        slack=False,
-        reasons=reasons,
-        remedy="move the pretension of the span away, or damp the cable",
+        alarm=None if judged is None else judged.verdict,
+        largest=None if judged is None else judged.largest_transverse,
+        limit=0.0 if judged is None else judged.limit,
+        slack=judged is not None and judged.slack,
+        reasons=(*reasons, *((refused,) if judged is None else (*judged.reasons, *judged.assumptions))),
+        remedy="move the pretension of the span away, or damp the cable" if judged is None else judged.remedy,
     )
+
+
+def _alarm_of_axis(
+    drive: AxisDrive, motion: Motion, time: np.ndarray, torque: np.ndarray
+) -> tuple[RouteAlarm | None, str]:
+    """The alarm for the torque that the motors share while the load follows; else why there is none."""
+    machine, signs = drive.machine, drive.words["motors"]
+    first, *others = [machine.pulley[number].name for number in machine.driven]
+    shares = {name: sign * torque / len(signs) for name, sign in signs.items()}
+    way = motion.trajectory(time, 0)[0] * (drive.gain if drive.slides else np.sign(drive.gain))
+    name, _, move = drive.load.rpartition(".")
+    bodies = {body.name: body for body in machine.body}
+    places = {}
+    if name in bodies and move in POSE:
+        start = 0.0 if move == "turn" else bodies[name].at["xy".index(move)]
+        places = {drive.load: start + way}
+    try:
+        planned = PlannedMotion(
+            time=time, torque=shares[first], places=places, torques={one: shares[one] for one in others}
+        )
+        return route_alarm(machine, planned), ""
+    except (InputRefused, NotComputed) as failure:
+        return None, f"planned motion: {failure}"

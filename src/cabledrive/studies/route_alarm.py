@@ -1,0 +1,219 @@
+"""The alarm for a machine with routes: does a planned motion make a span vibrate across beyond a limit?
+
+The longitudinal modes of the machine follow the motors' torque; their tension excites the transverse modes of
+all spans, at 1:2 and by sum type, Eq. (N.11), while bodies move and the modes change with them. Not included,
+and said in the result: back-action of the strings on the tension, excitation through sag, dry friction.
+"""
+
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.mechanics.network import statics_of
+from cabledrive.parameters import InputRefused
+from cabledrive.parameters.route import RoutedDrive, moved
+from cabledrive.studies.alarm import (
+    DANGEROUS,
+    DETUNING,
+    DIRECT,
+    MARGIN,
+    MORE_FLOOR,
+    MORE_TORQUE,
+    NONE,
+    PARAMETRIC,
+    SAFE,
+    UNKNOWN,
+    AlarmResult,
+    ModeAlarm,
+)
+from cabledrive.studies.planned_motion import PlannedMotion
+from cabledrive.studies.route_growth import Growth, Runs, growth_along
+from cabledrive.studies.route_passages import Passage, passages_of
+from cabledrive.studies.route_path import RoutePath, path_of
+
+Array = NDArray[np.float64]
+
+MOST = 100.0
+"""Largest displacement that is followed, over the limit."""
+SAG_SHARE = 0.1
+"""Sag over the limit beyond which it could excite a span directly."""
+ASSUMPTIONS = (
+    "transverse motion small: its back-action on the tension, which bounds large amplitudes, is not included",
+    "not checked: excitation through sag, dry friction of shafts and rails, running cables",
+)
+DRIVEN, DIRECTLY, GROWN = 0, 1, 2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RouteAlarm(AlarmResult):
+    """The verdict on a motion of a machine with routes.
+
+    Attributes
+    ----------
+    passages : tuple of Passage
+        Pairs that come near 1:2 or sum resonance along the motion, the largest amplitude first.
+    poses : int
+        At which modes were computed.
+    """
+
+    passages: tuple[Passage, ...]
+    poses: int
+
+
+def route_alarm(
+    drive: RoutedDrive, motion: PlannedMotion, *, floor: float = 1e-5, limit: float = 5e-4
+) -> RouteAlarm:
+    """Whether a motion makes a span of a machine with routes vibrate across beyond a limit.
+
+    ``floor``: amplitude of every transverse mode that is always there [m]; ``limit``: largest displacement
+    of a span from its chord that is allowed [m].
+    Raises `InputRefused` if the motion does not fit the machine, or 0 < floor < limit does not hold;
+    `NotComputed` if it takes too long.
+    """
+    if not 0.0 < floor < limit:
+        raise InputRefused(f"floor = {floor:.4g} m must be above 0 and below limit = {limit:.4g} m")
+    path = path_of(drive, motion)
+    found = growth_along(path, _runs(floor), MOST * limit)
+    largest = float(found.displacement[[DRIVEN, GROWN]].max())
+    bound = MARGIN * max(largest, float(found.displacement[GROWN:].max()))
+    tension = float((path.at("tension", path.here) + _rise(path)).min())
+    doubts = _doubts(drive, motion, path, tension, limit)
+    verdict = DANGEROUS if largest > limit else UNKNOWN if bound > limit or doubts else SAFE
+    modes = _modes(drive, path, found, floor)
+    return RouteAlarm(
+        verdict=verdict,
+        floor=floor,
+        limit=limit,
+        largest_transverse=largest,
+        bound=bound,
+        modes=modes,
+        lowest_tension=tension,
+        slack=tension < 0.0,
+        reasons=_reasons(verdict, largest, bound, limit, doubts, found.ended),
+        assumptions=_assumptions(path, motion),
+        remedy=_remedy(verdict, modes),
+        passages=passages_of(path),
+        poses=len(path.snapshots),
+    )
+
+
+def _runs(floor: float) -> Runs:
+    """From rest, the same without coupling, from the floor, and three with everything a little otherwise."""
+    return Runs(
+        floor=floor * np.array([0.0, 0.0, 1.0, MORE_FLOOR, MORE_FLOOR, MORE_FLOOR]),
+        phase=pi * np.array([0.0, 0.0, 0.5, 0.25, 0.75, 0.5]),
+        detuned=DETUNING * np.array([0.0, 0.0, 0.0, -1.0, 0.0, 1.0]),
+        torque=np.array([1.0, 1.0, 1.0, MORE_TORQUE, MORE_TORQUE, MORE_TORQUE]),
+        parametric=np.array([1.0, 0.0, 1.0, 1.0, 1.0, 1.0]),
+    )
+
+
+def _rise(path: RoutePath) -> Array:
+    """Rise of the tension of every piece along the motion, shape (steps + 1, pieces) [N]."""
+    return np.asarray(np.einsum("ipq,iq->ip", path.at("strain", path.here), path.along))
+
+
+def _modes(drive: RoutedDrive, path: RoutePath, found: Growth, floor: float) -> tuple[ModeAlarm, ...]:
+    """What happens to each mode, the largest first."""
+    lengths = {span.name: span.length for span in drive.free_spans}
+    rows = []
+    for j, ((span, plane, number), omega) in enumerate(
+        zip(path.snapshots[0].keys, path.at("across", path.here[:1])[0], strict=True)
+    ):
+        run = DRIVEN if found.amplitude[j, DRIVEN] > found.amplitude[j, GROWN] else GROWN
+        largest, shaken = float(found.amplitude[j, run]), float(found.amplitude[j, DIRECTLY])
+        excitation = PARAMETRIC if largest > 2.0 * floor else NONE
+        if shaken > floor and shaken > 0.5 * largest:
+            excitation = DIRECT
+        rows.append(
+            ModeAlarm(
+                span=span,
+                section=(0.0, lengths[span]),
+                plane=plane,
+                number=number,
+                frequency_hz=float(omega) / (2.0 * pi),
+                driven=float(found.amplitude[j, DRIVEN]),
+                largest=largest,
+                time=float(found.time[j, run]),
+                excitation=excitation,
+            )
+        )
+    return tuple(sorted(rows, key=lambda mode: -mode.largest))
+
+
+def _doubts(
+    drive: RoutedDrive, motion: PlannedMotion, path: RoutePath, tension: float, limit: float
+) -> list[str]:
+    """Where the model's own range ends."""
+    found = []
+    if tension < 0.0:
+        found.append("a span goes slack along the motion; the model is not valid from there on")
+    sag, span = _largest_sag(drive, path)
+    if sag > SAG_SHARE * limit:
+        found.append(f"{span} sags by {1e3 * sag:.3g} mm, and excitation through sag is not computed")
+    if not all(one.certified for one in path.snapshots):
+        found.append("the list of modes is not certified in every pose")
+    if not motion.places and len(path.snapshots) > 1 and _rubs(drive):
+        found.append(
+            "the places of bodies follow from the torque without the file's friction: give them as columns"
+        )
+    return found
+
+
+def _largest_sag(drive: RoutedDrive, path: RoutePath) -> tuple[float, str]:
+    """Largest sag of a span at midspan in the poses of a motion [m], and which span."""
+    found = (0.0, "")
+    for pose in path.poses:
+        machine = moved(drive, pose) if pose else drive
+        rest = statics_of(machine)
+        for number, span in enumerate(machine.free_spans):
+            across = abs(float(rest.line_load[number] @ np.array(span.across)))
+            found = max(found, (across * span.length**2 / (8.0 * float(rest.mean[number])), span.name))
+    return found
+
+
+def _rubs(drive: RoutedDrive) -> bool:
+    rubs = [part.coulomb_friction for parts in (drive.motor, drive.pulley, drive.body) for part in parts]
+    return max(rubs, default=0.0) > 0.0
+
+
+def _reasons(
+    verdict: str, largest: float, bound: float, limit: float, doubts: list[str], ended: float | None
+) -> tuple[str, ...]:
+    words = f"largest transverse displacement {1e3 * largest:.4g} mm, limit {1e3 * limit:.4g} mm"
+    if ended is not None:
+        words += f"; followed until {ended:.4g} s, where a run reached {1e3 * MOST * limit:.4g} mm"
+    elif verdict == UNKNOWN and bound > limit:
+        words += (
+            f"; a change of the transverse frequencies by {DETUNING:.1%} and of the torque by "
+            f"{MORE_TORQUE - 1.0:.0%} takes it to {1e3 * bound:.4g} mm"
+        )
+    return (words, *doubts)
+
+
+def _assumptions(path: RoutePath, motion: PlannedMotion) -> tuple[str, ...]:
+    if len(path.snapshots) == 1:
+        return ("bodies stay where the file has them", *ASSUMPTIONS)
+    how = "given" if motion.places else "by the torque on the rigid machine without friction"
+    return (
+        f"modes in {len(path.snapshots)} poses, interpolated between them by span, plane and number; "
+        f"places of bodies {how}",
+        *ASSUMPTIONS,
+    )
+
+
+def _remedy(verdict: str, modes: tuple[ModeAlarm, ...]) -> str:
+    if verdict == SAFE or not modes:
+        return "none needed"
+    worst = modes[0]
+    where = f"mode {worst.number} of {worst.span} ({worst.frequency_hz:.4g} Hz)"
+    if worst.excitation == NONE:
+        return "no mode grows; what is named above is not decided"
+    if worst.excitation == DIRECT:
+        return f"keep the torque away from {where}: it is excited directly; or tighten the cable"
+    return (
+        f"reduce the torque's oscillation before {worst.time:.3g} s, damp the cable, or move the pretension "
+        f"of {where}"
+    )

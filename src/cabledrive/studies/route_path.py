@@ -1,0 +1,212 @@
+"""A planned motion of a machine with routes: its poses, their modes, and what the longitudinal modes do."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import ceil, pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.mechanics.holding import FREE
+from cabledrive.mechanics.network import network_of
+from cabledrive.mechanics.network.damping import rotor_turn
+from cabledrive.modal.network.spectrum import NetworkSpectrum
+from cabledrive.parameters import InputRefused, NotComputed
+from cabledrive.parameters.route import RoutedDrive, moved
+from cabledrive.studies.planned_motion import PlannedMotion
+from cabledrive.studies.route_snapshot import Snapshot, driven_of, snapshot_of
+
+Array = NDArray[np.float64]
+
+STEPS_PER_PERIOD = 16
+"""Of the highest mode: every mode turns exactly, only its coupling is taken in steps."""
+MOST_STEPS = 500_000
+POSES = 13
+"""At which modes are computed where bodies move; between them they are interpolated."""
+STILL = 1e-9
+"""Largest motion of a body that leaves the modes alone [m], [rad]."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class RoutePath:
+    """A machine along a motion, in equal steps.
+
+    Attributes
+    ----------
+    poses : tuple of dict of str to float
+        Places of bodies, one for each snapshot [m], [rad].
+    snapshots : tuple of Snapshot
+        All with the same modes.
+    time, here : ndarray, shape (steps + 1,)
+        [s]; number of the snapshot, with the share on the way to the next.
+    torque, pushed : ndarray, shapes (steps + 1, motors), (steps, motors)
+        [N m]; in the middle of each step.
+    along, along_rate : ndarray, shape (steps + 1, q)
+        Longitudinal modes [m sqrt(kg)], [m sqrt(kg)/s].
+    """
+
+    poses: tuple[dict[str, float], ...]
+    snapshots: tuple[Snapshot, ...]
+    time: Array
+    here: Array
+    torque: Array
+    pushed: Array
+    along: Array
+    along_rate: Array
+
+    @cached_property
+    def swing(self) -> Array:
+        """Longitudinal modes in the middle of each step, of fourth order, shape (steps, q)."""
+        h = float(self.time[1] - self.time[0])
+        mean = 0.5 * (self.along[1:] + self.along[:-1])
+        return np.asarray(mean - 0.125 * h * np.diff(self.along_rate, axis=0))
+
+    @cached_property
+    def _stacked(self) -> dict[str, Array]:
+        names = ("along", "along_loss", "along_turn", "across", "across_loss", "across_turn")
+        return {
+            name: np.array([getattr(one, name) for one in self.snapshots])
+            for name in (*names, "coupling", "shape", "strain", "tension")
+        }
+
+    def at(self, name: str, here: Array) -> Array:
+        """A figure of the snapshots at places along them, the place first."""
+        values = self._stacked[name]
+        first = np.minimum(here.astype(np.intp), max(len(values) - 2, 0))
+        share = (here - first).reshape(-1, *[1] * (values.ndim - 1))
+        return np.asarray(
+            (1.0 - share) * values[first] + share * values[np.minimum(first + 1, len(values) - 1)]
+        )
+
+
+def path_of(drive: RoutedDrive, motion: PlannedMotion) -> RoutePath:
+    """Snapshots along a motion, and the longitudinal modes under its torque from rest.
+
+    Raises `InputRefused` if a cable runs, the machine has no motor, or cannot be where the motion takes it;
+    `NotComputed` if the motion takes too many steps.
+    """
+    for route in drive.route:
+        if route.speed:
+            raise InputRefused(
+                f'route "{route.name}" runs: --motion is for cables that do not; set speed to 0'
+            )
+    places = dict(motion.places) or _places_by_torque(drive, motion)
+    places = {key: values for key, values in places.items() if np.ptp(values) > STILL}
+    poses, here = _poses(places, motion.time)
+    snapshots = _snapshots(drive, poses)
+    highest = max(max(one.along.max(), one.across.max(initial=0.0)) for one in snapshots)
+    duration = float(motion.time[-1])
+    steps = ceil(duration * highest / (2.0 * pi) * STEPS_PER_PERIOD)
+    if steps > MOST_STEPS:
+        raise NotComputed(
+            f"motion: {duration:.4g} s of modes up to {highest / (2 * pi):.4g} Hz take {steps} steps, at "
+            f"most {MOST_STEPS} are made: give a shorter part of the motion"
+        )
+    time = np.linspace(0.0, duration, steps + 1)
+    rows = _torques(drive, motion)
+    middle = 0.5 * (time[1:] + time[:-1])
+    torque, pushed = (
+        np.column_stack([np.interp(t, motion.time, row) for row in rows]) for t in (time, middle)
+    )
+    path = RoutePath(
+        poses=tuple(poses),
+        snapshots=tuple(snapshots),
+        time=time,
+        here=np.interp(time, motion.time, here),
+        torque=torque,
+        pushed=pushed,
+        along=np.empty(0),
+        along_rate=np.empty(0),
+    )
+    along, rate = _driven(path)
+    return replace(path, along=along, along_rate=rate)
+
+
+def _poses(places: Mapping[str, Array], time: Array) -> tuple[list[dict[str, float]], Array]:
+    """Poses at which modes are computed, and where on the way between them the motion is at each instant."""
+    if not places:
+        return [{}], np.zeros(time.size)
+    if len(places) == 1:  # on a line: a way back passes the same poses
+        ((key, values),) = places.items()
+        grid = np.linspace(values.min(), values.max(), POSES)
+        return [{key: float(one)} for one in grid], np.interp(values, grid, np.arange(POSES))
+    scaled = np.array([values / np.ptp(values) for values in places.values()])
+    way = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(scaled), axis=0)))
+    grid = np.linspace(0.0, way[-1], POSES)
+    moving = np.append(True, np.diff(way) > 0.0)
+    poses = [
+        {key: float(np.interp(one, way[moving], values[moving])) for key, values in places.items()}
+        for one in grid
+    ]
+    return poses, np.interp(way, grid, np.arange(POSES))
+
+
+def _snapshots(drive: RoutedDrive, poses: list[dict[str, float]]) -> list[Snapshot]:
+    """Snapshots with the same modes: a transverse one above all resonances of a pose is there uncoupled."""
+    found: list[Snapshot] = []
+    top: float | None = None
+    for pose in poses:
+        try:
+            found.append(snapshot_of(moved(drive, pose) if pose else drive, top))
+        except InputRefused as refusal:
+            if not pose:
+                raise
+            where = ", ".join(f"{key} = {value:.4g}" for key, value in pose.items())
+            raise InputRefused(f"motion: at {where}: {refusal}; give places as columns") from None
+        top = top or 1.05 * float(found[0].along.max()) / (2.0 * pi)
+    count = min(one.along.size for one in found)
+    keys = sorted({key for one in found for key in one.keys})
+    return [one.with_keys(keys, count) for one in found]
+
+
+def _places_by_torque(drive: RoutedDrive, motion: PlannedMotion) -> dict[str, Array]:
+    """Where the torque takes the bodies of the rigid machine from rest, without friction [m], [rad]."""
+    network = network_of(drive, motor=FREE)
+    rigid = NetworkSpectrum(network).rigid_body_modes
+    if not rigid:
+        return {}
+    from scipy.linalg import eigh
+
+    _, shapes = eigh(network.static_stiffness, network.static_mass)
+    rows = _torques(drive, motion)
+    turns = np.array([rotor_turn(network, number) for number in driven_of(drive)])
+    way = _twice_integrated(motion.time, np.array(rows).T @ turns @ shapes[:, :rigid]) @ shapes[:, :rigid].T
+    found = {}
+    for body in drive.body:
+        for move in body.moves:
+            at = 0.0 if move == "turn" else body.at["xy".index(move)]
+            found[f"{body.name}.{move}"] = at + way @ network.motion.unit(f"{body.name}.{move}")
+    return found
+
+
+def _torques(drive: RoutedDrive, motion: PlannedMotion) -> list[Array]:
+    """Torque of each motor over the motion's time [N m]."""
+    others = [drive.pulley[number].name for number in driven_of(drive)[1:]]
+    return [motion.torque, *(motion.torques.get(name, np.zeros(motion.time.size)) for name in others)]
+
+
+def _twice_integrated(time: Array, values: Array) -> Array:
+    for _ in range(2):
+        steps = 0.5 * np.diff(time)[:, None] * (values[1:] + values[:-1])
+        values = np.vstack([np.zeros(values.shape[1]), np.cumsum(steps, axis=0)])
+    return values
+
+
+def _driven(path: RoutePath) -> tuple[Array, Array]:
+    """Longitudinal modes under the torque: exact rotations, damping around them."""
+    h = float(path.time[1] - path.time[0])
+    middle = 0.5 * (path.here[1:] + path.here[:-1])
+    omega, loss, turn = (path.at(name, middle) for name in ("along", "along_loss", "along_turn"))
+    rest = np.einsum("iqm,im->iq", turn, path.pushed) / omega**2
+    cosine, sine, decay = np.cos(omega * h), np.sin(omega * h), np.exp(-0.5 * h * loss)
+    x, v = np.zeros(omega.shape[1]), np.zeros(omega.shape[1])
+    places, rates = np.zeros((path.time.size, x.size)), np.zeros((path.time.size, x.size))
+    for i in range(len(omega)):
+        v = v * decay[i]
+        x, v = (
+            rest[i] + (x - rest[i]) * cosine[i] + v / omega[i] * sine[i],
+            decay[i] * (v * cosine[i] - (x - rest[i]) * omega[i] * sine[i]),
+        )
+        places[i + 1], rates[i + 1] = x, v
+    return places, rates

@@ -1,0 +1,221 @@
+"""Modes of a machine with routes in one pose as numbers: those a motor drives and those that these excite."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import pi
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.mechanics.holding import FREE
+from cabledrive.mechanics.network import network_of
+from cabledrive.mechanics.network.assembly import Network
+from cabledrive.modal import Mode
+from cabledrive.modal import modes as certified_modes
+from cabledrive.modal.network.motion import HeldMotion, NetworkMotion
+from cabledrive.parameters import InputRefused
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.studies.mode_slopes import WAYS, Slopes, coupling_by_span, slopes_of, transverse_loss
+from cabledrive.studies.pair_thresholds import HIGHEST, NEAR
+from cabledrive.studies.route_mode_losses import modal_damping, quadrature
+
+Array = NDArray[np.float64]
+Key = tuple[str, str, int]
+"""Of a transverse mode: span, plane, number among those of that span and plane."""
+
+POINTS = np.linspace(0.0, 1.0, 11)[1:-1]
+"""Shares of a span's length at which its displacement is looked at."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Snapshot:
+    """A machine in one pose: q longitudinal modes that a motor drives and a transverse ones.
+
+    Attributes
+    ----------
+    along, along_loss : ndarray, shape (q,)
+        [rad/s], [1/s].
+    along_turn : ndarray, shape (q, motors)
+        Turn of the motors in a mode of unit modal mass [rad/sqrt(kg)].
+    strain : ndarray, shape (pieces, q)
+        Rise of the tension of each piece by a mode [N/(m sqrt(kg))].
+    tension : ndarray, shape (pieces,)
+        Lowest at rest [N].
+    keys : tuple of (str, str, int)
+        Of the transverse modes.
+    across, across_loss : ndarray, shape (a,)
+        [rad/s], [1/s].
+    across_turn : ndarray, shape (a, motors)
+    coupling : ndarray, shape (q, a, a)
+        Of Eq. (N.11).
+    shape : ndarray, shape (points, a)
+        Displacement from the chord of the span at the points of all spans, both planes [kg^-1/2].
+    certified : bool
+    reach : float
+        Transverse modes above it are not listed: no longitudinal mode excites them [rad/s].
+    """
+
+    along: Array
+    along_loss: Array
+    along_turn: Array
+    strain: Array
+    tension: Array
+    keys: tuple[Key, ...]
+    across: Array
+    across_loss: Array
+    across_turn: Array
+    coupling: Array
+    shape: Array
+    certified: bool
+    reach: float
+
+    def with_keys(self, keys: Sequence[Key], count: int) -> "Snapshot":
+        """These transverse modes and the first so many longitudinal ones; what it lacks lies above."""
+        have = [n for n, key in enumerate(keys) if key in self.keys]
+        own = [self.keys.index(keys[n]) for n in have]
+        across, loss = np.full(len(keys), self.reach), np.zeros(len(keys))
+        turn = np.zeros((len(keys), self.across_turn.shape[1]))
+        coupling, shape = np.zeros((count, len(keys), len(keys))), np.zeros((len(self.shape), len(keys)))
+        across[have], loss[have], turn[have] = self.across[own], self.across_loss[own], self.across_turn[own]
+        coupling[np.ix_(range(count), have, have)] = self.coupling[np.ix_(range(count), own, own)]
+        shape[:, have] = self.shape[:, own]
+        return replace(
+            self,
+            along=self.along[:count],
+            along_loss=self.along_loss[:count],
+            along_turn=self.along_turn[:count],
+            strain=self.strain[:, :count],
+            keys=tuple(keys),
+            across=across,
+            across_loss=loss,
+            across_turn=turn,
+            coupling=coupling,
+            shape=shape,
+        )
+
+
+def snapshot_of(drive: RoutedDrive, wanted: float | None = None) -> Snapshot:
+    """Modes of a machine whose rotors are free, to a frequency of the longitudinal ones.
+
+    ``wanted`` [Hz]; None: three times the lowest longitudinal mode that a motor drives.
+    Raises `InputRefused` if no motor drives a longitudinal mode.
+    """
+    network = network_of(drive, motor=FREE)
+    top = wanted or HIGHEST * _lowest_driven(network, drive)
+    found = certified_modes(drive, below=top * 1.0001, motor=FREE)
+    nodes, weights, slope = quadrature()
+    along = []
+    for mode in found.longitudinal:
+        turns = _turns(network, mode)
+        if not mode.clamped and np.any(turns):
+            along.append((Slopes(mode, slopes_of(network, mode, "along", nodes, slope)), turns))
+    signs = [np.sign(turns[np.flatnonzero(turns)[0]]) for _, turns in along]
+    reach = 0.5 * (1.0 + NEAR) * top
+    across = [
+        Slopes(mode, slopes_of(network, mode, WAYS[mode.plane or "w"], nodes, slope))
+        for mode in found.transverse
+        if mode.frequency <= reach
+    ]
+    facing = np.array([_facing(own) for own in across])
+    coupling = np.zeros((len(along), len(across), len(across)))
+    for q, (own, _) in enumerate(along):
+        for i, a in enumerate(across):
+            for j, b in enumerate(across[: i + 1]):
+                if a.mode.plane == b.mode.plane:
+                    value = signs[q] * sum(coupling_by_span(network, own, a, b, weights).values())
+                    coupling[q, i, j] = coupling[q, j, i] = value * facing[i] * facing[j]
+    rows: dict[str, Any] = {
+        "along": np.array([2.0 * pi * own.mode.frequency for own, _ in along]),
+        "along_loss": np.array([modal_damping(network, own.mode, own.by_piece) for own, _ in along]),
+        "along_turn": np.array([sign * turns for sign, (_, turns) in zip(signs, along, strict=True)]),
+        "strain": _strain(network, [own for own, _ in along], weights) * np.array(signs),
+        "across": np.array([2.0 * pi * own.mode.frequency for own in across]),
+        "across_loss": np.array([transverse_loss(network, own) for own in across]),
+        "across_turn": np.array(
+            [one * _turns(network, own.mode) for one, own in zip(facing, across, strict=True)]
+        ).reshape(len(across), len(driven_of(drive))),
+        "shape": _shapes(network, across) * facing,
+    }
+    return Snapshot(
+        **rows,
+        tension=np.array([min(piece.start_tension, piece.end_tension) for piece in network.pieces]),
+        keys=_keys(across),
+        coupling=coupling,
+        certified=found.certified,
+        reach=2.0 * pi * reach,
+    )
+
+
+def driven_of(drive: RoutedDrive) -> tuple[int, ...]:
+    """Pulleys with a motor; without one the first pulley takes the torque, as in the table of pairs."""
+    return drive.driven or (0,)
+
+
+def _lowest_driven(network: Network, drive: RoutedDrive) -> float:
+    """Lowest longitudinal mode in which a motor turns [Hz]."""
+    for mode in certified_modes(drive, count=10, motor=FREE).longitudinal:
+        if not mode.clamped and np.any(_turns(network, mode)):
+            return mode.frequency
+    raise InputRefused("motion: no motor turns in the first longitudinal modes: it changes no tension")
+
+
+def _turns(network: Network, mode: Mode) -> Array:
+    """Turn of each motor in a mode of unit modal mass, shape (motors,); 0 below round-off."""
+    drive, joints = network.drive, mode._motion.joints
+    if not joints:
+        return np.zeros(len(driven_of(drive)))
+    largest = max(float(np.abs(value[0])) for value in joints.values())
+    found = []
+    for number in driven_of(drive):
+        name = drive.pulley[number].name
+        value = joints.get(f"rotor of {name}", joints.get(name))
+        turn = 0.0 if value is None else float(np.real(value[0]))
+        found.append(turn if abs(turn) > 1e-9 * largest else 0.0)
+    return np.array(found)
+
+
+def _facing(own: Slopes) -> float:
+    """Sign that makes a mode leave the start of its first piece upwards: the same in every pose."""
+    values = own.by_piece[min(own.by_piece, key=lambda number: -float(np.abs(own.by_piece[number]).max()))]
+    return 1.0 if values[0] >= 0.0 else -1.0
+
+
+def _keys(across: Sequence[Slopes]) -> tuple[Key, ...]:
+    counted: dict[tuple[str, str], int] = {}
+    found = []
+    for own in across:
+        where = own.mode.span or "", own.mode.plane or "w"
+        counted[where] = counted.get(where, 0) + 1
+        found.append((*where, counted[where]))
+    return tuple(found)
+
+
+def _strain(network: Network, along: Sequence[Slopes], weights: Array) -> Array:
+    """Mean rise of the tension of each piece by each longitudinal mode."""
+    found = np.zeros((len(network.pieces), len(along)))
+    for q, own in enumerate(along):
+        for number, values in own.by_piece.items():
+            route = network.drive.free_spans[network.pieces[number].span].route
+            rigidity = network.drive.ropes[route].axial_rigidity
+            found[number, q] = rigidity * float(weights @ values)
+    return found
+
+
+def _shapes(network: Network, across: Sequence[Slopes]) -> Array:
+    """Displacement from the chord at the points of all spans, in plane and then out of plane."""
+    spans = network.drive.free_spans
+    found = np.zeros((2, len(spans), POINTS.size, len(across)))
+    ends = np.array([0.0, *POINTS, 1.0])
+    for column, own in enumerate(across):
+        plane, motion = 0 if own.mode.plane == "w" else 1, own.mode._motion
+        for number, span in enumerate(spans):
+            x = ends * span.length
+            values = np.zeros(x.size)
+            if isinstance(motion, HeldMotion) and span.name == own.mode.span:
+                values = motion.shape(span.name, x)[0].real
+            elif isinstance(motion, NetworkMotion):
+                values = motion.displacement(span.name, WAYS[own.mode.plane or "w"], x)[0].real
+            chord = values[0] + (values[-1] - values[0]) * ends
+            found[plane, number, :, column] = (values - chord)[1:-1]
+    return found.reshape(2 * len(spans) * POINTS.size, len(across))
