@@ -57,13 +57,6 @@ def uploaded(page, path):
     page.locator("#from-log").wait_for()
 
 
-def number_of(page, words):
-    """A value of the numbers of a piece of work."""
-    page.evaluate("document.querySelector('details.numbers').open = true")
-    row = page.locator(".facts div", has=page.get_by_text(words, exact=True))
-    return float(row.locator("dd").inner_text().split()[0])
-
-
 def test_a_printer_is_mapped_pinged_and_shaped(tmp_path):
     sound = pinged(tmp_path, {"belt-a.wav": 30.0, "belt-b.wav": 26.0})
     (tmp_path / "resonances_x_my.csv").write_text(measured_peak(47.0))
