@@ -146,10 +146,11 @@ def _end_place(drive: RoutedDrive, piece: Piece, start: bool) -> Place | None:
 
 def _wrap_at(drive: RoutedDrive, span: int, start: bool) -> float | None:
     """Wrap of the pulley at one end of a span [rad]; None on a drum."""
-    own = [i for i, other in enumerate(drive.free_spans) if other.route == drive.free_spans[span].route]
+    spans, route = drive.free_spans, drive.free_spans[span].route
     if not start:
-        return drive.free_spans[span].wrap
-    number = own.index(span)
-    if number == 0 and not drive.route[drive.free_spans[span].route].closed:
+        return spans[span].wrap
+    if span > 0 and spans[span - 1].route == route:
+        return spans[span - 1].wrap
+    if not drive.route[route].closed:
         return None
-    return drive.free_spans[own[number - 1]].wrap
+    return [other for other in spans if other.route == route][-1].wrap

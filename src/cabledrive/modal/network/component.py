@@ -138,13 +138,13 @@ class HeldElement:
 
 
 def components_of(
-    network: Network, *, even: bool = False
+    network: Network, elastic: dict[int, ElasticLink] | None = None
 ) -> tuple[list[Component], list[HeldWaves], list[HeldElement]]:
     """Independent parts of a network, its waves between ends at rest, its elements between ends at rest.
 
-    ``even``: take all ropes for straight strings of even tension.
+    ``elastic``: its heavy strings and beams by the number of their link; found if not given.
     """
-    elastic = {} if even else elastic_links(network)
+    elastic = elastic_links(network) if elastic is None else elastic
     moved = np.any(network.start, axis=1) | np.any(network.end, axis=1)
     for number, link in elastic.items():
         moved[number] = link.rows.any()
@@ -159,8 +159,9 @@ def components_of(
     coupled = [link for number, link in elastic.items() if moved[number]]
     strings = np.array([i for i in np.flatnonzero(moved) if i not in elastic], dtype=np.intp)
     groups = _groups(network, strings, coupled)
+    wide = {name: _wide(getattr(network, name), slope_columns(network)) for name in _ROWS}
     return (
-        [_component(network, columns, strings, coupled) for columns in groups],
+        [_component(network, wide, columns, strings, coupled) for columns in groups],
         held,
         [held_element(elastic[links[0][0]], tuple(links)) for links in resting.values()],
     )
@@ -191,9 +192,14 @@ def _wide(rows: Array, columns: int) -> Array:
 
 
 def _component(
-    network: Network, columns: NDArray[np.intp], strings: NDArray[np.intp], elastic: list[ElasticLink]
+    network: Network,
+    rows: dict[str, Array],
+    columns: NDArray[np.intp],
+    strings: NDArray[np.intp],
+    elastic: list[ElasticLink],
 ) -> Component:
-    wide = {name: _wide(getattr(network, name), slope_columns(network))[:, columns] for name in _ROWS}
+    """The part with some columns; ``rows``: those of the network by name, slopes of carriages included."""
+    wide = {name: own[:, columns] for name, own in rows.items()}
     own = np.any(wide["start"], axis=1) | np.any(wide["end"], axis=1)
     links = strings[own[strings]]
     masses = np.flatnonzero(np.any(wide["mass_rows"], axis=1))
@@ -211,7 +217,7 @@ def _component(
         mass_rows=wide["mass_rows"][masses],
         spring=network.spring[springs],
         spring_rows=wide["spring_rows"][springs],
-        geometric=np.pad(network.geometric, (0, more))[np.ix_(columns, columns)],
+        geometric=_square(network.geometric, columns),
         rigid_body_modes=0,
         elastic=tuple(
             replace(link, rows=link.rows[:, columns]) for link in elastic if link.rows[:, columns].any()
@@ -219,6 +225,14 @@ def _component(
     )
     names = (*network.motion.names, *(f"slope {number}" for number in range(more)))
     return replace(component, rigid_body_modes=_rigid(component, [names[i] for i in columns]))
+
+
+def _square(matrix: Array, columns: NDArray[np.intp]) -> Array:
+    """Rows and columns of a matrix, zeros where it has none."""
+    own = columns < matrix.shape[0]
+    out = np.zeros((columns.size, columns.size))
+    out[np.ix_(own, own)] = matrix[np.ix_(columns[own], columns[own])]
+    return out
 
 
 def held_element(link: ElasticLink, links: tuple[tuple[int, int], ...]) -> HeldElement:

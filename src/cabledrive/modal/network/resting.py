@@ -9,7 +9,7 @@ import numpy as np
 from cabledrive.mechanics.network.assembly import DIRECTIONS, Network
 from cabledrive.modal.mode import HEAVY_STRING, TENSIONED_BEAM
 from cabledrive.modal.network.component import HeldElement
-from cabledrive.modal.network.elastic_links import elastic_links
+from cabledrive.modal.network.elastic_links import ElasticLink
 from cabledrive.modal.network.structure import ComponentStructure
 from cabledrive.modal.solver import Proven
 
@@ -53,10 +53,10 @@ class RestingElement:
             )
 
 
-def models_of(network: Network) -> dict[tuple[str, str], str]:
+def models_of(network: Network, elastic: dict[int, ElasticLink]) -> dict[tuple[str, str], str]:
     """What the rope of a span is taken for, by span and direction, where it is no even string."""
     found = {}
-    for number, link in elastic_links(network).items():
+    for number, link in elastic.items():
         span = network.drive.free_spans[network.pieces[network.piece[number]].span].name
         model = TENSIONED_BEAM if link.element.bending else HEAVY_STRING
         found[span, DIRECTIONS[network.direction[number]]] = model

@@ -9,6 +9,7 @@ from cabledrive.mechanics.network.assembly import DIRECTIONS, Network
 from cabledrive.mechanics.network.motion import ALONG
 from cabledrive.modal.mode import LONGITUDINAL, STRING, TRANSVERSE, Mode
 from cabledrive.modal.network.component import HeldWaves, components_of
+from cabledrive.modal.network.elastic_links import elastic_links
 from cabledrive.modal.network.motion import PLANES, HeldMotion, NetworkMotion
 from cabledrive.modal.network.resting import RestingElement, models_of
 from cabledrive.modal.network.structure import MULTIPLE, ComponentStructure
@@ -35,10 +36,11 @@ class NetworkSpectrum:
 
     def __init__(self, network: Network, *, even: bool = False) -> None:
         self.network = network
-        components, self._held, resting = components_of(network, even=even)
+        elastic = {} if even else elastic_links(network)
+        components, self._held, resting = components_of(network, elastic)
         self._structures = [ComponentStructure(component) for component in components]
         self._resting = [RestingElement(network, own) for own in resting]
-        self._models = {} if even else models_of(network)
+        self._models = models_of(network, elastic)
         self.rigid_body_modes = sum(structure.rigid_body_modes for structure in self._structures)
         self.enclosure = ENCLOSURE
         self._lazy: dict[int, tuple[list[Mode], Iterator[Mode]]] = {}

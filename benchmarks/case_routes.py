@@ -1,0 +1,86 @@
+"""Machines with routes: modes of a CoreXY, its map over the bed, a ropeway of up to 200 sheaves."""
+
+import os
+import time
+from dataclasses import replace
+
+import numpy as np
+from harness import side_by_side, table
+
+import cabledrive as cd
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route.parts import RoutedCarriage
+from cabledrive.studies.mode_map import map_modes
+
+TITLE = "Machines with routes"
+SIZES = (25, 50, 100, 200)
+MODES, GRID, CORES = 50, 30, 2
+
+
+def report() -> str:
+    return f"{corexy()}\n\n{bed()}\n\n{ropeways()}"
+
+
+def corexy() -> str:
+    drive = cd.load_drive("corexy")
+    timing = side_by_side({"modes": lambda: cd.modes(drive, below=300.0)})["modes"]
+    number = timing.result.certificate.count
+    return f"CoreXY, {number} modes to 300 Hz, certified: {1e3 * timing.median:.1f} ms ± {timing.spread:.0%}."
+
+
+def bed() -> str:
+    drive, one = cd.load_drive("corexy"), os.sched_getaffinity(0)
+    vary = {"head.x": np.linspace(0.06, 0.36, GRID), "beam.y": np.linspace(0.05, 0.33, GRID)}
+    os.sched_setaffinity(0, range(CORES))  # the harness keeps to one core
+    start = time.perf_counter()
+    map_modes(drive, vary, workers=CORES)
+    seconds = time.perf_counter() - start
+    os.sched_setaffinity(0, one)
+    return f"Map of {GRID} x {GRID} positions on {CORES} cores: {seconds:.1f} s on the wall."
+
+
+def ropeways() -> str:
+    """First longitudinal modes; the rope without and with its bending stiffness."""
+    rows = []
+    for sheaves in SIZES:
+        machines = {bends: ropeway(sheaves, bends) for bends in (False, True)}
+        times = side_by_side(
+            {
+                bends: lambda own=own: cd.natural_frequencies(own, count=MODES)
+                for bends, own in machines.items()
+            },
+            rounds=5,
+        )
+        shown = [f"{times[bends].median:.2f} s ± {times[bends].spread:.0%}" for bends in (False, True)]
+        rows.append([str(sheaves), str(sheaves // 2), *shown])
+    return table(["sheaves", "cabins", f"first {MODES} modes", "rope with bending stiffness"], rows)
+
+
+def ropeway(sheaves: int, bends: bool) -> RoutedDrive:
+    """The packaged ropeway, longer: a tower of five sheaves every 220 m on a convex line, a cabin for two."""
+    drive = cd.load_drive("ropeway-towers")
+    towers, template = sheaves // 5, next(own for own in drive.pulley if own.name.startswith("tower"))
+    length = 220.0 * (towers + 1)
+    drive_wheel, back = (own for own in drive.pulley if not own.name.startswith("tower"))
+    pulleys = [drive_wheel, replace(back, at=(length, 0.0))]
+    for tower in range(towers):
+        for place in range(5):
+            x = length - 220.0 * (tower + 1) + 1.2 - 0.6 * place
+            y = 8.0 + 8.0 * (1.0 - (2.0 * x / length - 1.0) ** 2)
+            pulleys.append(replace(template, name=f"tower {tower + 1} {place + 1}", at=(x, y)))
+    cabins = sheaves // 2
+    path = ("+drive", "+return", *(f"+{own.name}" for own in pulleys[2:]))
+    rope = (
+        drive.cable if bends else replace(drive.cable, type="", bending_stiffness=None, given_rigidity=100e6)
+    )
+    return replace(
+        drive,
+        pulley=tuple(pulleys),
+        body=(replace(drive.body[0], at=(length, 0.0)),),
+        carriage=tuple(
+            RoutedCarriage(route="rope", mass=750.0, guided=False, position=2 * length * (i + 0.37) / cabins)
+            for i in range(cabins)
+        ),
+        route=(replace(drive.route[0], path=path),),
+        cable=rope,
+    )
