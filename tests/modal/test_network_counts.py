@@ -16,10 +16,14 @@ def wrong_counts(seed, networks, moving):
     rng, wrong, made = np.random.default_rng(seed), 0, 0
     for _ in range(networks):
         component, strings, mass, spring, others = random_network(rng, moving)
+        frequencies = rng.uniform(0.05, 1.0, 8)
+        tied = sum(string.start**2 + string.end**2 for string in strings) + np.diag(mass) + np.diag(spring)
+        if not tied.all():  # a coordinate that nothing moves, ties or holds: no machine
+            continue
         truth = natural_frequencies(strings, mass, spring, DEGREE)
         slowest = min(string.wave_speed - abs(string.speed) for string in strings)
         counter = ComponentStructure(component)
-        for omega in rng.uniform(0.05, 1.0, 8) * slowest * DEGREE / 2.4:
+        for omega in frequencies * slowest * DEGREE / 2.4:
             if np.min(np.abs(truth - omega)) < 1e-4 * omega:  # closer than the oracle knows its frequencies
                 continue
             own = counter.count(omega) + int(others @ np.floor(omega * component.time / np.pi))

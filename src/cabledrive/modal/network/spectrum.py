@@ -115,7 +115,8 @@ class NetworkSpectrum:
     ) -> tuple[list[Mode], float]:
         """First modes of one kind of an independent part, and up to where these are all [rad/s]."""
         along = self.network.direction[structure.component.links] == DIRECTIONS.index(ALONG)
-        if not np.any(along if kind == LONGITUDINAL else ~along):
+        bends = kind == TRANSVERSE and structure.component.elastic
+        if not bends and not np.any(along if kind == LONGITUDINAL else ~along):
             return [], np.inf
         found: list[Mode] = []
         seen, reach = 0, 0.0
