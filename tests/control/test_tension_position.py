@@ -8,23 +8,20 @@ from cabledrive.control.tension_allocation import PREFERENCE, allocate
 from cabledrive.control.tension_position import TensionGains, first_state, step
 from cabledrive.reduction.two_motors_kernels import TwoMotors
 
-NONE = np.full((2, 2), np.nan)
-PAIR = TwoMotors(  # a mass on a rail between two springs, as two gears would hold it
+PAIR = TwoMotors(  # a mass on a rail between two winches 8 m apart
     mass=np.array([3.0]),
     force=np.zeros(1),
     viscous=np.zeros(1),
     coulomb=np.zeros(1),
-    frame=np.zeros((2, 1)),
-    row=np.array([[1.0], [-1.0]]),
-    centre=NONE,
+    frame=np.array([[1.0], [0.0]]),
+    centre=np.array([[-4.0, 0.0], [4.0, 0.0]]),
     radius=np.zeros(2),
-    anchor=NONE,
-    bearing=NONE,
-    fixed=np.ones(2),
+    anchor=np.zeros((2, 2)),
+    bearing=np.array([[1.0, 0.0], [-1.0, 0.0]]),
+    fixed=np.zeros(2),
     unwound=np.array([-0.02, -0.02]),
-    rigidity=np.array([5e3, 5e3]),
+    rigidity=np.array([2e4, 2e4]),
     loss=np.zeros(2),
-    gap=np.full(2, np.inf),
     drum=np.array([0.1, 0.1]),
     inertia=np.array([0.01, 0.01]),
     turning_viscous=np.zeros(2),
@@ -43,7 +40,6 @@ GAINS = TensionGains(
     observer=15.0,
     sliding=0.1,
     interval=1e-3,
-    cells=True,
 )
 
 
@@ -95,12 +91,3 @@ def test_allocation_is_the_bounded_least_squares_solution(m):
         assert cost(found) <= cost(best.x) * (1.0 + 1e-9) + 1e-9, (found, best.x)
         edges += bool(np.any((found <= low) | (found >= high)))
     assert edges > 10, "the limits were hardly reached"
-
-
-@pytest.mark.kernel("cabledrive.control.tension_position")
-def test_an_encoder_of_the_body_stands_for_load_cells():
-    """The same step with the tension from the twist: at rest the same torques."""
-    gains = GAINS._replace(cells=False)
-    state, torque = step(gains, first_state(gains, REST), np.array([0.0, 0.0, 0.0]), np.zeros(5))
-    np.testing.assert_allclose(torque, PAIR.drum * REST, rtol=1e-12)
-    assert state[9] == 0.0

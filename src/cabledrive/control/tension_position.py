@@ -38,7 +38,6 @@ class TensionGains(NamedTuple):
     observer: float  # bandwidth of the observer of the body [rad/s]
     sliding: float  # speed of a drum below which its friction is smoothed [rad/s]
     interval: float  # sample time [s]
-    cells: bool  # tensions are measured and the body is not; else the other way round
 
 
 def first_state(gains: TensionGains, tension: Array) -> Array:
@@ -56,9 +55,8 @@ def first_state(gains: TensionGains, tension: Array) -> Array:
 def step(gains: TensionGains, state: Array, measurement: Array, reference: Array) -> tuple[Array, Array]:
     """One sample: the observer takes in the measurement, tensions are allocated, each motor follows its own.
 
-    ``measurement``: angles of the drums [rad] and tensions [N], or with an encoder of the body its
-    coordinates; ``reference``, shape (3 m + 2,): wanted place, speed and acceleration, lead of either tension
-    [N].
+    ``measurement``, shape (4,): angles of the drums [rad], tensions [N]; ``reference``, shape (3 m + 2,):
+    wanted place, speed and acceleration, lead of either tension [N].
     Returns the next state and the torques, positive winding in, shape (2,) [N m].
     """
     machine = gains.machine
@@ -133,18 +131,13 @@ def observe(
     the part of the line's acceleration that its turning makes [m/s^2].
     """
     machine, m = gains.machine, q.size
-    innovation = np.zeros(m)
-    if gains.cells:
-        left = np.zeros(2)
-        for i in range(2):
-            length, free, _ = line_at(machine, i, q, along[i])
-            tension[i] = measurement[2 + i]
-            paid = machine.unwound[i] - machine.drum[i] * measurement[i]
-            left[i] = paid + tension[i] * free / machine.rigidity[i] - length
-        solve_lines(along, left, innovation)
-    else:
-        for j in range(m):
-            innovation[j] = measurement[2 + j] - q[j]
+    innovation, left = np.zeros(m), np.zeros(2)
+    for i in range(2):
+        length, free, _ = line_at(machine, i, q, along[i])
+        tension[i] = measurement[2 + i]
+        paid = machine.unwound[i] - machine.drum[i] * measurement[i]
+        left[i] = paid + tension[i] * free / machine.rigidity[i] - length
+    solve_lines(along, left, innovation)
     w, h = gains.observer, gains.interval
     for j in range(m):  # three equal poles
         z = exp(-w * h)
@@ -152,17 +145,13 @@ def observe(
         v[j] += 1.5 * (1.0 - z) ** 2 * (1.0 + z) / h * innovation[j]
         d[j] += (1.0 - z) ** 3 / h**2 * innovation[j]
     for i in range(2):
-        length, free, span = line_at(machine, i, q, along[i])
+        _, free, span = line_at(machine, i, q, along[i])
         stiffness[i] = machine.rigidity[i] / free
-        if not gains.cells:
-            stretch = length + machine.drum[i] * measurement[i] - machine.unwound[i]
-            tension[i] = stiffness[i] * stretch
         total, own = 0.0, 0.0
         for j in range(m):
             total += (machine.frame[0, j] * v[j]) ** 2 + (machine.frame[1, j] * v[j]) ** 2
             own += along[i, j] * v[j]
-        curved = machine.centre[i, 0] == machine.centre[i, 0]
-        bend[i] = (total - own * own) / span if curved else 0.0
+        bend[i] = (total - own * own) / span
 
 
 @njit

@@ -1,4 +1,4 @@
-"""A machine with routes whose body is held between two motors: a line or a gear from each, as numbers.
+"""A machine with routes whose body is held between two motors, a line from each, as numbers.
 
 Lines are springs without mass; idlers turn with their drums. What that leaves out is in `ASSUMED`.
 """
@@ -98,7 +98,6 @@ def winched_machine(drive: RoutedDrive) -> TwoMotorMachine:
         viscous=np.full(n, drive.body[body].damping),
         coulomb=np.full(n, drive.body[body].coulomb_friction),
         frame=frame,
-        row=np.zeros((2, n)),
         centre=np.array([line["centre"] for line in lines]),
         radius=np.array([line["radius"] for line in lines]),
         anchor=np.array([line["anchor"] for line in lines]),
@@ -107,7 +106,6 @@ def winched_machine(drive: RoutedDrive) -> TwoMotorMachine:
         unwound=-rest * free / rigidity,
         rigidity=rigidity,
         loss=np.array([line["loss"] for line in lines]),
-        gap=np.full(2, np.inf),
         drum=np.array([line["drum"] for line in lines]),
         inertia=np.array([line["inertia"] for line in lines]),
         turning_viscous=np.array([line["viscous"] for line in lines]),

@@ -1,4 +1,4 @@
-r"""A body between two motors, each pulling through its own line or gear: elongations and forces, compiled.
+r"""A body between two motors, each pulling through its own line: elongations and forces, compiled.
 
 With the body's coordinates q and the drums' angles :math:`\theta_i` (positive: winding in) the tension is
 
@@ -17,22 +17,20 @@ from cabledrive.mechanics.network.motion import Array
 class TwoMotors(NamedTuple):
     """Numbers of a machine with m coordinates and two motors, in SI; rows by motor."""
 
-    mass: Array  # (m,): of each coordinate [kg], [kg m^2]
-    force: Array  # (m,): weight and loads [N], [N m]
+    mass: Array  # (m,): of each coordinate [kg]
+    force: Array  # (m,): weight and loads [N]
     viscous: Array  # (m,)
     coulomb: Array  # (m,)
-    frame: Array  # (2, m): motion of the anchors in x and y; zero of a gear
-    row: Array  # (2, m): elongation per coordinate of a gear; zero of a line
+    frame: Array  # (2, m): motion of the anchors in x and y
     centre: Array  # (2, 2): of the last pulley before the body [m]
     radius: Array  # (2,): of that pulley, with the sense of the cable as its sign [m]
     anchor: Array  # (2, 2): where each line ends at q = 0 [m]
     bearing: Array  # (2, 2): unit vector along each line at q = 0
-    fixed: Array  # (2,): free length before the last pulley; of a gear 1 [m]
+    fixed: Array  # (2,): free length before the last pulley [m]
     unwound: Array  # (2,): s at theta = 0 [m]
-    rigidity: Array  # (2,): EA [N]; of a gear its stiffness [N m/rad]
-    loss: Array  # (2,): axial damping [N s]; of a gear [N m s/rad]
-    gap: Array  # (2,): backlash, infinite of a line [m], [rad]
-    drum: Array  # (2,): radius [m]; of a gear 1
+    rigidity: Array  # (2,): EA [N]
+    loss: Array  # (2,): axial damping [N s]
+    drum: Array  # (2,): radius [m]
     inertia: Array  # (2,): of the drum and all that turns with it [kg m^2]
     turning_viscous: Array  # (2,)
     turning_coulomb: Array  # (2,)
@@ -45,12 +43,6 @@ def line_at(m: TwoMotors, i: int, q: Array, along: Array) -> tuple[float, float,
 
     ``along``, shape (m,): takes dL/dq.
     """
-    length = 0.0
-    for j in range(q.size):
-        along[j] = m.row[i, j]
-        length += m.row[i, j] * q[j]
-    if m.centre[i, 0] != m.centre[i, 0]:  # a gear has no pulley
-        return length, m.fixed[i], m.fixed[i]
     x, y = m.anchor[i, 0] - m.centre[i, 0], m.anchor[i, 1] - m.centre[i, 1]
     before = sqrt(x * x + y * y - m.radius[i] ** 2)
     for j in range(q.size):
@@ -74,10 +66,6 @@ def arc_between(ax: float, ay: float, bx: float, by: float) -> float:
 
 
 @njit
-def contact(elongation: float, speed: float, stiffness: float, loss: float, gap: float) -> float:
-    """Force of a line that only pulls, or of a gear with a gap behind its flank."""
-    if elongation > 0.0:
-        return max(stiffness * elongation + loss * speed, 0.0)
-    if elongation < -gap:
-        return min(stiffness * (elongation + gap) + loss * speed, 0.0)
-    return 0.0
+def pulled(stretch: float, speed: float, stiffness: float, loss: float) -> float:
+    """Tension of a line that only pulls [N]; ``speed``: at which it is stretched [m/s]."""
+    return max(stiffness * stretch + loss * speed, 0.0) if stretch > 0.0 else 0.0

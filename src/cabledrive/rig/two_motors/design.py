@@ -111,7 +111,6 @@ def design_tensions(
         observer=OBSERVER_SHARE * fastest,
         sliding=SLIDING / float(numbers.drum.max()),
         interval=interval,
-        cells=True,
     )
     return TensionDesign(gains=gains, floor=floor, gust=gust, margin=margin)
 

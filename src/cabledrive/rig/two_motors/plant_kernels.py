@@ -7,7 +7,7 @@ import numpy as np
 from cabledrive.control.numbers import Array
 from cabledrive.control.tension_position import TensionGains, step
 from cabledrive.mechanics.compiled import njit
-from cabledrive.reduction.two_motors_kernels import TwoMotors, contact, line_at
+from cabledrive.reduction.two_motors_kernels import TwoMotors, line_at, pulled
 
 # Columns of a record of m coordinates, in this order: place (m), tensions, torques, angles of the drums,
 # reshaped, wanted tensions.
@@ -21,8 +21,8 @@ class RigNumbers(NamedTuple):
     substeps: int  # internal steps per sample
     late: int  # delay from sampling to torque, in internal steps
     lag: float  # part of the distance to the commanded torque that remains after an internal step
-    counts: Array  # (2 + m,): one count of each encoder [rad], [m]; 0: exact
-    phases: Array  # (2 + m,): where in its count each starts
+    counts: Array  # (2,): one count of each drum's encoder [rad]; 0: exact
+    phases: Array  # (2,): where in its count each starts
     noise: Array  # (samples, 2): of the load cells [N]
 
 
@@ -45,13 +45,13 @@ def close_loop(
     m = machine.mass.size
     q, v, angle, turn = np.zeros(m), np.zeros(m), np.zeros(2), np.zeros(2)
     along, tension, torque = np.zeros((2, m)), np.zeros(2), np.zeros(2)
-    command, held, measurement = np.zeros(2), np.zeros(2), np.zeros(2 + max(2, m))
+    command, held, measurement = np.zeros(2), np.zeros(2), np.zeros(4)
     pull_of(machine, q, v, angle, turn, along, tension)
     for i in range(2):  # at rest the motors hold the lines
         torque[i] = machine.drum[i] * tension[i]
         command[i] = held[i] = torque[i]
     for k in range(len(reference)):
-        read(rig, gains.cells, k, q, angle, tension, measurement)
+        read(rig, k, angle, tension, measurement)
         for i in range(2):
             held[i] = command[i]
         state, command = step(gains, state, measurement, reference[k])
@@ -74,17 +74,11 @@ def close_loop(
 
 
 @njit
-def read(
-    rig: RigNumbers, cells: bool, k: int, q: Array, angle: Array, tension: Array, measurement: Array
-) -> None:
+def read(rig: RigNumbers, k: int, angle: Array, tension: Array, measurement: Array) -> None:
     """What the sensors give at a sample."""
     for i in range(2):
         measurement[i] = counted(angle[i], rig.counts[i], rig.phases[i])
-        if cells:
-            measurement[2 + i] = tension[i] + rig.noise[k, i]
-    if not cells:
-        for j in range(q.size):
-            measurement[2 + j] = counted(q[j], rig.counts[2 + j], rig.phases[2 + j])
+        measurement[2 + i] = tension[i] + rig.noise[k, i]
 
 
 @njit
@@ -104,9 +98,7 @@ def pull_of(
         for j in range(q.size):
             speed += along[i, j] * v[j]
         stretch = length + machine.drum[i] * angle[i] - machine.unwound[i]
-        tension[i] = contact(
-            stretch, speed, machine.rigidity[i] / free, machine.loss[i] / free, machine.gap[i]
-        )
+        tension[i] = pulled(stretch, speed, machine.rigidity[i] / free, machine.loss[i] / free)
 
 
 @njit

@@ -153,10 +153,8 @@ def rig_numbers(
     machine: TwoMotorMachine, interval: float, substeps: int, samples: int, rng: np.random.Generator
 ) -> RigNumbers:
     """Sensors of the file, their phases and noise drawn."""
-    sensors, m = machine.drive.sensors, machine.numbers.mass.size
+    sensors = machine.drive.sensors
     assert sensors is not None  # the design has read it
-    counts = np.zeros(2 + m)
-    counts[:2] = 2.0 * pi / (sensors.motor_encoder or np.inf)
     rates = [motor.current_bandwidth for motor in machine.drive.motor if motor.current_bandwidth is not None]
     step = interval / substeps
     return RigNumbers(
@@ -164,8 +162,8 @@ def rig_numbers(
         substeps=substeps,
         late=round(sensors.delay / step),
         lag=exp(-2.0 * pi * min(rates) * step) if rates else 0.0,
-        counts=counts,
-        phases=rng.uniform(-0.5, 0.5, 2 + m),
+        counts=np.full(2, 2.0 * pi / (sensors.motor_encoder or np.inf)),
+        phases=rng.uniform(-0.5, 0.5, 2),
         noise=rng.normal(0.0, sensors.load_cell_noise or 0.0, (samples, 2)),
     )
 
