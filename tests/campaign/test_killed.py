@@ -16,7 +16,7 @@ from cabledrive.campaign.store import check_store, done_chunks
 from cabledrive.campaign.work import Plan
 from campaign_computations import Dangerous
 from campaign_stores import contents
-from command import object_of, run
+from command import object_of, refusal, run
 
 SPEC = 'drive = "dissertation-3"\n[vary]\nown.x = { from = 0, to = 29 }\n[design]\nkind = "grid"\nrows = 30\n'
 CHUNK = "[compute]\nchunk = 4\n"
@@ -126,3 +126,16 @@ def test_ctrl_c_keeps_the_finished_chunks_and_says_how_to_go_on(tmp_path):
     assert driver.returncode == 130, errors
     assert "give the same command again" in errors
     assert 0 < len(list(store.glob("code/c/*"))) < 20
+
+
+def test_workers_with_another_version_are_refused_and_nothing_is_written(tmp_path, monkeypatch):
+    from distributed import LocalCluster
+
+    (tmp_path / "spec.toml").write_text(MODES)
+    monkeypatch.setattr("cabledrive.campaign.cluster.__version__", "9.9.9")
+    with LocalCluster(n_workers=1, processes=False, dashboard_address="127.0.0.1:0") as cluster:
+        address = cluster.scheduler_address
+        line = refusal("sweep", tmp_path / "spec.toml", "-o", tmp_path / "x.zarr", "--scheduler", address)
+    assert "cabledrive 0" in line
+    assert "this is 9.9.9: install one version everywhere" in line
+    assert [path.name for path in tmp_path.iterdir()] == ["spec.toml"]
