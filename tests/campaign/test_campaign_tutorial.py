@@ -9,9 +9,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-import cabledrive as cd
-from cabledrive.studies.study import Goals, run_study
-from cabledrive.studies.study.results_file import results_of
 from command import run
 
 ROOT = Path(__file__).parents[2]
@@ -44,33 +41,3 @@ def test_from_one_drive_to_a_tolerance_study(tmp_path, monkeypatch):
     page = (tmp_path / "campaign.html").read_text()
     assert f"{1280}" in page
     assert "longitudinal_hz" in page
-
-
-STUDY = """
-drive = "dissertation-3"
-[vary]
-"pulley.1.inertia" = { values = ["23 kg cm^2"] }
-[goals]
-draws = 40
-cable_draws = 0
-[design]
-kind = "list"
-[compute]
-what = "study"
-"""
-
-
-@pytest.mark.verify
-def test_a_row_of_a_study_is_the_study_with_its_seed(tmp_path):
-    (tmp_path / "spec.toml").write_text(STUDY)
-    sweep = cd.run_sweep(tmp_path / "spec.toml", tmp_path / "study.zarr", progress=False)
-    data = sweep.open().load()
-    assert (sweep.done, sweep.refused, sweep.failed) == (1, 0, 0), data.reason.values
-    drive = cd.load_drive("dissertation-3", overrides=["pulley.1.inertia=23 kg cm^2"])
-    goals = Goals(draws=40, cable_draws=0, carriage_draws=400, seed=int(data.seed[0]))
-    alone = run_study(drive, (), goals)
-    assert float(data.time[0]) > 0.0
-    said = results_of(alone)
-    assert data.verdict.values[0] == said["verdict"]
-    assert float(data.reached_error_deg[0]) == pytest.approx(said["reached_error_deg"], rel=1e-9)
-    assert data.headline.values[0] == said["headline"]

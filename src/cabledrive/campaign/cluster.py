@@ -7,7 +7,7 @@ from contextlib import contextmanager, suppress
 from typing import Any
 
 from cabledrive.campaign.lone import do_alone
-from cabledrive.campaign.rows import ManyRows, compute_rows
+from cabledrive.campaign.rows import compute_rows
 from cabledrive.campaign.store import EXTRA
 from cabledrive.campaign.work import Plan, Report, do_chunk
 from cabledrive.parameters import InputRefused, NotComputed
@@ -156,21 +156,6 @@ def warm(client: Any, plan: Plan) -> None:
 
 def _first_row(plan: Plan) -> None:
     compute_rows(plan.spec, 0, 1)
-
-
-def make_ready(client: Any, plan: Plan) -> None:
-    """Load the package on every worker, and the compiled kernels where many rows are computed in one call.
-
-    The first chunk of each worker would wait for it otherwise. Rows that are computed singly are not tried.
-    """
-    client.run(_load, plan, on_error="ignore")  # what is wrong is found out again by the first chunk
-
-
-def _load(plan: Plan) -> None:
-    """Compute the first row as one of many; nothing where rows are computed one by one."""
-    spec = plan.spec
-    if isinstance(spec.computation, ManyRows):
-        spec.computation.many(spec, spec.values(0, 1))
 
 
 def on_workers(client: Any, plan: Plan, todo: Sequence[int]) -> Iterator[Report]:

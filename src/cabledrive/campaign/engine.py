@@ -73,7 +73,6 @@ def chosen_engine(
             def warm(plan: Plan) -> None:
                 if scheduler is not None or not tried:
                     cluster.warm(client, plan)
-                cluster.make_ready(client, plan)
 
             yield Engine(
                 name=f"{workers} local workers" if scheduler is None else scheduler,
