@@ -1,7 +1,8 @@
-"""Machines with routes in time: against the loop, matrices by hand, certified modes, MuJoCo and Eytelwein."""
+"""Machines with routes in time: loop, matrices by hand, certified modes, MuJoCo, EXUDYN and Eytelwein."""
 
 import sys
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -349,3 +350,95 @@ def test_the_printer_moves_as_in_mujoco(measured):
     ]
     measured(f"printer with two idlers against MuJoCo, 10 ms: {max(errors):.1e}")
     assert max(errors) < 1e-4, errors
+
+
+def printer_in_exudyn(elements, torque, steps, duration=0.01):
+    """Printer's belt laid out straight, cubic ANCF elements; turns of the motor and places of the head."""
+    exu = pytest.importorskip("exudyn")
+    from exudyn import utilities as item
+
+    container = exu.SystemContainer()
+    system = container.AddSystem()
+    rigidity, tension = 19.4e3, 30.0
+    belt = {
+        "massPerLength": 8.3e-3 / (1.0 + tension / rigidity),
+        "axialStiffness": rigidity + tension,
+        "bendingStiffness": 0.0,
+    }
+    lengths = np.array([0.18, 0.40, 4.732e-3, 0.18])
+    ground = system.AddMarker(
+        item.MarkerNodeCoordinate(nodeNumber=system.AddNode(item.NodePointGround()), coordinate=0)
+    )
+
+    def moving(node, coordinate=0):
+        return system.AddMarker(item.MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate))
+
+    def tied(one, other):
+        system.AddObject(item.CoordinateConstraint(markerNumbers=[one, other]))
+
+    def lump(mass):
+        node = system.AddNode(item.NodePoint2D())
+        system.AddObject(item.MassPoint2D(mass=mass, nodeNumber=node))
+        tied(ground, moving(node, 1))
+        return node
+
+    head, motor, *idlers = map(lump, (0.35, (1.6e-7 + 54e-7) / 6.366e-3**2, 3e-8 / 4e-3**2, 3e-8 / 4e-3**2))
+    rims, x, joints = [head, motor, *idlers, head], 0.0, []
+    for span, length in enumerate(lengths):
+        count = max(1, round(elements * length / lengths.max()))
+        nodes = [
+            system.AddNode(item.Point2DS1(referenceCoordinates=[x + length * i / count, 0.0, 1.0, 0.0]))
+            for i in range(count + 1)
+        ]
+        for pair in pairwise(nodes):
+            system.AddObject(item.Cable2D(nodeNumbers=list(pair), length=length / count, **belt))
+        joints += [(nodes[0], rims[span]), (nodes[-1], rims[span + 1])]
+        x += length
+    for node, rim in joints:
+        tied(moving(rim), moving(node))
+        tied(ground, moving(node, 1))
+    system.AddLoad(item.LoadCoordinate(markerNumber=moving(motor), load=torque / 6.366e-3))
+    sensors = [
+        system.AddSensor(
+            item.SensorNode(
+                nodeNumber=node, outputVariableType=exu.OutputVariableType.Displacement,
+                storeInternal=True, writeToFile=False,
+            )
+        )
+        for node in (motor, head)
+    ]  # fmt: skip
+    system.Assemble()
+    settings = exu.SimulationSettings()
+    settings.timeIntegration.numberOfSteps = steps
+    settings.timeIntegration.endTime = duration
+    settings.timeIntegration.verboseMode = 0
+    settings.solution.file.write = False
+    settings.solution.sensors.writePeriod = 1e-4
+    system.SolveDynamic(settings, solverType=exu.DynamicSolverType.TrapezoidalIndex2)
+    found = [system.GetSensorStoredData(sensor) for sensor in sensors]
+    return found[0][:, 0], found[0][:, 1] / 6.366e-3, -found[1][:, 1]
+
+
+@pytest.mark.verify
+def test_the_printer_moves_as_in_exudyn(measured):
+    """Cubic elements (ANCF) and the trapezoidal rule: neither elements nor time scheme are shared."""
+    torque, radius = 0.05, 6.366e-3
+    found = simulate_network(
+        PRINTER,
+        0.01,
+        torque=torque,
+        scheme=Scheme(segments=8, model="linear", step=2e-7),
+        recording=Recording(rate=10_000.0),
+    )
+
+    def distance(elements, steps):
+        """Largest difference of motor, head, and stretch between them, relative to the largest of each."""
+        time, motor, head = printer_in_exudyn(elements, torque, steps)
+        ours = [np.interp(time, found.time, found.channel(name)) for name in ("motor", "head.x")]
+        pairs = ((ours[0], motor), (ours[1], head), (radius * ours[0] + ours[1], radius * motor + head))
+        return [float(np.abs(one - other).max() / np.abs(other).max()) for one, other in pairs]
+
+    fine = distance(8, 5000)
+    measured(f"printer with two idlers against EXUDYN, 10 ms: {fine[0]:.1e}, {fine[1]:.1e}, {fine[2]:.1e}")
+    assert max(fine[:2]) < 1e-3, fine
+    assert fine[2] < 5e-3, fine
