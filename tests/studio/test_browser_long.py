@@ -23,7 +23,7 @@ def without_clocks(value):
 
 
 def results(folder, number):
-    return without_clocks(json.loads((folder / "work" / str(number) / "study" / "results.json").read_text()))
+    return without_clocks(json.loads((folder / "work" / f"{number:04d}" / "study" / "results.json").read_text()))
 
 
 def start_study(page):
