@@ -8,7 +8,13 @@ import pytest
 from cabledrive.parameters.units import to_si
 
 TABLE = tomllib.loads((files("cabledrive.parameters") / "cable_types.toml").read_text())
-UNITS = {"axial_rigidity": "N", "mass_per_length": "kg/m", "strength": "N", "least_radius": "m"}
+UNITS = {
+    "axial_rigidity": "N",
+    "mass_per_length": "kg/m",
+    "strength": "N",
+    "bending_stiffness": "N m^2",
+    "least_radius": "m",
+}
 
 
 def figures(name):
@@ -27,6 +33,14 @@ def test_rigidity_mass_and_strength_fit_each_other(name, measured):
     if "strain_limit" in TABLE[name] and strain is not None:
         assert strain == pytest.approx(float(TABLE[name]["strain_limit"]), rel=0.05)
     assert own.get("least_radius", 1e-3) > 0.0
+
+
+@pytest.mark.parametrize("name", [name for name in TABLE if "bending_stiffness" in TABLE[name]])
+def test_a_rope_bends_easier_than_a_rod_and_over_large_sheaves(name):
+    """A solid rod of the same rigidity and diameter has EA d^2 / 16; the radius of a sheave is 20 diameters."""
+    own, diameter = figures(name), float(name.rpartition("-")[2].removesuffix("mm")) * 1e-3
+    assert own["bending_stiffness"] < own["axial_rigidity"] * diameter**2 / 16.0
+    assert own["least_radius"] >= 20.0 * diameter * 0.999
 
 
 @pytest.mark.parametrize("name", TABLE)
