@@ -37,7 +37,7 @@ def test_rigidity_mass_and_strength_fit_each_other(name, measured):
 
 @pytest.mark.parametrize("name", [name for name in TABLE if "bending_stiffness" in TABLE[name]])
 def test_a_rope_bends_easier_than_a_rod_and_over_large_sheaves(name):
-    """A solid rod of the same rigidity and diameter has EA d^2 / 16; the radius of a sheave is 20 diameters."""
+    """A solid rod of the same rigidity and diameter has EA d^2 / 16; a sheave a radius of 20 diameters."""
     own, diameter = figures(name), float(name.rpartition("-")[2].removesuffix("mm")) * 1e-3
     assert own["bending_stiffness"] < own["axial_rigidity"] * diameter**2 / 16.0
     assert own["least_radius"] >= 20.0 * diameter * 0.999
