@@ -1,4 +1,4 @@
-"""The page of a campaign: yield, drivers of failure, a scatter that answers to the mouse, worst machines."""
+"""The page of a campaign: yield, drivers of failure, scatter and parallel coordinates, worst machines."""
 
 import json
 from base64 import b64encode
@@ -82,6 +82,7 @@ def campaign_page(store: str | Path, goals: Sequence[str] = ()) -> str:
         units={name: results.unit(name) for name in columns},
         css=Markup(theme_css() + css),
         data=Markup(_data(results, columns, judged).replace("<", "\\u003c")),
+        parallel=Markup((folder / "parallel.js").read_text(encoding="utf-8")),
         version=__version__,
         few=counts["done"] < FEWEST_ROWS,
     )
@@ -175,7 +176,7 @@ def _file_of(results: Results, row: int) -> str:
 
 
 def _data(results: Results, columns: dict[str, NDArray[np.float64]], judged: Tolerance | None) -> str:
-    """Points of the scatter: a sample of the rows, and whether each holds the goals."""
+    """Points and lines of the figures: a sample of the rows, and whether each holds the goals."""
     rows = np.flatnonzero(results.code >= 0)
     if rows.size > MOST_POINTS:
         bad = rows[results.code[rows] > 0][: MOST_POINTS // 4]
