@@ -42,7 +42,7 @@ def test_an_interval_dragged_along_an_axis_chooses_the_rows_inside_it(tmp_path):
         assert (chosen, rows) == (
             pytest.approx(np.sum(upper), abs=2),
             128,
-        )  # a pixel is a hundredth of the axis
+        )  # a pixel is wide
         assert blue == pytest.approx(np.sum(good), abs=2)
         page.click("#all")
         assert page.inner_text("#chosen").startswith("128 of 128")
