@@ -10,6 +10,8 @@ import cabledrive as cd
 from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension, autoparametric_model
 from cabledrive.reduction.averaging import averaged_coefficients
 from cabledrive.reduction.transverse_sections import TransverseMode
+from cabledrive.studies.resonance import resonance
+from network_samples import without_gravity
 
 TUNED = cd.load_drive("dissertation-2", overrides=["cable.pretension=3.2837727209", "layout.gravity=0"])
 LOAD_SHARE = 1.3043e5
@@ -104,3 +106,12 @@ def real(state):
 
 def complex_of(x):
     return x[: x.size // 2] + 1j * x[x.size // 2 :]
+
+
+def damped_loop():
+    """The rig of the resonance near its tuning, with viscous losses only."""
+    drive = without_gravity(cd.load_drive("dissertation-2"))
+    tuned = resonance(drive).tuned_pretension
+    cable = replace(drive.cable, pretension=1.004 * tuned, transverse_damping=2.0, axial_damping=0.02)
+    pulleys = tuple(replace(pulley, viscous_friction=2e-5, coulomb_friction=0.0) for pulley in drive.pulley)
+    return replace(drive, cable=cable, pulley=pulleys)

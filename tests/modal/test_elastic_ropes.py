@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from network_samples import random_elastic_network
 
 import cabledrive as cd
 from cabledrive.mechanics.network.elements import Element
@@ -13,6 +12,7 @@ from cabledrive.modal.network.component import HeldElement, held_element
 from cabledrive.modal.network.elastic_links import ElasticLink
 from cabledrive.modal.network.structure import MULTIPLE, ComponentStructure
 from cabledrive.modal.solver import ENCLOSURES, modes_of
+from network_samples import random_elastic_network
 from oracles.beam_fem import Beam, beam_matrices, frequencies, with_beams
 from oracles.network_fem import matrices
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from network_samples import random_network
 
 from cabledrive.modal.network.structure import MULTIPLE, ComponentStructure
 from cabledrive.modal.solver import ENCLOSURES, modes_of
+from network_samples import random_network
 from oracles.network_fem import natural_frequencies
 
 DEGREE = 26

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from network_samples import as_route, without_gravity
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
@@ -16,6 +15,7 @@ from cabledrive.modal.network.motion import NetworkMotion
 from cabledrive.modal.network.structure import MULTIPLE, ComponentStructure
 from cabledrive.modal.solver import ENCLOSURES, modes_of
 from cabledrive.parameters.route.parts import RoutedCarriage
+from network_samples import as_route, without_gravity
 
 ROUTES = Path(__file__).parent.parent / "parameters" / "routes"
 FIVE = ("dissertation-1", "dissertation-2", "dissertation-3", "printer-belt", "linear-axis")

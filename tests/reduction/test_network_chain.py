@@ -1,6 +1,5 @@
 """Chains that motors of machines with routes drive, against finite elements of their belts."""
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,13 +14,10 @@ from cabledrive.reduction.lumped_chain import natural_frequencies_of
 from cabledrive.reduction.models import lumped_model
 from cabledrive.reduction.network_axis import as_axis, slack_torque
 from cabledrive.reduction.network_chain import LOSS_FACTOR, network_chains
+from network_samples import as_route, without_gravity
 
 TESTS = Path(__file__).parent.parent
 ROUTES = TESTS / "parameters" / "routes"
-sys.path.append(str(TESTS / "modal"))
-
-from network_samples import as_route, without_gravity  # noqa: E402
-
 SENSORS = ("sensors.sample_rate=5000", "sensors.motor_encoder=4000", "sensors.load_encoder=4000")
 MIDDLE = "head.x=0.21"
 

@@ -1,6 +1,5 @@
 """Machines with routes in time: loop, matrices by hand, certified modes, MuJoCo, EXUDYN and Eytelwein."""
 
-import sys
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -14,13 +13,10 @@ from cabledrive.parameters import InputRefused
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start
 from cabledrive.simulation.network import NetworkStart, simulate_network
 from cabledrive.simulation.network.case import forces_of, network_case, put_ends
+from network_samples import as_route, without_gravity
 
 TESTS = Path(__file__).parent.parent
 ROUTES = TESTS / "parameters" / "routes"
-sys.path.append(str(TESTS / "modal"))
-
-from network_samples import as_route, without_gravity  # noqa: E402
-
 PRINTER = cd.load_drive(ROUTES / "printer.toml")
 UPPER = "drive pulley to load pulley"
 

@@ -1,13 +1,11 @@
 """The alarm for a motion of a machine with routes, against the loop's alarm and an integrator of its own."""
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from test_route_pairs import damped_loop
 
 import cabledrive as cd
 from cabledrive.parameters import InputRefused
@@ -20,9 +18,8 @@ from cabledrive.studies.route_pairs import route_resonance
 from cabledrive.studies.route_path import RoutePath, path_of
 from cabledrive.studies.route_snapshot import Snapshot, snapshot_of
 from command import answer, refusal
-
-sys.path.append(str(Path(__file__).parent.parent / "modal"))
 from network_samples import as_route
+from resonance_samples import damped_loop
 
 PRINTER = Path(__file__).parent.parent / "parameters" / "routes" / "printer.toml"
 

@@ -1,29 +1,16 @@
 """Pairs near internal resonance of machines with routes, against those of a loop."""
 
-import sys
 from dataclasses import replace
 from math import pi
-from pathlib import Path
 
 import pytest
 
 import cabledrive as cd
 from cabledrive.studies.pair_thresholds import coupled_pairs
-from cabledrive.studies.resonance import resonance
 from cabledrive.studies.route_pairs import route_resonance
 from command import answer, refusal
-
-sys.path.append(str(Path(__file__).parent.parent / "modal"))
-from network_samples import as_route, without_gravity
-
-
-def damped_loop():
-    """The rig of the resonance near its tuning, with viscous losses only."""
-    drive = without_gravity(cd.load_drive("dissertation-2"))
-    tuned = resonance(drive).tuned_pretension
-    cable = replace(drive.cable, pretension=1.004 * tuned, transverse_damping=2.0, axial_damping=0.02)
-    pulleys = tuple(replace(pulley, viscous_friction=2e-5, coulomb_friction=0.0) for pulley in drive.pulley)
-    return replace(drive, cable=cable, pulley=pulleys)
+from network_samples import as_route
+from resonance_samples import damped_loop
 
 
 def test_thresholds_of_a_loop_as_a_route_are_those_of_the_loop():
