@@ -11,7 +11,7 @@ from cabledrive.control.reference_numbers import lag_coefficients
 from cabledrive.reduction.lumped_chain import LumpedChain
 
 Array = NDArray[np.float64]
-Terms = dict[int, Array]
+_Terms = dict[int, Array]
 """Coefficients of rising derivatives, by the stage that they are taken of."""
 
 
@@ -51,9 +51,9 @@ def carried_terms(chain: LumpedChain) -> tuple[list[float], list[int], Array]:
     n, rows = chain.size, 2 * chain.size - 1
     times: list[float] = []
     sources: list[int] = []
-    link: Terms = {0: np.eye(rows)[0]}
-    angle: Terms = {}
-    states: list[Terms] = [{} for _ in range(2 * n)]
+    link: _Terms = {0: np.eye(rows)[0]}
+    angle: _Terms = {}
+    states: list[_Terms] = [{} for _ in range(2 * n)]
     for i in range(n - 2, -1, -1):
         k, b = chain.stiffness[i], chain.damping[i]
         for stage, terms in link.items():
@@ -70,12 +70,12 @@ def carried_terms(chain: LumpedChain) -> tuple[list[float], list[int], Array]:
     return times, sources, found.reshape(2 * n + 1, -1)
 
 
-def _sum(one: Terms, other: Terms) -> Terms:
+def _sum(one: _Terms, other: _Terms) -> _Terms:
     zero = np.zeros_like(next(iter((one or other).values())))
     return {stage: one.get(stage, zero) + other.get(stage, zero) for stage in sorted({*one, *other})}
 
 
-def _derived(terms: Terms, order: int, factor: float) -> Terms:
+def _derived(terms: _Terms, order: int, factor: float) -> _Terms:
     """A factor times a derivative."""
     shifted = {}
     for stage, row in terms.items():

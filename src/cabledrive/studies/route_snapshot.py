@@ -21,7 +21,7 @@ from cabledrive.studies.pair_thresholds import HIGHEST, NEAR
 from cabledrive.studies.route_mode_losses import modal_damping, quadrature
 
 Array = NDArray[np.float64]
-Key = tuple[str, str, int]
+_Key = tuple[str, str, int]
 """Of a transverse mode: span, plane, number among those of that span and plane."""
 
 POINTS = np.linspace(0.0, 1.0, 11)[1:-1]
@@ -61,7 +61,7 @@ class Snapshot:
     along_turn: Array
     strain: Array
     tension: Array
-    keys: tuple[Key, ...]
+    keys: tuple[_Key, ...]
     across: Array
     across_loss: Array
     across_turn: Array
@@ -70,7 +70,7 @@ class Snapshot:
     certified: bool
     reach: float
 
-    def with_keys(self, keys: Sequence[Key], count: int) -> "Snapshot":
+    def with_keys(self, keys: Sequence[_Key], count: int) -> "Snapshot":
         """These transverse modes and the first so many longitudinal ones; what it lacks lies above."""
         have = [n for n, key in enumerate(keys) if key in self.keys]
         own = [self.keys.index(keys[n]) for n in have]
@@ -181,7 +181,7 @@ def _facing(own: Slopes) -> float:
     return 1.0 if values[0] >= 0.0 else -1.0
 
 
-def _keys(across: Sequence[Slopes]) -> tuple[Key, ...]:
+def _keys(across: Sequence[Slopes]) -> tuple[_Key, ...]:
     counted: dict[tuple[str, str], int] = {}
     found = []
     for own in across:
