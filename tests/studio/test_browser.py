@@ -152,6 +152,7 @@ def test_ten_thousand_requests_leave_the_server_as_it_was(tmp_path, measured):
         before = resident(process.pid)
         ask(9000)
         after = resident(process.pid)
+        connection.close()
         measured(f"{before:.1f} MB after 1,000 requests, {after:.1f} MB after 10,000")
         assert after < before + 10.0
 
