@@ -122,8 +122,7 @@ def alarm(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5, limit: fl
     Raises `InputRefused` if the motion does not fit the drive, or floor and limit are not 0 < floor < limit;
     `NotComputed` if no state of rest is found.
     """
-    if not 0.0 < floor < limit:
-        raise InputRefused(f"floor = {floor:.4g} m must be above 0 and below limit = {limit:.4g} m")
+    check_amplitudes(floor, limit)
     prepared = prepare(drive, motion, floor=floor)
     driven = prepared.response()
     grown = [prepared.response(floor=floor)]
@@ -140,7 +139,7 @@ def alarm(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5, limit: fl
     tension = min(run.tension for run in (driven, *grown))
     slack = tension < 0.0
     doubts = _doubts(prepared, slack)
-    verdict = DANGEROUS if largest > limit else UNKNOWN if bound > limit or doubts else SAFE
+    verdict = verdict_of(largest, bound, limit, doubts)
     modes = _modes(prepared, prepared.response(parametric=False), driven, grown, floor)
     return AlarmResult(
         verdict=verdict,
@@ -151,7 +150,7 @@ def alarm(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5, limit: fl
         modes=modes,
         lowest_tension=tension if np.isfinite(tension) else None,
         slack=slack,
-        reasons=_reasons(verdict, largest, bound, limit, doubts),
+        reasons=(size_words(largest, limit) + change_words(verdict, bound, limit), *doubts),
         assumptions=_assumptions(drive, motion),
         remedy=_remedy(verdict, modes[0]),
     )
@@ -167,9 +166,6 @@ def _modes(
             runs = [driven, *grown]
             run = max(runs, key=lambda run: float(run.amplitude[r, j]))
             largest, shaken = float(run.amplitude[r, j]), float(direct.amplitude[r, j])
-            excitation = PARAMETRIC if largest > 2.0 * floor else NONE
-            if shaken > floor and shaken > 0.5 * largest:
-                excitation = DIRECT
             found.append(
                 ModeAlarm(
                     span=part.span,
@@ -180,7 +176,7 @@ def _modes(
                     driven=float(driven.amplitude[r, j]),
                     largest=largest,
                     time=float(run.time[r, j]),
-                    excitation=excitation,
+                    excitation=excitation_of(largest, shaken, floor),
                 )
             )
     return tuple(sorted(found, key=lambda mode: -mode.largest))
@@ -202,14 +198,40 @@ def _doubts(prepared: PreparedMotion, slack: bool) -> list[str]:
     return found
 
 
-def _reasons(verdict: str, largest: float, bound: float, limit: float, doubts: list[str]) -> tuple[str, ...]:
-    words = f"largest transverse displacement {1e3 * largest:.4g} mm, limit {1e3 * limit:.4g} mm"
-    if verdict == UNKNOWN and bound > limit:
-        words += (
-            f"; a change of the transverse frequencies by {DETUNING:.1%} and of the torque by "
-            f"{MORE_TORQUE - 1.0:.0%} takes it to {1e3 * bound:.4g} mm"
-        )
-    return (words, *doubts)
+def check_amplitudes(floor: float, limit: float) -> None:
+    """Refuse a floor and a limit [m] that leave no room for growth.
+
+    Raises `InputRefused` if 0 < floor < limit does not hold.
+    """
+    if not 0.0 < floor < limit:
+        raise InputRefused(f"floor = {floor:.4g} m must be above 0 and below limit = {limit:.4g} m")
+
+
+def verdict_of(largest: float, bound: float, limit: float, doubts: list[str]) -> str:
+    """Verdict from the largest displacement, its bound against changes and the limit [m]."""
+    return DANGEROUS if largest > limit else UNKNOWN if bound > limit or doubts else SAFE
+
+
+def excitation_of(largest: float, shaken: float, floor: float) -> str:
+    """What made a mode as large as it became; ``shaken``: amplitude without parametric excitation [m]."""
+    if shaken > floor and shaken > 0.5 * largest:
+        return DIRECT
+    return PARAMETRIC if largest > 2.0 * floor else NONE
+
+
+def size_words(largest: float, limit: float) -> str:
+    """The largest displacement beside its limit [m]."""
+    return f"largest transverse displacement {1e3 * largest:.4g} mm, limit {1e3 * limit:.4g} mm"
+
+
+def change_words(verdict: str, bound: float, limit: float) -> str:
+    """What a change of frequencies and torque makes of it [m], where that decides; else nothing."""
+    if verdict != UNKNOWN or bound <= limit:
+        return ""
+    return (
+        f"; a change of the transverse frequencies by {DETUNING:.1%} and of the torque by "
+        f"{MORE_TORQUE - 1.0:.0%} takes it to {1e3 * bound:.4g} mm"
+    )
 
 
 def _assumptions(drive: Drive, motion: PlannedMotion) -> tuple[str, ...]:

@@ -12,21 +12,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.network import statics_of
-from cabledrive.parameters import InputRefused
 from cabledrive.parameters.route import RoutedDrive, moved
 from cabledrive.studies.alarm import (
-    DANGEROUS,
     DETUNING,
     DIRECT,
     MARGIN,
     MORE_FLOOR,
     MORE_TORQUE,
     NONE,
-    PARAMETRIC,
     SAFE,
-    UNKNOWN,
     AlarmResult,
     ModeAlarm,
+    change_words,
+    check_amplitudes,
+    excitation_of,
+    size_words,
+    verdict_of,
 )
 from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.route_growth import Growth, Runs, growth_along
@@ -72,15 +73,14 @@ def route_alarm(
     Raises `InputRefused` if the motion does not fit the machine, or 0 < floor < limit does not hold;
     `NotComputed` if it takes too long.
     """
-    if not 0.0 < floor < limit:
-        raise InputRefused(f"floor = {floor:.4g} m must be above 0 and below limit = {limit:.4g} m")
+    check_amplitudes(floor, limit)
     path = path_of(drive, motion)
     found = growth_along(path, _runs(floor), MOST * limit)
     largest = float(found.displacement[[DRIVEN, GROWN]].max())
     bound = MARGIN * max(largest, float(found.displacement[GROWN:].max()))
     tension = float((path.at("tension", path.here) + _rise(path)).min())
     doubts = _doubts(drive, motion, path, tension, limit)
-    verdict = DANGEROUS if largest > limit else UNKNOWN if bound > limit or doubts else SAFE
+    verdict = verdict_of(largest, bound, limit, doubts)
     modes = _modes(drive, path, found, floor)
     return RouteAlarm(
         verdict=verdict,
@@ -124,9 +124,6 @@ def _modes(drive: RoutedDrive, path: RoutePath, found: Growth, floor: float) -> 
     ):
         run = DRIVEN if found.amplitude[j, DRIVEN] > found.amplitude[j, GROWN] else GROWN
         largest, shaken = float(found.amplitude[j, run]), float(found.amplitude[j, DIRECTLY])
-        excitation = PARAMETRIC if largest > 2.0 * floor else NONE
-        if shaken > floor and shaken > 0.5 * largest:
-            excitation = DIRECT
         rows.append(
             ModeAlarm(
                 span=span,
@@ -137,7 +134,7 @@ def _modes(drive: RoutedDrive, path: RoutePath, found: Growth, floor: float) -> 
                 driven=float(found.amplitude[j, DRIVEN]),
                 largest=largest,
                 time=float(found.time[j, run]),
-                excitation=excitation,
+                excitation=excitation_of(largest, shaken, floor),
             )
         )
     return tuple(sorted(rows, key=lambda mode: -mode.largest))
@@ -182,15 +179,11 @@ def _rubs(drive: RoutedDrive) -> bool:
 def _reasons(
     verdict: str, largest: float, bound: float, limit: float, doubts: list[str], ended: float | None
 ) -> tuple[str, ...]:
-    words = f"largest transverse displacement {1e3 * largest:.4g} mm, limit {1e3 * limit:.4g} mm"
-    if ended is not None:
-        words += f"; followed until {ended:.4g} s, where a run reached {1e3 * MOST * limit:.4g} mm"
-    elif verdict == UNKNOWN and bound > limit:
-        words += (
-            f"; a change of the transverse frequencies by {DETUNING:.1%} and of the torque by "
-            f"{MORE_TORQUE - 1.0:.0%} takes it to {1e3 * bound:.4g} mm"
-        )
-    return (words, *doubts)
+    if ended is None:
+        more = change_words(verdict, bound, limit)
+    else:
+        more = f"; followed until {ended:.4g} s, where a run reached {1e3 * MOST * limit:.4g} mm"
+    return (size_words(largest, limit) + more, *doubts)
 
 
 def _assumptions(path: RoutePath, motion: PlannedMotion) -> tuple[str, ...]:

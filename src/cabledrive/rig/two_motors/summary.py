@@ -19,7 +19,7 @@ _AT_LIMIT = 1.0 - 1e-9
 PLACES = 8
 """At which the poles of the loop are computed."""
 _TOLD = 1e-3
-"""Part of the samples from which reshaping is told."""
+"""Part of the samples from which reshaping is reported."""
 
 
 def summarize(
