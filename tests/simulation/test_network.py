@@ -10,9 +10,10 @@ from scipy.optimize import curve_fit
 
 import cabledrive as cd
 from cabledrive.parameters import InputRefused
-from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start
+from cabledrive.simulation import Pluck, Recording, Scheme, SimulationInterrupted, Sine, Start, run
 from cabledrive.simulation.network import NetworkStart, simulate_network
 from cabledrive.simulation.network.case import forces_of, network_case, put_ends
+from cabledrive.simulation.records import RecordsInFolder
 from network_samples import as_route, without_gravity
 
 TESTS = Path(__file__).parent.parent
@@ -287,6 +288,35 @@ def test_a_run_is_a_file_with_units(tmp_path):
         assert data["motor"].attrs["units"] == "rad"
     with pytest.raises(InputRefused, match="exists"):
         cd.simulate(PRINTER, 0.002, torque=0.01, scheme=Scheme(segments=4), output=path)
+
+
+def test_an_interrupted_run_goes_on_and_gives_the_same_file(tmp_path, monkeypatch):
+    """Ctrl-C at the third of ten chunks, then resume; with another torque it is refused."""
+    options = {"torque": 0.01, "scheme": Scheme(segments=4), "recording": Recording(rate=20_000.0)}
+    whole, path = tmp_path / "whole.nc", tmp_path / "run.nc"
+    cd.simulate(PRINTER, 0.005, output=whole, **options)
+    monkeypatch.setattr(run, "NODE_STEPS_PER_CHUNK", 3000)
+    append, calls = RecordsInFolder.append, []
+
+    def interrupting(*arguments):
+        calls.append(arguments)
+        if len(calls) == 3:
+            raise KeyboardInterrupt
+        append(*arguments)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(RecordsInFolder, "append", interrupting)
+        with pytest.raises(SimulationInterrupted, match="go on with the same command") as caught:
+            cd.simulate(PRINTER, 0.005, output=path, **options)
+    assert 0 < len(caught.value.result.time) < 100
+    assert not path.exists()
+    with pytest.raises(InputRefused, match="left by an interrupted run"):
+        cd.simulate(PRINTER, 0.005, output=path, **options)
+    with pytest.raises(InputRefused, match="another torque"):
+        cd.simulate(PRINTER, 0.005, output=path, resume=True, **(options | {"torque": 0.02}))
+    cd.simulate(PRINTER, 0.005, output=path, resume=True, **options)
+    assert path.read_bytes() == whole.read_bytes()
+    assert not (tmp_path / "run.nc.part").exists()
 
 
 @pytest.mark.parametrize(

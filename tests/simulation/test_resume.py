@@ -27,6 +27,7 @@ from cabledrive.simulation import (
     run,
     simulate,
 )
+from cabledrive.simulation.labels import content_of
 
 DRIVE = load_drive("dissertation-2")
 DURATION = 0.05
@@ -190,7 +191,7 @@ def test_a_disk_that_is_full_at_the_last_moment_loses_nothing(tmp_path, monkeypa
     """The result itself cannot be written: the records stay, and a second try needs no step."""
     path = tmp_path / "run.nc"
     with monkeypatch.context() as patched:
-        patched.setattr(sys.modules["cabledrive.simulation.one_run"], "write_netcdf", disk_full)
+        patched.setattr(sys.modules["cabledrive.simulation.kept_run"], "write_netcdf", disk_full)
         with pytest.raises(
             SimulationStopped, match=r"cannot be written \(No space left on device\): free space and resume"
         ):
@@ -207,7 +208,7 @@ def test_a_result_for_which_there_is_no_room_is_not_begun(tmp_path, monkeypatch,
     monkeypatch.setattr(netcdf, "_write", lambda *arguments: pytest.fail("begun"))
     monkeypatch.setattr(netcdf, "BESIDES", 1 << 60)
     with pytest.raises(OSError, match=r"No space left|File too large"):
-        netcdf.write_netcdf(result, tmp_path / "run.nc", tmp_path / "run.nc.new")
+        netcdf.write_netcdf(content_of(result), tmp_path / "run.nc", tmp_path / "run.nc.new")
     measured(f"{len(os.listdir(tmp_path))} files written")
     assert os.listdir(tmp_path) == []
 

@@ -16,12 +16,16 @@ from cabledrive.simulation.network import NetworkResult, NetworkStart, simulate_
 
 _OF_LOOPS = (
     *("pluck_upper", "pluck_lower", "fields", "from_equilibrium", "smooth_friction", "error_estimate"),
-    *("plot", "animate", "resume"),
+    "animate",
 )
 
 
 def simulated_route(
-    drive: RoutedDrive, torque: Signal, output: NewFile | None, options: dict[str, Any]
+    drive: RoutedDrive,
+    torque: Signal,
+    output: NewFile | None,
+    plot: NewFile | None,
+    options: dict[str, Any],
 ) -> Answer:
     """A run of a machine with routes; ``options``: of the command."""
     refuse_given(*_OF_LOOPS, why='is for kind = "loop" and "line": leave it out')
@@ -44,18 +48,33 @@ def simulated_route(
         recording=Recording(rate=options["rate"]),
         output=None if output is None else output.path,
         force=output is not None and output.force,
+        resume=options["resume"],
         progress=False if click.get_current_context().meta.get(QUIET) else None,
     )
     if result.path is not None:
         note(f"written to {result.path}")
+    undrawn = _undrawn(drive, result, plot)
     method = result.provenance["method"]
     words = f"verlet, {method['model']} cable, {method['segments']} segments on the longest span"
     return Answer(
         data=result.summary(),
         text=_text(drive, result, words),
         provenance=provenance(drive, method=words, step=result.step) | result.provenance,
-        incomplete=result.stopped,
+        incomplete="; ".join(words for words in (result.stopped, undrawn) if words) or None,
     )
+
+
+def _undrawn(drive: RoutedDrive, result: NetworkResult, plot: NewFile | None) -> str | None:
+    """Draw the run, and say why a picture is not there: the run itself is done by then."""
+    if plot is None:
+        return None
+    try:
+        from cabledrive.report.figures.run_histories import run_plot
+
+        plot.write(run_plot(drive, result, plot.path.suffix[1:].lower()))
+    except InputRefused as refusal:
+        return f"not drawn: {refusal}"
+    return None
 
 
 def plucks_of(given: tuple[str, ...], shape: str) -> tuple[Pluck, ...]:
@@ -81,12 +100,17 @@ def _text(drive: RoutedDrive, result: NetworkResult, words: str) -> str:
         "",
         f"  {'span':<44} least tension  midpoint, peak of |w|",
         *(
-            f"  {span['name']:<44} {span['least_tension']:10.5g} N   {span['midpoint_peak']:.5g} m"
+            f"  {span['name']:<44} {_number(span['least_tension']):>10} N   {span['midpoint_peak']:.5g} m"
             for span in found["spans"]
         ),
-        f"energy budget error  {found['energy_budget_error']:.2e}",
+        f"energy budget error  {_number(found['energy_budget_error'], '.2e')}",
         *(f"note: {line}" for line in result.assumptions),
         *(f"warning: {line}" for line in result.warnings),
         *(f"slack: {event['span']} at {event['time']:.6g} s" for event in result.slack_events[:5]),
     ]
     return "\n".join(lines)
+
+
+def _number(value: float | None, form: str = ".5g") -> str:
+    """A number that needs a record, in words where there is none."""
+    return "no record" if value is None else format(value, form)

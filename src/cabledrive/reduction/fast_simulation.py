@@ -17,6 +17,7 @@ from cabledrive.reduction.fast_record import bounded_part, fast_result, fast_row
 from cabledrive.reduction.uniform_tension import HIGHEST_SHARE, UniformTensionModel, uniform_tension_model
 from cabledrive.reduction.uniform_tension_integration import coefficients, integrate
 from cabledrive.simulation import Recording, Signal, SimulationResult, SimulationStopped, Start
+from cabledrive.simulation.labels import content_of
 from cabledrive.simulation.netcdf import write_netcdf
 from cabledrive.simulation.records import MOST_MEMORY
 from cabledrive.simulation.run_folder import RESULT, part_of
@@ -132,7 +133,7 @@ def _keep(result: SimulationResult, path: Path, *, force: bool) -> None:
     """Write the result, beside what another process may be writing under the same name."""
     with one_process(part_of(path)):
         try:
-            write_netcdf(result, path, part_of(path) / RESULT, force=force)
+            write_netcdf(content_of(result), path, part_of(path) / RESULT, force=force)
         except OSError as error:
             raise not_written(path, error) from None
 

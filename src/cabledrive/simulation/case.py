@@ -7,7 +7,7 @@ from functools import cached_property
 from hashlib import sha256
 from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -37,6 +37,9 @@ from cabledrive.simulation.start import (
 )
 from cabledrive.simulation.state import State, new_state
 from cabledrive.simulation.step_size import TimeGrid, check_resolved, time_grid
+
+if TYPE_CHECKING:
+    from cabledrive.simulation.loop_steps import LoopStepper
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -126,6 +129,11 @@ class Case:
         return WIDTH + 3 * self.plan.probe.shape[0]
 
     @property
+    def nodes(self) -> int:
+        """Nodes of the cable."""
+        return self.mesh.nodes
+
+    @property
     def field_records(self) -> int:
         """Whole fields that are kept."""
         return 0 if self.recording.fields == 0 else self.grid.records // self.recording.fields + 1
@@ -184,6 +192,12 @@ class Case:
         state = new_state(self.displacement, before, (rotor, motor_speed))
         extra = self.method.extra(self.plan, state)
         return state if extra is None else state._replace(extra=extra)
+
+    def stepper(self) -> "LoopStepper":
+        """What takes the steps."""
+        from cabledrive.simulation.loop_steps import LoopStepper
+
+        return LoopStepper(self)
 
 
 def case_of(

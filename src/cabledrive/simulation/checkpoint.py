@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.simulation.state import STEPS, State
+from cabledrive.simulation.state import STEPS
 
 _DIGEST = 64  # hexadecimal digits at the start of the file
 
@@ -17,7 +17,7 @@ class Damaged(ValueError):
     """A file of an interrupted run is not what was written."""
 
 
-def checkpoint_bytes(state: State, records: int, bound_to: str, hashes: list[str]) -> bytes:
+def checkpoint_bytes(state: Any, records: int, bound_to: str, hashes: list[str]) -> bytes:
     """Content of a checkpoint.
 
     ``records``: records up to there; ``bound_to``: digest of the settings of the run; ``hashes``: digests of
@@ -31,7 +31,7 @@ def checkpoint_bytes(state: State, records: int, bound_to: str, hashes: list[str
     return hashlib.sha256(data).hexdigest().encode() + data
 
 
-def read_checkpoint(path: Path, like: State, every: int, bound_to: str) -> tuple[State, int, list[str]]:
+def read_checkpoint(path: Path, like: Any, every: int, bound_to: str) -> tuple[Any, int, list[str]]:
     """State, records and digests of a checkpoint.
 
     ``like``: one of the same run, for the shapes; ``every``: steps per record; ``bound_to``: digest of the
@@ -47,13 +47,13 @@ def read_checkpoint(path: Path, like: State, every: int, bound_to: str) -> tuple
 
 
 def _checked(
-    name: str, content: Mapping[str, Any], like: State, every: int, bound_to: str
-) -> tuple[State, int, list[str]]:
-    if set(content) != {*State._fields, "records", "bound_to", "hashes"}:
+    name: str, content: Mapping[str, Any], like: Any, every: int, bound_to: str
+) -> tuple[Any, int, list[str]]:
+    if set(content) != {*like._fields, "records", "bound_to", "hashes"}:
         raise Damaged(f"{name} holds other variables")
     if str(content["bound_to"]) != bound_to:
         raise Damaged(f"{name} belongs to a run with other settings")
-    state = State(*(content[field] for field in State._fields))
+    state = type(like)(*(content[field] for field in like._fields))
     if [(a.shape, a.dtype) for a in state] != [(a.shape, a.dtype) for a in like]:
         raise Damaged(f"{name} holds a state of another size")
     records = int(content["records"])

@@ -2,11 +2,10 @@
 
 import xarray
 
-from cabledrive.simulation.labels import attributes, coordinates, variables, words
-from cabledrive.simulation.result import SimulationResult
+from cabledrive.simulation.labels import Content
 
 
-def dataset_of(result: SimulationResult) -> xarray.Dataset:
+def dataset_of(content: Content) -> xarray.Dataset:
     """All arrays of a result with their dimensions, units and meanings.
 
     Returns dimensions time, probe, plane, span, node, field_time; every array with `units` and `long_name`.
@@ -17,11 +16,11 @@ def dataset_of(result: SimulationResult) -> xarray.Dataset:
             variable.values,
             {"units": variable.unit, "long_name": variable.meaning},
         )
-        for variable in (*coordinates(result), *variables(result))
+        for variable in (*content.coordinates, *content.variables)
     }
-    numbers = {variable.name for variable in coordinates(result)}
+    numbers = {variable.name for variable in content.coordinates}
     return xarray.Dataset(
         {name: content for name, content in described.items() if name not in numbers},
-        coords={name: content for name, content in described.items() if name in numbers} | words(result),
-        attrs=attributes(result),
+        coords={name: content for name, content in described.items() if name in numbers} | content.words,
+        attrs=content.attributes,
     )

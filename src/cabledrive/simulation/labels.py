@@ -22,6 +22,20 @@ class Variable(NamedTuple):
     meaning: str
 
 
+class Content(NamedTuple):
+    """All that a result holds: numbers that are coordinates, other numbers, words, and what is known."""
+
+    coordinates: list[Variable]
+    variables: list[Variable]
+    words: dict[str, tuple[str, list[str]]]
+    attributes: dict[str, Any]
+
+
+def content_of(result: SimulationResult) -> Content:
+    """All of a result of a loop or a line."""
+    return Content(coordinates(result), variables(result), words(result), attributes(result))
+
+
 def coordinates(result: SimulationResult) -> list[Variable]:
     """Coordinates that are numbers."""
     places = np.array([place for _, place in result.probes])
@@ -96,9 +110,14 @@ def attributes(result: SimulationResult) -> dict[str, Any]:
     """
     whole = {**result.provenance, **result.summary()}
     del whole["wall_time"], whole["error_estimate"]
+    return storable(whole)
+
+
+def storable(known: dict[str, Any]) -> dict[str, Any]:
+    """What is known, as numbers and text that a file takes."""
     return {
         key: value
         if isinstance(value, int | float | str) and value is not True and value is not False
         else json.dumps(value)
-        for key, value in whole.items()
+        for key, value in known.items()
     }

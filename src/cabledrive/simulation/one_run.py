@@ -8,21 +8,17 @@ from typing import Any, cast
 
 from cabledrive.mechanics.own_model import Model
 from cabledrive.parameters.drive import Drive
-from cabledrive.parameters.errors import InputRefused, NotComputed
-from cabledrive.parameters.files import check_writable
-from cabledrive.parameters.one_process import one_process
+from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route.axis import require_own_spans
 from cabledrive.parameters.route.drive import RoutedDrive
-from cabledrive.simulation.case import CarriageForce, Case, Recording, case_of
+from cabledrive.simulation.case import CarriageForce, Recording, case_of
 from cabledrive.simulation.error_estimate import error_estimate_of
-from cabledrive.simulation.netcdf import write_netcdf
+from cabledrive.simulation.kept_run import how_to_go_on, keep_run
+from cabledrive.simulation.labels import content_of
 from cabledrive.simulation.network import NetworkStart, simulate_network
 from cabledrive.simulation.network.door import refuse_of_routes
-from cabledrive.simulation.records import Records, RecordsInFolder, RecordsInMemory
 from cabledrive.simulation.result import SimulationResult
 from cabledrive.simulation.result_of_run import result_of
-from cabledrive.simulation.run import Outcome, integrate_run
-from cabledrive.simulation.run_folder import RESULT, left_behind, part_of
 from cabledrive.simulation.scheme import Scheme
 from cabledrive.simulation.signals import Function, Signal
 from cabledrive.simulation.start import Start
@@ -98,7 +94,7 @@ def simulate(
     if model is not None:
         scheme = replace(scheme, model=model)
     if isinstance(drive, RoutedDrive):
-        refuse_of_routes(start, forces=bool(forces), error_estimate=error_estimate, resume=resume)
+        refuse_of_routes(start, forces=bool(forces), error_estimate=error_estimate)
         found = simulate_network(
             drive,
             duration,
@@ -108,6 +104,7 @@ def simulate(
             recording=recording,
             output=output,
             force=force,
+            resume=resume,
             progress=progress,
         )
         return cast(Any, found)  # with its own channels: a caller knows what drive it gave
@@ -120,14 +117,15 @@ def simulate(
         case_of, drive, duration, torque=torque, forces=forces, start=start, recording=recording
     )
     case = prepare(scheme=scheme)
-    if output is None:
-        if resume:
-            raise InputRefused("resume needs the output of the interrupted run: name it")
-        records: Records = RecordsInMemory(case)
-        outcome = integrate_run(case, records, progress=progress)
-        result = result_of(case, records, outcome)
-    else:
-        result, outcome = _run_to_file(case, Path(output), force=force, resume=resume, progress=progress)
+    result, outcome = keep_run(
+        case,
+        partial(result_of, case),
+        content_of,
+        output=output,
+        force=force,
+        resume=resume,
+        progress=progress,
+    )
     if error_estimate and result.stopped is None:
         try:
             estimate = error_estimate_of(result.rows, lambda other: prepare(scheme=other), scheme)
@@ -137,61 +135,7 @@ def simulate(
             raise KeyboardInterrupt(f"{output} is written, its error was not estimated") from None
         result = replace(result, error_estimate=estimate)
     if outcome.interrupted:
-        raise SimulationInterrupted(_how_to_go_on(result, output), result)
+        raise SimulationInterrupted(how_to_go_on(result.steps * result.step, output), result)
     if result.stopped is not None:
         raise SimulationStopped(result.stopped, result)
     return result
-
-
-def _run_to_file(
-    case: Case, path: Path, *, force: bool, resume: bool, progress: bool | None
-) -> tuple[SimulationResult, Outcome]:
-    check_writable(path, force=force)
-    folder = part_of(path)
-    if left_behind(folder) and not (resume or force):
-        raise InputRefused(
-            f"{folder}: left by an interrupted run: go on with it (resume) or replace it (force)"
-        )
-    with one_process(folder):
-        check_writable(path, force=force)  # by now another process may have ended with this file
-        try:
-            return _run_in(folder, case, path, force=force, resume=resume, progress=progress)
-        except KeyboardInterrupt:  # before the first step, or at the end
-            if not left_behind(folder):
-                raise
-            raise KeyboardInterrupt("go on with the same command and --resume") from None
-        except OSError as error:
-            why = f"cannot be written ({error.strerror or error})"
-            raise NotComputed(f"{folder}: {why}: free space and go on with --resume") from error
-
-
-def _run_in(
-    folder: Path, case: Case, path: Path, *, force: bool, resume: bool, progress: bool | None
-) -> tuple[SimulationResult, Outcome]:
-    records = RecordsInFolder(folder, case, resume=resume)
-    try:
-        outcome = integrate_run(case, records, resumed=records.resumed, progress=progress)
-        if outcome.interrupted or outcome.unwritten:
-            return result_of(case, records, outcome), outcome
-        records.check(outcome.records)
-        result = result_of(case, records, outcome)
-        try:
-            write_netcdf(result, path, folder / RESULT, force=force)
-        except OSError as error:
-            stopped = f"{path}: cannot be written ({error.strerror or error}): free space and resume"
-            return replace(result, stopped=stopped), outcome
-        try:
-            records.remove()
-        except KeyboardInterrupt:
-            records.remove()
-            raise KeyboardInterrupt(f"{path} was written before") from None
-        return replace(result, path=path), outcome
-    finally:
-        records.close()
-
-
-def _how_to_go_on(result: SimulationResult, output: str | Path | None) -> str:
-    reached = f"{result.steps * result.step:.6g} s were simulated"
-    if output is None:
-        return f"{reached}; with an output file the run could be resumed"
-    return f"{reached}; go on with the same command and --resume"

@@ -8,13 +8,14 @@ from abc import ABC, abstractmethod
 from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.parameters.errors import InputRefused, NotComputed
-from cabledrive.simulation.case import Case
 from cabledrive.simulation.checkpoint import Damaged, checkpoint_bytes, read_checkpoint
+from cabledrive.simulation.prepared_run import PreparedRun
 from cabledrive.simulation.records_hash import RecordsHash
 from cabledrive.simulation.run_folder import (
     CHECKPOINT,
@@ -28,7 +29,6 @@ from cabledrive.simulation.run_folder import (
     open_at,
     replace_whole,
 )
-from cabledrive.simulation.state import State
 
 Shapes = tuple[tuple[int, ...], tuple[int, ...]]
 
@@ -45,7 +45,7 @@ class Records(ABC):
         """
         self._append(rows, fields)
 
-    def commit(self, state: State, records: int) -> None:
+    def commit(self, state: Any, records: int) -> None:
         """Make what was added so far the point from which a run can be resumed.
 
         ``state``: after the last step; ``records``: records up to there.
@@ -63,7 +63,7 @@ class Records(ABC):
     def _append(self, rows: Array, fields: Array) -> None: ...
 
     @abstractmethod
-    def _commit(self, state: State, records: int) -> None: ...
+    def _commit(self, state: Any, records: int) -> None: ...
 
     @abstractmethod
     def _arrays(self) -> tuple[Array, Array]: ...
@@ -72,8 +72,8 @@ class Records(ABC):
 class RecordsInMemory(Records):
     """Records kept in memory."""
 
-    def __init__(self, case: Case) -> None:
-        size = 8 * ((case.grid.records + 1) * case.width + case.field_records * 3 * case.mesh.nodes)
+    def __init__(self, case: PreparedRun) -> None:
+        size = 8 * ((case.grid.records + 1) * case.width + case.field_records * 3 * case.nodes)
         if size > MOST_MEMORY:
             raise InputRefused(
                 f"the records of this run take {size / 1e9:.1f} GB, at most {MOST_MEMORY / 1e9:.0f} GB are "
@@ -81,13 +81,13 @@ class RecordsInMemory(Records):
             )
         self._rows: list[Array] = []
         self._fields: list[Array] = []
-        self._shapes: Shapes = (0, case.width), (0, 3, case.mesh.nodes)
+        self._shapes: Shapes = (0, case.width), (0, 3, case.nodes)
 
     def _append(self, rows: Array, fields: Array) -> None:
         self._rows.append(rows.copy())
         self._fields.append(fields.copy())
 
-    def _commit(self, state: State, records: int) -> None:
+    def _commit(self, state: Any, records: int) -> None:
         pass  # what is in memory ends with the process
 
     def _arrays(self) -> tuple[Array, Array]:
@@ -107,14 +107,14 @@ class RecordsInFolder(Records):
     (`cabledrive.parameters.one_process`).
     """
 
-    def __init__(self, folder: Path, case: Case, *, resume: bool) -> None:
+    def __init__(self, folder: Path, case: PreparedRun, *, resume: bool) -> None:
         self.folder = folder
-        self._row_size, self._field_size = 8 * case.width, 8 * 3 * case.mesh.nodes
-        self._shapes: Shapes = (case.width,), (3, case.mesh.nodes)
+        self._row_size, self._field_size = 8 * case.width, 8 * 3 * case.nodes
+        self._shapes: Shapes = (case.width,), (3, case.nodes)
         self._every = case.recording.fields
         self._hash = RecordsHash()
         self._setting = sha256(_setting_of(case)).hexdigest()
-        self.resumed: tuple[State, int] | None = None
+        self.resumed: tuple[Any, int] | None = None
         left = left_behind(folder)
         if resume and set(left) - {SETTING + NEW}:  # else killed before it had begun
             self._check_setting(case)
@@ -131,14 +131,14 @@ class RecordsInFolder(Records):
         kept = -(-records // self._every) if self._every else 0
         return records * self._row_size, kept * self._field_size
 
-    def _make(self, case: Case, left: list[str]) -> None:
+    def _make(self, case: PreparedRun, left: list[str]) -> None:
         foreign = sorted(set(left) - MADE_HERE)
         if foreign:
             raise InputRefused(f"{self.folder}: holds {foreign[0]}, which is no run's: move it elsewhere")
         clear(self.folder, left)
         replace_whole(self.folder / SETTING, _setting_of(case))
 
-    def _check_setting(self, case: Case) -> None:
+    def _check_setting(self, case: PreparedRun) -> None:
         try:
             before = json.loads((self.folder / SETTING).read_text(encoding="utf-8"))
         except (OSError, ValueError, RecursionError) as error:
@@ -152,7 +152,7 @@ class RecordsInFolder(Records):
                 "or start anew with force"
             )
 
-    def _load(self, case: Case) -> tuple[State, int] | None:
+    def _load(self, case: PreparedRun) -> tuple[Any, int] | None:
         """State and records of the checkpoint, once the records it stands for have been read and compared."""
         try:
             state, records, hashes = read_checkpoint(
@@ -179,7 +179,7 @@ class RecordsInFolder(Records):
         self._fields.write(content[1])
         self._hash.add(len(rows), *content)
 
-    def _commit(self, state: State, records: int) -> None:
+    def _commit(self, state: Any, records: int) -> None:
         for file in (self._rows, self._fields):
             file.flush()
             os.fsync(file.fileno())
@@ -234,14 +234,14 @@ class RecordsInFolder(Records):
         clear(self.folder, left_behind(self.folder))
 
 
-def _setting_of(case: Case) -> bytes:
+def _setting_of(case: PreparedRun) -> bytes:
     return json.dumps(case.fingerprint, indent=1).encode()
 
 
-def _check_room(folder: Path, case: Case) -> None:
+def _check_room(folder: Path, case: PreparedRun) -> None:
     """Refuse records that the disk does not hold, once as they come in and once as the result."""
     rows = 8 * (case.grid.records + 1) * case.width
-    size = 2 * (rows + 8 * case.field_records * 3 * case.mesh.nodes)
+    size = 2 * (rows + 8 * case.field_records * 3 * case.nodes)
     free = shutil.disk_usage(folder).free
     if size > free:
         raise InputRefused(

@@ -152,8 +152,9 @@ class SimulationResult(ResultCard):
     def dataset(self) -> "xarray.Dataset":
         """Everything as one labelled dataset with units; read from the file as needed if there is one."""
         from cabledrive.simulation.dataset import dataset_of
+        from cabledrive.simulation.labels import content_of
 
-        return dataset_of(self)
+        return dataset_of(content_of(self))
 
     def to_xarray(self) -> "xarray.Dataset":
         """Everything as one labelled dataset.

@@ -18,7 +18,7 @@ MOST_LOADED = 1_000_000_000  # bytes
 def result_of(case: Case, records: Records, outcome: Outcome) -> SimulationResult:
     """Result of a run, as far as it went."""
     rows, fields = records.arrays()
-    rows = _loaded(rows[: outcome.records])
+    rows = loaded(rows[: outcome.records])
     every = case.recording.fields or 1
     time: Array = np.arange(len(rows), dtype=np.float64) * case.grid.interval
     fields = fields[: -(-len(rows) // every)]
@@ -30,7 +30,7 @@ def result_of(case: Case, records: Records, outcome: Outcome) -> SimulationResul
             *case.recording.probes,
         ),
         field_time=np.array(time[::every][: len(fields)]),
-        fields=_loaded(fields),
+        fields=loaded(fields),
         spans=case.mesh.spans,
         position=case.mesh.position,
         steps=int(outcome.state.counts[0]),
@@ -45,7 +45,7 @@ def result_of(case: Case, records: Records, outcome: Outcome) -> SimulationResul
     )
 
 
-def _loaded(array: Array) -> Array:
+def loaded(array: Array) -> Array:
     """Moderate records in memory; larger ones stay in their file, which lives as long as it is mapped."""
     return np.array(array) if array.nbytes <= MOST_LOADED else array
 

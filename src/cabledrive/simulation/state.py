@@ -1,6 +1,6 @@
 """What changes from step to step, in arrays that the methods write into."""
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -9,6 +9,8 @@ from cabledrive.simulation.channels import EXTREMES, TALLIES
 from cabledrive.simulation.runs import Integers
 
 MOST_EVENTS = 1000
+AnyState = TypeVar("AnyState", bound=tuple[Any, ...])
+"""Arrays that change from step to step: that of a loop, or of another kind of run."""
 
 # Entries of State.counts.
 STEPS, EVENTS, UPPER_SLACK, LOWER_SLACK = range(4)
@@ -52,13 +54,13 @@ def new_state(displacement: Array, velocity: Array, motor: tuple[float, float], 
     )
 
 
-def copy_state(state: State) -> State:
-    """Copy of a state that shares nothing with it."""
-    copies: list[Any] = [np.array(array) for array in state]
-    return State(*copies)
+def copy_state(state: AnyState) -> AnyState:
+    """Copy of a state, of this or another kind, that shares nothing with it."""
+    copies: Any = (np.array(array) for array in state)
+    return type(state)(*copies)
 
 
-def set_state(state: State, other: State) -> None:
+def set_state(state: AnyState, other: AnyState) -> None:
     """Write another state into this one.
 
     ``state``: overwritten in place; ``other``: of the same run.

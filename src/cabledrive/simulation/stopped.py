@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from cabledrive.parameters.errors import NotComputed
 
 if TYPE_CHECKING:
+    from cabledrive.simulation.network.result import NetworkResult
     from cabledrive.simulation.result import SimulationResult
 
 
@@ -27,10 +28,10 @@ class SimulationInterrupted(KeyboardInterrupt):
 
     Attributes
     ----------
-    result : SimulationResult
+    result : SimulationResult or NetworkResult
         Everything up to there.
     """
 
-    def __init__(self, message: str, result: "SimulationResult") -> None:
+    def __init__(self, message: str, result: "SimulationResult | NetworkResult") -> None:
         super().__init__(message)
         self.result = result

@@ -112,7 +112,8 @@ def command(
     """
     if isinstance(drive, RoutedDrive):
         torque = _torque(options["torque_amplitude"], options["torque_frequency"])
-        return simulated_route(drive, torque, output, options)
+        _check_records(options, plot=plot is not None)
+        return simulated_route(drive, torque, output, plot, options)
     refuse_given("pluck", "torque_on", why='is for machines of kind "route": leave it out')
     _check_combination(options, kept=output is not None or animate is not None, plot=plot is not None)
     if animate is not None:
@@ -149,13 +150,18 @@ def _check_combination(options: dict[str, Any], *, kept: bool, plot: bool) -> No
         refuse_given(*_NOT_FAST, why="does not go with --model fast: leave it out or use --model exact")
     if not kept:
         refuse_given("fields", why="keeps nodes in RUN.nc or for --animate: add -o RUN.nc, or leave it out")
+    _check_records(options, plot=plot)
+    if not (options["pluck_upper"] or options["pluck_lower"]):
+        tell_given("pluck_shape", why="has no effect: no span is plucked")
+
+
+def _check_records(options: dict[str, Any], *, plot: bool) -> None:
+    """Refuse a picture of fewer records than its spectrum needs."""
     if plot and options["duration"] * options["rate"] < FEWEST_RECORDS:
         raise InputRefused(
             f"--plot: {options['duration']:.4g} s at --rate {options['rate']:.4g} Hz are less than the "
             f"{FEWEST_RECORDS} records that a spectrum needs: raise the rate, or run longer"
         )
-    if not (options["pluck_upper"] or options["pluck_lower"]):
-        tell_given("pluck_shape", why="has no effect: no span is plucked")
 
 
 def _fields_to_animate(drive: Drive, options: dict[str, Any]) -> int:

@@ -1,4 +1,4 @@
-"""A run over time: load angle and midpoints, the spectrum of the load angle, the orbit of a midpoint."""
+"""A run over time: motion of the load and the spans, its spectrum, the orbit of a midpoint."""
 
 from collections.abc import Sequence
 from io import BytesIO
@@ -10,10 +10,13 @@ import numpy as np
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.modal import modes, natural_frequencies
 from cabledrive.parameters import Drive
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.report.figures.run_curves import curves_of
 from cabledrive.report.mode_figure import file_style
 from cabledrive.report.picture import Picture, picture
 from cabledrive.report.style import BLUE, INK, ORANGE, QUIET, SPAN_COLOURS, TEXT, label, log_axis
 from cabledrive.simulation import SimulationResult
+from cabledrive.simulation.network import NetworkResult
 from cabledrive.studies.spectrum import amplitude_spectrum
 
 if TYPE_CHECKING:
@@ -27,14 +30,17 @@ DECADES = 4.0
 LONGEST_TITLE = 88
 
 
-def spectrum_marks(drive: Drive, octaves: float = 3.0) -> tuple[tuple[float, str], ...]:
+def spectrum_marks(drive: Drive | RoutedDrive, octaves: float = 3.0) -> tuple[tuple[float, str], ...]:
     """Certified natural frequencies to mark in a spectrum.
 
     ``octaves``: highest frequency over the lowest longitudinal one [-].
-    Returns frequency [Hz], "longitudinal" or "transverse"; the transverse ones only where they are few.
+    Returns frequency [Hz], "longitudinal" or "transverse"; the transverse ones only of a loop or a line and
+    where they are few.
     """
     top = octaves * float(natural_frequencies(drive, count=1)[0])
     marks = [(float(frequency), "longitudinal") for frequency in natural_frequencies(drive, below=top)]
+    if isinstance(drive, RoutedDrive):
+        return tuple(sorted(marks))
     string = np.sqrt(drive.cable.pretension / drive.cable.stretched_mass_per_length)
     if 2.0 * drive.pulley_distance * top / string <= MOST_MARKS:
         across = {mode.frequency for mode in modes(drive, below=top).transverse}
@@ -42,35 +48,38 @@ def spectrum_marks(drive: Drive, octaves: float = 3.0) -> tuple[tuple[float, str
     return tuple(sorted(marks))
 
 
-def draw_histories(panels: "Sequence[Axes]", result: SimulationResult) -> None:
-    """Load angle and the midpoints in both planes over time, one above the other.
+def draw_histories(panels: "Sequence[Axes]", result: SimulationResult | NetworkResult) -> None:
+    """The curves of a run over time, one above the other.
 
-    ``panels``: one, and one for each span.
+    ``panels``: one for each of `cabledrive.report.figures.run_curves.curves_of`.
     """
-    _curve(panels[0], result.time, np.degrees(result.load_angle), INK)
-    panels[0].set_ylabel("load [deg]")
-    for axes, span in zip(panels[1:], result.spans, strict=True):
-        moved = 1e3 * result.midpoint(span)
-        _curve(axes, result.time, moved[:, 2], SPAN_COLOURS[span])
-        if np.any(moved[:, 1]):
-            _curve(axes, result.time, moved[:, 1], QUIET)
-            label(axes, "grey: v", (1.0, 1.0), (0, -2), xycoords="axes fraction", ha="right", va="top")
-        axes.set_ylabel(f"{span} w [mm]")
+    time, curves = curves_of(result)
+    for axes, curve in zip(panels, curves, strict=True):
+        _curve(axes, time, curve.values, curve.colour)
+        if curve.beside is not None:
+            _curve(axes, time, curve.beside, QUIET)
+        if curve.about:
+            words = shorten(curve.about, LONGEST_TITLE)
+            label(axes, words, (1.0, 1.0), (0, -2), xycoords="axes fraction", ha="right", va="top")
+        axes.set_ylabel(curve.axis)
     for axes in panels:
-        axes.set_xlim(result.time[0], result.time[-1])
+        axes.set_xlim(time[0], time[-1])
         axes.tick_params(labelbottom=axes is panels[-1])
     panels[-1].set_xlabel("time [s]")
 
 
-def draw_spectrum(axes: "Axes", result: SimulationResult, marks: Sequence[tuple[float, str]]) -> None:
-    """Amplitude spectrum of the load angle, Hann window, with natural frequencies marked.
+def draw_spectrum(
+    axes: "Axes", result: SimulationResult | NetworkResult, marks: Sequence[tuple[float, str]]
+) -> None:
+    """Amplitude spectrum of a run's first curve, Hann window, with natural frequencies marked.
 
     ``marks``: frequency [Hz] and kind of mode, as `spectrum_marks` gives them.
     """
-    spectrum = amplitude_spectrum(result.time, result.load_angle)
+    time, (curve, *_) = curves_of(result)
+    spectrum = amplitude_spectrum(time, curve.values)
     top = 1.05 * max((frequency for frequency, _ in marks), default=spectrum.frequency[-1])
     shown = (spectrum.frequency >= 2.0 * spectrum.resolution) & (spectrum.frequency <= top)
-    amplitude = np.degrees(spectrum.amplitude[shown])
+    amplitude = spectrum.amplitude[shown]
     highest = float(np.max(amplitude, initial=0.0)) or 1.0
     axes.plot(
         spectrum.frequency[shown],
@@ -99,10 +108,10 @@ def draw_spectrum(axes: "Axes", result: SimulationResult, marks: Sequence[tuple[
     log_axis(axes, "y", HEIGHT - 70.0)
     axes.set_xlim(0.0, min(top, spectrum.frequency[-1]))
     axes.set_xlabel("frequency [Hz]")
-    axes.set_ylabel("load [deg]")
+    axes.set_ylabel(curve.axis)
 
 
-def run_plot(drive: Drive, result: SimulationResult, form: str) -> bytes:
+def run_plot(drive: Drive | RoutedDrive, result: SimulationResult | NetworkResult, form: str) -> bytes:
     """Histories and spectrum of a run as the content of a file, the same for the same run.
 
     ``drive``: the one of the run; ``form``, {"svg", "png", "pdf"}.
@@ -116,7 +125,7 @@ def run_plot(drive: Drive, result: SimulationResult, form: str) -> bytes:
         figure = Figure(figsize=(9.0, 8.0))
         title = drive.title if 0 < len(drive.title) <= LONGEST_TITLE else shorten(drive.name, LONGEST_TITLE)
         figure.suptitle(title, fontsize=TEXT - 1, y=0.99)
-        rows = len(result.spans) + 1
+        rows = len(curves_of(result).panels)
         heights = [0.50 / rows] * rows + [0.28]
         feet = [0.96 - sum(heights[: row + 1]) - 0.02 * row for row in range(rows)] + [0.07]
         panels = [figure.add_axes((0.13, y, 0.84, h)) for y, h in zip(feet, heights, strict=True)]

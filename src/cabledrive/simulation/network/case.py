@@ -1,17 +1,28 @@
 """Everything that is decided before the first step of a run of a network."""
 
+import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
+from hashlib import sha256
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import cable_law
 from cabledrive.mechanics.network import Network, network_of
+from cabledrive.mechanics.sources import digest_with_imports
+from cabledrive.mechanics.tension_only import taut_law
 from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.hashing import content_hash
 from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.version import __version__
 from cabledrive.simulation.case import Recording
+from cabledrive.simulation.channels import Channel
+from cabledrive.simulation.network.channels import channels_of
 from cabledrive.simulation.network.mesh import NetworkMesh, network_mesh
 from cabledrive.simulation.network.plan import NetworkPlan, network_plan
 from cabledrive.simulation.network.rubbing import rubbing_of
@@ -21,6 +32,9 @@ from cabledrive.simulation.scheme import Scheme
 from cabledrive.simulation.signals import Function, Signal, check_lasts, signal_of
 from cabledrive.simulation.start import PLANES, Pluck
 from cabledrive.simulation.step_size import TimeGrid, check_resolved, time_grid
+
+if TYPE_CHECKING:
+    from cabledrive.simulation.network.stepper import NetworkStepper
 
 _NO_PLUCKS: tuple[Pluck, ...] = ()
 
@@ -50,6 +64,7 @@ class NetworkCase:
     ----------
     network : Network
     scheme : Scheme
+    recording : Recording
     mesh : NetworkMesh
     laws : list of CableLaw
         Of each piece.
@@ -64,6 +79,7 @@ class NetworkCase:
 
     network: Network
     scheme: Scheme
+    recording: Recording
     mesh: NetworkMesh
     laws: list[CableLaw]
     grid: TimeGrid
@@ -73,6 +89,49 @@ class NetworkCase:
     x_t: Array
     q: Array
     q_t: Array
+
+    @cached_property
+    def channels(self) -> tuple[Channel, ...]:
+        """Columns of a record."""
+        return channels_of(self.mesh, self.mesh.driven)
+
+    @property
+    def width(self) -> int:
+        """Numbers per record."""
+        return len(self.channels)
+
+    @property
+    def nodes(self) -> int:
+        """Nodes of all pieces."""
+        return self.mesh.size
+
+    @property
+    def field_records(self) -> int:
+        """Whole fields that are kept: none of a network."""
+        return 0
+
+    @cached_property
+    def fingerprint(self) -> dict[str, Any]:
+        """What a resumed run must have in common with the interrupted one; plain data."""
+        start = b"".join(array.tobytes() for array in (self.x, self.x_t, self.q, self.q_t))
+        content = {
+            "cabledrive": __version__,
+            "drive_hash": content_hash(self.network.drive),
+            "scheme": asdict(replace(self.scheme, model=taut_law(self.laws[0]).name)),
+            "recording": asdict(self.recording),
+            "grid": asdict(self.grid),
+            "torque": [signal.fingerprint for signal in self.torques],
+            "start": sha256(start).hexdigest(),
+            "sources": digest_with_imports(Path(__file__)),
+        }
+        plain: dict[str, Any] = json.loads(json.dumps(content))
+        return plain
+
+    def stepper(self) -> "NetworkStepper":
+        """What takes the steps."""
+        from cabledrive.simulation.network.stepper import NetworkStepper
+
+        return NetworkStepper(self)
 
     def torque(self, first: int, steps: int) -> Array:
         """Torques at the times of some steps, shape (steps, motors) [N m]."""
@@ -144,6 +203,7 @@ def network_case(
     return NetworkCase(
         network=network,
         scheme=scheme,
+        recording=recording,
         mesh=mesh,
         laws=laws,
         grid=grid,

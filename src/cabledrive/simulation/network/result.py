@@ -105,21 +105,10 @@ class NetworkResult(ResultCard):
     @cached_property
     def dataset(self) -> "xarray.Dataset":
         """Everything as one labelled dataset with units."""
-        import xarray
+        from cabledrive.simulation.dataset import dataset_of
+        from cabledrive.simulation.network.result_of_run import network_content
 
-        # NetCDF takes a slash for a group.
-        data = {
-            channel.name.replace("/", "_"): (
-                "time",
-                self.rows[:, k],
-                {"units": channel.unit, "long_name": channel.meaning},
-            )
-            for k, channel in enumerate(self.channels)
-        }
-        time = ("time", self.time, {"units": "s", "long_name": "time"})
-        about = {"energy_budget_error": self.energy_budget_error, "assumptions": "; ".join(self.assumptions)}
-        about |= {"drive": self.provenance["drive"], "drive_hash": self.provenance["drive_hash"]}
-        return xarray.Dataset(data, coords={"time": time}, attrs=about)
+        return dataset_of(network_content(self))
 
     def to_xarray(self) -> "xarray.Dataset":
         """Everything as one labelled dataset.
@@ -160,10 +149,10 @@ class NetworkResult(ResultCard):
         Returns
         -------
         dict
-            No NaN and no infinity in it.
+            No NaN and no infinity in it; what needs a record is None where a run stopped before the first.
         """
         return {
-            "energy_budget_error": self.energy_budget_error,
+            "energy_budget_error": self.energy_budget_error if len(self.rows) else None,
             "steps": self.steps,
             "step": self.step,
             "cfl": self.step / self.largest_step,
@@ -176,7 +165,7 @@ class NetworkResult(ResultCard):
                 {
                     "name": name,
                     "midpoint_peak": self.midpoint_peaks[name],
-                    "least_tension": float(np.min(self.channel(f"least tension, {name}"))),
+                    "least_tension": self._least_tension(name),
                 }
                 for name in self.spans
             ],
@@ -186,3 +175,6 @@ class NetworkResult(ResultCard):
             "stopped": self.stopped,
             "wall_time": self.wall_time,
         }
+
+    def _least_tension(self, span: str) -> float | None:
+        return float(np.min(self.channel(f"least tension, {span}"))) if len(self.rows) else None
