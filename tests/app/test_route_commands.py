@@ -162,8 +162,10 @@ def test_a_machine_is_simulated_at_the_command_line(tmp_path):
         "motor to lower idler=0.1 mm",
         "-o",
         str(out),
+        *("--plot", str(tmp_path / "run.svg"), "--rate", "20 kHz"),
     )
     assert out.is_file()
+    assert (tmp_path / "run.svg").read_text().startswith("<?xml")
     assert found["energy_budget_error"] < 1e-6
     assert [span["name"] for span in found["spans"]][1] == "motor to lower idler"
     assert found["spans"][1]["midpoint_peak"] == pytest.approx(1e-4, rel=0.05)
@@ -173,7 +175,14 @@ def test_a_machine_is_simulated_at_the_command_line(tmp_path):
 
 @pytest.mark.parametrize(
     "option",
-    [["--pluck-upper", "1 mm"], ["--model", "fast"], ["--fields", "2", "-o", "run.nc"], ["--pluck", "1 mm"]],
+    [
+        ["--pluck-upper", "1 mm"],
+        ["--model", "fast"],
+        ["--fields", "2", "-o", "run.nc"],
+        ["--pluck", "1 mm"],
+        ["--resume"],
+        ["--plot", "run.svg"],
+    ],
 )
 def test_what_simulate_does_not_do_on_routes_is_refused(option, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

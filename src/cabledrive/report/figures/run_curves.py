@@ -10,6 +10,10 @@ from cabledrive.simulation import SimulationResult
 from cabledrive.simulation.network import NetworkResult
 
 
+STILL = 1e-12
+"""Motion below which a body is held by its friction, and what is left is round-off [m]."""
+
+
 class Curve(NamedTuple):
     """One panel: its axis label, values over the records, and a second curve behind them."""
 
@@ -47,7 +51,7 @@ def _of_machine(result: NetworkResult) -> tuple[Curve, ...]:
     """The body that moves most, the first motor, the span that sways most and the one nearest to slack."""
     channels = {channel.name: channel for channel in result.channels}
     reach = {name: high - low for name, (low, high) in result.extremes.items() if channels[name].unit == "m"}
-    bodies = {name: size for name, size in reach.items() if "." in name and " " not in name.split(".")[-1]}
+    bodies = {name: size for name, size in reach.items() if name.endswith((".x", ".y")) and size > STILL}
     shafts = [name.removeprefix("torque on ") for name in channels if name.startswith("torque on ")]
     turning = [name for name in shafts if name in channels]
     first = max(bodies, key=lambda name: bodies[name]) if bodies else None
