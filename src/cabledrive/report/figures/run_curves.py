@@ -9,7 +9,6 @@ from cabledrive.report.style import BLUE, GREEN, INK, ORANGE, SPAN_COLOURS
 from cabledrive.simulation import SimulationResult
 from cabledrive.simulation.network import NetworkResult
 
-
 STILL = 1e-12
 """Motion below which a body is held by its friction, and what is left is round-off [m]."""
 
