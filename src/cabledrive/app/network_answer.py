@@ -8,6 +8,7 @@ from cabledrive.app.combinations import refuse_given
 from cabledrive.app.messages import QUIET, note
 from cabledrive.app.new_file import NewFile
 from cabledrive.app.results import Answer, provenance
+from cabledrive.app.run_pictures import undrawn
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.units import to_si
@@ -53,28 +54,15 @@ def simulated_route(
     )
     if result.path is not None:
         note(f"written to {result.path}")
-    undrawn = _undrawn(drive, result, plot)
+    missing = undrawn(drive, result, plot)
     method = result.provenance["method"]
     words = f"verlet, {method['model']} cable, {method['segments']} segments on the longest span"
     return Answer(
         data=result.summary(),
         text=_text(drive, result, words),
         provenance=provenance(drive, method=words, step=result.step) | result.provenance,
-        incomplete="; ".join(words for words in (result.stopped, undrawn) if words) or None,
+        incomplete="; ".join(words for words in (result.stopped, missing) if words) or None,
     )
-
-
-def _undrawn(drive: RoutedDrive, result: NetworkResult, plot: NewFile | None) -> str | None:
-    """Draw the run, and say why a picture is not there: the run itself is done by then."""
-    if plot is None:
-        return None
-    try:
-        from cabledrive.report.figures.run_histories import run_plot
-
-        plot.write(run_plot(drive, result, plot.path.suffix[1:].lower()))
-    except InputRefused as refusal:
-        return f"not drawn: {refusal}"
-    return None
 
 
 def plucks_of(given: tuple[str, ...], shape: str) -> tuple[Pluck, ...]:

@@ -11,6 +11,7 @@ from cabledrive.app.network_answer import simulated_route
 from cabledrive.app.new_file import NewFile, NewFileType
 from cabledrive.app.options import Quantity, Subcommand, answering, force_option, machine_argument
 from cabledrive.app.results import Answer, provenance
+from cabledrive.app.run_pictures import fields_to_animate, undrawn
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.simulation import (
@@ -117,7 +118,7 @@ def command(
     refuse_given("pluck", "torque_on", why='is for machines of kind "route": leave it out')
     _check_combination(options, kept=output is not None or animate is not None, plot=plot is not None)
     if animate is not None:
-        options["fields"] = _fields_to_animate(drive, options)
+        options["fields"] = fields_to_animate(drive, options)
     run = _fast_run if options["model"] == "fast" else _exact_run
     try:
         result = run(drive, output, options)
@@ -125,23 +126,7 @@ def command(
         result = stopped.result
     if result.path is not None:
         note(f"written to {result.path}")
-    return _answer(drive, result, _undrawn(drive, result, plot, animate))
-
-
-def _undrawn(
-    drive: Drive, result: SimulationResult, plot: NewFile | None, animate: NewFile | None
-) -> str | None:
-    """Draw what was asked for, and say why a picture is not there: the run itself is done by then."""
-    try:
-        if plot is not None:
-            from cabledrive.report.figures.run_histories import run_plot
-
-            plot.write(run_plot(drive, result, plot.path.suffix[1:].lower()))
-        if animate is not None:
-            _write_animation(drive, result, animate)
-    except InputRefused as refusal:
-        return f"not drawn: {refusal}"
-    return None
+    return _answer(drive, result, undrawn(drive, result, plot, animate))
 
 
 def _check_combination(options: dict[str, Any], *, kept: bool, plot: bool) -> None:
@@ -162,31 +147,6 @@ def _check_records(options: dict[str, Any], *, plot: bool) -> None:
             f"--plot: {options['duration']:.4g} s at --rate {options['rate']:.4g} Hz are less than the "
             f"{FEWEST_RECORDS} records that a spectrum needs: raise the rate, or run longer"
         )
-
-
-def _fields_to_animate(drive: Drive, options: dict[str, Any]) -> int:
-    """Every how many records all nodes are kept: as asked for, else often enough to follow the motion."""
-    from cabledrive.report.motion import frame_interval
-
-    if options["model"] == "fast":
-        raise InputRefused("--animate does not go with --model fast: leave it out or use --model exact")
-    interval = min(frame_interval(drive), options["duration"] / 24.0)
-    every = options["fields"] or max(1, round(options["rate"] * interval))
-    records = options["duration"] * options["rate"]
-    if every > records:
-        raise InputRefused(
-            f"--animate: all nodes at every {every}th of {records:.0f} records are no two pictures: lower "
-            "--fields, raise --rate, or run longer"
-        )
-    return every
-
-
-def _write_animation(drive: Drive, result: SimulationResult, animate: NewFile) -> None:
-    from cabledrive.report.animated_gif import animation_gif
-    from cabledrive.report.animation import animation_page
-
-    gif = animate.path.suffix.lower() == ".gif"
-    animate.write(animation_gif(drive, result) if gif else animation_page(drive, result))
 
 
 def _exact_run(drive: Drive, output: NewFile | None, options: dict[str, Any]) -> SimulationResult:

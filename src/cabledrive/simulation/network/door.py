@@ -8,9 +8,10 @@ from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.simulation.case import Recording
 from cabledrive.simulation.kept_run import how_to_go_on, keep_run
-from cabledrive.simulation.network.case import NetworkStart, network_case
+from cabledrive.simulation.network.case import network_case
 from cabledrive.simulation.network.result import NetworkResult
 from cabledrive.simulation.network.result_of_run import network_content, network_result
+from cabledrive.simulation.network.start import NetworkStart
 from cabledrive.simulation.scheme import Scheme
 from cabledrive.simulation.signals import Function, Signal
 from cabledrive.simulation.stopped import SimulationInterrupted
