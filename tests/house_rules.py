@@ -31,14 +31,18 @@ def places(pattern: re.Pattern[str], text: str) -> list[str]:
 
 
 def public_functions(tree: ast.Module) -> Iterator[tuple[str, Function]]:
-    """Public functions and methods of a module, with the name that a reader would use."""
+    """Public functions and methods of a module, as a reader would name them; overloads are types."""
     for node in tree.body:
-        if isinstance(node, Function) and not node.name.startswith("_"):
+        if isinstance(node, Function) and not node.name.startswith("_") and not _overloads(node):
             yield node.name, node
         if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
             for child in node.body:
                 if isinstance(child, Function) and not child.name.startswith("_"):
                     yield f"{node.name}.{child.name}", child
+
+
+def _overloads(function: Function) -> bool:
+    return any(getattr(decorator, "id", "") == "overload" for decorator in function.decorator_list)
 
 
 def exports(tree: ast.Module) -> set[tuple[str, str]]:

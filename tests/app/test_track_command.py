@@ -188,12 +188,35 @@ def test_a_tension_that_is_not_kept_is_status_3_with_its_reason():
         (("--angle", "3"), "two winches move a body"),
         (("--controller", "lqg"), "leave it out"),
         (("--move", "camera.x"), "NAME=DISTANCE"),
-        (("--disturbance", "load:1:2"), "no coordinate of the body"),
+        (("--disturbance", "load:1:2"), "none of camera.x, camera.y"),
+        (("--pair",), "two winches move a body"),
         (("--least-tension", "900 N"), "tension at rest"),
     ],
 )
 def test_options_that_two_winches_cannot_take_are_refused(options, words):
     assert words in refusal("track", "camera-winches", *options)
+
+
+def test_a_pair_of_motors_answers_with_its_flanks_and_what_is_left_at_rest():
+    loose = (
+        "track",
+        "dissertation-3",
+        "--set",
+        "motor.backlash=1 deg",
+        "--controller",
+        "lqg",
+        "--bandwidth",
+        "15",
+    )
+    found = answer(*loose, "--pair", "--preload", "0.6 N m")
+    assert set(found) >= KEYS
+    assert found["pair"]["preload"] == pytest.approx(0.6)
+    assert found["pair"]["flanks_closed"] is True
+    assert min(found["pair"]["least_flank_torque"]) > 0.0
+    assert found["limit_cycle"] is False
+    assert answer(*loose)["limit_cycle"] is True
+    assert "limit cycle of" in call(*loose).stdout
+    assert "motor.backlash is 0" in refusal("track", "dissertation-3", "--pair")
 
 
 def test_options_of_winches_are_refused_elsewhere():

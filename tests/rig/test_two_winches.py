@@ -11,9 +11,9 @@ from cabledrive.control.tension_position import first_state, step
 from cabledrive.parameters import InputRefused
 from cabledrive.reduction.two_motors import is_winched, winched_machine
 from cabledrive.reduction.two_motors_kernels import line_at
+from cabledrive.rig import BodyMotion, Disturbance, Motion, RigOptions
 from cabledrive.rig.two_motors.design import design_tensions
 from cabledrive.rig.two_motors.plan import plan_motion
-from cabledrive.rig.two_motors.result import Push
 from cabledrive.rig.two_motors.run import Setup, forces_of, run_plant, track_two_motors
 from cabledrive.rig.two_motors.samples import drawn_gusts, drawn_plant, wilson
 from oracles.two_winches import Winches, run
@@ -91,7 +91,7 @@ def test_the_rig_moves_as_scipy_integrates_the_winches():
     numbers = setup.machine.numbers
     heavy = replace(quiet, body=(replace(quiet.body[0], mass=1.12 * quiet.body[0].mass),))
     actual = winched_machine(heavy).numbers._replace(turning_coulomb=np.zeros(2))
-    force = forces_of(setup, (Push(on="camera.x", force=25.0, start=0.1, end=0.2),))
+    force = forces_of(setup, (Disturbance(on="camera.x", torque=25.0, start=0.1, end=0.2),))
     ours = run_plant(setup, actual, force, np.random.default_rng(0)).record
     mass = float(actual.mass[0])
     places, tensions, _ = run(
@@ -148,7 +148,7 @@ def test_over_random_moves_plants_and_gusts_no_line_falls_below_its_least(drive,
 
 def test_a_motion_too_fast_is_reshaped_and_the_tension_kept():
     """The lines would have to push: -2059 N asked for."""
-    found = track_two_motors(CAMERA, moves={"camera.y": -3.0}, rise=0.9)
+    found = track_two_motors(CAMERA, motion=BodyMotion(moves={"camera.y": -3.0}, rise=0.9))
     said = found.summary
     assert said["motion"]["used"] > 2.0
     assert said["reshaped_fraction"] > 0.1
@@ -157,7 +157,7 @@ def test_a_motion_too_fast_is_reshaped_and_the_tension_kept():
     assert said["within_bound"] is None
     assert "longer rise" in said["broken_assumptions"][0]
     assert said["peak_error_mm"] > 100.0
-    gentle = track_two_motors(CAMERA, moves={"camera.y": -3.0}).summary
+    gentle = track_two_motors(CAMERA, motion=BodyMotion(moves={"camera.y": -3.0})).summary
     assert gentle["motion"]["used"] <= 0.81
     assert gentle["reshaped_fraction"] < 0.01
     assert gentle["peak_error_mm"] < 10.0
@@ -166,7 +166,7 @@ def test_a_motion_too_fast_is_reshaped_and_the_tension_kept():
 
 def test_where_the_torque_ends_no_law_can_and_the_result_says_so():
     """A downward force of twice the weight needs 2.5 kN of tension, the winches have 1.4 kN."""
-    push = Push(on="camera.y", force=-600.0, start=1.0, end=2.5)
+    push = Disturbance(on="camera.y", torque=-600.0, start=1.0, end=2.5)
     found = track_two_motors(CAMERA, disturbances=(push,))
     needed = np.linalg.solve(
         (winched_machine(CAMERA).numbers.bearing).T, np.array([0.0, -30.27 * 9.81 - 600.0])
@@ -182,7 +182,7 @@ def test_where_the_torque_ends_no_law_can_and_the_result_says_so():
 
 def test_a_guided_body_keeps_the_internal_tension_of_the_file():
     """At rest both lines have the pretension, and a move shifts them against each other."""
-    found = track_two_motors(RAIL, moves={"trolley.x": 4.0}, rise=3.0)
+    found = track_two_motors(RAIL, motion=BodyMotion(moves={"trolley.x": 4.0}, rise=3.0))
     assert found.summary["peak_error_mm"] < 2.0
     assert found.summary["within_bound"]
     m = winched_machine(RAIL)
@@ -195,16 +195,56 @@ def test_a_guided_body_keeps_the_internal_tension_of_the_file():
     ("options", "words"),
     [
         ({"least_tension": 1000.0}, "tension at rest"),
-        ({"moves": {"camera.z": 1.0}}, "no coordinate of the body"),
+        ({"motion": BodyMotion(moves={"camera.z": 1.0})}, "no coordinate of the body"),
         ({"bandwidth": 9.0}, "sixth of that of the tension"),
-        ({"moves": {"camera.y": 4.9}}, "move: "),
-        ({"disturbances": (Push(on="camera.x", force=1.0, start=900.0, end=901.0),)}, "start earlier"),
+        ({"motion": BodyMotion(moves={"camera.y": 4.9})}, "move: "),
+        (
+            {"disturbances": (Disturbance(on="camera.x", torque=1.0, start=900.0, end=901.0),)},
+            "start earlier",
+        ),
         ({"draws": -1}, "draws"),
     ],
 )
 def test_what_cannot_be_done_is_refused_in_one_line(options, words):
     with pytest.raises(InputRefused, match=words) as caught:
         track_two_motors(CAMERA, **options)
+    assert "\n" not in str(caught.value)
+
+
+def test_the_door_of_python_takes_winches_with_the_same_answer():
+    motion, gust = (
+        BodyMotion(moves={"camera.x": 0.4}, rise=2.0),
+        Disturbance(on="camera.y", torque=-20.0, start=1.0, end=1.5),
+    )
+    ours = cd.track(CAMERA, motion=motion, options=RigOptions(disturbances=(gust,)), gust=40.0, seed=4)
+    theirs = track_two_motors(CAMERA, motion=motion, disturbances=(gust,), gust=40.0, seed=4)
+    assert ours.summary == theirs.summary
+    np.testing.assert_array_equal(ours.tensions, theirs.tensions)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"motion": Motion()}, "BodyMotion"),
+        ({"controller": "lqg"}, "tension-position"),
+        ({"gains": "dissertation"}, "gains is for pulses"),
+        ({"options": RigOptions(jitter=1e-5)}, "jitter is for pulses"),
+    ],
+)
+def test_the_door_refuses_for_winches_what_is_for_pulses(options, words):
+    with pytest.raises(InputRefused, match=words):
+        cd.track(CAMERA, **options)
+
+
+def test_the_door_refuses_for_pulses_what_is_for_winches():
+    for options in ({"gust": 3.0}, {"least_tension": 3.0}, {"motion": BodyMotion()}):
+        with pytest.raises(InputRefused, match="two winches"):
+            cd.track(cd.load_drive("dissertation-3"), **options)
+
+
+def test_what_takes_an_axis_refuses_winches_with_the_remedy():
+    with pytest.raises(InputRefused, match=r"by one law, and no axis: run `cabledrive track") as caught:
+        cd.compare(CAMERA, draws=1)
     assert "\n" not in str(caught.value)
 
 

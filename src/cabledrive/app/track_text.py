@@ -18,6 +18,7 @@ def track_text(drive: Drive, said: dict[str, Any]) -> str:
     ]
     if "axis" in said:
         lines += axis_lines(said["axis"])
+    lines += _pair(said)
     if said["theory_bound_deg"] is not None:
         lines.append(f"  bound           {said['theory_bound_deg']:9.4f} deg")
     if said["broken_assumptions"]:
@@ -53,6 +54,30 @@ def _repeated(said: dict[str, Any]) -> list[str]:
         f"  converges by {said['contraction']:.3f} a repetition or faster in {said['directions']} "
         f"directions, as long as {'; '.join(said['assumed'])}",
     ]
+
+
+def _pair(said: dict[str, Any]) -> list[str]:
+    """What is left at rest of a drive with backlash, and the flanks of a pair of motors."""
+    lines = []
+    if said.get("rest_swing_deg") is not None:
+        lines.append(f"  swing at rest   {said['rest_swing_deg']:9.4f} deg")
+        if said["limit_cycle"]:
+            lines.append(
+                f"   a limit cycle of {said['rest_swing_counts']:.1f} counts of the load's encoder: the loop "
+                "does not come to rest in the backlash"
+            )
+    pair = said.get("pair")
+    if pair is None:
+        return lines
+    first, second = pair["least_flank_torque"]
+    lines.append(f"  pair of motors  preloaded by {pair['preload']:.4g} N m")
+    lines.append(f"   least flanks   {first:.4g} and {second:.4g} N m")
+    peaks = " and ".join(f"{value:.4g}" for value in pair["motor_peak_torque"])
+    lines.append(f"   each at most   {peaks} N m")
+    if "reason" in pair:
+        lines.append(f"   {pair['reason']}")
+    lines.append("   as long as")
+    return lines + [f"    {words}" for words in pair["assumptions"]]
 
 
 def axis_lines(axis: dict[str, Any]) -> list[str]:

@@ -19,7 +19,7 @@ MOST_DRAWN_SAMPLES = 1e10
 NOT_HERE = (
     *("gains", "feedforward", "plant", "angle", "observer", "feedback", "encoder_phase", "ideal_sensors"),
     *("smooth_friction", "no_adaptation", "tension_only", "as_printed", "segments", "jitter", "blind"),
-    *("check_conditions", "repeat", "log_file", "animate"),
+    *("check_conditions", "repeat", "log_file", "animate", "pair", "preload"),
 )
 
 
@@ -56,12 +56,13 @@ def two_motor_answer(drive: RoutedDrive, plant_settings: tuple[str, ...], spec: 
     ``spec``: the options of `cabledrive track`.
     Raises `InputRefused` for options that have no effect here.
     """
-    from cabledrive.rig.two_motors.result import parse_push
-    from cabledrive.rig.two_motors.run import track_two_motors
+    from cabledrive.rig import BodyMotion, RigOptions, TwoMotorTracking, track
+    from cabledrive.rig.parsed_options import parse_disturbance
+    from cabledrive.rig.two_motors.front import OWN
     from cabledrive.rig.two_motors.summary import CONTROLLER
 
     refuse_given(*NOT_HERE, why="is for pulses of a load pulley: two winches move a body, see --move")
-    if spec["controller"] not in (None, CONTROLLER, "best"):
+    if spec["controller"] not in OWN:
         raise InputRefused(
             f'--controller "{spec["controller"][:60]}" moves a load by one motor: a body between two '
             f"winches has {CONTROLLER}, leave it out"
@@ -71,21 +72,24 @@ def two_motor_answer(drive: RoutedDrive, plant_settings: tuple[str, ...], spec: 
     if plant_settings:
         actual = load_drive(given["drive"], overrides=(*given["settings"], *plant_settings))
     source = click.get_current_context().get_parameter_source("rise")
-    found = track_two_motors(
+    found = track(
         drive,
-        moves=dict(map(_move, spec["moves"])),
-        rise=spec["rise"] if source is click.core.ParameterSource.COMMANDLINE else None,
-        dwell=spec["dwell"],
-        pulses=spec["pulses"],
-        order=spec["order"],
+        motion=BodyMotion(
+            moves=dict(map(_move, spec["moves"])),
+            rise=spec["rise"] if source is click.core.ParameterSource.COMMANDLINE else None,
+            dwell=spec["dwell"],
+            pulses=spec["pulses"],
+            order=spec["order"],
+        ),
+        options=RigOptions(disturbances=tuple(map(parse_disturbance, spec["disturbances"]))),
         least_tension=spec["least_tension"],
         gust=spec["gust"],
         bandwidth=spec["bandwidth"],
-        disturbances=tuple(parse_push(words) for words in spec["disturbances"]),
         plant_drive=actual if isinstance(actual, RoutedDrive) else None,
         seed=spec["seed"],
         draws=spec["draws"],
     )
+    assert isinstance(found, TwoMotorTracking)  # the drive has two winches
     said = found.summary
     return Answer(
         data=said,

@@ -20,6 +20,7 @@ from cabledrive.parameters.route.axis import AxisDrive
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.parts import RoutedMotor
 from cabledrive.reduction.network_chain import NetworkChain, network_chains
+from cabledrive.reduction.two_motors import is_winched
 
 _NO_MASS = 1e-12
 """Mass per length of the chain's cable, whose mass its inertias hold [kg/m]."""
@@ -35,6 +36,11 @@ def as_axis(drive: Drive | RoutedDrive, axis: str | None = None) -> Drive:
         if axis is not None:
             raise InputRefused(f'axis = "{axis[:60]}" is for machines of kind "route": leave it out')
         return drive
+    if axis is None and is_winched(drive):
+        raise InputRefused(
+            'kind = "route": two winches move a body, by one law, and no axis: run `cabledrive track DRIVE '
+            "--draws 100` (cd.track); compare, study, export and experiment take an axis that one motor moves"
+        )
     try:
         return axis_drive(_chain_of(drive, axis))
     except InputRefused as refusal:

@@ -4,11 +4,13 @@ from cabledrive.rig.bench.virtual_camera import VirtualCamera, filmed
 from cabledrive.rig.carriage.carriage_move import CarriageMove, CarriageRun
 from cabledrive.rig.carriage.transporter import move_carriage
 from cabledrive.rig.closed_loop.own_plant import OwnPlant, PlantProtocol
-from cabledrive.rig.setting import Disturbance, Motion, RigOptions
+from cabledrive.rig.front_door import track
+from cabledrive.rig.setting import BodyMotion, Disturbance, Motion, RigOptions
 from cabledrive.rig.tracking import Tracking
-from cabledrive.rig.trial import track
+from cabledrive.rig.two_motors.result import TwoMotorTracking
 
 __all__ = [
+    "BodyMotion",
     "CarriageMove",
     "CarriageRun",
     "Disturbance",
@@ -17,6 +19,7 @@ __all__ = [
     "PlantProtocol",
     "RigOptions",
     "Tracking",
+    "TwoMotorTracking",
     "VirtualCamera",
     "filmed",
     "move_carriage",

@@ -125,7 +125,10 @@ def _failures(loop: Loop, done: Run) -> list[str]:
         found.append("torque at its limit")
     if done.state.summary[6] > 0:
         found.append("a sensor failed")
-    if loop.piecewise.play > 0.0:
+    if loop.pair is not None:
+        if done.state.summary[10] > 0:
+            found.append("a flank of the pair of motors was open")
+    elif loop.piecewise.play > 0.0:
         found.append("backlash in the gearhead")
     if done.state.summary[9] > 0 or done.state.discrete[1] == WENT_SLACK:
         found.append("a span went slack")

@@ -1,14 +1,16 @@
 """What a drive and the options make of the rig: limits, phases, jitter, disturbances, a encoder dropout."""
 
+from collections.abc import Sequence
 from math import pi
 
 import numpy as np
 
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.fields import nearest
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.loop_numbers import Array, Integers
 from cabledrive.rig.laws.fitting import fitted_encoders
-from cabledrive.rig.setting import RigOptions
+from cabledrive.rig.setting import Disturbance, RigOptions
 
 
 def slack_twist(drive: Drive, chain: LumpedChain) -> float:
@@ -74,11 +76,27 @@ def disturbing_torques(options: RigOptions, interval: float, samples: int) -> Ar
     ``interval``: sample time [s].
     Returns shape (samples, 2) [N m].
     """
-    forces = np.zeros((samples, 2))
-    for step in options.disturbances:
+    return stepped_in(options.disturbances, ("motor", "load"), interval, samples)
+
+
+def stepped_in(
+    disturbances: Sequence[Disturbance], names: Sequence[str], interval: float, samples: int
+) -> Array:
+    """Disturbances from each sample to the next, shape (samples, names) [N m] or [N].
+
+    ``names``: what may be disturbed, one for each column.
+    Raises `InputRefused` for a disturbance of anything else.
+    """
+    found = np.zeros((samples, len(names)))
+    for step in disturbances:
+        if step.on not in names:
+            raise InputRefused(
+                f'disturbance on "{step.on[:60]}" is none of {", ".join(names)}'
+                f"{nearest(step.on[:60], list(names))}: take one of these"
+            )
         last = samples if step.end >= samples * interval else round(step.end / interval)
-        forces[round(step.start / interval) : last, 0 if step.on == "motor" else 1] += step.torque
-    return forces
+        found[round(step.start / interval) : last, names.index(step.on)] += step.torque
+    return found
 
 
 def encoder_dropout(drive: Drive, options: RigOptions, interval: float, shown: list[int]) -> Integers:

@@ -6,7 +6,7 @@ from math import nan
 
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.rig.setting import DISSERTATION_ORDER, Motion, RigOptions
-from cabledrive.rig.trial import track
+from cabledrive.rig.trial import track_pulses
 
 RISES = (0.3, 0.4, 0.5, 0.6, 0.7, 1.0)
 ANGLES = (10.0, 22.5, 45.0, 67.5, 90.0)
@@ -52,7 +52,7 @@ def error_curves(
 
     def peak(law: str, moved: Motion, bandwidth: float | None = None) -> float:
         try:
-            run = track(
+            run = track_pulses(
                 drive,
                 controller=law,
                 motion=moved,

@@ -1,4 +1,4 @@
-"""Disturbances and failures of sensors as words: ``load:0.05:0.3:0.6``."""
+"""Disturbances and failures of sensors as words: ``load:0.05:0.3:0.6``, ``camera.x:30:1:1.5``."""
 
 from math import isfinite
 
@@ -10,16 +10,21 @@ SHAFTS = ("motor", "drive", "load")
 
 
 def parse_disturbance(words: str) -> Disturbance:
-    """A torque that steps in: shaft, torque, start and end.
+    """A torque or a force that steps in: shaft or coordinate, size, start and end.
 
-    ``words``: such as ``load:0.05:0.3:0.6`` or ``motor:20 mN m:0.1 s:0.2 s``; without an end it stays.
+    ``words``: such as ``load:0.05:0.3:0.6``, ``motor:20 mN m:0.1 s:0.2 s`` or ``camera.y:-20 N:1 s``; without
+    an end it stays.
     Raises `InputRefused` if it is not understood.
     """
     parts = words.split(":")
     if len(parts) not in (3, 4):
-        raise InputRefused(f'disturbance "{words}" is not SHAFT:TORQUE:START:END: write load:0.05:0.3:0.6')
+        raise InputRefused(
+            f'disturbance "{words[:60]}" is not SHAFT:TORQUE:START:END: write load:0.05:0.3:0.6, or for a '
+            "body between two winches COORDINATE:FORCE:START:END, such as camera.x:30:1:1.5"
+        )
     end = to_si(parts[3], "s") if len(parts) == 4 else float("inf")
-    return Disturbance(torque=to_si(parts[1], "N m"), start=to_si(parts[2], "s"), end=end, on=parts[0])
+    unit = "N" if "." in parts[0] else "N m"
+    return Disturbance(torque=to_si(parts[1], unit), start=to_si(parts[2], "s"), end=end, on=parts[0])
 
 
 def parse_encoder_dropout(words: str | None) -> tuple[str, float, float] | None:
@@ -33,10 +38,10 @@ def parse_encoder_dropout(words: str | None) -> tuple[str, float, float] | None:
         return None
     parts = words.split(":")
     if len(parts) != 3 or parts[0] not in SHAFTS:
-        raise InputRefused(f'encoder dropout "{words}" is not SHAFT:START:END: write load:0.1:0.11')
+        raise InputRefused(f'encoder dropout "{words[:60]}" is not SHAFT:START:END: write load:0.1:0.11')
     start, end = to_si(parts[1], "s"), to_si(parts[2], "s")
     if not (isfinite(start) and isfinite(end) and 0.0 <= start <= end):
         raise InputRefused(
-            f'encoder dropout "{words}": from {start:.4g} s to {end:.4g} s is no time: swap them'
+            f'encoder dropout "{words[:60]}": from {start:.4g} s to {end:.4g} s is no time: swap them'
         )
     return parts[0], start, end

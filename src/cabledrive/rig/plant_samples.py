@@ -11,6 +11,7 @@ from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.loop import Loop, run
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY, Array
 from cabledrive.rig.closed_loop.other_plants import with_plant
+from cabledrive.rig.closed_loop.pair import drawn_pair
 from cabledrive.rig.closed_loop.plant_batch import fits_batch, run_batch
 from cabledrive.rig.setting import DEGREE, RigOptions
 
@@ -106,7 +107,8 @@ def sampled_loops(
         chain = sampled_chain(loop.chain, generator, spreads)
         phases = generator.uniform(-0.5, 0.5, len(loop.rig.phases))
         rig = loop.rig._replace(phases=phases) if random else loop.rig
-        yield replace(with_plant(loop, chain, options), rig=rig)
+        other = replace(with_plant(loop, chain, options), rig=rig)
+        yield other if loop.pair is None else replace(other, pair=drawn_pair(loop.pair, generator))
 
 
 def run_samples(loop: Loop, options: RigOptions, draws: int, seed: int, *, threads: int = 2) -> PlantSamples:

@@ -1,5 +1,6 @@
 """What is asked of the rig: the motion, the sensors, the disturbances, as frozen options."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import isfinite, pi
 
@@ -44,16 +45,43 @@ class Motion:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class BodyMotion:
+    """How far a body between two winches goes and comes back.
+
+    Attributes
+    ----------
+    moves : mapping of str to float
+        Of each coordinate, such as ``{"camera.x": 2.0}`` [m]; empty: a twentieth of the distance between the
+        last pulleys, in the first coordinate.
+    rise : float or None
+        Duration of a move [s]; None: the shortest that uses at most 80 % of tension, torque and speed.
+    dwell : float
+        Rest after each move [s].
+    pulses : int
+        Times there and back.
+    order : int or None
+        Odd order of the rise; None: 9.
+    """
+
+    moves: Mapping[str, float] = field(default_factory=dict)
+    rise: float | None = None
+    dwell: float = 0.5
+    pulses: int = 1
+    order: int | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Disturbance:
-    """A torque that steps in.
+    """A torque that steps in, or a force on a body.
 
     Attributes
     ----------
     torque : float
-        [N m], at the first shaft.
+        [N m], at the first shaft; on a coordinate of a body its force [N].
     start, end : float
         [s].
-    on : {"motor", "load"}
+    on : str
+        "motor", "load", or a coordinate of a body between two winches, such as "camera.x".
     """
 
     torque: float
@@ -62,10 +90,12 @@ class Disturbance:
     on: str = "load"
 
     def __post_init__(self) -> None:
-        if self.on not in ("motor", "load"):
-            raise InputRefused(f'disturbance on "{self.on}" is not known: take motor or load')
+        if self.on not in ("motor", "load") and "." not in self.on:
+            raise InputRefused(f'disturbance on "{self.on[:60]}" is not known: take motor or load')
         if not isfinite(self.torque):
-            raise InputRefused(f"disturbance = {self.torque:.4g} N m must be finite: give a torque")
+            raise InputRefused(
+                f"disturbance = {self.torque:.4g} on {self.on[:60]} must be finite: give a torque or a force"
+            )
         if not 0.0 <= self.start < self.end:
             raise InputRefused(
                 f"disturbance from {self.start:.4g} s to {self.end:.4g} s is no time: swap them"
@@ -102,6 +132,11 @@ class RigOptions:
         Of each span of the distributed cable.
     check_conditions : bool
         Whether the conditions on the robust term are checked along the run.
+    pair : bool
+        A second motor and gear like the first on the drive pulley, preloaded against it.
+    preload : float or None
+        Torque with which the motors of a pair press against each other [N m]; None: a quarter of the limit of
+        one.
     """
 
     observer: str = "kalman"
@@ -117,6 +152,8 @@ class RigOptions:
     as_printed: bool = False
     segments: int = 8
     check_conditions: bool = False
+    pair: bool = False
+    preload: float | None = None
 
     def __post_init__(self) -> None:
         for name, words in (
@@ -128,10 +165,24 @@ class RigOptions:
                 raise InputRefused(
                     f"{name} = {getattr(self, name)!r} is not known: take {' or '.join(words)}"
                 )
+        _check_pair(self)
         if self.segments < 3:
             raise InputRefused(f"segments = {self.segments} per span are too few: give at least 3")
         if not isfinite(self.jitter) or self.jitter < 0.0:
             raise InputRefused(f"jitter = {self.jitter:.4g} s must not be negative: give a time in seconds")
+
+
+def _check_pair(options: RigOptions) -> None:
+    """Refuse what a pair of motors does not have, or a preload of one motor."""
+    if not options.pair:
+        if options.preload is not None:
+            raise InputRefused("preload is that of a pair of motors: add --pair (pair=True), or leave it out")
+        return
+    if options.smooth_friction or not options.forbid_slack:
+        raise InputRefused(
+            "a pair of motors has set-valued friction, and its run ends where a span goes slack: leave "
+            "--smooth-friction and --tension-only out"
+        )
 
 
 def sample_interval(drive: Drive) -> float:

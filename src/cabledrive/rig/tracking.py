@@ -15,6 +15,7 @@ from cabledrive.rig.closed_loop.loop import Loop, Run
 from cabledrive.rig.closed_loop.loop_numbers import ESTIMATES, SUMMARY, Array
 from cabledrive.rig.laws.controllers import Controller
 from cabledrive.rig.laws.eigenvalues import pole_words
+from cabledrive.rig.pair_words import pair_words, rest_words
 from cabledrive.rig.run_facts import (
     condition_words,
     disturbance_facts,
@@ -166,7 +167,7 @@ def summarize(
         summary |= condition_words(loop, log[:, 2 * n], log[:, column], log[:, column + 2], regressor)
         summary |= margin_words(loop, estimates, log[:, column + 3 + 2 * ESTIMATES :])
     summary["estimates_within_bounds"] = within(estimates, made)
-    summary |= motor_words(actual)
+    summary |= motor_words(actual) | rest_words(loop, error, motion) | pair_words(loop, done)
     if incomplete:
         summary["ended_at"] = ended * loop.rig.interval
     return Tracking(

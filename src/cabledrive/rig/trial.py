@@ -9,12 +9,11 @@ import numpy as np
 from cabledrive.control.own_controller import ControllerProtocol, checked_controller
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.route.axis import AxisDrive
-from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.reduction.network_axis import as_axis
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
 from cabledrive.rig.closed_loop.other_plants import check_drawable
 from cabledrive.rig.closed_loop.own_plant import PlantProtocol
+from cabledrive.rig.closed_loop.pair import doubled
 from cabledrive.rig.expected_bound import bound_over_draws
 from cabledrive.rig.law_change import judged_apart
 from cabledrive.rig.laws.controller_file import is_controller_path, read_controller
@@ -36,16 +35,15 @@ PLANTS: dict[str, int | None] = {f"model-{number}": number for number in (1, 2, 
 GAINS = {"best": True, "dissertation": False, "printed": False}
 
 
-def track(
-    drive: Drive | RoutedDrive,
+def track_pulses(
+    drive: Drive,
     *,
     controller: str | PathLike[str] | ControllerProtocol | None = None,
     bandwidth: float | None = None,
     plant: str | LumpedChain | PlantProtocol | None = None,
     motion: Motion | None = None,
     options: RigOptions | None = None,
-    plant_drive: Drive | RoutedDrive | None = None,
-    axis: str | None = None,
+    plant_drive: Drive | None = None,
     seed: int = 0,
     gains: str = "best",
     adapt: bool = True,
@@ -53,57 +51,10 @@ def track(
     feedforward: str = "damped",
     repeat: int = 0,
 ) -> Tracking:
-    """Let a control law follow pulses on the virtual rig.
-
-    Parameters
-    ----------
-    drive : Drive or RoutedDrive
-        As the law believes it to be; of a machine with routes the chain of its axis, where it is one.
-    controller : str, path or ControllerProtocol, optional
-        Name of the law, "best" (what `compare` ranks first), the controller.json of a study or its folder,
-        or a controller of your own (`OwnController`); by default the law that the drive's joint calls for.
-        One in plain Python runs sample by sample, and the result says so.
-    bandwidth : float, optional
-        lambda/(2 pi) [Hz] instead of that of ``gains``.
-    plant : {"model-1", "model-2", "model-3", "model-4", "cable"}, LumpedChain or PlantProtocol, optional
-        Default: the highest model that the drive's data allow. "cable": the nonlinear distributed cable. Any
-        lumped chain from "motor" to "load", or a plant of your own (`OwnPlant`); encoders, torque limit,
-        delay and torque loop stay those of the drive.
-    motion : Motion, optional
-        Default: one pulse of 45 deg in 0.5 s with 0.5 s dwell.
-    options : RigOptions, optional
-        Default: encoders with random phases, Kalman filter, stick-slip.
-    plant_drive : Drive, optional
-        The drive as it is, where that differs.
-    axis : str, optional
-        Of a machine with routes: its load, such as "head.x"; needed where two motors drive two axes.
-    seed : int, default 0
-        Of encoder phases and jitter.
-    gains : {"best", "dissertation"}
-        The bandwidth that trial runs accept on this drive with these options, or that of the dissertation;
-        "printed" is another name of the second.
-    adapt : bool, default True
-        Whether estimates move.
-    draws : int, default 0
-        How many plants to draw from what is known of the drive, besides the run that is kept.
-    feedforward : {"damped", "undamped", "rigid"}
-        Of the baselines; the laws of the chain bring their own.
-    repeat : int, default 0
-        Repeat the motion at most so often and learn the torque that is missing along it between repetitions;
-        the result is the best repetition, with the proof of convergence.
-
-    Returns
-    -------
-    Tracking
-
-    Raises
-    ------
-    InputRefused
-        If a name is unknown, data are missing, or the motion exceeds what the drive can do.
-    """
-    drive = as_axis(drive, axis)
-    plant_drive = None if plant_drive is None else as_axis(plant_drive, axis)
+    """Let a control law follow pulses of the load pulley; see `cabledrive.rig.front_door.track`."""
     motion, options = motion or Motion(), options or RigOptions()
+    if options.pair:
+        drive, plant_drive = doubled(drive), None if plant_drive is None else doubled(plant_drive)
     actual = plant_drive or drive
     if isinstance(actual, AxisDrive) and not options.forbid_slack:
         raise InputRefused("a lumped chain of routes ends where a span goes slack: leave --tension-only out")

@@ -110,6 +110,13 @@ METHOD = "hybrid simulation: exact between samples, stick-slip events on the exa
     metavar="N",
     help="Repeat the motion up to N times and learn the torque along it between repetitions.",
 )
+@click.option("--pair", is_flag=True, help="A second motor like the first, preloaded against its backlash.")
+@click.option(
+    "--preload",
+    type=Quantity("N m"),
+    metavar="N m",
+    help="Of --pair; default: a quarter of the torque limit.",
+)
 @click.option("--draws", type=int, default=0, metavar="N", help="Number of plants sampled from the bounds.")
 @winch_options
 @click.option(
@@ -162,6 +169,8 @@ def command(
         segments=spec["segments"],
         check_conditions=spec["check_conditions"],
         jitter=spec["jitter"],
+        pair=spec["pair"],
+        preload=spec["preload"],
         disturbances=tuple(parse_disturbance(words) for words in spec["disturbances"]),
         blind=parse_encoder_dropout(spec["blind"]),
     )

@@ -21,6 +21,8 @@ from cabledrive.rig.closed_loop.loop_numbers import ESTIMATES, Array, LoopState,
 from cabledrive.rig.closed_loop.loop_plants import plant_parts
 from cabledrive.rig.closed_loop.own_loop import run_own
 from cabledrive.rig.closed_loop.own_plant import OwnPlant, PlantProtocol
+from cabledrive.rig.closed_loop.pair import Pair, make_pair, pair_at_rest, pair_numbers
+from cabledrive.rig.closed_loop.pair_kernels import RECORDED, run_pair
 from cabledrive.rig.closed_loop.piecewise_kernels import PiecewiseNumbers
 from cabledrive.rig.closed_loop.plant_kernels import PlantNumbers
 from cabledrive.rig.closed_loop.user_plant import user_plant
@@ -74,6 +76,8 @@ class Loop:
         Least number of steps of a plant of the user's own in a sample.
     disturbed : DisturbedNumbers or None
         The plant with what data sheets leave out, which runs instead of ``plant``.
+    pair : Pair or None
+        Two motors on the first shaft, the mean of which is the motor of ``chain``; runs instead of ``plant``.
     """
 
     plant: PlantNumbers
@@ -92,6 +96,7 @@ class Loop:
     named: str = ""
     pieces: int = 1
     disturbed: DisturbedNumbers | None = None
+    pair: Pair | None = None
 
     @property
     def lumped(self) -> ChainPlant:
@@ -119,6 +124,8 @@ class Run:
     log : ndarray, shape (samples or 0, columns)
     tensions : ndarray, shape (samples, 2), or None
         Mean tension of upper and lower span, where the distributed cable was the plant [N].
+    flanks : ndarray, shape (samples, 6), or None
+        Of a pair of motors: torques of both flanks, of both motors, of both flanks as observed [N m].
     interpreted : str or None
         What ran as plain Python, sample by sample: "controller", "plant", both, or "loop" around compiled
         parts; why nothing is compiled where nothing is; None: everything was compiled.
@@ -128,6 +135,7 @@ class Run:
     state: LoopState
     log: Array
     tensions: Array | None = None
+    flanks: Array | None = None
     interpreted: str | None = None
 
     @property
@@ -202,6 +210,12 @@ def close_loop(
         first_end=round(2.0 * (motion.rise + motion.dwell) / interval),
         dropout=encoder_dropout(plant_drive, options, interval, shown),
     )
+    shown_shafts, pair = tuple(s for i, s in enumerate(fitted_encoders(plant_drive)) if i in shown), None
+    if options.pair:
+        other = cable or plant is not None or plant_model is not None or controller.own is not None
+        pair = make_pair(
+            design, plant_drive, observer, rig, shown_shafts, options, sampling, generator, other=other
+        )
     links = (joint_backlash(plant_drive, chain), slack_twist(plant_drive, chain))
     if own_plant is not None:  # nothing is known of its links
         links = (0.0, float("inf"))
@@ -211,7 +225,8 @@ def close_loop(
         rig=rig,
         target=target,
         gear=gear,
-        encoder_shafts=tuple(s for i, s in enumerate(fitted_encoders(plant_drive)) if i in shown),
+        encoder_shafts=shown_shafts,
+        pair=pair,
         cable=cable_plant(plant_drive, chain, interval, options) if cable else None,
         own_plant=own_plant,
         named=named,
@@ -226,10 +241,13 @@ def loop_at_rest(loop: Loop) -> LoopState:
     kept = np.zeros(0) if loop.cable is None else loop.cable.start
     if loop.own_plant is not None:
         kept = np.asarray(loop.own_plant.initial_state, dtype=np.float64)
+    mean = 0.0
+    if loop.pair is not None:
+        mean, kept = pair_at_rest(loop.pair, loop.chain, loop.rig.interval, loop.rig.late_samples)
     made = loop.controller
     memory = None if made.own is None else np.asarray(made.own.initial_state, dtype=np.float64)
     state = new_state(states + len(kept), loop.observer, made.law, loop.rig, made.start, memory)
-    state.x[states:] = kept
+    state.x[0], state.x[states:] = mean, kept
     return state
 
 
@@ -248,6 +266,11 @@ def run(
     made = (loop.observer, controller.law, loop.rig, controller.reference, loop.target)
     if controller.own is not None or loop.own_plant is not None:
         return run_users(loop, first, end, state, kept)
+    if loop.pair is not None:
+        flanks = np.zeros((len(kept), RECORDED))
+        numbers = pair_numbers(loop.pair, loop.chain, loop.rig.interval, loop.twist_limit)
+        ended = run_pair(numbers, *made, first, end, state, kept, flanks)
+        return Run(ended=int(ended), state=state, log=kept, flanks=flanks, interpreted=why_plain())
     if loop.cable is not None:
         tensions = np.zeros((samples if log else 0, 2))
         ended = run_cable(loop.cable, *made, first, end, state, kept, tensions)

@@ -1,6 +1,5 @@
 """Run the law of two motors on the virtual rig."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from math import ceil, exp, pi
 
@@ -9,14 +8,15 @@ import numpy as np
 from cabledrive.control.tension_position import first_state
 from cabledrive.mechanics.network.motion import Array
 from cabledrive.parameters import InputRefused
-from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.reduction.two_motors import TwoMotorMachine, winched_machine
 from cabledrive.reduction.two_motors_kernels import TwoMotors
+from cabledrive.rig.disturbances import stepped_in
+from cabledrive.rig.setting import BodyMotion, Disturbance
 from cabledrive.rig.two_motors.design import TensionDesign, design_tensions
 from cabledrive.rig.two_motors.plan import ORDER, Plan, plan_motion, way_of
 from cabledrive.rig.two_motors.plant_kernels import COLUMNS, RigNumbers, close_loop
-from cabledrive.rig.two_motors.result import Push, TwoMotorTracking
+from cabledrive.rig.two_motors.result import TwoMotorTracking
 
 INTERNAL_STEP = 1e-4
 """Largest internal step of the plant [s]; smaller where the lines are stiff."""
@@ -55,15 +55,11 @@ class PlantRun:
 def track_two_motors(
     drive: RoutedDrive,
     *,
-    moves: Mapping[str, float] | None = None,
-    rise: float | None = None,
-    dwell: float = 0.5,
-    pulses: int = 1,
-    order: int | None = None,
+    motion: BodyMotion | None = None,
     least_tension: float | None = None,
     gust: float | None = None,
     bandwidth: float | None = None,
-    disturbances: tuple[Push, ...] = (),
+    disturbances: tuple[Disturbance, ...] = (),
     plant_drive: RoutedDrive | None = None,
     seed: int = 0,
     draws: int = 0,
@@ -74,24 +70,15 @@ def track_two_motors(
     ----------
     drive : RoutedDrive
         As the law believes it to be: two motors, each winding a line that ends at the same body.
-    moves : mapping of str to float, optional
-        How far each coordinate goes, such as ``{"camera.x": 2.0}`` [m]; default: a twentieth of the distance
-        between the last pulleys, in the first coordinate.
-    rise : float, optional
-        Duration of a move [s]; default: the shortest that uses at most 80 % of tension, torque and speed.
-    dwell : float, default 0.5
-        Rest after each move [s].
-    pulses : int, default 1
-        Times there and back.
-    order : int, optional
-        Odd order of the rise, default: 9.
+    motion : BodyMotion, optional
+        Default: a twentieth of the distance between the last pulleys and back.
     least_tension : float, optional
         Tension that no line may fall below [N]; default: a fifth of the smaller one at rest.
     gust : float, optional
         Force on the body for which that is promised [N]; default: a tenth of its weight.
     bandwidth : float, optional
         Of the position [Hz]; default: what sampling and lines allow.
-    disturbances : tuple of Push
+    disturbances : tuple of Disturbance
         Forces on the body.
     plant_drive : RoutedDrive, optional
         The machine as it is, where that differs.
@@ -114,11 +101,17 @@ def track_two_motors(
 
     if seed < 0:
         raise InputRefused(f"seed = {seed} must not be negative: give 0 or more")
-    machine = winched_machine(drive)
+    machine, motion = winched_machine(drive), motion or BodyMotion()
     design = design_tensions(machine, least_tension=least_tension, gust=gust, bandwidth=bandwidth)
-    way = way_of(machine, moves) if moves else _default_way(machine)
+    way = way_of(machine, motion.moves) if motion.moves else _default_way(machine)
     plan = plan_motion(
-        machine, design, way, rise=rise, dwell=dwell, pulses=pulses, order=ORDER if order is None else order
+        machine,
+        design,
+        way,
+        rise=motion.rise,
+        dwell=motion.dwell,
+        pulses=motion.pulses,
+        order=ORDER if motion.order is None else motion.order,
     )
     setup = Setup(machine=machine, design=design, plan=plan)
     actual = machine.numbers if plant_drive is None else winched_machine(plant_drive).numbers
@@ -168,28 +161,19 @@ def rig_numbers(
     )
 
 
-def forces_of(setup: Setup, disturbances: tuple[Push, ...]) -> Array:
+def forces_of(setup: Setup, disturbances: tuple[Disturbance, ...]) -> Array:
     """Forces on the body from each sample to the next, shape (samples, m) [N].
 
     Raises `InputRefused` for an unknown coordinate, or one after the end.
     """
-    names, interval = setup.machine.names, setup.design.gains.interval
-    samples = len(setup.plan.table)
-    force = np.zeros((samples, len(names)))
+    interval, samples = setup.design.gains.interval, len(setup.plan.table)
     for push in disturbances:
-        if push.on not in names:
-            raise InputRefused(
-                f'disturbance on "{push.on[:60]}" is no coordinate of the body'
-                f"{nearest(push.on[:60], list(names))}"
-            )
         if push.start >= samples * interval:
             raise InputRefused(
-                f"disturbance on {push.on}: starts at {push.start:.4g} s, the motion ends at "
+                f"disturbance on {push.on[:60]}: starts at {push.start:.4g} s, the motion ends at "
                 f"{samples * interval:.4g} s: start earlier"
             )
-        last = samples if push.end >= samples * interval else round(push.end / interval)
-        force[round(push.start / interval) : last, names.index(push.on)] += push.force
-    return force
+    return stepped_in(disturbances, setup.machine.names, interval, samples)
 
 
 def _default_way(machine: TwoMotorMachine) -> Array:

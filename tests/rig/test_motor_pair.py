@@ -1,0 +1,200 @@
+"""Two motors preloaded against the backlash of their gears: against scipy, one motor, draws and take-over."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import cabledrive as cd
+from cabledrive.control.flank_torque import closing_torques
+from cabledrive.parameters import InputRefused
+from cabledrive.rig import Disturbance, Motion, RigOptions
+from cabledrive.rig.closed_loop.loop import close_loop, run
+from cabledrive.rig.closed_loop.pair import doubled
+from cabledrive.rig.closed_loop.pair_kernels import LEAST
+from cabledrive.rig.laws.registry import design
+from cabledrive.rig.plant_samples import sampled_loops
+from cabledrive.rig.trial import spec_for
+from oracles.motor_pair import MotorPair
+from oracles.motor_pair import run as run_by_scipy
+
+DEGREE, COUNT = np.pi / 180.0, 0.036
+BACKLASH, FRICTIONLESS = ["motor.backlash=1 deg"], ["motor.coulomb_friction=0", "motor.offset_torque=0"]
+DRIVE = cd.load_drive("dissertation-3", overrides=BACKLASH)
+SMOOTH = cd.load_drive("dissertation-3", overrides=[*BACKLASH, *FRICTIONLESS])
+PAIR = RigOptions(pair=True)
+SHORT = Motion(angle=10.0, rise=0.12, dwell=0.05, order=11)
+
+
+def loop_of(drive, law, hertz, motion, options, seed=0):
+    drive = doubled(drive) if options.pair else drive
+    choices = {"bandwidth": hertz, "feedback": "motor", "adapt": True, "best": True, "feedforward": "damped"}
+    spec = spec_for(drive, motion, **choices, options=options, plant=None)
+    return close_loop(drive, drive, design(law, spec), motion, options, np.random.default_rng(seed))
+
+
+@pytest.mark.kernel("cabledrive.rig.closed_loop.pair_kernels")
+@pytest.mark.kernel("cabledrive.control.flank_torque")
+def test_the_pair_moves_as_scipy_integrates_it_also_where_a_flank_opens(measured):
+    """Commands of the run replayed; a shock on the load of 0.9 N m opens a flank and closes it again."""
+    tight = cd.load_drive("dissertation-3", overrides=[*BACKLASH, *FRICTIONLESS, "cable.pretension=60 N"])
+    push = Disturbance(torque=0.9, start=0.1, end=0.13)
+    options = RigOptions(pair=True, preload=0.3, disturbances=(push,), encoder_phase="centred")
+    loop = loop_of(tight, "lqg", 20.0, SHORT, options)
+    done = run(loop)
+    gear = MotorPair(
+        motor=1.1e-3, viscous=3.1e-3, stiffness=135.0, loss=0.075, gap=DEGREE, shaft=6.42e-4, load=2.35e-3,
+        cable=2.0 * 850.0 * 0.04**2, cable_loss=2.0 * 0.18 * 0.04, rate=2.0 * np.pi * 1000.0,
+    )  # fmt: skip
+    angles, flanks = run_by_scipy(gear, 0.3, done.flanks[:, 2:4], loop.rig.forces[:, 1], 2e-4)
+    assert flanks.min() < -0.01, "no flank opened: the case is too mild"
+    ours = np.degrees(done.log[:, 2])
+    theirs = np.degrees(angles[:, 3])
+    off = np.abs(ours - theirs).max() / np.abs(theirs).max()
+    apart = np.abs(done.flanks[:, :2] - flanks).max()
+    measured(f"load {off:.1e} of the way, flanks {apart:.1e} N m, of which one had {flanks.min():.2f} N m")
+    assert off < 2e-3
+    assert apart < 0.03
+
+
+def test_with_both_flanks_closed_the_pair_is_a_motor_of_twice_the_size_without_backlash():
+    """No friction, true states: the error of the load to the integrators' order."""
+    options = RigOptions(pair=True, ideal_sensors=True)
+    pair = loop_of(SMOOTH, "lqg", 20.0, SHORT, options)
+    twice = doubled(SMOOTH)
+    plain = replace(twice, motor=replace(twice.motor, backlash=0.0))
+    single = loop_of(plain, "lqg", 20.0, SHORT, RigOptions(ideal_sensors=True))
+    ours, theirs = run(pair), run(single)
+    assert ours.state.summary[10] == 0
+    off = np.abs(ours.log[:, 2] - theirs.log[:, 2]).max()
+    assert off < 1e-5 * np.abs(theirs.log[:, 2]).max(), off
+
+
+def test_flanks_open_where_half_the_torque_of_the_joint_exceeds_the_preload():
+    found = np.zeros(2)
+    for twist, pressed in ((1e-3, 3e-3), (4e-3, 3e-3), (-4e-3, 3e-3), (0.03, 3e-3)):
+        closing_torques(100.0, 8e-3, twist, pressed, found)
+        gear = MotorPair(1.0, 0.0, 100.0, 0.0, 16e-3, 1.0, 1.0, 1.0, 0.0, 1.0)
+        theirs = gear.contact(twist + pressed + 8e-3, 0.0), -gear.contact(twist - pressed - 8e-3, 0.0)
+        np.testing.assert_allclose(found, theirs, atol=1e-12)
+
+
+def over_draws(law, hertz, draws, seed, options=PAIR, drive=DRIVE):
+    """Peaks [deg], swings at rest [counts] and the least torque of a flank over drawn plants."""
+    motion = Motion(dwell=1.0, order=11)
+    loop = loop_of(drive, law, hertz, motion, options)
+    peaks, swings, least = [], [], []
+    for one in sampled_loops(loop, options, draws, seed):
+        done = run(one)
+        assert not done.failed
+        error = np.degrees(one.load_error(done.log))
+        peaks.append(np.abs(error).max())
+        swings.append(np.ptp(error[-2500:]) / COUNT)
+        first = 2 * one.chain.size + 1 + LEAST
+        if options.pair:
+            least.append(done.state.x[first : first + 2].min())
+    return np.array(peaks), np.array(swings), np.array(least)
+
+
+@pytest.mark.parametrize("draws", [8, pytest.param(200, marks=pytest.mark.verify)])
+def test_the_pair_keeps_its_flanks_closed_and_comes_to_rest_within_a_count(draws, measured):
+    """One motor cycles; goal for the error: the backlash over the ratio of 5.2."""
+    peaks, swings, least = over_draws("lqg", 15.0, draws, draws)
+    _, alone, _ = over_draws("lqg", 15.0, min(draws, 40), draws, RigOptions())
+    measured(
+        f"median {np.median(peaks):.3f}, 99 % {np.quantile(peaks, 0.99):.3f}, worst {peaks.max():.3f} deg; "
+        f"at rest {swings.max():.2f} counts, above one {np.mean(swings > 1.0):.1%} (one motor "
+        f"{np.mean(alone > 1.0):.0%}); least flank {least.min():.3f} N m"
+    )
+    assert least.min() > 0.0
+    assert np.mean(swings <= 1.0) >= 0.98
+    assert np.mean(peaks < 1.0 / 5.2) >= 0.95
+    assert np.mean(alone > 1.0) > 0.5
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize(
+    ("law", "hertz", "goal"), [("darc-4-damped", 25.0, 0.15), ("lqg", 20.0, 0.19), ("lqi", 30.0, 0.12)]
+)
+def test_what_is_left_at_rest_at_higher_bandwidth_is_there_without_backlash_too(law, hertz, goal, measured):
+    """Counts and friction that sticks: the motor of twice the size without backlash on the same draws."""
+    peaks, swings, least = over_draws(law, hertz, 100, 5)
+    twice = doubled(DRIVE)
+    plain = replace(twice, motor=replace(twice.motor, backlash=0.0))
+    _, without, _ = over_draws(law, hertz, 100, 5, RigOptions(), plain)
+    _, alone, _ = over_draws(law, hertz, 100, 5, RigOptions())
+    shares = [float(np.mean(one > 1.0)) for one in (swings, without, alone)]
+    measured(
+        f"{law} at {hertz:.0f} Hz: median {np.median(peaks):.3f}, worst {peaks.max():.3f} deg; above a count "
+        f"at rest {shares[0]:.0%}, without backlash {shares[1]:.0%}, one motor {shares[2]:.0%}"
+    )
+    assert least.min() > 0.0
+    assert peaks.max() < goal
+    assert shares[0] <= shares[1] + 0.15
+    assert shares[0] <= shares[2]
+
+
+def shock(torque):
+    return Disturbance(torque=torque, start=0.7, end=0.75)
+
+
+def test_where_the_torque_exceeds_the_preload_a_flank_opens_and_the_result_says_so():
+    """Take-over: a shock of 1.2 N m, the load 20 % heavier than believed; then both flanks close again."""
+    tight = cd.load_drive("dissertation-3", overrides=[*BACKLASH, "cable.pretension=60 N"])
+    heavy = replace(tight, pulley=(tight.pulley[0], replace(tight.pulley[1], inertia=0.00282)))
+    found = cd.track(
+        tight,
+        controller="lqg",
+        bandwidth=20.0,
+        plant_drive=heavy,
+        motion=Motion(dwell=1.0),
+        options=RigOptions(
+            pair=True, preload=0.5, disturbances=(Disturbance(torque=1.2, start=0.7, end=0.75),)
+        ),
+    )
+    said = found.summary
+    assert said["pair"]["flanks_closed"] is False
+    assert "a flank was open" in said["pair"]["reason"]
+    assert "a flank of the pair of motors was open" in said["departures"]
+    assert found.incomplete is None
+    assert np.degrees(np.abs(found.error[-500:])).max() < 0.5
+    gentle = cd.track(
+        tight,
+        controller="lqg",
+        bandwidth=20.0,
+        plant_drive=heavy,
+        options=RigOptions(
+            pair=True, preload=1.0, disturbances=(Disturbance(torque=0.8, start=0.7, end=0.75),)
+        ),
+    ).summary
+    assert gentle["pair"]["flanks_closed"] is True
+    assert "reason" not in gentle["pair"]
+
+
+def test_the_observer_finds_the_flank_torques_within_rounding_and_friction(measured):
+    """Half a count of either encoder across the joint is 0.16 N m, friction holds 0.038 N m."""
+    said = cd.track(DRIVE, controller="lqg", bandwidth=20.0, options=PAIR, seed=3).summary["pair"]
+    measured(f"largest error {said['flank_observer_error']:.3f} N m")
+    assert said["flank_observer_error"] < 135.0 * np.pi / 2600 + 0.04
+    assert said["motor_peak_torque"][0] < said["torque_limit"] == pytest.approx(2.1)
+
+
+@pytest.mark.parametrize(
+    ("drive", "options", "words"),
+    [
+        (cd.load_drive("dissertation-3"), {"pair": True}, "motor.backlash is 0"),
+        (DRIVE, {"preload": 0.5}, "add --pair"),
+        (DRIVE, {"pair": True, "preload": 0.05}, "twice the friction"),
+        (DRIVE, {"pair": True, "preload": 2.5}, "its torque limit"),
+        (DRIVE, {"pair": True, "smooth_friction": True}, "set-valued"),
+    ],
+)
+def test_pairs_that_cannot_be_are_refused_in_one_line(drive, options, words):
+    with pytest.raises(InputRefused, match=words) as caught:
+        cd.track(drive, controller="lqg", bandwidth=20.0, options=RigOptions(**options))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_pair_has_no_other_plant_than_the_lumped_chain():
+    with pytest.raises(InputRefused, match="lumped chain"):
+        cd.track(DRIVE, controller="lqg", bandwidth=20.0, plant="model-3", options=PAIR)
