@@ -175,7 +175,7 @@ def network_case(
     grid = time_grid(
         duration, largest, step=scheme.step, cfl=scheme.cfl, rate=recording.rate, nodes=mesh.size
     )
-    torques = _torques(mesh.driven, torque, duration)
+    torques = motor_torques(mesh.driven, torque, duration)
     for signal in torques:
         check_resolved(signal, grid.step)
     rubbing = rubbing_of(network, wraps, mesh.tension)
@@ -239,11 +239,12 @@ def _check(drive: RoutedDrive, scheme: Scheme, recording: Recording) -> None:
         raise InputRefused(f"{route}motor.backlash is not simulated on routes: set it to 0")
 
 
-def _torques(
+def motor_torques(
     names: tuple[str, ...],
     torque: Mapping[str, Signal | float | Function] | Signal | float | Function,
     duration: float,
 ) -> tuple[Signal, ...]:
+    """Torque of each motor by the name of its pulley; one torque is that of the first."""
     given = torque if isinstance(torque, Mapping) else ({names[0]: torque} if names else {})
     if not names and not isinstance(torque, Mapping) and torque != 0.0:
         raise InputRefused('kind = "route": there is no [[pulley]] on which a torque could act: add one')

@@ -8,7 +8,7 @@ PLANES = ("u", "v", "w")
 
 def channels_of(mesh: NetworkMesh, motors: tuple[str, ...]) -> tuple[Channel, ...]:
     """Columns of a record, in order."""
-    units = ["m" if _slides(name) else "rad" for name in mesh.names]
+    units = ["m" if slides(name) else "rad" for name in mesh.names]
     found = [Channel(name, unit, f"place of {name}") for name, unit in zip(mesh.names, units, strict=True)]
     found += [
         Channel(f"speed of {name}", f"{unit}/s", f"speed of {name}")
@@ -39,6 +39,6 @@ def channels_of(mesh: NetworkMesh, motors: tuple[str, ...]) -> tuple[Channel, ..
     )
 
 
-def _slides(name: str) -> bool:
+def slides(name: str) -> bool:
     """Whether a coordinate is a length."""
     return name.endswith((".x", ".y", " along", " across", " out of plane")) or name.startswith("slip at ")

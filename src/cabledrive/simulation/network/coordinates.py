@@ -40,13 +40,13 @@ def turn_network(plan: NetworkPlan, q_t: Array, work: NetworkWorkspace) -> None:
         for k in range(n):
             total += plan.inverse[i, k] * right[k]
         new[i] = total
-    _rub(plan, work)
+    rub(plan, work)
 
 
 @njit_strict
 @for_kernels
-def _rub(plan: NetworkPlan, work: NetworkWorkspace) -> None:
-    """Friction of everything that rubs, and what it leaves of the speeds."""
+def rub(plan: NetworkPlan, work: NetworkWorkspace) -> None:
+    """Friction of everything that rubs, and what it leaves of the speeds; of a prescribed one its bound."""
     new, count, n = work.new, plan.bound.size, work.new.size
     for k in range(count):
         work.friction[k] = 0.0
@@ -63,6 +63,10 @@ def _rub(plan: NetworkPlan, work: NetworkWorkspace) -> None:
             for i in range(n):
                 speed += plan.rub[k, i] * new[i]
             old = work.friction[k]
+            if plan.rub_own[k] == 0.0:
+                if speed != 0.0:
+                    work.friction[k] = work.bound[k] if speed > 0.0 else -work.bound[k]
+                continue
             held = min(max(old + speed / plan.rub_own[k], -work.bound[k]), work.bound[k])
             if held != old:
                 work.friction[k] = held

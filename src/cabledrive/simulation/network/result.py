@@ -52,6 +52,11 @@ class NetworkResult(ResultCard):
         Why the run ended early.
     wall_time : float
         [s].
+    wraps : tuple of dict
+        Where bodies travel: largest friction coefficient that each pulley needed, beside the file's.
+    doubts : tuple of str
+        What the run assumed and did not keep to.
+    path : Path or None
     """
 
     time: Array
@@ -70,6 +75,8 @@ class NetworkResult(ResultCard):
     provenance: dict[str, Any]
     stopped: str | None
     wall_time: float
+    wraps: tuple[dict[str, Any], ...] = ()
+    doubts: tuple[str, ...] = ()
     path: Path | None = None
 
     def channel(self, name: str) -> Array:
@@ -123,7 +130,7 @@ class NetworkResult(ResultCard):
     @property
     def warnings(self) -> tuple[str, ...]:
         """What makes the result doubtful."""
-        found = []
+        found = list(self.doubts)
         if self.largest_motion > LARGE_MOTION:
             found.append(
                 f"ends of a span move by {100 * self.largest_motion:.3g} % of its length: lengths and "
@@ -164,11 +171,12 @@ class NetworkResult(ResultCard):
             "spans": [
                 {
                     "name": name,
-                    "midpoint_peak": self.midpoint_peaks[name],
+                    "midpoint_peak": self.midpoint_peaks.get(name),
                     "least_tension": self._least_tension(name),
                 }
                 for name in self.spans
             ],
+            "wraps": list(self.wraps),
             "largest_motion": self.largest_motion,
             "assumptions": list(self.assumptions),
             "warnings": list(self.warnings),

@@ -52,7 +52,7 @@ def network_result(case: NetworkCase, records: Records, outcome: Outcome) -> Net
             for step, piece, tension in noted
         ),
         largest_motion=float((along.max(axis=(1, 2)) / mesh.length).max(initial=0.0)),
-        assumptions=_ASSUMPTIONS + _left_out(case.network.drive),
+        assumptions=_ASSUMPTIONS + left_out(case.network.drive),
         provenance={
             "cabledrive": __version__,
             "drive": case.network.drive.name,
@@ -76,7 +76,7 @@ def network_result(case: NetworkCase, records: Records, outcome: Outcome) -> Net
     )
 
 
-def _left_out(drive: RoutedDrive) -> tuple[str, ...]:
+def left_out(drive: RoutedDrive) -> tuple[str, ...]:
     """What the drive states and the run does not have."""
     names = [motor.pulley or "the first pulley" for motor in drive.motor if motor.offset_torque != 0.0]
     return (f"motor.offset_torque of {', '.join(names)} is left out",) if names else ()

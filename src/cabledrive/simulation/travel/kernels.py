@@ -1,0 +1,296 @@
+r"""Compiled steps of spans whose lengths change: leapfrog on cells of rope that runs through its span.
+
+A span holds the unstretched length L in n cells. Over a step the length :math:`\phi_a` runs in at its start
+and :math:`\phi_b` out at its end, with the strain of the span from which it comes (a rope that sticks to its
+rim). The cells keep their shares of L, so rope runs through them:
+
+.. math:: \Phi_i = (1 - \xi_i)\phi_a + \xi_i\phi_b, \qquad
+          x_i \leftarrow x_i + \Delta t\,v_i - D_a - (1 + \varepsilon_i)\Phi_i, \qquad \text{Eq. (N.12)}
+
+with the advance :math:`D_a` of the point of contact along the span and the mean strain
+:math:`\varepsilon_i` of the segments beside a cell, by which the strain energy that runs past it is exact.
+"""
+
+from math import atan2, log, sqrt
+
+from cabledrive.mechanics.cable_law import Array
+from cabledrive.mechanics.compiled import for_kernels, njit_in_place
+from cabledrive.simulation.kernels.shafts import add_to
+from cabledrive.simulation.travel.coordinates import fill_inverse, turn_coordinates
+from cabledrive.simulation.travel.observing import note_places, note_speeds
+from cabledrive.simulation.travel.plan import (
+    AXIAL_LOSS,
+    CREEP_LOSS,
+    DAMPING,
+    DENSITY,
+    DRUM,
+    RIGIDITY,
+    ROPES,
+    WEIGHT_WORK,
+    WOUND_ENERGY,
+    WRAP,
+    TravelPlan,
+    TravelState,
+    TravelWorkspace,
+)
+
+DONE, SLACK, NOT_FINITE, TOO_SHORT, OFF_THE_PULLEY, NO_SPAN = range(6)
+
+
+@njit_in_place
+@for_kernels
+def lay_spans(plan: TravelPlan, q: Array, work: TravelWorkspace) -> int:
+    """Directions, free lengths and rows of all spans, Eq. (N.1); the span that has no tangent, or -1."""
+    for s in range(plan.rim.shape[0]):
+        dx = plan.centre[s, 1, 0] - plan.centre[s, 0, 0]
+        dy = plan.centre[s, 1, 1] - plan.centre[s, 0, 1]
+        for k in range(q.size):
+            dx += (plan.frame[s, 1, 0, k] - plan.frame[s, 0, 0, k]) * q[k]
+            dy += (plan.frame[s, 1, 1, k] - plan.frame[s, 0, 1, k]) * q[k]
+        offset = plan.rim[s, 1] - plan.rim[s, 0]
+        squared = dx * dx + dy * dy
+        if not squared > offset * offset:
+            return s
+        free = sqrt(squared - offset * offset)
+        tx, ty = (free * dx + offset * dy) / squared, (free * dy - offset * dx) / squared
+        work.free[s], work.along[s, 0], work.along[s, 1] = free, tx, ty
+        for side in range(2):
+            for k in range(q.size):
+                fx, fy = plan.frame[s, side, 0, k], plan.frame[s, side, 1, k]
+                work.rows[s, side, k] = tx * fx + ty * fy + plan.turn[s, side, k]
+                work.across[s, side, k] = tx * fy - ty * fx
+    return -1
+
+
+@njit_in_place
+@for_kernels
+def pull_spans(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> int:
+    """Tensions of all segments and speeds of the ends; the first span that is slack, or -1."""
+    slack = -1
+    for s in range(plan.rim.shape[0]):
+        first, last = plan.cells[s], plan.cells[s + 1]
+        cell = state.length[s] / (last - first)
+        for side in range(2):
+            speed = 0.0
+            for k in range(state.q.size):
+                speed += work.rows[s, side, k] * state.q_t[k]
+            work.speed[s, side] = speed
+        place, speed = 0.0, work.speed[s, 0]
+        for j in range(last - first + 1):
+            inner = first + j < last
+            beyond = state.x[first + j] if inner else work.free[s]
+            faster = state.x_t[first + j] if inner else work.speed[s, 1]
+            own = cell if 0 < j < last - first else 0.5 * cell
+            tension = plan.piece[s, RIGIDITY] * ((beyond - place) / own - 1.0)
+            work.tension[first + s + j] = tension
+            work.damped[first + s + j] = plan.piece[s, DAMPING] * (faster - speed) / own
+            if tension < 0.0 and slack < 0:
+                slack = s
+            place, speed = beyond, faster
+        for side, j in ((0, first + s), (1, last + s)):
+            work.pull[s, side, 0] = work.tension[j] + work.damped[j]
+    return slack
+
+
+@njit_in_place
+@for_kernels
+def kick_cells(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> None:
+    """New speeds of the rope, with what its damping takes and its weight gives."""
+    lost, fallen = 0.0, 0.0
+    for s in range(plan.rim.shape[0]):
+        first, last = plan.cells[s], plan.cells[s + 1]
+        n, lines = last - first, plan.piece[s, ROPES]
+        mass = plan.piece[s, DENSITY] * state.length[s] / n
+        fall = plan.gravity[0] * work.along[s, 0] + plan.gravity[1] * work.along[s, 1]
+        for i in range(first, last):
+            j = i + s
+            pulled = work.tension[j + 1] + work.damped[j + 1] - work.tension[j] - work.damped[j]
+            work.rate[i] = state.x_t[i] + plan.step * (pulled / mass + fall)
+            work.trial[i] = work.rate[i]
+        for _sweep in range(2):  # rope that runs past the cells: midpoint rule, two rounds are enough
+            before = work.speed[s, 0]
+            for i in range(first, last):
+                face = (i - first) / n
+                left = (1.0 - face) * state.flow[s, 0] + face * state.flow[s, 1]
+                right = left + (state.flow[s, 1] - state.flow[s, 0]) / n
+                own = 0.5 * (state.x_t[i] + work.trial[i])
+                behind = work.speed[s, 1]
+                if i + 1 < last:
+                    behind = 0.5 * (state.x_t[i + 1] + work.trial[i + 1])
+                moved = left * (own - before) + right * (behind - own)
+                before = own
+                work.trial[i] = work.rate[i] - 0.5 * moved * n / state.length[s]
+        before, behind = 0.0, 0.0
+        for k in range(state.q.size):
+            mean = 0.5 * (state.q_t[k] + work.new[k])
+            before += work.rows[s, 0, k] * mean
+            behind += work.rows[s, 1, k] * mean
+        for j in range(n + 1):
+            own = behind
+            if j < n:
+                own = 0.5 * (state.x_t[first + j] + work.trial[first + j])
+                fallen += lines * mass * fall * own
+            lost += lines * work.damped[first + s + j] * (own - before)
+            before = own
+        for i in range(first, last):
+            state.x_t[i] = work.trial[i]
+    add_to(state.tallies, int(AXIAL_LOSS), plan.step * lost)
+    add_to(state.tallies, int(WEIGHT_WORK), plan.step * fallen)
+
+
+@njit_in_place
+@for_kernels
+def strain_at(plan: TravelPlan, work: TravelWorkspace, s: int, side: int) -> float:
+    """Strain of a span beside one of its ends."""
+    j = plan.cells[s] + s if side == 0 else plan.cells[s + 1] + s
+    return work.tension[j] / plan.piece[s, RIGIDITY]
+
+
+@njit_in_place
+@for_kernels
+def pass_end(
+    plan: TravelPlan, state: TravelState, work: TravelWorkspace, s: int, side: int, run: float
+) -> float:
+    """Unstretched length that passes an end of a span, with the energies it takes along.
+
+    ``run``: stretched length in the direction of travel [m].
+    """
+    own = strain_at(plan, work, s, side)
+    there, lines = plan.beyond[s, side], plan.piece[s, ROPES]
+    enters = run > 0.0 if side == 0 else run < 0.0
+    carried = strain_at(plan, work, there, 1 - side) if enters and there >= 0 else own
+    passed = run / (1.0 + carried)
+    out = passed if side == 1 else -passed
+    half = 0.5 * plan.piece[s, RIGIDITY] * lines
+    add_to(state.tallies, int(WOUND_ENERGY), out * half * carried * carried)
+    if enters:
+        add_to(state.tallies, int(CREEP_LOSS), abs(passed) * half * (carried - own) ** 2)
+    if there == DRUM:
+        state.wound[s, side] += out
+    else:
+        kinetic = 0.5 * plan.piece[s, DENSITY] * lines * work.speed[s, side] ** 2
+        add_to(state.tallies, int(WOUND_ENERGY), out * kinetic)
+    return passed
+
+
+@njit_in_place
+@for_kernels
+def move_cells(plan: TravelPlan, state: TravelState, work: TravelWorkspace, before: Array) -> None:
+    """Places of the rope a step on, Eq. (N.12); ``before``: spans' directions and lengths at the step."""
+    for s in range(plan.rim.shape[0]):
+        first, last = plan.cells[s], plan.cells[s + 1]
+        n = last - first
+        ax, ay, bx, by = before[s, 0], before[s, 1], work.along[s, 0], work.along[s, 1]
+        turned = atan2(ax * by - ay * bx, ax * bx + ay * by)
+        advance = plan.rim[s, 0] * turned  # of the point of contact along the span
+        runs_in, runs_out = 0.0, 0.0
+        for k in range(state.q.size):
+            fx, fy = plan.frame[s, 0, 0, k], plan.frame[s, 0, 1, k]
+            advance += 0.5 * ((ax + bx) * fx + (ay + by) * fy) * plan.step * state.q_t[k]
+            runs_in += plan.turn[s, 0, k] * plan.step * state.q_t[k]
+            runs_out += plan.turn[s, 1, k] * plan.step * state.q_t[k]
+        for side in range(2):  # speeds of the rims at the middle of the step, for the energy they carry
+            speed = 0.0
+            for k in range(state.q.size):
+                speed += work.rows[s, side, k] * state.q_t[k]
+            work.speed[s, side] = speed
+        state.flow[s, 0], state.flow[s, 1] = 0.0, 0.0
+        if plan.rim[s, 0] != 0.0:
+            state.flow[s, 0] = pass_end(plan, state, work, s, 0, runs_in - plan.rim[s, 0] * turned)
+        if plan.rim[s, 1] != 0.0:
+            state.flow[s, 1] = pass_end(plan, state, work, s, 1, runs_out - plan.rim[s, 1] * turned)
+        for i in range(first, last):
+            share, j = (i - first + 0.5) / n, i + s
+            passing = (1.0 - share) * state.flow[s, 0] + share * state.flow[s, 1]
+            strain = 0.5 * (work.tension[j] + work.tension[j + 1]) / plan.piece[s, RIGIDITY]
+            state.x[i] += plan.step * state.x_t[i] - advance - (1.0 + strain) * passing
+        state.length[s] += state.flow[s, 0] - state.flow[s, 1]
+
+
+@njit_in_place
+@for_kernels
+def watch(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> int:
+    """Extremes of the state, and whether it has left what the step or the pulleys allow."""
+    for k in range(state.q.size):
+        state.extremes[0, k] = min(state.extremes[0, k], state.q[k])
+        state.extremes[1, k] = max(state.extremes[1, k], state.q[k])
+    for s in range(plan.rim.shape[0]):
+        state.reached[0, s] = min(state.reached[0, s], work.free[s])
+        if work.free[s] < plan.shortest[s]:
+            state.events[0, 0], state.events[0, 1] = s, work.free[s]
+            return TOO_SHORT
+        there = plan.beyond[s, 1]
+        if there < 0:
+            continue
+        wrap = plan.piece[s, WRAP]
+        for sign, own in ((1.0, there), (-1.0, s)):
+            ax, ay = plan.bearing[own, 0], plan.bearing[own, 1]
+            bx, by = work.along[own, 0], work.along[own, 1]
+            turned = atan2(ax * by - ay * bx, ax * bx + ay * by)
+            wrap += sign * turned * (1.0 if plan.rim[s, 1] > 0.0 else -1.0)
+        if wrap < -1e-9:
+            state.events[0, 0], state.events[0, 1] = s, wrap
+            return OFF_THE_PULLEY
+        momentum = plan.piece[s, DENSITY] * (state.flow[s, 1] / plan.step) ** 2
+        one, other = work.pull[s, 1, 0] - momentum, work.pull[there, 0, 0] - momentum
+        if wrap > 1e-6 and one > 0.0 and other > 0.0:
+            state.reached[1, s] = max(state.reached[1, s], abs(log(one / other)) / wrap)
+    return DONE
+
+
+@njit_in_place
+@for_kernels
+def step_travel(
+    plan: TravelPlan, state: TravelState, work: TravelWorkspace, given: Array, before: Array
+) -> int:
+    """One step; ``given``: torques of the motors [N m], or speeds over the step where they are prescribed."""
+    slack = pull_spans(plan, state, work)
+    if slack >= 0:
+        state.events[0, 0], state.events[0, 1] = slack, 0.0
+        return SLACK
+    found = watch(plan, state, work)
+    if found != DONE:
+        return found
+    if plan.winds:
+        fill_inverse(plan, state.wound, work)
+    turn_coordinates(plan, state, work, given)
+    kick_cells(plan, state, work)
+    for k in range(state.q.size):
+        state.q_t[k] = work.new[k]
+        state.q[k] += plan.step * work.new[k]
+    for s in range(plan.rim.shape[0]):
+        before[s, 0], before[s, 1] = work.along[s, 0], work.along[s, 1]
+    lost = lay_spans(plan, state.q, work)
+    if lost >= 0:
+        state.events[0, 0] = lost
+        return NO_SPAN
+    move_cells(plan, state, work, before)
+    state.counts[0] += 1
+    return DONE
+
+
+@njit_in_place
+def integrate_travel(
+    plan: TravelPlan,
+    state: TravelState,
+    work: TravelWorkspace,
+    given: Array,
+    every: int,
+    rows: Array,
+    before: Array,
+) -> int:
+    """Take a step per row of ``given``, recording the first of every ``every``."""
+    if lay_spans(plan, state.q, work) >= 0:
+        return NO_SPAN
+    fill_inverse(plan, state.wound, work)
+    for j in range(given.shape[0]):
+        recorded = j % every == 0
+        if recorded:
+            pull_spans(plan, state, work)
+            note_places(plan, state, work, rows[j // every])
+        code = step_travel(plan, state, work, given[j], before)
+        if code != DONE:
+            return code
+        if recorded and not note_speeds(plan, state, work, rows[j // every]):
+            return NOT_FINITE
+    return DONE

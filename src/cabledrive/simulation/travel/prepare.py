@@ -1,0 +1,259 @@
+"""A run in which bodies travel, from the file: what it cannot have is refused, the rest becomes numbers."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from cabledrive.mechanics.cable_law import Array
+from cabledrive.mechanics.network import Network, network_of
+from cabledrive.mechanics.network.damping import dampers_of, rotor_turn
+from cabledrive.mechanics.network.motion import condition
+from cabledrive.mechanics.network.sections import gravity
+from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.simulation.case import Recording
+from cabledrive.simulation.network.case import motor_torques
+from cabledrive.simulation.network.rubbing import rubbing_of
+from cabledrive.simulation.network.start import NetworkStart
+from cabledrive.simulation.runs import Integers
+from cabledrive.simulation.scheme import Scheme
+from cabledrive.simulation.signals import Function, Signal
+from cabledrive.simulation.step_size import check_resolved, time_grid
+from cabledrive.simulation.travel.case import PlannedMove, TravelCase
+from cabledrive.simulation.travel.plan import ANCHOR, DENSITY, DRUM, RIGIDITY, ROPES, TravelPlan
+from cabledrive.simulation.travel.stable_step import largest_travel_step
+from cabledrive.simulation.travel.way import Way, way_of
+
+SEGMENTS = 16
+SHORTEST = 0.5
+"""Free length, relative to that at rest, down to which a run with given torques is stable."""
+ROOM = 0.95
+"""The same relative to the way of a planned move, as ropes stretch."""
+_BALANCED = 1e-6
+
+
+def travel_case(
+    drive: RoutedDrive,
+    duration: float,
+    *,
+    move: PlannedMove | None,
+    torque: Mapping[str, Signal | float | Function] | Signal | float | Function,
+    start: NetworkStart | None,
+    scheme: Scheme | None,
+    recording: Recording | None,
+) -> TravelCase:
+    """Check and prepare a run; arguments as of `cabledrive.simulation.travel.simulate_travel`."""
+    start, recording = start or NetworkStart(), recording or Recording()
+    scheme = scheme or Scheme(segments=SEGMENTS)
+    _check(drive, scheme, recording, start, move)
+    network = network_of(drive, motor="free")
+    way = None if move is None else way_of(drive, move.distances)
+    motors = drive.driven or tuple(range(len(drive.pulley)))[:1]
+    rotors = np.array([int(np.argmax(rotor_turn(network, number))) for number in motors], dtype=np.int64)
+    if way is not None and not np.any(way.places[:, rotors]):
+        raise InputRefused("move: it turns no motor: name a body that the motors move")
+    shortest = SHORTEST * _lengths(network) if way is None else ROOM * way.shortest
+    counts = _counts(network, way, scheme.segments)
+    poses = [network] if way is None else way.networks
+    largest = min(largest_travel_step(pose, counts, shortest) for pose in poses)
+    cells = int(counts.sum())
+    grid = time_grid(duration, largest, step=scheme.step, cfl=scheme.cfl, rate=recording.rate, nodes=cells)
+    names = tuple(drive.pulley[number].name for number in motors)
+    torques = motor_torques(names, torque, duration)
+    for signal in torques:
+        check_resolved(signal, grid.step)
+    plan, x, length, holding = _plan(
+        network, counts, shortest, rotors, step=grid.step, prescribed=way is not None
+    )
+    return TravelCase(
+        network=network,
+        scheme=scheme,
+        recording=recording,
+        grid=grid,
+        plan=plan,
+        names=network.motion.names,
+        motors=names,
+        move=move,
+        way=way,
+        torques=torques,
+        holding=holding,
+        x=x,
+        length=length,
+        q_t=_speeds(network.motion.names, start),
+    )
+
+
+def _check(
+    drive: RoutedDrive, scheme: Scheme, recording: Recording, start: NetworkStart, move: PlannedMove | None
+) -> None:
+    route = 'kind = "route", travel: '
+    if scheme.model != "exact" or scheme.method != "verlet" or scheme.friction != "stick-slip":
+        raise InputRefused(f"{route}only the exact law with verlet and stick-slip: leave the others out")
+    if scheme.slack != "stop":
+        raise InputRefused(f"{route}a rope that goes slack ends the run: leave --tension-only out")
+    if recording.fields or recording.probes:
+        raise InputRefused(f"{route}whole fields and probes are not kept: leave them out")
+    if start.plucks or start.places:
+        raise InputRefused(f"{route}it begins in the pose of the file with straight ropes: leave plucks out")
+    if drive.carriage:
+        raise InputRefused(f"{route}a [[carriage]] clamped to a rope would run over its pulleys: take it out")
+    for body in drive.body:
+        if "turn" in body.moves:
+            raise InputRefused(f"{route}body {body.name} turns; only bodies that slide travel: hold it")
+    for pulley in drive.pulley:
+        if pulley.fixed:
+            raise InputRefused(f"{route}rope does not run over the guide {pulley.name}: let it turn")
+    for data in drive.route:
+        if data.speed:
+            raise InputRefused(f'{route}it begins at rest, route "{data.name}" runs: set its speed to 0')
+    if any(motor.backlash for motor in drive.motor):
+        raise InputRefused(f"{route}motor.backlash is not simulated on routes: set it to 0")
+    if move is None and condition(drive) == "holding":
+        raise InputRefused(
+            f"{route}holding_stiffness keeps the motor in its place: give --move, or take it out"
+        )
+    if move is not None and not (np.isfinite(move.rise) and move.rise > 0.0):
+        raise InputRefused(f"rise = {move.rise} s must be above 0 and finite: give the time of the move")
+
+
+def _speeds(names: tuple[str, ...], start: NetworkStart) -> Array:
+    for name, speed in start.speeds.items():
+        if name not in names or not np.isfinite(speed):
+            raise InputRefused(f'start: speed {speed} of "{str(name)[:60]}": take one of {", ".join(names)}')
+    return np.array([start.speeds.get(name, 0.0) for name in names])
+
+
+def _lengths(network: Network) -> Array:
+    return np.array([span.length for span in network.drive.free_spans])
+
+
+def _counts(network: Network, way: Way | None, segments: int) -> Integers:
+    """Cells of each span, most in the one that becomes longest."""
+    if not isinstance(segments, int) or segments < 1:
+        raise InputRefused(f"segments = {segments!r} must be a whole number of at least 1")
+    longest = _lengths(network)
+    for pose in way.networks if way is not None else []:
+        longest = np.maximum(longest, _lengths(pose))
+    return np.maximum(1, np.rint(segments * longest / longest.max())).astype(np.int64)
+
+
+def _plan(
+    network: Network, counts: Integers, shortest: Array, rotors: Integers, *, step: float, prescribed: bool
+) -> tuple[TravelPlan, Array, Array, Array]:
+    """Plan, places of the cells, unstretched lengths, and torques that hold the machine."""
+    drive, motion, n = network.drive, network.motion, len(network.motion.names)
+    spans, dampers = drive.free_spans, dampers_of(network)
+    ends = [(span.start, span.end) for span in spans]
+    ropes = [drive.ropes[span.route] for span in spans]
+    lines = np.array([drive.route[span.route].ropes for span in spans], dtype=np.float64)
+    rim = np.array([[place.sense * place.radius for place in pair] for pair in ends])
+    turn = np.zeros((len(spans), 2, n))
+    for s, pair in enumerate(ends):
+        for side, place in enumerate(pair):
+            if place.pulley is not None:
+                turn[s, side] = rim[s, side] * motion.angle(place.pulley)
+    beyond = _beyond(drive)
+    for s, side in np.argwhere(beyond == DRUM):
+        if motion.body_of(ends[s][side]) is not None:
+            raise InputRefused(
+                f'kind = "route", travel: the drum {ends[s][side].name} rides on a body, whose mass would '
+                "change: put it on the ground"
+            )
+    rubbing = rubbing_of(network, [], network.statics.mean)
+    frictions = rubbing.bound.size
+    plan = TravelPlan(
+        step=step,
+        winds=bool(np.any(beyond == DRUM)),
+        prescribed=prescribed,
+        cells=np.concatenate(([0], np.cumsum(counts))).astype(np.int64),
+        piece=np.array(
+            [
+                (0.0, rope.axial_rigidity, rope.density, rope.axial_damping, own, span.wrap or 0.0)
+                for rope, own, span in zip(ropes, lines, spans, strict=True)
+            ]
+        ),
+        shortest=shortest,
+        centre=np.array([[place.centre for place in pair] for pair in ends]),
+        frame=np.array([[motion.point(p.centre, motion.body_of(p)) for p in pair] for pair in ends]),
+        turn=turn,
+        rim=rim,
+        beyond=beyond,
+        bearing=np.array([span.along for span in spans]),
+        gravity=gravity(drive),
+        mass=np.asarray((network.mass_rows.T * network.mass) @ network.mass_rows),
+        stiffness=np.asarray((network.spring_rows.T * network.spring) @ network.spring_rows),
+        damping=np.asarray((dampers[1].T * dampers[0]) @ dampers[1]),
+        rest=np.zeros(n),
+        rotor=rotors,
+        rub=np.ascontiguousarray(rubbing.rows),
+        bound=rubbing.bound,
+        wrap=rubbing.wrap,
+        inverse=np.zeros((n, n)),
+        rub_mobility=np.zeros((n, frictions)),
+        rub_own=np.zeros(frictions),
+    )
+    for name, mass in zip(motion.names, np.diag(plan.mass), strict=True):
+        if mass <= 0.0:
+            raise InputRefused(f'kind = "route", travel: {name} has no mass: give it mass or inertia')
+    x, length, force = _at_rest(network, plan, counts)
+    rest, holding = _held(network, plan, force)
+    return plan._replace(rest=rest), x, length, holding
+
+
+def _beyond(drive: RoutedDrive) -> Integers:
+    """Span behind the pulley at each end of each span, `ANCHOR` or `DRUM`."""
+    spans = drive.free_spans
+    found = np.full((len(spans), 2), ANCHOR, dtype=np.int64)
+    for route, data in enumerate(drive.route):
+        own = [number for number, span in enumerate(spans) if span.route == route]
+        for place, number in enumerate(own):
+            neighbours = (own[place - 1] if place else own[-1], own[(place + 1) % len(own)])
+            for side, end in enumerate((spans[number].start, spans[number].end)):
+                last = place == (0, len(own) - 1)[side] and not data.closed
+                if end.pulley is not None:
+                    found[number, side] = DRUM if last else neighbours[side]
+    return found
+
+
+def _at_rest(network: Network, plan: TravelPlan, counts: Integers) -> tuple[Array, Array, Array]:
+    """Places of the cells, unstretched lengths [m], and what the ropes do to the coordinates [N]."""
+    tension, free = network.statics.mean, _lengths(network)
+    rigidity, density, lines = (plan.piece[:, column] for column in (RIGIDITY, DENSITY, ROPES))
+    length = free / (1.0 + tension / rigidity)
+    along = plan.bearing
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    rows = np.einsum("sc,sicn->sin", along, plan.frame) + plan.turn
+    sideways = np.einsum("sc,sicn->sin", across, plan.frame)
+    weight = density * length * (along @ plan.gravity)
+    hanging = 0.5 * lines * density * length * (across @ plan.gravity)
+    force = np.einsum("s,sin->n", hanging, sideways)
+    force += (lines * (tension + 0.5 * weight)) @ rows[:, 0] - (lines * (tension - 0.5 * weight)) @ rows[:, 1]
+    places = []
+    for s, count in enumerate(counts):
+        pulls = tension[s] + (0.5 - np.arange(count + 1) / count) * weight[s]
+        parts = np.full(count + 1, length[s] / count)
+        parts[[0, -1]] *= 0.5
+        places.append(np.cumsum(parts * (1.0 + pulls / rigidity[s]))[:-1])
+    return np.concatenate(places), length, force
+
+
+def _held(network: Network, plan: TravelPlan, force: Array) -> tuple[Array, Array]:
+    """Weights, loads and preloads of the coordinates, and torques of the motors that hold the machine."""
+    motion, rest, holding = network.motion, -force, np.zeros(plan.rotor.size)
+    driven = network.drive.driven or tuple(range(len(network.drive.pulley)))[:1]
+    for m, (number, rotor) in enumerate(zip(driven, plan.rotor, strict=True)):
+        shaft = int(np.argmax(motion.angle(number)))
+        holding[m] = -force[shaft]
+        rest[rotor] = 0.0 if shaft == rotor else force[shaft]  # else the joint's preload stays on both
+    size = float(np.max(plan.piece[:, ROPES] * network.statics.mean))
+    for name, left in zip(motion.names, rest, strict=True):
+        pulleys = {pulley.name: pulley.radius for pulley in network.drive.pulley}
+        own = name in pulleys and not any(network.drive.pulley[k].name == name for k in driven)
+        if own and abs(left) > _BALANCED * size * pulleys[name]:
+            raise InputRefused(
+                f'kind = "route", travel: pulley {name} would turn by {abs(left):.4g} N m of its ropes: give '
+                "it a motor, or tensions in balance"
+            )
+        if own:
+            rest[motion.names.index(name)] = 0.0
+    return rest, holding
