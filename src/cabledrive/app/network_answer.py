@@ -1,19 +1,23 @@
 """What `simulate` answers of a machine with routes."""
 
+from functools import partial
 from typing import Any
 
 import click
 
-from cabledrive.app.combinations import refuse_given
+from cabledrive.app.combinations import refuse_given, was_given
 from cabledrive.app.messages import QUIET, note
 from cabledrive.app.new_file import NewFile
 from cabledrive.app.results import Answer, provenance
 from cabledrive.app.run_pictures import undrawn
+from cabledrive.app.two_motor_answer import move_of
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.units import to_si
 from cabledrive.simulation import Pluck, Recording, Scheme, Signal
 from cabledrive.simulation.network import NetworkResult, NetworkStart, simulate_network
+from cabledrive.simulation.travel import PlannedMove, simulate_travel
+from cabledrive.simulation.travel.prepare import SEGMENTS
 
 _OF_LOOPS = (
     *("pluck_upper", "pluck_lower", "fields", "from_equilibrium", "smooth_friction", "error_estimate"),
@@ -34,7 +38,11 @@ def simulated_route(
         raise InputRefused('kind = "route": --model fast is for loops and lines: take exact')
     names = [drive.pulley[number].name for number in drive.driven] or [p.name for p in drive.pulley[:1]]
     on = options["torque_on"] or (names[0] if names else None)
-    result = simulate_network(
+    travels = bool(options["moves"]) or options["travel"]
+    run = partial(simulate_travel, move=_planned(options)) if travels else simulate_network
+    if not travels:
+        refuse_given("rise", why="is that of a move: add --move NAME=M, or leave it out")
+    result = run(
         drive,
         options["duration"],
         torque={} if on is None else {on: torque},
@@ -42,7 +50,7 @@ def simulated_route(
         scheme=Scheme(
             model=options["model"],
             method=options["method"],
-            segments=options["segments"],
+            segments=SEGMENTS if travels and not was_given("segments") else options["segments"],
             step=options["step"],
             slack="tension-only" if options["tension_only"] else "stop",
         ),
@@ -57,12 +65,29 @@ def simulated_route(
     missing = undrawn(drive, result, plot)
     method = result.provenance["method"]
     words = f"verlet, {method['model']} cable, {method['segments']} segments on the longest span"
+    words += ", bodies travel" if result.travels else ""
     return Answer(
         data=result.summary(),
         text=_text(drive, result, words),
         provenance=provenance(drive, method=words, step=result.step) | result.provenance,
         incomplete="; ".join(words for words in (result.stopped, missing) if words) or None,
     )
+
+
+def _planned(options: dict[str, Any]) -> PlannedMove | None:
+    """The move of the bodies; None where torques are given."""
+    if not options["moves"]:
+        refuse_given("rise", why="is that of a move: add --move NAME=M, or leave it out")
+        return None
+    refuse_given(
+        "torque_amplitude",
+        "torque_frequency",
+        "torque_on",
+        why="does not go with --move, for which the motors turn as the move asks: leave it out",
+    )
+    if options["rise"] is None:
+        raise InputRefused("--move needs --rise, the time that it takes: add --rise 10s")
+    return PlannedMove(distances=dict(map(move_of, options["moves"])), rise=options["rise"])
 
 
 def plucks_of(given: tuple[str, ...], shape: str) -> tuple[Pluck, ...]:
@@ -88,8 +113,14 @@ def _text(drive: RoutedDrive, result: NetworkResult, words: str) -> str:
         "",
         f"  {'span':<44} least tension  midpoint, peak of |w|",
         *(
-            f"  {span['name']:<44} {_number(span['least_tension']):>10} N   {span['midpoint_peak']:.5g} m"
+            f"  {span['name']:<44} {_number(span['least_tension']):>10} N   "
+            f"{_number(span['midpoint_peak'], none='left out')}"
             for span in found["spans"]
+        ),
+        *(
+            f"friction that {wrap['pulley']} needs  {wrap['needed_friction']:.3g}"
+            + ("" if wrap["friction"] is None else f" of {wrap['friction']:.3g}")
+            for wrap in found["wraps"]
         ),
         f"energy budget error  {_number(found['energy_budget_error'], '.2e')}",
         *(f"note: {line}" for line in result.assumptions),
@@ -99,6 +130,6 @@ def _text(drive: RoutedDrive, result: NetworkResult, words: str) -> str:
     return "\n".join(lines)
 
 
-def _number(value: float | None, form: str = ".5g") -> str:
-    """A number that needs a record, in words where there is none."""
-    return "no record" if value is None else format(value, form)
+def _number(value: float | None, form: str = ".5g", none: str = "no record") -> str:
+    """A number, in words where there is none."""
+    return none if value is None else format(value, form)

@@ -75,7 +75,7 @@ def two_motor_answer(drive: RoutedDrive, plant_settings: tuple[str, ...], spec: 
     found = track(
         drive,
         motion=BodyMotion(
-            moves=dict(map(_move, spec["moves"])),
+            moves=dict(map(move_of, spec["moves"])),
             rise=spec["rise"] if source is click.core.ParameterSource.COMMANDLINE else None,
             dwell=spec["dwell"],
             pulses=spec["pulses"],
@@ -99,7 +99,7 @@ def two_motor_answer(drive: RoutedDrive, plant_settings: tuple[str, ...], spec: 
     )
 
 
-def _move(words: str) -> tuple[str, float]:
+def move_of(words: str) -> tuple[str, float]:
     """Coordinate and distance [m]."""
     name, equals, value = words.partition("=")
     if not equals:

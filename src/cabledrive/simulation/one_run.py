@@ -23,6 +23,7 @@ from cabledrive.simulation.scheme import Scheme
 from cabledrive.simulation.signals import Function, Signal
 from cabledrive.simulation.start import Start
 from cabledrive.simulation.stopped import SimulationInterrupted, SimulationStopped
+from cabledrive.simulation.travel import PlannedMove, simulate_travel
 
 
 def simulate(
@@ -35,6 +36,7 @@ def simulate(
     scheme: Scheme | None = None,
     recording: Recording | None = None,
     model: Model | None = None,
+    travel: PlannedMove | bool = False,
     error_estimate: bool = False,
     output: str | Path | None = None,
     force: bool = False,
@@ -63,6 +65,9 @@ def simulate(
         What is kept, and how often.
     model : str or subclass of CableLaw, optional
         Cable law, in place of that of `scheme`, see `Scheme`.
+    travel : PlannedMove or bool, default False
+        Of a machine with routes: bodies go far, lengths and directions of spans follow, drums wind, see
+        `cabledrive.simulation.travel.simulate_travel`; a planned move, or True for given torques.
     error_estimate : bool, default False
         Whether to estimate the discretisation error from a second run with half as many segments.
     output : path-like, optional
@@ -90,12 +95,12 @@ def simulate(
     SimulationInterrupted
         On Ctrl-C. It carries the result so far.
     """
-    scheme = scheme or Scheme()
     if model is not None:
-        scheme = replace(scheme, model=model)
+        scheme = replace(scheme or Scheme(), model=model)
     if isinstance(drive, RoutedDrive):
         refuse_of_routes(start, forces=bool(forces), error_estimate=error_estimate)
-        found = simulate_network(
+        move = travel if isinstance(travel, PlannedMove) else None
+        found = (partial(simulate_travel, move=move) if travel else simulate_network)(
             drive,
             duration,
             torque=torque,
@@ -109,6 +114,9 @@ def simulate(
         )
         return cast(Any, found)  # with its own channels: a caller knows what drive it gave
     require_own_spans(drive, "`simulate`")
+    scheme = scheme or Scheme()
+    if travel:
+        raise InputRefused('travel is for machines of kind "route": leave it out')
     if isinstance(torque, Mapping) or isinstance(start, NetworkStart):
         raise InputRefused(
             'torques by motor and NetworkStart are for machines of kind "route": leave them out'

@@ -28,6 +28,7 @@ from cabledrive.simulation import (
 )
 
 FEWEST_RECORDS = 16
+_OF_ROUTES = ("pluck", "torque_on", "moves", "rise", "travel")
 
 
 @click.command(
@@ -57,6 +58,17 @@ FEWEST_RECORDS = 16
     "--pluck", multiple=True, metavar="SPAN=M", help="Of a machine with routes: pluck of a span; repeatable."
 )
 @click.option("--torque-on", metavar="NAME", help="Of a machine with routes: pulley of the motor.")
+@click.option(
+    "--move",
+    "moves",
+    multiple=True,
+    metavar="NAME=M",
+    help="Of a machine with routes: a body goes far, motors turn as it asks for; repeatable.",
+)
+@click.option("--rise", type=Quantity("s"), metavar="S", help="Time that the move takes.")
+@click.option(
+    "--travel", is_flag=True, help="Of a machine with routes: spans follow bodies that go far under torques."
+)
 @click.option(
     "--pluck-shape", type=click.Choice(["triangle", "half-sine"]), default="triangle", show_default=True
 )
@@ -115,7 +127,7 @@ def command(
         torque = _torque(options["torque_amplitude"], options["torque_frequency"])
         _check_records(options, plot=plot is not None)
         return simulated_route(drive, torque, output, plot, options)
-    refuse_given("pluck", "torque_on", why='is for machines of kind "route": leave it out')
+    refuse_given(*_OF_ROUTES, why='is for machines of kind "route": leave it out')
     _check_combination(options, kept=output is not None or animate is not None, plot=plot is not None)
     if animate is not None:
         options["fields"] = fields_to_animate(drive, options)

@@ -24,18 +24,21 @@ class Curve(NamedTuple):
 
 
 class RunCurves(NamedTuple):
-    """Panels of a run; the first one's values are those of the spectrum."""
+    """Panels of a run, and the one whose spectrum is drawn."""
 
     time: Array
     panels: tuple[Curve, ...]
+    spectrum: Curve
 
 
 def curves_of(result: SimulationResult | NetworkResult) -> RunCurves:
     """Panels of a run, the motion of the load first."""
     if isinstance(result, NetworkResult):
-        return RunCurves(result.time, _of_machine(result))
+        panels = _of_machine(result)
+        # Where a body travels its place has no peaks to see, but the tension has.
+        return RunCurves(result.time, panels, panels[-1 if result.travels else 0])
     load = Curve("load [deg]", np.degrees(result.load_angle), INK)
-    return RunCurves(result.time, (load, *(_midpoint(result, span) for span in result.spans)))
+    return RunCurves(result.time, (load, *(_midpoint(result, span) for span in result.spans)), load)
 
 
 def _midpoint(result: SimulationResult, span: str) -> Curve:

@@ -53,7 +53,7 @@ def draw_histories(panels: "Sequence[Axes]", result: SimulationResult | NetworkR
 
     ``panels``: one for each of `cabledrive.report.figures.run_curves.curves_of`.
     """
-    time, curves = curves_of(result)
+    time, curves, _ = curves_of(result)
     for axes, curve in zip(panels, curves, strict=True):
         _curve(axes, time, curve.values, curve.colour)
         if curve.beside is not None:
@@ -69,15 +69,19 @@ def draw_histories(panels: "Sequence[Axes]", result: SimulationResult | NetworkR
 
 
 def draw_spectrum(
-    axes: "Axes", result: SimulationResult | NetworkResult, marks: Sequence[tuple[float, str]]
+    axes: "Axes",
+    result: SimulationResult | NetworkResult,
+    marks: Sequence[tuple[float, str]],
+    highest: float | None = None,
 ) -> None:
-    """Amplitude spectrum of a run's first curve, Hann window, with natural frequencies marked.
+    """Amplitude spectrum of a run, Hann window, with natural frequencies marked.
 
-    ``marks``: frequency [Hz] and kind of mode, as `spectrum_marks` gives them.
+    ``marks``: frequency [Hz] and kind of mode, as `spectrum_marks` gives them; ``highest``: frequency up to
+    which it is drawn without them [Hz].
     """
-    time, (curve, *_) = curves_of(result)
+    time, _, curve = curves_of(result)
     spectrum = amplitude_spectrum(time, curve.values)
-    top = 1.05 * max((frequency for frequency, _ in marks), default=spectrum.frequency[-1])
+    top = 1.05 * max((frequency for frequency, _ in marks), default=highest or spectrum.frequency[-1])
     shown = (spectrum.frequency >= 2.0 * spectrum.resolution) & (spectrum.frequency <= top)
     amplitude = spectrum.amplitude[shown]
     highest = float(np.max(amplitude, initial=0.0)) or 1.0
@@ -120,6 +124,9 @@ def run_plot(drive: Drive | RoutedDrive, result: SimulationResult | NetworkResul
     from matplotlib.figure import Figure
 
     marks = spectrum_marks(drive)
+    highest = max(frequency for frequency, _ in marks)
+    if isinstance(result, NetworkResult) and result.travels:  # the frequencies change on the way
+        marks = ()
     undated: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
     with file_style(), BytesIO() as file:
         figure = Figure(figsize=(9.0, 8.0))
@@ -130,7 +137,7 @@ def run_plot(drive: Drive | RoutedDrive, result: SimulationResult | NetworkResul
         feet = [0.96 - sum(heights[: row + 1]) - 0.02 * row for row in range(rows)] + [0.07]
         panels = [figure.add_axes((0.13, y, 0.84, h)) for y, h in zip(feet, heights, strict=True)]
         draw_histories(panels[:-1], result)
-        draw_spectrum(panels[-1], result, marks)
+        draw_spectrum(panels[-1], result, marks, highest)
         figure.align_ylabels(panels)
         figure.savefig(file, format=form, dpi=150, metadata=undated.get(form))
         return file.getvalue()

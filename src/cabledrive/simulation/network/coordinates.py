@@ -9,6 +9,8 @@ They obey
 with friction :math:`\lambda \in c\,\mathrm{Sgn}(R\dot q_+)` by projected Gauss-Seidel.
 """
 
+from typing import Any
+
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import for_kernels, njit_in_place, njit_strict
 from cabledrive.simulation.kernels.shafts import add_to
@@ -45,8 +47,11 @@ def turn_network(plan: NetworkPlan, q_t: Array, work: NetworkWorkspace) -> None:
 
 @njit_strict
 @for_kernels
-def rub(plan: NetworkPlan, work: NetworkWorkspace) -> None:
-    """Friction of everything that rubs, and what it leaves of the speeds; of a prescribed one its bound."""
+def rub(plan: Any, work: Any) -> None:
+    """Friction of everything that rubs, and what it leaves of the speeds; of a prescribed one its bound.
+
+    ``plan``, ``work``: of a network, or of `cabledrive.simulation.travel`.
+    """
     new, count, n = work.new, plan.bound.size, work.new.size
     for k in range(count):
         work.friction[k] = 0.0

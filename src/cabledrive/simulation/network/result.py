@@ -103,6 +103,11 @@ class NetworkResult(ResultCard):
         return np.asarray(self.rows[:, names.index(name)])
 
     @property
+    def travels(self) -> bool:
+        """Whether lengths and directions of spans followed the bodies."""
+        return bool(self.provenance["method"].get("travels", False))
+
+    @property
     def energy_budget_error(self) -> float:
         """Largest error of the energy budget over the largest energy handled; 0 if nothing moved."""
         balance = self.channel("balance")

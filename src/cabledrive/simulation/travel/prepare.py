@@ -52,6 +52,7 @@ def travel_case(
     rotors = np.array([int(np.argmax(rotor_turn(network, number))) for number in motors], dtype=np.int64)
     if way is not None and not np.any(way.places[:, rotors]):
         raise InputRefused("move: it turns no motor: name a body that the motors move")
+    _check_masses(network)
     shortest = SHORTEST * _lengths(network) if way is None else ROOM * way.shortest
     counts = _counts(network, way, scheme.segments)
     poses = [network] if way is None else way.networks
@@ -96,10 +97,14 @@ def _check(
     if start.plucks or start.places:
         raise InputRefused(f"{route}it begins in the pose of the file with straight ropes: leave plucks out")
     if drive.carriage:
-        raise InputRefused(f"{route}a [[carriage]] clamped to a rope would run over its pulleys: take it out")
+        raise InputRefused(
+            f"{route}a [[carriage]] clamped to a rope would run over its pulleys: leave it out"
+        )
     for body in drive.body:
         if "turn" in body.moves:
-            raise InputRefused(f"{route}body {body.name} turns; only bodies that slide travel: hold it")
+            raise InputRefused(
+                f"{route}body {body.name} turns; only bodies that slide travel: leave out its moves"
+            )
     for pulley in drive.pulley:
         if pulley.fixed:
             raise InputRefused(f"{route}rope does not run over the guide {pulley.name}: let it turn")
@@ -114,6 +119,13 @@ def _check(
         )
     if move is not None and not (np.isfinite(move.rise) and move.rise > 0.0):
         raise InputRefused(f"rise = {move.rise} s must be above 0 and finite: give the time of the move")
+
+
+def _check_masses(network: Network) -> None:
+    mass = network.mass @ network.mass_rows**2
+    for name, own in zip(network.motion.names, mass, strict=True):
+        if own <= 0.0:
+            raise InputRefused(f'kind = "route", travel: {name} has no mass: give it mass or inertia')
 
 
 def _speeds(names: tuple[str, ...], start: NetworkStart) -> Array:
@@ -192,9 +204,6 @@ def _plan(
         rub_mobility=np.zeros((n, frictions)),
         rub_own=np.zeros(frictions),
     )
-    for name, mass in zip(motion.names, np.diag(plan.mass), strict=True):
-        if mass <= 0.0:
-            raise InputRefused(f'kind = "route", travel: {name} has no mass: give it mass or inertia')
     x, length, force = _at_rest(network, plan, counts)
     rest, holding = _held(network, plan, force)
     return plan._replace(rest=rest), x, length, holding

@@ -56,7 +56,8 @@ def travel_result(case: TravelCase, records: Records, outcome: Outcome) -> Netwo
             "drive": case.network.drive.name,
             "drive_hash": content_hash(case.network.drive),
             "method": {
-                "name": "verlet, bodies travel",
+                "name": "verlet",
+                "travels": True,
                 "model": "exact",
                 "compiled": why_plain() is None,
                 "interpreted": why_plain(),
