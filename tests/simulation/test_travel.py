@@ -149,7 +149,7 @@ def test_a_traction_sheave_moves_as_scipy_integrates_it(machine, measured):
     found = simulate_travel(
         machine(TRACTION),
         2.0,
-        move=PlannedMove(distances={"car.y": 5.0}, rise=1.5),
+        move=PlannedMove(moves={"car.y": 5.0}, rise=1.5),
         scheme=Scheme(segments=2),
         recording=Recording(rate=200.0),
     )
@@ -177,7 +177,7 @@ def hoist_errors(drive, segments, points):
     found = simulate_travel(
         drive,
         duration,
-        move=PlannedMove(distances={"load.y": lift}, rise=time),
+        move=PlannedMove(moves={"load.y": lift}, rise=time),
         scheme=Scheme(segments=segments),
         recording=Recording(rate=100.0),
     )
@@ -210,7 +210,7 @@ def test_the_load_swings_at_its_modes_wherever_it_is(machine, measured):
     found = simulate_travel(
         drive,
         time,
-        move=PlannedMove(distances={"load.y": 20.0}, rise=time),
+        move=PlannedMove(moves={"load.y": 20.0}, rise=time),
         start=NetworkStart(speeds={"load.y": 0.02}),
         recording=Recording(rate=2000.0),
     )
@@ -253,7 +253,7 @@ def test_an_interrupted_journey_goes_on(machine, tmp_path, monkeypatch):
 
     drive, path, whole = machine(HOIST), tmp_path / "run.nc", tmp_path / "whole.nc"
     options = {
-        "travel": PlannedMove(distances={"load.y": 1.0}, rise=0.5),
+        "travel": PlannedMove(moves={"load.y": 1.0}, rise=0.5),
         "scheme": Scheme(segments=4),
         "recording": Recording(rate=200.0),
     }
@@ -278,10 +278,10 @@ def test_an_interrupted_journey_goes_on(machine, tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("change", "options", "words"),
     [
-        ({}, {"move": PlannedMove(distances={"hook.y": 1.0}, rise=1.0)}, "slides no body"),
-        ({}, {"move": PlannedMove(distances={"load.y": 30.5}, rise=1.0)}, "move: "),
-        ({}, {"move": PlannedMove(distances={"load.y": 1.0}, rise=0.0)}, "must be above 0"),
-        ({}, {"move": PlannedMove(distances={"load.y": 0.0}, rise=1.0)}, "no body moves"),
+        ({}, {"move": PlannedMove(moves={"hook.y": 1.0}, rise=1.0)}, "slides no body"),
+        ({}, {"move": PlannedMove(moves={"load.y": 30.5}, rise=1.0)}, "move: "),
+        ({}, {"move": PlannedMove(moves={"load.y": 1.0}, rise=0.0)}, "must be above 0"),
+        ({}, {"move": PlannedMove(moves={"load.y": 0.0}, rise=1.0)}, "no body moves"),
         ({}, {"scheme": Scheme(model="weak")}, "exact law"),
         ({}, {"scheme": Scheme(slack="tension-only")}, "leave --tension-only out"),
         ({"inertia": 0.0}, {}, "has no mass"),

@@ -87,7 +87,7 @@ def _planned(options: dict[str, Any]) -> PlannedMove | None:
     )
     if options["rise"] is None:
         raise InputRefused("--move needs --rise, the time that it takes: add --rise 10s")
-    return PlannedMove(distances=dict(map(move_of, options["moves"])), rise=options["rise"])
+    return PlannedMove(moves=dict(map(move_of, options["moves"])), rise=options["rise"])
 
 
 def plucks_of(given: tuple[str, ...], shape: str) -> tuple[Pluck, ...]:

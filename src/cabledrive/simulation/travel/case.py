@@ -38,13 +38,13 @@ class PlannedMove:
 
     Attributes
     ----------
-    distances : dict of str to float
+    moves : dict of str to float
         By coordinate, such as "car.y" [m].
     rise : float
         Time that the move takes [s]; the motors rest from then on.
     """
 
-    distances: Mapping[str, float]
+    moves: Mapping[str, float]
     rise: float
 
 
@@ -125,7 +125,7 @@ class TravelCase:
             "scheme": asdict(self.scheme),
             "recording": asdict(self.recording),
             "grid": asdict(self.grid),
-            "move": None if self.move is None else [dict(self.move.distances), self.move.rise],
+            "move": None if self.move is None else [dict(self.move.moves), self.move.rise],
             "torque": [signal.fingerprint for signal in self.torques],
             "start": sha256(self.q_t.tobytes()).hexdigest(),
             "sources": digest_with_imports(Path(__file__)),

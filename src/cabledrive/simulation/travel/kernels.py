@@ -40,7 +40,10 @@ DONE, SLACK, NOT_FINITE, TOO_SHORT, OFF_THE_PULLEY, NO_SPAN = range(6)
 @njit_in_place
 @for_kernels
 def lay_spans(plan: TravelPlan, q: Array, work: TravelWorkspace) -> int:
-    """Directions, free lengths and rows of all spans, Eq. (N.1); the span that has no tangent, or -1."""
+    """Directions, free lengths and rows of all spans; the span that has no tangent, or -1.
+
+    As Eq. (N.1).
+    """
     for s in range(plan.rim.shape[0]):
         dx = plan.centre[s, 1, 0] - plan.centre[s, 0, 0]
         dy = plan.centre[s, 1, 1] - plan.centre[s, 0, 1]

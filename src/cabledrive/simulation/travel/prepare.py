@@ -47,7 +47,7 @@ def travel_case(
     scheme = scheme or Scheme(segments=SEGMENTS)
     _check(drive, scheme, recording, start, move)
     network = network_of(drive, motor="free")
-    way = None if move is None else way_of(drive, move.distances)
+    way = None if move is None else way_of(drive, move.moves)
     motors = drive.driven or tuple(range(len(drive.pulley)))[:1]
     rotors = np.array([int(np.argmax(rotor_turn(network, number))) for number in motors], dtype=np.int64)
     if way is not None and not np.any(way.places[:, rotors]):

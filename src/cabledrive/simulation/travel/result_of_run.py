@@ -68,7 +68,7 @@ def travel_result(case: TravelCase, records: Records, outcome: Outcome) -> Netwo
                 "friction": case.scheme.friction,
                 "slack": case.scheme.slack,
             },
-            "move": None if case.move is None else dict(case.move.distances),
+            "move": None if case.move is None else dict(case.move.moves),
             "rise": None if case.move is None else case.move.rise,
             "torque": [signal.fingerprint for signal in case.torques],
         },
