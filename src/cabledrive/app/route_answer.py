@@ -5,6 +5,7 @@ from math import degrees
 from typing import Any
 
 from cabledrive.app.results import Answer, provenance
+from cabledrive.app.tables import side_by_side
 from cabledrive.mechanics.network import statics_of
 from cabledrive.mechanics.network.span_table import pulley_rows, route_warnings, span_rows
 from cabledrive.modal.lowest import lowest_frequencies
@@ -69,7 +70,7 @@ def _text(
         "string [Hz]",
         "safety",
     )
-    yield _table(
+    yield side_by_side(
         head,
         [
             (
@@ -86,7 +87,7 @@ def _text(
     )
     if pulleys:
         head = ("pulley", "wrap [deg]", "needed friction", "given")
-        yield _table(
+        yield side_by_side(
             head,
             [
                 (
@@ -105,14 +106,3 @@ def _text(
 
 def _range(first: float, last: float) -> str:
     return f"{first:.5g}" if abs(first - last) <= 1e-6 * abs(first) else f"{first:.5g} to {last:.5g}"
-
-
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Columns side by side: words to the left, numbers to the right."""
-    widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
-    return "\n".join(
-        "  ".join(
-            [row[0].ljust(widths[0]), *(cell.rjust(w) for cell, w in zip(row[1:], widths[1:], strict=True))]
-        )
-        for row in (head, *rows)
-    )

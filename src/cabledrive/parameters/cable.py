@@ -37,6 +37,8 @@ class Cable(Rigidity):
         EI [N m^2], for information.
     least_radius : float or None, default None
         Smallest radius of a pulley [m].
+    tooth_pitch : float or None, default None
+        Pitch of a toothed belt [m].
     type : str, default ""
         Name in the packaged table of belts and ropes; what it says has been filled in.
     """
@@ -54,6 +56,7 @@ class Cable(Rigidity):
     strength: float | None = quantity("N", "positive", "breaking load, or allowed tension of a belt", None)
     bending_stiffness: float | None = quantity("N m^2", "positive", "bending stiffness EI", None)
     least_radius: float | None = quantity("m", "positive", "smallest radius of a pulley", None)
+    tooth_pitch: float | None = quantity("m", "positive", "pitch of a toothed belt", None)
     type: str = words("name in the packaged table of belts and ropes", "")
 
     def __post_init__(self) -> None:

@@ -28,7 +28,9 @@ COLUMNS = {
 """Columns of a motion file, and their SI units; the first two are needed."""
 
 
-def read_motion(path: str | Path, machine: RoutedDrive | None = None) -> PlannedMotion:
+def read_motion(
+    path: str | Path, machine: RoutedDrive | None = None, *, torque: bool = True
+) -> PlannedMotion:
     """Read a planned motion from a CSV or TSV file.
 
     Parameters
@@ -39,6 +41,8 @@ def read_motion(path: str | Path, machine: RoutedDrive | None = None) -> Planned
     machine : RoutedDrive, optional
         Whose motion it is: torque is that of its first motor, ``torque NAME [N m]`` that of another motor's
         pulley, and ``head.x [m]`` the place of a body.
+    torque : bool, default True
+        Whether the torque is needed; else it is zero where the file gives places alone.
 
     Returns
     -------
@@ -64,7 +68,8 @@ def read_motion(path: str | Path, machine: RoutedDrive | None = None) -> Planned
                 f'{path.name}: column "{chosen[name]}" is not part of a motion{known}: '
                 f"write {', '.join(columns)}"
             )
-    for name in ("time", "torque"):
+    placed = machine is not None and any(name in _by_column(_moves(machine)) for name in chosen)
+    for name in ("time", "torque") if torque or not placed else ("time",):
         if name not in chosen:
             raise InputRefused(f'{path.name}: no column "{name} [{COLUMNS[name]}]": a motion needs it')
     blocks = list(table.read(table.names))
@@ -81,6 +86,7 @@ def read_motion(path: str | Path, machine: RoutedDrive | None = None) -> Planned
             found[name] = values * to_si(f"1 {unit}", columns[name])
         except InputRefused as refusal:
             raise InputRefused(f'{path.name}: column "{column}": {refusal}') from None
+    found.setdefault("torque", np.zeros(found["time"].size))
     try:
         return PlannedMotion(**_fields(found, machine))
     except InputRefused as refusal:

@@ -56,6 +56,20 @@ class PlannedMotion:
         columns = (self.pretension, self.carriage, self.load_torque)
         return any(values is not None and np.ptp(values) > 0.0 for values in columns)
 
+    def of_two_pulleys(self) -> "PlannedMotion":
+        """The motion of a loop or line written as a machine with routes; its torques by pulley.
+
+        Raises `InputRefused` if pretension or carriages change along it.
+        """
+        for name in ("pretension", "carriage"):
+            if getattr(self, name) is not None:
+                raise InputRefused(
+                    f"motion: {name} is not for margins, which take the tension and places of the drive "
+                    "file: leave the column out"
+                )
+        loads = {} if self.load_torque is None else {"load pulley": self.load_torque}
+        return PlannedMotion(time=self.time, torque=self.torque, torques=loads)
+
 
 def drive_along(drive: Drive, motion: PlannedMotion, t: float) -> Drive:
     """The drive with the pretension and the carriage places that a motion has at an instant.

@@ -93,7 +93,7 @@ def path_of(drive: RoutedDrive, motion: PlannedMotion) -> RoutePath:
             )
     places = dict(motion.places) or _places_by_torque(drive, motion)
     places = {key: values for key, values in places.items() if np.ptp(values) > STILL}
-    poses, here = _poses(places, motion.time)
+    poses, here = poses_along(places, motion.time)
     snapshots = _snapshots(drive, poses)
     highest = max(max(one.along.max(), one.across.max(initial=0.0)) for one in snapshots)
     duration = float(motion.time[-1])
@@ -104,7 +104,7 @@ def path_of(drive: RoutedDrive, motion: PlannedMotion) -> RoutePath:
             f"most {MOST_STEPS} are made: give a shorter part of the motion"
         )
     time = np.linspace(0.0, duration, steps + 1)
-    rows = _torques(drive, motion)
+    rows = torques_of(drive, motion)
     middle = 0.5 * (time[1:] + time[:-1])
     torque, pushed = (
         np.column_stack([np.interp(t, motion.time, row) for row in rows]) for t in (time, middle)
@@ -123,7 +123,7 @@ def path_of(drive: RoutedDrive, motion: PlannedMotion) -> RoutePath:
     return replace(path, along=along, along_rate=rate)
 
 
-def _poses(places: Mapping[str, Array], time: Array) -> tuple[list[dict[str, float]], Array]:
+def poses_along(places: Mapping[str, Array], time: Array) -> tuple[list[dict[str, float]], Array]:
     """Poses at which modes are computed, and where on the way between them the motion is at each instant."""
     if not places:
         return [{}], np.zeros(time.size)
@@ -169,7 +169,7 @@ def _places_by_torque(drive: RoutedDrive, motion: PlannedMotion) -> dict[str, Ar
     from scipy.linalg import eigh
 
     _, shapes = eigh(network.static_stiffness, network.static_mass)
-    rows = _torques(drive, motion)
+    rows = torques_of(drive, motion)
     turns = np.array([rotor_turn(network, number) for number in driven_of(drive)])
     way = _twice_integrated(motion.time, np.array(rows).T @ turns @ shapes[:, :rigid]) @ shapes[:, :rigid].T
     found = {}
@@ -180,7 +180,7 @@ def _places_by_torque(drive: RoutedDrive, motion: PlannedMotion) -> dict[str, Ar
     return found
 
 
-def _torques(drive: RoutedDrive, motion: PlannedMotion) -> list[Array]:
+def torques_of(drive: RoutedDrive, motion: PlannedMotion) -> list[Array]:
     """Torque of each motor over the motion's time [N m]."""
     others = [drive.pulley[number].name for number in driven_of(drive)[1:]]
     return [motion.torque, *(motion.torques.get(name, np.zeros(motion.time.size)) for name in others)]

@@ -27,9 +27,23 @@ METHOD = "closed formulas of the datasheet; lowest frequencies by the exact dyna
     metavar="FILE",
     help="Draw the machine from its coordinates into FILE, ending in .png, .svg or .pdf.",
 )
-def command(drive: Drive | RoutedDrive, plot: NewFile | None) -> Answer:
-    """Validate DRIVE; print derived quantities and warnings."""
+@click.option(
+    "--motion",
+    "motion_file",
+    type=click.Path(),
+    metavar="FILE",
+    help="Check a planned motion as well: tensions with forces of inertia and vibration against slack and "
+    "strength, slip on every pulley, torque of the motors. A CSV file with time [s], torque [N m] and, of "
+    "loops and lines, load torque [N m]; of a machine with routes also torque NAME, of another motor's pulley, and "
+    "places of bodies such as head.x [m], which make the torque unnecessary.",
+)
+def command(drive: Drive | RoutedDrive, plot: NewFile | None, motion_file: str | None) -> Answer:
+    """Validate DRIVE; print derived quantities and warnings; with --motion the margins along it."""
     answer = checked_route(drive) if isinstance(drive, RoutedDrive) else _checked(drive)
+    if motion_file is not None:
+        from cabledrive.app.motion_margins_answer import with_margins
+
+        answer = with_margins(answer, drive, motion_file)
     if plot is not None:
         from cabledrive.report.machine_figure import machine_drawing
 

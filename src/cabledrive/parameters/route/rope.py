@@ -37,6 +37,8 @@ class Rope(Rigidity):
         EI [N m^2].
     least_radius : float or None
         Smallest radius it may be bent to [m].
+    tooth_pitch : float or None
+        Pitch of a toothed belt [m].
     """
 
     type: str = words("name in the packaged table of belts and ropes", "")
@@ -53,6 +55,7 @@ class Rope(Rigidity):
     strength: float | None = quantity("N", "positive", "breaking load, or allowed tension of a belt", None)
     bending_stiffness: float | None = quantity("N m^2", "positive", "bending stiffness EI", None)
     least_radius: float | None = quantity("m", "positive", "smallest radius it may be bent to", None)
+    tooth_pitch: float | None = quantity("m", "positive", "pitch of a toothed belt", None)
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -6,7 +6,7 @@ import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.network import Network
-from cabledrive.mechanics.network.damping import relative_turn, rotor_turn
+from cabledrive.mechanics.network.dry_friction import coulomb_of
 from cabledrive.simulation.network.wraps import Wrap
 from cabledrive.simulation.runs import Integers
 
@@ -37,21 +37,7 @@ class Rubbing:
 
 def rubbing_of(network: Network, wraps: list[Wrap], tension: Array) -> Rubbing:
     """All Coulomb friction; ``tension``, shape (pieces,): at rest, of one rope [N]."""
-    drive, motion = network.drive, network.motion
-    parts = [
-        (f"{body.name}.{move}", motion.unit(f"{body.name}.{move}"), body.coulomb_friction)
-        for body in drive.body
-        for move in body.moves
-    ]
-    parts += [
-        (pulley.name, relative_turn(network, number), pulley.coulomb_friction)
-        for number, pulley in enumerate(drive.pulley)
-    ]
-    for number, motor in zip(drive.driven, drive.motor, strict=True):
-        parts.append(
-            (f"motor of {drive.pulley[number].name}", rotor_turn(network, number), motor.coulomb_friction)
-        )
-    parts = [part for part in parts if part[2] > 0.0 and part[1].any()]
+    parts, motion = coulomb_of(network), network.motion
     n, rest = len(motion.names), np.zeros(len(motion.names) + len(wraps))
     rows = np.zeros((len(parts) + len(wraps), rest.size))
     for k, (_, row, _) in enumerate(parts):

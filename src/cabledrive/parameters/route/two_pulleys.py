@@ -1,0 +1,80 @@
+"""A loop or line round two pulleys as a machine with routes."""
+
+from cabledrive.parameters.carriage import Carriage
+from cabledrive.parameters.drive import Drive
+from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.parts import RoutedCarriage, RoutedMotor, RoutedPulley, RouteLayout
+from cabledrive.parameters.route.rope import Rope, Route
+
+NAMES = ("drive pulley", "load pulley")
+_ROPE = ("mass_per_length", "pretension", "transverse_damping", "axial_damping", "strength", "tooth_pitch")
+_PULLEY = ("radius", "inertia", "viscous_friction", "coulomb_friction", "fixed", "capstan_friction")
+_MOTOR = (
+    "inertia",
+    "joint_stiffness",
+    "joint_damping",
+    "viscous_friction",
+    "coulomb_friction",
+    "torque_limit",
+    "speed_limit",
+)
+
+
+def as_machine(drive: Drive, *, loaded: bool = False) -> RoutedDrive:
+    """A drive with two pulleys as a machine with routes.
+
+    Parameters
+    ----------
+    drive : Drive
+    loaded : bool, default False
+        A second motor gives the torque on the load pulley.
+
+    Returns
+    -------
+    RoutedDrive
+        With spans from drive pulley to load pulley and back, the first of them "upper".
+
+    Raises
+    ------
+    InputRefused
+        If the load pulley is fixed and a torque is to act on it.
+    """
+    if loaded and drive.load_pulley.fixed:
+        raise InputRefused("load torque: the load pulley is fixed and takes no torque: leave the column out")
+    parts = (drive.drive_pulley, drive.load_pulley)
+    turned = (drive.motor is not None or loaded, loaded)
+    pulleys = tuple(
+        RoutedPulley(
+            name=name,
+            at=(i * drive.pulley_distance, 0.0),
+            **{key: getattr(part, key) for key in _PULLEY}
+            | ({"inertia": 0.0} if turned[i] and (i == 1 or drive.motor is None) else {}),
+        )
+        for i, (name, part) in enumerate(zip(NAMES, parts, strict=True))
+    )
+    motors = []
+    for name, part, turns in zip(NAMES, parts, turned, strict=True):
+        if turns and name == NAMES[0] and drive.motor is not None:
+            own = {key: getattr(drive.motor, key) for key in _MOTOR}
+            motors.append(RoutedMotor(pulley=name, **own))
+        elif turns:  # what gives its torque has the pulley's own inertia
+            motors.append(RoutedMotor(pulley=name, inertia=part.inertia))
+    rope = {key: getattr(drive.cable, key) for key in _ROPE}
+    return RoutedDrive(
+        name=drive.name,
+        title=drive.title,
+        cable=Rope(given_rigidity=drive.cable.axial_rigidity, **rope),
+        layout=RouteLayout(gravity=drive.layout.gravity, inclination=drive.layout.inclination),
+        pulley=pulleys,
+        carriage=tuple(_carriage(drive, own) for own in drive.carriage),
+        motor=tuple(motors),
+        route=(Route(name="cable", path=tuple(f"-{name}" for name in NAMES), closed=drive.kind == "loop"),),
+    )
+
+
+def _carriage(drive: Drive, own: Carriage) -> RoutedCarriage:
+    """A carriage of a span, its place counted along the way of the cable."""
+    before = drive.pulley_distance if own.span == "lower" else 0.0
+    place = own.position * (1.0 + drive.cable.prestrain) + before
+    return RoutedCarriage(name=own.name, mass=own.mass, guided=own.guided, position=place)

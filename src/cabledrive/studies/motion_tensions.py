@@ -1,0 +1,248 @@
+r"""Tensions of all ropes along a planned motion, and the torque that the motors need for it.
+
+About the state of rest in each pose, with masses, springs and ropes of the network as matrices M, K and the motions
+:math:`\Phi` that strain nothing,
+
+.. math:: \Phi^T B\,\tau = \Phi^T (M\ddot q - F), \qquad
+          K u = B\,\tau + F - M\ddot q, \qquad \Phi^T M u = 0
+
+give the torque :math:`\tau` and the stretching u that distributes forces of inertia and friction F over elastic
+ropes. With the vibration, each elastic mode of the pose answers the same forces from rest, exactly for forces
+that change evenly between samples. Ropes stretch evenly in their spans; their mass is shared out to the ends.
+"""
+
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.mechanics.network.assembly import DIRECTIONS, Network
+from cabledrive.mechanics.network.damping import dampers_of, rotor_turn
+from cabledrive.mechanics.network.dry_friction import coulomb_of
+from cabledrive.mechanics.network.motion import ALONG
+from cabledrive.parameters import InputRefused
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.studies.planned_motion import PlannedMotion
+from cabledrive.studies.route_path import torques_of
+from cabledrive.studies.route_snapshot import driven_of
+from cabledrive.studies.slow_motion import SlowMotion, slow_motion
+
+Array = NDArray[np.float64]
+
+PER_PERIOD = 16
+LEAST_STEPS, MOST_STEPS = 2_000, 40_000
+_TURNING = 0.01
+"""Part of its largest speed within which friction grows to its whole: sampled rates are not exact."""
+_MISSING = 1e-3
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class MotionTensions:
+    """Tensions of one rope of each piece along a motion; q: index of a piece, start and end of it last.
+
+    Attributes
+    ----------
+    slow : SlowMotion
+    time : ndarray, shape (t,)
+        [s], in equal steps.
+    share : ndarray, shape (t, poses)
+        Of each pose.
+    rest, even, vibrating : ndarray, shape (t, pieces, 2)
+        At rest in the pose, with forces of inertia and friction, and with the vibration [N].
+    torque, holding : ndarray, shape (t, motors)
+        Beyond what holds the machine at rest, and that [N m].
+    speed : ndarray, shape (t, motors)
+        Of the rotors against their mounts [rad/s].
+    mismatch : float
+        Largest difference between the torque that the file gives and that of its places [N m].
+    lowest_mode, highest_mode : float
+        Of the elastic modes that answer [Hz]; NaN without one.
+    """
+
+    slow: SlowMotion
+    time: Array
+    share: Array
+    rest: Array
+    even: Array
+    vibrating: Array
+    torque: Array
+    holding: Array
+    speed: Array
+    mismatch: float
+    lowest_mode: float
+    highest_mode: float
+
+
+def motion_tensions(drive: RoutedDrive, motion: PlannedMotion) -> MotionTensions:
+    """Tensions of a machine along a motion, from rest.
+
+    Raises `InputRefused` if the motion does not fit the machine, or its motors cannot make it.
+    """
+    slow = slow_motion(drive, motion)
+    modes = [_elastic_modes(network, free) for network, free in zip(slow.networks, slow.free, strict=True)]
+    highest = max((float(own.omega.max(initial=0.0)) for own in modes), default=0.0)
+    lowest = min((float(own.omega.min(initial=np.inf)) for own in modes), default=np.inf)
+    duration = float(motion.time[-1])
+    steps = int(np.clip(duration * highest / (2.0 * pi) * PER_PERIOD, LEAST_STEPS, MOST_STEPS))
+    time = np.linspace(0.0, duration, steps + 1)
+    share = slow.blend(np.interp(time, motion.time, slow.here))
+    rate, acceleration = (_at(time, motion.time, own) for own in (slow.rate, slow.acceleration))
+    told = _at(time, motion.time, np.column_stack(torques_of(drive, motion)))
+    found = [
+        _in_pose(network, free, own, time, rate, acceleration, told, slow.given)
+        for network, free, own in zip(slow.networks, slow.free, modes, strict=True)
+    ]
+    rest, even, vibrating, torque, holding = (
+        sum(share[:, p].reshape(-1, *[1] * (own[k].ndim - 1)) * own[k] for p, own in enumerate(found))
+        for k in range(5)
+    )
+    turns = np.array([rotor_turn(slow.networks[0], number) for number in driven_of(drive)])
+    return MotionTensions(
+        slow=slow,
+        time=time,
+        share=share,
+        rest=np.asarray(rest),
+        even=np.asarray(even),
+        vibrating=np.asarray(vibrating),
+        torque=np.asarray(torque),
+        holding=np.asarray(holding),
+        speed=rate @ turns.T,
+        mismatch=float(np.abs(told - torque).max()) if slow.given and told.any() else 0.0,
+        lowest_mode=lowest / (2.0 * pi) if np.isfinite(lowest) else float("nan"),
+        highest_mode=highest / (2.0 * pi) if highest else float("nan"),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _ElasticModes:
+    """Modes of matrices M and K apart from free motions; shapes of unit stiffness, shape (n, k)."""
+
+    shapes: Array
+    mass: Array
+    loss: Array
+
+    @property
+    def omega(self) -> Array:
+        """Of the modes with mass [rad/s]."""
+        return np.asarray(1.0 / np.sqrt(self.mass[self.mass > 0.0]))
+
+
+def _elastic_modes(network: Network, free: Array) -> _ElasticModes:
+    from scipy.linalg import eigh, null_space
+
+    others = null_space((network.static_mass @ free).T) if free.size else np.eye(len(network.motion.names))
+    if not others.shape[1]:
+        return _ElasticModes(np.zeros((len(others), 0)), np.zeros(0), np.zeros(0))
+    mass, stiffness = (others.T @ own @ others for own in (network.static_mass, network.static_stiffness))
+    try:
+        own, vectors = eigh(mass, stiffness)
+    except np.linalg.LinAlgError:
+        raise InputRefused("motion: the machine is not stable at rest in a pose that it passes") from None
+    shapes = others @ vectors
+    dampers, rows = dampers_of(network)
+    rope = network.direction == DIRECTIONS.index(ALONG)
+    stretch = (network.start - network.end)[rope]
+    damping = np.append(dampers, _rope_damping(network)[rope])
+    loss = damping @ (np.vstack((rows, stretch)) @ shapes) ** 2
+    return _ElasticModes(shapes, np.where(own > 1e-16 * own.max(), own, 0.0), loss)
+
+
+def _rope_damping(network: Network) -> Array:
+    """Axial damping of each link, of all parallel ropes [N s/m]."""
+    drive = network.drive
+    routes = [drive.free_spans[network.pieces[piece].span].route for piece in network.piece]
+    damping = np.array([drive.ropes[route].axial_damping for route in routes])
+    length = np.array([network.pieces[piece].length for piece in network.piece])
+    return np.asarray(network.ropes * damping / length)
+
+
+def _in_pose(
+    network: Network,
+    free: Array,
+    modes: _ElasticModes,
+    time: Array,
+    rate: Array,
+    acceleration: Array,
+    told: Array,
+    given: bool,
+) -> tuple[Array, Array, Array, Array, Array]:
+    """Tensions at rest, with inertia, with the vibration; torque beyond rest, holding torque."""
+    turns = np.array([rotor_turn(network, number) for number in driven_of(network.drive)])
+    rubbed = _friction(network, rate) if given else np.zeros_like(rate)
+    inertia = acceleration @ network.static_mass
+    torque = _torque(network, turns, free, inertia - rubbed) if given else told
+    load = torque @ turns + rubbed
+    even = load @ modes.shapes
+    swing = np.column_stack(
+        [
+            _answer(own, mass, loss, time[1])
+            for own, mass, loss in zip(even.T, modes.mass, modes.loss, strict=True)
+        ]
+        or [np.zeros((time.size, 0))]
+    )
+    rope = np.flatnonzero(network.direction == DIRECTIONS.index(ALONG))
+    stretch = network.end[rope] - network.start[rope]
+    rigid = network.impedance[rope] / network.time[rope]
+    tension = np.array([(piece.start_tension, piece.end_tension) for piece in network.pieces])
+    rest = np.broadcast_to(tension, (time.size, *tension.shape))
+    mass = network.impedance[rope] * network.time[rope]
+    near, far = acceleration @ network.start[rope].T, acceleration @ network.end[rope].T
+    own = np.stack((-mass * (2.0 * near + far), mass * (near + 2.0 * far)), axis=-1) / 6.0
+    both = [rest + own + (x @ (stretch @ modes.shapes).T * rigid)[:, :, None] for x in (even, swing)]
+    return rest, both[0], both[1], torque, np.broadcast_to(_holding(network), (time.size, len(turns)))
+
+
+def _answer(push: Array, mass: float, loss: float, step: float) -> Array:
+    """A mode of unit stiffness under a force, from rest: exact for a force on straight lines."""
+    from scipy.signal import cont2discrete, lfilter
+
+    if mass == 0.0:
+        return push
+    (top,), bottom, _ = cont2discrete(([1.0], [mass, loss, 1.0]), step, method="foh")
+    # The filter takes what stands before the first sample for zero: a first force is a short ramp.
+    return np.asarray(lfilter(top, bottom, push))
+
+
+def _friction(network: Network, rate: Array) -> Array:
+    """Forces of bearings, bodies and motors against a motion, shape (t, n); nothing rubs at rest."""
+    dampers, rows = dampers_of(network)
+    total = -(rate @ rows.T * dampers) @ rows
+    for _, row, friction in coulomb_of(network):
+        speed = rate @ row
+        slow = max(_TURNING * float(np.abs(speed).max(initial=0.0)), 1e-300)
+        total = total - np.outer(friction * np.clip(speed / slow, -1.0, 1.0), row)
+    return np.asarray(total)
+
+
+def _torque(network: Network, turns: Array, free: Array, need: Array) -> Array:
+    """Torque of the motors that gives a motion, shape (t, motors)."""
+    reach = turns @ free
+    torque = need @ free @ np.linalg.pinv(reach)
+    missing = np.abs(torque @ reach - need @ free).max(initial=0.0)
+    if missing > _MISSING * np.abs(need @ free).max(initial=0.0):
+        raise InputRefused(
+            f"motion: {len(turns)} motors cannot make a motion of {free.shape[1]} freedoms as planned: plan "
+            "places that the motors reach"
+        )
+    return np.asarray(torque)
+
+
+def _holding(network: Network) -> Array:
+    """Torque of each motor that holds the machine at rest, shape (motors,) [N m]."""
+    drive, statics = network.drive, network.statics
+    found = np.zeros(len(driven_of(drive)))
+    for m, number in enumerate(driven_of(drive)):
+        for index, span in enumerate(drive.free_spans):
+            ropes = drive.route[span.route].ropes
+            for place, sign, tension in (
+                (span.start, -1.0, statics.start[index]),
+                (span.end, 1.0, statics.end[index]),
+            ):
+                if place.pulley == number:
+                    found[m] += sign * place.sense * place.radius * ropes * tension
+    return found
+
+
+def _at(time: Array, own: Array, values: Array) -> Array:
+    return np.column_stack([np.interp(time, own, column) for column in values.T])
