@@ -68,7 +68,8 @@ def assumptions_of(found: MotionTensions, pulleys: tuple[PulleyMargin, ...]) -> 
     )
     lines = [
         "forces of inertia distributed over elastic ropes; vibration by the modes of masses and springs "
-        f"{poses}, {found.lowest_mode:.4g} to {found.highest_mode:.4g} Hz, sampled every {1e3 * found.time[1]:.3g} ms",
+        f"{poses}, {found.lowest_mode:.4g} to {found.highest_mode:.4g} Hz, sampled every "
+        f"{1e3 * found.time[1]:.3g} ms",
         how,
         "not included: slip itself, vibration across the ropes, reflections of waves inside a span",
     ]

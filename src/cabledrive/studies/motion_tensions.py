@@ -1,14 +1,15 @@
 r"""Tensions of all ropes along a planned motion, and the torque that the motors need for it.
 
-About the state of rest in each pose, with masses, springs and ropes of the network as matrices M, K and the motions
-:math:`\Phi` that strain nothing,
+About the state of rest in each pose, with masses, springs and ropes of the network as matrices M, K and
+the motions :math:`\Phi` that strain nothing,
 
 .. math:: \Phi^T B\,\tau = \Phi^T (M\ddot q - F), \qquad
           K u = B\,\tau + F - M\ddot q, \qquad \Phi^T M u = 0
 
-give the torque :math:`\tau` and the stretching u that distributes forces of inertia and friction F over elastic
-ropes. With the vibration, each elastic mode of the pose answers the same forces from rest, exactly for forces
-that change evenly between samples. Ropes stretch evenly in their spans; their mass is shared out to the ends.
+give the torque :math:`\tau` and the stretching u that distributes forces of inertia and friction F over
+elastic ropes. With the vibration, each elastic mode of the pose answers the same forces from rest, exactly
+for forces that change evenly between samples. Ropes stretch evenly in their spans; their mass is shared out
+to the ends.
 """
 
 from dataclasses import dataclass

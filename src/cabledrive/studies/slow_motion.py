@@ -201,8 +201,9 @@ def _at(drive: RoutedDrive, key: str) -> float:
 
 
 def _slope(time: Array, values: Array) -> Array:
-    order = 2 if time.size > 2 else 1
-    return np.asarray(np.gradient(values, time, axis=0, edge_order=order))
+    if time.size > 2:
+        return np.asarray(np.gradient(values, time, axis=0, edge_order=2))
+    return np.asarray(np.gradient(values, time, axis=0))
 
 
 def _summed(time: Array, values: Array) -> Array:

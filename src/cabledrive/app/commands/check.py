@@ -34,7 +34,8 @@ METHOD = "closed formulas of the datasheet; lowest frequencies by the exact dyna
     metavar="FILE",
     help="Check a planned motion as well: tensions with forces of inertia and vibration against slack and "
     "strength, slip on every pulley, torque of the motors. A CSV file with time [s], torque [N m] and, of "
-    "loops and lines, load torque [N m]; of a machine with routes also torque NAME, of another motor's pulley, and "
+    "loops and lines, load torque [N m]; of a machine with routes also torque NAME, of another "
+    "motor's pulley, and "
     "places of bodies such as head.x [m], which make the torque unnecessary.",
 )
 def command(drive: Drive | RoutedDrive, plot: NewFile | None, motion_file: str | None) -> Answer:
