@@ -8,7 +8,7 @@ from math import tanh
 
 from cabledrive.control.load_row_numbers import LoadRowNumbers, LoadRowState
 from cabledrive.control.reference_numbers import Array, MotionNumbers
-from cabledrive.control.reference_part_kernels import add_motion, filter_stages, rise_derivative
+from cabledrive.control.reference_part_kernels import filter_stages, mapped, rise_derivative, set_motion
 from cabledrive.mechanics.compiled import njit_in_place
 
 
@@ -18,9 +18,7 @@ def sign_ahead(load: LoadRowNumbers, motion: MotionNumbers, g: LoadRowState, tim
     peak = abs(motion.scalars[0]) * rise_derivative(motion.coefficients, 0.5, 1) / motion.scalars[1]
     if not peak > 0.0:
         return 0.0
-    for k in range(g.wanted.size):
-        g.wanted[k] = 0.0
-    add_motion(motion.coefficients, motion.scalars, time, 1.0, g.wanted)
+    set_motion(motion.coefficients, motion.scalars, time, g.wanted)
     return tanh(load.scalars[1] * g.wanted[1] / peak)
 
 
@@ -37,9 +35,7 @@ def unit_torques(
         for i in range(load.sign.shape[1]):
             value += load.sign[k, i] * g.window[i]
         torque[0, k] = value
-    for k in range(g.wanted.size):
-        g.wanted[k] = 0.0
-    add_motion(motion.coefficients, motion.scalars, time, 1.0, g.wanted)
+    set_motion(motion.coefficients, motion.scalars, time, g.wanted)
     for k in range(torque.shape[1]):
         torque[1, k] = g.wanted[k + 1]
         torque[2, k] = g.wanted[k + 2]
@@ -89,11 +85,7 @@ def load_columns(
             g.stages[0, k] = g.now[p, k]
         filter_stages(load.lags, load.sources, begun, g.memory[p], g.stages)
         for c in range(n2 + 1):
-            value = 0.0
-            for i in range(g.stages.shape[0]):
-                for k in range(width):
-                    value += load.output[c, i * width + k] * g.stages[i, k]
-            row[at + c] = value
+            row[at + c] = mapped(0.0, load.output[c], g.stages)
         # The filter's error, as `cabledrive.control.innovations_of_load.filter_error` has it.
         for j in range(readings):
             seen = 0.0

@@ -12,7 +12,7 @@ from cabledrive.control.reference_numbers import (
     ReferenceState,
     new_reference_state,
 )
-from cabledrive.control.reference_part_kernels import add_motion, filter_stages
+from cabledrive.control.reference_part_kernels import add_motion, filter_stages, mapped
 from cabledrive.mechanics.compiled import njit_in_place, njit_part
 
 
@@ -29,13 +29,8 @@ def reference_row(
             motion.coefficients, motion.scalars, time - numbers.taps[i, 0], numbers.taps[i, 1], stages[0]
         )
     filter_stages(numbers.lags, numbers.sources, g.begun[0] != 0, g.memory, stages)
-    width = stages.shape[1]
     for c in range(numbers.output.shape[0]):
-        value = numbers.constant[c]
-        for i in range(stages.shape[0]):
-            for k in range(width):
-                value += numbers.output[c, i * width + k] * stages[i, k]
-        row[c] = value
+        row[c] = mapped(numbers.constant[c], numbers.output[c], stages)
     for i in range(numbers.friction.shape[0]):
         speed = row[numbers.places[i, 1]]
         row[numbers.places[i, 0]] += numbers.friction[i, 0] * tanh(numbers.friction[i, 1] * speed)

@@ -47,6 +47,24 @@ def add_motion(coefficients: Array, scalars: Array, time: float, weight: float, 
 
 
 @njit_in_place
+def set_motion(coefficients: Array, scalars: Array, time: float, wanted: Array) -> None:
+    """Write the wanted load angle and its derivatives at an instant into ``wanted``."""
+    for k in range(wanted.size):
+        wanted[k] = 0.0
+    add_motion(coefficients, scalars, time, 1.0, wanted)
+
+
+@njit_in_place
+def mapped(start: float, weights: Array, stages: Array) -> float:
+    """A number and the stages times their weights, which stand one stage behind the other."""
+    value, width = start, stages.shape[1]
+    for i in range(stages.shape[0]):
+        for k in range(width):
+            value += weights[i * width + k] * stages[i, k]
+    return value
+
+
+@njit_in_place
 def filter_stages(lags: Array, sources: Integers, begun: bool, memory: Array, stages: Array) -> None:
     """Each filter one sample on, from rest on its first value: its output is a stage of its own."""
     for i in range(lags.shape[0]):
