@@ -116,6 +116,11 @@ def _text(drive: RoutedDrive, said: dict[str, Any]) -> str:
         f"  peak error      {said['peak_error_mm']:9.3f} mm",
         f"  rms error       {said['rms_error_mm']:9.3f} mm",
     ]
+    for name, bound in said["position_bound_mm"].items():
+        lines.append(f"  bound {name:<9} {bound:9.3f} mm")
+    lines.append(f"   used           {said['position_bound_used']:9.2f}")
+    if said["position_broken_assumptions"]:
+        lines.append("   its assumptions do not hold: " + "; ".join(said["position_broken_assumptions"]))
     for line in said["lines"]:
         least = "-" if line["least_tension"] is None else f"{line['least_tension']:.1f}"
         lines.append(
@@ -140,6 +145,7 @@ def _text(drive: RoutedDrive, said: dict[str, Any]) -> str:
             f"least {over['least_tension']:.1f} N",
             f"    peak error {over['median_peak_error_mm']:.2f} mm median, "
             f"{over['worst_peak_error_mm']:.2f} mm worst",
+            f"    bound of the position left by {over['position_bound_left']}",
             f"    drawn: {over['drawn']}",
         ]
     return "\n".join(lines)

@@ -118,7 +118,7 @@ def track_two_motors(
     force, rng = forces_of(setup, disturbances), np.random.default_rng(seed)
     done = run_plant(setup, actual, force, rng)
     drawn = run_samples(setup, draws, rng) if draws else None
-    return summarize(setup, done, force, seed=seed, drawn=drawn)
+    return summarize(setup, actual, done, force, seed=seed, drawn=drawn)
 
 
 def run_plant(setup: Setup, actual: TwoMotors, force: Array, rng: np.random.Generator) -> PlantRun:

@@ -8,6 +8,7 @@ import numpy as np
 from cabledrive.mechanics.network.motion import Array
 from cabledrive.parameters import InputRefused
 from cabledrive.reduction.two_motors_kernels import TwoMotors
+from cabledrive.rig.two_motors.place_check import bound_of_place, part_used
 from cabledrive.rig.two_motors.run import Setup, run_plant
 
 MASS, RIGIDITY, FRICTION = 0.1, 0.1, 0.5
@@ -23,7 +24,8 @@ def run_samples(setup: Setup, draws: int, rng: np.random.Generator) -> dict[str,
     """
     if not 0 < draws <= MOST_DRAWS:
         raise InputRefused(f"draws = {draws} must lie between 1 and {MOST_DRAWS}: ask for fewer")
-    least, errors = [], []
+    least, errors, used = [], [], []
+    bound = bound_of_place(setup)
     for _ in range(draws):
         actual = drawn_plant(setup, rng)
         done = run_plant(setup, actual, drawn_gusts(setup, rng), rng)
@@ -32,6 +34,7 @@ def run_samples(setup: Setup, draws: int, rng: np.random.Generator) -> dict[str,
         least.append(float(done.least.min()) if complete else 0.0)
         off = done.record[:, :m] - setup.plan.table[: len(done.record), :m]
         errors.append(float(np.sqrt((off**2).sum(axis=1)).max()) if complete else np.inf)
+        used.append(part_used(bound, off) if complete else np.inf)
     kept = sum(value >= setup.design.floor for value in least)
     low, high = wilson(kept, draws)
     return {
@@ -43,6 +46,7 @@ def run_samples(setup: Setup, draws: int, rng: np.random.Generator) -> dict[str,
         "least_tension": min(least),
         "median_peak_error_mm": 1e3 * float(np.median(errors)),
         "worst_peak_error_mm": 1e3 * max(errors),
+        "position_bound_left": sum(part > 1.0 for part in used),
         "drawn": f"mass and stiffness within {MASS:.0%}, friction within {FRICTION:.0%}, {GUSTS} gusts of up "
         f"to {setup.design.gust:.4g} N in any direction",
     }

@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 from cabledrive.mechanics.network.motion import Array
 from cabledrive.reduction.two_motors import ASSUMED
+from cabledrive.reduction.two_motors_kernels import TwoMotors
+from cabledrive.rig.two_motors.place_check import place_words
 from cabledrive.rig.two_motors.result import TwoMotorTracking
 from cabledrive.rig.two_motors.run import PlantRun, Setup
 from cabledrive.rig.two_motors.stability import least_damping
@@ -23,9 +25,9 @@ _TOLD = 1e-3
 
 
 def summarize(
-    setup: Setup, done: PlantRun, force: Array, *, seed: int, drawn: dict[str, Any] | None
+    setup: Setup, actual: TwoMotors, done: PlantRun, force: Array, *, seed: int, drawn: dict[str, Any] | None
 ) -> TwoMotorTracking:
-    """Put a run into words and arrays; ``force``, shape (samples, m): on the body [N]."""
+    """Put a run of ``actual`` into words and arrays; ``force``, shape (samples, m): on the body [N]."""
     gains, design, machine = setup.design.gains, setup.design, setup.machine
     m, record, samples = len(machine.names), done.record, len(setup.plan.table)
     wanted = setup.plan.table[: len(record), :m]
@@ -104,10 +106,12 @@ def summarize(
     broken = _broken(setup, force, saturated)
     if damping <= 0.0:
         broken.append("the linearised loop is unstable on the way: lower the bandwidth")
-    summary |= {"theory_bound_deg": None, "theory_bound_deg_reason": "the promise is one of tension"}
+    summary |= {"theory_bound_deg": None, "theory_bound_deg_reason": "the body slides: see position_bound_mm"}
     summary |= {"within_bound": kept if not broken else None, "broken_assumptions": broken}
     if broken:
         summary["within_bound_reason"] = "; ".join(broken)
+    share = float(reshaped.mean()) if len(reshaped) else 0.0
+    summary |= place_words(setup, actual, error, broken, share)
     summary["assumptions"] = list(ASSUMED)
     summary["reasons"] = _reasons(setup, reshaped, broken)
     if drawn is not None:
