@@ -243,3 +243,49 @@ def test_laws_that_lay_every_torque_to_the_motor_gain_nothing(measured):
     measured(", ".join(f"{name} {value:.3f} deg" for name, value in worst.items()))
     assert worst["mrac"] > 0.9 * worst["lqg"]
     assert worst["l1"] > 0.9 * worst["lqg"]
+
+
+def told_the_load(name, grid, draws=60):
+    """Errors at 99 % [deg] of a law that is made anew for the load when that changes, or for the nearest of a grid.
+
+    The bandwidth and the kind of filter stay; the filter's states go on.
+    """
+    ranges, peaks, made = replace(TRIPLED, load_factor=(0.5, 3.0)), [], {}
+    law, _ = over_plants(name, 0, 11, ranges, "by uncertainty")
+
+    def designed(factor):
+        inertia = float(DRIVE.load_pulley.inertia) * factor
+        heavy = load_drive("dissertation-3", overrides=[f"pulley.1.inertia={inertia!r}"])
+        spec = spec_for(heavy, TWO, options=COMPARED, bandwidth=HERTZ)
+        return nominal_loop(
+            CONTROLLERS[name](spec), spec, COMPARED, dict(filters(name, spec))["by uncertainty"]
+        )
+
+    for draw in range(draws):
+        plant = disturbed_loop(law.loop, ranges, COMPARED, np.random.default_rng([11, draw]))
+        factor = plant.disturbed.load_factor
+        told = factor if grid is None else round(factor / grid) * grid
+        if told not in made:
+            made[told] = designed(told)
+        first = round(plant.disturbed.load_time / plant.rig.interval)
+        state = loop_at_rest(plant)
+        run(plant, log=False, state=state, last=first)
+        anew = replace(plant, controller=made[told].controller, observer=made[told].observer)
+        peaks.append(np.degrees(run(anew, log=False, state=state, first=first).state.summary[0]))
+    return float(np.quantile(peaks, 0.99))
+
+
+@pytest.mark.verify
+def test_gains_scheduled_by_an_announced_load_halve_the_error_of_learning_and_coarse_ones_do_not(measured):
+    found = {(name, grid): told_the_load(name, grid) for name in ("lqi", "lqg") for grid in (None, 0.5)}
+    ranges = replace(TRIPLED, load_factor=(0.5, 3.0))
+    learning = over_plants(CHANGING, 60, 11, ranges, "by uncertainty")[1]
+    measured(
+        ", ".join(
+            f"{name} {'exact' if grid is None else 'nearest half'} {value:.3f}"
+            for (name, grid), value in found.items()
+        )
+        + f"; {CHANGING} {at_99(learning):.3f}, from the next pulse on {at_99(learning, 'later'):.3f} deg"
+    )
+    assert found["lqi", None] < 0.5 * at_99(learning)
+    assert found["lqg", 0.5] > 0.8 * at_99(learning)

@@ -15,13 +15,15 @@ and the error e of the place obeys, with the lags :math:`F = \omega_f^2/(s+\omeg
 integral of the answer's magnitude, white noise through that of its square.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import polynomial as poly
+from numpy.typing import NDArray
 
 from cabledrive.control.numbers import Array
 
+Coefficients = NDArray[np.floating[Any]]
 DEVIATIONS = 5.0
 """Within which noise is taken to lie."""
 _STEPS, _DECAYS = 4000, 16.0
@@ -58,10 +60,10 @@ def place_answers(position: float, lag: float, observer: float) -> PlaceAnswers:
     slowest = float(np.abs(poly.polyroots(whole).real).min())
     time = np.linspace(0.0, _DECAYS / slowest, _STEPS)
 
-    def magnitude(above: Array, below: Array) -> float:
+    def magnitude(above: Coefficients, below: Coefficients) -> float:
         return float(np.trapezoid(np.abs(_impulse(above, below, time)), time))
 
-    def energy(above: Array, below: Array) -> float:
+    def energy(above: Coefficients, below: Coefficients) -> float:
         return float(np.sqrt(np.trapezoid(_impulse(above, below, time) ** 2, time)))
 
     return PlaceAnswers(
@@ -73,7 +75,7 @@ def place_answers(position: float, lag: float, observer: float) -> PlaceAnswers:
     )
 
 
-def _impulse(above: Array, below: Array, time: Array) -> Array:
+def _impulse(above: Coefficients, below: Coefficients, time: Array) -> Array:
     """Answer to an impulse of a transfer function, coefficients of rising powers, at equal instants."""
     from scipy.linalg import expm
 
