@@ -246,12 +246,12 @@ def test_laws_that_lay_every_torque_to_the_motor_gain_nothing(measured):
 
 
 def told_the_load(name, grid, draws=60):
-    """Errors at 99 % [deg] of a law that is made anew for the load when that changes, or for the nearest of a grid.
+    """Error at 99 % [deg] of a law made anew for the load when that changes, or for the nearest of a grid.
 
     The bandwidth and the kind of filter stay; the filter's states go on.
     """
     ranges, peaks, made = replace(TRIPLED, load_factor=(0.5, 3.0)), [], {}
-    law, _ = over_plants(name, 0, 11, ranges, "by uncertainty")
+    law, _ = over_plants(name, 1, 11, ranges, "by uncertainty")
 
     def designed(factor):
         inertia = float(DRIVE.load_pulley.inertia) * factor
