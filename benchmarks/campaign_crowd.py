@@ -48,12 +48,12 @@ def schedule(address) -> None:
     asyncio.run(serve())
 
 
-def host(address: str, count: int) -> None:
+def host(address: str, count: int, threads: int) -> None:
     import dask
     from distributed import Worker
 
     async def serve():
-        made = [Worker(address, nthreads=1, dashboard=False, host="127.0.0.1") for _ in range(count)]
+        made = [Worker(address, nthreads=threads, dashboard=False, host="127.0.0.1") for _ in range(count)]
         workers = await asyncio.gather(*made)
         await asyncio.gather(*(worker.finished() for worker in workers))
 
@@ -67,8 +67,8 @@ def used(process) -> float:
     return times.user + times.system
 
 
-def crowd(count: int, seconds: float, each: int) -> str:
-    """Efficiency and processor times of one crowd."""
+def crowd(count: int, seconds: float, each: int, threads: int) -> str:
+    """Efficiency and processor times of one crowd; ``count``: threads of all its workers."""
     from distributed import Client, as_completed
 
     context = multiprocessing.get_context("spawn")
@@ -76,14 +76,17 @@ def crowd(count: int, seconds: float, each: int) -> str:
     scheduler = context.Process(target=schedule, args=(writer,), daemon=True)
     scheduler.start()
     address = reader.recv()
-    shares = [count // HOSTS + (i < count % HOSTS) for i in range(HOSTS)]
-    hosts = [context.Process(target=host, args=(address, share), daemon=True) for share in shares if share]
+    workers = -(-count // threads)
+    shares = [workers // HOSTS + (i < workers % HOSTS) for i in range(HOSTS)]
+    hosts = [
+        context.Process(target=host, args=(address, share, threads), daemon=True) for share in shares if share
+    ]
     for one in hosts:
         one.start()
     try:
         with Client(address) as client:
-            client.wait_for_workers(count, timeout=200)
-            tasks = count * each
+            client.wait_for_workers(workers, timeout=200)
+            tasks = workers * threads * each
             before = [used(scheduler), sum(map(used, hosts)), time.process_time()]
             began = time.perf_counter()
             futures = client.map(pause, range(tasks), seconds=seconds, pure=False)
@@ -96,7 +99,7 @@ def crowd(count: int, seconds: float, each: int) -> str:
             one.kill()
     spent = [1e3 * (b - a) / tasks for a, b in zip(before, after, strict=True)]
     return (
-        f"| {count} | {seconds:g} s | {tasks} | {took:.1f} s | {each * seconds / took:.2f} "
+        f"| {workers} x {threads} | {seconds:g} s | {tasks} | {took:.1f} s | {each * seconds / took:.2f} "
         f"| {spent[0]:.2f} ms | {spent[2]:.2f} ms | {spent[1]:.2f} ms |"
     )
 
@@ -106,6 +109,7 @@ def main() -> None:
     parser.add_argument("--workers", type=int, nargs="+", default=[10, 100, 300, 1000])
     parser.add_argument("--seconds", type=float, nargs="+", default=[5.0], help="of a chunk")
     parser.add_argument("--each", type=int, default=3, help="chunks for each worker")
+    parser.add_argument("--threads", type=int, default=1, help="of each worker; --workers counts them all")
     options = parser.parse_args()
     print(
         "| workers | chunk | chunks | time | efficiency | scheduler a chunk | client a chunk | workers a chunk |"
@@ -113,7 +117,7 @@ def main() -> None:
     print("|---|---|---|---|---|---|---|---|")
     for count in options.workers:
         for seconds in options.seconds:
-            print(crowd(count, seconds, options.each), flush=True)
+            print(crowd(count, seconds, options.each, options.threads), flush=True)
 
 
 if __name__ == "__main__":

@@ -38,13 +38,14 @@ count = 8
 
 
 def workers_of(driver):
-    """Processes that a process started, and those that they started, without the tracker of resources."""
+    """Processes that a process started or had forked; not what tracks resources or forks them."""
     import psutil
 
     found = []
     for one in psutil.Process(driver).children(recursive=True):
         with suppress(psutil.Error):  # it has ended
-            found += [one] * ("spawn_main" in " ".join(one.cmdline()))
+            line, forked = " ".join(one.cmdline()), one.ppid() != driver
+            found += [one] * ("spawn_main" in line or (forked and "forkserver" in line))
     return found
 
 

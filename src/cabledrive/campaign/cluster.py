@@ -7,7 +7,8 @@ from contextlib import contextmanager, suppress
 from typing import Any
 
 from cabledrive.campaign.lone import do_alone
-from cabledrive.campaign.rows import compute_rows
+from cabledrive.campaign.processes import METHOD, ONE_THREAD, QUIET
+from cabledrive.campaign.rows import ManyRows, compute_rows
 from cabledrive.campaign.store import EXTRA
 from cabledrive.campaign.work import Plan, Report, do_chunk
 from cabledrive.parameters import InputRefused, NotComputed
@@ -19,9 +20,11 @@ STARTS = 3
 """Times that local workers are begun."""
 PATIENCE = 20.0
 """Until a scheduler has to answer [s]."""
-ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
-QUIET = {"DASK_LOGGING__DISTRIBUTED": "critical"}
-"""Of a worker process: an interrupt ends its work, and the driver says so in one line."""
+SCHEDULING = {
+    "distributed.scheduler.allowed-failures": ALLOWED_FAILURES,
+    "distributed.scheduler.worker-saturation": 1.0,
+}
+"""Of the scheduler: a worker holds one chunk, so that the last ones are not queued behind each other."""
 
 
 def dask_at_hand() -> bool:
@@ -39,10 +42,10 @@ def local_workers(count: int) -> Iterator[Any]:
     import dask
     from distributed import Client
 
-    settings = {
-        "distributed.scheduler.allowed-failures": ALLOWED_FAILURES,
+    settings = SCHEDULING | {
         "distributed.nanny.pre-spawn-environ": ONE_THREAD | QUIET,
         "distributed.worker.daemon": True,
+        "distributed.worker.multiprocessing-method": METHOD,
     }
     with _quiet_logs(), dask.config.set(settings), _started(count) as cluster, Client(cluster) as client:
         yield client
@@ -156,6 +159,21 @@ def warm(client: Any, plan: Plan) -> None:
 
 def _first_row(plan: Plan) -> None:
     compute_rows(plan.spec, 0, 1)
+
+
+def load(client: Any, plan: Plan) -> None:
+    """Load the package on every worker, and the kernels of rows that are computed at once.
+
+    The first chunk of each worker would wait for it otherwise. Kernels of single rows are loaded with the
+    first row, since it may take as long as a chunk.
+    """
+    client.run(_load, plan, on_error="ignore")  # the first chunk finds out what is wrong
+
+
+def _load(plan: Plan) -> None:
+    spec = plan.spec
+    if isinstance(spec.computation, ManyRows):
+        spec.computation.many(spec, spec.values(0, 1))
 
 
 def on_workers(client: Any, plan: Plan, todo: Sequence[int]) -> Iterator[Report]:

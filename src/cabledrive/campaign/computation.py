@@ -143,6 +143,8 @@ class Kind:
         Unit of each option, "count", "text", "flag", or "list of UNIT".
     required : tuple of str
         Options without a default.
+    modules : tuple of str
+        What a row imports when it is computed, beside the modules that are loaded with the SPEC.
     long : bool
         Whether a row alone takes longer than a chunk should, so that no row is tried to find that out.
     """
@@ -151,6 +153,7 @@ class Kind:
     default: tuple[str, ...]
     one: Function
     options: dict[str, str]
+    modules: tuple[str, ...]
     required: tuple[str, ...] = ()
     long: bool = False
 
@@ -182,6 +185,11 @@ class NamedComputation:
     options: Mapping[str, Any]
     outputs: tuple[Output, ...]
     identity: str
+
+    @property
+    def modules(self) -> tuple[str, ...]:
+        """What its rows import."""
+        return kinds()[self.what].modules
 
     def one(self, row: Row) -> Mapping[str, Any] | Found:
         """Compute one row."""

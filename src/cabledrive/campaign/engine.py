@@ -7,6 +7,7 @@ from pathlib import Path
 
 from cabledrive.campaign import cluster, store
 from cabledrive.campaign.lone import Trial, trial_begun
+from cabledrive.campaign.processes import process_context
 from cabledrive.campaign.serial import chunk_by_trial, in_this_process
 from cabledrive.campaign.spec import CampaignSpec
 from cabledrive.campaign.work import Plan, Report
@@ -41,11 +42,11 @@ class Engine:
 
 @contextmanager
 def chosen_engine(
-    workers: int, scheduler: str | None, part: tuple[int, int] | None, new: CampaignSpec | None
+    workers: int, scheduler: str | None, part: tuple[int, int] | None, spec: CampaignSpec, new: bool
 ) -> Iterator[Engine]:
     """The engine that was asked for; without dask this process, which is noted.
 
-    ``new``: SPEC of a campaign without a store, whose first rows are tried while workers come up.
+    ``new``: whether the campaign has no store yet; its first rows are then tried while workers come up.
 
     Raises `InputRefused` if a scheduler does not answer, or is asked for together with a part.
     """
@@ -58,8 +59,9 @@ def chosen_engine(
         yield _serial(words, 1, f"dask is not installed, so rows ran in one process: {store.EXTRA}")
     else:
         early: AbstractContextManager[Trial | None] = nullcontext()
-        if new is not None and scheduler is None:
-            early = trial_begun(new, workers)
+        if scheduler is None:
+            process_context(spec)  # loads while the scheduler comes up
+            early = trial_begun(spec, workers) if new else early
         up = cluster.local_workers(workers) if scheduler is None else cluster.distant_workers(scheduler)
         with early as begun, up as client:
             count = workers if scheduler is None else cluster.worker_count(client)
@@ -73,6 +75,7 @@ def chosen_engine(
             def warm(plan: Plan) -> None:
                 if scheduler is not None or not tried:
                     cluster.warm(client, plan)
+                cluster.load(client, plan)
 
             yield Engine(
                 name=f"{workers} local workers" if scheduler is None else scheduler,

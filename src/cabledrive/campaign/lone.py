@@ -1,12 +1,12 @@
 """Rows in a process of their own, which they may end: a trial of the first ones, a chunk that ended one."""
 
-import multiprocessing
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from multiprocessing.sharedctypes import Synchronized
 from typing import Any
 
+from cabledrive.campaign.processes import process_context
 from cabledrive.campaign.spec import CampaignSpec
 from cabledrive.campaign.work import Plan, Report, chosen_chunk, do_chunk, untried_chunk
 from cabledrive.parameters import NotComputed
@@ -21,7 +21,7 @@ class Trial:
 
     def __init__(self, spec: CampaignSpec, workers: int) -> None:
         """``workers``: that share the rows."""
-        context = multiprocessing.get_context("spawn")
+        context = process_context(spec)
         self._spec, self._workers = spec, workers
         self._reader, writer = context.Pipe(duplex=False)
         self._child = context.Process(target=_try_rows, args=(spec, workers, writer), daemon=True)
@@ -85,7 +85,7 @@ def do_alone(number: int, plan: Plan) -> Report:
 
 def _try(number: int, plan: Plan, poisoned: dict[int, str], at_once: bool) -> tuple[Report | None, int, str]:
     """The report, or the row at which the process ended, and how."""
-    context = multiprocessing.get_context("spawn")
+    context = process_context(plan.spec)
     row = context.Value("q", STARTING)
     reader, writer = context.Pipe(duplex=False)
     child = context.Process(

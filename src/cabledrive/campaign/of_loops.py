@@ -123,6 +123,7 @@ KINDS = {
         outputs=_track_outputs,
         default=("peak_error_deg", "rms_error_deg", "peak_torque", "saturated_fraction"),
         one=_track,
+        modules=("cabledrive.campaign.many_tracks", "cabledrive.rig.shared_law"),
         options={
             "controller": TEXT,
             "bandwidth": "Hz",
@@ -144,6 +145,7 @@ KINDS = {
         outputs=_study_outputs,
         default=("verdict", "headline", "chosen_controller", "reached_error_deg", "confidence"),
         one=_study,
+        modules=("cabledrive.studies.study.results_file",),
         options={"quick": FLAG},
         long=True,
     ),

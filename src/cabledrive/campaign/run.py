@@ -137,8 +137,8 @@ def run_sweep(
             plan = Plan(spec=spec, store=path.resolve(), chunk=store.check_store(path, spec))
             if not _todo(plan, part):
                 return _result(plan, 0.0, time.monotonic() - began, "nothing: it was done before")
-        new = None if (path / "zarr.json").is_file() else spec
-        with chosen_engine(workers, scheduler, part, new) as engine:
+        new = not (path / "zarr.json").is_file()
+        with chosen_engine(workers, scheduler, part, spec, new) as engine:
             plan = _begun(spec, path, engine)
             engine.warm(plan)
             first, last = _run(plan, _todo(plan, part), engine, progress)

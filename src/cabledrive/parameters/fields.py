@@ -158,20 +158,31 @@ def rounded(value: float, digits: int) -> str:
 
 def _checked(field: dataclasses.Field[Any], value: Any) -> float | int:
     unit, bound = field.metadata["unit"], field.metadata["bound"]
-    number = _number(key_of(field), value, unit)
-    shown = f"{key_of(field)} = {number:.9g}" + ("" if unit in ("1", "count") else f" {unit}")
+    number = value if type(value) is float else _number(key_of(field), value, unit)
+    least = SMALLEST if bound == "positive" else -LARGEST
     holds, words = _BOUNDS[bound]
-    if not math.isfinite(number):
-        raise InputRefused(f"{shown} must be finite: give a number")
-    if not holds(number):
-        raise InputRefused(f"{shown} {words}: {field.metadata['meaning']}")
-    if abs(number) > LARGEST or (bound == "positive" and number < SMALLEST):
-        raise InputRefused(f"{shown} is no size of a machine ({SMALLEST:g} to {LARGEST:g}): check its unit")
+    if not (least <= number <= LARGEST and holds(number)):
+        raise _refusal(field, number, words, holds(number))
     if unit == "count":
         if number != int(number):
-            raise InputRefused(f"{shown} must be a whole number of counts per revolution")
+            raise InputRefused(f"{_shown(field, number)} must be a whole number of counts per revolution")
         return int(number)
     return number + 0.0  # not -0.0: equal drives have equal hashes
+
+
+def _refusal(field: dataclasses.Field[Any], number: float, words: str, holds: bool) -> InputRefused:
+    """Why a number is not that of a field; its text is made for those that are refused alone."""
+    shown = _shown(field, number)
+    if not math.isfinite(number):
+        return InputRefused(f"{shown} must be finite: give a number")
+    if not holds:
+        return InputRefused(f"{shown} {words}: {field.metadata['meaning']}")
+    return InputRefused(f"{shown} is no size of a machine ({SMALLEST:g} to {LARGEST:g}): check its unit")
+
+
+def _shown(field: dataclasses.Field[Any], number: float) -> str:
+    unit = field.metadata["unit"]
+    return f"{key_of(field)} = {number:.9g}" + ("" if unit in ("1", "count") else f" {unit}")
 
 
 def _checked_pair(field: dataclasses.Field[Any], value: Any) -> tuple[float, float]:
