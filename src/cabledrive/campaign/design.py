@@ -3,13 +3,15 @@
 from dataclasses import dataclass, field
 from functools import cache
 from math import prod
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 KINDS = ("grid", "sobol", "halton", "lhs", "random", "list", "saltelli", "morris")
+SAMPLING = ("scipy.stats.qmc",)
+"""Modules that its points are computed with."""
 LARGEST_SOBOL = 2**30
 MORRIS_LEVELS, MORRIS_STEP = 4, 0.5
 
@@ -110,6 +112,7 @@ class Random:
 class Sequence:
     """A scrambled Sobol or Halton sequence."""
 
+    modules: ClassVar[tuple[str, ...]] = SAMPLING
     rows: int
     axes: int
     seed: int
@@ -144,6 +147,7 @@ def _drawn(sequence: Any, count: int) -> Array:
 class LatinHypercube:
     """One point in each of as many slices of every axis as there are rows."""
 
+    modules: ClassVar[tuple[str, ...]] = SAMPLING
     rows: int
     axes: int
     seed: int
@@ -166,6 +170,7 @@ def _hypercube(rows: int, axes: int, seed: int) -> Array:
 class Saltelli:
     """Groups of k + 2 rows: a point of sample A, one of B, then A with each column in turn from B."""
 
+    modules: ClassVar[tuple[str, ...]] = SAMPLING
     base: int
     axes: int
     seed: int

@@ -226,14 +226,14 @@ KINDS = {
         outputs=_modes_outputs,
         default=("longitudinal_hz", "longitudinal_proven"),
         one=_modes,
-        modules=("cabledrive.campaign.many_modes", "cabledrive.modal.natural"),
+        modules=("cabledrive.campaign.many_modes", "cabledrive.modal.batch_kernels"),
         options={"count": "count", "motor": TEXT},
     ),
     "resonance": Kind(
         outputs=_resonance_outputs,
         default=tuple(name for name in (*RESONANCE, "verdict") if name != IN_DETAIL),
         one=_resonance,
-        modules=("cabledrive.campaign.many_resonances", "cabledrive.studies.resonance"),
+        modules=("cabledrive.campaign.many_resonances", "cabledrive.studies.resonance_batch"),
         options={"torque": "N m", "load_torque": "N m"},
     ),
     "map": Kind(
@@ -248,7 +248,7 @@ KINDS = {
         outputs=_simulate_outputs,
         default=tuple(SIMULATION),
         one=_simulate,
-        modules=("cabledrive.simulation",),
+        modules=("cabledrive.simulation.kernels.verlet",),
         options={
             "duration": "s",
             "torque_amplitude": "N m",

@@ -17,7 +17,12 @@ METHOD = "forkserver" if sys.platform == "linux" else "spawn"
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
 QUIET = {"DASK_LOGGING__DISTRIBUTED": "critical"}
 """Of a worker process: an interrupt ends its work, and the driver says so in one line."""
-OF_ALL = ("distributed.nanny", "cabledrive.campaign.work", "zarr.codecs")
+OF_ALL = (
+    "distributed.nanny",
+    "cabledrive.campaign.work",
+    "cabledrive.campaign.loaded_kernels",
+    "zarr.codecs",
+)
 """Modules of every worker; one that is not installed is passed over."""
 
 
@@ -31,7 +36,8 @@ def process_context(spec: CampaignSpec) -> Any:
     if METHOD == "forkserver":
         from multiprocessing.forkserver import ensure_running
 
-        context.set_forkserver_preload([*OF_ALL, *getattr(spec.computation, "modules", ())])
+        needed = [name for part in (spec.computation, spec.design) for name in getattr(part, "modules", ())]
+        context.set_forkserver_preload([*OF_ALL, *needed])
         with _environment(ONE_THREAD | QUIET):
             ensure_running()
     return context

@@ -48,9 +48,9 @@ def smooth_sign(x: float) -> float:
 
 
 @njit_inlined
-def single_sign(x: float) -> float:
-    """The same by the library's exponential, which is quicker for a single number."""
-    return 1.0 - 2.0 / (1.0 + exp(2.0 * x))
+def sign_in(lanes: int, x: float) -> float:
+    """The same; of a single lane by the library's exponential, which is quicker there."""
+    return smooth_sign(x) if lanes > 1 else 1.0 - 2.0 / (1.0 + exp(2.0 * x))
 
 
 def batch_kernel(lanes: int) -> Callable[..., None]:
@@ -59,7 +59,6 @@ def batch_kernel(lanes: int) -> Callable[..., None]:
     Returns takes a group (rows * lanes,), the table (samples, 6) of the law's reference and the sample at
     which the first pulse is over; the group is moved on.
     """
-    sign = smooth_sign if lanes > 1 else single_sign
 
     def integrate_batch(z: Array, table: Array, first_end: int) -> None:
         for k in range(table.shape[0]):
@@ -76,7 +75,7 @@ def batch_kernel(lanes: int) -> Callable[..., None]:
                     speed += z[(SPEED + j) * lanes + i] * x
                     twist += z[(STRETCH + j) * lanes + i] * x
                 by_reference, desired = z[BY_REFERENCE * lanes + i], z[DESIRED * lanes + i]
-                own = sign(z[SLOPE * lanes + i] * speed)
+                own = sign_in(lanes, z[SLOPE * lanes + i] * speed)
                 friction = own + by_reference * (friction_d - own)
                 q_a = q + desired * (q_d - q)
                 speed_a = speed + desired * (speed_d - speed)
@@ -107,7 +106,7 @@ def batch_kernel(lanes: int) -> Callable[..., None]:
                 x3, x4, x5 = z[3 * lanes + i], z[4 * lanes + i], z[5 * lanes + i]
                 x6 = keeps * z[6 * lanes + i] + (1.0 - keeps) * command
                 coulomb = z[COULOMB * lanes + i]
-                before = coulomb * sign(roughness * x3)
+                before = coulomb * sign_in(lanes, roughness * x3)
                 push = z[OFFSET * lanes + i] - before
                 for row in range(STATES):
                     at = (TABLES + row * (STATES + INPUTS)) * lanes + i
@@ -115,7 +114,7 @@ def batch_kernel(lanes: int) -> Callable[..., None]:
                     fast = z[at + 3 * lanes] * x3 + z[at + 4 * lanes] * x4 + z[at + 5 * lanes] * x5
                     push_on = z[at + 6 * lanes] * x6 + z[at + 7 * lanes] * command + z[at + 8 * lanes] * push
                     z[row * lanes + i] = near + fast + push_on
-                rise = before - coulomb * sign(roughness * z[3 * lanes + i])
+                rise = before - coulomb * sign_in(lanes, roughness * z[3 * lanes + i])
                 for row in range(STATES):
                     at = (TABLES + row * (STATES + INPUTS) + 9) * lanes + i
                     z[row * lanes + i] += z[at] * rise
