@@ -9,7 +9,7 @@ from typing import Any
 from cabledrive.campaign.lone import do_alone
 from cabledrive.campaign.processes import METHOD, ONE_THREAD, QUIET
 from cabledrive.campaign.rows import ManyRows, compute_rows
-from cabledrive.campaign.store import EXTRA
+from cabledrive.campaign.store import EXTRA, open_arrays
 from cabledrive.campaign.work import Plan, Report, do_chunk
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.version import __version__
@@ -172,6 +172,7 @@ def load(client: Any, plan: Plan) -> None:
 
 def _load(plan: Plan) -> None:
     spec = plan.spec
+    open_arrays(plan.store)
     if isinstance(spec.computation, ManyRows):
         spec.computation.many(spec, spec.values(0, 1))
 

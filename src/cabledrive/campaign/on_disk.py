@@ -2,20 +2,30 @@
 
 import os
 from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from cabledrive.parameters.files import sync_folder
 
+AT_ONCE = 8
+"""Files that wait for the disk at a time."""
+
 
 def sync_chunk(store: Path, names: Iterable[str], number: int) -> None:
-    """Bring a chunk of some arrays to the disk; one that holds nothing but its fill value has no file."""
+    """Bring a chunk of some arrays to the disk; one that holds nothing but its fill value has no file.
+
+    All files at once, since the disk then writes its journal once for many of them.
+    """
+    files: list[Path] = []
+    folders: set[Path] = set()
     for name in names:
         place = store / name / "c" / str(number)
-        for path in place.rglob("*") if place.is_dir() else [place]:
-            if path.is_file():
-                _sync(path)
-                sync_folder(path.parent)
-        sync_folder(store / name / "c")
+        found = [path for path in (place.rglob("*") if place.is_dir() else [place]) if path.is_file()]
+        files += found
+        folders |= {store / name / "c", *(path.parent for path in found)}
+    with ThreadPoolExecutor(AT_ONCE) as pool:
+        list(pool.map(_sync, files))
+        list(pool.map(sync_folder, folders))
 
 
 def sync_tree(folder: Path) -> None:

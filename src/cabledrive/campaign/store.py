@@ -234,7 +234,7 @@ def done_chunks(path: Path) -> set[int]:
 
 def _status_of(path: Path, number: int) -> NDArray[np.int8] | None:
     """Status of a chunk's rows; None where its file cannot be read, or does not hold one for each row."""
-    array = _arrays(path, (path / "zarr.json").stat().st_mtime_ns)[STATUS]
+    array = open_arrays(path)[STATUS]
     try:
         status: NDArray[np.int8] = np.asarray(array.blocks[number])
     except Exception:  # whatever a damaged file does to its decoder
@@ -249,12 +249,17 @@ def _arrays(path: Path, made: int) -> dict[str, Any]:
     return {name: group[name] for name in group.array_keys()}
 
 
+def open_arrays(path: Path) -> dict[str, Any]:
+    """Arrays of a store by name, opened once in a process."""
+    return _arrays(path, (path / "zarr.json").stat().st_mtime_ns)
+
+
 def write_chunk(path: Path, first: int, chunk: Chunk) -> None:
     """Write the rows of a chunk; their status last, when they are on the disk.
 
     Raises `OSError` if the disk refuses; the chunk is then not done.
     """
-    arrays, last = _arrays(path, (path / "zarr.json").stat().st_mtime_ns), first + chunk.code.size
+    arrays, last = open_arrays(path), first + chunk.code.size
     for name, values in chunk.variables.items():
         arrays[name][first:last] = values.astype(np.int8) if values.dtype == bool else values
     for name in ("reason", "seed", "time"):
