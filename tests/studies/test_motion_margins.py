@@ -208,3 +208,10 @@ def test_places_that_the_ropes_do_not_allow_are_refused(machine):
             cd.load_drive("tendon-finger"),
             PlannedMotion(time=time, torque=0.0 * time, places={"proximal.turn": 0.1 * time}),
         )
+
+
+def test_a_way_given_as_a_place_is_refused_with_the_place_of_the_file():
+    time = np.linspace(0.0, 1.0, 101)
+    way = PlannedMotion(time=time, torque=0.0 * time, places={"head.x": 0.1 * time})
+    with pytest.raises(InputRefused, match=r"head\.x = 0 m \(in the file 0\.2\)"):
+        motion_margins(cd.load_drive("printer-idlers"), way)

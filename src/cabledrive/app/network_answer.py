@@ -103,13 +103,17 @@ def plucks_of(given: tuple[str, ...], shape: str) -> tuple[Pluck, ...]:
 
 def _text(drive: RoutedDrive, result: NetworkResult, words: str) -> str:
     found = result.summary()
+    units = {channel.name: channel.unit for channel in result.channels}
     lines = [
         f"{drive.title or drive.name}: {result.steps * result.step:.6g} s",
         f"{result.steps} steps of {result.step:.4g} s, {100 * found['cfl']:.0f} % of the stable one",
         words,
         "",
         f"  {'coordinate':<32} peak to peak",
-        *(f"  {name:<32} {part['peak_to_peak']:.6g}" for name, part in found["coordinates"].items()),
+        *(
+            f"  {name:<32} {part['peak_to_peak']:.6g} {units[name]}"
+            for name, part in found["coordinates"].items()
+        ),
         "",
         f"  {'span':<44} least tension  midpoint, peak of |w|",
         *(

@@ -142,6 +142,22 @@ def poses_along(places: Mapping[str, Array], time: Array) -> tuple[list[dict[str
     return poses, np.interp(way, grid, np.arange(POSES))
 
 
+def place_in_file(drive: RoutedDrive, key: str) -> float:
+    """Where the file has what a key moves, such as ``head.x`` [m]; a turn begins at 0 [rad]."""
+    name, _, move = key.rpartition(".")
+    body = next(own for own in drive.body if own.name == name)
+    return 0.0 if move == "turn" else body.at["xy".index(move)]
+
+
+def pose_words(drive: RoutedDrive, pose: Mapping[str, float]) -> str:
+    """A pose for a refusal, with the places of the file, for whoever gave ways instead of places."""
+    return ", ".join(
+        f"{key} = {value:.4g} {'rad' if key.endswith('.turn') else 'm'} "
+        f"(in the file {place_in_file(drive, key):.4g})"
+        for key, value in pose.items()
+    )
+
+
 def _snapshots(drive: RoutedDrive, poses: list[dict[str, float]]) -> list[Snapshot]:
     """Snapshots with the same modes: a transverse one above all resonances of a pose is there uncoupled."""
     found: list[Snapshot] = []
@@ -152,8 +168,9 @@ def _snapshots(drive: RoutedDrive, poses: list[dict[str, float]]) -> list[Snapsh
         except InputRefused as refusal:
             if not pose:
                 raise
-            where = ", ".join(f"{key} = {value:.4g}" for key, value in pose.items())
-            raise InputRefused(f"motion: at {where}: {refusal}; give places as columns") from None
+            raise InputRefused(
+                f"motion: at {pose_words(drive, pose)}: {refusal}; give places as columns"
+            ) from None
         top = top or 1.05 * float(found[0].along.max()) / (2.0 * pi)
     count = min(one.along.size for one in found)
     keys = sorted({key for one in found for key in one.keys})

@@ -17,7 +17,7 @@ from cabledrive.mechanics.network.motion import ALONG
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.route import RoutedDrive, moved
 from cabledrive.studies.planned_motion import PlannedMotion
-from cabledrive.studies.route_path import poses_along, torques_of
+from cabledrive.studies.route_path import place_in_file, pose_words, poses_along, torques_of
 from cabledrive.studies.route_snapshot import driven_of
 
 Array = NDArray[np.float64]
@@ -82,7 +82,7 @@ def slow_motion(drive: RoutedDrive, motion: PlannedMotion) -> SlowMotion:
     places = _places(drive, network, way)
     poses, here = poses_along({key: v for key, v in places.items() if np.ptp(v) > STILL}, motion.time)
     fixed = {key: float(values[0]) for key, values in places.items() if np.ptp(values) <= STILL}
-    fixed = {key: value for key, value in fixed.items() if abs(value - _at(drive, key)) > STILL}
+    fixed = {key: value for key, value in fixed.items() if abs(value - place_in_file(drive, key)) > STILL}
     found = [_network(drive, fixed | pose) for pose in poses]
     machines, networks = tuple(own.drive for own in found), tuple(found)
     free = tuple(strainless(own) for own in networks)
@@ -115,15 +115,14 @@ def _network(drive: RoutedDrive, pose: Mapping[str, float]) -> Network:
     try:
         return network_of(moved(drive, pose) if pose else drive, motor=FREE)
     except InputRefused as refusal:
-        where = ", ".join(f"{key} = {value:.4g}" for key, value in pose.items())
-        raise InputRefused(f"motion: at {where or 'rest'}: {refusal}") from None
+        raise InputRefused(f"motion: at {pose_words(drive, pose) or 'rest'}: {refusal}") from None
 
 
 def _given_way(
     drive: RoutedDrive, network: Network, free: Array, motion: PlannedMotion
 ) -> tuple[Array, Array]:
     """Way of all coordinates from the places of some, and their rates; of the machine in its file's pose."""
-    steps = np.column_stack([values - _at(drive, key) for key, values in motion.places.items()])
+    steps = np.column_stack([values - place_in_file(drive, key) for key, values in motion.places.items()])
     follow = _follow(network, free, motion, steps)
     return steps @ follow.T, _slope(motion.time, steps) @ follow.T
 
@@ -191,13 +190,7 @@ def _driven_way(
 
 def _places(drive: RoutedDrive, network: Network, way: Array) -> dict[str, Array]:
     keys = [f"{body.name}.{move}" for body in drive.body for move in body.moves]
-    return {key: _at(drive, key) + way @ network.motion.unit(key) for key in keys}
-
-
-def _at(drive: RoutedDrive, key: str) -> float:
-    name, _, move = key.rpartition(".")
-    body = next(own for own in drive.body if own.name == name)
-    return 0.0 if move == "turn" else body.at["xy".index(move)]
+    return {key: place_in_file(drive, key) + way @ network.motion.unit(key) for key in keys}
 
 
 def _slope(time: Array, values: Array) -> Array:
