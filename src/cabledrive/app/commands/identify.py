@@ -9,7 +9,7 @@ from cabledrive.app.estimate_text import finding_lines, parameter_rows
 from cabledrive.app.log_options import Chooser, reading_options
 from cabledrive.app.messages import note
 from cabledrive.app.new_file import PAGE, NewFile, NewFileType
-from cabledrive.app.options import Subcommand, answering, saves_answer
+from cabledrive.app.options import Quantity, Subcommand, answering, saves_answer
 from cabledrive.app.ping_answer import pinged
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import InputRefused
@@ -58,6 +58,14 @@ from cabledrive.parameters import InputRefused
     help="Section of the plucked span between guided carriages, counted from 0.",
 )
 @click.option(
+    "--tension",
+    "tensions",
+    multiple=True,
+    type=Quantity("N"),
+    metavar="N",
+    help="Tell friction at wraps from friction at bearings: pretension of the cable in each log, in order.",
+)
+@click.option(
     "--report", "page", type=NewFileType(*PAGE), metavar="FILE", help="Write a page with the log's figures."
 )
 @click.option("--no-check", is_flag=True, help="Do not test the model against known faults.")
@@ -72,12 +80,14 @@ def command(
     spans: tuple[str, ...],
     plucked: str | None,
     section: int,
+    tensions: tuple[float, ...],
     page: NewFile | None,
     no_check: bool,
 ) -> Answer:
     """Identify inertia, viscous and Coulomb friction and offset of one axis from logs, with intervals.
 
-    With --ping, the tension of each span from the recording of a ping instead.
+    With --ping, the tension of each span from the recording of a ping instead; with --tension, friction at
+    wraps and at bearings from logs at several tensions.
     """
     from dataclasses import replace
 
@@ -92,6 +102,7 @@ def command(
             "torque",
             "no_check",
             "page",
+            "tensions",
             why="is for the parameters of an axis, not for --ping",
         )
     options = IdentifyOptions() if config is None else load_options(config)
@@ -99,6 +110,13 @@ def command(
     options = replace(options, torque=torque or options.torque)
     if drive is not None:
         return pinged(logs, drive, spans, plucked, section, options.columns)
+    if tensions:
+        from cabledrive.app.wrap_answer import split_answer
+
+        refuse_given(
+            "model", "method", "torque", "no_check", "page", why="is not for --tension: leave it out"
+        )
+        return split_answer(logs, tensions, options.columns)
     if page is not None:
         _check_drawable(logs[0], options)
     found = identify(

@@ -1,0 +1,241 @@
+r"""Friction at wraps told from friction at bearings, by logs of one axis at several tensions of its cable.
+
+A rope that slides over a guide loses tension in proportion to it, a bearing does not. With a pretension T per
+log, the motor's torque while the rope slides one way is
+
+.. math:: \tau = J\dot\omega + b\,\omega + d + (c + w\,T)\,\mathrm{sgn}\,\omega
+
+with the bearings' c, at the motor, and the wraps' w; of a loop with one wrap :math:`\varphi` in each strand
+:math:`w = 4 r \tanh(\mu\varphi/2)`; :math:`\delta` is the delay between the logged torque and its
+effect, such as half a sample of a torque that is held, and :math:`\varepsilon` the first effect of an
+elastic cable on the inertia. Around reversals, where the rope has not begun to slide everywhere, samples are
+left out. What is left between two reversals is a stroke; errors are those of strokes taken as independent,
+and what the terms in :math:`\delta, \varepsilon` change is added to them as an error of the model.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.identification.estimates import Estimate
+from cabledrive.identification.filters import difference, zero_phase
+from cabledrive.identification.logs.log import Log
+from cabledrive.identification.rigid_axis import AxisOptions, channels_of
+from cabledrive.parameters import InputRefused
+
+Array = NDArray[np.float64]
+
+BANDWIDTH = 20.0
+"""Of the filter on torque and angle [Hz]: below the modes of a cable-driven joint."""
+AWAY = 1.5
+"""Time left out on both sides of a reversal, times the bandwidth."""
+SLOW = 0.1
+"""Part of the largest speed below which a sample is left out."""
+ALIKE = 0.05
+"""Spread of the tensions, relative, below which nothing tells the two frictions apart."""
+WIDE = 0.5
+"""Half-width of the wraps' part over all friction from which the two are not told apart."""
+LEAST_STROKES = 6
+LEVEL = 0.01
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionSplit:
+    """Friction of bearings and of wraps.
+
+    Attributes
+    ----------
+    separated : bool
+    reason : str
+        Why not, else empty.
+    constant : Estimate
+        Of motor and bearings at the motor [N m]; without a number unless separated.
+    per_tension : Estimate
+        Of the wraps over the pretension [N m/N], that is [m].
+    total : tuple of Estimate
+        All friction at each tension [N m].
+    tensions : tuple of float
+        [N].
+    strokes : int
+    findings : tuple of str
+    """
+
+    separated: bool
+    reason: str
+    constant: Estimate
+    per_tension: Estimate
+    total: tuple[Estimate, ...]
+    tensions: tuple[float, ...]
+    strokes: int
+    findings: tuple[str, ...]
+
+
+def split_friction(
+    logs: Sequence[Log], tensions: Sequence[float], *, bandwidth: float = BANDWIDTH
+) -> FrictionSplit:
+    """Friction of bearings and of wraps from logs at given pretensions.
+
+    ``tensions``: of each log [N]; ``bandwidth`` [Hz].
+    Raises `InputRefused` if a tension is missing or not positive, or a log has too few strokes.
+    """
+    if len(tensions) != len(logs) or any(not 0.0 < tension < np.inf for tension in tensions):
+        raise InputRefused(
+            f"--tension: {len(tensions)} given for {len(logs)} logs: give a positive tension for each log"
+        )
+    rows = [_rows(log, bandwidth) for log in logs]
+    levels = sorted(set(map(float, tensions)))
+    signs = [own.sign for own in rows]
+    each = [
+        [sign * (tension == level) for level in levels] for sign, tension in zip(signs, tensions, strict=True)
+    ]
+    free = _fit(rows, each)
+    total = tuple(free.estimate(k, "N m") for k in range(len(levels)))
+    nothing = "the logs do not tell it"
+    if levels[-1] - levels[0] < ALIKE * levels[-1]:
+        reason = f"all logs are at {levels[-1]:.4g} N: take one at another pretension"
+        return _open(reason, nothing, total, tensions, free)
+    split = _fit(rows, [[sign, tension * sign] for sign, tension in zip(signs, tensions, strict=True)])
+    constant, slope = split.estimate(0, "N m"), split.estimate(1, "m")
+    mean = float(np.mean(tensions))
+    half, whole = 0.5 * (slope.high - slope.low) * mean, abs(constant.value + slope.value * mean)
+    if half > WIDE * whole:
+        reason = (
+            f"the wraps' part at {mean:.4g} N is known to {half:.3g} N m only, all friction is {whole:.3g} "
+            "N m: spread the tensions further, or record more strokes"
+        )
+        return _open(reason, nothing, total, tensions, free)
+    return FrictionSplit(
+        separated=True,
+        reason="",
+        constant=constant,
+        per_tension=slope,
+        total=total,
+        tensions=tuple(map(float, tensions)),
+        strokes=split.strokes,
+        findings=_findings(free, levels, constant, slope),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Rows:
+    """Filtered samples of one log away from reversals, each with the number of its stroke."""
+
+    torque: Array
+    speed: Array
+    sign: Array
+    acceleration: Array
+    torque_rates: Array
+    stroke: NDArray[np.intp]
+
+
+def _rows(log: Log, bandwidth: float) -> _Rows:
+    torque_name, angle_name = channels_of(log, AxisOptions())
+    step = log.interval
+    torque = zero_phase(log.channel(torque_name), step, bandwidth)
+    speed = difference(zero_phase(log.channel(angle_name), step, bandwidth), step)
+    acceleration = difference(speed, step)
+    fast = np.abs(speed) > SLOW * np.abs(speed).max()
+    away = int(np.ceil(AWAY / bandwidth / step))
+    turns = np.flatnonzero(np.diff(np.sign(speed)) != 0.0)
+    keep = fast.copy()
+    for turn in [0, *turns, len(speed)]:
+        keep[max(turn - away, 0) : turn + away + 1] = False
+    stroke = np.searchsorted(turns, np.arange(len(speed)))[keep]
+    if len(set(stroke)) < LEAST_STROKES:
+        raise InputRefused(
+            f"{log.source}: {len(set(stroke))} strokes longer than {2.0 * AWAY / bandwidth:.3g} s, at least "
+            f"{LEAST_STROKES} are needed: record longer or slower ones, back and forth"
+        )
+    sign = zero_phase(np.sign(speed), step, bandwidth)  # as the filter shows a friction that turns round
+    rate = difference(torque, step)
+    rates = np.column_stack([rate, difference(rate, step)])
+    return _Rows(torque[keep], speed[keep], sign[keep], acceleration[keep], rates[keep], stroke)
+
+
+@dataclass(frozen=True, eq=False)
+class _Fit:
+    """Least squares with the errors of strokes: values and covariance of the frictions alone."""
+
+    value: Array
+    covariance: Array
+    doubt: Array
+    strokes: int
+    freedom: int
+
+    def estimate(self, k: int, unit: str) -> Estimate:
+        """One friction with its 95 % interval."""
+        from scipy.stats import t
+
+        error = float(np.sqrt(self.covariance[k, k]))
+        half = float(t.ppf(0.975, self.freedom)) * error + float(self.doubt[k])
+        value = float(self.value[k])
+        return Estimate(value=value, unit=unit, standard_error=error, low=value - half, high=value + half)
+
+
+def _fit(rows: Sequence[_Rows], frictions: Sequence[Sequence[Array]]) -> _Fit:
+    """Inertia and viscous friction of all logs, an offset of each, and the frictions that come first."""
+    blocks, strokes, number = [], [], 0
+    for log, (own, friction) in enumerate(zip(rows, frictions, strict=True)):
+        offsets = np.zeros((own.torque.size, len(rows)))
+        offsets[:, log] = 1.0
+        blocks.append(np.column_stack([*friction, own.acceleration, own.speed, offsets, own.torque_rates]))
+        strokes.append(own.stroke + number)
+        number += int(own.stroke.max()) + 1
+    matrix, torque = np.vstack(blocks), np.concatenate([own.torque for own in rows])
+    value, scores = _solved(matrix, torque, np.concatenate(strokes))
+    rigid, _ = _solved(matrix[:, :-2], torque, np.concatenate(strokes))
+    count, freedom = len(frictions[0]), max(len(scores) - matrix.shape[1], 1)
+    covariance = len(scores) / freedom * (scores.T @ scores)[:count, :count]
+    doubt = np.abs(value[:count] - rigid[:count])
+    return _Fit(value[:count], covariance, doubt, len(scores), freedom)
+
+
+def _solved(matrix: Array, torque: Array, stroke: NDArray[np.intp]) -> tuple[Array, Array]:
+    """Least squares, and the part of each stroke in its error, shape (strokes, p)."""
+    scale = np.linalg.norm(matrix, axis=0)
+    scale[scale == 0.0] = 1.0
+    inverse = np.linalg.pinv(matrix / scale) / scale[:, None]
+    value = inverse @ torque
+    names, place = np.unique(stroke, return_inverse=True)
+    scores = np.zeros((names.size, matrix.shape[1]))
+    np.add.at(scores, place, (inverse * (torque - matrix @ value)).T)
+    return value, scores
+
+
+def _open(
+    reason: str, why: str, total: tuple[Estimate, ...], tensions: Sequence[float], fit: _Fit
+) -> FrictionSplit:
+    """The answer where the two frictions are not told apart."""
+    none: dict[str, Any] = {"value": np.nan, "standard_error": np.inf, "low": -np.inf, "high": np.inf}
+    return FrictionSplit(
+        separated=False,
+        reason=reason,
+        constant=Estimate(unit="N m", reason=why, **none),
+        per_tension=Estimate(unit="m", reason=why, **none),
+        total=total,
+        tensions=tuple(map(float, tensions)),
+        strokes=fit.strokes,
+        findings=(f"friction of wraps and of bearings not told apart: {reason}",),
+    )
+
+
+def _findings(free: _Fit, levels: Sequence[float], constant: Estimate, slope: Estimate) -> tuple[str, ...]:
+    """Where the friction does not grow as that of wraps does, and what two tensions cannot show."""
+    from scipy.stats import f
+
+    found = []
+    if len(levels) == 2:
+        found.append("two tensions: that friction grows in proportion to them is assumed, not checked")
+    else:
+        line = np.column_stack([np.ones(len(levels)), levels])
+        away = np.linalg.svd(line)[0][:, 2:].T
+        gap = away @ free.value
+        size = float(gap @ np.linalg.solve(away @ free.covariance @ away.T, gap)) / gap.size
+        if f.sf(size, gap.size, free.freedom) < LEVEL:
+            found.append("friction does not lie on a line over the tension: it is not that of wraps alone")
+    if slope.high < 0.0 or constant.high < 0.0:
+        found.append("one of the two frictions is negative: a tension, a sign or the model is wrong")
+    return tuple(found)
