@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from cabledrive.app.combinations import refuse_given, was_given
+from cabledrive.app.combinations import refuse_given, tell_given, was_given
 from cabledrive.app.messages import QUIET, note
 from cabledrive.app.new_file import NewFile
 from cabledrive.app.results import Answer, provenance
@@ -36,6 +36,8 @@ def simulated_route(
     refuse_given(*_OF_LOOPS, why='is for kind = "loop" and "line": leave it out')
     if options["model"] == "fast":
         raise InputRefused('kind = "route": --model fast is for loops and lines: take exact')
+    if not options["pluck"]:
+        tell_given("pluck_shape", why="has no effect: no span is plucked")
     names = [drive.pulley[number].name for number in drive.driven] or [p.name for p in drive.pulley[:1]]
     on = options["torque_on"] or (names[0] if names else None)
     travels = bool(options["moves"]) or options["travel"]

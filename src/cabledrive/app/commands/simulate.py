@@ -85,7 +85,13 @@ _OF_ROUTES = ("pluck", "torque_on", "moves", "rise", "travel")
     show_default=True,
     help="Time integrator: verlet, node-centred, energy-conserving.",
 )
-@click.option("--segments", type=int, default=Scheme().segments, show_default=True, help="Segments per span.")
+@click.option(
+    "--segments",
+    type=int,
+    default=Scheme().segments,
+    show_default=True,
+    help="Segments per span; where bodies travel 16 on the longest.",
+)
 @click.option("--step", type=Quantity("s"), metavar="S", help="Time step; default: chosen by stability.")
 @click.option(
     "--rate",

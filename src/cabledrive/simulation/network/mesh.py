@@ -79,7 +79,9 @@ class NetworkMesh:
 def network_mesh(network: Network, wraps: list[Wrap], segments: int) -> NetworkMesh:
     """Divide the spans of a machine; ``segments``: of the longest piece, others in proportion."""
     if not isinstance(segments, int) or segments < FEWEST_SEGMENTS:
-        raise InputRefused(f"segments = {segments!r} must be a whole number of at least {FEWEST_SEGMENTS}")
+        raise InputRefused(
+            f"segments = {segments!r} must be a whole number of at least {FEWEST_SEGMENTS}: give one"
+        )
     drive = network.drive
     ropes = [drive.ropes[drive.free_spans[piece.span].route] for piece in network.pieces]
     length = np.array([piece.length for piece in network.pieces])

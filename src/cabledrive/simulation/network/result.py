@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 LARGE_MOTION = 0.02
 """Motion of a span's end, relative to its length, above which fixed directions are doubtful."""
+NOTHING = 1e-13
+"""Energy handled, relative to that at rest, below which nothing moved but by round-off."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -37,6 +39,8 @@ class NetworkResult(ResultCard):
         Time step and the largest stable one [s].
     energy_handled : float
         Largest energy the run had to do with [J].
+    energy_at_rest : float
+        What the ropes store at rest [J], whose round-off is no motion.
     extremes : dict
         Least and largest place of each coordinate over all steps.
     midpoint_peaks : dict
@@ -67,6 +71,7 @@ class NetworkResult(ResultCard):
     step: float
     largest_step: float
     energy_handled: float
+    energy_at_rest: float
     extremes: dict[str, tuple[float, float]]
     midpoint_peaks: dict[str, float]
     slack_events: tuple[dict[str, Any], ...]
@@ -112,7 +117,7 @@ class NetworkResult(ResultCard):
         """Largest error of the energy budget over the largest energy handled; 0 if nothing moved."""
         balance = self.channel("balance")
         worst = float(np.max(np.abs(balance - balance[:1]), initial=0.0))
-        return worst / self.energy_handled if self.energy_handled > 0.0 else 0.0
+        return worst / self.energy_handled if self.energy_handled > NOTHING * self.energy_at_rest else 0.0
 
     @cached_property
     def dataset(self) -> "xarray.Dataset":

@@ -45,6 +45,7 @@ def network_result(case: NetworkCase, records: Records, outcome: Outcome) -> Net
         step=case.grid.step,
         largest_step=case.grid.largest_step,
         energy_handled=max(float(energies), 0.0) + work,
+        energy_at_rest=float(np.sum(0.5 * mesh.ropes * mesh.tension**2 / mesh.rigidity * mesh.length)),
         extremes={name: (float(low), float(high)) for name, low, high in zip(names, *extremes, strict=True)},
         midpoint_peaks=dict(zip(mesh.pieces, state.peaks.tolist(), strict=True)),
         slack_events=tuple(

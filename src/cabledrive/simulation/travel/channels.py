@@ -13,8 +13,13 @@ def travel_channels(
     found = [Channel(name, unit, f"place of {name} from the pose of the file") for name, unit in both]
     found += [Channel(f"speed of {name}", f"{unit}/s", f"speed of {name}") for name, unit in both]
     found += [Channel(f"torque on {name}", "N m", f"torque of the motor of {name}") for name in motors]
-    found += [Channel(f"mean tension, {one}", "N", f"tension of {one}, mean along it") for one in spans]
-    found += [Channel(f"least tension, {one}", "N", f"least tension of {one}") for one in spans]
+    found += [
+        Channel(f"mean tension, {one}", "N", f"tension of {one} with its damping, mean along it")
+        for one in spans
+    ]
+    found += [
+        Channel(f"least tension, {one}", "N", f"least tension of {one} with its damping") for one in spans
+    ]
     found += [Channel(f"free length, {one}", "m", f"free length of {one}") for one in spans]
     return (
         *found,

@@ -68,7 +68,7 @@ def lay_spans(plan: TravelPlan, q: Array, work: TravelWorkspace) -> int:
 @njit_in_place
 @for_kernels
 def pull_spans(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> int:
-    """Tensions of all segments and speeds of the ends; the first span that is slack, or -1."""
+    """Elastic tensions of all segments and speeds of the ends; the first span that is slack, or -1."""
     slack = -1
     for s in range(plan.rim.shape[0]):
         first, last = plan.cells[s], plan.cells[s + 1]
@@ -78,21 +78,56 @@ def pull_spans(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> i
             for k in range(state.q.size):
                 speed += work.rows[s, side, k] * state.q_t[k]
             work.speed[s, side] = speed
-        place, speed = 0.0, work.speed[s, 0]
+        place = 0.0
         for j in range(last - first + 1):
-            inner = first + j < last
-            beyond = state.x[first + j] if inner else work.free[s]
-            faster = state.x_t[first + j] if inner else work.speed[s, 1]
+            beyond = state.x[first + j] if first + j < last else work.free[s]
             own = cell if 0 < j < last - first else 0.5 * cell
             tension = plan.piece[s, RIGIDITY] * ((beyond - place) / own - 1.0)
             work.tension[first + s + j] = tension
-            work.damped[first + s + j] = plan.piece[s, DAMPING] * (faster - speed) / own
             if tension < 0.0 and slack < 0:
                 slack = s
-            place, speed = beyond, faster
+            place = beyond
+    return slack
+
+
+@njit_in_place
+@for_kernels
+def damp_spans(plan: TravelPlan, state: TravelState, work: TravelWorkspace) -> None:
+    """Damping tensions on the mean speeds of the cells over the step, which they change; pulls of the ends.
+
+    Implicit, as light cells would ask for a far smaller step; of the ends with the speeds before it.
+    """
+    for s in range(plan.rim.shape[0]):
+        first, last = plan.cells[s], plan.cells[s + 1]
+        cell = state.length[s] / (last - first)
+        half = 0.5 * plan.step / (plan.piece[s, DENSITY] * cell)
+        inner, outer = half * plan.piece[s, DAMPING] / cell, 2.0 * half * plan.piece[s, DAMPING] / cell
+        fall = plan.gravity[0] * work.along[s, 0] + plan.gravity[1] * work.along[s, 1]
+        for i in range(first, last):
+            j = i + s
+            left, right = inner if i > first else outer, inner if i + 1 < last else outer
+            known = state.x_t[i] + half * (work.tension[j + 1] - work.tension[j]) + 0.5 * plan.step * fall
+            pivot = 1.0 + left + right
+            if i > first:
+                pivot -= left * left / work.pivot[i - 1]
+                known += left / work.pivot[i - 1] * work.rate[i - 1]
+            else:
+                known += left * work.speed[s, 0]
+            if i + 1 == last:
+                known += right * work.speed[s, 1]
+            work.pivot[i], work.rate[i] = pivot, known
+        behind = work.speed[s, 1]
+        for i in range(last - 1, first - 1, -1):
+            own = work.rate[i]
+            if i + 1 < last:
+                own += inner * behind
+            own /= work.pivot[i]
+            right = inner if i + 1 < last else outer
+            work.damped[i + 1 + s] = right / half * (behind - own)
+            behind = own
+        work.damped[first + s] = outer / half * (behind - work.speed[s, 0])
         for side, j in ((0, first + s), (1, last + s)):
             work.pull[s, side, 0] = work.tension[j] + work.damped[j]
-    return slack
 
 
 @njit_in_place
@@ -251,6 +286,7 @@ def step_travel(
     if slack >= 0:
         state.events[0, 0], state.events[0, 1] = slack, 0.0
         return SLACK
+    damp_spans(plan, state, work)
     found = watch(plan, state, work)
     if found != DONE:
         return found
@@ -290,6 +326,7 @@ def integrate_travel(
         recorded = j % every == 0
         if recorded:
             pull_spans(plan, state, work)
+            damp_spans(plan, state, work)
             note_places(plan, state, work, rows[j // every])
         code = step_travel(plan, state, work, given[j], before)
         if code != DONE:

@@ -40,9 +40,10 @@ def note_places(plan: TravelPlan, state: TravelState, work: TravelWorkspace, row
         cell, mean, least, stored = state.length[s] / (last - first), 0.0, 1e300, 0.0
         for j in range(first, last + 1):
             share = 0.5 if j in (first, last) else 1.0
-            mean += share * work.tension[j] / (last - first)
+            pull = work.tension[j] + work.damped[j]
+            mean += share * pull / (last - first)
             stored += 0.5 * share * cell * work.tension[j] ** 2 / plan.piece[s, RIGIDITY]
-            least = min(least, work.tension[j])
+            least = min(least, pull)
         row[tension + s], row[tension + spans + s] = mean, least
         row[tension + 2 * spans + s] = work.free[s]
         strained += plan.piece[s, ROPES] * stored

@@ -71,6 +71,7 @@ class TravelWorkspace(NamedTuple):
     tension: Array  # (cells + spans,): elastic tensions between cells [N]
     damped: Array  # (cells + spans,): damping tensions [N]
     rate: Array  # (cells,)
+    pivot: Array  # (cells,)
     trial: Array  # (cells,)
     rows: Array  # (spans, 2, n): motion of the rope along the span at its ends
     across: Array  # (spans, 2, n): motion of the centres across it

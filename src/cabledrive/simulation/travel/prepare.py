@@ -142,7 +142,7 @@ def _lengths(network: Network) -> Array:
 def _counts(network: Network, way: Way | None, segments: int) -> Integers:
     """Cells of each span, most in the one that becomes longest."""
     if not isinstance(segments, int) or segments < 1:
-        raise InputRefused(f"segments = {segments!r} must be a whole number of at least 1")
+        raise InputRefused(f"segments = {segments!r} must be a whole number of at least 1: give one")
     longest = _lengths(network)
     for pose in way.networks if way is not None else []:
         longest = np.maximum(longest, _lengths(pose))

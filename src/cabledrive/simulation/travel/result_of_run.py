@@ -42,6 +42,7 @@ def travel_result(case: TravelCase, records: Records, outcome: Outcome) -> Netwo
         step=case.grid.step,
         largest_step=case.grid.largest_step,
         energy_handled=max(float(np.max(moving, initial=0.0)), float(np.max(work, initial=0.0))),
+        energy_at_rest=float(rows[0, columns["strain_energy"]]) if len(rows) else 0.0,
         extremes={
             name: (float(low), float(high)) for name, low, high in zip(case.names, *extremes, strict=True)
         },

@@ -16,7 +16,7 @@ from cabledrive.simulation.runs import Integers
 def largest_travel_step(network: Network, counts: Integers, shortest: Array) -> float:
     """Step [s] that is stable in a pose; ``counts``: cells of the spans, ``shortest``: their lengths [m].
 
-    Axial damping, taken from the speeds before the step, lowers it.
+    Axial damping acts on the ends with their speeds before the step, which lowers it.
     """
     drive = network.drive
     ropes = [drive.ropes[span.route] for span in drive.free_spans]
@@ -33,7 +33,6 @@ def largest_travel_step(network: Network, counts: Integers, shortest: Array) -> 
     matrix = (ends.T * stiffness) @ ends
     matrix = matrix + 2.0 * (network.spring_rows.T * network.spring) @ network.spring_rows
     mass = (network.mass_rows.T * network.mass) @ network.mass_rows
-    highest = max(float(own.max()), float(eigh(matrix, mass, eigvals_only=True)[-1]))
-    omega = float(np.sqrt(highest))
+    omega = float(np.sqrt(eigh(matrix, mass, eigvals_only=True)[-1]))
     ratio = 0.5 * omega * float((damping / rigidity).max())
-    return 2.0 / omega * float(np.sqrt(1.0 + ratio**2) - ratio)
+    return min(2.0 / float(np.sqrt(own.max())), 2.0 / omega * float(np.sqrt(1.0 + ratio**2) - ratio))

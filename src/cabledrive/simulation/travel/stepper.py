@@ -61,6 +61,7 @@ def new_travel_workspace(case: TravelCase) -> TravelWorkspace:
         tension=np.zeros(cells + spans),
         damped=np.zeros(cells + spans),
         rate=np.zeros(cells),
+        pivot=np.zeros(cells),
         trial=np.zeros(cells),
         rows=np.zeros((spans, 2, n)),
         across=np.zeros((spans, 2, n)),
