@@ -46,6 +46,8 @@ def local_workers(count: int) -> Iterator[Any]:
         "distributed.nanny.pre-spawn-environ": ONE_THREAD | QUIET,
         "distributed.worker.daemon": True,
         "distributed.worker.multiprocessing-method": METHOD,
+        "distributed.worker.profile.enabled": False,  # looks at the rows' thread a hundred times a second
+        "distributed.admin.tick.interval": "1s",
     }
     with _quiet_logs(), dask.config.set(settings), _started(count) as cluster, Client(cluster) as client:
         yield client
