@@ -15,7 +15,7 @@ from cabledrive.campaign.spec import read_spec
 from cabledrive.campaign.store import check_store, done_chunks
 from cabledrive.campaign.work import Plan
 from campaign_computations import Dangerous
-from campaign_stores import contents
+from campaign_stores import contents, transporter_modes
 from command import object_of, refusal, run
 
 SPEC = 'drive = "dissertation-3"\n[vary]\nown.x = { from = 0, to = 29 }\n[design]\nkind = "grid"\nrows = 30\n'
@@ -67,18 +67,7 @@ def test_a_chunk_that_ended_its_process_or_lost_its_status_gets_the_same_bytes_a
     assert contents(store) == before
 
 
-MODES = """
-drive = "dissertation-transporter"
-[vary]
-"cable.pretension" = { from = "3 N", to = "9 N" }
-[design]
-kind = "random"
-rows = 80
-[compute]
-what = "modes"
-chunk = 4
-count = 8
-"""
+MODES = transporter_modes(rows=80, chunk=4)
 
 
 def test_a_driver_that_is_killed_resumes_to_the_same_bytes(tmp_path):

@@ -15,7 +15,7 @@ import xarray as xr
 
 from cabledrive.campaign import run_sweep
 from campaign_computations import Dangerous, Sleepy
-from campaign_stores import contents
+from campaign_stores import contents, transporter_modes
 from command import object_of, run
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals and processes of POSIX")
@@ -23,18 +23,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals and pro
 OWN = (
     'drive = "dissertation-3"\n[vary]\nown.x = { from = 0, to = 1 }\n[design]\nkind = "random"\nrows = 600\n'
 )
-MODES = """
-drive = "dissertation-transporter"
-[vary]
-"cable.pretension" = { from = "3 N", to = "9 N" }
-[design]
-kind = "random"
-rows = 900
-[compute]
-what = "modes"
-chunk = 6
-count = 8
-"""
+MODES = transporter_modes(rows=900, chunk=6)
 
 
 def workers_of(driver):

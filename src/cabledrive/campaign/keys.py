@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
 from functools import cache
 from typing import Any
 
@@ -47,6 +48,8 @@ def unit_of(key: str, options: Mapping[str, str], routed: RoutedDrive | None = N
 
 
 def _known(key: str, name: str, units: Mapping[str, str], place: str) -> str:
+    if not units:
+        raise InputRefused(f'unknown key "{key}": this computation has no number that can be varied')
     if name not in units:
         raise InputRefused(f'unknown key "{key}"{nearest(name, units, place)}')
     return units[name]
@@ -62,16 +65,30 @@ def _unit_in_file(key: str, path: Sequence[str]) -> str:
         table, rest = ARRAYS[path[0]], path[2:]
         if len(path) < 2 or not path[1].isdecimal():
             raise InputRefused(f'unknown key "{key}": number the entries, such as {path[0]}.0.{path[-1]}')
-    spaces = (PLANT, MOTION, GOALS, COMPUTE, OWN)
     if table is None:
-        known = [*TABLES, *ARRAYS, *HEAD, *spaces]
-        raise InputRefused(f'unknown key "{key}"{nearest(path[0], known)}')
+        spaces = (PLANT, MOTION, GOALS, COMPUTE, OWN)
+        if key in spaces:
+            raise InputRefused(f'unknown key "{key}": add a name, such as {key}.x')
+        own = ".".join(path)
+        close = get_close_matches(own, _whole_keys(path), n=1, cutoff=0.5)
+        known = close or [*TABLES, *ARRAYS, *HEAD, *spaces]
+        raise InputRefused(f'unknown key "{key}"{nearest(own, known, key[: len(key) - len(own)])}')
     fields = {key_of(field): field for field in dataclasses.fields(table)}
     if len(rest) != 1 or rest[0] not in fields:
         place = key[: len(key) - len(".".join(rest))]
         raise InputRefused(f'unknown key "{key}"{nearest(".".join(rest), fields, place)}')
     unit: str | None = fields[rest[0]].metadata.get("unit")
     return WORD if unit is None else unit
+
+
+def _whole_keys(path: Sequence[str]) -> list[str]:
+    """Keys that another may have meant: of a drive file, with the number of its entry, and of the motion."""
+    number = next((part for part in path if part.isdecimal()), "0")
+    of_tables = [f"{name}.{key_of(one)}" for name in TABLES for one in dataclasses.fields(TABLES[name])]
+    of_arrays = [
+        f"{name}.{number}.{key_of(one)}" for name in ARRAYS for one in dataclasses.fields(ARRAYS[name])
+    ]
+    return [*of_tables, *of_arrays, *(f"{MOTION}.{name}" for name in MOTION_UNITS)]
 
 
 def si_tables(drive: Drive | RoutedDrive) -> dict[str, Any]:

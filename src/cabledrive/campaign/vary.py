@@ -74,7 +74,11 @@ def varied_keys(table: Mapping[str, Any], unit_of: Callable[[str], str], folder:
     found = {}
     for key, entry in flattened(table).items():
         try:
-            found[key] = _varied(key, entry, unit_of(key), folder)
+            unit = unit_of(key)
+        except InputRefused as refusal:
+            raise InputRefused(f"[vary]: {refusal}") from None
+        try:
+            found[key] = _varied(key, entry, unit, folder)
         except InputRefused as refusal:
             raise InputRefused(f"vary.{refusal}") from None
     return found
