@@ -1,6 +1,6 @@
 """Many thin workers on the scheduler of dask.distributed: where it saturates, ``python benchmarks/campaign_crowd.py``.
 
-The scheduler has a process of its own, with its default settings. A worker is one of many in a process, has one thread and
+The scheduler has a process of its own. A worker is one of many in a process, has one thread and
 sleeps for the time of its chunk, so that a thousand fit on two cores. Printed: efficiency, the time that all chunks would
 take without any overhead over the time that they took; processor time of each process for a task.
 """
@@ -36,7 +36,8 @@ def more_files() -> None:
     resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
 
 
-def schedule(address) -> None:
+def schedule(address, saturation: float) -> None:
+    import dask
     from distributed import Scheduler
 
     async def serve():
@@ -45,7 +46,8 @@ def schedule(address) -> None:
             await scheduler.finished()
 
     more_files()
-    asyncio.run(serve())
+    with dask.config.set({"distributed.scheduler.worker-saturation": saturation}):
+        asyncio.run(serve())
 
 
 def host(address: str, count: int, threads: int) -> None:
@@ -67,13 +69,13 @@ def used(process) -> float:
     return times.user + times.system
 
 
-def crowd(count: int, seconds: float, each: int, threads: int) -> str:
+def crowd(count: int, seconds: float, each: int, threads: int, saturation: float) -> str:
     """Efficiency and processor times of one crowd; ``count``: threads of all its workers."""
     from distributed import Client, as_completed
 
     context = multiprocessing.get_context("spawn")
     reader, writer = context.Pipe(duplex=False)
-    scheduler = context.Process(target=schedule, args=(writer,), daemon=True)
+    scheduler = context.Process(target=schedule, args=(writer, saturation), daemon=True)
     scheduler.start()
     address = reader.recv()
     workers = -(-count // threads)
@@ -110,6 +112,9 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, nargs="+", default=[5.0], help="of a chunk")
     parser.add_argument("--each", type=int, default=3, help="chunks for each worker")
     parser.add_argument("--threads", type=int, default=1, help="of each worker; --workers counts them all")
+    parser.add_argument(
+        "--saturation", type=float, default=1.0, help="of a worker, the library's default is 1.1"
+    )
     options = parser.parse_args()
     print(
         "| workers | chunk | chunks | time | efficiency | scheduler a chunk | client a chunk | workers a chunk |"
@@ -117,7 +122,7 @@ def main() -> None:
     print("|---|---|---|---|---|---|---|---|")
     for count in options.workers:
         for seconds in options.seconds:
-            print(crowd(count, seconds, options.each, options.threads), flush=True)
+            print(crowd(count, seconds, options.each, options.threads, options.saturation), flush=True)
 
 
 if __name__ == "__main__":
