@@ -173,10 +173,21 @@ def test_where_the_torque_exceeds_the_preload_a_flank_opens_and_the_result_says_
 
 def test_the_observer_finds_the_flank_torques_within_rounding_and_friction(measured):
     """Half a count of either encoder across the joint is 0.16 N m, friction holds 0.038 N m."""
-    said = cd.track(DRIVE, controller="lqg", bandwidth=20.0, options=PAIR, seed=3).summary["pair"]
+    found = cd.track(DRIVE, controller="lqg", bandwidth=20.0, options=PAIR, seed=3, draws=2).summary
+    assert found["over_draws"]["flanks_closed"] == 2
+    said = found["pair"]
     measured(f"largest error {said['flank_observer_error']:.3f} N m")
     assert said["flank_observer_error"] < 135.0 * np.pi / 2600 + 0.04
     assert said["motor_peak_torque"][0] < said["torque_limit"] == pytest.approx(2.1)
+
+
+def test_a_law_made_anew_after_a_pulse_keeps_the_flanks_of_both_parts():
+    found = cd.track(
+        DRIVE, controller="darc-indirect", bandwidth=20.0, motion=Motion(pulses=2), options=PAIR
+    ).summary
+    assert found["learnt"]["used"]
+    assert found["pair"]["flanks_closed"] is True
+    assert found["pair"]["flank_observer_error"] > 0.0
 
 
 @pytest.mark.parametrize(

@@ -34,6 +34,8 @@ def track_text(drive: Drive, said: dict[str, Any]) -> str:
             f"  over {over['draws']} draws   median {over['median_peak_error_deg']:.4f}, "
             f"worst {over['worst_peak_error_deg']:.4f} deg"
         )
+        if over.get("flanks_closed") is not None:
+            lines.append(f"   flanks of the pair closed in {over['flanks_closed']}")
         if over["expected_bound_deg"] is not None:
             lines.append(f"  bound for all uncertainties together {over['expected_bound_deg']:.4f} deg")
     if "repeated" in said:

@@ -11,6 +11,7 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.route.axis import AxisDrive
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
+from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
 from cabledrive.rig.closed_loop.other_plants import check_drawable
 from cabledrive.rig.closed_loop.own_plant import PlantProtocol
 from cabledrive.rig.closed_loop.pair import doubled
@@ -151,8 +152,16 @@ def over_draws(
     """
     if loop.controller.name == NAME and loop.controller.own is None and motion.pulses > 1:
         words = run_learning_samples(loop, spec, options, draws, seed).words
+        closed: dict[str, Any] = {
+            "flanks_closed": None,
+            "flanks_closed_reason": f"not looked at in draws of {NAME}",
+        }
     else:
-        words = draw_words(run_samples(loop, options, draws, seed))
+        found = run_samples(loop, options, draws, seed)
+        words = draw_words(found)
+        closed = {"flanks_closed": int(np.count_nonzero(found.scores[:, SUMMARY.index("loose")] == 0.0))}
+    if loop.pair is not None:
+        words |= closed
     return words | bound_over_draws(loop)
 
 

@@ -28,7 +28,7 @@ from cabledrive.rig.closed_loop.sample_kernels import farthest, finish_sample, s
 
 # What stands behind the 2n + 1 states of the chain: half the difference of the motors' angles and its speed,
 # half the difference of their torques, torques of both flanks in the sense of the preload, the least of each,
-# samples at which a flank was not closed; then the memory of the law.
+# whether a flank was open since the last sample; then the memory of the law.
 DIFFERENCE, SPEED, SHAFT, FLANKS, LEAST, OPENED, MEMORY = 0, 1, 2, 3, 5, 7, 8
 # Columns of a record: torques of both flanks, torques of both motors, torques of both flanks as observed.
 RECORDED = 6
@@ -147,6 +147,8 @@ def pair_step(
     kicked(p, x, motor, load, h, fresh)
     for m in range(2):
         own[LEAST + m] = min(own[LEAST + m], own[FLANKS + m])
+        if own[FLANKS + m] <= 0.0:
+            own[OPENED] = 1.0
     x[2 * n] += gained * (total - x[2 * n])
     own[SHAFT] += gained * (difference - own[SHAFT])
     x[n], own[SPEED] = 0.5 * (fresh[0] + fresh[1]), 0.5 * (fresh[0] - fresh[1])
@@ -181,9 +183,8 @@ def pair_ends(p: PairPlant, gone: float, s: LoopState) -> int:
     own = x[2 * n + 1 :]
     twist = abs(x[n - 2] - x[n - 1]) if n > 2 else 0.0
     s.summary[7] = max(s.summary[7], twist)
-    if own[FLANKS] <= 0.0 or own[FLANKS + 1] <= 0.0:
-        s.summary[10] += 1.0
-        own[OPENED] += 1.0
+    s.summary[10] += own[OPENED]
+    own[OPENED] = 0.0
     if not isfinite(x[n - 1]) or abs(x[n - 1]) > gone:
         return DIVERGED
     return WENT_SLACK if twist > p.twist_limit else 0

@@ -207,7 +207,7 @@ def _rest(loop: Loop, early: Run, pause: int) -> Run:
     late = run(loop, state=early.state, first=pause)
     log = early.log.copy()
     log[pause:] = late.log[pause:]
-    tensions = late.tensions
-    if tensions is not None and early.tensions is not None:
-        tensions[:pause] = early.tensions[:pause]
-    return Run(ended=late.ended, state=late.state, log=log, tensions=tensions)
+    for before, after in ((early.tensions, late.tensions), (early.flanks, late.flanks)):
+        if before is not None and after is not None:
+            after[:pause] = before[:pause]
+    return replace(late, log=log)
