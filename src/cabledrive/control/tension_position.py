@@ -18,9 +18,11 @@ import numpy as np
 
 from cabledrive.control.numbers import Array
 from cabledrive.control.tension_allocation import allocate
-from cabledrive.mechanics.compiled import njit
+from cabledrive.mechanics.compiled import njit, njit_in_place
 from cabledrive.reduction.two_motors_kernels import TwoMotors, line_at
 
+FAR = 1e12
+"""Beyond any tension [N]: what would be allocated without limits."""
 RESHAPED = 1e-6
 """Part of the span between the limits by which a wanted tension is moved before it counts as reshaped."""
 
@@ -59,31 +61,49 @@ def step(gains: TensionGains, state: Array, measurement: Array, reference: Array
     wanted place, speed and acceleration, lead of either tension [N].
     Returns the next state and the torques, positive winding in, shape (2,) [N m].
     """
+    m = gains.machine.mass.size
+    state, command = state.copy(), np.zeros(2)
+    step_in_place(gains, state, measurement, reference, command, np.zeros((2, m)), np.zeros(3 * m + 22))
+    return state, command
+
+
+@njit_in_place
+def step_in_place(
+    gains: TensionGains,
+    state: Array,
+    measurement: Array,
+    reference: Array,
+    command: Array,
+    along: Array,
+    work: Array,
+) -> None:
+    """The same: moves ``state`` on and writes ``command``, shape (2,).
+
+    ``along``, shape (2, m), and ``work``, shape (3 m + 22,): space, so that a step makes no arrays.
+    """
     machine = gains.machine
     m, interval = machine.mass.size, gains.interval
-    state = state.copy()
     q, v, d = state[:m], state[m : 2 * m], state[2 * m : 3 * m]
     lag, filtered = state[3 * m : 3 * m + 2], state[3 * m + 2 : 3 * m + 4]
-    angle, wanted = measurement[:2], np.zeros(2)
-    turn = (angle - state[3 * m + 4 : 3 * m + 6]) / interval
-    along, stiffness, tension, bend = np.zeros((2, m)), np.zeros(2), np.zeros(2), np.zeros(2)
-    observe(gains, q, v, d, measurement, along, stiffness, tension, bend)
-    force, got, shortfall = np.zeros(m), np.zeros(m), np.zeros(2)
+    force, got, innovation = work[:m], work[m : 2 * m], work[2 * m : 3 * m]
+    rest = work[3 * m :]
+    stiffness, tension, bend, wanted = rest[:2], rest[2:4], rest[4:6], rest[6:8]
+    shortfall, free, low, high = rest[8:10], rest[10:12], rest[12:14], rest[14:16]
+    below, above, left = rest[16:18], rest[18:20], rest[20:22]
+    observe(gains, q, v, d, measurement, along, stiffness, tension, bend, innovation, left)
     for j in range(m):
         asked = reference[2 * m + j] + gains.position**2 * (reference[j] - q[j])
         asked += 2.0 * gains.position * (reference[m + j] - v[j]) - d[j]
         force[j] = machine.mass[j] * asked + resisting(machine, j, reference[m + j]) - machine.force[j]
         pull = along[0, j] * tension[0] + along[1, j] * tension[1]
         got[j] = (machine.force[j] - pull - resisting(machine, j, v[j])) / machine.mass[j] + d[j]
-    command = np.zeros(2)
     for i in range(2):
-        shortfall[i] = gains.preferred[i] - reference[3 * m + i]
-    low, high = gains.low - reference[3 * m :], gains.high - reference[3 * m :]
+        lead = reference[3 * m + i]
+        shortfall[i], low[i], high[i] = gains.preferred[i] - lead, gains.low[i] - lead, gains.high[i] - lead
+        below[i], above[i] = low[i] - FAR, high[i] + FAR
     allocate(force, machine.mass, along, low, high, shortfall, wanted)
-    reshaped = 0.0
-    free = np.zeros(2)
-    allocate(force, machine.mass, along, low - 1e12, high + 1e12, shortfall, free)
-    kept = 1.0 - exp(-gains.filter * interval)
+    allocate(force, machine.mass, along, below, above, shortfall, free)
+    reshaped, kept = 0.0, 1.0 - exp(-gains.filter * interval)
     for i in range(2):
         if abs(free[i] - wanted[i]) > RESHAPED * (high[i] - low[i]):
             reshaped = 1.0
@@ -95,25 +115,25 @@ def step(gains: TensionGains, state: Array, measurement: Array, reference: Array
             speed += along[i, j] * v[j]
             expected += along[i, j] * got[j]
             planned += along[i, j] * reference[m + j]
-        error_rate = rate - stiffness[i] * (speed + r * turn[i])
+        turn = (measurement[i] - state[3 * m + 4 + i]) / interval
+        error_rate = rate - stiffness[i] * (speed + r * turn)
         bent += 2.0 * gains.tension * error_rate + gains.tension**2 * (filtered[i] - tension[i])
         turning = -planned / r
         torque = machine.inertia[i] * (bent / stiffness[i] - expected) / r + r * tension[i]
-        torque += machine.turning_viscous[i] * turn[i]
+        torque += machine.turning_viscous[i] * turn
         torque += machine.turning_coulomb[i] * tanh(turning / gains.sliding)
         command[i] = min(max(torque, -machine.limit[i]), machine.limit[i])
         lag[i] += kept * (asked - lag[i])
         filtered[i] += kept * (lag[i] - filtered[i])
-        state[3 * m + 4 + i] = angle[i]
+        state[3 * m + 4 + i] = measurement[i]
         state[3 * m + 7 + i] = asked
     state[3 * m + 6] = reshaped
     for j in range(m):
         q[j] += interval * (v[j] + 0.5 * interval * got[j])
         v[j] += interval * got[j]
-    return state, command
 
 
-@njit
+@njit_in_place
 def observe(
     gains: TensionGains,
     q: Array,
@@ -124,14 +144,15 @@ def observe(
     stiffness: Array,
     tension: Array,
     bend: Array,
+    innovation: Array,
+    left: Array,
 ) -> None:
     """Correct place, speed and disturbance of the body by the measurement; write lines and tensions.
 
     ``along``, shape (2, m): dL/dq; ``stiffness``, ``tension``, ``bend``, shape (2,): c [N/m], T [N], and
-    the part of the line's acceleration that its turning makes [m/s^2].
+    the part of the line's acceleration that its turning makes [m/s^2]; ``innovation``, ``left``: space.
     """
     machine, m = gains.machine, q.size
-    innovation, left = np.zeros(m), np.zeros(2)
     for i in range(2):
         length, free, _ = line_at(machine, i, q, along[i])
         tension[i] = measurement[2 + i]
@@ -139,8 +160,8 @@ def observe(
         left[i] = paid + tension[i] * free / machine.rigidity[i] - length
     solve_lines(along, left, innovation)
     w, h = gains.observer, gains.interval
+    z = exp(-w * h)
     for j in range(m):  # three equal poles
-        z = exp(-w * h)
         q[j] += (1.0 - z**3) * innovation[j]
         v[j] += 1.5 * (1.0 - z) ** 2 * (1.0 + z) / h * innovation[j]
         d[j] += (1.0 - z) ** 3 / h**2 * innovation[j]

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cabledrive.control.numbers import Array
-from cabledrive.control.tension_position import TensionGains, step
+from cabledrive.control.tension_position import TensionGains, step_in_place
 from cabledrive.mechanics.compiled import njit
 from cabledrive.reduction.two_motors_kernels import TwoMotors, line_at, pulled
 
@@ -46,6 +46,7 @@ def close_loop(
     q, v, angle, turn = np.zeros(m), np.zeros(m), np.zeros(2), np.zeros(2)
     along, tension, torque = np.zeros((2, m)), np.zeros(2), np.zeros(2)
     command, held, measurement = np.zeros(2), np.zeros(2), np.zeros(4)
+    state, space, work = state.copy(), np.zeros((2, m)), np.zeros(3 * m + 22)
     pull_of(machine, q, v, angle, turn, along, tension)
     for i in range(2):  # at rest the motors hold the lines
         torque[i] = machine.drum[i] * tension[i]
@@ -54,7 +55,7 @@ def close_loop(
         read(rig, k, angle, tension, measurement)
         for i in range(2):
             held[i] = command[i]
-        state, command = step(gains, state, measurement, reference[k])
+        step_in_place(gains, state, measurement, reference[k], command, space, work)
         for j in range(m):
             record[k, j] = q[j]
             if not abs(q[j]) < 1e6:
