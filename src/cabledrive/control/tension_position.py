@@ -102,7 +102,9 @@ def step_in_place(
         shortfall[i], low[i], high[i] = gains.preferred[i] - lead, gains.low[i] - lead, gains.high[i] - lead
         below[i], above[i] = low[i] - FAR, high[i] + FAR
     allocate(force, machine.mass, along, low, high, shortfall, wanted)
-    allocate(force, machine.mass, along, below, above, shortfall, free)
+    free[0], free[1] = wanted[0], wanted[1]
+    if not (low[0] < wanted[0] < high[0] and low[1] < wanted[1] < high[1]):  # what no limit would change
+        allocate(force, machine.mass, along, below, above, shortfall, free)
     reshaped, kept = 0.0, 1.0 - exp(-gains.filter * interval)
     for i in range(2):
         if abs(free[i] - wanted[i]) > RESHAPED * (high[i] - low[i]):
