@@ -1,4 +1,4 @@
-"""Machines with routes: modes of a CoreXY, its map over the bed, a ropeway of up to 200 sheaves."""
+"""Machines with routes: modes of a CoreXY, its map over the bed, a ropeway, a loop as a route in time."""
 
 import os
 import time
@@ -8,17 +8,22 @@ import numpy as np
 from harness import side_by_side, table
 
 import cabledrive as cd
+from cabledrive.parameters import Drive
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.parameters.route.parts import RoutedCarriage
+from cabledrive.parameters.route.parts import RoutedCarriage, RoutedPulley, RouteLayout
+from cabledrive.parameters.route.rope import Rope, Route
+from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start
+from cabledrive.simulation.network import NetworkStart
 from cabledrive.studies.mode_map import map_modes
 
 TITLE = "Machines with routes"
 SIZES = (25, 50, 100, 200)
 MODES, GRID, CORES = 50, 30, 2
+SECONDS, RECORDS = 1.0, 1000.0
 
 
 def report() -> str:
-    return f"{corexy()}\n\n{bed()}\n\n{ropeways()}"
+    return f"{corexy()}\n\n{bed()}\n\n{ropeways()}\n\n{in_time()}"
 
 
 def corexy() -> str:
@@ -83,4 +88,63 @@ def ropeway(sheaves: int, bends: bool) -> RoutedDrive:
         ),
         route=(replace(drive.route[0], path=path),),
         cable=rope,
+    )
+
+
+def in_time() -> str:
+    """A loop, plucked and driven, beside the same written as a route: process time of 1 s of motion."""
+    loop = cd.load_drive("dissertation-2")
+    loop = replace(loop, layout=replace(loop.layout, gravity=0.0))
+    route, rows = written_as_route(loop), []
+    starts = {
+        "loop": (loop, Start(plucks=(Pluck(height=1e-3),))),
+        "route": (route, NetworkStart(plucks=(Pluck(height=1e-3, span="drive to load"),))),
+    }
+    for segments in (200, 40):
+        given = {
+            "torque": Sine(amplitude=0.02, frequency=81.7),
+            "scheme": Scheme(segments=segments),
+            "recording": Recording(rate=RECORDS),
+        }
+        times = side_by_side(
+            {
+                name: lambda drive=drive, start=start, given=given: cd.simulate(
+                    drive, SECONDS, start=start, **given
+                )
+                for name, (drive, start) in starts.items()
+            },
+            rounds=9,
+        )
+        shown = [
+            f"{1e3 * times[name].median:.0f} ms ± {times[name].spread:.0%}" for name in ("loop", "route")
+        ]
+        ratio = times["route"].median / times["loop"].median
+        rows.append([str(segments), *shown, f"{ratio:.2f}"])
+    return table(["segments per span", "loop", "as a route", "ratio"], rows)
+
+
+def written_as_route(loop: Drive) -> RoutedDrive:
+    """The two pulleys of a loop as a machine with one closed route, without gravity."""
+    names = ("drive", "load")
+    return RoutedDrive(
+        name=loop.name,
+        cable=Rope(
+            given_rigidity=loop.cable.axial_rigidity,
+            mass_per_length=loop.cable.mass_per_length,
+            pretension=loop.cable.pretension,
+            transverse_damping=loop.cable.transverse_damping,
+        ),
+        layout=RouteLayout(gravity=0.0),
+        pulley=tuple(
+            RoutedPulley(
+                name=name,
+                at=(i * loop.pulley_distance, 0.0),
+                radius=own.radius,
+                inertia=own.inertia,
+                viscous_friction=own.viscous_friction,
+                coulomb_friction=own.coulomb_friction,
+            )
+            for i, (name, own) in enumerate(zip(names, loop.pulley, strict=True))
+        ),
+        route=(Route(name="cable", path=("-drive", "-load"), closed=True),),
     )
