@@ -33,10 +33,10 @@ help:
 
 demo: $(VENV)/run.stamp
 	@mkdir -p $(dir $(REPORT))
-	$(BIN)/cabledrive report -o $(REPORT) --force
 	$(BIN)/cabledrive reproduce --quick -o $(DISSERTATION) --force
 	$(BIN)/cabledrive sweep examples/tolerance_campaign.toml -o $(CAMPAIGN).zarr --workers 1 --force
 	$(BIN)/cabledrive report $(CAMPAIGN).zarr --goal "longitudinal_hz[0] > 5.9 Hz" -o $(CAMPAIGN).html --force
+	$(BIN)/cabledrive report -o $(REPORT) --link $(CAMPAIGN).html --link $(DISSERTATION)/report.html --force
 	@echo "The report is in $(REPORT), the dissertation item by item in $(DISSERTATION)/report.html,"
 	@echo "a campaign of 1,280 variants of one drive in $(CAMPAIGN).html"
 

@@ -41,9 +41,21 @@ def page():
     return report_html(drives(), written_at=TIME)
 
 
-def test_the_file_is_the_page(tmp_path):
-    written = write_report(drives(), tmp_path / "report.html", written_at=TIME)
-    assert written.read_text(encoding="utf-8") == page()
+def test_the_file_is_the_page_with_a_card_for_each_linked_page(tmp_path):
+    (tmp_path / "beside").mkdir()
+    other = tmp_path / "beside" / "campaign.html"
+    other.write_text("<html><head><title>Fleet &amp; field</title></head></html>")
+    written = write_report(drives(), tmp_path / "report.html", written_at=TIME, links=[other])
+    text = written.read_text(encoding="utf-8")
+    linked = (("Fleet & field", "beside/campaign.html"),)
+    assert text == report_html(drives(), written_at=TIME, links=linked)
+    assert '<a href="beside/campaign.html">Fleet &amp; field</a>' in text
+
+
+def test_a_linked_page_that_is_not_there_is_refused_before_any_work(tmp_path, monkeypatch):
+    monkeypatch.setattr(writing, "report_html", lambda *a, **k: pytest.fail("worked before it looked"))
+    with pytest.raises(InputRefused, match="make the linked page first"):
+        write_report(drives(), tmp_path / "report.html", links=[tmp_path / "none.html"])
 
 
 def test_an_existing_file_is_refused_before_any_work_and_kept(tmp_path, monkeypatch):

@@ -34,6 +34,8 @@ class Page:
         Pages inside the file.
     overview : Figure or None, default None
         Below the cards of the machines.
+    links : tuple of (str, str), default ()
+        Title and file of pages beside this one, shown as cards.
     """
 
     title: str
@@ -42,6 +44,7 @@ class Page:
     provenance: Provenance
     views: tuple[View, ...] = ()
     overview: Figure | None = None
+    links: tuple[tuple[str, str], ...] = ()
 
     @property
     def headlines(self) -> tuple[tuple[str, str, str], ...]:

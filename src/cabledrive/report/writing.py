@@ -1,10 +1,13 @@
 """The report of some drives as a file."""
 
+import os
+import re
 from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
+from html import unescape
 from pathlib import Path
 
-from cabledrive.parameters import Drive
+from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.files import check_writable, write_whole
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.axis import require_own_spans
@@ -24,6 +27,7 @@ def write_report(
     force: bool = False,
     written_at: datetime | None = None,
     progress: Callable[[str], None] | None = None,
+    links: Sequence[str | Path] = (),
 ) -> Path:
     """Write the report of some drives as one HTML file that needs nothing else.
 
@@ -39,6 +43,8 @@ def write_report(
         Time that the report states; now where it is not given. Everything else follows from the drives.
     progress : callable, optional
         Called with a line of text when a longer part of the work begins.
+    links : sequence of path-like, default ()
+        Other pages, shown as cards; the file does without them.
 
     Returns
     -------
@@ -48,14 +54,17 @@ def write_report(
     Raises
     ------
     InputRefused
-        If there is no drive, the file exists (without `force`), or it cannot be written; before any work.
+        If there is no drive, the file exists (without `force`), it cannot be written, or a linked page
+        cannot be read; before any work.
     NotComputed
         If the modes of a drive could not be computed.
     """
     for drive in drives:
         require_own_spans(drive, "`write_report`")
     path = check_writable(path, force=force)
-    return write_whole(path, report_html(drives, written_at=written_at, progress=progress), force=force)
+    beside = tuple(linked_page(page, path.parent) for page in links)
+    html = report_html(drives, written_at=written_at, progress=progress, links=beside)
+    return write_whole(path, html, force=force)
 
 
 def report_html(
@@ -63,6 +72,7 @@ def report_html(
     *,
     written_at: datetime | None = None,
     progress: Callable[[str], None] | None = None,
+    links: tuple[tuple[str, str], ...] = (),
 ) -> str:
     """The report of some drives as text.
 
@@ -74,6 +84,8 @@ def report_html(
         Time that the report states; now where it is not given.
     progress : callable, optional
         Called with a line of text when a longer part of the work begins.
+    links : tuple of (str, str), default ()
+        Title and address of other pages, shown as cards.
 
     Returns
     -------
@@ -98,9 +110,26 @@ def report_html(
             subtitle=_subtitle(drives),
             views=views,
             overview=overview_figure(context) if len(drives) > 1 else None,
+            links=links,
             provenance=provenance(context, methods, written_at or datetime.now(UTC)),
         )
     )
+
+
+def linked_page(page: str | Path, folder: Path) -> tuple[str, str]:
+    """Title of another page, and its address from the folder of this one.
+
+    Raises `InputRefused` if it cannot be read, or has no title.
+    """
+    try:
+        text = Path(page).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        why = getattr(error, "strerror", None) or "it is no text"
+        raise InputRefused(f"cannot be read ({why}): make the linked page first").at(str(page)) from None
+    found = re.search(r"<title>(.*?)</title>", text, re.DOTALL)
+    if found is None:
+        raise InputRefused("has no title: link a page of HTML").at(str(page))
+    return unescape(found[1]).strip(), Path(os.path.relpath(page, folder)).as_posix()
 
 
 def _title(drives: Sequence[Drive | RoutedDrive]) -> str:

@@ -24,6 +24,14 @@ from cabledrive.parameters import InputRefused, content_hash, load_drive, packag
     help='Of a campaign: a limit such as "peak_error_deg < 0.05 deg"; repeatable.',
 )
 @click.option(
+    "--link",
+    "links",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    metavar="PAGE",
+    help="Another page, such as that of a campaign, shown as a card; repeatable.",
+)
+@click.option(
     "-o",
     "--output",
     type=NewFileType(*PAGE),
@@ -31,18 +39,21 @@ from cabledrive.parameters import InputRefused, content_hash, load_drive, packag
     metavar="FILE",
     help="The HTML page, in one file.",
 )
-def command(drives: tuple[str, ...], goals: tuple[str, ...], output: NewFile) -> Answer:
+def command(
+    drives: tuple[str, ...], goals: tuple[str, ...], links: tuple[Path, ...], output: NewFile
+) -> Answer:
     """Write one self-contained page about each DRIVE; without one, about the packaged drives.
 
     A store of a sweep, STORE.zarr, in place of DRIVE: yield, drivers of failure, scatter, worst machines.
     """
     if any((Path(name) / "zarr.json").is_file() for name in drives):
+        refuse_given("links", why="is for the page of drives: leave it out")
         return _campaign(drives, goals, output)
     refuse_given("goals", why="is for the store of a sweep: name one, or leave it out")
     loaded = [load_drive(name) for name in drives or packaged_drives()]
     from cabledrive.report import write_report
 
-    path = write_report(loaded, output.path, force=output.force, progress=note)
+    path = write_report(loaded, output.path, force=output.force, progress=note, links=links)
     rows = [{"name": drive.name, "drive_hash": content_hash(drive)} for drive in loaded]
     return Answer(
         data={"report": str(path), "drives": rows}, text=f"written to {path}", provenance=provenance()
