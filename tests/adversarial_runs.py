@@ -13,11 +13,10 @@ import numpy as np
 from cabledrive.control.darc_gains import printed_bounds
 from cabledrive.parameters import Drive, InputRefused, load_drive
 from cabledrive.reduction.models import FLEXIBLE_JOINT, highest_model
-from cabledrive.rig import Motion, RigOptions
+from cabledrive.rig import Motion, RigOptions, track
 from cabledrive.rig.closed_loop.loop import plant_chain
 from cabledrive.rig.closed_loop.loop_numbers import Array
 from cabledrive.rig.setting import DEGREE, Disturbance
-from cabledrive.rig.trial import track
 from cabledrive.trajectories import move_limits, shortest_rise
 
 LAWS = {

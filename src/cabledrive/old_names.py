@@ -96,7 +96,7 @@ RENAMED = {  # module at its present path: old name of a function or class, and 
     },
     "cabledrive.rig.tracking": {"told": "summarize"},
     "cabledrive.rig.run_facts": {"circumstance_words": "disturbance_facts"},
-    "cabledrive.rig.trial": {"wish_for": "spec_for"},
+    "cabledrive.rig.trial": {"wish_for": "spec_for", "track": "track_pulses"},
     "cabledrive.studies.crossings": {"Meeting": "Crossing", "meetings": "crossings"},
     "cabledrive.studies.resonance": {"resonance_summary": "resonance"},
     "cabledrive.studies.resonance_detuning": {

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from cabledrive.parameters import InputRefused, load_drive
+from cabledrive.rig import track as best_track
 from cabledrive.rig.closed_loop.linear_loop import linear_loop, response
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
 from cabledrive.rig.expected_bound import expected_bound, residual_response, tube
@@ -16,7 +17,6 @@ from cabledrive.rig.laws.trial_runs import needed_torque
 from cabledrive.rig.plant_samples import Spreads, sampled_loops
 from cabledrive.rig.setting import Motion, RigOptions
 from cabledrive.rig.trial import spec_for
-from cabledrive.rig.trial import track as best_track
 from dissertation_runs import track
 
 DRIVE = load_drive("dissertation-3")
