@@ -81,6 +81,14 @@ class Network:
         return self.motion.drive
 
     @cached_property
+    def places(self) -> list[tuple[str, str]]:
+        """Span and direction of each link."""
+        spans = [self.drive.free_spans[piece.span].name for piece in self.pieces]
+        return [
+            (spans[piece], DIRECTIONS[way]) for piece, way in zip(self.piece, self.direction, strict=True)
+        ]
+
+    @cached_property
     def static_stiffness(self) -> Array:
         """Stiffness of every coordinate against every other at rest, shape (n, n)."""
         stretch = self.start - self.end

@@ -13,10 +13,13 @@ from cabledrive.modal.network.band_kernels import (
     STIFFNESS,
     SparseRows,
     assemble,
+    counted,
     for_lapack,
     forms,
+    general_stiffness,
     negative_pivots,
     placed,
+    rate_times,
     times,
 )
 from cabledrive.modal.network.band_segments import BandSegments, tied_by
@@ -75,12 +78,20 @@ class Banded:
 
     def count(self, omega: float) -> int | None:
         """Modes below a frequency; None where two orders of elimination lose too many digits."""
-        for own in (self, self._reversed):
-            here = own.at(omega)
-            negative, growth = negative_pivots(here.matrix(STIFFNESS))
-            if growth <= GROWTH:
-                return int(negative) + here.inside
-        return None
+        below, growth = self._counted(omega)
+        if growth > GROWTH:
+            below, growth = self._reversed._counted(omega)
+        return below if growth <= GROWTH else None
+
+    def _counted(self, omega: float) -> tuple[int, float]:
+        """Modes below a frequency by this order of elimination, and how its terms grow."""
+        if not self.segments:
+            kind = np.empty(0, dtype=self._type)
+            below, growth = counted(self.rows, omega, self._imaginary, self.order.size, kind)
+            return int(below), float(growth)
+        here = self.at(omega)
+        negative, growth = negative_pivots(here.matrix(STIFFNESS))
+        return int(negative) + here.inside, float(growth)
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +141,7 @@ class BandAt:
 
         solver = zgbsv if self.banded.component.moving else dgbsv
         matrix = np.empty((3 * self.width + 1, self.size), dtype=self.banded._type, order="F")
-        for_lapack(self.matrix(STIFFNESS, omega), matrix)
+        self._write_stiffness(omega, matrix)
         _, _, solution, info = solver(self.width, self.width, matrix, load)
         if info:  # the frequency is exact to the last bit: step aside by round-off
             matrix[2 * self.width] += 1e-13 * np.abs(matrix).max()
@@ -140,9 +151,22 @@ class BandAt:
 
     def rate_load(self, omega: float, shapes: NDArray[Any]) -> NDArray[Any]:
         """Rate times unknowns, shape (size, k)."""
-        out = np.empty_like(shapes)
-        times(self.matrix(RATE, omega), shapes, out)
+        out, own = np.empty_like(shapes), self.banded
+        if own.segments:
+            times(self.matrix(RATE, omega), shapes, out)
+        else:
+            places = self.position, self.cuts, self.width
+            rate_times(own.rows, omega, self.omega, own._imaginary, *places, shapes, out)
         return out
+
+    def _write_stiffness(self, omega: float, out: NDArray[Any]) -> None:
+        """The stiffness in LAPACK's storage, shape (3 width + 1, size)."""
+        own = self.banded
+        if own.segments:
+            for_lapack(self.matrix(STIFFNESS, omega), out)
+        else:
+            places = self.position, self.cuts
+            general_stiffness(own.rows, omega, self.omega, own._imaginary, *places, out)
 
     def energies(self, omega: float, shapes: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
         """Quadratic forms of stiffness and rate, shape (k, k) each."""

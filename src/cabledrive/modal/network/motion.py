@@ -71,9 +71,9 @@ class NetworkMotion:
         total = self._potential
         found: dict[tuple[str, str], float] = {}
         elastic = [link.link for segments in self._cut.component.segments for link in segments.links]
-        for link, energy in zip([*self._cut.component.links, *elastic], stored, strict=True):
-            key = self._span_of(link), DIRECTIONS[self.network.direction[link]]
-            found[key] = found.get(key, 0.0) + float(energy / total)
+        places = self.network.places
+        for link, energy in zip([*self._cut.component.links.tolist(), *elastic], stored.tolist(), strict=True):
+            found[places[link]] = found.get(places[link], 0.0) + energy / total
         return found
 
     def _span_of(self, link: int) -> str:
@@ -90,16 +90,15 @@ class NetworkMotion:
         """
         omega, cut = self.solved.omega, self._cut
         state, x = assembled(cut, omega), self.solved.shapes
-        squares = [np.mean(np.abs(rows @ x) ** 2, axis=1) for rows in (state.stretch, cut.start, cut.end)]
+        squares = [_mean_square(rows @ x) for rows in (state.stretch, cut.start, cut.end)]
         stiff = state.link * squares[0] + state.edge * (squares[1] + squares[2])
         rate = state.link_rate * squares[0] + state.edge_rate * (squares[1] + squares[2])
         if cut.component.moving:
             product = np.mean(((cut.end @ x).conj() * 1j * (state.turned @ x)).real, axis=1)
             rate = rate + 2.0 * state.link * cut.lag * product
-        strain = np.zeros(cut.component.links.size)
-        np.add.at(strain, cut.link, omega * stiff + omega**2 * rate)
         own = cut.component
-        masses = np.mean(np.abs(own.mass_rows @ x[: own.size]) ** 2, axis=1)
+        strain = np.bincount(cut.link, omega * stiff + omega**2 * rate, own.links.size)
+        masses = _mean_square(own.mass_rows @ x[: own.size])
         kinetic = float(np.sum(omega**2 * rate - omega * stiff)) / omega**2 / 2.0 + float(own.mass @ masses)
         for segments in own.segments:
             forms = segments.forms(omega, x[: own.size])
@@ -112,7 +111,7 @@ class NetworkMotion:
     def _potential(self) -> float:
         """Four times the strain energy of all."""
         own, x = self._cut.component, self.solved.shapes[: self._cut.component.size]
-        springs = own.spring @ np.mean(np.abs(own.spring_rows @ x) ** 2, axis=1)
+        springs = own.spring @ _mean_square(own.spring_rows @ x)
         turning = np.mean(np.einsum("ik,ij,jk->k", x.conj(), own.geometric, x).real)
         return float(self._energies[0].sum() + 2.0 * springs + 2.0 * turning)
 
@@ -257,3 +256,9 @@ class HeldMotion:
 
 
 PLANES = {ACROSS: "w", OUT_OF_PLANE: "v"}
+
+
+def _mean_square(values: NDArray[Any]) -> Array:
+    """Mean square over the shapes of a mode, shape (rows,)."""
+    squares = np.abs(values) ** 2
+    return np.asarray(squares[:, 0] if squares.shape[1] == 1 else np.mean(squares, axis=1))
