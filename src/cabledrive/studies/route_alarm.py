@@ -152,6 +152,8 @@ def _doubts(
         found.append(f"{span} sags by {1e3 * sag:.3g} mm, and excitation through sag is not computed")
     if not all(one.certified for one in path.snapshots):
         found.append("the list of modes is not certified in every pose")
+    if path.ambiguous:
+        found.append(f"modes change too much between poses to be followed: {'; '.join(path.ambiguous[:3])}")
     if not motion.places and len(path.snapshots) > 1 and _rubs(drive):
         found.append(
             "the places of bodies follow from the torque without the file's friction: give them as columns"
@@ -191,7 +193,7 @@ def _assumptions(path: RoutePath, motion: PlannedMotion) -> tuple[str, ...]:
         return ("bodies stay where the file has them", *ASSUMPTIONS)
     how = "given" if motion.places else "by the torque on the rigid machine without friction"
     return (
-        f"modes in {len(path.snapshots)} poses, interpolated between them by span, plane and number; "
+        f"modes in {len(path.snapshots)} poses, followed by their shapes and interpolated; "
         f"places of bodies {how}",
         *ASSUMPTIONS,
     )

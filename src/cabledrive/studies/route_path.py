@@ -16,6 +16,7 @@ from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.route import RoutedDrive, moved
 from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.route_snapshot import Snapshot, driven_of, snapshot_of
+from cabledrive.studies.route_tracking import tracked
 
 Array = NDArray[np.float64]
 
@@ -37,13 +38,15 @@ class RoutePath:
     poses : tuple of dict of str to float
         Places of bodies, one for each snapshot [m], [rad].
     snapshots : tuple of Snapshot
-        All with the same modes.
+        All with the same modes in one order.
     time, here : ndarray, shape (steps + 1,)
         [s]; number of the snapshot, with the share on the way to the next.
     torque, pushed : ndarray, shapes (steps + 1, motors), (steps, motors)
         [N m]; in the middle of each step.
     along, along_rate : ndarray, shape (steps + 1, q)
         Longitudinal modes [m sqrt(kg)], [m sqrt(kg)/s].
+    ambiguous : tuple of str
+        Modes that change too much between two poses to be followed.
     """
 
     poses: tuple[dict[str, float], ...]
@@ -54,6 +57,7 @@ class RoutePath:
     pushed: Array
     along: Array
     along_rate: Array
+    ambiguous: tuple[str, ...] = ()
 
     @cached_property
     def swing(self) -> Array:
@@ -94,7 +98,7 @@ def path_of(drive: RoutedDrive, motion: PlannedMotion) -> RoutePath:
     places = dict(motion.places) or _places_by_torque(drive, motion)
     places = {key: values for key, values in places.items() if np.ptp(values) > STILL}
     poses, here = poses_along(places, motion.time)
-    snapshots = _snapshots(drive, poses)
+    snapshots, ambiguous = _snapshots(drive, poses)
     highest = max(max(one.along.max(), one.across.max(initial=0.0)) for one in snapshots)
     duration = float(motion.time[-1])
     steps = ceil(duration * highest / (2.0 * pi) * STEPS_PER_PERIOD)
@@ -112,6 +116,7 @@ def path_of(drive: RoutedDrive, motion: PlannedMotion) -> RoutePath:
     path = RoutePath(
         poses=tuple(poses),
         snapshots=tuple(snapshots),
+        ambiguous=tuple(ambiguous),
         time=time,
         here=np.interp(time, motion.time, here),
         torque=torque,
@@ -158,23 +163,37 @@ def pose_words(drive: RoutedDrive, pose: Mapping[str, float]) -> str:
     )
 
 
-def _snapshots(drive: RoutedDrive, poses: list[dict[str, float]]) -> list[Snapshot]:
-    """Snapshots with the same modes: a transverse one above all resonances of a pose is there uncoupled."""
-    found: list[Snapshot] = []
-    top: float | None = None
-    for pose in poses:
-        try:
-            found.append(snapshot_of(moved(drive, pose) if pose else drive, top))
-        except InputRefused as refusal:
-            if not pose:
-                raise
-            raise InputRefused(
-                f"motion: at {pose_words(drive, pose)}: {refusal}; give places as columns"
-            ) from None
-        top = top or 1.05 * float(found[0].along.max()) / (2.0 * pi)
+def _snapshots(drive: RoutedDrive, poses: list[dict[str, float]]) -> tuple[list[Snapshot], list[str]]:
+    """Snapshots with the same modes, followed by their shapes, and modes that could not be followed.
+
+    A transverse mode above all resonances of a pose is there uncoupled.
+    """
+    first = _snapshot(drive, poses[0], None)
+    top = 1.05 * float(first.along.max()) / (2.0 * pi)
+    found = [first, *(_snapshot(drive, pose, top) for pose in poses[1:])]
     count = min(one.along.size for one in found)
     keys = sorted({key for one in found for key in one.keys})
-    return [one.with_keys(keys, count) for one in found]
+
+    def between(place: float) -> Snapshot:
+        """The snapshot at a place along the poses."""
+        number = min(int(place), len(poses) - 2)
+        share = place - number
+        near, far = poses[number], poses[number + 1]
+        pose = {key: (1.0 - share) * near[key] + share * far[key] for key in near}
+        own = _snapshot(drive, pose, top)
+        return own.with_keys(keys, min(count, own.along.size))
+
+    return tracked([one.with_keys(keys, count) for one in found], between)
+
+
+def _snapshot(drive: RoutedDrive, pose: dict[str, float], top: float | None) -> Snapshot:
+    try:
+        return snapshot_of(moved(drive, pose) if pose else drive, top)
+    except InputRefused as refusal:
+        if not pose:
+            raise
+        where = ", ".join(f"{key} = {value:.4g}" for key, value in pose.items())
+        raise InputRefused(f"motion: at {where}: {refusal}; give places as columns") from None
 
 
 def _places_by_torque(drive: RoutedDrive, motion: PlannedMotion) -> dict[str, Array]:

@@ -200,20 +200,6 @@ def negative_pivots(band: Any) -> tuple[int, float]:
 
 
 @njit_strict
-def counted(rows: SparseRows, omega: float, imaginary: Any, coordinates: int, kind: Any) -> tuple[int, float]:
-    """Modes below a frequency and the growth of `negative_pivots`, in one call.
-
-    ``coordinates``: n; ``kind``: an empty array of the band's numbers.
-    """
-    position, cuts = np.empty(coordinates, np.int64), np.empty(rows.time.size, np.int64)
-    size, width, inside = placed(rows, omega, position, cuts)
-    band = np.empty((size, width + 1), kind.dtype)
-    assemble(rows, omega, omega, STIFFNESS, imaginary, position, cuts, band)
-    negative, growth = negative_pivots(band)
-    return negative + inside, growth
-
-
-@njit_strict
 def for_lapack(band: Any, out: Any) -> None:
     """Spread a Hermitian band into LAPACK's storage for a general one, shape (3 width + 1, size)."""
     size, width = band.shape[0], band.shape[1] - 1
@@ -235,34 +221,6 @@ def times(band: Any, x: Any, out: Any) -> None:
                 out[i, c] += band[i, d] * x[i - d, c]
                 if d > 0:
                     out[i - d, c] += np.conj(band[i, d]) * x[i, c]
-
-
-@njit_strict
-def general_stiffness(
-    rows: SparseRows, omega: float, cut_at: float, imaginary: Any, position: Any, cuts: Any, out: Any
-) -> None:
-    """The stiffness in LAPACK's storage of `for_lapack`, in one call."""
-    band = np.empty((out.shape[1], (out.shape[0] - 1) // 3 + 1), out.dtype)
-    assemble(rows, omega, cut_at, STIFFNESS, imaginary, position, cuts, band)
-    for_lapack(band, out)
-
-
-@njit_strict
-def rate_times(
-    rows: SparseRows,
-    omega: float,
-    cut_at: float,
-    imaginary: Any,
-    position: Any,
-    cuts: Any,
-    width: int,
-    x: Any,
-    out: Any,
-) -> None:
-    """Rate times columns, shape (size, k), in one call."""
-    band = np.empty((out.shape[0], width + 1), out.dtype)
-    assemble(rows, omega, cut_at, RATE, imaginary, position, cuts, band)
-    times(band, x, out)
 
 
 @njit_strict

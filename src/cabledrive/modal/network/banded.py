@@ -13,17 +13,15 @@ from cabledrive.modal.network.band_kernels import (
     STIFFNESS,
     SparseRows,
     assemble,
-    counted,
     for_lapack,
     forms,
-    general_stiffness,
     negative_pivots,
     placed,
-    rate_times,
     times,
 )
 from cabledrive.modal.network.band_segments import BandSegments, tied_by
 from cabledrive.modal.network.component import Component
+from cabledrive.modal.network.refining_kernels import counted, general_stiffness, rate_times
 
 GROWTH = 1e4
 """Growth of the terms of an unpivoted factorisation up to which its count is taken."""
@@ -47,8 +45,8 @@ class Banded:
         self.component = component
         self.order = _band_order(component)
         self.scale = scale[self.order]
-        self._imaginary: Any = 1j if component.moving else 0.0
-        self._type = np.complex128 if component.moving else np.float64
+        self.imaginary: Any = 1j if component.moving else 0.0
+        self.kind = np.complex128 if component.moving else np.float64
         self.rows = _sparse_rows(component, self.order, self.scale)
         self.segments = [BandSegments(own, self.order, self.scale) for own in component.segments]
 
@@ -64,7 +62,7 @@ class Banded:
         """The same with its coordinates eliminated from the other end."""
         other = object.__new__(Banded)
         other.component, other.order = self.component, self.order[::-1].copy()
-        other.scale, other._imaginary, other._type = self.scale[::-1].copy(), self._imaginary, self._type
+        other.scale, other.imaginary, other.kind = self.scale[::-1].copy(), self.imaginary, self.kind
         other.rows = _sparse_rows(self.component, other.order, other.scale)
         other.segments = [BandSegments(own, other.order, other.scale) for own in self.component.segments]
         return other
@@ -86,8 +84,8 @@ class Banded:
     def _counted(self, omega: float) -> tuple[int, float]:
         """Modes below a frequency by this order of elimination, and how its terms grow."""
         if not self.segments:
-            kind = np.empty(0, dtype=self._type)
-            below, growth = counted(self.rows, omega, self._imaginary, self.order.size, kind)
+            kind = np.empty(0, dtype=self.kind)
+            below, growth = counted(self.rows, omega, self.imaginary, self.order.size, kind)
             return int(below), float(growth)
         here = self.at(omega)
         negative, growth = negative_pivots(here.matrix(STIFFNESS))
@@ -120,13 +118,13 @@ class BandAt:
     def matrix(self, what: int, omega: float | None = None) -> NDArray[Any]:
         """Stiffness or rate by rows, shape (size, width + 1)."""
         own = self.banded
-        band = np.empty((self.size, self.width + 1), dtype=own._type)
+        band = np.empty((self.size, self.width + 1), dtype=own.kind)
         assemble(
             own.rows,
             self.omega if omega is None else omega,
             self.omega,
             what,
-            own._imaginary,
+            own.imaginary,
             self.position,
             self.cuts,
             band,
@@ -140,7 +138,7 @@ class BandAt:
         from scipy.linalg.lapack import dgbsv, zgbsv
 
         solver = zgbsv if self.banded.component.moving else dgbsv
-        matrix = np.empty((3 * self.width + 1, self.size), dtype=self.banded._type, order="F")
+        matrix = np.empty((3 * self.width + 1, self.size), dtype=self.banded.kind, order="F")
         self._write_stiffness(omega, matrix)
         _, _, solution, info = solver(self.width, self.width, matrix, load)
         if info:  # the frequency is exact to the last bit: step aside by round-off
@@ -156,7 +154,7 @@ class BandAt:
             times(self.matrix(RATE, omega), shapes, out)
         else:
             places = self.position, self.cuts, self.width
-            rate_times(own.rows, omega, self.omega, own._imaginary, *places, shapes, out)
+            rate_times(own.rows, omega, self.omega, own.imaginary, *places, shapes, out)
         return out
 
     def _write_stiffness(self, omega: float, out: NDArray[Any]) -> None:
@@ -166,13 +164,13 @@ class BandAt:
             for_lapack(self.matrix(STIFFNESS, omega), out)
         else:
             places = self.position, self.cuts
-            general_stiffness(own.rows, omega, self.omega, own._imaginary, *places, out)
+            general_stiffness(own.rows, omega, self.omega, own.imaginary, *places, out)
 
     def energies(self, omega: float, shapes: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
         """Quadratic forms of stiffness and rate, shape (k, k) each."""
         own, k = self.banded, shapes.shape[1]
-        energy, rate = np.empty((k, k), dtype=own._type), np.empty((k, k), dtype=own._type)
-        forms(own.rows, omega, self.omega, own._imaginary, self.position, self.cuts, shapes, energy, rate)
+        energy, rate = np.empty((k, k), dtype=own.kind), np.empty((k, k), dtype=own.kind)
+        forms(own.rows, omega, self.omega, own.imaginary, self.position, self.cuts, shapes, energy, rate)
         for segments in own.segments:
             more = segments.forms(omega, shapes[self.position])
             energy, rate = energy + more[0], rate + more[1]
@@ -181,7 +179,7 @@ class BandAt:
     def rough_load(self, modes: int) -> NDArray[Any]:
         """Loads that no mode is orthogonal to, shape (size, modes)."""
         waves = np.outer(np.arange(1, self.size + 1), 1.0 + np.sqrt(2.0) * np.arange(1, modes + 1))
-        return np.cos(waves).astype(self.banded._type)
+        return np.cos(waves).astype(self.banded.kind)
 
     def displacements(self, shapes: NDArray[Any]) -> NDArray[Any]:
         """Shapes in the order of the component, cuts in the order of their links behind, shape (size, k)."""

@@ -72,7 +72,9 @@ class NetworkMotion:
         found: dict[tuple[str, str], float] = {}
         elastic = [link.link for segments in self._cut.component.segments for link in segments.links]
         places = self.network.places
-        for link, energy in zip([*self._cut.component.links.tolist(), *elastic], stored.tolist(), strict=True):
+        for link, energy in zip(
+            [*self._cut.component.links.tolist(), *elastic], stored.tolist(), strict=True
+        ):
             found[places[link]] = found.get(places[link], 0.0) + energy / total
         return found
 
@@ -97,7 +99,8 @@ class NetworkMotion:
             product = np.mean(((cut.end @ x).conj() * 1j * (state.turned @ x)).real, axis=1)
             rate = rate + 2.0 * state.link * cut.lag * product
         own = cut.component
-        strain = np.bincount(cut.link, omega * stiff + omega**2 * rate, own.links.size)
+        stored = omega * stiff + omega**2 * rate
+        strain = np.bincount(cut.link, stored, own.links.size).astype(np.float64)
         masses = _mean_square(own.mass_rows @ x[: own.size])
         kinetic = float(np.sum(omega**2 * rate - omega * stiff)) / omega**2 / 2.0 + float(own.mass @ masses)
         for segments in own.segments:

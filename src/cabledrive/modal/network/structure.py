@@ -73,6 +73,8 @@ class ComponentStructure:
         Returns None if the iteration leaves the interval. As Eq. (M.6).
         """
         banded = self._banded(high)
+        if modes == 1 and not banded.segments:
+            return self._refined_one(banded, start, low, high)
         band = banded.at(start)
         if modes > band.size:
             return None
@@ -94,6 +96,23 @@ class ComponentStructure:
             if shift**2 > _SETTLED * omega * min(omega - low, high - omega):  # other modes lie beyond
                 shapes = band.solve(omega, band.rate_load(omega, shapes))
         return None
+
+    @staticmethod
+    def _refined_one(banded: "Banded", start: float, low: float, high: float) -> Refined | None:
+        """The same for a single mode of strings, in one compiled call."""
+        from cabledrive.modal.network.banded import BandAt
+        from cabledrive.modal.network.refining_kernels import refined_one
+
+        position = np.empty(banded.order.size, dtype=np.int64)
+        cuts = np.empty(banded.rows.time.size, dtype=np.int64)
+        found, omega, shape, *size = refined_one(
+            banded.rows, start, low, high, banded.imaginary, position, cuts, np.empty(0, dtype=banded.kind)
+        )
+        if not found:
+            return None
+        band = BandAt(banded, start, position, cuts, *size)
+        frame = cut_component(banded.component, start)
+        return Refined(np.array([omega]), band.displacements(shape), frame)
 
 
 def _mass_diagonal(component: Component, omega: float) -> Array:
