@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from cabledrive.modal.network.band_kernels import for_lapack
+from cabledrive.modal.network.refining_kernels import solved
 from cabledrive.modal.network.structure import MULTIPLE, ComponentStructure
 from cabledrive.modal.solver import ENCLOSURES, modes_of
 from network_samples import random_network
@@ -38,6 +40,30 @@ def test_counts_of_random_networks_are_those_of_finite_elements(moving):
     wrong, made = wrong_counts(11 + moving, 12, moving)
     assert made > 80
     assert wrong == 0, f"{wrong} of {made} counts"
+
+
+@pytest.mark.kernel  # of cabledrive.modal.network.refining_kernels
+@pytest.mark.parametrize("width", [1, 3])
+def test_the_solution_of_a_band_is_that_of_the_whole_matrix(width):
+    """Hermitian bands with pivots on the diagonal that are zero or small, which ask for exchanges of rows."""
+    rng, size = np.random.default_rng(width), 9
+    for kind in (np.float64, np.complex128):
+        whole = rng.normal(size=(size, size)) + (
+            1j * rng.normal(size=(size, size)) if kind is np.complex128 else 0
+        )
+        near = np.abs(np.subtract.outer(np.arange(size), np.arange(size))) <= width
+        whole = np.where(near, whole + whole.conj().T, 0.0).astype(kind)
+        whole[np.arange(0, size, 2), np.arange(0, size, 2)] = [0.0, 1e-12, 0.0, 1.0, 2.0]
+        load = rng.normal(size=(size, 1)).astype(kind)
+        expected = np.linalg.solve(whole, load)
+        band = np.zeros((size, width + 1), dtype=kind)
+        for i in range(size):
+            for d in range(min(width, i) + 1):
+                band[i, d] = whole[i, i - d]
+        matrix = np.empty((3 * width + 1, size), dtype=kind, order="F")
+        for_lapack(band, matrix)
+        solved(matrix, width, load)
+        np.testing.assert_allclose(load, expected / np.abs(expected).max(), atol=1e-8)
 
 
 @pytest.mark.verify
