@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import why_plain
 from cabledrive.parameters.hashing import content_hash
 from cabledrive.parameters.version import __version__
@@ -51,7 +52,7 @@ def travel_result(case: TravelCase, records: Records, outcome: Outcome) -> Netwo
         largest_motion=0.0,
         assumptions=_assumptions(case),
         wraps=_wraps(case, state),
-        doubts=_doubts(case, state),
+        doubts=_doubts(case, state) + _over_limits(case, rows),
         provenance={
             "cabledrive": __version__,
             "drive": case.network.drive.name,
@@ -122,4 +123,23 @@ def _doubts(case: TravelCase, state: TravelState) -> tuple[str, ...]:
                 f"the rope would slip on {wrap['pulley']}: it needs a friction coefficient of {needed:.3g}, "
                 f"capstan_friction is {own:.3g}; the run holds it fast"
             )
+    return tuple(words)
+
+
+def _over_limits(case: TravelCase, rows: Array) -> tuple[str, ...]:
+    """Where the run asks more of a motor than the file allows."""
+    drive, words = case.network.drive, []
+    columns = {channel.name: k for k, channel in enumerate(case.channels)}
+    for motor, name, rotor in zip(drive.motor, case.motors, case.plan.rotor, strict=False):
+        asked = (
+            ("torque", motor.torque_limit, f"torque on {name}", "N m"),
+            ("speed", motor.speed_limit, f"speed of {case.names[int(rotor)]}", "rad/s"),
+        )
+        for what, limit, channel, unit in asked:
+            largest = float(np.max(np.abs(rows[:, columns[channel]]), initial=0.0))
+            if limit is not None and largest > limit:
+                words.append(
+                    f"the {what} of {name} reaches {largest:.4g} {unit}, above {what}_limit = {limit:.4g}: "
+                    "move more slowly"
+                )
     return tuple(words)
