@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp
 
 import cabledrive as cd
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.route import moved
 from cabledrive.studies.alarm import alarm
 from cabledrive.studies.motion_file import read_motion
 from cabledrive.studies.planned_motion import PlannedMotion
@@ -191,6 +192,25 @@ def test_the_command_reads_places_and_torques_of_other_motors(tmp_path):
     two.write_text("time [s],torque [N m],torque motor b [N m]\n0,0,0\n1,0,1\n")
     corexy = cd.load_drive(str(PRINTER.parent / "corexy.toml"))
     assert read_motion(two, corexy).torques["motor b"][1] == 1.0
+
+
+def test_a_body_that_stands_elsewhere_than_in_the_file_is_taken_where_it_stands():
+    machine = cd.load_drive(str(PRINTER))
+    time = np.linspace(0.0, 0.1, 11)
+    torque = 0.01 * np.sin(60.0 * time)
+    there = {"head.x": np.full(11, 0.15)}
+    found = route_alarm(machine, PlannedMotion(time=time, torque=torque, places=there))
+    alike = route_alarm(
+        moved(machine, {"head.x": 0.15}), PlannedMotion(time=time, torque=torque, places=there)
+    )
+    assert [mode.frequency_hz for mode in found.modes] == pytest.approx(
+        [mode.frequency_hz for mode in alike.modes]
+    )
+    file = {"head.x": np.full(11, 0.20)}
+    other = route_alarm(machine, PlannedMotion(time=time, torque=torque, places=file))
+    assert [mode.frequency_hz for mode in found.modes] != pytest.approx(
+        [mode.frequency_hz for mode in other.modes]
+    )
 
 
 def test_a_place_that_the_machine_cannot_take_is_refused_in_one_line():

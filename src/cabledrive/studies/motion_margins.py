@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 
 FULL_MESH, PER_TOOTH = 6, 0.2
 """Teeth in mesh that carry the whole allowed tension of a belt, and what each missing one takes off: the
-usual rule of makers of toothed belts."""
+factor for teeth in mesh of design manuals of PowerGrip belts, 1.0, 0.8, 0.6, 0.4, 0.2 for 6, 5, 4, 3, 2."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

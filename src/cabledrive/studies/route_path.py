@@ -96,8 +96,7 @@ def path_of(drive: RoutedDrive, motion: PlannedMotion) -> RoutePath:
                 f'route "{route.name}" runs: --motion is for cables that do not; set speed to 0'
             )
     places = dict(motion.places) or _places_by_torque(drive, motion)
-    places = {key: values for key, values in places.items() if np.ptp(values) > STILL}
-    poses, here = poses_along(places, motion.time)
+    poses, here = poses_along(drive, places, motion.time)
     snapshots, ambiguous = _snapshots(drive, poses)
     highest = max(max(one.along.max(), one.across.max(initial=0.0)) for one in snapshots)
     duration = float(motion.time[-1])
@@ -128,8 +127,22 @@ def path_of(drive: RoutedDrive, motion: PlannedMotion) -> RoutePath:
     return replace(path, along=along, along_rate=rate)
 
 
-def poses_along(places: Mapping[str, Array], time: Array) -> tuple[list[dict[str, float]], Array]:
-    """Poses at which modes are computed, and where on the way between them the motion is at each instant."""
+def poses_along(
+    drive: RoutedDrive, places: Mapping[str, Array], time: Array
+) -> tuple[list[dict[str, float]], Array]:
+    """Poses at which modes are computed, and where on the way between them the motion is at each instant.
+
+    A place that stays what it is belongs to every pose where the file has another.
+    """
+    moving = {key: values for key, values in places.items() if np.ptp(values) > STILL}
+    fixed = {key: float(values[0]) for key, values in places.items() if key not in moving}
+    fixed = {key: value for key, value in fixed.items() if abs(value - place_in_file(drive, key)) > STILL}
+    poses, here = _poses_between(moving, time)
+    return [fixed | pose for pose in poses], here
+
+
+def _poses_between(places: Mapping[str, Array], time: Array) -> tuple[list[dict[str, float]], Array]:
+    """Poses of bodies that move, and where between them they are at each instant."""
     if not places:
         return [{}], np.zeros(time.size)
     if len(places) == 1:  # on a line: a way back passes the same poses

@@ -80,10 +80,8 @@ def slow_motion(drive: RoutedDrive, motion: PlannedMotion) -> SlowMotion:
     else:
         way, rate = _driven_way(drive, network, first, motion)
     places = _places(drive, network, way)
-    poses, here = poses_along({key: v for key, v in places.items() if np.ptp(v) > STILL}, motion.time)
-    fixed = {key: float(values[0]) for key, values in places.items() if np.ptp(values) <= STILL}
-    fixed = {key: value for key, value in fixed.items() if abs(value - place_in_file(drive, key)) > STILL}
-    found = [_network(drive, fixed | pose) for pose in poses]
+    poses, here = poses_along(drive, places, motion.time)
+    found = [_network(drive, pose) for pose in poses]
     machines, networks = tuple(own.drive for own in found), tuple(found)
     free = tuple(strainless(own) for own in networks)
     if given:
