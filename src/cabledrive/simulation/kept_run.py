@@ -15,8 +15,8 @@ from cabledrive.simulation.records import Records, RecordsInFolder, RecordsInMem
 from cabledrive.simulation.run import Outcome, integrate_run
 from cabledrive.simulation.run_folder import RESULT, left_behind, part_of
 
+# What comes out of a kind of run: a frozen dataclass with `path` and `stopped`.
 Result = TypeVar("Result", bound=Any)
-"""What comes out of a kind of run: a frozen dataclass with `path` and `stopped`."""
 
 
 def keep_run(

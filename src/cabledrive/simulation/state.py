@@ -9,8 +9,8 @@ from cabledrive.simulation.channels import EXTREMES, TALLIES
 from cabledrive.simulation.runs import Integers
 
 MOST_EVENTS = 1000
+# Arrays that change from step to step: that of a loop, or of another kind of run.
 AnyState = TypeVar("AnyState", bound=tuple[Any, ...])
-"""Arrays that change from step to step: that of a loop, or of another kind of run."""
 
 # Entries of State.counts.
 STEPS, EVENTS, UPPER_SLACK, LOWER_SLACK = range(4)
