@@ -3,6 +3,7 @@
 import ast
 import re
 from collections.abc import Iterator
+from itertools import pairwise
 
 from numpydoc.docscrape import NumpyDocString
 
@@ -126,3 +127,28 @@ def imports_of_the_root(tree: ast.Module) -> list[str]:
             names = [n.name for n in node.names if n.name != "__version__"]
             found += [f"{node.lineno}: from {'.' * node.level}{node.module or ''} import {n}" for n in names]
     return found
+
+
+GENERIC = {"dict", "frozenset", "list", "set", "tuple", "type"}
+
+
+def documented_types(tree: ast.Module) -> list[str]:
+    """Public type variables and generic aliases with a string behind them, which the reference cannot format."""
+    return [
+        statement.targets[0].id
+        for statement, after in pairwise(tree.body)
+        if isinstance(statement, ast.Assign)
+        and isinstance(statement.targets[0], ast.Name)
+        and not statement.targets[0].id.startswith("_")
+        and isinstance(after, ast.Expr)
+        and isinstance(after.value, ast.Constant)
+        and _names_a_type(statement.value)
+    ]
+
+
+def _names_a_type(value: ast.expr) -> bool:
+    if isinstance(value, ast.Call):
+        return isinstance(value.func, ast.Name) and value.func.id == "TypeVar"
+    return (
+        isinstance(value, ast.Subscript) and isinstance(value.value, ast.Name) and value.value.id in GENERIC
+    )

@@ -86,6 +86,13 @@ def test_docstrings_of_modules_have_no_headings():
     assert headings('"""What it holds.\n\nReferences\n----------\n.. [1] A book.\n"""') == ["References"]
 
 
+def test_type_variables_and_aliases_have_comments_where_the_reference_cannot_format_a_string():
+    found = [(path.name, house_rules.documented_types(ast.parse(path.read_text()))) for path in SOURCES]
+    assert [(name, types) for name, types in found if types] == []
+    sample = 'A = TypeVar("A")\n"""One."""\nB = tuple[int, str]\n"""Two."""\n_C = list[int]\n"""Three."""\n'
+    assert house_rules.documented_types(ast.parse(sample)) == ["A", "B"]
+
+
 def test_rooms_import_from_rooms_and_not_from_the_package():
     rooms = [path for path in SOURCES if path.parent.name not in ("cabledrive", "app")]
     found = {path.name: house_rules.imports_of_the_root(ast.parse(path.read_text())) for path in rooms}
