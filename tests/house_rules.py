@@ -133,7 +133,7 @@ GENERIC = {"dict", "frozenset", "list", "set", "tuple", "type"}
 
 
 def documented_types(tree: ast.Module) -> list[str]:
-    """Public type variables and generic aliases with a string behind them, which the reference cannot format."""
+    """Public type variables and generic aliases with a string behind them: no reference can format it."""
     return [
         statement.targets[0].id
         for statement, after in pairwise(tree.body)
