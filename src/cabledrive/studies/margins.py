@@ -58,7 +58,7 @@ class PulleyMargin:
     wrap : float
         Least wrap [rad].
     needed_friction : float or None
-        Largest |ln(T1/T2)| over the wrap; None where one tension is gone.
+        Largest ``abs(ln(T1/T2))`` over the wrap; None where one tension is gone.
     capstan_friction : float or None
         Of the file.
     effective_tension, allowed : float, float or None
