@@ -268,3 +268,48 @@ def test_a_belt_from_the_table_serves_loops_and_routes():
 def test_a_moved_body_keeps_the_machine_it_came_from():
     drive = load("corexy")
     assert replace(drive) == drive
+
+
+@pytest.mark.parametrize("height", [0.0, 0.1, 12.1])
+def test_level_lines_hold_no_weight(height, tmp_path):
+    """The directions of the spans are level up to round-off, which times 1e19 N would hold the body."""
+    text = f"""
+schema = 1
+name = "level line"
+kind = "route"
+[cable]
+axial_rigidity = "614.6 kN"
+mass_per_length = "9.1 g/m"
+pretension = "1500 N"
+[[body]]
+name = "dolly"
+mass = "10 kg"
+at = ["70 m", "{height - 0.1} m"]
+moves = ["x", "y"]
+[[pulley]]
+name = "winch"
+at = ["0 m", "{height - 0.1} m"]
+radius = "100 mm"
+inertia = "0.03 kg m^2"
+[[anchor]]
+name = "far"
+at = ["150 m", "{height} m"]
+[[anchor]]
+name = "left clamp"
+on = "dolly"
+at = ["69.9 m", "{height} m"]
+[[anchor]]
+name = "right clamp"
+on = "dolly"
+at = ["70.1 m", "{height} m"]
+[[route]]
+name = "left"
+path = ["-winch", "left clamp"]
+[[route]]
+name = "right"
+path = ["right clamp", "far"]
+[motor]
+pulley = "winch"
+inertia = "0.169 kg m^2"
+"""
+    assert "body dolly: no static solution" in refused(text, tmp_path)

@@ -18,6 +18,7 @@ from cabledrive.parameters.route import RoutedDrive
 
 _BALANCED = 1e-6
 _SINGULAR = 1e-10
+_ROUND_OFF = 1e-12
 _ROUNDS = 4
 
 
@@ -132,6 +133,11 @@ class Pulls:
             forces.reshape(-1) @ self.ends.reshape(-1, n) + pull.reshape(-1) @ self.shafts.reshape(-1, n)
         )
 
+    def bound(self, forces: Array) -> Array:
+        """Force on each coordinate if every rope pulled along its motion, shape (n,); ``forces`` as above."""
+        size = np.linalg.norm(forces, axis=2)[:, :, None]
+        return np.asarray((size * (np.linalg.norm(self.ends, axis=2) + np.abs(self.shafts))).sum(axis=(0, 1)))
+
 
 def pulls_of(drive: RoutedDrive, motion: Motion) -> Pulls:
     """How the coordinates of bodies move the ends of all spans.
@@ -170,7 +176,10 @@ def _balanced(
     ]
     matrix = np.zeros((len(motion.names), count))
     for section in range(count):
-        matrix[:, section] = pulls.forces(offsets.unit * (sections == section)[:, None, None])
+        forces = offsets.unit * (sections == section)[:, None, None]
+        share = pulls.forces(forces)
+        # Ropes at right angles to a motion do not hold it: round-off times 1e19 N would.
+        matrix[:, section] = np.where(np.abs(share) > _ROUND_OFF * pulls.bound(forces), share, 0.0)
     rest = -applied_forces(drive, motion) - pulls.forces(offsets.constant)
     matrix, rest = matrix[rows], rest[rows]
     matrix, rest = _with_common_pulleys(drive, sections, offsets, matrix, rest)
