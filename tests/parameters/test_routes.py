@@ -10,6 +10,7 @@ import pytest
 
 import cabledrive as cd
 from cabledrive.mechanics.network import network_of, statics_of
+from cabledrive.mechanics.network.span_table import route_warnings
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.tables import routed_from_tables
 
@@ -313,3 +314,76 @@ pulley = "winch"
 inertia = "0.169 kg m^2"
 """
     assert "body dolly: no static solution" in refused(text, tmp_path)
+
+
+DRUMS = """
+schema = 1
+name = "drums"
+kind = "route"
+[cable]
+axial_rigidity = "500 kN"
+mass_per_length = "0.1 kg/m"
+pretension = "500 N"
+[layout]
+gravity = "0 m/s^2"
+[[body]]
+name = "cart"
+mass = "80 kg"
+at = ["4 m", "0.1 m"]
+moves = "x"
+[[pulley]]
+name = "drum a"
+at = ["0 m", "0 m"]
+radius = "100 mm"
+inertia = "0.05 kg m^2"
+[[pulley]]
+name = "drum b"
+at = ["12 m", "0 m"]
+radius = "100 mm"
+inertia = "0.08 kg m^2"
+[[anchor]]
+name = "a"
+on = "cart"
+at = ["3.8 m", "0.1 m"]
+[[anchor]]
+name = "b"
+on = "cart"
+at = ["4.2 m", "0.1 m"]
+[[route]]
+name = "rope a"
+path = ["-drum a", "a"]
+[[route]]
+name = "rope b"
+path = ["b", "-drum b"]
+[motor]
+pulley = "drum a"
+inertia = "0.05 kg m^2"
+"""
+
+
+def test_a_drum_that_nothing_holds_is_named_with_its_torque(tmp_path):
+    """500 N at 0.1 m, by hand; with a brake, with a motor of its own, or held for the modes none is named."""
+
+    def warned(text, **options):
+        (tmp_path / "drums.toml").write_text(text)
+        drive = cd.load_drive(tmp_path / "drums.toml")
+        lines = (*route_warnings(drive), *cd.modes(drive, count=2, **options).warnings)
+        return [line for line in lines if "nothing in the file holds it" in line]
+
+    assert len(warned(DRUMS)) == 2
+    assert all("drum b by 50 N m" in line for line in warned(DRUMS))
+    assert warned(DRUMS.replace('inertia = "0.08 kg m^2"', 'inertia = "0.08 kg m^2"\nfixed = true')) == []
+    two = DRUMS.replace("[motor]", '[[motor]]\npulley = "drum b"\ninertia = "0.05 kg m^2"\n[[motor]]')
+    assert warned(two) == []
+    assert len(warned(DRUMS, hold=["drum b"])) == 1  # of the file, which does not hold it
+    assert len(warned(DRUMS.replace('inertia = "0.08', 'coulomb_friction = "60 N m"\ninertia = "0.08'))) == 0
+
+
+def test_a_rope_beyond_its_elastic_range_is_named(tmp_path):
+    soft = DRUMS.replace("500 kN", "20 kN")  # 500 N strain it by 0.025
+    (tmp_path / "soft.toml").write_text(soft)
+    lines = [
+        line for line in route_warnings(cd.load_drive(tmp_path / "soft.toml")) if "elastic range" in line
+    ]
+    assert len(lines) == 2
+    assert all("0.025" in line for line in lines)

@@ -99,7 +99,10 @@ def _text(
                 for row in pulleys
             ],
         )
-    preload = [f"Spring of {name} at rest: {force:.4g}." for name, force in derived["spring_preload"].items()]
+    preload = [
+        f"Spring of {name} at rest: {force:.4g} {'N m' if name.endswith('.turn') else 'N'}."
+        for name, force in derived["spring_preload"].items()
+    ]
     yield "\n".join([*lines, f"Rigid-body modes: {derived['rigid_body_modes']}.", *preload])
     yield "\n".join([f"Warning: {line}." for line in warnings] or ["No warnings."])
 

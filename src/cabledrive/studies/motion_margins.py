@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.network.span_table import follows
+from cabledrive.mechanics.network.unheld import unheld_words
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.studies.margins import (
     EXCEEDED,
@@ -90,8 +91,13 @@ def motion_margins(
         step=float(found.time[1]),
         given=found.slow.given,
         reasons=reasons_of(spans, pulleys, motors),
-        assumptions=assumptions_of(found, pulleys),
+        assumptions=(*_held_by_loads(found), *assumptions_of(found, pulleys)),
     )
+
+
+def _held_by_loads(found: MotionTensions) -> list[str]:
+    network = found.slow.networks[0]
+    return unheld_words(network.motion, network.statics)
 
 
 def _spans(drive: RoutedDrive, found: MotionTensions) -> tuple[SpanMargin, ...]:

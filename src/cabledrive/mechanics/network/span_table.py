@@ -9,6 +9,8 @@ import numpy as np
 from cabledrive.mechanics.network.motion import Motion
 from cabledrive.mechanics.network.statics import Statics, statics_of
 from cabledrive.mechanics.network.straightness import lean, sag_parameter
+from cabledrive.mechanics.network.unheld import unheld_words
+from cabledrive.mechanics.warnings import ELASTIC_RULE
 from cabledrive.parameters.route import Rope, RoutedDrive
 
 _ASKEW_FROM, _ASKEW_TO = 1e-3, 15.0
@@ -115,9 +117,11 @@ def route_warnings(drive: RoutedDrive) -> tuple[str, ...]:
     """What looks odd about a machine with routes, one line each."""
     statics = statics_of(drive)
     return (
+        *unheld_words(Motion(drive), statics),
         *_askew(drive),
         *_slipping(drive, statics),
         *_strength(drive, statics),
+        *_elastic(drive, statics),
         *_pretension(drive, statics),
     )
 
@@ -162,6 +166,20 @@ def _strength(drive: RoutedDrive, statics: Statics) -> Iterator[str]:
             yield f"span {row['name']} has a safety factor of {safety:.3g} at rest"
 
 
+def _elastic(drive: RoutedDrive, statics: Statics) -> Iterator[str]:
+    """Spans that are strained out of their elastic range, where the computed tension means nothing."""
+    for number, span in enumerate(drive.free_spans):
+        rope = drive.ropes[span.route]
+        limit = ELASTIC_RULE if rope.strain_limit is None else rope.strain_limit
+        strain = max(statics.start[number], statics.end[number]) / rope.axial_rigidity
+        if strain > limit:
+            rule = "a rule of thumb: give strain_limit" if rope.strain_limit is None else "strain_limit"
+            yield (
+                f"span {span.name} is strained by {strain:.3g} at rest, beyond {limit:.3g}, its elastic "
+                f"range ({rule}): change geometry, loads or rope"
+            )
+
+
 def _pretension(drive: RoutedDrive, statics: Statics) -> Iterator[str]:
     """A pretension that the balance of the bodies overrules."""
     for number, rope in enumerate(drive.ropes):
@@ -172,7 +190,7 @@ def _pretension(drive: RoutedDrive, statics: Statics) -> Iterator[str]:
         worst = float(found[np.argmax(np.abs(found - rope.pretension))])
         if abs(worst - rope.pretension) > 0.01 * rope.pretension:
             yield (
-                f"route {drive.route[number].name}: bodies and weights make its tension up to "
-                f"{worst:.4g} N, its "
+                f"route {drive.route[number].name}: bodies and weights make its tension "
+                f"{worst:.4g} N in one place, its "
                 f"pretension is {rope.pretension:.4g} N"
             )

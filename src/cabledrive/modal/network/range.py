@@ -7,6 +7,7 @@ from cabledrive.mechanics.network.assembly import Network
 from cabledrive.mechanics.network.elements import element_of
 from cabledrive.mechanics.network.motion import ACROSS
 from cabledrive.mechanics.network.straightness import sag_parameter
+from cabledrive.mechanics.network.unheld import unheld_words
 from cabledrive.modal.mode import TRANSVERSE, Mode
 
 ALLOWED = 1e-3
@@ -97,6 +98,7 @@ def range_limit(network: Network, listed: Sequence[Mode]) -> str | None:
 
 def range_warnings(network: Network) -> Iterator[str]:
     """Warnings that touch the list, one line each."""
+    yield from unheld_words(network.motion, network.statics)
     for number, route in enumerate(network.drive.route):
         spans = [i for i, span in enumerate(network.drive.free_spans) if span.route == number]
         rope = network.drive.ropes[number]

@@ -3,6 +3,7 @@
 import numpy as np
 
 from cabledrive.mechanics.compiled import why_plain
+from cabledrive.mechanics.network.unheld import unheld_words
 from cabledrive.mechanics.tension_only import taut_law
 from cabledrive.parameters.hashing import content_hash
 from cabledrive.parameters.route import RoutedDrive
@@ -54,6 +55,7 @@ def network_result(case: NetworkCase, records: Records, outcome: Outcome) -> Net
         ),
         largest_motion=float((along.max(axis=(1, 2)) / mesh.length).max(initial=0.0)),
         assumptions=_ASSUMPTIONS + left_out(case.network.drive),
+        doubts=tuple(unheld_words(case.network.motion, case.network.statics)),
         provenance={
             "cabledrive": __version__,
             "drive": case.network.drive.name,
