@@ -33,6 +33,6 @@ def unheld_words(motion: Motion, statics: Statics) -> list[str]:
     """A warning for each pulley that nothing in the file holds at rest, such as the far drum of a line."""
     return [
         f"the ropes at rest turn pulley {name} by {abs(torque):.4g} N m and nothing in the file holds it: "
-        "what is computed holds where a load does; else give it a motor, or fixed = true where a brake holds it"
+        "what is computed holds where a load does; else give it a motor, or fixed = true where a brake does"
         for name, torque in unheld_pulleys(motion, statics).items()
     ]
