@@ -1,5 +1,7 @@
 """Straight ropes of routes against spans that sag: a hanging cable divided about its exact rest."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,7 @@ import cabledrive as cd
 from cabledrive.mechanics.network import statics_of
 from cabledrive.mechanics.network.span_table import span_rows
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.parameters.route.parts import Anchor, RoutedPulley, RouteLayout
+from cabledrive.parameters.route.parts import Anchor, RoutedMotor, RoutedPulley, RouteLayout
 from cabledrive.parameters.route.rope import Rope, Route
 from oracles.sagging_fem import extrapolated
 
@@ -45,3 +47,28 @@ def test_what_sag_shifts_lies_within_the_bound_and_is_flagged(pull, measured):
     assert found.certified == (bound < 1e-3)
     assert found.certified or "sag" in found.certified_reason
     assert bound < 1e-4 or any("sag" in line for line in found.warnings)
+
+
+@pytest.mark.parametrize("ratio", [0.6, 0.9, 1.0, 1.2])
+def test_where_motion_along_meets_motion_across_sag_leaves_the_list_uncertified(ratio, measured):
+    """A wheel whose mode along is near the first across, lambda^2 = 0.005: the shift is of first order."""
+    pull = ((9.81 * LENGTH * DENSITY) ** 2 * RIGIDITY / 0.005) ** (1 / 3)
+    first = np.sqrt(pull / DENSITY) / (2 * LENGTH)
+    rim = RIGIDITY / LENGTH / (2 * np.pi * first * ratio) ** 2 - DENSITY * LENGTH / 3
+    drive = replace(
+        one_span(pull),
+        pulley=(RoutedPulley(name="drum", at=(LENGTH, 0.0), radius=RADIUS, inertia=rim * RADIUS**2 / 2),),
+        motor=(RoutedMotor(inertia=rim * RADIUS**2 / 2),),
+    )
+    found = cd.modes(drive, below=1.6 * first, motor="free")
+    listed = np.array([mode.frequency for mode in found.modes if mode.plane != "v"])
+    chord = np.array([LENGTH, 0.0])
+    truth = extrapolated(
+        RIGIDITY, DENSITY, np.array([0.0, -9.81]), chord, pull, elements=60, count=listed.size, wheel=rim
+    )
+    error = float(np.max(np.abs(listed / truth - 1.0)))
+    measured(
+        f"along over across {ratio:g}, lambda^2 = 0.005: off by {error:.1e}, certified {found.certified}"
+    )
+    assert found.certified == (error < 1e-3)
+    assert found.certified or "couples motion along and across" in found.certified_reason

@@ -34,12 +34,13 @@ def shape_at_rest(rigidity, weight, chord, pull, elements):
     step, length = steps(found)
     middle = length * (np.arange(elements) + 0.5) / elements
     force = (pull * along + found[0] * across)[:, None] - weight[:, None] * middle
-    return np.vstack((np.zeros(2), np.cumsum(step.T, axis=0))), length, np.hypot(*force)
+    ends = [pull * along + found[0] * across - weight * s for s in (0.0, length)]
+    return np.vstack((np.zeros(2), np.cumsum(step.T, axis=0))), length, np.hypot(*force), ends
 
 
-def frequencies(rigidity, density, gravity, chord, pull, elements):
-    """Natural frequencies [Hz]; both ends held."""
-    nodes, length, tension = shape_at_rest(rigidity, density * gravity, chord, pull, elements)
+def frequencies(rigidity, density, gravity, chord, pull, elements, wheel=None):
+    """Natural frequencies [Hz]; both ends held, or the end on a wheel: (mass at its rim, ) that turns."""
+    nodes, length, tension, ends = shape_at_rest(rigidity, density * gravity, chord, pull, elements)
     part = length / elements
     n = 2 * (elements + 1)
     mass, stiffness = np.zeros((n, n)), np.zeros((n, n))
@@ -52,11 +53,17 @@ def frequencies(rigidity, density, gravity, chord, pull, elements):
         at = np.ix_(range(2 * i, 2 * i + 4), range(2 * i, 2 * i + 4))
         stiffness[at] += np.block([[block, -block], [-block, block]])
         mass[at] += density * part / 6 * np.block([[2 * one, one], [one, 2 * one]])
-    squares = eigh(stiffness[2:-2, 2:-2], mass[2:-2, 2:-2], eigvals_only=True)
-    return np.sqrt(squares) / (2 * np.pi)
+    rows = np.zeros((n, n - 4 + (wheel is not None)))
+    rows[2:-2, : n - 4] = np.eye(n - 4)
+    if wheel is not None:
+        rows[-2:, -1] = ends[1] / np.hypot(*ends[1])
+    mass, stiffness = rows.T @ mass @ rows, rows.T @ stiffness @ rows
+    if wheel is not None:
+        mass[-1, -1] += wheel
+    return np.sqrt(np.maximum(eigh(stiffness, mass, eigvals_only=True), 0)) / (2 * np.pi)
 
 
-def extrapolated(*args, elements, count):
+def extrapolated(*args, elements, count, **options):
     """The first frequencies, the error of second order taken out."""
-    coarse, fine = (frequencies(*args, m)[:count] for m in (elements, 2 * elements))
+    coarse, fine = (frequencies(*args, m, **options)[:count] for m in (elements, 2 * elements))
     return (4 * fine - coarse) / 3

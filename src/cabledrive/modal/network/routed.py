@@ -7,7 +7,8 @@ from cabledrive.mechanics.network import network_of
 from cabledrive.modal.certified import Certificate, Modes
 from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE, Mode
 from cabledrive.modal.model_range import INCOMPLETE
-from cabledrive.modal.network.range import range_limit, range_warnings
+from cabledrive.modal.network.range import ALLOWED, range_limit, range_warnings
+from cabledrive.modal.network.sag_coupling import sag_coupling_limit
 from cabledrive.modal.network.spectrum import NetworkSpectrum, order_of
 from cabledrive.modal.solver import ENCLOSURE
 from cabledrive.parameters.errors import InputRefused
@@ -64,8 +65,8 @@ def _certified(spectrum: NetworkSpectrum, listed: list[Mode], top: float, below:
         for kind in (LONGITUDINAL, TRANSVERSE)
     }
     proven = sum(parts.values()) == number and all(mode.proven for mode in listed)
-    limit = range_limit(spectrum.network, listed)
     network = spectrum.network
+    limit = range_limit(network, listed) or sag_coupling_limit(network, listed, spectrum.below, ALLOWED)
     return Modes(
         modes=tuple(listed),
         certified=proven and limit is None,
