@@ -111,7 +111,8 @@ def test_what_is_no_chain_is_refused_with_the_reason(name, overrides, reason):
 
 
 @pytest.mark.parametrize(
-    ("name", "reason"), [("finger", "springs hold"), ("serpentine", "0 given"), ("corexy", "name one with")]
+    ("name", "reason"),
+    [("finger", "springs or ropes hold"), ("serpentine", "0 given"), ("corexy", "name one with")],
 )
 def test_what_has_no_axis_is_refused_in_one_line(name, reason):
     with pytest.raises(InputRefused, match=reason) as refused:
@@ -171,3 +172,57 @@ def test_a_law_follows_on_the_axis_of_a_printer():
     )
     with pytest.raises(InputRefused, match="lumped chain"):
         cd.track(drive, controller="pid", bandwidth=10.0, plant="cable")
+
+
+GANTRY = """
+schema = 1
+name = "gantry"
+kind = "route"
+[cable]
+axial_rigidity = "400 kN"
+mass_per_length = "50 g/m"
+pretension = "600 N"
+[[body]]
+name = "gantry"
+mass = "60 kg"
+at = ["2 m", "0.05 m"]
+moves = "x"
+[[pulley]]
+name = "left"
+at = ["0 m", "0 m"]
+radius = "50 mm"
+inertia = "0.001 kg m^2"
+[[pulley]]
+name = "right"
+at = ["4 m", "0 m"]
+radius = "50 mm"
+inertia = "0.001 kg m^2"
+[[anchor]]
+name = "clamp"
+on = "gantry"
+at = ["2 m", "0.05 m"]
+[[route]]
+name = "rope"
+closed = true
+path = ["clamp", "+left", "+right"]
+[[motor]]
+pulley = "left"
+inertia = "0.002 kg m^2"
+[[motor]]
+pulley = "right"
+inertia = "0.002 kg m^2"
+"""
+
+
+def test_two_motors_on_one_rope_have_one_axis(tmp_path):
+    """Both rotors, 2 x 0.003 kg m^2, against 60 kg on two spans of 2 m: a two-mass machine by hand."""
+    (tmp_path / "gantry.toml").write_text(GANTRY)
+    (chain,) = network_chains(cd.load_drive(tmp_path / "gantry.toml"))
+    assert chain.refusal is None
+    assert set(chain.motors.values()) == {1.0}
+    rotors, load, stiffness = 2 * 0.003 / 0.05**2, 60.0, 2 * 400e3 / 2.0
+    by_hand = np.sqrt(stiffness * (1.0 / rotors + 1.0 / load)) / (2.0 * np.pi)
+    assert chain.frequencies[0] == pytest.approx(by_hand, rel=0.05)  # the rope's own 0.4 kg left out by hand
+    (tmp_path / "aside.toml").write_text(GANTRY.replace('"2 m", "0.05', '"1.5 m", "0.05'))
+    (aside,) = network_chains(cd.load_drive(tmp_path / "aside.toml"))
+    assert "do not split into sum and difference" in aside.refusal

@@ -105,7 +105,7 @@ class NetworkChain:
             return (
                 f"the motors of {who} do not split into sum and difference: {self.load} moves the other "
                 f"axis by {100 * self.cross:.3g} %, allowed are {100 * MOST_OFF_THE_END:.3g} %: move the "
-                "bodies to where the machine is symmetric"
+                "bodies to where the machine is symmetric, or give axes that share no rope a file each"
             )
         if self.ground > MOST_OFF_THE_END:
             return f"springs hold {self.load} to the frame: the motor turns no free chain"
@@ -130,7 +130,7 @@ class NetworkChain:
 
 
 def network_chains(drive: RoutedDrive) -> tuple[NetworkChain, ...]:
-    """The chain of the motor, of two motors those of their sum and their difference.
+    """The chain of the motor; of two those of their sum and their difference, as far as they move bodies.
 
     Raises `InputRefused` without a motor, with more than two, or where no rigid motion is driven.
     """
@@ -146,10 +146,20 @@ def network_chains(drive: RoutedDrive) -> tuple[NetworkChain, ...]:
     if len(turns) == 1:
         return (_chain(network, {names[0]: 1.0}, turns[0], None),)
     half = 0.5 * (turns[0] + turns[1]), 0.5 * (turns[0] - turns[1])
+    # Of two motors on one rope the one combination moves the bodies, the other only stretches the rope.
+    number = NetworkSpectrum(network, even=True).rigid_body_modes
+    rigid = eigh(network.static_stiffness, network.static_mass)[1][:, :number]
+    ways = [(way, sign) for way, sign in ((0, 1.0), (1, -1.0)) if _merged(half[way], rigid) is not None]
+    if not ways:
+        raise InputRefused(_held(" and ".join(names)))
     return tuple(
         _chain(network, dict(zip(names, (1.0, sign), strict=True)), half[way], half[1 - way])
-        for way, sign in ((0, 1.0), (1, -1.0))
+        for way, sign in ways
     )
+
+
+def _held(who: str) -> str:
+    return f"springs or ropes hold all that {who} drives to the frame: no free chain; take modes and response"
 
 
 def _chain(network: Network, motors: dict[str, float], turn: Array, other: Array | None) -> NetworkChain:
@@ -195,7 +205,7 @@ def _kept_modes(
     rigid = spectrum.rigid_body_modes
     first = _merged(turn, shapes[:, :rigid])
     if first is None:
-        raise InputRefused(f"springs hold all that {who} drives to the frame: the motor turns no free chain")
+        raise InputRefused(_held(who))
     felt = (turn @ shapes[:, rigid:]) ** 2 / squares[rigid:]
     if felt.size < count:
         raise InputRefused(
