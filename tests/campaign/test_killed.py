@@ -128,3 +128,13 @@ def test_workers_with_another_version_are_refused_and_nothing_is_written(tmp_pat
     assert "cabledrive 0" in line
     assert "this is 9.9.9: install one version everywhere" in line
     assert [path.name for path in tmp_path.iterdir()] == ["spec.toml"]
+
+
+def test_what_workers_are_forked_from_has_loaded_numba_and_started_no_thread():
+    """A fork copies one thread alone: locks that another holds would stay locked in the worker."""
+    code = (
+        "import sys, threading, cabledrive.campaign.loaded_kernels\n"
+        "print('cabledrive.mechanics.kernel_cache' in sys.modules, threading.active_count())"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["True", "1"]

@@ -6,7 +6,6 @@ is alone), and the coordinates have the eigenvalues of their masses with all end
 """
 
 import numpy as np
-from scipy.linalg import eigh
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.network import Network
@@ -18,6 +17,8 @@ def largest_travel_step(network: Network, counts: Integers, shortest: Array) -> 
 
     Axial damping acts on the ends with their speeds before the step, which lowers it.
     """
+    from scipy.linalg import eigh  # here, for asking for help does not need it
+
     drive = network.drive
     ropes = [drive.ropes[span.route] for span in drive.free_spans]
     lines = np.array([drive.route[span.route].ropes for span in drive.free_spans], dtype=np.float64)

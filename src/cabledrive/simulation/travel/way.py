@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.network import Network, network_of
@@ -38,6 +37,8 @@ class Way:
 
     def turns(self, part: Array, coordinate: int) -> Array:
         """Turn of a rotor where parts of the move are done, shape (p,) [rad]."""
+        from scipy.interpolate import CubicSpline  # here, for asking for help does not need it
+
         return np.asarray(CubicSpline(self.part, self.places[:, coordinate])(part), dtype=np.float64)
 
 
