@@ -143,17 +143,17 @@ def network_chains(drive: RoutedDrive) -> tuple[NetworkChain, ...]:
     network = network_of(drive, motor=FREE)
     turns = [rotor_turn(network, number) for number in drive.driven]
     names = [drive.pulley[number].name for number in drive.driven]
+    spectrum = NetworkSpectrum(network, even=True)
     if len(turns) == 1:
-        return (_chain(network, {names[0]: 1.0}, turns[0], None),)
+        return (_chain(spectrum, {names[0]: 1.0}, turns[0], None),)
     half = 0.5 * (turns[0] + turns[1]), 0.5 * (turns[0] - turns[1])
     # Of two motors on one rope the one combination moves the bodies, the other only stretches the rope.
-    number = NetworkSpectrum(network, even=True).rigid_body_modes
-    rigid = eigh(network.static_stiffness, network.static_mass)[1][:, :number]
+    rigid = eigh(network.static_stiffness, network.static_mass)[1][:, : spectrum.rigid_body_modes]
     ways = [(way, sign) for way, sign in ((0, 1.0), (1, -1.0)) if _merged(half[way], rigid) is not None]
     if not ways:
         raise InputRefused(_held(" and ".join(names)))
     return tuple(
-        _chain(network, dict(zip(names, (1.0, sign), strict=True)), half[way], half[1 - way])
+        _chain(spectrum, dict(zip(names, (1.0, sign), strict=True)), half[way], half[1 - way])
         for way, sign in ways
     )
 
@@ -162,22 +162,22 @@ def _held(who: str) -> str:
     return f"springs or ropes hold all that {who} drives to the frame: no free chain; take modes and response"
 
 
-def _chain(network: Network, motors: dict[str, float], turn: Array, other: Array | None) -> NetworkChain:
+def _chain(
+    spectrum: NetworkSpectrum, motors: dict[str, float], turn: Array, other: Array | None
+) -> NetworkChain:
     """The chain of one axis; ``turn``, ``other``, shape (n,): its motor angle and that of the other axis."""
-    drive = network.drive
-    joints = {motor.joint_stiffness is not None for motor in drive.motor}
+    network = spectrum.network
+    joints = {motor.joint_stiffness is not None for motor in network.drive.motor}
     if len(joints) > 1:
         raise InputRefused("motor: one joint is flexible and the other rigid: the axes do not split")
-    spectrum = NetworkSpectrum(network, even=True)
     squares, shapes = _kept_modes(network, spectrum, turn, 2 if joints.pop() else 1, " and ".join(motors))
     load = _load_of(network, shapes[:, 0], " and ".join(motors))
     alpha, beta, basis = lanczos(squares, turn @ shapes)
     inertias, stiffness, rest = chain_numbers(alpha, beta, turn @ shapes)
     rows = basis @ (np.vstack([network.motion.unit(load), turn if other is None else other]) @ shapes).T
     rows = rows.T * np.sqrt(inertias)
-    neglected, strings = _left_out(
-        network, spectrum, squares, shapes, np.vstack([turn, network.motion.unit(load)])
-    )
+    felt = np.vstack([turn, network.motion.unit(load)])
+    neglected, strings = _left_out(network, spectrum, squares, shapes, felt)
     return NetworkChain(
         load=load,
         motors=motors,

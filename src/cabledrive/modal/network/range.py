@@ -19,10 +19,15 @@ FAST = 0.8
 
 def sag_error(network: Network, span: int) -> float:
     r"""Largest relative shift of the first mode of a span by its sag, :math:`4\lambda^2/\pi^4`."""
+    return 4.0 * irvine_parameter(network, span) / pi**4
+
+
+def irvine_parameter(network: Network, span: int) -> float:
+    r"""Irvine's :math:`\lambda^2` of a span at rest."""
     drive, statics = network.drive, network.statics
     own = drive.free_spans[span]
     rigidity = drive.ropes[own.route].axial_rigidity
-    return 4.0 * sag_parameter(rigidity, float(statics.mean[span]), statics.line_load[span], own) / pi**4
+    return sag_parameter(rigidity, float(statics.mean[span]), statics.line_load[span], own)
 
 
 def gradient_error(network: Network, span: int) -> float:

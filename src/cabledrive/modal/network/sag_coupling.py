@@ -12,8 +12,8 @@ import numpy as np
 
 from cabledrive.mechanics.network.assembly import Network
 from cabledrive.mechanics.network.motion import ACROSS, ALONG, Array
-from cabledrive.mechanics.network.straightness import sag_parameter
 from cabledrive.modal.mode import Mode
+from cabledrive.modal.network.range import irvine_parameter
 
 BEYOND = 1.5
 """Modes up to so many times the highest listed one may meet it; the others lie within the shift at rest."""
@@ -26,7 +26,8 @@ def sag_coupling_limit(
 
     ``below``: all modes below a frequency [rad/s]; ``allowed``: relative error of a frequency.
     """
-    spans = {span: irvine for span, irvine in _sagging(network).items() if sqrt(2 * irvine) > allowed * pi**2}
+    every = {span: irvine_parameter(network, span) for span in range(len(network.drive.free_spans))}
+    spans = {span: irvine for span, irvine in every.items() if sqrt(2 * irvine) > allowed * pi**2}
     if not spans or not listed:
         return None
     highest = 2 * pi * max(mode.frequency for mode in listed)
@@ -85,17 +86,6 @@ def _first(network: Network, number: int) -> float:
     """First frequency across of a span between ends at rest [rad/s]."""
     own = network.drive.free_spans[number]
     return pi / own.length * network.drive.ropes[own.route].wave_speed(float(network.statics.mean[number]))
-
-
-def _sagging(network: Network) -> dict[int, float]:
-    """Irvine's parameter by the number of the span."""
-    drive, statics = network.drive, network.statics
-    return {
-        i: sag_parameter(
-            drive.ropes[own.route].axial_rigidity, float(statics.mean[i]), statics.line_load[i], own
-        )
-        for i, own in enumerate(drive.free_spans)
-    }
 
 
 def _shares(network: Network, modes: Sequence[Mode], number: int, way: str) -> Array:
