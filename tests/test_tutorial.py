@@ -21,6 +21,19 @@ COMMANDS = re.findall(r"^\$ cabledrive (.+)\n((?:(?!\$|```).*\n)*)", TUTORIAL, r
 FEW = "\n[acceptance]\ndraws = 300\ncable_draws = 0\n"
 
 
+NUMBER = re.compile(r"\d+(?:\.\d+)?")
+
+
+def says_the_same(printed, shown):
+    """Whether the first lines are those shown; the worst of some plants within 2 %.
+
+    A count of an encoder more or less is decided by the last bit of a processor's arithmetic.
+    """
+    lines = "".join(printed.splitlines(keepends=True)[: shown.count("\n")])
+    values, wanted = (np.array([float(v) for v in NUMBER.findall(text)]) for text in (lines, shown))
+    return NUMBER.sub("#", lines) == NUMBER.sub("#", shown) and np.allclose(values, wanted, rtol=0.02)
+
+
 def test_the_tutorial_runs_from_an_empty_folder_and_prints_what_it_shows(tmp_path, monkeypatch):
     """Fewer plants than a reader's and no drawing; of a study the line with the verdict is compared."""
     monkeypatch.chdir(tmp_path)
@@ -32,7 +45,7 @@ def test_the_tutorial_runs_from_an_empty_folder_and_prints_what_it_shows(tmp_pat
         done = call(*shlex.split(line))
         assert done.exit_code == 0, f"{line}: {done.stderr}"
         if line.startswith("study"):
-            assert done.stdout.startswith(shown), f"{line}: {done.stdout}"
+            assert says_the_same(done.stdout, shown), f"{line}: {done.stdout}"
         elif shown:
             assert done.stdout == shown, line
     listed = re.findall(r"^\| `([\w.]+)/?` \|", TUTORIAL, re.M)

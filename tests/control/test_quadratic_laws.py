@@ -81,6 +81,45 @@ def test_worst_case_gain_of_the_h_infinity_feedback_is_within_a_margin_of_the_le
     assert swept(-law.rows) > gamma / MARGIN * 0.999
 
 
+def chain_over_decades(rng):
+    """Inertias, springs, frictions and weights over decades: the problem of a fast or a heavy machine."""
+    n = int(rng.integers(1, 4))
+    inertias = 10.0 ** rng.uniform(-6.0, 1.0, n)
+    hertz = 10.0 ** rng.uniform(0.0, 3.0, n - 1)
+    reduced = inertias[:-1] * inertias[1:] / (inertias[:-1] + inertias[1:])
+    chain = LumpedChain(
+        names=tuple(f"body {i}" for i in range(n)),
+        inertias=tuple(inertias),
+        viscous=tuple(inertias * 10.0 ** rng.uniform(-3.0, 0.0, n)),
+        coulomb=(0.0,) * n,
+        offsets=(0.0,) * n,
+        stiffness=tuple((2.0 * np.pi * hertz) ** 2 * reduced),
+        damping=tuple(1e-3 * (2.0 * np.pi * hertz) * reduced),
+        ratios=((1.0, 1.0),) * (n - 1),
+    )
+    error, torque = 10.0 ** rng.uniform(-5.0, -2.0), 10.0 ** rng.uniform(-3.0, 1.0)
+    return problem(chain, error, 10.0 ** rng.uniform(-3.0, 0.0), 10.0 ** rng.uniform(-2.0, 0.0)), torque**-2
+
+
+def test_h_infinity_feedback_of_chains_over_decades_is_stable_and_keeps_its_worst_case_gain(measured):
+    """Stable by eigenvalues, and a sweep over frequencies reaches gamma from below within its margin."""
+    rng = np.random.default_rng(20)
+    shares = []
+    for _ in range(40):
+        (a, by_torque, by_disturbance, weight), cost = chain_over_decades(rng)
+        gain, gamma = hinf_gain(a, by_disturbance, by_torque, weight, cost)
+        closed = a - by_torque @ gain
+        poles = np.linalg.eigvals(closed)
+        assert poles.real.max() < 0.0
+        outputs = np.vstack((np.sqrt(weight), np.sqrt(cost) * gain))
+        swept = np.concatenate(
+            (np.geomspace(abs(poles).min() / 1e2, abs(poles).max() * 10.0, 300), abs(poles))
+        )
+        shares.append(worst_gain(closed, by_disturbance, outputs, swept) / gamma)
+    measured(f"{min(shares):.3f} to {max(shares):.4f} of gamma")
+    assert 0.8 < min(shares) < max(shares) < 1.001
+
+
 def test_lqi_takes_a_constant_torque_of_the_load_away_and_lqg_does_not():
     motion = Motion(angle=10.0, rise=0.3, dwell=0.5)
     options = RigOptions(ideal_sensors=True, smooth_friction=True, disturbances=(HELD,))

@@ -140,7 +140,7 @@ def test_the_scheme_s_frequencies_converge_to_the_certified_ones(runner, kind, m
             for n in counts
         ]
     )
-    seen = errors[-1] > 1e-8  # round-off of the eigenvalue solver hides the rest
+    seen = errors[-2] > 1e-7  # round-off of the eigenvalue solver, 1e-8 to 3e-8, hides the rest
     orders = np.log2(errors[:-1] / np.maximum(errors[1:], 1e-16))[-1, seen]
     range_of_orders = f"; order {orders.min():.3f} to {orders.max():.3f}" if seen.any() else ""
     measured(f"relative error {np.max(errors[-1]):.1e} at n = 160{range_of_orders}")

@@ -6,6 +6,8 @@ indefinite.
 J. C. Doyle, K. Glover, P. P. Khargonekar, B. A. Francis, IEEE Trans. Automatic Control 34, 831-847, 1989.
 """
 
+from math import sqrt
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_continuous_are
@@ -19,6 +21,8 @@ Array = NDArray[np.float64]
 MARGIN = 1.05
 """Over the least gain that has a solution, where the feedback would grow without bound."""
 STEPS = 40
+ROUND_OFF = 1e-7
+"""Residual of a Riccati equation over its largest term, above which its solution is none."""
 
 
 def hinf_law(
@@ -67,20 +71,48 @@ def hinf_gain(
     Returns ``gain``, shape (1, states): u = -gain x; ``gamma``: worst-case gain that it keeps.
     Raises `NotComputed` if no gain has a solution.
     """
+    scaled, back = _scaled(a, by_disturbance, by_torque, weight, cost)
     low, high = 0.0, 1.0
-    while _solution(a, by_disturbance, by_torque, weight, cost, high) is None:
+    while _solution(*scaled, high) is None:
         low, high = high, 4.0 * high
         if high > 1e12:
             raise NotComputed("the H-infinity problem has no solution: the motor does not move every state")
     for _ in range(STEPS):
         middle = 0.5 * (low + high)
-        solved = _solution(a, by_disturbance, by_torque, weight, cost, middle) is not None
+        solved = _solution(*scaled, middle) is not None
         low, high = (low, middle) if solved else (middle, high)
-    gamma = MARGIN * high
-    found = _solution(a, by_disturbance, by_torque, weight, cost, gamma)
+    gamma, found = high, None
+    while found is None and gamma < 2.0 * high:  # near the least one round-off may refuse it
+        gamma *= MARGIN
+        found = _solution(*scaled, gamma)
     if found is None:
         raise NotComputed(f"the H-infinity problem has no solution at a gain of {gamma:.4g}")
-    return by_torque.T @ found / cost, gamma
+    gain = scaled[2].T @ found @ back / sqrt(cost)
+    if np.linalg.eigvals(a - by_torque @ gain).real.max() >= 0.0:
+        raise NotComputed("round-off leaves the H-infinity feedback without a stable loop")
+    return gain, gamma
+
+
+def _scaled(
+    a: Array, by_disturbance: Array, by_torque: Array, weight: Array, cost: float
+) -> tuple[tuple[Array, Array, Array, Array, float], Array]:
+    """The same problem in units in which each state alone costs 1 without disturbance; units by old states.
+
+    Angles, speeds and an integral differ by orders of magnitude: in them round-off hides that a solution
+    exists, and gives some that are none. The cost of a torque is 1 after it.
+    """
+    unit = np.ones(a.shape[0])
+    torque = by_torque / sqrt(cost)
+    for _ in range(2):  # the first in units that are bad themselves
+        scaled = (a * np.outer(unit, 1 / unit), unit[:, None] * torque, weight / np.outer(unit, unit))
+        try:
+            free = np.diag(solve_continuous_are(*scaled, np.eye(1)))
+        except (np.linalg.LinAlgError, ValueError) as refusal:
+            raise NotComputed("the H-infinity problem has no solution without disturbance") from refusal
+        unit = unit * np.sqrt(np.where(free > 0.0, free, 1.0))
+    change = np.outer(unit, 1 / unit)
+    weight = weight / np.outer(unit, unit)
+    return (a * change, unit[:, None] * by_disturbance, unit[:, None] * torque, weight, 1.0), np.diag(unit)
 
 
 def _solution(
@@ -93,7 +125,11 @@ def _solution(
         x = np.asarray(solve_continuous_are(a, inputs, weight, signed), dtype=np.float64)
     except (np.linalg.LinAlgError, ValueError):
         return None
-    closed = a - inputs @ np.linalg.solve(signed, inputs.T @ x)
+    pull = np.linalg.solve(signed, inputs.T @ x)
+    terms = (a.T @ x, x @ a, -x @ inputs @ pull, weight)
+    if np.abs(sum(terms)).max() > ROUND_OFF * max(np.abs(term).max() for term in terms):
+        return None
+    closed = a - inputs @ pull
     stable = float(np.linalg.eigvals(closed).real.max()) < 0.0
     positive = float(np.linalg.eigvalsh(x).min()) > -1e-9 * float(np.abs(x).max())
     return x if stable and positive else None

@@ -98,9 +98,14 @@ def tuned(
     """
     offered = tuple(settings or SETTINGS[name])
     most = TORQUE_SHARE * torque_limit(spec.drive)
-    best, least = None, np.inf
+    best, least, refused = None, np.inf, ""
     for setting in offered:
-        found = run_samples(put(controller(name, spec, setting)), options, draws, TUNING_SEED)
+        try:
+            law = controller(name, spec, setting)
+        except NotComputed as failure:  # of this setting; another may do
+            refused = f" ({failure})"
+            continue
+        found = run_samples(put(law), options, draws, TUNING_SEED)
         worst = float(found.degrees("peak").max())
         torque = float(found.scores[:, SUMMARY.index("peak_torque")].max())
         if not found.failed and torque <= most and worst < least:
@@ -108,8 +113,8 @@ def tuned(
     if best is None:
         tried = ", ".join(f"{setting:g}" for setting in offered)
         raise NotComputed(
-            f"no setting of {name} among {tried} ran to its end on every drawn plant below {most:.4g} N m: "
-            "offer others"
+            f"no setting of {name} among {tried} ran to its end on every drawn plant below {most:.4g} N m"
+            f"{refused}: offer others"
         )
     return best
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cabledrive.control.kalman import KalmanTuning
-from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.rig.closed_loop.loop import Loop, run
 from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
 from cabledrive.rig.laws.baselines import lqg
@@ -153,14 +153,16 @@ def _tuned(
         rate = 1.0 / spec.interval
         return replace(empty, reason=f"the sample rate of {rate:.4g} Hz is too low for all of its bandwidths")
     tried = [replace(empty, value=value, filter=kind) for value in offered for kind in filters]
-    try:
-        worst = [_worst(one, drive, motion, known, torque) for one in tried]
-    except (InputRefused, np.linalg.LinAlgError) as failure:
-        return replace(empty, reason=str(failure))
+    worst = np.full(len(tried), np.inf)
+    why = f"unstable, slack, or beyond {100 * MOST_TORQUE:.0f} % of the torque limit at every setting tried"
+    for i, one in enumerate(tried):
+        try:
+            worst[i] = _worst(one, drive, motion, known, torque)
+        except (NotComputed, np.linalg.LinAlgError) as failure:  # of this setting; another may do
+            why = str(failure)
+        except InputRefused as failure:
+            return replace(empty, reason=str(failure))
     if not np.isfinite(worst).any():
-        why = (
-            f"unstable, slack, or beyond {100 * MOST_TORQUE:.0f} % of the torque limit at every setting tried"
-        )
         return replace(empty, reason=why)
     return tried[int(np.argmin(worst))]
 
