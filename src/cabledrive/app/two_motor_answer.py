@@ -20,6 +20,7 @@ NOT_HERE = (
     *("gains", "feedforward", "plant", "angle", "observer", "feedback", "encoder_phase", "ideal_sensors"),
     *("smooth_friction", "no_adaptation", "tension_only", "as_printed", "segments", "jitter", "blind"),
     *("check_conditions", "repeat", "log_file", "animate", "pair", "preload"),
+    *("payloads", "payload_range", "load_change"),
 )
 
 

@@ -66,7 +66,7 @@ def motion_of(quantities: Mapping[str, Any]) -> Any:
     given = dict(quantities)
     if "angle" in given:
         given["angle"] = given["angle"] / DEGREE
-    whole = {name: int(given[name]) for name in ("pulses", "order") if name in given}
+    whole: dict[str, Any] = {name: int(given[name]) for name in ("pulses", "order") if name in given}
     return Motion(**(given | whole))
 
 

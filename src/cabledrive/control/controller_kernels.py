@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from cabledrive.control.controller_state import ControllerState
 from cabledrive.control.law_kernels import law_step
-from cabledrive.control.numbers import LawNumbers
+from cabledrive.control.load_schedule_kernels import announced_load, correct_by_load, predict_by_load
+from cabledrive.control.numbers import SCHEDULED, LawNumbers
 from cabledrive.control.observer_kernels import correct, predict
 from cabledrive.control.observer_numbers import ObserverNumbers
 from cabledrive.mechanics.compiled import njit_part
@@ -26,7 +27,12 @@ def observe(observer: ObserverNumbers, c: ControllerState, readings: Array) -> b
 
     With ideal sensors the states are those that the rig has written.
     """
-    if observer.kind != 0:
+    if observer.kind == 3:
+        correct_by_load(
+            observer.chosen, observer.output, observer.gains, observer.scalars, c.parameters[0], c.estimate,
+            readings, c.states, c.work,
+        )  # fmt: skip
+    elif observer.kind != 0:
         correct(
             observer.kind, observer.chosen, observer.output, observer.gains, observer.scalars, c.sample[0],
             c.estimate, readings, c.states, c.work,
@@ -63,6 +69,11 @@ def issue(
             observer.model, observer.scalars, observer.places[0], c.estimate, c.held, c.commands[0],
             c.commands[1], c.work,
         )  # fmt: skip
+    elif observer.kind == 3:
+        predict_by_load(
+            observer.model, observer.scalars, c.parameters[0], observer.places[0], c.estimate, c.held,
+            c.commands[0], c.commands[1], c.work,
+        )  # fmt: skip
     return wanted, command
 
 
@@ -81,6 +92,8 @@ def controller_step(
     ``reference[k]`` is the row of this sample. The commands on their way to the motor move up by one, and the
     filter is carried to the next sample.
     """
+    if law.kind == SCHEDULED:  # the filter goes by the load of this sample as well
+        c.parameters[0] = announced_load(law, reference, k)
     observe(observer, c, readings)
     torque, sigma, valid = law_step(law, c, reference, k)
     wanted, command = issue(observer, limit, c, torque, valid)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.control.backstepping_recursion import work_shape
-from cabledrive.control.numbers import BACKSTEPPING, LEARNING, LINEAR, LawNumbers
+from cabledrive.control.numbers import BACKSTEPPING, LEARNING, LINEAR, SCHEDULED, LawNumbers
 from cabledrive.control.observer_numbers import DIFFERENCE, ObserverNumbers
 
 Array = NDArray[np.float64]
@@ -42,10 +42,10 @@ def new_controller_state(
     ``readings``: number of encoders; ``late_samples``: whole samples of the delay; ``start``, shape (<= 12,):
     parameter estimates to begin with; ``memory``, shape (m,): of a controller of the user's own.
     """
-    size = law.matrix.shape[0] if law.kind in (LINEAR, LEARNING) else 0
+    size = law.matrix.shape[0] if law.kind in (LINEAR, LEARNING, SCHEDULED) else 0
     parameters = np.zeros(ESTIMATES)
     parameters[: len(start)] = start
-    observed = max(observer.model.shape[0], 2 * readings if observer.kind == DIFFERENCE else 0)
+    observed = max(observer.output.shape[1], 2 * readings if observer.kind == DIFFERENCE else 0)
     return ControllerState(
         sample=np.zeros(1, dtype=np.int64),
         estimate=np.zeros(observed),

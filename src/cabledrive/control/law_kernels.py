@@ -9,6 +9,7 @@ from math import isfinite, tanh
 
 from cabledrive.control.backstepping_kernels import backstepping_command
 from cabledrive.control.controller_state import ControllerState
+from cabledrive.control.load_schedule_kernels import scheduled_command
 from cabledrive.control.numbers import (
     BY_REFERENCE,
     DARC,
@@ -23,6 +24,7 @@ from cabledrive.control.numbers import (
     LOW,
     OWN,
     REFERENCE_MODEL,
+    SCHEDULED,
     SLOPE,
     Array,
     LawNumbers,
@@ -215,6 +217,9 @@ def law_step(law: LawNumbers, c: ControllerState, reference: Array, k: int) -> t
     elif law.kind == LEARNING:
         u, sigma = learning_command(law, c, reference, k)
         drive = 0.0
+    elif law.kind == SCHEDULED:
+        u, sigma = scheduled_command(law, c, reference, k)
+        drive = 0.0
     elif law.kind == REFERENCE_MODEL:
         u, sigma = reference_model_command(law, c, reference, k)
         drive = sigma
@@ -223,6 +228,6 @@ def law_step(law: LawNumbers, c: ControllerState, reference: Array, k: int) -> t
         drive = 1.0
     if not isfinite(u):
         return last, sigma, False
-    if law.kind != LINEAR and law.kind != LEARNING:
+    if law.kind != LINEAR and law.kind != LEARNING and law.kind != SCHEDULED:
         adapt(law, c, drive)
     return u, sigma, True

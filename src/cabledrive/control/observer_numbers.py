@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
-IDEAL, DIFFERENCE, KALMAN = 0, 1, 2
+IDEAL, DIFFERENCE, KALMAN, BY_LOAD = 0, 1, 2, 3
 
 
 class ObserverNumbers(NamedTuple):
@@ -16,21 +16,21 @@ class ObserverNumbers(NamedTuple):
     Attributes
     ----------
     kind : int
-        IDEAL, DIFFERENCE or KALMAN.
+        IDEAL, DIFFERENCE, KALMAN or BY_LOAD: a Kalman filter scheduled by an announced load.
     chosen : ndarray of int, shape (2n,)
         Which of the estimated quantities the law takes.
     places : ndarray of int, shape (2,)
         Of the Kalman filter's states, the motor's speed and the disturbance.
     model : ndarray, shape (states, states + 4)
         Kalman: transition, then inputs: shaft torque at the sample, the commands before and after the delay
-        has passed, friction and offset.
+        has passed, friction and offset. By load: that of each point of the grid below the other.
     output : ndarray, shape (m, states)
     gains : ndarray, shape (samples, states, m)
-        Of which the last one stays.
-    scalars : ndarray, shape (9,)
+        Of which the last one stays. By load: of the points of the grid.
+    scalars : ndarray, shape (9,), by load (11,)
         Interval [s]; share of the newest slope in a filtered difference; the current loop's factors of
         torque, older and newer command; Coulomb friction, K of tanh(K w), offset torque; whether the law is
-        to cancel the disturbance.
+        to cancel the disturbance. By load: then one over the heaviest load, and the step between points.
     """
 
     kind: int

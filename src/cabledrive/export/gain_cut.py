@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from math import sqrt
 from typing import Any
 
+from cabledrive.control.observer_numbers import BY_LOAD
 from cabledrive.control.reference_kernels import reference_table
 from cabledrive.control.reference_numbers import MotionNumbers
 from cabledrive.rig.closed_loop.loop import Loop, run
@@ -49,7 +50,7 @@ def gain_cut(loop: Loop, motion: MotionNumbers) -> GainCut | None:
     ``motion``: of the run, for the columns of a reference that go with the filter's gains.
     """
     gains = loop.observer.gains
-    if len(gains) < 2:
+    if len(gains) < 2 or loop.observer.kind == BY_LOAD:
         return GainCut(samples=0, peak=None, rms=None)
     made = loop.controller
     if made.generator is not None and made.generator.load.columns:

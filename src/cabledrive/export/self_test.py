@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from cabledrive.control.load_row_numbers import NO_LOAD
+from cabledrive.control.numbers import HIGH, LOW, SCHEDULED
 from cabledrive.control.reference_numbers import new_reference_state
 from cabledrive.control.target_kernels import PathState, path_row
 from cabledrive.export.target_kernel import target_kernel
@@ -69,7 +70,16 @@ def references_of(law: ControllerFile, samples: int) -> Array:
     step, path = interpreted(path_row), started_path(law, samples)
     for k in range(samples):
         step(law.reference, path, k * law.sample_time, rows[k])
+    if law.law.kind == SCHEDULED:
+        rows[:, -1] = announced_loads(law, samples)
     return rows
+
+
+def announced_loads(law: ControllerFile, samples: int) -> Array:
+    """Loads that step from below the range of the design to above it and back, shape (samples,)."""
+    low, high = law.law.learning[[LOW, HIGH], 0]
+    loads = np.array([1.0, 0.8 * low, 0.5 * (1.0 + high), 1.2 * high, low, 0.7 + 0.3 * high])
+    return np.asarray(loads[np.arange(samples) * len(loads) // samples])
 
 
 def rippled_readings(law: ControllerFile, samples: int, generator: np.random.Generator) -> Array:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from cabledrive.control.numbers import HIGH, LOW, SCHEDULED
 from cabledrive.control.own_controller import ControllerProtocol, checked_controller
 from cabledrive.control.reference_numbers import MotionNumbers
 from cabledrive.export.gain_cut import gain_cut
@@ -35,6 +36,10 @@ LEARNS = (
     "has learnt"
 )
 
+ANNOUNCE = (
+    "announce the load: write its inertia over that of the drive into ref[CD_REFERENCES - 1] before each "
+    "cd_step; the generator leaves 1 there, and beyond {low:.4g} to {high:.4g} the nearer end is taken"
+)
 NOT_TRIED = "what leaving out the filter's schedule of gains costs is not known: a run did not reach its end"
 NO_SCHEDULE = "what leaving out the filter's schedule of gains costs is not known: the file has the last gain"
 
@@ -118,4 +123,7 @@ def designed_loop(drive: Drive, name: str | ControllerProtocol | None) -> tuple[
 
 
 def _notes(law: ControllerFile) -> tuple[str, ...]:
+    if law.law.kind == SCHEDULED:
+        low, high = law.law.learning[[LOW, HIGH], 0]
+        return (ANNOUNCE.format(low=low, high=high),)
     return (LEARNS,) if law.name == "darc-indirect" else ()

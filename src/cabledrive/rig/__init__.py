@@ -5,7 +5,7 @@ from cabledrive.rig.carriage.carriage_move import CarriageMove, CarriageRun
 from cabledrive.rig.carriage.transporter import move_carriage
 from cabledrive.rig.closed_loop.own_plant import OwnPlant, PlantProtocol
 from cabledrive.rig.front_door import track
-from cabledrive.rig.setting import BodyMotion, Disturbance, Motion, RigOptions
+from cabledrive.rig.setting import BodyMotion, Disturbance, Motion, Payload, RigOptions
 from cabledrive.rig.tracking import Tracking
 from cabledrive.rig.two_motors.result import TwoMotorTracking
 
@@ -16,6 +16,7 @@ __all__ = [
     "Disturbance",
     "Motion",
     "OwnPlant",
+    "Payload",
     "PlantProtocol",
     "RigOptions",
     "Tracking",

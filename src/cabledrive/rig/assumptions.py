@@ -21,6 +21,8 @@ from cabledrive.rig.setting import Motion, RigOptions
 FLEXIBLE: dict[int, tuple[str, ...]] = {1: (), 2: ("joint",), 3: ("cable",), 4: ("joint", "cable")}
 PARAMETERS = ("inertia", "viscous friction", "Coulomb friction", "offset torque")
 NEGLIGIBLE = 0.25
+TOLERANCE = 0.05
+"""Of an announced load, as `cabledrive.rig.plant_samples.Spreads` has that of a data sheet."""
 SAMPLES_PER_PERIOD = 100.0
 """From so many samples in a period of the bandwidth on, the hold between samples is no departure."""
 
@@ -53,6 +55,7 @@ def departures(
     """
     found = [
         *(Departure(words=words, definite=True) for words in _beyond_bounds(loop, actual)),
+        *(Departure(words=words, definite=True) for words in _announcement(loop, done)),
         *(Departure(words=words) for words in _failures(loop, done)),
         *(Departure(words=words) for words in _sensing(loop, actual, options)),
         *(Departure(words=words) for words in _structure(loop)),
@@ -100,6 +103,32 @@ def _beyond_bounds(loop: Loop, actual: Drive) -> list[str]:
     if push > most:
         found.append(f"disturbance at the motor of {push:.4g} N m, beyond the bound of {most:.4g} N m")
     return found
+
+
+def load_along(loop: Loop, samples: int) -> Array:
+    """Inertia of the plant's load at every sample, shape (samples,) [kg m^2 at the first shaft]."""
+    found = np.full(samples, loop.chain.inertias[-1])
+    if loop.disturbed is not None:
+        found[round(loop.disturbed.load_time / loop.rig.interval) :] *= loop.disturbed.load_factor
+    return found
+
+
+def _announcement(loop: Loop, done: Run) -> list[str]:
+    """Where the load that a law goes by is another than that of the plant."""
+    made = loop.controller
+    if made.schedule is None or made.load is None or loop.own_plant is not None:
+        return []
+    told = made.reference[: done.ended, -1]
+    true = load_along(loop, done.ended) / made.load
+    off = np.abs(true / told - 1.0)
+    if not off.size or off.max() <= TOLERANCE:
+        return []
+    first = int(np.argmax(off > TOLERANCE))
+    time = loop.rig.interval * float(np.count_nonzero(off > TOLERANCE))
+    return [
+        f"the announced load is {told[first]:.4g} times the drive's and the true one {true[first]:.4g} from "
+        f"{first * loop.rig.interval:.4g} s on, for {time:.4g} s in all: more than {TOLERANCE:.0%} apart"
+    ]
 
 
 def foreign(loop: Loop, drive: Drive) -> bool:

@@ -1,10 +1,10 @@
-"""Disturbances and failures of sensors as words: ``load:0.05:0.3:0.6``, ``camera.x:30:1:1.5``."""
+"""Disturbances, payloads and failures of sensors as words: ``load:0.05:0.3:0.6``, ``3:0.7s``."""
 
 from math import isfinite
 
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.units import to_si
-from cabledrive.rig.setting import Disturbance
+from cabledrive.rig.setting import PAYLOAD_RANGE, Disturbance, Payload
 
 SHAFTS = ("motor", "drive", "load")
 
@@ -45,3 +45,25 @@ def parse_encoder_dropout(words: str | None) -> tuple[str, float, float] | None:
             f'encoder dropout "{words[:60]}": from {start:.4g} s to {end:.4g} s is no time: swap them'
         )
     return parts[0], start, end
+
+
+def parse_payload(words: str) -> Payload:
+    """A load from a time on, such as ``3:0.7 s``; without a time from the beginning.
+
+    Raises `InputRefused` if it is not understood.
+    """
+    factor, colon, start = words.partition(":")
+    return Payload(factor=to_si(factor, "1"), start=to_si(start, "s") if colon else 0.0)
+
+
+def parse_payload_range(words: str | None) -> tuple[float, float]:
+    """Least and largest load of a design, such as ``0.5:3``; None: that by default.
+
+    Raises `InputRefused` if it is not understood.
+    """
+    if words is None:
+        return PAYLOAD_RANGE
+    low, colon, high = words.partition(":")
+    if not colon:
+        raise InputRefused(f'payload range "{words[:60]}" is not LOW:HIGH: write 0.5:3')
+    return to_si(low, "1"), to_si(high, "1")

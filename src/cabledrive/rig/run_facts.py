@@ -11,7 +11,7 @@ from cabledrive.parameters import Drive
 from cabledrive.rig.assumptions import plant_model
 from cabledrive.rig.closed_loop.loop import Loop, Run
 from cabledrive.rig.closed_loop.loop_numbers import WENT_SLACK, Array
-from cabledrive.rig.setting import CABLE, RigOptions
+from cabledrive.rig.setting import CABLE, Motion, RigOptions
 
 
 def why_ended(loop: Loop, done: Run) -> str | None:
@@ -80,6 +80,9 @@ def disturbance_facts(loop: Loop, actual: Drive, options: RigOptions) -> dict[st
         found["torque_limit"] = loop.rig.torque_limit
     if actual.motor is not None and actual.motor.current_bandwidth is not None:
         found["current_bandwidth_hz"] = actual.motor.current_bandwidth
+    if options.load_change is not None:
+        start, factor = options.load_change
+        found["load_change"] = {"start": start, "factor": factor}
     if options.blind is not None:
         found["blind"] = list(options.blind)
     return found
@@ -93,6 +96,13 @@ def motor_words(actual: Drive) -> dict[str, str]:
     """
     reason = left_out_under_torque(actual)
     return {"motor": FREE} | ({"motor_reason": reason} if reason else {})
+
+
+def payload_words(motion: Motion) -> dict[str, Any]:
+    """Loads that are announced along a motion, as factors of the drive's; nothing where none is."""
+    if not motion.payload:
+        return {}
+    return {"payload": [{"factor": one.factor, "start": one.start} for one in motion.payload]}
 
 
 def disturbance_bound(law: LawNumbers, shaft: Array, command: Array) -> Array:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from math import isfinite, pi
+from math import inf, isfinite, pi
 
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.trajectories import Trajectory, pulse
@@ -10,6 +10,29 @@ from cabledrive.trajectories import Trajectory, pulse
 DEGREE = pi / 180.0
 CABLE = "cable"
 DISSERTATION_ORDER = 9
+PAYLOAD_RANGE = (0.5, 3.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Payload:
+    """A load that is announced to the law, from a time on.
+
+    Attributes
+    ----------
+    factor : float
+        Inertia of the load over that of the drive [-].
+    start : float
+        [s].
+    """
+
+    factor: float
+    start: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.factor < inf:
+            raise InputRefused(f"payload = {self.factor:.4g} must be finite and above 0: give a factor")
+        if not 0.0 <= self.start < inf:
+            raise InputRefused(f"payload from {self.start:.4g} s on is no time: give 0 s or more")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,6 +48,11 @@ class Motion:
     pulses : int
     order : int or None
         Odd order of the rise; None: in `track` what the law needs, elsewhere 9, as in (6.1).
+    payload : tuple of Payload
+        Loads announced along the motion, in any order; until the first the drive's own. The plant keeps its
+        load whatever is announced: that changes by ``RigOptions.load_change`` or a comparison's disturbances.
+    payload_range : tuple of float
+        Least and largest load that a law scheduled by it is designed for, as factors of the drive's [-].
     """
 
     angle: float = 45.0
@@ -32,6 +60,22 @@ class Motion:
     dwell: float = 0.5
     pulses: int = 1
     order: int | None = None
+    payload: tuple[Payload, ...] = ()
+    payload_range: tuple[float, float] = PAYLOAD_RANGE
+
+    def __post_init__(self) -> None:
+        low, high = self.payload_range
+        if not (0.0 < low <= 1.0 <= high < inf and low < high):
+            raise InputRefused(
+                f"payload_range = {low:.4g} to {high:.4g} must hold 1, the drive's own load: give the least "
+                "and the largest factor, such as 0.5 to 3"
+            )
+        for one in self.payload:
+            if not low <= one.factor <= high:
+                raise InputRefused(
+                    f"payload = {one.factor:.4g} times the load of the drive at {one.start:.4g} s is outside "
+                    f"the range of the design, {low:.4g} to {high:.4g}: widen --payload-range (payload_range)"
+                )
 
     @property
     def rise_order(self) -> int:
@@ -137,6 +181,9 @@ class RigOptions:
     preload : float or None
         Torque with which the motors of a pair press against each other [N m]; None: a quarter of the limit of
         one.
+    load_change : tuple of (float, float), or None
+        Time [s] from which the load has another inertia, and its factor; a law learns of it by what is
+        announced, ``Motion.payload``, alone.
     """
 
     observer: str = "kalman"
@@ -154,8 +201,10 @@ class RigOptions:
     check_conditions: bool = False
     pair: bool = False
     preload: float | None = None
+    load_change: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
+        _check_load_change(self)
         for name, words in (
             ("observer", ("kalman", "difference")),
             ("feedback", ("motor", "drive")),
@@ -170,6 +219,19 @@ class RigOptions:
             raise InputRefused(f"segments = {self.segments} per span are too few: give at least 3")
         if not isfinite(self.jitter) or self.jitter < 0.0:
             raise InputRefused(f"jitter = {self.jitter:.4g} s must not be negative: give a time in seconds")
+
+
+def _check_load_change(options: RigOptions) -> None:
+    """Refuse a load that changes at no time or to no inertia, or beside what its plant does not have."""
+    if options.load_change is None:
+        return
+    start, factor = options.load_change
+    Payload(factor=factor, start=start)
+    if options.smooth_friction or options.pair:
+        raise InputRefused(
+            "a load that changes is moved with set-valued friction by one motor: leave --smooth-friction and "
+            "--pair out"
+        )
 
 
 def _check_pair(options: RigOptions) -> None:

@@ -59,7 +59,7 @@ def shared_law(
     tuned = gains == "best" and bandwidth is None
     try:
         name = known_name(controller, drive)
-        if tuned or gains not in GAINS or name not in LAWS or plant == CABLE:
+        if tuned or gains not in GAINS or name not in LAWS or plant == CABLE or options.load_change:
             return None
         if motion.order is None:
             motion = replace(motion, order=needed_order(name, drive))

@@ -20,6 +20,7 @@ from cabledrive.rig.run_facts import (
     condition_words,
     disturbance_facts,
     motor_words,
+    payload_words,
     plant_words,
     span_tensions,
     why_ended,
@@ -30,7 +31,12 @@ from cabledrive.rig.theorem import bound_words, check_theorem
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-OBSERVERS = {0: "none, ideal states", 1: "filtered difference", 2: "Kalman filter"}
+OBSERVERS = {
+    0: "none, ideal states",
+    1: "filtered difference",
+    2: "Kalman filter",
+    3: "Kalman filter by load",
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
@@ -232,6 +238,7 @@ def summary_of(
             "dwell": motion.dwell,
             "pulses": motion.pulses,
             "order": motion.rise_order,
+            **payload_words(motion),
         },
         "delay": loop.rig.late_samples * loop.rig.interval + loop.rig.late_part,
         "sample_rate": 1.0 / loop.rig.interval,

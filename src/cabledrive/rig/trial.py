@@ -15,6 +15,7 @@ from cabledrive.rig.closed_loop.loop_numbers import SUMMARY
 from cabledrive.rig.closed_loop.other_plants import check_drawable
 from cabledrive.rig.closed_loop.own_plant import PlantProtocol
 from cabledrive.rig.closed_loop.pair import doubled
+from cabledrive.rig.disturbed.changing_load import loop_with_loads
 from cabledrive.rig.expected_bound import bound_over_draws
 from cabledrive.rig.law_change import judged_apart
 from cabledrive.rig.laws.controller_file import is_controller_path, read_controller
@@ -105,6 +106,7 @@ def track_pulses(
     )
     if file is not None:
         loop = with_filter(loop, file, options)
+    loop = loop_with_loads(loop, motion, options)
     if draws < 0:
         raise InputRefused(f"draws = {draws} must not be negative: ask for 0 or more")
     if draws:

@@ -15,6 +15,7 @@ from cabledrive.app.options import (
     axis_or_winches,
     saves_answer,
 )
+from cabledrive.app.payload_options import payload_options
 from cabledrive.app.pulse_options import pulse_options
 from cabledrive.app.results import Answer, provenance
 from cabledrive.app.track_text import track_text
@@ -117,6 +118,7 @@ METHOD = "hybrid simulation: exact between samples, stick-slip events on the exa
     metavar="N m",
     help="Of --pair; default: a quarter of the torque limit.",
 )
+@payload_options
 @click.option("--draws", type=int, default=0, metavar="N", help="Number of plants sampled from the bounds.")
 @winch_options
 @click.option(
@@ -144,7 +146,12 @@ def command(
     from cabledrive.reduction.network_axis import as_axis
     from cabledrive.rig import Motion, RigOptions, track
     from cabledrive.rig.log_file import log_text
-    from cabledrive.rig.parsed_options import parse_disturbance, parse_encoder_dropout
+    from cabledrive.rig.parsed_options import (
+        parse_disturbance,
+        parse_encoder_dropout,
+        parse_payload,
+        parse_payload_range,
+    )
 
     if isinstance(drive, RoutedDrive):
         return two_motor_answer(drive, plant_settings, spec)
@@ -157,7 +164,12 @@ def command(
     if plant_settings:
         settings = (*given["settings"], *plant_settings)
         actual = as_axis(load_drive(given["drive"], overrides=settings), given["axis"])
-    motion = Motion(**{name: spec[name] for name in ("angle", "rise", "dwell", "pulses", "order")})
+    motion = Motion(
+        **{name: spec[name] for name in ("angle", "rise", "dwell", "pulses", "order")},
+        payload=tuple(map(parse_payload, spec["payloads"])),
+        payload_range=parse_payload_range(spec["payload_range"]),
+    )
+    change = None if spec["load_change"] is None else parse_payload(spec["load_change"])
     options = RigOptions(
         observer=spec["observer"],
         feedback=spec["feedback"],
@@ -171,6 +183,7 @@ def command(
         jitter=spec["jitter"],
         pair=spec["pair"],
         preload=spec["preload"],
+        load_change=None if change is None else (change.start, change.factor),
         disturbances=tuple(parse_disturbance(words) for words in spec["disturbances"]),
         blind=parse_encoder_dropout(spec["blind"]),
     )

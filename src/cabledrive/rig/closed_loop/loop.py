@@ -190,6 +190,7 @@ def close_loop(
         sampling,
         tuning,
         own=own is not None,
+        schedule=controller.schedule,
     )
     samples = len(controller.reference)
     shown = [
@@ -216,9 +217,8 @@ def close_loop(
         pair = make_pair(
             design, plant_drive, observer, rig, shown_shafts, options, sampling, generator, other=other
         )
-    links = (joint_backlash(plant_drive, chain), slack_twist(plant_drive, chain))
-    if own_plant is not None:  # nothing is known of its links
-        links = (0.0, float("inf"))
+    play, slack = joint_backlash(plant_drive, chain), slack_twist(plant_drive, chain)
+    links = (play, slack) if own_plant is None else (0.0, float("inf"))  # nothing is known of an own one's
     return Loop(
         observer=observer,
         controller=controller,

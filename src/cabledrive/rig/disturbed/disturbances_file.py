@@ -27,6 +27,8 @@ UNITS: dict[str, tuple[str, float, float]] = {
     "jitter": ("s", 0.0, inf),
     "load_factor": ("1", 0.05, 20.0),
     "load_time": ("s", 0.0, inf),
+    "announced_error": ("1", -0.9, 9.0),
+    "announced_late": ("s", -inf, inf),
     "softening": ("1/s", 0.0, 1.0),
     "warming": ("1/s", 0.0, 1.0),
     "shock_torque": ("N m", -inf, inf),
@@ -63,6 +65,9 @@ class Disturbances:
         Standard deviation of the sample times [s].
     load_factor, load_time : tuple of float
         Factor of the load's inertia from a time on; [s].
+    announced_error, announced_late : tuple of float
+        Of the load that is announced to a law scheduled by it: error as a share of the true one, and by how
+        much later than the change it comes, negative: earlier [s].
     softening : tuple of float
         Share of the cable's stiffness that is lost in a second [1/s].
     warming : tuple of float
@@ -85,6 +90,8 @@ class Disturbances:
     jitter: Range = NONE
     load_factor: Range = (1.0, 1.0)
     load_time: Range = NONE
+    announced_error: Range = NONE
+    announced_late: Range = NONE
     softening: Range = NONE
     warming: Range = NONE
     shock_torque: Range = NONE
@@ -101,6 +108,12 @@ class Disturbances:
                     f"{field.name} = {low:.4g} to {high:.4g}{words}: give smallest and largest, from "
                     f"{least:.4g} to {most:.4g}{words}"
                 )
+
+    @property
+    def announced(self) -> Range:
+        """Least and largest load that is announced, as factors; the drive's own is among them."""
+        (low, high), (less, more) = self.load_factor, self.announced_error
+        return min(1.0, low * (1.0 + less)), max(1.0, high * (1.0 + more))
 
     @property
     def changes_load(self) -> bool:

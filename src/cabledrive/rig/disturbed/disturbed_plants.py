@@ -10,9 +10,12 @@ from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.disturbed_kernels import DisturbedNumbers
 from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.disturbed.disturbances_file import Disturbances
+from cabledrive.rig.laws.scheduled import announced, told_otherwise
 from cabledrive.rig.plant_samples import sampled_chain
-from cabledrive.rig.setting import RigOptions
+from cabledrive.rig.setting import Payload, RigOptions
 
+ANNOUNCED = ("announced_error", "announced_late")
+"""Drawn last, and for laws that are told the load alone: every law meets the same plants."""
 STEP = 20e-6
 """Longest internal step [s]; a hundredth of a degree at 4 rad/s is forty of them."""
 
@@ -28,7 +31,8 @@ def disturbed_loop(
     if loop.cable is not None or loop.own_plant is not None:
         raise InputRefused("disturbed plants are lumped chains: leave the plant out")
     chain = sampled_chain(loop.chain, generator)
-    drawn = {one.name: generator.uniform(*getattr(disturbances, one.name)) for one in fields(disturbances)}
+    names = [one.name for one in fields(disturbances) if one.name not in ANNOUNCED]
+    drawn = {name: generator.uniform(*getattr(disturbances, name)) for name in names}
     chain = replace(
         chain,
         coulomb=(*chain.coulomb[:-1], chain.coulomb[-1] + drawn["load_coulomb"]),
@@ -52,7 +56,14 @@ def disturbed_loop(
     )
     if drawn["jitter"] > 0.0:
         rig = rig._replace(jitter=np.clip(drawn["jitter"] * jitter, -0.4 * interval, 0.4 * interval))
-    return replace(loop, chain=chain, rig=rig, disturbed=disturbed_numbers(loop, chain, drawn, turned))
+    made = loop.controller
+    if disturbances.changes_load and made.schedule is not None:
+        drawn |= {name: generator.uniform(*getattr(disturbances, name)) for name in ANNOUNCED}
+        start = max(drawn["load_time"] + drawn["announced_late"], 0.0)
+        payload = Payload(factor=drawn["load_factor"] * (1.0 + drawn["announced_error"]), start=start)
+        made = told_otherwise(made, announced((payload,), interval, len(loop.target)))
+    disturbed = disturbed_numbers(loop, chain, drawn, turned)
+    return replace(loop, chain=chain, rig=rig, controller=made, disturbed=disturbed)
 
 
 def shock(drawn: dict[str, float], samples: int, interval: float) -> np.ndarray:

@@ -167,13 +167,16 @@ def rigid_bandwidth(chain: LumpedChain, error: float, torque: float) -> float:
     return sqrt(torque / (rigid_inertia(chain) * error)) / (2.0 * pi)
 
 
-def weights(spec: DesignSpec, torque: float | None = None) -> tuple[float, float, dict[str, Any]]:
+def weights(
+    spec: DesignSpec, torque: float | None = None, chain: LumpedChain | None = None
+) -> tuple[float, float, dict[str, Any]]:
     """Error and torque that weigh the same in the laws of a quadratic cost.
 
-    ``torque`` [N m]; default: by the bandwidth of the rigid machine, or `LQ_TORQUE` without one.
+    ``torque`` [N m]; default: by the bandwidth of the rigid machine, or `LQ_TORQUE` without one;
+    ``chain``: default: the drive's.
     Returns ``error``, one count of the load's encoder [rad]; ``torque`` [N m]; both for people.
     """
-    count, chain = fitted_encoders(spec.drive)["load"], _chain(spec)
+    count, chain = fitted_encoders(spec.drive)["load"], chain or _chain(spec)
     settings: dict[str, Any] = {"error_weight_rad": count}
     if torque is None and spec.bandwidth is not None:
         hertz = _hertz(spec, 0.0)

@@ -11,7 +11,7 @@ import numpy as np
 
 from cabledrive.control.load_row_numbers import NO_LOAD, LoadRowNumbers
 from cabledrive.control.numbers import BACKSTEPPING, DARC, OWN, LawNumbers
-from cabledrive.control.observer_numbers import KALMAN, ObserverNumbers
+from cabledrive.control.observer_numbers import BY_LOAD, KALMAN, ObserverNumbers
 from cabledrive.control.own_controller import OwnController
 from cabledrive.control.reference_numbers import ReferenceNumbers
 from cabledrive.parameters import Drive, InputRefused, content_hash
@@ -121,8 +121,13 @@ def controller_numbers(loop: Loop, drive: Drive, feedback: str) -> dict[str, Any
         "reference": None if generator is None else plain_numbers(generator._asdict()),
         "arrays": ARRAYS,
         "law": plain_numbers(made.law._asdict()),
-        "filter": plain_numbers(loop.observer._asdict() | {"gains": loop.observer.gains[-1]}),
+        "filter": plain_numbers(loop.observer._asdict() | {"gains": kept_gains(loop.observer)}),
     }
+
+
+def kept_gains(observer: ObserverNumbers) -> Array:
+    """The gain on which a filter settles; of one scheduled by the load those of all points."""
+    return observer.gains if observer.kind == BY_LOAD else observer.gains[-1]
 
 
 def plain_numbers(fields: Mapping[str, Any]) -> dict[str, Any]:
@@ -196,7 +201,7 @@ def controller_from(data: Any, place: str, own: OwnController | None = None) -> 
                 places=np.array(seen["places"], dtype=np.int64),
                 model=_array(seen["model"]),
                 output=_array(seen["output"]),
-                gains=_array(seen["gains"])[None],
+                gains=_stacked(_array(seen["gains"])),
                 scalars=_array(seen["scalars"]),
             ),
         )
@@ -249,6 +254,10 @@ def _array(values: Any) -> Array:
     return array
 
 
+def _stacked(gains: Array) -> Array:
+    return gains if gains.ndim == 3 else gains[None]
+
+
 def _law(data: Mapping[str, Any], states: int) -> LawNumbers:
     """The law in numbers; a list cannot say how wide an empty table is."""
     law = LawNumbers(int(data["kind"]), *(_array(data[name]) for name in LawNumbers._fields[1:]))
@@ -259,7 +268,7 @@ def _check(found: ControllerFile) -> None:
     size, law, seen = 2 * len(found.shafts), found.law, found.observer
     fits = law.kind in (DARC, BACKSTEPPING, OWN) or law.rows.shape[-1] == law.matrix.shape[0] + size
     fits = fits and (law.kind != DARC or law.matrix.shape == (size, size))
-    whole = seen.kind == KALMAN and seen.gains.shape[1:] == seen.output.shape[::-1]
+    whole = seen.kind in (KALMAN, BY_LOAD) and seen.gains.shape[1:] == seen.output.shape[::-1]
     if law.kind == OWN and found.own is None:
         raise InputRefused(
             f'holds the filter of "{found.name}", a controller of your own, whose step is code: give that '

@@ -1,6 +1,6 @@
 """What the arrays of a controller.json mean, and what the columns of its reference are called."""
 
-from cabledrive.control.numbers import DARC, LEARNING, LINEAR, OWN, REFERENCE_MODEL, LawNumbers
+from cabledrive.control.numbers import DARC, LEARNING, LINEAR, OWN, REFERENCE_MODEL, SCHEDULED, LawNumbers
 
 ARRAYS = {
     "law.matrix": (
@@ -9,15 +9,17 @@ ARRAYS = {
     ),
     "law.rows": (
         "darc: sliding surface, elastic torque, inertial acceleration in powers of s; linear: command "
-        "from memory and errors; learning: the same, then what whitens the innovations; backstepping: scales "
-        "of the states"
+        "from memory and errors; learning: the same, then what whitens the innovations; scheduled: one for "
+        "each load, heaviest first; backstepping: scales of the states"
     ),
     "law.learning": (
         "rows: nominal value, lower bound, upper bound, adaptation gain, rate limit of each estimate"
     ),
     "law.scalars": (
         "sample time s; K_sigma; K of tanh(K w) s/rad; friction by reference; regressor by reference; "
-        "mu; beta_n; learning: sample time s; kept share of an excited direction, gate in deviations, renewal"
+        "mu; beta_n; learning: sample time s; kept share of an excited direction, gate in deviations, "
+        "renewal; scheduled: sample time s, one over the heaviest load, step of it between points, Coulomb "
+        "friction N m, K of tanh(K w) s/rad"
     ),
     "filter.chosen": "which filter states are the angles, then the speeds of the law's shafts",
     "filter.places": "filter states that are the motor's speed and the disturbance torque",
@@ -25,10 +27,11 @@ ARRAYS = {
         "transition; then inputs: shaft torque, command before and after the delay, friction and offset"
     ),
     "filter.output": "readings from filter states",
-    "filter.gains": "correction per reading, on which the filter settles",
+    "filter.gains": "correction per reading, on which the filter settles; by load: of each point",
     "filter.scalars": (
         "sample time s; unused; shaft torque from itself, older and newer command; Coulomb friction N "
-        "m; K of tanh(K w) s/rad; offset torque N m; whether the disturbance is cancelled"
+        "m; K of tanh(K w) s/rad; offset torque N m; whether the disturbance is cancelled; by load: one over "
+        "the heaviest load, step in one over the load between points"
     ),
     "reference.taps": "delay s and weight of each copy of the motion",
     "reference.lags": "first-order filters: share of the newest value, of the last value, fading",
@@ -59,6 +62,9 @@ REGRESSOR = (
 )
 """Functions of the reference that carry the adapted factors of a reference-model law."""
 
+ANNOUNCED = "announced_load [1]"
+"""Inertia of the load over that of the drive: what firmware writes, and the generator leaves at 1."""
+
 LEARNT = (("friction", "/(N m)"), ("viscous", "/(N m s/rad)"), ("inertia", "/(kg m^2)"))
 """What a law learns of the load, and the unit of what goes with a unit of it."""
 
@@ -84,6 +90,9 @@ def reference_columns(
             names.append(f"{learnt}_torque [N m{unit}]")
             names += [f"{learnt}_innovation_{i + 1} [1{unit}]" for i in range(readings)]
         return names[:width]
+    if law.kind == SCHEDULED:
+        followed = reference_columns(law._replace(kind=LINEAR), shafts, 2 * len(shafts) + 1)
+        return [*followed, *(f"{name} for each further load" for name in followed), ANNOUNCED]
     if law.kind == DARC:
         flat = [f"flat_output_{k} [rad/s^{k}]" for k in range(width - 2)]
         return [*flat, "motor_speed [rad/s]", "motor_acceleration [rad/s^2]"]

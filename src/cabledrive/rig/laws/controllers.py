@@ -11,6 +11,7 @@ from cabledrive.control.darc import darc_numbers
 from cabledrive.control.darc_gains import Bounds, darc_gains, printed_bounds
 from cabledrive.control.flat_output import FlatOutput, flat_output
 from cabledrive.control.kalman import QUIET, KalmanTuning
+from cabledrive.control.load_schedule import LoadSchedule
 from cabledrive.control.numbers import LawNumbers
 from cabledrive.control.own_controller import OwnController
 from cabledrive.control.reference import flat_generator, flat_reference
@@ -79,6 +80,10 @@ class Controller:
         What makes the rows of ``reference`` from the time alone, on a target.
     load_motion : LoadMotion or None
         Of a law that learns the load's torque.
+    schedule : LoadSchedule or None
+        Of a law whose gains go by an announced load.
+    load : float or None
+        Inertia of the load of which that is a factor, at the first shaft [kg m^2].
     """
 
     name: str
@@ -97,6 +102,8 @@ class Controller:
     own: OwnController | None = None
     generator: ReferenceNumbers | None = None
     load_motion: LoadMotion | None = None
+    schedule: LoadSchedule | None = None
+    load: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

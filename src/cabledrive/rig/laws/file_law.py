@@ -3,7 +3,8 @@
 from dataclasses import replace
 from math import pi
 
-from cabledrive.control.numbers import DARC, LEARNING, start_estimates
+from cabledrive.control.load_schedule import LoadSchedule
+from cabledrive.control.numbers import DARC, HIGH, LEARNING, LOW, start_estimates
 from cabledrive.control.reference_kernels import reference_table
 from cabledrive.parameters import InputRefused, content_hash
 from cabledrive.rig.closed_loop.loop import Loop
@@ -11,6 +12,7 @@ from cabledrive.rig.laws.controller_file import ControllerFile
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law, motion_numbers
 from cabledrive.rig.laws.load_learning import KINDS, load_learning
 from cabledrive.rig.laws.registry import CONTROLLERS
+from cabledrive.rig.laws.scheduled import announced, told_otherwise
 from cabledrive.rig.setting import RigOptions
 
 
@@ -40,7 +42,23 @@ def law_from_file(found: ControllerFile, spec: DesignSpec) -> Controller:
         return changed
     motion = motion_numbers(spec.drive, spec.motion)
     table = reference_table(found.reference, motion, spec.interval, spec.samples)
-    return replace(changed, reference=table, generator=found.reference)
+    return _told(replace(changed, reference=table, generator=found.reference), spec, found.path)
+
+
+def _told(made: Controller, spec: DesignSpec, path: str) -> Controller:
+    """The law of a file with the loads that the motion announces; another law is returned as it is."""
+    if made.schedule is None or spec.motion is None:
+        return made
+    low, high = (float(end) for end in made.law.learning[[LOW, HIGH], 0])
+    for one in spec.motion.payload:
+        if not low <= one.factor <= high:
+            raise InputRefused(
+                f"payload = {one.factor:.4g} times the load is outside what it is designed for, {low:.4g} to "
+                f"{high:.4g}: announce less, or design it anew with a wider payload_range"
+            ).at(path)
+    told = announced(spec.motion.payload, spec.interval, len(made.reference))
+    schedule = LoadSchedule(low=low, high=high, points=len(made.law.rows))
+    return told_otherwise(replace(made, schedule=schedule), told)
 
 
 def _designed(found: ControllerFile, spec: DesignSpec) -> Controller:

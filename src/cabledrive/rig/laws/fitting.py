@@ -6,6 +6,7 @@ import numpy as np
 
 from cabledrive.control.difference import filtered_difference, ideal_states
 from cabledrive.control.kalman import QUIET, KalmanTuning, Sampling, kalman_filter
+from cabledrive.control.load_schedule import LoadSchedule, scheduled_filter, with_load
 from cabledrive.control.observer_numbers import ObserverNumbers
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.reduction.lumped_chain import LumpedChain
@@ -66,12 +67,14 @@ def fit_observer(
     *,
     own: bool = False,
     settled: bool = False,
+    schedule: LoadSchedule | None = None,
 ) -> tuple[ObserverNumbers, Integers, Array]:
     """The observer of a law, what its encoders read of the plant, and their counts.
 
     ``design``: the chain the filter is designed for; ``plant``: the chain that is read; ``drive``: with the
     encoders; ``shafts``: shafts that the law takes; ``own``: only the encoders of the law's shafts are read;
-    ``settled``: the Kalman filter goes on from another's states.
+    ``settled``: the Kalman filter goes on from another's states; ``schedule``: loads that it goes by, where
+    they are announced.
     Returns ``encoders``, shape (m,): inertia of the plant that each encoder reads; ``counts``, shape (m,)
     [rad].
     Raises `InputRefused` if the filtered difference lacks an encoder.
@@ -96,7 +99,14 @@ def fit_observer(
             )
         numbers = [names.index(shaft) for shaft in shafts]
         return filtered_difference(range(len(names)), sampling.interval, chosen=numbers), read, counts
-    found = kalman_filter(
-        design, places, list(counts), sampling, chosen=chosen, tuning=tuning, settled=settled
-    )
-    return found, read, counts
+
+    def designed(chain: LumpedChain) -> ObserverNumbers:
+        return kalman_filter(
+            chain, places, list(counts), sampling, chosen=chosen, tuning=tuning,
+            settled=settled or schedule is not None,
+        )  # fmt: skip
+
+    if schedule is None:
+        return designed(design), read, counts
+    filters = [designed(with_load(design, load)) for load in schedule.loads]
+    return scheduled_filter(filters, schedule), read, counts

@@ -15,6 +15,8 @@ from cabledrive.rig.laws.load_learning import CHANGING, load_learning
 from cabledrive.rig.laws.load_learning import NAME as LOAD_LEARNING
 from cabledrive.rig.laws.reference_model import NAME as MRAC
 from cabledrive.rig.laws.reference_model import reference_model
+from cabledrive.rig.laws.scheduled import NAME as SCHEDULED
+from cabledrive.rig.laws.scheduled import scheduled
 from cabledrive.rig.laws.tuned_gains import tuned_law
 from cabledrive.rig.setting import DISSERTATION_ORDER
 
@@ -33,6 +35,7 @@ CONTROLLERS: dict[str, Callable[[DesignSpec], Controller]] = {
     LOAD_LEARNING: load_learning,
     CHANGING: lambda spec: load_learning(spec, CHANGING),
     MRAC: reference_model,
+    SCHEDULED: scheduled,
     **BASELINES,
 }
 

@@ -65,15 +65,16 @@ class Trial:
 
 
 def trial_spec(spec: DesignSpec) -> DesignSpec:
-    """The spec for a trial: one pulse of the motion.
+    """The spec for a trial: one pulse of the motion, with the drive's own load.
 
     ``spec``: with its motion.
     """
     assert spec.motion is not None
-    motion = replace(spec.motion, pulses=1)
+    motion = replace(spec.motion, pulses=1, payload=())
     trajectory = motion.trajectory
     samples = round(trajectory.duration / spec.interval) + 1
-    return replace(spec, motion=motion, trajectory=trajectory, samples=samples)
+    options = None if spec.options is None else replace(spec.options, load_change=None)
+    return replace(spec, motion=motion, trajectory=trajectory, samples=samples, options=options)
 
 
 @lru_cache(maxsize=16)

@@ -14,6 +14,7 @@ import numpy as np
 from scipy.linalg import expm, solve_discrete_lyapunov
 
 from cabledrive.control.backstepping_stability import backstepping_row
+from cabledrive.control.load_schedule import filter_at, law_at
 from cabledrive.control.numbers import BACKSTEPPING, DARC, LEARNING, LINEAR, REFERENCE_MODEL, LawNumbers
 from cabledrive.control.observer_numbers import KALMAN
 from cabledrive.parameters import InputRefused
@@ -60,12 +61,13 @@ class Sampled:
     d: Array
 
 
-def margins_of(loop: Loop) -> Margins:
+def margins_of(loop: Loop, load: float = 1.0) -> Margins:
     """Margins of a loop at its motor's torque.
 
+    ``load``: that is announced, as a factor, where the law goes by one.
     Raises `InputRefused` if there is no Kalman filter, or the law is the user's own.
     """
-    controller, plant = sampled_controller(loop), sampled_plant(loop)
+    controller, plant = sampled_controller(loop, load), sampled_plant(loop)
     closed, by_rounding, torque = closed_loop(controller, plant)
     if float(np.abs(np.linalg.eigvals(closed)).max()) >= 1.0:
         return Margins(stable=False, disk=0.0, gain=1.0, phase=0.0, ripple=float("inf"))
@@ -178,14 +180,14 @@ def _at_once(power: Array, rates: Array, time: float) -> Array:
     return found
 
 
-def sampled_controller(loop: Loop) -> Sampled:
+def sampled_controller(loop: Loop, load: float = 1.0) -> Sampled:
     """From the encoders' angles, then the command itself as the filter gets it, to the command.
 
     States: of the filter before its readings, torque of its shaft, commands that it still waits for, memory
-    of the law, its last command.
+    of the law, its last command. ``load``: that is announced, as a factor, where the law goes by one.
     Raises `InputRefused` if there is no Kalman filter, or the law is the user's own.
     """
-    seen, law = loop.observer, loop.controller.law
+    seen, law = filter_at(loop.observer, load), law_at(loop.controller.law, load)
     if seen.kind != KALMAN:
         raise InputRefused("margins are those of a loop with the Kalman filter: leave the observer out")
     rows, memory, update = feedback_of(law, len(seen.chosen))

@@ -13,6 +13,7 @@ from cabledrive.rig.laws.indirect import NAME as INDIRECT
 from cabledrive.rig.laws.load_learning import CHANGING
 from cabledrive.rig.laws.load_learning import NAME as LOAD_LEARNING
 from cabledrive.rig.laws.registry import CONTROLLERS
+from cabledrive.rig.laws.scheduled import NAME as SCHEDULED
 from cabledrive.rig.ranking.scores import Scores, rank, scored
 from cabledrive.rig.ranking.tuned_by_limits import TunedLaw, tuned_by_limits
 from cabledrive.rig.setting import Motion, RigOptions
@@ -29,7 +30,7 @@ def offered(drive: Drive, motion: Motion, disturbances: Disturbances) -> tuple[s
     """Laws that are compared where none are named, simplest first."""
     chain = "darc-4-damped" if highest_model(drive) == 4 else "darc-3-damped"
     learning = (LOAD_LEARNING, INDIRECT) if motion.pulses > 1 else (LOAD_LEARNING,)
-    changing = (CHANGING,) if disturbances.changes_load else ()
+    changing = (SCHEDULED, CHANGING) if disturbances.changes_load else ()
     return ("pd", "pid", "dob", "lqg", "lqi", "hinf", chain, *changing, *learning)
 
 

@@ -161,10 +161,10 @@ def _within(
 
 
 def disk_under_load(loop: Loop, factor: float, options: RigOptions) -> float:
-    """Disk margin of a law with its filter on the nominal plant with another load."""
+    """Disk margin of a law with its filter on the nominal plant with another load, announced if it can be."""
     *others, load = loop.chain.inertias
     chain = replace(loop.chain, inertias=(*others, factor * load))
-    return margins_of(with_plant(loop, chain, options)).disk
+    return margins_of(with_plant(loop, chain, options), factor).disk
 
 
 def nominal_loop(

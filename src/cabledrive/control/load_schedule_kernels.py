@@ -1,0 +1,131 @@
+"""Compiled steps of a law and a filter whose numbers go by an announced load.
+
+The load is a factor of the inertia that the law is made for. Between two points of the grid numbers are
+interpolated in one over that factor, in which the motion of a chain over a sample is all but linear.
+"""
+
+from math import isfinite, tanh
+
+from cabledrive.control.controller_state import ControllerState
+from cabledrive.control.numbers import HIGH, LOW, Array, LawNumbers
+from cabledrive.control.observer_numbers import Integers
+from cabledrive.mechanics.compiled import njit_in_place
+
+
+@njit_in_place
+def announced_load(law: LawNumbers, reference: Array, k: int) -> float:
+    """Factor of the load that row k announces; beyond the range of the design its nearer end."""
+    told = reference[k, reference.shape[1] - 1]
+    return min(max(told, law.learning[LOW, 0]), law.learning[HIGH, 0])
+
+
+@njit_in_place
+def grid_place(first: float, step: float, count: int, told: float) -> float:
+    """Place of a load among the points of the grid, from 0 to count - 1."""
+    return min(max((1.0 / told - first) / step, 0.0), count - 1.0)
+
+
+@njit_in_place
+def row_at(rows: Array, place: float, j: int) -> float:
+    """Entry j of the rows of the grid, interpolated."""
+    cell = min(int(place), rows.shape[0] - 2)
+    share = place - cell
+    return (1.0 - share) * rows[cell, j] + share * rows[cell + 1, j]
+
+
+@njit_in_place
+def scheduled_command(law: LawNumbers, c: ControllerState, reference: Array, k: int) -> tuple[float, float]:
+    """Command and error of the load, about the states and the torque that the announced load asks for.
+
+    ``c.parameters`` begins with that load. The memory is a torque, not a sum of errors: another gain of the
+    integral does not make it jump. Row k of the reference: wanted states,
+    torque without friction, what either adds for each further load, the load.
+    """
+    rows, states, n2 = law.rows, c.states, c.states.size
+    told = c.parameters[0]
+    beyond = told - 1.0
+    place = grid_place(law.scalars[1], law.scalars[2], rows.shape[0], told)
+    speed = reference[k, n2 // 2] + beyond * reference[k, n2 + 1 + n2 // 2]
+    u = c.memory[0] + reference[k, n2] + beyond * reference[k, 2 * n2 + 1]
+    u += law.scalars[3] * tanh(law.scalars[4] * speed)
+    load = 0.0
+    for j in range(n2):
+        e = states[j] - reference[k, j] - beyond * reference[k, n2 + 1 + j]
+        u += row_at(rows, place, 1 + j) * e
+        if j == n2 // 2 - 1:
+            load = e
+    c.memory[0] += row_at(rows, place, 0) * law.matrix[0, n2 // 2] * load
+    return u, load
+
+
+@njit_in_place
+def correct_by_load(
+    chosen: Integers,
+    output: Array,
+    gains: Array,
+    scalars: Array,
+    told: float,
+    estimate: Array,
+    readings: Array,
+    states: Array,
+    scratch: Array,
+) -> None:
+    """Take in the readings of a sample with the gain of the announced load; as `correct` of the observers."""
+    m = readings.size
+    for j in range(m):
+        if not isfinite(readings[j]):
+            for i in range(states.size):
+                states[i] = readings[j]
+            return
+    place = grid_place(scalars[9], scalars[10], gains.shape[0], told)
+    cell = min(int(place), gains.shape[0] - 2)
+    share = place - cell
+    for j in range(m):
+        predicted = 0.0
+        for i in range(estimate.size):
+            predicted += output[j, i] * estimate[i]
+        scratch[j] = readings[j] - predicted
+    for i in range(estimate.size):
+        for j in range(m):
+            gain = (1.0 - share) * gains[cell, i, j] + share * gains[cell + 1, i, j]
+            estimate[i] += gain * scratch[j]
+    for i in range(states.size):
+        states[i] = estimate[chosen[i]]
+
+
+@njit_in_place
+def predict_by_load(
+    model: Array,
+    scalars: Array,
+    told: float,
+    motor_speed: int,
+    estimate: Array,
+    held: Array,
+    before: float,
+    after: float,
+    fresh: Array,
+) -> None:
+    """Carry the filter to the next sample with the announced load's model; as `predict` of the observers.
+
+    ``model``, shape (grid * states, states + 4): that of each point of the grid below the other.
+    """
+    n = estimate.size
+    count = model.shape[0] // n
+    place = grid_place(scalars[9], scalars[10], count, told)
+    cell = min(int(place), count - 2)
+    share = place - cell
+    torque = held[0]
+    load = scalars[7] - scalars[5] * tanh(scalars[6] * estimate[motor_speed])
+    for i in range(n):
+        low, high = cell * n + i, (cell + 1) * n + i
+        one = model[low, n] * torque + model[low, n + 1] * before
+        one += model[low, n + 2] * after + model[low, n + 3] * load
+        other = model[high, n] * torque + model[high, n + 1] * before
+        other += model[high, n + 2] * after + model[high, n + 3] * load
+        for j in range(n):
+            one += model[low, j] * estimate[j]
+            other += model[high, j] * estimate[j]
+        fresh[i] = (1.0 - share) * one + share * other
+    for i in range(n):
+        estimate[i] = fresh[i]
+    held[0] = scalars[2] * torque + scalars[3] * before + scalars[4] * after

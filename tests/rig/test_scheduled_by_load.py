@@ -1,0 +1,226 @@
+"""Gain scheduling: the law that goes by an announced load, beside laws designed for that load alone."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cabledrive.control.controller_kernels import controller_step
+from cabledrive.control.law_kernels import law_step
+from cabledrive.control.linear_laws import FRICTION_SLOPE
+from cabledrive.control.load_schedule import filter_at, law_at, with_load
+from cabledrive.control.numbers import LINEAR
+from cabledrive.control.observer_numbers import KALMAN
+from cabledrive.parameters import InputRefused, load_drive
+from cabledrive.rig import Motion, Payload, RigOptions, track
+from cabledrive.rig.closed_loop.loop import loop_at_rest, run
+from cabledrive.rig.closed_loop.other_plants import with_plant
+from cabledrive.rig.disturbed.disturbances_file import Disturbances
+from cabledrive.rig.disturbed.disturbed_plants import disturbed_loop
+from cabledrive.rig.laws.baselines import feedforward_table
+from cabledrive.rig.laws.registry import CONTROLLERS
+from cabledrive.rig.laws.scheduled import NAME, announced, schedule_of, told_otherwise
+from cabledrive.rig.parsed_options import parse_payload, parse_payload_range
+from cabledrive.rig.ranking.margins import margins_of
+from cabledrive.rig.ranking.ranked import COMPARED
+from cabledrive.rig.ranking.scores import scored
+from cabledrive.rig.ranking.tuned_by_limits import TunedLaw, filters, nominal_loop
+from cabledrive.rig.trial import spec_for
+
+DRIVE = load_drive("dissertation-3")
+TWO = Motion(pulses=2, order=11)
+HERTZ = 35.0
+CHANGES = Disturbances(load_factor=(0.5, 3.0), load_time=(0.7, 0.95))
+"""In the dwell between the two moves of the first pulse."""
+
+
+def heavier(factor):
+    inertia = float(DRIVE.load_pulley.inertia * factor)
+    return load_drive("dissertation-3", overrides=[f"pulley.1.inertia={inertia!r}"])
+
+
+def loop_of(name, drive=DRIVE, motion=TWO):
+    spec = spec_for(drive, motion, options=COMPARED, bandwidth=HERTZ)
+    return nominal_loop(CONTROLLERS[name](spec), spec, COMPARED, dict(filters(name, spec))["by uncertainty"])
+
+
+def over_plants(name, draws, seed, ranges=CHANGES):
+    loop = loop_of(name)
+    law = TunedLaw(name=name, loop=loop, bandwidth=HERTZ, filter="", margins=margins_of(loop), seconds=0.0)
+    return scored(law, None, ranges, COMPARED, seed, range(draws))
+
+
+def at_99(scores):
+    return float(np.degrees(np.quantile(scores.peaks, 0.99)))
+
+
+def test_on_a_point_of_the_grid_it_is_lqi_designed_for_that_load():
+    loop = loop_of(NAME)
+    load = loop.controller.schedule.loads[3]
+    other = loop_of("lqi", heavier(load))
+    law, seen = law_at(loop.controller.law, load), filter_at(loop.observer, load)
+    assert (law.kind, seen.kind) == (LINEAR, KALMAN)
+    np.testing.assert_allclose(law.rows, other.controller.law.rows, rtol=1e-9)
+    np.testing.assert_allclose(seen.model, other.observer.model, rtol=1e-9, atol=1e-12)
+    largest = np.abs(other.observer.gains[-1]).max()
+    np.testing.assert_allclose(seen.gains[0], other.observer.gains[-1], atol=1e-3 * largest)
+
+
+def test_its_run_is_that_of_lqi_designed_for_the_load_that_is_announced():
+    """With the same settled filter on the same heavy plant, to rounding: feedforward and feedback."""
+    loop = loop_of(NAME)
+    load = loop.controller.schedule.loads[2]
+    other = loop_of("lqi", heavier(load))
+    plant = with_plant(loop, other.chain, COMPARED)
+    told = told_otherwise(plant.controller, np.full(len(loop.target), load))
+    ours = run(replace(plant, controller=told))
+    theirs = run(replace(other, observer=filter_at(loop.observer, load), rig=plant.rig))
+    command = 2 * loop.chain.size + 1 + len(loop.rig.encoders)
+    np.testing.assert_allclose(ours.log[:, command], theirs.log[:, command], atol=1e-6)
+    np.testing.assert_allclose(ours.log[:, :3], theirs.log[:, :3], atol=1e-8)
+
+
+@pytest.mark.parametrize("load", [0.5, 1.0, 2.37])
+def test_the_columns_of_the_reference_give_the_exact_inverse_of_any_load(load):
+    spec = spec_for(DRIVE, TWO, bandwidth=HERTZ)
+    chain = replace(with_load(spec.model(4), load), coulomb=(0.0,) * 3)
+    table = CONTROLLERS[NAME](spec).reference
+    wanted = feedforward_table(spec, chain, spec.wanted(6))
+    found = table[:, :7] + (load - 1.0) * table[:, 7:14]
+    np.testing.assert_allclose(found, wanted, atol=1e-12 * np.abs(wanted).max())
+
+
+def test_between_the_points_the_disk_margin_is_that_of_lqi_designed_there(measured):
+    """At the middle of every cell, announced rightly: at least 0.95 of that of a design for that load."""
+    loop = loop_of(NAME)
+    schedule, worst = schedule_of(0.5, 3.0), np.inf
+    ends = 1.0 / np.array(schedule.loads)
+    for load in 1.0 / (0.5 * (ends[1:] + ends[:-1])):
+        plant = with_plant(loop, with_load(loop.chain, load), COMPARED)
+        exact = loop_of("lqi", heavier(load))
+        worst = min(worst, margins_of(plant, load).disk / margins_of(exact).disk)
+    measured(f"{worst:.3f} of the disk margin")
+    assert worst > 0.95
+
+
+@pytest.mark.kernel
+def test_what_the_integral_holds_does_not_jump_where_another_load_is_announced():
+    """Gains of the integral differ by more than a tenth; without an error the torque stays what it was."""
+    loop = loop_of(NAME)
+    law = loop.controller.law
+    gains = [law_at(law, load).rows[0, 0] for load in (1.0, 2.5)]
+    assert abs(gains[1] / gains[0] - 1.0) > 0.1
+    state = loop_at_rest(loop).controller
+    state.memory[0] = 0.07
+    row = np.zeros((1, loop.controller.reference.shape[1]))
+    torques = []
+    for load in (1.0, 2.5, 0.5):
+        row[0, -1] = state.parameters[0] = load
+        torques.append(law_step(law, state, row, 0)[0])
+    assert torques == pytest.approx([0.07] * 3, abs=1e-15)
+
+
+@pytest.mark.kernel
+def test_between_two_points_the_step_is_that_of_the_law_and_the_filter_frozen_there():
+    loop = loop_of(NAME)
+    rng, load = np.random.default_rng(2), 1.83
+    frozen = replace(loop, observer=filter_at(loop.observer, load))
+    one, other = (loop_at_rest(each).controller for each in (loop, frozen))
+    readings, row = 1e-3 * rng.standard_normal(3), 1e-3 * rng.standard_normal((1, 15))
+    row[0, 7:14], row[0, 14] = 0.0, load
+    for _ in range(3):
+        ours = controller_step(loop.observer, loop.controller.law, 9.0, one, readings, row, 0)
+        theirs = controller_step(
+            frozen.observer, law_at(loop.controller.law, load), 9.0, other, readings, row, 0
+        )
+        friction = loop.chain.coulomb[0] * np.tanh(FRICTION_SLOPE * row[0, 3])
+        assert ours[0] == pytest.approx(theirs[0] + friction, rel=1e-9)
+        other.memory[0] = one.memory[0] / law_at(loop.controller.law, load).rows[0, 0]
+        other.commands[:], other.held[:] = one.commands, one.held
+        other.estimate[:] = one.estimate
+    np.testing.assert_allclose(one.states, other.states, rtol=1e-9)
+
+
+def test_a_load_of_up_to_three_times_costs_a_third_of_what_learning_it_costs(measured):
+    """Six plants whose load is 0.5 to 3 times from a dwell on, announced then; over the whole run."""
+    ours, theirs = over_plants(NAME, 6, 31), over_plants("lqg", 6, 31)
+    measured(f"{at_99(ours):.4f} deg, {at_99(ours) / at_99(theirs):.3f} of lqg")
+    assert at_99(ours) < 0.06
+    assert at_99(ours) < 0.2 * at_99(theirs)
+
+
+@pytest.mark.verify
+def test_over_200_plants_an_announced_load_costs_less_than_a_tenth_of_a_degree(measured):
+    found = {
+        "right": over_plants(NAME, 200, 11),
+        "tenth off": over_plants(NAME, 200, 11, replace(CHANGES, announced_error=(-0.1, 0.1))),
+        "half off": over_plants(NAME, 200, 11, replace(CHANGES, announced_error=(-0.5, 0.5))),
+        "0.2 s late": over_plants(NAME, 200, 11, replace(CHANGES, announced_late=(0.0, 0.2))),
+        "0.2 s early": over_plants(NAME, 200, 11, replace(CHANGES, announced_late=(-0.2, 0.0))),
+    }
+    for words, scores in found.items():
+        measured(
+            f"{words}: median {np.degrees(np.median(scores.peaks)):.4f}, 99 % {at_99(scores):.4f}, "
+            f"worst {np.degrees(max(scores.peaks)):.4f} deg, {sum(scores.failed)} ended early"
+        )
+    assert at_99(found["right"]) < 0.06
+    assert at_99(found["tenth off"]) < 0.09
+
+
+def test_other_laws_meet_the_same_plants_whatever_is_announced():
+    loop = loop_of("lqg")
+    told = replace(CHANGES, announced_error=(0.3, 0.3), announced_late=(0.1, 0.2))
+    one, other = (disturbed_loop(loop, each, COMPARED, np.random.default_rng(5)) for each in (CHANGES, told))
+    assert one.disturbed.load_factor == other.disturbed.load_factor
+    np.testing.assert_array_equal(one.rig.phases, other.rig.phases)
+    np.testing.assert_array_equal(one.controller.reference, other.controller.reference)
+
+
+def test_an_announcement_may_be_wrong_and_late_while_the_plant_keeps_its_load():
+    loop = loop_of(NAME)
+    told = replace(CHANGES, load_factor=(2.0, 2.0), announced_error=(0.25, 0.25), announced_late=(0.1, 0.1))
+    found = disturbed_loop(loop, told, COMPARED, np.random.default_rng(5))
+    late = round((found.disturbed.load_time + 0.1) / loop.rig.interval)
+    assert found.disturbed.load_factor == 2.0
+    assert found.controller.reference[late + 1, -1] == pytest.approx(2.5)
+    assert found.controller.reference[late - 2, -1] == 1.0
+
+
+def test_announcements_are_in_force_from_their_time_on_in_any_order():
+    payload = (Payload(factor=3.0, start=0.3), Payload(factor=2.0, start=0.1))
+    assert announced(payload, 0.1, 5).tolist() == [1.0, 2.0, 2.0, 3.0, 3.0]
+    assert parse_payload("3:0.7s") == Payload(factor=3.0, start=0.7)
+    assert parse_payload("1.5") == Payload(factor=1.5)
+    assert parse_payload_range("0.5:4") == (0.5, 4.0)
+
+
+def test_what_it_cannot_take_is_refused_in_one_line():
+    three = (Payload(factor=3.5, start=0.7),)
+    with pytest.raises(InputRefused, match=r"payload = 3.5 times .* 0.5 to 3: widen --payload-range"):
+        Motion(payload=three)
+    with pytest.raises(InputRefused, match=r"payload_range = 1\.5 to 3 must hold 1"):
+        Motion(payload_range=(1.5, 3.0))
+    wide = Motion(order=11, payload=three, payload_range=(0.5, 4.0))
+    with pytest.raises(InputRefused, match=f"lqi takes no announcement: take {NAME}"):
+        track(DRIVE, controller="lqi", bandwidth=20.0, motion=wide)
+    with pytest.raises(InputRefused, match="payload = -1 must be finite and above 0"):
+        Payload(factor=-1.0)
+    with pytest.raises(InputRefused, match="payload from -1 s on is no time"):
+        Payload(factor=2.0, start=-1.0)
+    with pytest.raises(InputRefused, match='payload range "3" is not LOW:HIGH'):
+        parse_payload_range("3")
+    with pytest.raises(InputRefused, match="load that changes is moved with set-valued friction"):
+        RigOptions(load_change=(0.7, 3.0), pair=True)
+    with pytest.raises(InputRefused, match="load_change is of a lumped chain"):
+        track(DRIVE, bandwidth=20.0, plant="cable", options=RigOptions(load_change=(0.7, 3.0)))
+
+
+def test_the_changing_load_of_a_run_is_that_of_a_heavier_drive():
+    """From the first instant on, the disturbed plant and the exact one of a heavier drive: 0.01 deg apart."""
+    motion = Motion(order=11, payload=(Payload(factor=1.5),))
+    kind = {"controller": NAME, "bandwidth": 20.0, "motion": motion, "seed": 4}
+    changed = track(DRIVE, options=RigOptions(load_change=(0.0, 1.5)), **kind)
+    exact = track(DRIVE, plant_drive=heavier(1.5), **kind)
+    assert changed.summary["circumstances"]["load_change"] == {"start": 0.0, "factor": 1.5}
+    assert changed.summary["motion"]["payload"] == [{"factor": 1.5, "start": 0.0}]
+    assert np.degrees(np.abs(changed.load_angle - exact.load_angle).max()) < 0.01
