@@ -9,6 +9,7 @@ from cabledrive.control.controller_kernels import controller_step
 from cabledrive.control.law_kernels import law_step
 from cabledrive.control.linear_laws import FRICTION_SLOPE
 from cabledrive.control.load_schedule import filter_at, law_at, with_load
+from cabledrive.control.load_schedule_kernels import grid_place
 from cabledrive.control.numbers import LINEAR
 from cabledrive.control.observer_numbers import KALMAN
 from cabledrive.parameters import InputRefused, load_drive
@@ -66,7 +67,7 @@ def test_on_a_point_of_the_grid_it_is_lqi_designed_for_that_load():
     np.testing.assert_allclose(seen.gains[0], other.observer.gains[-1], atol=1e-3 * largest)
 
 
-def test_its_run_is_that_of_lqi_designed_for_the_load_that_is_announced():
+def test_its_run_is_that_of_lqi_designed_for_the_load_that_is_announced(measured):
     """With the same settled filter on the same heavy plant, to rounding: feedforward and feedback."""
     loop = loop_of(NAME)
     load = loop.controller.schedule.loads[2]
@@ -76,6 +77,8 @@ def test_its_run_is_that_of_lqi_designed_for_the_load_that_is_announced():
     ours = run(replace(plant, controller=told))
     theirs = run(replace(other, observer=filter_at(loop.observer, load), rig=plant.rig))
     command = 2 * loop.chain.size + 1 + len(loop.rig.encoders)
+    torque = np.abs(ours.log[:, command] - theirs.log[:, command]).max()
+    measured(f"{torque:.1e} N m, {np.abs(ours.log[:, :3] - theirs.log[:, :3]).max():.1e} rad")
     np.testing.assert_allclose(ours.log[:, command], theirs.log[:, command], atol=1e-6)
     np.testing.assert_allclose(ours.log[:, :3], theirs.log[:, :3], atol=1e-8)
 
@@ -101,6 +104,15 @@ def test_between_the_points_the_disk_margin_is_that_of_lqi_designed_there(measur
         worst = min(worst, margins_of(plant, load).disk / margins_of(exact).disk)
     measured(f"{worst:.3f} of the disk margin")
     assert worst > 0.95
+
+
+@pytest.mark.kernel
+def test_a_load_has_its_place_in_the_grid_and_beyond_it_the_nearer_end():
+    schedule = schedule_of(0.5, 3.0)
+    for i, load in enumerate(schedule.loads):
+        assert grid_place(schedule.first, schedule.step, schedule.points, load) == pytest.approx(i, abs=1e-9)
+    ends = [grid_place(schedule.first, schedule.step, schedule.points, load) for load in (100.0, 0.1)]
+    assert ends == [0.0, schedule.points - 1.0]
 
 
 @pytest.mark.kernel
