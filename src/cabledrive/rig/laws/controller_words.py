@@ -91,8 +91,8 @@ def reference_columns(
             names += [f"{learnt}_innovation_{i + 1} [1{unit}]" for i in range(readings)]
         return names[:width]
     if law.kind == SCHEDULED:
-        followed = reference_columns(law._replace(kind=LINEAR), shafts, 2 * len(shafts) + 1)
-        return [*followed, *(f"{name} for each further load" for name in followed), ANNOUNCED]
+        own = reference_columns(law._replace(kind=LINEAR), shafts, 2 * len(shafts) + 1)
+        return [*own, *(f"{name} for each further load" for name in own), ANNOUNCED]
     if law.kind == DARC:
         flat = [f"flat_output_{k} [rad/s^{k}]" for k in range(width - 2)]
         return [*flat, "motor_speed [rad/s]", "motor_acceleration [rad/s^2]"]

@@ -101,8 +101,7 @@ def compare(
     asked = _disturbances(drive, disturbances)
     names = offered(drive, motion, asked) if controllers is None else checked_names(controllers)
     if asked.changes_load:
-        ends = zip((*asked.announced,), motion.payload_range, strict=True)
-        (low, least), (high, most) = ends
+        (low, high), (least, most) = asked.announced, motion.payload_range
         motion = replace(motion, payload_range=(min(low, least), max(high, most)))
     if motion.order is None:
         motion = replace(motion, order=max(needed_order(name, drive) for name in names))
