@@ -22,9 +22,10 @@ def response_of_machine(
     source: str, force_on: str | None, motion_of: str | None, below: float | None, *, speed: bool
 ) -> Answer:
     """The response of a machine with routes; ``below`` [Hz]; ``speed``: of the motion's speed."""
-    from cabledrive.mechanics.network import machine_response
+    from cabledrive.mechanics.network import machine_response, network_of
     from cabledrive.mechanics.network.motion import condition
     from cabledrive.modal import natural_frequencies
+    from cabledrive.modal.network.routed import straight_limit
 
     drive = load_drive(source)
     if not isinstance(drive, RoutedDrive):
@@ -40,6 +41,7 @@ def response_of_machine(
     found = machine_response(drive, frequency, force_on, motion_of)
     if speed:
         found = 2j * np.pi * frequency * found
+    sag = straight_limit(network_of(drive), 2 * np.pi * top)
     data: dict[str, Any] = {
         "frequency_hz": frequency,
         "magnitude": np.abs(found),
@@ -48,7 +50,7 @@ def response_of_machine(
         "output": motion_of,
         "motor": condition(drive),
         "left_out": [],
-        "warnings": ["Coulomb friction is left out"] if _rubs(drive) else [],
+        "warnings": [*(["Coulomb friction is left out"] if _rubs(drive) else []), *([sag] if sag else [])],
     }
     what = "speed" if speed else "motion"
     text = f"{drive.name}: {what} of {motion_of} per force on {force_on}, {LINES} lines up to {top:.4g} Hz"

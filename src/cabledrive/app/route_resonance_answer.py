@@ -38,7 +38,7 @@ def route_resonance_answer(drive: RoutedDrive, torque: float | None) -> Answer:
         "pairs": [_row(pair) for pair in found.pairs],
         "motor": found.motor,
         "certified": found.certified,
-        "warnings": [f"not included: {NOT_INCLUDED}"],
+        "warnings": _left_out(found),
     }
     return Answer(data=data, text=_text(drive, found, data), provenance=provenance(drive, method=METHOD))
 
@@ -83,7 +83,14 @@ def _text(drive: RoutedDrive, found: RouteResonance, data: dict[str, Any]) -> st
         lines.append("No pair lies within 10 % (1:2) or 5 % (sum) of resonance.")
     elif len(found.pairs) > LISTED:
         lines.append(f"and {len(found.pairs) - LISTED} more with higher thresholds.")
-    return "\n".join([*lines, "", f"Not included: {NOT_INCLUDED}."])
+    left_out = (words[0].upper() + words[1:] + "." for words in data["warnings"])
+    return "\n".join([*lines, "", *left_out])
+
+
+def _left_out(found: RouteResonance) -> list[str]:
+    """What the pairs do not hold."""
+    doubt = [f"modes not certified: {found.certified_reason}"] if found.certified_reason else []
+    return [f"not included: {NOT_INCLUDED}", *doubt]
 
 
 def with_motion(answer: Answer, drive: RoutedDrive, file: str, floor: float, limit: float) -> Answer:

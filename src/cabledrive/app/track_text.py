@@ -91,6 +91,8 @@ def axis_lines(axis: dict[str, Any]) -> list[str]:
         f"   modes left out {100 * axis['neglected']:9.2g} %   strings "
         f"{100 * axis['neglected_strings']:.2g} %   off the end {100 * axis['off_the_end']:.2g} %",
     ]
+    if axis["sag"]:
+        lines.append(f"   left out       {axis['sag']}")
     if "peak_error_mm" in axis:
         lines.append(f"   peak error     {axis['peak_error_mm']:9.4f} mm")
     return lines

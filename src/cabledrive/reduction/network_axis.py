@@ -15,6 +15,8 @@ from cabledrive.mechanics.network.assembly import DIRECTIONS, Network, network_o
 from cabledrive.mechanics.network.damping import relative_turn, rotor_turn
 from cabledrive.mechanics.network.motion import ALONG, Array
 from cabledrive.mechanics.network.response import Complex, network_response
+from cabledrive.modal.mode import LONGITUDINAL
+from cabledrive.modal.network.routed import straight_limit
 from cabledrive.parameters import Cable, Drive, InputRefused, Layout, Lumped, Motor, Pulley
 from cabledrive.parameters.route.axis import AxisDrive
 from cabledrive.parameters.route.drive import RoutedDrive
@@ -152,6 +154,7 @@ def chain_words(chain: NetworkChain) -> dict[str, Any]:
         "neglected": chain.neglected,
         "neglected_strings": chain.strings,
         "reason": chain.refusal,
+        "sag": straight_limit(chain.network, 4 * np.pi * chain.frequencies[0], kind=LONGITUDINAL),
     }
 
 

@@ -92,7 +92,9 @@ class RouteResonance:
     motor : str
         How the rotors are held.
     certified : bool
-        Whether the list of modes is complete.
+        Whether the list of modes is complete and straight ropes are a model of them.
+    certified_reason : str or None
+        Why not: what is left out, such as sag, and by how much it moves a mode.
     threshold_torque : float or None
         The lowest of the pairs that the first motor excites [N m].
     torque : float or None
@@ -108,6 +110,7 @@ class RouteResonance:
     frequency_ratio: float
     motor: str
     certified: bool
+    certified_reason: str | None
     threshold_torque: float | None
     torque: float | None
     verdict: str
@@ -160,6 +163,7 @@ def route_resonance(
         **_nearest(first, pulley.frequency),
         motor=found.motor,
         certified=found.certified,
+        certified_reason=found.certified_reason,
         threshold_torque=lowest,
         torque=asked,
         verdict=verdict,

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from math import pi
 
-from cabledrive.mechanics.network import network_of
+from cabledrive.mechanics.network import Network, network_of
 from cabledrive.modal.certified import Certificate, Modes
 from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE, Mode
 from cabledrive.modal.model_range import INCOMPLETE
@@ -17,6 +17,8 @@ from cabledrive.parameters.route import RoutedDrive
 
 DEFAULT_COUNT = 10
 MOST_MODES = 20_000
+MOST_CHECKED = 2_000
+"""Modes of a response or a chain among which those are looked for that sag moves."""
 LOOKED_THROUGH = 400
 """Modes of a network among which the first longitudinal ones are looked for."""
 
@@ -66,7 +68,7 @@ def _certified(spectrum: NetworkSpectrum, listed: list[Mode], top: float, below:
     }
     proven = sum(parts.values()) == number and all(mode.proven for mode in listed)
     network = spectrum.network
-    limit = range_limit(network, listed) or sag_coupling_limit(network, listed, spectrum.below, ALLOWED)
+    limit = _limit(spectrum, listed)
     return Modes(
         modes=tuple(listed),
         certified=proven and limit is None,
@@ -85,6 +87,28 @@ def _certified(spectrum: NetworkSpectrum, listed: list[Mode], top: float, below:
         motor=network.motion.motor,
         hold=tuple(sorted(network.motion.hold)),
     )
+
+
+def straight_limit(network: Network, below: float, *, kind: str | None = None) -> str | None:
+    """Why straight ropes are in doubt as a model of a machine below a frequency; None where they are not.
+
+    ``below``: [rad/s]; ``kind``: of the modes that matter, {"longitudinal", "transverse"} or None for all.
+    """
+    spectrum = NetworkSpectrum(network)
+    number = spectrum.count(below)
+    if number > MOST_CHECKED:
+        return (
+            f"straight ropes: {number} modes below {below / (2 * pi):.4g} Hz, more than {MOST_CHECKED}: "
+            "whether sag moves one was not checked"
+        )
+    listed = [mode for mode in spectrum.below(below) if kind in (None, mode.kind)]
+    return _limit(spectrum, listed)
+
+
+def _limit(spectrum: NetworkSpectrum, listed: Sequence[Mode]) -> str | None:
+    """Why a list is not certified although the count agrees."""
+    network = spectrum.network
+    return range_limit(network, listed) or sag_coupling_limit(network, listed, spectrum.below, ALLOWED)
 
 
 def _clear(spectrum: NetworkSpectrum, omega: float) -> float:

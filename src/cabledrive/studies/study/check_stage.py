@@ -85,7 +85,8 @@ def _of_the_file(drive: Drive) -> tuple[dict[str, Any], Sequence[str]]:
     if not isinstance(drive, AxisDrive):
         return derived_with_lowest(drive), drive_warnings(drive)
     lowest = lowest_frequencies(drive.machine).as_dict()
-    return lowest | {"slack_torque": drive.words["slack_torque"]}, route_warnings(drive.machine)
+    sag = [drive.words["sag"]] if drive.words["sag"] else []
+    return lowest | {"slack_torque": drive.words["slack_torque"]}, [*route_warnings(drive.machine), *sag]
 
 
 def missing_for_control(drive: Drive) -> tuple[str, ...]:
