@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from cabledrive.control.bound import ErrorBound, error_bound
-from cabledrive.control.numbers import DARC, DESIRED, LEARNING, NOMINAL
+from cabledrive.control.numbers import DARC, DESIRED, LEARNING, NOMINAL, SCHEDULED
 from cabledrive.control.sliding_residual import SlidingResidual, regressor_deviation, sliding_residual
 from cabledrive.parameters import Drive
 from cabledrive.rig.assumptions import true_parameters
@@ -15,6 +15,7 @@ from cabledrive.rig.closed_loop.loop_numbers import ESTIMATES, Array
 from cabledrive.rig.laws.fitting import place
 from cabledrive.rig.learning_check import LearningCheck, check_learning
 from cabledrive.rig.run_facts import disturbance_bound
+from cabledrive.rig.scheduled_check import check_scheduled
 from cabledrive.rig.setting import DEGREE
 
 
@@ -60,6 +61,8 @@ def check_theorem(loop: Loop, actual: Drive, log: Array) -> TheoremCheck | Learn
     """
     if loop.controller.law.kind == LEARNING:
         return check_learning(loop, log)
+    if loop.controller.law.kind == SCHEDULED and loop.controller.believed is not None:
+        return check_scheduled(loop, loop.controller.believed, log)
     bound = bound_along(loop, log)
     if bound is None:
         return None
@@ -129,8 +132,8 @@ def bound_words(
         return {
             "theory_bound_deg": None,
             "theory_bound_deg_reason": (
-                "bounds are those of the laws of the chain and of the laws that learn the load, on the "
-                "model that they are made for"
+                "bounds are those of the laws of the chain, of the laws that learn the load and of the one "
+                "that is told it, on the model that they are made for"
             ),
             "within_bound": None,
             "within_bound_reason": "no bound",

@@ -82,8 +82,8 @@ class Controller:
         Of a law that learns the load's torque.
     schedule : LoadSchedule or None
         Of a law whose gains go by an announced load.
-    load : float or None
-        Inertia of the load of which that is a factor, at the first shaft [kg m^2].
+    believed : LumpedChain or None
+        The chain with the drive's own load, of which that is a factor.
     """
 
     name: str
@@ -103,7 +103,12 @@ class Controller:
     generator: ReferenceNumbers | None = None
     load_motion: LoadMotion | None = None
     schedule: LoadSchedule | None = None
-    load: float | None = None
+    believed: LumpedChain | None = None
+
+    @property
+    def load(self) -> float | None:
+        """Inertia of the drive's own load where the law goes by it, at the first shaft [kg m^2]."""
+        return None if self.believed is None else self.believed.inertias[-1]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -50,7 +50,7 @@ def scheduled(spec: DesignSpec) -> Controller:
         damped=True,
         generator=_generator(spec, smooth),
         schedule=schedule,
-        load=chain.inertias[-1],
+        believed=chain,
     )
 
 
