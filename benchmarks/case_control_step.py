@@ -27,6 +27,7 @@ COMPARED = {
     "lqi": ("lqi", "printed"),
     "l1": ("l1", "printed"),
     "mrac, four estimates": ("mrac", "printed"),
+    "lqi-scheduled, designs for 12 loads": ("lqi-scheduled", "printed"),
     "lqi-learning, three estimates and their covariance": ("lqi-learning", "printed"),
 }
 """Further laws."""
