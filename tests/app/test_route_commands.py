@@ -211,6 +211,18 @@ def test_the_response_of_a_machine_has_its_rigid_mass_below_its_modes():
     refusal("response", str(ROUTES / "printer.toml"), "--response", "tail")
 
 
+def test_a_response_between_coordinates_that_symmetry_decouples_is_said_to_be_zero(tmp_path):
+    """The head in the middle of a CoreXY moves in x alone; at 40 mm beside it, the beam moves with it."""
+    text = Path(cd.__file__).parent.joinpath("parameters/drives/corexy.toml").read_text()
+    for old, new in (("0.19", "0.23"), ("0.15", "0.19")):
+        text = text.replace(f'["{old} m", "0.194 m"]', f'["{new} m", "0.194 m"]')
+    (tmp_path / "middle.toml").write_text(text.replace('["0.17 m", "0.20 m"]', '["0.21 m", "0.20 m"]'))
+    asked = "--input", "head.x", "--response", "beam.y"
+    words = "a force on head.x does not move beam.y: zero but for round-off"
+    assert words in answer("response", str(tmp_path / "middle.toml"), *asked)["warnings"]
+    assert words not in answer("response", "corexy", *asked)["warnings"]
+
+
 def test_check_judges_a_planned_motion_and_refuses_what_does_not_fit(tmp_path):
     """Places alone make the torque; a machine of two bodies wants both; loops take the torque."""
     time = np.linspace(0.0, 0.5, 51)
@@ -231,3 +243,14 @@ def test_check_judges_a_planned_motion_and_refuses_what_does_not_fit(tmp_path):
     assert loop["spans"][0]["name"] == "drive pulley to load pulley"
     assert loop["verdict"] == "unknown"  # its file gives no torque limit
     assert "add beam.y" in refusal("check", "corexy", "--motion", places)
+
+
+def test_a_run_that_ends_early_is_headed_by_its_time_and_the_time_asked_for(tmp_path):
+    """A constant torque drives the carriage over a part of a span before the half second is over."""
+    done = call(
+        *("simulate", str(ROUTES / "printer.toml"), "--duration", "0.5", "--travel"),
+        *("--torque-amplitude", "1", "--torque-frequency", "0", "--torque-on", "motor"),
+    )
+    first = done.stdout.splitlines()[0]
+    assert first.endswith(" s of 0.5 s asked for"), done.stdout + done.stderr
+    assert float(first.rpartition(": ")[2].split(" s")[0]) < 0.5

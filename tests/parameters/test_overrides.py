@@ -78,6 +78,7 @@ def test_file_is_left_as_it_was():
         (".=6", "does not name a value"),
         ("cable.=6", "does not name a value"),
         ("cable..pretension=6", 'unknown key "cable."'),
+        ("cable.capstan_friction=0.2", "that of a wrap is capstan_friction of its \\[\\[pulley\\]\\]"),
         ("cable.pretension.unit=6", "is not a table|does not name a value"),
         ("pulley.0=6", "does not name a value"),
         ("a.b.c.d=6", "does not name a value"),

@@ -3,12 +3,17 @@
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import InputRefused, load_drive, packaged_drives
 from cabledrive.parameters.route import RoutedDrive
 
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 LINES = 400
+ROUND_OFF = 1e-10
+"""Of a response, relative to the mean of the responses of both its coordinates to their own forces."""
 _FIRST = 1e-2
 """Lowest line, relative to the highest."""
 
@@ -39,6 +44,7 @@ def response_of_machine(
     top = 3.0 * float(natural_frequencies(drive, count=1)[0]) if below is None else below
     frequency = top * np.geomspace(_FIRST, 1.0, LINES)
     found = machine_response(drive, frequency, force_on, motion_of)
+    still = _is_zero(drive, frequency, force_on, motion_of, found)
     if speed:
         found = 2j * np.pi * frequency * found
     sag = straight_limit(network_of(drive), 2 * np.pi * top)
@@ -50,12 +56,26 @@ def response_of_machine(
         "output": motion_of,
         "motor": condition(drive),
         "left_out": [],
-        "warnings": [*(["Coulomb friction is left out"] if _rubs(drive) else []), *([sag] if sag else [])],
+        "warnings": [
+            *([f"a force on {force_on} does not move {motion_of}: zero but for round-off"] if still else []),
+            *(["Coulomb friction is left out"] if _rubs(drive) else []),
+            *([sag] if sag else []),
+        ],
     }
     what = "speed" if speed else "motion"
     text = f"{drive.name}: {what} of {motion_of} per force on {force_on}, {LINES} lines up to {top:.4g} Hz"
     text += "".join(f"\nwarning: {words}" for words in data["warnings"])
     return Answer(data=data, text=text, provenance=provenance(drive, method="exact waves on every span"))
+
+
+def _is_zero(drive: RoutedDrive, frequency: Array, force_on: str, motion_of: str, found: Complex) -> bool:
+    """Whether a motion is round-off beside what each of both coordinates moves under its own force."""
+    from cabledrive.mechanics.network import machine_response
+
+    if force_on == motion_of:
+        return False
+    own = [np.abs(machine_response(drive, frequency, name, name)) for name in (force_on, motion_of)]
+    return bool((np.abs(found) <= ROUND_OFF * np.sqrt(own[0] * own[1])).all())
 
 
 def _rubs(drive: RoutedDrive) -> bool:

@@ -70,7 +70,7 @@ def simulated_route(
     words += ", bodies travel" if result.travels else ""
     return Answer(
         data=result.summary(),
-        text=_text(drive, result, words),
+        text=_text(drive, result, words, options["duration"]),
         provenance=provenance(drive, method=words, step=result.step) | result.provenance,
         incomplete="; ".join(words for words in (result.stopped, missing) if words) or None,
     )
@@ -103,11 +103,13 @@ def plucks_of(given: tuple[str, ...], shape: str) -> tuple[Pluck, ...]:
     return tuple(found)
 
 
-def _text(drive: RoutedDrive, result: NetworkResult, words: str) -> str:
+def _text(drive: RoutedDrive, result: NetworkResult, words: str, asked: float) -> str:
+    """Lines of the answer; ``asked``: duration of the run [s]."""
     found = result.summary()
+    short = f" of {asked:.6g} s asked for" if result.stopped else ""
     units = {channel.name: channel.unit for channel in result.channels}
     lines = [
-        f"{drive.title or drive.name}: {result.steps * result.step:.6g} s",
+        f"{drive.title or drive.name}: {result.steps * result.step:.6g} s{short}",
         f"{result.steps} steps of {result.step:.4g} s, {100 * found['cfl']:.0f} % of the stable one",
         words,
         "",

@@ -30,6 +30,7 @@ HEAD = ("schema", "name", "kind", "title", "source")
 OTHER_WORDS = {
     "cable.EA": "give axial_rigidity",
     "cable.stiffness": "that of a span is axial_rigidity / layout.span_length: give axial_rigidity",
+    "cable.capstan_friction": "that of a wrap is capstan_friction of its [[pulley]]: give it there",
     "cable.diameter": "give area, the cross-section that carries load",
     "cable.density": "give mass_per_length, density times cross-section",
     "pulley.diameter": "give radius, half of it",
