@@ -78,6 +78,7 @@ def swept_path(steps, rate):
             along=np.array([60.0]),
             along_loss=np.array([0.0]),
             along_turn=np.array([[0.0]]),
+            along_shape=np.ones((1, 1)),
             strain=np.zeros((1, 1)),
             tension=np.array([1.0]),
             keys=(("belt", "w", 1), ("belt", "w", 2)),

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from cabledrive.mechanics.holding import FREE
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.assembly import Network
+from cabledrive.mechanics.network.motion import ALONG
 from cabledrive.modal import Mode
 from cabledrive.modal import modes as certified_modes
 from cabledrive.modal.network.motion import HeldMotion, NetworkMotion
@@ -38,6 +39,8 @@ class Snapshot:
         [rad/s], [1/s].
     along_turn : ndarray, shape (q, motors)
         Turn of the motors in a mode of unit modal mass [rad/sqrt(kg)].
+    along_shape : ndarray, shape (points, q)
+        Displacement along the spans at the points of all of them [kg^-1/2].
     strain : ndarray, shape (pieces, q)
         Rise of the tension of each piece by a mode [N/(m sqrt(kg))].
     tension : ndarray, shape (pieces,)
@@ -59,6 +62,7 @@ class Snapshot:
     along: Array
     along_loss: Array
     along_turn: Array
+    along_shape: Array
     strain: Array
     tension: Array
     keys: tuple[_Key, ...]
@@ -85,6 +89,7 @@ class Snapshot:
             along=self.along[:count],
             along_loss=self.along_loss[:count],
             along_turn=self.along_turn[:count],
+            along_shape=self.along_shape[:, :count],
             strain=self.strain[:, :count],
             keys=tuple(keys),
             across=across,
@@ -129,6 +134,7 @@ def snapshot_of(drive: RoutedDrive, wanted: float | None = None) -> Snapshot:
         "along": np.array([2.0 * pi * own.mode.frequency for own, _ in along]),
         "along_loss": np.array([modal_damping(network, own.mode, own.by_piece) for own, _ in along]),
         "along_turn": np.array([sign * turns for sign, (_, turns) in zip(signs, along, strict=True)]),
+        "along_shape": _along_shapes(network, [own for own, _ in along]) * np.array(signs),
         "strain": _strain(network, [own for own, _ in along], weights) * np.array(signs),
         "across": np.array([2.0 * pi * own.mode.frequency for own in across]),
         "across_loss": np.array([transverse_loss(network, own) for own in across]),
@@ -219,3 +225,16 @@ def _shapes(network: Network, across: Sequence[Slopes]) -> Array:
             chord = values[0] + (values[-1] - values[0]) * ends
             found[plane, number, :, column] = (values - chord)[1:-1]
     return found.reshape(2 * len(spans) * POINTS.size, len(across))
+
+
+def _along_shapes(network: Network, along: Sequence[Slopes]) -> Array:
+    """Displacement along every span at its points and ends, shape (points, modes)."""
+    shares = np.array([0.0, *POINTS, 1.0])
+    spans = network.drive.free_spans
+    found = np.zeros((len(spans), shares.size, len(along)))
+    for column, own in enumerate(along):
+        motion = own.mode._motion
+        assert isinstance(motion, NetworkMotion)  # no wave between ends at rest turns a motor
+        for number, span in enumerate(spans):
+            found[number, :, column] = motion.displacement(span.name, ALONG, shares * span.length)[0].real
+    return found.reshape(len(spans) * shares.size, len(along))

@@ -1,6 +1,7 @@
-r"""Transverse modes of a machine followed from pose to pose by their shapes.
+r"""Modes of a machine followed from pose to pose by their shapes.
 
 Between two poses the modes are matched by the modal assurance of their displacements at points of all spans,
+along them for longitudinal modes and across for transverse ones,
 
 .. math:: \mathrm{MAC}_{ij} = \frac{(\phi_i\cdot\psi_j)^2}{(\phi_i\cdot\phi_i)\,(\psi_j\cdot\psi_j)}
 
@@ -9,7 +10,8 @@ poses half-way are looked at.
 """
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,27 +28,41 @@ HALVINGS = 3
 _SAME_NAME = 1e-3
 
 
+@dataclass(frozen=True, slots=True)
+class _Kind:
+    """Modes of one kind in a snapshot: their shapes, their name, and how to order and to turn them round."""
+
+    shape: Callable[[Snapshot], Array]
+    name: Callable[[Snapshot, int], str]
+    ordered: Callable[[Snapshot, Match], Snapshot]
+    signed: Callable[[Snapshot, Array], Snapshot]
+
+
 def tracked(
     snapshots: list[Snapshot], between: Callable[[float], Snapshot]
 ) -> tuple[list[Snapshot], list[str]]:
-    """Snapshots whose transverse modes stand in the order of the first, and which of them stay ambiguous.
+    """Snapshots whose modes stand in the order of the first, and which of them stay ambiguous.
 
     ``between``: the snapshot at a place along the poses, such as 0.5 half-way from the first to the second,
-    with the same names of modes in the same order.
+    with as many modes of each kind, the transverse ones with the same names in the same order.
     """
-    found, doubts = [snapshots[0]], []
-    order = np.arange(len(snapshots[0].keys))
-    for number, one in enumerate(snapshots[1:]):
-        match, unsure = _followed(snapshots[number], one, float(number), float(number + 1), between, HALVINGS)
-        for i in unsure:
-            span, plane, count = snapshots[number].keys[i]
-            doubts.append(f"mode {count} of {span} ({plane}) between poses {number + 1} and {number + 2}")
-        order = match[order]
-        found.append(_signed(_ordered(one, order), found[-1]))
+    found, doubts, half_way = list(snapshots), list[str](), cache(between)
+    for kind in (_ALONG, _ACROSS):
+        order = np.arange(kind.shape(snapshots[0]).shape[1])
+        for number, one in enumerate(snapshots[1:], 1):
+            before = snapshots[number - 1]
+            ends = float(number - 1), float(number)
+            match, unsure = _followed(kind.shape, before, one, *ends, half_way, HALVINGS)
+            doubts += [f"{kind.name(before, i)} between poses {number} and {number + 1}" for i in unsure]
+            order = match[order]
+            own = kind.ordered(found[number], order)
+            facing = np.sum(kind.shape(own) * kind.shape(found[number - 1]), axis=0)
+            found[number] = kind.signed(own, np.where(facing < 0.0, -1.0, 1.0))
     return found, doubts
 
 
 def _followed(
+    shape: Callable[[Snapshot], Array],
     first: Snapshot,
     last: Snapshot,
     start: float,
@@ -55,37 +71,44 @@ def _followed(
     halvings: int,
 ) -> tuple[Match, list[int]]:
     """Where each mode of a pose is in the next one, and which are not sure; halved where that helps."""
-    match, unsure = matched(first, last)
+    match, unsure = matched(shape(first), shape(last))
     stay = not unsure and bool(np.all(match == np.arange(match.size)))
     if stay or halvings == 0:  # an exchange may be a crossing, or modes that turn into each other
         return match, unsure
     middle = 0.5 * (start + end)
     half = between(middle)
-    here, before = _followed(first, half, start, middle, between, halvings - 1)
-    there, behind = _followed(half, last, middle, end, between, halvings - 1)
+    if shape(half).shape[1] != match.size:  # another mode lies between them there
+        return match, unsure
+    here, before = _followed(shape, first, half, start, middle, between, halvings - 1)
+    there, behind = _followed(shape, half, last, middle, end, between, halvings - 1)
     back = np.argsort(here)
     return there[here], sorted({*before, *(int(back[i]) for i in behind)})
 
 
-def matched(first: Snapshot, last: Snapshot) -> tuple[Match, list[int]]:
+def matched(first: Array, last: Array) -> tuple[Match, list[int]]:
     """Modes of the second that are those of the first, and the numbers of those that are not sure.
 
-    A mode that one of the two does not list, because it lies above all resonances, keeps its name.
+    ``first``, ``last``, shape (points, modes): displacements. A mode that one of the two does not list,
+    because it lies above all resonances, keeps its number.
     """
     from scipy.optimize import linear_sum_assignment
 
-    sizes = [np.sum(own.shape**2, axis=0) for own in (first, last)]
+    sizes = [np.sum(own**2, axis=0) for own in (first, last)]
     listed = np.outer(sizes[0] > 0.0, sizes[1] > 0.0)
     scale = np.where(listed, np.outer(*sizes), 1.0)
-    assurance = np.where(listed, (first.shape.T @ last.shape) ** 2 / scale, 0.0)
-    _, match = linear_sum_assignment(-(assurance + _SAME_NAME * np.eye(len(first.keys))))
+    assurance = np.where(listed, (first.T @ last) ** 2 / scale, 0.0)
+    _, match = linear_sum_assignment(-(assurance + _SAME_NAME * np.eye(first.shape[1])))
     rows = np.arange(match.size)
     pair, both = assurance[rows, match], listed[rows, match]
     return match, [int(i) for i in np.flatnonzero(both & (pair < SURE))]
 
 
-def _ordered(one: Snapshot, order: Match) -> Snapshot:
-    """A snapshot with its transverse modes in another order."""
+def _across_name(one: Snapshot, number: int) -> str:
+    span, plane, count = one.keys[number]
+    return f"mode {count} of {span} ({plane})"
+
+
+def _across_ordered(one: Snapshot, order: Match) -> Snapshot:
     return replace(
         one,
         across=one.across[order],
@@ -96,12 +119,41 @@ def _ordered(one: Snapshot, order: Match) -> Snapshot:
     )
 
 
-def _signed(one: Snapshot, before: Snapshot) -> Snapshot:
-    """A snapshot whose transverse modes move as those of the pose before, not against them."""
-    sign = np.where(np.sum(one.shape * before.shape, axis=0) < 0.0, -1.0, 1.0)
+def _across_signed(one: Snapshot, sign: Array) -> Snapshot:
     return replace(
         one,
         across_turn=one.across_turn * sign[:, None],
         coupling=one.coupling * np.outer(sign, sign),
         shape=one.shape * sign,
     )
+
+
+def _along_ordered(one: Snapshot, order: Match) -> Snapshot:
+    return replace(
+        one,
+        along=one.along[order],
+        along_loss=one.along_loss[order],
+        along_turn=one.along_turn[order],
+        along_shape=one.along_shape[:, order],
+        strain=one.strain[:, order],
+        coupling=one.coupling[order],
+    )
+
+
+def _along_signed(one: Snapshot, sign: Array) -> Snapshot:
+    return replace(
+        one,
+        along_turn=one.along_turn * sign[:, None],
+        along_shape=one.along_shape * sign,
+        strain=one.strain * sign,
+        coupling=one.coupling * sign[:, None, None],
+    )
+
+
+_ACROSS = _Kind(lambda one: one.shape, _across_name, _across_ordered, _across_signed)
+_ALONG = _Kind(
+    lambda one: one.along_shape,
+    lambda one, number: f"longitudinal mode {number + 1}",
+    _along_ordered,
+    _along_signed,
+)
