@@ -35,7 +35,8 @@ def test_the_generator_makes_the_rows_of_the_table(name, measured):
     order = needed_order(name, DRIVE) + 2  # nothing jumps at an edge, which rounding may put to either side
     motion = Motion(angle=-20.0, rise=0.04, dwell=0.01, pulses=2, order=order)
     table, rows = table_of(name, motion)
-    gap = float(np.max(np.abs(rows - table) / np.abs(table).max(axis=0)))
+    peak = np.abs(table).max(axis=0)  # another load adds nothing to its own angle and speed
+    gap = float(np.max(np.abs(rows - table) / np.where(peak > 0.0, peak, 1.0)))
     measured(f"{gap:.1e} of the peak")
     assert gap < 1e-9, f"observed {gap:.1e} of each column's peak"
 

@@ -89,7 +89,8 @@ def to_si(text: str, unit: str) -> float:
     """
     match = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST else None
     if match is None:
-        raise InputRefused(f'{written(text)} is not a quantity: write a number and a unit, like "3 {unit}"')
+        remedy = "write one number, like 3" if unit == "1" else f'write a number and a unit, like "3 {unit}"'
+        raise InputRefused(f"{written(text)} is not a quantity: {remedy}")
     number = _EXACT.create_decimal(match[1])
     if not match[2]:
         return float(number)
