@@ -225,6 +225,12 @@ def test_what_it_cannot_take_is_refused_in_one_line():
         RigOptions(load_change=(0.7, 3.0), pair=True)
     with pytest.raises(InputRefused, match="load_change is of a lumped chain"):
         track(DRIVE, bandwidth=20.0, plant="cable", options=RigOptions(load_change=(0.7, 3.0)))
+    with pytest.raises(InputRefused, match="payload from 9 s on: the run ends at 2 s"):
+        track(
+            DRIVE, controller=NAME, bandwidth=20.0, motion=Motion(payload=(Payload(factor=2.0, start=9.0),))
+        )
+    with pytest.raises(InputRefused, match="load_change at 9 s: the run ends at 2 s"):
+        track(DRIVE, bandwidth=20.0, options=RigOptions(load_change=(9.0, 2.0)))
 
 
 def test_the_changing_load_of_a_run_is_that_of_a_heavier_drive():
