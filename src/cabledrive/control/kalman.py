@@ -6,6 +6,7 @@ last, which walks very slowly. Friction and offset torque of the motor are taken
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -202,14 +203,29 @@ def _start(chain: LumpedChain, variance: Array, offsets: int) -> Array:
 
 
 def _schedule(transition: Array, noise: Array, output: Array, reading: Array, start: Array) -> Array:
-    gains = np.zeros((LONGEST_SCHEDULE, transition.shape[0], output.shape[0]))
     # One layout, one compiled version: matrix exponentials come in either order of rows and columns.
-    transition, noise, output = map(np.ascontiguousarray, (transition, noise, output))
-    used = gain_schedule(transition, noise, output, reading, start, gains, SETTLED)
-    if not np.all(np.isfinite(gains[: used + 1])):
+    parts = [np.ascontiguousarray(part) for part in (transition, noise, output, reading, start)]
+    gains = _recursion(output.shape, *(part.tobytes() for part in parts))
+    if not np.all(np.isfinite(gains)):
         raise InputRefused(
             f"{output.shape[0]} encoders do not let the filter see the drive: fit the load encoder"
         )
+    return gains.copy()
+
+
+@lru_cache(maxsize=16)
+def _recursion(shape: tuple[int, int], *parts: bytes) -> Array:
+    """Gain of each sample, shape (samples, n, m); kept, for the laws of a comparison share few filters.
+
+    ``shape``, (m, n): of the output; ``parts``: transition, noise, output, reading, start in binary.
+    """
+    m, n = shape
+    shapes = ((n, n), (n, n), (m, n), (m, m), (n, n))
+    transition, noise, output, reading, start = (
+        np.frombuffer(part).reshape(of).copy() for part, of in zip(parts, shapes, strict=True)
+    )
+    gains = np.zeros((LONGEST_SCHEDULE, n, m))
+    used = gain_schedule(transition, noise, output, reading, start, gains, SETTLED)
     return gains[: used + 1].copy()
 
 
