@@ -14,12 +14,12 @@ from cabledrive.rig.bench.experiment import Excitation, experiment
 from cabledrive.rig.log_table import log_csv
 from cabledrive.studies.study import Goals, run_study
 
-machine = cd.load_drive("dissertation-3")
+machine = cd.load_drive("dissertation-3", overrides=["sensors.sample_rate=1 kHz"])
 shake = Excitation(kind="multisine", duration=12.0, amplitude=0.5, band=(0.25, 10.0), period=4.0)
 Path("log.csv").write_text(log_csv(experiment(machine, shake, seed=1)))
 
 drawing = replace(machine, pulley=(machine.pulley[0], replace(machine.pulley[1], inertia=0.0026)))
-goals = Goals(error=0.3 * pi / 180, angle=pi / 4, duration=0.5, draws=300, cable_draws=0)
+goals = Goals(error=0.3 * pi / 180, angle=pi / 4, duration=0.5, dwell=0.1, draws=300, cable_draws=0)
 found = run_study(drawing, [Path("log.csv")], goals)
 load = found.knowledge.quantities["load_inertia"]
 print(f"load {load.value:.6f} kg m^2, {load.low:.6f} to {load.high:.6f}")

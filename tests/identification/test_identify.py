@@ -32,7 +32,7 @@ JOINTED = LumpedChain(
     ratios=((1.0, 1.0),),
 )
 PLAIN = IdentifyOptions(check=False)
-FEW = 4
+FEW = 3
 """Repeats in the quick tests, for time."""
 
 

@@ -26,8 +26,12 @@ MOTIONS = ("trapezoids", "s-curves", "chirp", "steps")
 SHOWN = [(m, r) for m in MOTIONS for r in WORDS if r != "flexible" or m in ("chirp", "steps")]
 
 
-def found_in(motion, rig, seeds):
-    return [identify(servo_log(motion, rig, seed)).findings for seed in seeds]
+HALF = 30.0
+"""Length of the logs of every run, of which `make verify` takes twice as much [s]."""
+
+
+def found_in(motion, rig, seeds, duration=60.0):
+    return [identify(servo_log(motion, rig, seed, duration)).findings for seed in seeds]
 
 
 def named_first(findings, rig):
@@ -138,15 +142,15 @@ def test_what_is_not_checked_is_said():
 
 def test_a_sound_log_of_each_motion():
     """No more false alarms in 4 than 8 % make, but once in 1,000."""
-    alarms = [bool(f) for motion in MOTIONS for f in found_in(motion, "rigid", [60_000])]
+    alarms = [bool(f) for motion in MOTIONS for f in found_in(motion, "rigid", [60_000], HALF)]
     most = stats.binom.ppf(0.999, len(alarms), 0.08)
     assert sum(alarms) <= most, f"{sum(alarms)} of {len(alarms)} false alarms"
 
 
 def test_one_faulty_log_of_each_motion():
-    """One, fewer than a tenth for time, and without the s-curves: as often named as 90 % are."""
+    """Half of one, fewer than a tenth for time, and without the s-curves: as often named as 90 % are."""
     cases = [(motion, rig) for motion, rig in SHOWN if motion != "s-curves"]
-    found = [found_in(motion, rig, [60_000 + k])[0] for k, (motion, rig) in enumerate(cases)]
+    found = [found_in(motion, rig, [60_000 + k], HALF)[0] for k, (motion, rig) in enumerate(cases)]
     named = sum(named_first(findings, rig) for findings, (_, rig) in zip(found, cases, strict=True))
     assert named >= stats.binom.ppf(1e-3, len(cases), 0.90), found
 
@@ -188,8 +192,8 @@ def test_emps_has_friction_that_falls_behind_a_straight_line(shared_data, measur
 
 
 def test_a_joint_too_stiff_for_two_moves_is_called_nothing_else():
-    """A log of each motion, fewer than a tenth for time: another fault as seldom as in 3 of 40."""
-    found = [f for motion in ("trapezoids", "s-curves") for f in found_in(motion, "flexible", [60_000])]
+    """Half a log of each motion, fewer than a tenth for time: another fault as seldom as in 3 of 40."""
+    found = [f for motion in ("trapezoids", "s-curves") for f in found_in(motion, "flexible", [60_000], HALF)]
     wrong = sum(bool(f) and WORDS["flexible"] not in f[-1] for f in found)
     assert wrong <= stats.binom.ppf(0.999, len(found), 3 / 40), found
 

@@ -22,7 +22,7 @@ from dissertation_runs import track
 
 DRIVE = load_drive("dissertation-3")
 TWO, RARE = Motion(pulses=2), 1e-3
-FEW = 40
+FEW = 20
 """Draws of the law that learns, of a thousand."""
 
 

@@ -30,11 +30,11 @@ TRUTH = load_drive("dissertation-3")
 DRAWS = 1000
 
 
-def datasheet():
+def datasheet(truth=TRUTH):
     """Dissertation-3 as a data sheet might have it: no fitted stiffness, everything else beside the truth."""
-    first, second = TRUTH.pulley
+    first, second = truth.pulley
     motor = replace(
-        TRUTH.motor,
+        truth.motor,
         inertia=0.00118,
         viscous_friction=0.0026,
         coulomb_friction=0.03,
@@ -43,26 +43,25 @@ def datasheet():
         joint_damping=0.06,
     )
     pulleys = (replace(first, inertia=0.0006), replace(second, inertia=0.0026))
-    stiffer = 1.9 * TRUTH.cable.youngs_modulus  # of which the log identifies EA/L, within 5 %
-    cable = replace(TRUTH.cable, youngs_modulus=stiffer, axial_damping=3.0)
-    return replace(TRUTH, name="data sheet", motor=motor, pulley=pulleys, cable=cable, lumped=None)
+    stiffer = 1.9 * truth.cable.youngs_modulus  # of which the log identifies EA/L, within 5 %
+    cable = replace(truth.cable, youngs_modulus=stiffer, axial_damping=3.0)
+    return replace(truth, name="data sheet", motor=motor, pulley=pulleys, cable=cable, lumped=None)
 
 
 MULTISINE = Excitation(kind="multisine", duration=20.0, amplitude=0.5, band=(0.25, 10.0), period=8.0)
 
 
-def accepted_on_the_truth(excitation, folder, draws, cable_draws, measured):
+def accepted_on_the_truth(truth, excitation, folder, draws, cable_draws, measured, **goals):
     """A study from a log alone; of both plants, how many runs of the true one leave the stated bound."""
     path = folder / "log.csv"
-    path.write_text(log_csv(experiment(TRUTH, excitation, seed=3)))
-    found = run_study(
-        datasheet(), [path], Goals(angle=45.0 * DEGREE, duration=0.5, draws=draws, cable_draws=0)
-    )
+    path.write_text(log_csv(experiment(truth, excitation, seed=3)))
+    asked = Goals(angle=45.0 * DEGREE, duration=0.5, draws=draws, cable_draws=0, **goals)
+    found = run_study(datasheet(truth), [path], asked)
     control, motion = found.controller, found.goals.motion
     law = make_law(found.known, motion, found.knowledge.quantities, control.model, control.bandwidth)
     outside = {}
     for plant, runs in (("lumped", draws), ("cable", cable_draws)):
-        loop = joined_loop(found.known, TRUTH, law, motion, None, cable=plant == "cable")
+        loop = joined_loop(found.known, truth, law, motion, None, cable=plant == "cable")
         peaks = []
         for seed in range(runs):
             phases = np.random.default_rng([9, seed]).uniform(-0.5, 0.5, len(loop.rig.phases))
@@ -86,14 +85,18 @@ def test_a_controller_from_virtual_logs_alone_keeps_its_bound_on_the_true_plant(
     excitation, tmp_path, measured
 ):
     """At least 99 % of 1,000 runs of the true plant, encoders at random phases, stay in the stated bound."""
-    outside = accepted_on_the_truth(excitation, tmp_path, DRAWS, 20, measured)
+    outside = accepted_on_the_truth(TRUTH, excitation, tmp_path, DRAWS, 20, measured)
     assert outside["lumped"] <= 0.01 * DRAWS
     assert outside["cable"] <= 0.05 * 20
 
 
 def test_a_twentieth_of_these_runs_keeps_the_bound_as_often(tmp_path, measured):
-    """Of 50 no more outside than one in a hundred leaves, at a chance of 1e-3; one with the cable: noted."""
-    outside = accepted_on_the_truth(MULTISINE, tmp_path, DRAWS // 20, 1, measured)
+    """Of 50 no more outside than one in a hundred leaves, at a chance of 1e-3; one with the cable: noted.
+
+    At 2 kHz instead of 5, for time.
+    """
+    slower = replace(TRUTH, sensors=replace(TRUTH.sensors, sample_rate=2000.0))
+    outside = accepted_on_the_truth(slower, MULTISINE, tmp_path, DRAWS // 20, 1, measured, dwell=0.1)
     assert outside["lumped"] <= binom.isf(1e-3, DRAWS // 20, 0.01)
 
 

@@ -79,7 +79,10 @@ def target_step(
         t.readings[j] = readings[j] - t.datum[j]
     command, valid = 0.0, False
     if known:
-        _, command, _, valid = controller_step(observer, law, limit, t.controller, t.readings, reference, 0)
+        last = reference.shape[0] - 1  # the only row; a plain 0 would have all of the law compiled once more
+        _, command, _, valid = controller_step(
+            observer, law, limit, t.controller, t.readings, reference, last
+        )
     else:
         observe(observer, t.controller, t.readings)
         _, command = issue(observer, limit, t.controller, 0.0, False)

@@ -102,7 +102,7 @@ def winched_machine(drive: RoutedDrive) -> TwoMotorMachine:
         radius=np.array([line["radius"] for line in lines]),
         anchor=np.array([line["anchor"] for line in lines]),
         bearing=np.array([line["bearing"] for line in lines]),
-        fixed=np.array([line["fixed"] for line in lines]),
+        fixed=np.array([line["fixed"] for line in lines], dtype=np.float64),  # none is an integer 0
         unwound=-rest * free / rigidity,
         rigidity=rigidity,
         loss=np.array([line["loss"] for line in lines]),
