@@ -3,6 +3,7 @@
 import ast
 import re
 from collections.abc import Iterator
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 
@@ -17,8 +18,13 @@ MADE = {"build", "dist", "reference", "__pycache__"}
 KEPT = {".ci", ".github"}  # hidden folders of the repository; git's own and those of tools are none
 
 
-def texts() -> Iterator[tuple[Path, str]]:
+@cache
+def texts() -> tuple[tuple[Path, str], ...]:
     """Every text file of the repository, without what the Makefile makes."""
+    return tuple(_texts())
+
+
+def _texts() -> Iterator[tuple[Path, str]]:
     for path in sorted(ROOT.rglob("*")):
         parts = path.relative_to(ROOT).parts
         made = any(part in MADE or (part.startswith(".") and part not in KEPT) for part in parts[:-1])
@@ -27,6 +33,12 @@ def texts() -> Iterator[tuple[Path, str]]:
                 yield path, path.read_text(encoding="utf-8")
             except UnicodeDecodeError:  # a picture
                 continue
+
+
+@cache
+def tree_of(path: Path) -> ast.Module:
+    """A file of the package, parsed."""
+    return ast.parse(path.read_text(encoding="utf-8"))
 
 
 def in_files(pattern: re.Pattern[str]) -> list[str]:
@@ -56,7 +68,7 @@ def test_source_files_stay_short():
 
 def test_docstrings_give_arguments_results_and_refusals_where_a_room_exports_the_name():
     """Elsewhere one sentence is enough."""
-    trees = {path: ast.parse(path.read_text(encoding="utf-8")) for path in SOURCES}
+    trees = {path: tree_of(path) for path in SOURCES}
     rooms = [tree for path, tree in trees.items() if path.name == "__init__.py"]
     public = set().union(*map(house_rules.exports, rooms))
     assert ("cabledrive.modal.natural", "modes") in public
@@ -87,7 +99,7 @@ def test_docstrings_of_modules_have_no_headings():
 
 
 def test_type_variables_and_aliases_have_comments_where_the_reference_cannot_format_a_string():
-    found = [(path.name, house_rules.documented_types(ast.parse(path.read_text()))) for path in SOURCES]
+    found = [(path.name, house_rules.documented_types(tree_of(path))) for path in SOURCES]
     assert [(name, types) for name, types in found if types] == []
     sample = 'A = TypeVar("A")\n"""One."""\nB = tuple[int, str]\n"""Two."""\n_C = list[int]\n"""Three."""\n'
     assert house_rules.documented_types(ast.parse(sample)) == ["A", "B"]
@@ -95,7 +107,7 @@ def test_type_variables_and_aliases_have_comments_where_the_reference_cannot_for
 
 def test_rooms_import_from_rooms_and_not_from_the_package():
     rooms = [path for path in SOURCES if path.parent.name not in ("cabledrive", "app")]
-    found = {path.name: house_rules.imports_of_the_root(ast.parse(path.read_text())) for path in rooms}
+    found = {path.name: house_rules.imports_of_the_root(tree_of(path)) for path in rooms}
     assert {name: lines for name, lines in found.items() if lines} == {}
 
 
@@ -104,7 +116,7 @@ def test_every_compiled_kernel_is_run_without_the_compiler():
     tests = [path.read_text() for path in ROOT.glob("tests/**/test_*.py")]
     marked = "".join(text for text in tests if "mark.kernel" in text)
     for path in SOURCES:
-        if house_rules.compiles(ast.parse(path.read_text())):
+        if house_rules.compiles(tree_of(path)):
             module = ".".join(path.relative_to(ROOT / "src").with_suffix("").parts)
             assert module in marked, f"{module}: no test with the marker kernel names it"
 

@@ -61,12 +61,26 @@ UNFILTERED = cd.OwnController(
 )
 
 
+@pytest.fixture(scope="module")
+def exported(tmp_path_factory):
+    """Folder of a controller exported once, and what the export said."""
+    kept = {}
+
+    def export(own):
+        if own.name not in kept:
+            folder = tmp_path_factory.mktemp(own.name) / "c"
+            kept[own.name] = folder, export_to(folder, DRIVE, "c99", controller=own)
+        return kept[own.name]
+
+    return export
+
+
 @needs_cc
 @pytest.mark.parametrize("own", [OWN, UNFILTERED], ids=lambda own: own.name)
-def test_a_controller_of_ones_own_passes_its_self_test_to_the_bit(own, tmp_path):
-    made = export_to(tmp_path / "c", DRIVE, "c99", controller=own)
+def test_a_controller_of_ones_own_passes_its_self_test_to_the_bit(own, exported):
+    folder, made = exported(own)
     assert made["sample_time"] == pytest.approx(2e-4)
-    done = checked(tmp_path / "c", "-O2", *WARNINGS)
+    done = checked(folder, "-O2", *WARNINGS)
     assert done.returncode == 0, done.stdout
     assert "1000 samples, command kept at 7, largest difference 0 N m" in done.stdout
 
@@ -119,10 +133,9 @@ def test_what_lies_outside_is_refused_in_one_line(changes, named, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_what_only_packaged_laws_have_is_refused(tmp_path):
+def test_what_only_packaged_laws_have_is_refused(tmp_path, exported):
     for options in ({"float32": True}, {"what": "loop"}):
         with pytest.raises(cd.InputRefused, match="your own"):
             export_to(tmp_path / "c", DRIVE, "c99", controller=OWN, **options)
-    export_to(tmp_path / "c", DRIVE, "c99", controller=OWN)
     with pytest.raises(cd.InputRefused, match="whose step is code"):
-        cd.track(DRIVE, controller=tmp_path / "c")
+        cd.track(DRIVE, controller=exported(OWN)[0])

@@ -73,13 +73,16 @@ SIZES = [(18.0, 6.0, 2.5), (8.0, 3.0, 1.0), (1.5, 0.6, 0.2)]
 @pytest.mark.parametrize(
     "seed, amplitudes",
     [
-        pytest.param(seed, size, marks=pytest.mark.verify if seed else ())
+        pytest.param(seed, size, marks=pytest.mark.verify if seed or size is SIZES[0] else ())
         for size in SIZES
         for seed in range(10)
     ],
 )
 def test_tracks_of_ten_films_each(seed, amplitudes, measured):
-    """Clutter that touches a marker which moves less than its own size is not kept apart: none here."""
+    """Clutter that touches a marker which moves less than its own size is not kept apart: none here.
+
+    One film of the largest size is the clip of the test above.
+    """
     clutter = 6 if amplitudes[0] > 3.0 else 0
     exact, frames = film(seed, amplitudes, clutter=clutter)
     rows = track_marker(clip_of(frames, RATE)).rows[:, 0]

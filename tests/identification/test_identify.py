@@ -1,6 +1,7 @@
 """The door: virtual rigs inside their intervals, wrong models named, bad input refused."""
 
 from dataclasses import replace
+from functools import cache
 from math import radians
 
 import numpy as np
@@ -46,6 +47,12 @@ def away(found, values):
     return ", ".join(f"{(one.value - value) / one.standard_error:+.1f}" for one, value in errors)
 
 
+@cache
+def identified(test):
+    """By output error from the log of seed 2015."""
+    return identify(bench_log(test, 2015), PLAIN, method="output-error")
+
+
 def bench_log(test, seed, **flaws):
     rng = np.random.default_rng(seed)
     return run_rig(bench_rig(test, Imperfections(**flaws)), bench_command(test, rng), rng)
@@ -67,17 +74,17 @@ CASES = {
 }
 
 
-def faulty_log(case, seed):
+def faulty_log(case, seed, duration=60.0):
     chain, flaws, _ = CASES[case]
     rng = np.random.default_rng(seed)
     rig = VirtualRig(chain=chain, torque_per_volt=1.6218, imperfections=Imperfections(**flaws))
-    return run_rig(rig, wide_command(rng), rng, oversampling=12 if case == "backlash" else 4)
+    return run_rig(rig, wide_command(rng, duration), rng, oversampling=12 if case == "backlash" else 4)
 
 
 @pytest.mark.parametrize("test", BENCH_TESTS, ids=lambda test: test.name)
 def test_table_4_1_lies_inside_its_intervals(test, measured):
     """Every printed value inside its 99.9 % interval, at seed 2015."""
-    found = identify(bench_log(test, 2015), PLAIN, method="output-error")
+    found = identified(test)
     measured(f"J, b, c, d: {away(found, printed(test))} standard errors away, 3.5 allowed")
     for name, value in printed(test).items():
         estimate = found.parameters[name]
@@ -89,7 +96,7 @@ def test_table_4_1_lies_inside_its_intervals(test, measured):
 
 def test_table_4_2_follows_from_the_differences_of_the_rigs():
     """J11, J12 and J2 with propagated intervals; printed 0.0011, 0.000642, 0.00235."""
-    found = [identify(bench_log(test, 2015), PLAIN, method="output-error") for test in BENCH_TESTS]
+    found = [identified(test) for test in BENCH_TESTS]
     inertias = inertias_of_the_rigs(*found)
     for name, value in {"J1": 0.001742, "J11": 0.0011, "J12": 0.000642, "J2": 0.00235}.items():
         estimate = inertias[name]
@@ -151,8 +158,8 @@ def test_each_friction_is_right_for_its_own_regressor_and_the_other_is_noticed(s
 
 @pytest.mark.parametrize("case", CASES)
 def test_a_wrong_model_is_noticed_and_named(case):
-    """One log of each; `make verify` counts two hundred."""
-    found = identify(faulty_log(case, 1))
+    """One log of half a minute of each; `make verify` counts two hundred of a minute."""
+    found = identify(faulty_log(case, 1, 30.0))
     words = CASES[case][2]
     if words is None:
         assert found.findings == ()

@@ -85,7 +85,7 @@ def by_grammar(tree: ast.Module):
 
 CALLED = "from cabledrive.mechanics.compiled import njit\n\n@njit\ndef part(x):\n    return {} * x\n"
 CALLS = (
-    "from cabledrive.control.part_for_test import part\nfrom cabledrive.mechanics.compiled import njit\n\n"
+    "from cabledrive.mechanics.part_for_test import part\nfrom cabledrive.mechanics.compiled import njit\n\n"
     "@njit\ndef whole(x):\n    return 1.0 + part(x)\n"
 )
 
@@ -94,10 +94,10 @@ def test_a_compiled_kernel_is_compiled_anew_when_one_of_another_room_is_edited(t
     pytest.importorskip("numba")
     copy = tmp_path / "cabledrive"
     shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
-    (copy / "rig" / "whole_for_test.py").write_text(CALLS)
+    (copy / "trajectories" / "whole_for_test.py").write_text(CALLS)
     found = []
     for factor in (2.0, 2.0, 3.0):
-        (copy / "control" / "part_for_test.py").write_text(CALLED.format(factor))
+        (copy / "mechanics" / "part_for_test.py").write_text(CALLED.format(factor))
         found.append(whole_of_one(tmp_path))
     measured(f"value and loads from the cache: {', '.join(found)}; edited before the last")
     assert found == ["3.0 0", "3.0 1", "4.0 0"]
@@ -107,7 +107,7 @@ def whole_of_one(folder: Path) -> str:
     """The kernel's value, and how often it was loaded from the cache."""
     script = (
         f"import sys; sys.path.insert(0, {str(folder)!r})\n"
-        "from cabledrive.rig.whole_for_test import whole\n"
+        "from cabledrive.trajectories.whole_for_test import whole\n"
         "print(whole(1.0), sum(whole.stats.cache_hits.values()))\n"
     )
     environment = {k: v for k, v in os.environ.items() if not k.startswith("NUMBA")}

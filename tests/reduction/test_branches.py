@@ -186,7 +186,7 @@ def test_beyond_the_hopf_point_beats_persist():
         at = c._replace(force=np.array(share * force + 0j))
         squared = [x for x in steady_amplitudes(settings_of(at), "one") if x > 0][-1]
         state = steady_state(settings_of(at), squared, "one")[:2]
-        late = settled(at, 1.02 * state, 30.0, 2e-3)
+        late = settled(at, 1.02 * state, 15.0, 2e-3)
         sizes = []
         for _ in range(60):
             late = settled(at, late, 0.05, 2e-3)
