@@ -17,7 +17,7 @@ from study_drives import FOLDER
 WINCH = str(FOLDER / "winch.toml")
 GOALS = '[goals]\nerror = "0.5 deg"\n[motion]\nangle = "30 deg"\nduration = "0.3 s"\ndwell = "0.1 s"\n'
 FEW = "[acceptance]\ndraws = 300\ncable_draws = 0\n"
-HASTY = '[goals]\nerror = "0.5 deg"\n[motion]\nangle = "90 deg"\nduration = "0.3 s"\n'
+HASTY = '[goals]\nerror = "0.5 deg"\n[motion]\nangle = "90 deg"\nduration = "0.3 s"\ndwell = "0.1 s"\n'
 
 
 @pytest.fixture(scope="module")

@@ -30,11 +30,13 @@ MOTIONS = {"geared": (30.0, 0.4), "rigid": (30.0, 0.3)}
 SHAKES = {"geared": 0.8, "rigid": 0.6}
 RUNS = 40
 """Of the chosen law on the machine."""
+DRAWS, FEWEST = 400, 300
+"""Plants of a study; so few as prove 99 % in every run of the tests."""
 
 
 def goals(name, **more):
     angle, duration = MOTIONS[name]
-    return Goals(angle=angle * DEGREE, duration=duration, dwell=0.15, draws=400, cable_draws=0, **more)
+    return Goals(angle=angle * DEGREE, duration=duration, dwell=0.15, cable_draws=0, **more)
 
 
 def by(name, **factors):
@@ -122,14 +124,14 @@ def asked_for_what_it_reached(found):
 
 
 @cache
-def by_the_sheet(name):
-    return run_study(DRIVES[name], [], goals(name))
+def by_the_sheet(name, draws):
+    return run_study(DRIVES[name], [], goals(name, draws=draws))
 
 
-def by_a_log(name, what, folder):
+def by_a_log(name, what, folder, draws):
     path = folder / "log.csv"
     path.write_text(log_text(lacking(name)[what], 12.0, SHAKES[name], seed=len(what)))
-    return run_study(DRIVES[name], [path], goals(name))
+    return run_study(DRIVES[name], [path], goals(name, draws=draws))
 
 
 def failures(found, truth, goal, runs):
@@ -153,9 +155,11 @@ def kept(found, truth, measured, runs=RUNS):
 
 @pytest.mark.parametrize(("name", "what"), LOGGED)
 def test_a_yes_by_a_log_holds_on_the_machine_that_was_logged(name, what, tmp_path, measured):
-    assert kept(by_a_log(name, what, tmp_path), lacking(name)[what], measured)
+    draws = FEWEST if (name, what) == QUICK[0] else DRAWS
+    assert kept(by_a_log(name, what, tmp_path, draws), lacking(name)[what], measured)
 
 
 @pytest.mark.parametrize(("name", "what"), SHEET)
 def test_a_yes_by_the_sheet_holds_on_a_machine_within_the_limits_it_states(name, what, measured):
-    assert kept(by_the_sheet(name), within(name)[what], measured)
+    draws = FEWEST if (name, what) == QUICK[1] else DRAWS
+    assert kept(by_the_sheet(name, draws), within(name)[what], measured)

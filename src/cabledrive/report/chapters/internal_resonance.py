@@ -15,6 +15,7 @@ from cabledrive.report.figures.resonance import (
     surfaces_picture,
     swept_picture,
 )
+from cabledrive.report.machine.internal_resonance import kept_resonance
 from cabledrive.report.numbers import number, quantity
 from cabledrive.report.picture import Picture
 from cabledrive.studies.alarm import alarm
@@ -34,7 +35,7 @@ from cabledrive.studies.chapter_5 import (
 )
 from cabledrive.studies.example_motions import example_motions
 from cabledrive.studies.map_spot_checks import spot_check_line, spot_checks
-from cabledrive.studies.resonance import ResonanceSummary, resonance
+from cabledrive.studies.resonance import ResonanceSummary
 from cabledrive.studies.resonance_map import growth_map
 from cabledrive.studies.steady_motion import steady_branches
 
@@ -52,7 +53,7 @@ def chapter(context: ReportContext) -> Chapter | None:
     context.progress("internal resonance")
     digest = content_hash(load_drive(EXAMPLE))
     rig = context.drives[context.hashes.index(digest)] if digest in context.hashes else None
-    found = [(drive, resonance(drive)) for drive in context.drives]
+    found = [(drive, kept_resonance(drive)) for drive in context.drives]
     return Chapter(
         title="Internal resonance",
         summary="Which machines lie near the 1:2 resonance of pulley and cable, and the threshold torque.",

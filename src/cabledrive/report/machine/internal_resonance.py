@@ -1,10 +1,12 @@
 """Whether longitudinal motion of a machine can excite its transverse modes, in a few words."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.report.numbers import number, quantity
 from cabledrive.report.views import Badge
+from cabledrive.studies.resonance import ResonanceSummary, resonance
 
 TONES = {"safe": "good", "close": "warning", "resonant": "warning", "unknown": "remark"}
 BADGES = {
@@ -30,12 +32,16 @@ class ResonanceVerdict:
     reasons: tuple[str, ...]
 
 
+@lru_cache(maxsize=16)
+def kept_resonance(drive: Drive) -> ResonanceSummary:
+    """Result of `cabledrive.resonance`, computed once for the page of a machine and the chapter of all."""
+    return resonance(drive)
+
+
 def resonance_verdict(drive: Drive) -> ResonanceVerdict:
     """Verdict of `cabledrive.resonance`; where it cannot be computed, the reason."""
-    from cabledrive.studies.resonance import resonance
-
     try:
-        found = resonance(drive)
+        found = kept_resonance(drive)
     except (InputRefused, NotComputed) as refusal:
         return ResonanceVerdict(
             badge=Badge(text="Internal resonance: not computed", tone="remark"), reasons=(str(refusal),)
