@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 from math import pi
 
 import numpy as np
-from numba import njit
 
+from cabledrive.mechanics.compiled import njit_strict
 from cabledrive.parameters import Drive
 from cabledrive.rig.closed_loop.loop import Loop, loop_at_rest
 from cabledrive.rig.closed_loop.sample_kernels import decide
@@ -79,7 +79,7 @@ def truth_of(drive: Drive) -> Truth:
     return Truth(np.array([values[name] for name in NAMES]), 1.0 / sensors.sample_rate, counts)
 
 
-@njit(cache=False)
+@njit_strict
 def rubbed(speed, impulse):
     """A speed after a friction that may stop it and never turns it."""
     if speed > 0.0:
@@ -87,7 +87,7 @@ def rubbed(speed, impulse):
     return min(speed + impulse, 0.0)
 
 
-@njit(cache=False)
+@njit_strict
 def one_step(p, x, torque, h):
     """Angles and speeds of three inertias after a step; x = [q1, q2, q3, v1, v2, v3, shaft torque]."""
     j1, j2, j3, b1, b3, c1, c3, d1, km, bm, kc, bc, gap, over, fade = p[:15]
@@ -125,7 +125,7 @@ def one_step(p, x, torque, h):
         x[1] = x[0]
 
 
-@njit(cache=False)
+@njit_strict
 def shaken(p, torque, interval, step):
     """Angles of the three inertias under a torque that is held from sample to sample."""
     x, out = np.zeros(7), np.zeros((torque.size, 3))
@@ -138,7 +138,7 @@ def shaken(p, torque, interval, step):
     return out
 
 
-@njit(cache=False)
+@njit_strict
 def followed(p, observer, law, rig, reference, target, s, shown, step):
     """Largest error of the load under the law, at the first shaft; a runaway counts as 1e3."""
     x, seen = np.zeros(7), s.x

@@ -27,17 +27,17 @@ def test_the_tube_is_reached_by_the_worst_torque_of_the_switched_loop(at, measur
         Segment(made.law, made.believed, load, spec.interval, ends[i], ends[i + 1])
         for i, load in enumerate(loads)
     ]
+    rows = [law_at(made.law, one.load).rows[0] for one in parts]
+    steps = [one.ideal.matrix[1:, 1:] - np.outer(one.ideal.push[1:], one.feedback) for one in parts]
     height = 0.05 + 0.03 * np.sin(np.arange(400) / 30.0)
 
     def load_after(torque):
         x, memory = np.zeros(6), 0.0
         for k in range(at):
-            one = parts[int(np.searchsorted(ends[1:], k, side="right"))]
-            frozen = law_at(made.law, one.load)
-            u = memory + frozen.rows[0, 1:] @ x + torque[k]
-            memory += frozen.rows[0, 0] * spec.interval * x[2]
-            chain_step = one.ideal.matrix[1:, 1:] - np.outer(one.ideal.push[1:], one.feedback)
-            x = chain_step @ x + one.ideal.push[1:] * u
+            i = sum(k >= end for end in ends[1:])
+            u = memory + rows[i][1:] @ x + torque[k]
+            memory += rows[i][0] * spec.interval * x[2]
+            x = steps[i] @ x + parts[i].ideal.push[1:] * u
         return x[2]
 
     signs = np.array([np.sign(load_after(np.eye(400)[k])) if k < at else 0.0 for k in range(400)])

@@ -16,7 +16,7 @@ def test_a_missing_controller_is_stated_once():
     """At 100 Hz no bandwidth is left: the reason stands first, and acceptance points to it."""
     drive = drive_of("wrist")
     slow = replace(drive, sensors=replace(drive.sensors, sample_rate=100.0))
-    verdict = run_study(slow, [], goals(60, 0.5, backlash=0.0)).verdict
+    verdict = run_study(slow, [], goals(60, 0.3, backlash=0.0)).verdict
     assert verdict.answer == "unknown"
     assert "5 Hz, lies above a fortieth of the sample rate, 2.5 Hz" in text_of(verdict)
 
