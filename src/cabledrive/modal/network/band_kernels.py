@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.mechanics.compiled import njit_strict
+from cabledrive.mechanics.compiled import njit_strict, njit_strict_in_place
 
 LONG = 2.0
 STIFFNESS, RATE = 0, 1
@@ -88,40 +88,52 @@ def placed(rows: SparseRows, omega: float, position: Any, cuts: Any) -> tuple[in
     return n + shift, width, inside
 
 
-@njit_strict
+@njit_strict_in_place
 def _first_share(phase: float) -> float:
     """Share of the first part of a cut link: neither part is then near a pole."""
     half_turns = floor(phase / pi + 0.5)
     return float(((floor((half_turns - 1) / 2) + 0.5) * pi + (phase - half_turns * pi) / 2) / phase)
 
 
-@njit_strict
-def _gathered(
-    rows: SparseRows, link: int, far: bool, whole: bool, position: Any, cuts: Any, at: Any, by: Any
-) -> int:
-    """Entries of one end of a part, in the places of the band; returns how many. ``whole``: no cut there."""
-    if not whole:
-        at[0], by[0] = cuts[link], rows.cut_scale[link]
-        return 1
-    first = rows.end_from[link] if far else rows.start_from[link]
-    count = (rows.end_from[link + 1] if far else rows.start_from[link + 1]) - first
-    for k in range(count):
-        at[k] = position[rows.end_at[first + k] if far else rows.start_at[first + k]]
-        by[k] = rows.end_by[first + k] if far else rows.start_by[first + k]
-    return int(count)
+@njit_strict_in_place
+def _entries(rows: SparseRows, link: int, number: int, far: bool, cuts: Any) -> int:
+    """How many entries one end of a part has; ``number``: of the part, 1 behind a cut."""
+    if number != (far and cuts[link] >= 0):
+        return 1  # the cut alone
+    return int(
+        rows.end_from[link + 1] - rows.end_from[link]
+        if far
+        else rows.start_from[link + 1] - rows.start_from[link]
+    )
 
 
-@njit_strict
-def _longest_row(rows: SparseRows) -> int:
-    """Most entries of an end of a link."""
-    most = 1
-    for link in range(rows.time.size):
-        most = max(most, rows.start_from[link + 1] - rows.start_from[link])
-        most = max(most, rows.end_from[link + 1] - rows.end_from[link])
-    return int(most)
+@njit_strict_in_place
+def _entry(
+    rows: SparseRows, link: int, number: int, far: bool, k: int, position: Any, cuts: Any
+) -> tuple[int, float]:
+    """Place in the band and value of entry k of one end of a part."""
+    if number != (far and cuts[link] >= 0):
+        return cuts[link], rows.cut_scale[link]
+    if far:
+        k += rows.end_from[link]
+        return position[rows.end_at[k]], rows.end_by[k]
+    k += rows.start_from[link]
+    return position[rows.start_at[k]], rows.start_by[k]
 
 
-@njit_strict
+@njit_strict_in_place
+def _moved(
+    rows: SparseRows, link: int, number: int, far: bool, position: Any, cuts: Any, x: Any, column: int
+) -> Any:
+    """Displacement of one end of a part, for a column of x in the order of the band."""
+    moved = 0.0 * x[0, column]
+    for k in range(_entries(rows, link, number, far, cuts)):
+        place, value = _entry(rows, link, number, far, k, position, cuts)
+        moved += value * x[place, column]
+    return moved
+
+
+@njit_strict_in_place
 def assemble(
     rows: SparseRows,
     omega: float,
@@ -138,15 +150,13 @@ def assemble(
     that all numbers stay real.
     """
     band[:] = 0.0
-    most = _longest_row(rows)
-    at, by = np.zeros(2 * most, np.int64), np.zeros(2 * most)
     for link in range(rows.time.size):
         cut = cuts[link] >= 0
         share = _first_share(cut_at * rows.time[link]) if cut else 1.0
         for number in range(2 if cut else 1):
             part = share if number == 0 else 1.0 - share
-            near = _gathered(rows, link, False, number == 0, position, cuts, at, by)
-            far = _gathered(rows, link, True, number == 1 or not cut, position, cuts, at[near:], by[near:])
+            near = _entries(rows, link, number, False, cuts)
+            both = near + _entries(rows, link, number, True, cuts)
             z, own_time, delay = rows.impedance[link], part * rows.time[link], part * rows.lag[link]
             t = tan(0.5 * omega * own_time)
             stiff = z * (t + 1.0 / t) / 2
@@ -156,17 +166,21 @@ def assemble(
             turn = np.exp(imaginary * (omega * delay))
             # link |turn a - b|^2 + edge (|a|^2 + |b|^2), and of the rate what the turning of a adds
             mixed = imaginary * (stiff * delay * what) * turn - by_link * turn
-            for i in range(near + far):
-                for j in range(near + far):
-                    d = at[i] - at[j]
+            for i in range(both):
+                i_far = i >= near
+                row, i_by = _entry(rows, link, number, i_far, i - near * i_far, position, cuts)
+                for j in range(both):
+                    j_far = j >= near
+                    column, j_by = _entry(rows, link, number, j_far, j - near * j_far, position, cuts)
+                    d = row - column
                     if d >= 0:
-                        product = by[i] * by[j]
-                        if (i < near) == (j < near):
-                            band[at[i], d] += (by_link + by_edge) * product
-                        elif i >= near:
-                            band[at[i], d] += mixed * product
+                        product = i_by * j_by
+                        if i_far == j_far:
+                            band[row, d] += (by_link + by_edge) * product
+                        elif i_far:
+                            band[row, d] += mixed * product
                         else:
-                            band[at[i], d] += np.conj(mixed) * product
+                            band[row, d] += np.conj(mixed) * product
     for k in range(rows.fixed_row.size):
         i, j = position[rows.fixed_row[k]], position[rows.fixed_column[k]]
         if what == STIFFNESS:
@@ -199,7 +213,7 @@ def negative_pivots(band: Any) -> tuple[int, float]:
     return count, growth / top
 
 
-@njit_strict
+@njit_strict_in_place
 def for_lapack(band: Any, out: Any) -> None:
     """Spread a Hermitian band into LAPACK's storage for a general one, shape (3 width + 1, size)."""
     size, width = band.shape[0], band.shape[1] - 1
@@ -210,7 +224,7 @@ def for_lapack(band: Any, out: Any) -> None:
             out[2 * width - d, i] = np.conj(band[i, d])
 
 
-@njit_strict
+@njit_strict_in_place
 def times(band: Any, x: Any, out: Any) -> None:
     """Product of a Hermitian band with columns, shape (size, k)."""
     size, width = band.shape[0], band.shape[1] - 1
@@ -223,7 +237,7 @@ def times(band: Any, x: Any, out: Any) -> None:
                     out[i - d, c] += np.conj(band[i, d]) * x[i, c]
 
 
-@njit_strict
+@njit_strict_in_place
 def forms(
     rows: SparseRows,
     omega: float,
@@ -238,22 +252,12 @@ def forms(
     """Quadratic forms of stiffness and rate for the columns of x, shape (k, k), without cancellation."""
     energy[:] = 0.0
     rate[:] = 0.0
-    most, columns = _longest_row(rows), x.shape[1]
-    at, by = np.zeros(2 * most, np.int64), np.zeros(2 * most)
-    a, b = np.zeros_like(x[0]), np.zeros_like(x[0])
+    columns = x.shape[1]
     for link in range(rows.time.size):
         cut = cuts[link] >= 0
         share = _first_share(cut_at * rows.time[link]) if cut else 1.0
         for number in range(2 if cut else 1):
             part = share if number == 0 else 1.0 - share
-            near = _gathered(rows, link, False, number == 0, position, cuts, at, by)
-            far = _gathered(rows, link, True, number == 1 or not cut, position, cuts, at[near:], by[near:])
-            for c in range(columns):
-                a[c], b[c] = 0.0, 0.0
-                for k in range(near):
-                    a[c] += by[k] * x[at[k], c]
-                for k in range(near, near + far):
-                    b[c] += by[k] * x[at[k], c]
             z, own_time, delay = rows.impedance[link], part * rows.time[link], part * rows.lag[link]
             t = tan(0.5 * omega * own_time)
             stiff = z * (t + 1.0 / t) / 2
@@ -261,11 +265,15 @@ def forms(
             edge, edge_rate = -z * t, z * own_time * (1.0 + t**2) / 2
             turn = np.exp(imaginary * (omega * delay))
             for p in range(columns):
+                a_p = _moved(rows, link, number, False, position, cuts, x, p)
+                b_p = _moved(rows, link, number, True, position, cuts, x, p)
                 for q in range(columns):
-                    stretch = np.conj(turn * a[p] - b[p]) * (turn * a[q] - b[q])
-                    ends = np.conj(a[p]) * a[q] + np.conj(b[p]) * b[q]
-                    mixed = np.conj(b[p]) * (imaginary * turn * a[q])
-                    mixed = mixed + np.conj(np.conj(b[q]) * (imaginary * turn * a[p]))
+                    a_q = _moved(rows, link, number, False, position, cuts, x, q)
+                    b_q = _moved(rows, link, number, True, position, cuts, x, q)
+                    stretch = np.conj(turn * a_p - b_p) * (turn * a_q - b_q)
+                    ends = np.conj(a_p) * a_q + np.conj(b_p) * b_q
+                    mixed = np.conj(b_p) * (imaginary * turn * a_q)
+                    mixed = mixed + np.conj(np.conj(b_q) * (imaginary * turn * a_p))
                     energy[p, q] += stiff * stretch + edge * ends
                     rate[p, q] += stiff_rate * stretch + edge_rate * ends + stiff * delay * mixed
     for k in range(rows.fixed_row.size):

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.mechanics.compiled import njit_strict
+from cabledrive.mechanics.compiled import njit_strict, njit_strict_in_place
 from cabledrive.modal.network.band_kernels import (
     RATE,
     STIFFNESS,
@@ -67,7 +67,7 @@ def rate_times(
     times(band, x, out)
 
 
-@njit_strict
+@njit_strict_in_place
 def solved(matrix: Any, width: int, x: Any) -> None:
     """Solve a band in LAPACK's storage for one column, with partial pivoting; largest entry 1.
 
