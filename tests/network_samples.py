@@ -74,7 +74,8 @@ def random_elastic_network(rng):
             axial_rigidity=1e30,
             bending=bending,
         )
-        links.append(ElasticLink(link=number, element=element, ropes=ropes, rows=rows))
+        own = rows if bending else rows[[0, 2]]
+        links.append(ElasticLink(link=number, covers=(number,), element=element, ropes=ropes, rows=own))
         beams.append(Beam(rows, length, density, bending, tuple(tension), ropes))
     return replace(component, elastic=tuple(links)), strings, beams, mass, spring, others
 

@@ -35,7 +35,9 @@ def clamped(tension, bending, *, length=1.0, density=1.0, first=6):
         axial_rigidity=1e30,
         bending=bending,
     )
-    structure = held_structure(ElasticLink(link=0, element=element, ropes=1, rows=np.zeros((4, 0))))
+    structure = held_structure(
+        ElasticLink(link=0, covers=(0,), element=element, ropes=1, rows=np.zeros((2 * element.motions, 0)))
+    )
     top = element.frequency((first + 1.6) * np.pi)
     found = modes_of(structure, top, first=first, enclosures=ENCLOSURES, multiple=MULTIPLE)
     return np.array([mode.omega for mode in found])

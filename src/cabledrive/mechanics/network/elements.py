@@ -11,8 +11,11 @@ the wrap. An anchor clamps it, and a guided carriage; a hanging carriage turns w
 from dataclasses import dataclass
 from math import ceil, log, sqrt
 
-from cabledrive.mechanics.network.motion import ALONG
+import numpy as np
+
+from cabledrive.mechanics.network.motion import ALONG, Array
 from cabledrive.mechanics.network.pieces import Piece
+from cabledrive.mechanics.tensioned_beam import beam_stiffness
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.geometry import Place
 
@@ -55,6 +58,11 @@ class Element:
     bending: float
 
     @property
+    def motions(self) -> int:
+        """Motions of an end: across, and of a beam the slope."""
+        return 2 if self.bending else 1
+
+    @property
     def tension(self) -> float:
         """Tension of the even string with the same travel time [N]."""
         return (0.5 * (sqrt(self.start_tension) + sqrt(self.end_tension))) ** 2
@@ -95,6 +103,13 @@ class Element:
         change = log(self.end_tension / self.start_tension) ** 2
         return change * (1.0 / self.tension_steps**2 / 24.0 + 0.1 * self.bending_length / self.length)
 
+    def rest_stiffness(self) -> Array:
+        """Stiffness of the ends at rest under even tension, shape (2 motions, 2 motions)."""
+        if self.bending:
+            values = (np.array([x]) for x in (self.bending, self.tension, self.density, self.length))
+            return np.asarray(beam_stiffness(0.0, *values)[0])
+        return self.tension / self.length * np.array([[1.0, -1.0], [-1.0, 1.0]])
+
     def frequency(self, phase: float) -> float:
         """Angular frequency of the wave that turns by so much from end to end [rad/s]; ``phase`` [rad]."""
         number = phase / self.length
@@ -127,16 +142,16 @@ def element_of(drive: RoutedDrive, piece: Piece, direction: str) -> Element | No
 def lift_off(drive: RoutedDrive, piece: Piece, *, start: bool) -> float:
     """How far beyond the tangent point the rope leaves its pulley [m]; 0 at anchors and carriages."""
     span = drive.free_spans[piece.span]
-    place = _end_place(drive, piece, start)
+    place = end_place(drive, piece, start)
     if place is None or place.sense == 0:
         return 0.0
     bending = drive.ropes[span.route].bending_stiffness or 0.0
     free = sqrt(bending / (piece.start_tension if start else piece.end_tension))
-    wrap = _wrap_at(drive, piece.span, start)
-    return free if wrap is None else min(free, 0.5 * wrap * place.radius)
+    wrap = wrap_at(drive, piece.span, start)
+    return free if wrap is None else min(free, 0.5 * wrap[1] * place.radius)
 
 
-def _end_place(drive: RoutedDrive, piece: Piece, start: bool) -> Place | None:
+def end_place(drive: RoutedDrive, piece: Piece, start: bool) -> Place | None:
     """Anchor or pulley at one end of a piece; None: a carriage."""
     span = drive.free_spans[piece.span]
     if start:
@@ -144,13 +159,18 @@ def _end_place(drive: RoutedDrive, piece: Piece, start: bool) -> Place | None:
     return span.end if piece.end == span.length else None
 
 
-def _wrap_at(drive: RoutedDrive, span: int, start: bool) -> float | None:
-    """Wrap of the pulley at one end of a span [rad]; None on a drum."""
+def wrap_at(drive: RoutedDrive, span: int, start: bool) -> tuple[int, float] | None:
+    """The span that ends at the pulley at one end of a span, and the wrap there [rad]; None on a drum."""
+    number = span_before(drive, span) if start else span
+    wrap = None if number is None else drive.free_spans[number].wrap
+    return None if number is None or wrap is None else (number, wrap)
+
+
+def span_before(drive: RoutedDrive, span: int) -> int | None:
+    """Number of the span before one of the same route; None at the start of an open one."""
     spans, route = drive.free_spans, drive.free_spans[span].route
-    if not start:
-        return spans[span].wrap
     if span > 0 and spans[span - 1].route == route:
-        return spans[span - 1].wrap
+        return span - 1
     if not drive.route[route].closed:
         return None
-    return [other for other in spans if other.route == route][-1].wrap
+    return max(number for number, other in enumerate(spans) if other.route == route)

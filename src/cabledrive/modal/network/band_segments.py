@@ -49,10 +49,9 @@ class BandSegments:
 
     def forms(self, omega: float, x: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
         """Quadratic forms of stiffness and rate for columns of x in the order of the band, shape (k, k)."""
-        values, rates = self.segments.both(omega)
-        moved = (self.local @ x).reshape(*values.shape[:2], -1)
-        energy, rate = (np.einsum("pik,pij,pjl->kl", moved.conj(), own, moved) for own in (values, rates))
-        return energy, rate
+        moved = (self.local @ x).reshape(-1, self._width, x.shape[1])
+        energy, rate = self.segments.forms(omega, moved)
+        return energy.sum(axis=0), rate.sum(axis=0)
 
 
 def tied_by(segments: Segments) -> Any:

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from cabledrive.mechanics.network.assembly import Network
 from cabledrive.mechanics.network.motion import Array
+from cabledrive.modal.network.cutting import segments_of
 from cabledrive.modal.network.elastic_links import ElasticLink, elastic_links, slope_columns
-from cabledrive.modal.network.segments import Segments, octave, segments_of
+from cabledrive.modal.network.segments import Segments, octave
 
 _ZERO = 1e-12
 _ROWS = ("start", "end", "mass_rows", "spring_rows")
@@ -85,12 +86,13 @@ class Component:
     def segmented(self, octaves: tuple[int, ...]) -> "Component":
         """The component with its heavy strings and beams cut into segments."""
         size, found = self.size, []
-        for beam in (False, True):
-            own = [i for i, link in enumerate(self.elastic) if (link.element.bending > 0.0) == beam]
-            if own:
-                links = [self.elastic[i] for i in own]
-                segments, size = segments_of(links, [octaves[i] for i in own], size)
-                found.append(segments)
+        kinds: dict[tuple[bool, int], list[int]] = {}
+        for number, link in enumerate(self.elastic):
+            kinds.setdefault((link.hangs, link.unknowns), []).append(number)
+        for _, own in sorted(kinds.items()):
+            links = [self.elastic[i] for i in own]
+            segments, size = segments_of(links, [octaves[i] for i in own], size)
+            found.append(segments)
         for segments in found:
             segments.local.resize(segments.local.shape[0], size)
         more = size - self.size
@@ -148,16 +150,18 @@ def components_of(
     moved = np.any(network.start, axis=1) | np.any(network.end, axis=1)
     for number, link in elastic.items():
         moved[number] = link.rows.any()
+    covered = {other for link in elastic.values() for other in link.covers}
     held: list[HeldWaves] = []
-    resting: dict[int, list[tuple[int, int]]] = {}
+    resting: dict[tuple[int, bool], list[tuple[int, int]]] = {}
     for number, own in enumerate(moved):
         count = int(network.ropes[number]) - int(own)
         if count and number in elastic:
-            resting.setdefault(int(network.piece[number]), []).append((number, count))
-        elif count:
+            alike = int(network.piece[number]), elastic[number].hangs
+            resting.setdefault(alike, []).append((number, count))
+        elif count and number not in covered:
             held.append(HeldWaves(link=number, time=float(network.time[number]), count=count))
     coupled = [link for number, link in elastic.items() if moved[number]]
-    strings = np.array([i for i in np.flatnonzero(moved) if i not in elastic], dtype=np.intp)
+    strings = np.array([i for i in np.flatnonzero(moved) if i not in covered], dtype=np.intp)
     groups = _groups(network, strings, coupled)
     wide = {name: _wide(getattr(network, name), slope_columns(network)) for name in _ROWS}
     return (
@@ -252,7 +256,7 @@ def held_element(link: ElasticLink, links: tuple[tuple[int, int], ...]) -> HeldE
         spring_rows=rows,
         geometric=rows,
         rigid_body_modes=0,
-        elastic=(replace(link, ropes=1, rows=np.zeros((4, 0))),),
+        elastic=(replace(link, ropes=1, rows=np.zeros((2 * link.unknowns, 0))),),
     )
     return HeldElement(component=component, links=links)
 
@@ -285,7 +289,7 @@ def _static_stiffness(own: Component) -> tuple[Array, Array]:
     size = link @ (own.start**2 + own.end**2) + own.spring @ own.spring_rows**2
     size = size + np.abs(np.diag(own.geometric))
     for elastic in own.elastic:
-        rows, block = np.vstack(elastic.end_rows), elastic.static_stiffness()
+        rows, block = elastic.rows, elastic.rest_stiffness()
         matrix = matrix + rows.T @ block @ rows
         size = size + np.diag(block) @ rows**2
     return matrix, size

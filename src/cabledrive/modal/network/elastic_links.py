@@ -1,4 +1,4 @@
-"""Links of a network that are heavy strings or tensioned beams, with the motion of their ends."""
+"""Links of a network that are heavy strings, tensioned beams or hanging ropes, and how their ends move."""
 
 from dataclasses import dataclass
 
@@ -6,8 +6,8 @@ import numpy as np
 
 from cabledrive.mechanics.network.assembly import DIRECTIONS, Network
 from cabledrive.mechanics.network.elements import Element, element_of
-from cabledrive.mechanics.network.motion import ACROSS, Array
-from cabledrive.mechanics.tensioned_beam import beam_stiffness
+from cabledrive.mechanics.network.hanging import hanging_elements
+from cabledrive.mechanics.network.motion import ACROSS, ALONG, Array
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -17,36 +17,40 @@ class ElasticLink:
     Attributes
     ----------
     link : int
-        Number of the link in the network.
+        Number of the link in the network; of a hanging rope that across it.
+    covers : tuple of int
+        All links that it stands for: of a hanging rope along and across.
     element : Element
     ropes : int
         Parallel ropes that move alike.
-    rows : ndarray, shape (4, n)
-        Displacement and slope of its start and end by the coordinates of the component.
+    rows : ndarray, shape (2 motions, n)
+        Motions of its start and its end by the coordinates of the component.
     """
 
     link: int
+    covers: tuple[int, ...]
     element: Element
     ropes: int
     rows: Array
 
     @property
+    def hangs(self) -> bool:
+        """Whether it is a hanging rope, along and across together."""
+        return len(self.covers) > 1
+
+    @property
     def unknowns(self) -> int:
-        """Coordinates of a joint: displacement, and of a beam the slope."""
-        return 2 if self.element.bending else 1
+        """Coordinates of a joint: of a hanging rope the motion along; displacement; of a beam the slope."""
+        return self.element.motions
 
     @property
     def end_rows(self) -> tuple[Array, Array]:
-        """Rows of start and end that count, shape (unknowns, n) each."""
-        return self.rows[: self.unknowns], self.rows[2 : 2 + self.unknowns]
+        """Rows of start and end, shape (unknowns, n) each."""
+        return self.rows[: self.unknowns], self.rows[self.unknowns :]
 
-    def static_stiffness(self) -> Array:
-        """Stiffness at rest with even tension, shape (2 unknowns, 2 unknowns)."""
-        own = self.element
-        if own.bending:
-            values = (np.array([x]) for x in (own.bending, own.tension, own.density, own.length))
-            return np.asarray(self.ropes * beam_stiffness(0.0, *values)[0])
-        return self.ropes * own.tension / own.length * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    def rest_stiffness(self) -> Array:
+        """Stiffness of its ends at rest, all ropes together, shape (2 unknowns, 2 unknowns)."""
+        return self.ropes * self.element.rest_stiffness()
 
 
 def slope_columns(network: Network) -> int:
@@ -56,27 +60,49 @@ def slope_columns(network: Network) -> int:
     return names + (2 * len(drive.carriage) if bent else 0)
 
 
-def elastic_links(network: Network) -> dict[int, ElasticLink]:
-    """Heavy strings and tensioned beams by the number of their link; rows of coordinates and slopes."""
-    found, size = {}, slope_columns(network)
+def elastic_links(network: Network, *, hanging: bool = True) -> dict[int, ElasticLink]:
+    """Heavy strings, tensioned beams and hanging ropes by the number of their link.
+
+    ``hanging``: whether ropes hang, or are straight.
+    Their rows are by coordinates and slopes.
+    """
+    hung = hanging_elements(network) if hanging else {}
+    found = {}
     for number, (piece, way) in enumerate(zip(network.piece, network.direction, strict=True)):
-        element = element_of(network.drive, network.pieces[piece], DIRECTIONS[way])
+        direction = DIRECTIONS[way]
+        hangs = direction == ACROSS and int(piece) in hung
+        covers = (_along(network, int(piece)), number) if hangs else (number,)
+        straight = element_of(network.drive, network.pieces[piece], direction)
+        element = hung[int(piece)] if hangs else straight
         if element is None:
             continue
-        rows = np.zeros((4, size))
-        named = len(network.motion.names)
-        rows[0, :named], rows[2, :named] = network.start[number], network.end[number]
+        rows = [_row(network, link, start) for start in (True, False) for link in covers]
         if element.bending:
-            for row, start in ((1, True), (3, False)):
-                rows[row] = _slope_row(network, int(piece), DIRECTIONS[way], start, size)
-        found[number] = ElasticLink(link=number, element=element, ropes=int(network.ropes[number]), rows=rows)
+            slopes = [_slope_row(network, int(piece), direction, start) for start in (True, False)]
+            rows = [*rows[: len(covers)], slopes[0], *rows[len(covers) :], slopes[1]]
+        found[number] = ElasticLink(
+            link=number, covers=covers, element=element, ropes=int(network.ropes[number]), rows=np.array(rows)
+        )
     return found
 
 
-def _slope_row(network: Network, piece: int, direction: str, start: bool, size: int) -> Array:
+def _along(network: Network, piece: int) -> int:
+    """The link along a piece."""
+    along = network.direction == DIRECTIONS.index(ALONG)
+    return int(np.flatnonzero((network.piece == piece) & along)[0])
+
+
+def _row(network: Network, link: int, start: bool) -> Array:
+    """Motion of one end of a link by coordinates and slopes."""
+    row = np.zeros(slope_columns(network))
+    row[: len(network.motion.names)] = (network.start if start else network.end)[link]
+    return row
+
+
+def _slope_row(network: Network, piece: int, direction: str, start: bool) -> Array:
     """Slope of a beam at one end: zero on a pulley and at what is guided, that of the body at an anchor."""
     drive, motion, own = network.drive, network.motion, network.pieces[piece]
-    span, row = drive.free_spans[own.span], np.zeros(size)
+    span, row = drive.free_spans[own.span], np.zeros(slope_columns(network))
     here = own.start if start else own.end
     if 0.0 < here < span.length:
         number = next(

@@ -70,7 +70,12 @@ class NetworkMotion:
         stored, _ = self._energies
         total = self._potential
         found: dict[tuple[str, str], float] = {}
-        elastic = [link.link for segments in self._cut.component.segments for link in segments.links]
+        elastic = [
+            number
+            for segments in self._cut.component.segments
+            for link in segments.links
+            for number in link.covers
+        ]
         places = self.network.places
         for link, energy in zip(
             [*self._cut.component.links.tolist(), *elastic], stored.tolist(), strict=True
@@ -104,10 +109,9 @@ class NetworkMotion:
         masses = _mean_square(own.mass_rows @ x[: own.size])
         kinetic = float(np.sum(omega**2 * rate - omega * stiff)) / omega**2 / 2.0 + float(own.mass @ masses)
         for segments in own.segments:
-            forms = segments.forms(omega, x[: own.size])
-            stiff, rate = (np.einsum("pkk->p", form).real / x.shape[1] for form in forms)
-            kinetic += float(np.sum(rate - stiff / omega)) / 2.0
-            strain = np.append(strain, np.add.reduceat(omega * stiff + omega**2 * rate, segments.first[:-1]))
+            stored, own_kinetic = segments.energies(omega, x[: own.size])
+            kinetic += own_kinetic
+            strain = np.append(strain, stored)
         return strain, kinetic
 
     @property
@@ -163,12 +167,13 @@ class NetworkMotion:
         for segments in own.segments:
             for number, elastic in enumerate(segments.links):
                 piece = self.network.pieces[self.network.piece[elastic.link]]
-                if self.network.direction[elastic.link] != way or self._span_of(elastic.link) != span:
+                ways = self.network.direction[list(elastic.covers)]
+                if way not in ways or self._span_of(elastic.link) != span:
                     continue
                 here = (positions >= piece.start - 1e-12) & (positions <= piece.end + 1e-12)
                 inside = positions[here] - piece.start + elastic.element.before
                 x = self.solved.shapes[: own.size]
-                out[:, here] = segments.displacement(number, self.solved.omega, x, inside)
+                out[:, here] = segments.displacement(number, self.solved.omega, x, inside, way)
         return out
 
     def _wave(self, part: int, share: Array) -> NDArray[Any]:

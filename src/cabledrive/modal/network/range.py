@@ -1,12 +1,12 @@
 """Where the models of straight ropes hold, and what a user must know of the list."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from math import pi
 
 from cabledrive.mechanics.network.assembly import Network
 from cabledrive.mechanics.network.elements import element_of
+from cabledrive.mechanics.network.hanging import irvine_parameters
 from cabledrive.mechanics.network.motion import ACROSS
-from cabledrive.mechanics.network.straightness import sag_parameter
 from cabledrive.mechanics.network.unheld import unheld_words
 from cabledrive.modal.mode import TRANSVERSE, Mode
 
@@ -24,10 +24,7 @@ def sag_error(network: Network, span: int) -> float:
 
 def irvine_parameter(network: Network, span: int) -> float:
     r"""Irvine's :math:`\lambda^2` of a span at rest."""
-    drive, statics = network.drive, network.statics
-    own = drive.free_spans[span]
-    rigidity = drive.ropes[own.route].axial_rigidity
-    return sag_parameter(rigidity, float(statics.mean[span]), statics.line_load[span], own)
+    return float(irvine_parameters(network)[span])
 
 
 def gradient_error(network: Network, span: int) -> float:
@@ -78,8 +75,11 @@ def step_error(network: Network, span: int) -> float:
     return max(0.0 if element is None else element.step_error for element in elements)
 
 
-def range_limit(network: Network, listed: Sequence[Mode]) -> str | None:
-    """Why a list is not certified although the count agrees: a span outside the range of its model."""
+def range_limit(network: Network, listed: Sequence[Mode], straight: Collection[int]) -> str | None:
+    """Why a list is not certified although the count agrees: a span outside the range of its model.
+
+    ``straight``: spans whose sag is left out.
+    """
     highest: dict[str, float] = {}
     for mode in listed:
         if mode.kind == TRANSVERSE and mode.span is not None:
@@ -88,7 +88,7 @@ def range_limit(network: Network, listed: Sequence[Mode]) -> str | None:
         if span.name not in highest:
             continue
         for error, what in (
-            (sag_error(network, number), "sag"),
+            (sag_error(network, number) if number in straight else 0.0, "sag"),
             (step_error(network, number), "weight along it"),
             (curvature_error(network, number), "curvature at the pulleys"),
             (bending_error(network, number, highest[span.name]), "bending stiffness while it runs"),
@@ -101,8 +101,8 @@ def range_limit(network: Network, listed: Sequence[Mode]) -> str | None:
     return None
 
 
-def range_warnings(network: Network) -> Iterator[str]:
-    """Warnings that touch the list, one line each."""
+def range_warnings(network: Network, straight: Collection[int]) -> Iterator[str]:
+    """Warnings that touch the list, one line each; ``straight``: spans whose sag is left out."""
     yield from unheld_words(network.motion, network.statics)
     for number, route in enumerate(network.drive.route):
         spans = [i for i, span in enumerate(network.drive.free_spans) if span.route == number]
@@ -120,7 +120,7 @@ def range_warnings(network: Network) -> Iterator[str]:
                 f"route {route.name} runs: its bending stiffness is left out, which would raise mode n of a "
                 f"span by up to {most:.2g} n^2 of it"
             )
-    for number, span in enumerate(network.drive.free_spans):
-        sag = sag_error(network, number)
+    for number in straight:
+        span, sag = network.drive.free_spans[number], sag_error(network, number)
         if sag > 1e-4:
             yield f"sag, which is left out, moves the first mode of span {span.name} by up to {sag:.2g} of it"

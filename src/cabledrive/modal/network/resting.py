@@ -2,12 +2,11 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
-from math import pi
 
 import numpy as np
 
 from cabledrive.mechanics.network.assembly import DIRECTIONS, Network
-from cabledrive.modal.mode import HEAVY_STRING, TENSIONED_BEAM
+from cabledrive.modal.mode import HEAVY_STRING, SHALLOW_SAG, TENSIONED_BEAM
 from cabledrive.modal.network.component import HeldElement
 from cabledrive.modal.network.elastic_links import ElasticLink
 from cabledrive.modal.network.structure import ComponentStructure
@@ -31,20 +30,17 @@ class RestingElement:
         """How many modes of all its links lie below a frequency [rad/s]."""
         return sum(count for _, count in self.links) * self.structure.count(omega)
 
-    def above(self, count: int) -> float:
-        """A frequency below which so many modes of one rope lie, at least [rad/s]."""
-        omega = (count + 0.5) * pi / self.structure.longest
-        while self.structure.count(omega) < count:
-            omega *= 1.5
-        return omega
+    @property
+    def hangs(self) -> bool:
+        """Whether it moves along as well as across."""
+        return self.structure.component.elastic[0].hangs
 
     def each(self, solved: Proven) -> Iterator[Proven]:
         """A mode of one rope as that of every link."""
         own = solved.frame.component
         for link, count in self.links:
             segments = tuple(
-                replace(part, links=tuple(replace(one, link=link) for one in part.links))
-                for part in own.segments
+                replace(part, links=tuple(_as_of(one, link) for one in part.links)) for part in own.segments
             )
             yield solved._replace(
                 multiplicity=count * solved.multiplicity,
@@ -53,11 +49,17 @@ class RestingElement:
             )
 
 
+def _as_of(link: ElasticLink, number: int) -> ElasticLink:
+    """An element as that of another link; a hanging rope has one link across, and is always its own."""
+    return link if link.hangs else replace(link, link=number, covers=(number,))
+
+
 def models_of(network: Network, elastic: dict[int, ElasticLink]) -> dict[tuple[str, str], str]:
     """What the rope of a span is taken for, by span and direction, where it is no even string."""
     found = {}
     for number, link in elastic.items():
         span = network.drive.free_spans[network.pieces[network.piece[number]].span].name
-        model = TENSIONED_BEAM if link.element.bending else HEAVY_STRING
+        straight = TENSIONED_BEAM if link.element.bending else HEAVY_STRING
+        model = SHALLOW_SAG if link.hangs else straight
         found[span, DIRECTIONS[network.direction[number]]] = model
     return found

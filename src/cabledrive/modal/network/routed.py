@@ -1,12 +1,13 @@
 """The certified modes of a machine with routes."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from math import pi
 
 from cabledrive.mechanics.network import Network, network_of
 from cabledrive.modal.certified import Certificate, Modes
 from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE, Mode
 from cabledrive.modal.model_range import INCOMPLETE
+from cabledrive.modal.network.hanging_range import hanging_limit
 from cabledrive.modal.network.range import ALLOWED, range_limit, range_warnings
 from cabledrive.modal.network.sag_coupling import sag_coupling_limit
 from cabledrive.modal.network.spectrum import NetworkSpectrum, order_of
@@ -68,12 +69,13 @@ def _certified(spectrum: NetworkSpectrum, listed: list[Mode], top: float, below:
     }
     proven = sum(parts.values()) == number and all(mode.proven for mode in listed)
     network = spectrum.network
-    limit = _limit(spectrum, listed)
+    straight = _running(network)
+    limit = hanging_limit(network, listed, ALLOWED) or _limit(spectrum, listed, straight)
     return Modes(
         modes=tuple(listed),
         certified=proven and limit is None,
         certified_reason=limit if proven else INCOMPLETE,
-        warnings=tuple(range_warnings(network)),
+        warnings=tuple(range_warnings(network, straight)),
         at_torque=0.0,
         certificate=Certificate(
             below=below if below is not None and top == 2 * pi * below else top / (2 * pi),
@@ -94,7 +96,7 @@ def straight_limit(network: Network, below: float, *, kind: str | None = None) -
 
     ``below``: [rad/s]; ``kind``: of the modes that matter, {"longitudinal", "transverse"} or None for all.
     """
-    spectrum = NetworkSpectrum(network)
+    spectrum = NetworkSpectrum(network, hanging=False)
     number = spectrum.count(below)
     if number > MOST_CHECKED:
         return (
@@ -102,13 +104,20 @@ def straight_limit(network: Network, below: float, *, kind: str | None = None) -
             "whether sag moves one was not checked"
         )
     listed = [mode for mode in spectrum.below(below) if kind in (None, mode.kind)]
-    return _limit(spectrum, listed)
+    return _limit(spectrum, listed, range(len(network.drive.free_spans)))
 
 
-def _limit(spectrum: NetworkSpectrum, listed: Sequence[Mode]) -> str | None:
-    """Why a list is not certified although the count agrees."""
+def _running(network: Network) -> list[int]:
+    """Spans of ropes that run, whose sag is left out."""
+    drive = network.drive
+    return [i for i, span in enumerate(drive.free_spans) if drive.route[span.route].speed]
+
+
+def _limit(spectrum: NetworkSpectrum, listed: Sequence[Mode], straight: Collection[int]) -> str | None:
+    """Why a list is not certified although the count agrees; ``straight``: spans whose sag is left out."""
     network = spectrum.network
-    return range_limit(network, listed) or sag_coupling_limit(network, listed, spectrum.below, ALLOWED)
+    outside = range_limit(network, listed, straight)
+    return outside or sag_coupling_limit(network, listed, spectrum.below, ALLOWED, straight)
 
 
 def _clear(spectrum: NetworkSpectrum, omega: float) -> float:

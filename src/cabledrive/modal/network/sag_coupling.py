@@ -5,29 +5,34 @@ then couples to an even stretch by :math:`g_n = \sqrt 8\,\lambda/(\pi^2 n^2)` of
 stiffnesses: where the two frequencies are equal they part by :math:`\pm g_n/2`, of first order in the sag.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from math import pi, sqrt
 
 import numpy as np
 
 from cabledrive.mechanics.network.assembly import Network
+from cabledrive.mechanics.network.hanging import irvine_parameters
 from cabledrive.mechanics.network.motion import ACROSS, ALONG, Array
 from cabledrive.modal.mode import Mode
-from cabledrive.modal.network.range import irvine_parameter
 
 BEYOND = 1.5
 """Modes up to so many times the highest listed one may meet it; the others lie within the shift at rest."""
 
 
 def sag_coupling_limit(
-    network: Network, listed: Sequence[Mode], below: Callable[[float], list[Mode]], allowed: float
+    network: Network,
+    listed: Sequence[Mode],
+    below: Callable[[float], list[Mode]],
+    allowed: float,
+    straight: Collection[int],
 ) -> str | None:
     """Why sag leaves a list uncertified by coupling motion along and across; None where it does not.
 
-    ``below``: all modes below a frequency [rad/s]; ``allowed``: relative error of a frequency.
+    ``below``: all modes below a frequency [rad/s]; ``allowed``: relative error of a frequency; ``straight``:
+    spans whose sag is left out.
     """
-    every = {span: irvine_parameter(network, span) for span in range(len(network.drive.free_spans))}
-    spans = {span: irvine for span, irvine in every.items() if sqrt(2 * irvine) > allowed * pi**2}
+    every = irvine_parameters(network)
+    spans = {span: float(every[span]) for span in straight if sqrt(2 * every[span]) > allowed * pi**2}
     if not spans or not listed:
         return None
     highest = 2 * pi * max(mode.frequency for mode in listed)

@@ -32,18 +32,20 @@ class NetworkSpectrum:
     even : bool, default False
         Take all ropes for straight strings of even tension without bending stiffness, as the frequency
         response does.
+    hanging : bool, default True
+        Ropes hang in shallow sag; else all are straight.
     """
 
-    def __init__(self, network: Network, *, even: bool = False) -> None:
+    def __init__(self, network: Network, *, even: bool = False, hanging: bool = True) -> None:
         self.network = network
-        elastic = {} if even else elastic_links(network)
+        elastic = {} if even else elastic_links(network, hanging=hanging)
         components, self._held, resting = components_of(network, elastic)
         self._structures = [ComponentStructure(component) for component in components]
         self._resting = [RestingElement(network, own) for own in resting]
         self._models = models_of(network, elastic)
         self.rigid_body_modes = sum(structure.rigid_body_modes for structure in self._structures)
         self.enclosure = ENCLOSURE
-        self._lazy: dict[int, tuple[list[Mode], Iterator[Mode]]] = {}
+        self._lazy: dict[tuple[int, int], tuple[list[list[Mode]], Iterator[list[Mode]]]] = {}
 
     def count(self, omega: float) -> int:
         """Number of modes below a frequency [rad/s], without rigid-body modes."""
@@ -63,17 +65,14 @@ class NetworkSpectrum:
         return sorted([*found, *self._waves(omega), *self._of_resting(omega)], key=order_of)
 
     def _of_resting(self, omega: float) -> Iterator[Mode]:
-        """Modes of heavy strings and beams between ends at rest below a frequency [rad/s]."""
+        """Modes of elements between ends at rest below a frequency [rad/s]."""
         for own in self._resting:
-            yield from self._first_of_resting(own, None, omega)
+            for solved in self._solved(own.structure, omega):
+                yield from self._of_links(own, solved)
 
-    def _first_of_resting(
-        self, own: RestingElement, count: int | None, omega: float | None = None
-    ) -> Iterator[Mode]:
-        """Modes of one of them: so many, or all below a frequency [rad/s]."""
-        top = own.above(count or 1) if omega is None else omega
-        for solved in self._solved(own.structure, top, count):
-            yield from (self._mode(part, clamped=True) for part in own.each(solved))
+    def _of_links(self, own: RestingElement, solved: Proven) -> Iterator[Mode]:
+        """A mode of one rope between ends at rest as those of all its links."""
+        yield from (self._mode(part, clamped=True) for part in own.each(solved))
 
     def first(self, kind: str, count: int, limit: int) -> list[Mode]:
         """The first modes of one kind, ascending, a multiple one at the end whole.
@@ -82,12 +81,10 @@ class NetworkSpectrum:
         are returned where more are not certain to be the first.
         """
         found = self._first_waves(kind, count)
-        if kind == TRANSVERSE:
-            for element in self._resting:
-                found += self._first_of_resting(element, count)
         reach = np.inf
-        for structure in self._structures:
-            own, end = self._first_of(structure, kind, count, limit)
+        parts: list[ComponentStructure | RestingElement] = [*self._structures, *self._resting]
+        for part in parts:
+            own, end = self._first_of(part, kind, count, limit)
             found += own
             reach = min(reach, end)
         found.sort(key=order_of)
@@ -111,40 +108,53 @@ class NetworkSpectrum:
         return LONGITUDINAL if DIRECTIONS[self.network.direction[wave.link]] == ALONG else TRANSVERSE
 
     def _first_of(
-        self, structure: ComponentStructure, kind: str, count: int, limit: int
+        self, part: ComponentStructure | RestingElement, kind: str, count: int, limit: int
     ) -> tuple[list[Mode], float]:
         """First modes of one kind of an independent part, and up to where these are all [rad/s]."""
-        along = self.network.direction[structure.component.links] == DIRECTIONS.index(ALONG)
-        bends = kind == TRANSVERSE and structure.component.elastic
-        if not bends and not np.any(along if kind == LONGITUDINAL else ~along):
+        kinds = self._kinds(part)
+        if kind not in kinds:
             return [], np.inf
+        if isinstance(part, RestingElement) and len(kinds) == 1:
+            limit = count  # all of them are of this kind
         found: list[Mode] = []
         seen, reach = 0, 0.0
-        for mode in self._in_order(structure, limit):
-            seen += mode.multiplicity
-            reach = 2 * pi * mode.frequency
-            if mode.kind == kind:
-                found.append(mode)
+        for modes in self._in_order(part, limit):
+            seen += sum(mode.multiplicity for mode in modes)
+            reach = 2 * pi * modes[0].frequency
+            found += [mode for mode in modes if mode.kind == kind]
             if sum(own.multiplicity for own in found) >= count:
                 return found, np.inf
         return found, reach if seen >= limit else np.inf
 
-    def _in_order(self, structure: ComponentStructure, limit: int) -> Iterator[Mode]:
-        """The first modes of a part, ascending, solved as they are asked for and kept."""
-        kept, more = self._lazy.setdefault(id(structure), ([], self._ascending(structure, limit)))
-        yield from list(kept)
-        for mode in more:
-            kept.append(mode)
-            yield mode
+    def _kinds(self, part: ComponentStructure | RestingElement) -> set[str]:
+        """Kinds of modes that an independent part may have."""
+        if isinstance(part, RestingElement):
+            return {LONGITUDINAL, TRANSVERSE} if part.hangs else {TRANSVERSE}
+        own = part.component
+        along = self.network.direction[own.links] == DIRECTIONS.index(ALONG)
+        kinds = {LONGITUDINAL} if np.any(along) or any(link.hangs for link in own.elastic) else set()
+        return kinds | {TRANSVERSE} if own.elastic or not np.all(along) else kinds
 
-    def _ascending(self, structure: ComponentStructure, limit: int) -> Iterator[Mode]:
+    def _in_order(self, part: ComponentStructure | RestingElement, limit: int) -> Iterator[list[Mode]]:
+        """The first modes of a part, ascending, solved as they are asked for and kept."""
+        kept, more = self._lazy.setdefault((id(part), limit), ([], self._ascending(part, limit)))
+        yield from list(kept)
+        for modes in more:
+            kept.append(modes)
+            yield modes
+
+    def _ascending(self, part: ComponentStructure | RestingElement, limit: int) -> Iterator[list[Mode]]:
+        structure = part.structure if isinstance(part, RestingElement) else part
         top = self.slowest
         for _ in range(MOST_DOUBLINGS):
             if structure.count(top) - structure.rigid_body_modes >= limit:
                 break
             top *= 2.0
         for solved in self._solved(structure, top, limit):
-            yield self._mode(solved)
+            if isinstance(part, RestingElement):
+                yield list(self._of_links(part, solved))
+            else:
+                yield [self._mode(solved)]
 
     def _solved(
         self, structure: ComponentStructure, omega: float, first: int | None = None
