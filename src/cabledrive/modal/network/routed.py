@@ -34,12 +34,27 @@ def routed_modes(
 ) -> Modes:
     """All natural modes of a machine with routes; parameters as of `cabledrive.modal.modes`."""
     spectrum = NetworkSpectrum(network_of(drive, motor=motor, hold=hold))
+    return _listed(spectrum, below, count, _running(spectrum.network))
+
+
+def straight_modes(
+    drive: RoutedDrive, *, below: float | None = None, count: int | None = None, motor: str | None = None
+) -> Modes:
+    """The same with straight ropes, for what is computed of these; certified where sag moves none of them."""
+    spectrum = NetworkSpectrum(network_of(drive, motor=motor), hanging=False)
+    return _listed(spectrum, below, count, range(len(drive.free_spans)))
+
+
+def _listed(
+    spectrum: NetworkSpectrum, below: float | None, count: int | None, straight: Collection[int]
+) -> Modes:
+    """The modes of a spectrum, certified; ``straight``: spans whose sag is left out."""
     if below is not None:
         top = _clear(spectrum, 2 * pi * below)
         listed = spectrum.below(top)
     else:
         listed, top = first_of_each_kind(spectrum, DEFAULT_COUNT if count is None else count)
-    return _certified(spectrum, listed, top, below)
+    return _certified(spectrum, listed, top, below, straight)
 
 
 def routed_longitudinal(
@@ -60,7 +75,13 @@ def routed_longitudinal(
     return tuple(mode for mode in listed if mode.kind == LONGITUDINAL)
 
 
-def _certified(spectrum: NetworkSpectrum, listed: list[Mode], top: float, below: float | None) -> Modes:
+def _certified(
+    spectrum: NetworkSpectrum,
+    listed: list[Mode],
+    top: float,
+    below: float | None,
+    straight: Collection[int],
+) -> Modes:
     number = spectrum.count(top)
     under = [mode for mode in listed if 2 * pi * mode.frequency < top]
     parts = {
@@ -69,8 +90,9 @@ def _certified(spectrum: NetworkSpectrum, listed: list[Mode], top: float, below:
     }
     proven = sum(parts.values()) == number and all(mode.proven for mode in listed)
     network = spectrum.network
-    straight = _running(network)
-    limit = hanging_limit(network, listed, ALLOWED) or _limit(spectrum, listed, straight)
+    hangs = len(straight) < len(network.drive.free_spans)
+    limit = hanging_limit(network, listed, ALLOWED) if hangs else None
+    limit = limit or _limit(spectrum, listed, straight)
     return Modes(
         modes=tuple(listed),
         certified=proven and limit is None,
