@@ -5,12 +5,14 @@ from dataclasses import replace
 import numpy as np
 
 from cabledrive.mechanics.network.elements import Element
+from cabledrive.mechanics.network.hanging import Hanging, HangingElement
 from cabledrive.modal.network.component import Component
 from cabledrive.modal.network.elastic_links import ElasticLink
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.parts import RoutedCarriage, RoutedMotor, RoutedPulley, RouteLayout
 from cabledrive.parameters.route.rope import Rope, Route
 from oracles.beam_fem import Beam
+from oracles.hanging_fem import HangingRope
 from oracles.network_fem import String
 
 
@@ -78,6 +80,42 @@ def random_elastic_network(rng):
         links.append(ElasticLink(link=number, covers=(number,), element=element, ropes=ropes, rows=own))
         beams.append(Beam(rows, length, density, bending, tuple(tension), ropes))
     return replace(component, elastic=tuple(links)), strings, beams, mass, spring, others
+
+
+def random_hanging_network(rng):
+    """A random network with one to three hanging ropes, some of them stiff, and the same for the oracle."""
+    component, strings, mass, spring, others = random_network(rng, False)
+    n, links, ropes = component.columns.size, [], []
+    for number in range(int(rng.integers(1, 4))):
+        length, density = rng.uniform(0.3, 2.0), rng.uniform(0.1, 2.0)
+        mean = rng.uniform(0.5, 20.0)
+        tension = (mean, mean * rng.uniform(0.7, 1.4))
+        bending = mean * length**2 * 10 ** rng.uniform(-5, -1) if rng.random() < 0.4 else 0.0
+        load, shear = mean / length * rng.normal(size=2) * 10 ** rng.uniform(-3, -1)
+        rigidity = mean * 10 ** rng.uniform(0.5, 3.5)
+        ends = 3 if bending else 2
+        rows = rng.normal(size=(2 * ends, n)) * (rng.random((2 * ends, 1)) < 0.7)
+        rows[0] += 0.1 * rng.normal(size=n)
+        count = int(rng.integers(1, 4))
+        shape = Hanging(
+            shear=shear * length, load=load, start_tension=tension[0], end_tension=tension[1], length=length
+        )
+        element = HangingElement(
+            start_tension=tension[0],
+            end_tension=tension[1],
+            length=length,
+            before=0.0,
+            density=density,
+            axial_rigidity=rigidity,
+            bending=bending,
+            hanging=shape,
+            along=length,
+        )
+        numbers = (2 * number, 2 * number + 1)
+        links.append(ElasticLink(link=numbers[1], covers=numbers, element=element, ropes=count, rows=rows))
+        own = (rows, length, density, rigidity, bending, tension, shear * length, load, count)
+        ropes.append(HangingRope(*own))
+    return replace(component, elastic=tuple(links)), strings, ropes, mass, spring, others
 
 
 def as_route(drive):
