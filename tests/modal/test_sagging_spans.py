@@ -1,23 +1,34 @@
-"""Straight ropes of routes against spans that sag: a hanging cable divided about its exact rest."""
+"""Spans of routes that sag, straight and hanging, against cables divided about their exact rest."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from hanging_samples import divided, random_machine
+from scipy.optimize import brentq
 
 import cabledrive as cd
-from cabledrive.mechanics.network import statics_of
+from cabledrive.mechanics.network import network_of, statics_of
+from cabledrive.mechanics.network.elements import Element
+from cabledrive.mechanics.network.hanging import Hanging, HangingElement, hanging_elements
 from cabledrive.mechanics.network.span_table import span_rows
+from cabledrive.modal.network.component import held_element
+from cabledrive.modal.network.elastic_links import ElasticLink
+from cabledrive.modal.network.hanging_range import slope_error
+from cabledrive.modal.network.routed import straight_modes
+from cabledrive.modal.network.structure import MULTIPLE, ComponentStructure
+from cabledrive.modal.solver import ENCLOSURES, modes_of
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.parts import Anchor, RoutedMotor, RoutedPulley, RouteLayout
 from cabledrive.parameters.route.rope import Rope, Route
+from oracles import hanging_machine
 from oracles.sagging_fem import extrapolated
 
 RIGIDITY, DENSITY, LENGTH, RADIUS = 2e6, 1.0, 100.0, 0.01
 
 
 def one_span(pull):
-    """A rope from an anchor to a fixed drum of 1 cm."""
+    """A rope from an anchor to a drum of 1 cm."""
     return RoutedDrive(
         name="span",
         cable=Rope(given_rigidity=RIGIDITY, mass_per_length=DENSITY, pretension=pull),
@@ -29,11 +40,11 @@ def one_span(pull):
 
 
 @pytest.mark.parametrize("pull", [1e5, 4e4, 2e4, 1e4])
-def test_what_sag_shifts_lies_within_the_bound_and_is_flagged(pull, measured):
+def test_what_sag_shifts_of_straight_ropes_lies_within_the_bound_and_is_flagged(pull, measured):
     """The first mode in the plane, which stretches the rope, against the bound 4 lambda^2/pi^4."""
     drive = one_span(pull)
     below = 2.3 * np.sqrt(pull / DENSITY) / (2 * LENGTH)
-    found = cd.modes(drive, below=below, hold=["drum"])
+    found = straight_modes(drive, below=below, hold=["drum"])
     straight = next(mode.frequency for mode in found.transverse if mode.plane == "w")
     truth = extrapolated(
         RIGIDITY, DENSITY, np.array([0.0, -9.81]), np.array([LENGTH, 0.0]), pull, elements=60, count=1
@@ -50,7 +61,7 @@ def test_what_sag_shifts_lies_within_the_bound_and_is_flagged(pull, measured):
 
 
 @pytest.mark.parametrize("ratio", [0.6, 0.9, 1.0, 1.2])
-def test_where_motion_along_meets_motion_across_sag_leaves_the_list_uncertified(ratio, measured):
+def test_where_motion_along_meets_motion_across_straight_ropes_are_not_certified(ratio, measured):
     """A wheel whose mode along is near the first across, lambda^2 = 0.005: the shift is of first order."""
     pull = ((9.81 * LENGTH * DENSITY) ** 2 * RIGIDITY / 0.005) ** (1 / 3)
     first = np.sqrt(pull / DENSITY) / (2 * LENGTH)
@@ -60,7 +71,7 @@ def test_where_motion_along_meets_motion_across_sag_leaves_the_list_uncertified(
         pulley=(RoutedPulley(name="drum", at=(LENGTH, 0.0), radius=RADIUS, inertia=rim * RADIUS**2 / 2),),
         motor=(RoutedMotor(inertia=rim * RADIUS**2 / 2),),
     )
-    found = cd.modes(drive, below=1.6 * first, motor="free")
+    found = straight_modes(drive, below=1.6 * first, motor="free")
     listed = np.array([mode.frequency for mode in found.modes if mode.plane != "v"])
     chord = np.array([LENGTH, 0.0])
     truth = extrapolated(
@@ -72,3 +83,144 @@ def test_where_motion_along_meets_motion_across_sag_leaves_the_list_uncertified(
     )
     assert found.certified == (error < 1e-3)
     assert found.certified or "couples motion along and across" in found.certified_reason
+
+
+def modes_in_plane(drive, count):
+    """A list that holds the first modes in the plane."""
+    below = 1.5 * cd.modes(drive, count=1).modes[0].frequency
+    while True:
+        found = cd.modes(drive, below=below)
+        if sum(mode.plane != "v" for mode in found.modes) >= count:
+            return found
+        below *= 1.5
+
+
+def worst_of_machines(seeds):
+    """Largest error over the stated one, and largest error of a certified list, of the first six modes."""
+    worst, certified, straight = 0.0, 0.0, 0.0
+    for seed in seeds:
+        rng = np.random.default_rng([77, seed])
+        drive = random_machine(rng, 10 ** rng.uniform(-2.7, -0.9))
+        found = modes_in_plane(drive, 6)
+        inside = [mode for mode in found.modes if mode.plane != "v"][:6]
+        own = np.array([mode.frequency for mode in inside])
+        truth = hanging_machine.extrapolated(*divided(drive), elements=40, count=own.size)
+        error = float(np.max(np.abs(own / truth - 1.0)))
+        elements = hanging_elements(network_of(drive))
+        worst = max(worst, error / max(slope_error(one) for one in elements.values()))
+        certified = max(certified, error if found.certified else 0.0)
+        other = straight_modes(drive, below=2.0 * own[-1]).modes
+        other = np.array([mode.frequency for mode in other if mode.plane != "v"][:6])
+        straight = max(straight, float(np.max(np.abs(other / truth - 1.0))))
+    return worst, certified, straight
+
+
+@pytest.mark.parametrize("seeds", [range(4), range(4, 8)])
+def test_random_machines_that_sag_have_the_modes_of_the_divided_cable(seeds, measured):
+    """Wheels, bodies on springs, hanging carriages; slopes from 0.2 % to 12 %."""
+    worst, certified, straight = worst_of_machines(seeds)
+    measured(
+        f"largest error over the stated one {worst:.2f}, of a certified list {certified:.1e}; straight ropes "
+        f"{straight:.2g}"
+    )
+    assert worst < 1.0
+    assert certified < 1e-3
+    assert straight > 0.02
+
+
+@pytest.mark.verify
+def test_a_hundred_random_machines_that_sag_have_the_modes_of_the_divided_cable(measured):
+    worst, certified, straight = worst_of_machines(range(100))
+    measured(
+        f"largest error over the stated one {worst:.2f}, of a certified list {certified:.1e}; straight ropes "
+        f"{straight:.2g}"
+    )
+    assert worst < 1.0
+    assert certified < 1e-3
+
+
+@pytest.mark.parametrize("irvine", [0.5, 2.0, 4 * np.pi**2, 200.0])
+def test_a_level_span_has_the_symmetric_modes_of_irvine_and_caughey(irvine):
+    """tan(x/2) = x/2 - 4/lambda^2 (x/2)^3, x = omega L sqrt(rho/T); the antisymmetric ones are a string's.
+
+    H. M. Irvine, T. K. Caughey: The linear theory of free vibrations of a suspended cable (1974). They leave
+    out the inertia along the rope, which falls as T/EA: here 1e-9.
+    """
+    tension, strain = 1.0, 1e-9
+    load = np.sqrt(irvine * strain)
+    element = HangingElement(
+        start_tension=tension,
+        end_tension=tension,
+        length=1.0,
+        before=0.0,
+        density=1.0,
+        axial_rigidity=tension / strain,
+        bending=0.0,
+        hanging=Hanging(
+            shear=-0.5 * load, load=-load, start_tension=tension, end_tension=tension, length=1.0
+        ),
+        along=1.0,
+    )
+    link = ElasticLink(link=1, covers=(0, 1), element=element, ropes=1, rows=np.zeros((4, 0)))
+    structure = ComponentStructure(held_element(link, ()).component)
+    found = modes_of(structure, 6.5 * np.pi, first=6, enclosures=ENCLOSURES, multiple=MULTIPLE)
+    own = np.array([mode.omega for mode in found])[:5]
+
+    def miss(x):
+        return np.sin(x / 2) - (x / 2 - 4 / irvine * (x / 2) ** 3) * np.cos(x / 2)
+
+    x = np.linspace(0.5, 6.4 * np.pi, 40_000)
+    signs = np.flatnonzero(np.diff(np.sign(miss(x))))
+    symmetric = [brentq(miss, x[i], x[i + 1]) for i in signs]
+    expected = np.sort([*symmetric, 2 * np.pi, 4 * np.pi, 6 * np.pi])[:5]
+    np.testing.assert_allclose(own, expected, rtol=1e-8 + 2e-10 * irvine)
+
+
+@pytest.mark.parametrize("bending", [0.0, 1e-4, 1e-8])
+def test_without_weight_a_hanging_rope_is_a_string_a_heavy_string_or_a_beam(bending):
+    """Against the exact waves, which share nothing with the polynomials: to 1e-11."""
+    shape = {"start_tension": 1.0, "end_tension": 1.0 if bending else 1.7, "length": 1.0}
+    common = {"before": 0.0, "density": 1.0, "axial_rigidity": 1e4, "bending": bending}
+    straight = Element(**shape, **common)
+    hanging = HangingElement(**shape, **common, hanging=Hanging(shear=0.0, load=0.0, **shape), along=1.0)
+    found = []
+    for element, covers in ((straight, (1,)), (hanging, (0, 1))):
+        link = ElasticLink(
+            link=1, covers=covers, element=element, ropes=1, rows=np.zeros((2 * element.motions, 0))
+        )
+        structure = ComponentStructure(held_element(link, ()).component)
+        top = element.frequency(20.0)
+        modes = modes_of(structure, top, first=6, enclosures=ENCLOSURES, multiple=MULTIPLE)
+        found.append([mode.omega for mode in modes][:5])
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-11)
+
+
+def test_a_rope_that_is_fed_round_strains_nothing():
+    """Between two free drums a sagging rope has its rigid motion; held at both, none."""
+    free = replace(
+        one_span(2e4),
+        pulley=(
+            RoutedPulley(name="drum", at=(LENGTH, 0.0), radius=0.1, inertia=0.02),
+            RoutedPulley(name="other", at=(0.0, 0.0), radius=0.1, inertia=0.02),
+        ),
+        anchor=(),
+        route=(Route(name="rope", path=("-other", "-drum")),),
+    )
+    assert cd.modes(free, below=2.0).rigid_body_modes == 1
+    assert cd.modes(free, below=2.0, hold=["drum"]).rigid_body_modes == 0
+
+
+def test_a_rope_that_sag_lifts_off_its_pulley_is_not_certified():
+    """A wheel pulled up from below by two spans that sag more than the rope wraps it."""
+    high = 0.05
+    drive = RoutedDrive(
+        name="held down",
+        cable=Rope(given_rigidity=RIGIDITY, mass_per_length=DENSITY, pretension=4e4),
+        layout=RouteLayout(gravity=9.81),
+        anchor=(Anchor(name="left", at=(0.0, high)), Anchor(name="right", at=(2 * LENGTH, high))),
+        pulley=(RoutedPulley(name="wheel", at=(LENGTH, 0.0), radius=RADIUS, inertia=1e-3),),
+        route=(Route(name="rope", path=("left", "+wheel", "right")),),
+    )
+    found = cd.modes(drive, count=2)
+    assert not found.certified
+    assert "lifts the rope off wheel" in found.certified_reason

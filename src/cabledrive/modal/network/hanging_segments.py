@@ -30,6 +30,8 @@ from cabledrive.modal.network.segments import LONGEST_PHASE, Segments, joined
 DEGREE = 11
 """Of the polynomials."""
 
+_ROUND_OFF = 1e-16
+
 STEEPER = 2.0
 """Ratio of the tensions at the ends of a segment, at most."""
 
@@ -205,22 +207,24 @@ def _condensed(fields: Array, mass: Array, across: Array, lengths: Array, ends: 
     ``fields``, shape (p, points, n): strains whose square is the stiffness; ``mass``, ``across``, shape
     (p, n, n): inertia, and twice the work across; ``ends``: polynomials of the ends.
     """
-    stiffness, n = _squares(fields, None), mass.shape[1]
-    inner = slice(ends, n)
-    inverse = np.linalg.inv(np.linalg.cholesky(mass[:, inner, inner]))
-    reduced = inverse @ stiffness[:, inner, inner] @ inverse.swapaxes(1, 2)
-    square, vectors = np.linalg.eigh(0.5 * (reduced + reduced.swapaxes(1, 2)))
+    inner = slice(ends, mass.shape[1])
+    # Inertia over stiffness: slow waves across keep their digits beside fast ones along the rope.
+    turned, factor = np.linalg.qr(fields[:, :, inner])
+    inverse = np.linalg.inv(factor)
+    reduced = inverse.swapaxes(1, 2) @ mass[:, inner, inner] @ inverse
+    give, vectors = np.linalg.eigh(0.5 * (reduced + reduced.swapaxes(1, 2)))
+    give = np.maximum(give, _ROUND_OFF * give[:, -1:])
     waves = np.zeros_like(mass)
     waves[:, :ends, :ends] = np.eye(ends)
-    waves[:, inner, :ends] = -np.linalg.solve(stiffness[:, inner, inner], stiffness[:, inner, :ends])
-    waves[:, inner, ends:] = inverse.swapaxes(1, 2) @ vectors
+    waves[:, inner, :ends] = -inverse @ (turned.swapaxes(1, 2) @ fields[:, :, :ends])
+    waves[:, inner, ends:] = inverse @ vectors / np.sqrt(give)[:, None, :]
     if ends == 6:  # the polynomials count slopes times the length
         waves[:, :, [2, 5]] *= lengths[:, None, None]
     whole = _squares(waves, mass @ waves)
     return {
         "strain": np.linalg.qr(fields @ waves[:, :, :ends], mode="r"),
         "mass": whole[:, :ends, :ends],
-        "square": square,
+        "square": 1.0 / give,
         "inertia": whole[:, inner, :ends],
         "waves": waves,
         "across": 2.0 * _squares(waves, across @ waves),

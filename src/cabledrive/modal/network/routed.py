@@ -38,10 +38,15 @@ def routed_modes(
 
 
 def straight_modes(
-    drive: RoutedDrive, *, below: float | None = None, count: int | None = None, motor: str | None = None
+    drive: RoutedDrive,
+    *,
+    below: float | None = None,
+    count: int | None = None,
+    motor: str | None = None,
+    hold: Sequence[str] = (),
 ) -> Modes:
     """The same with straight ropes, for what is computed of these; certified where sag moves none of them."""
-    spectrum = NetworkSpectrum(network_of(drive, motor=motor), hanging=False)
+    spectrum = NetworkSpectrum(network_of(drive, motor=motor, hold=hold), hanging=False)
     return _listed(spectrum, below, count, range(len(drive.free_spans)))
 
 

@@ -1,0 +1,130 @@
+"""Random machines with sagging spans, and the same as one divided cable."""
+
+from itertools import pairwise
+
+import numpy as np
+
+from cabledrive.mechanics.network import statics_of
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route.parts import (
+    Anchor,
+    Body,
+    RoutedCarriage,
+    RoutedMotor,
+    RoutedPulley,
+    RouteLayout,
+)
+from cabledrive.parameters.route.rope import Rope, Route
+
+GRAVITY = 9.81
+
+
+def random_machine(rng, steepest):
+    """A rope from an anchor over one to three wheels to a drum with a motor or to a body on springs.
+
+    ``steepest``: slope of the sag at the ends of the longest span, about.
+    """
+    wheels = int(rng.integers(1, 4))
+    steps = rng.uniform(20.0, 60.0, wheels + 1)
+    x = np.concatenate(([0.0], np.cumsum(steps)))
+    y = 0.25 * x[-1] * rng.uniform(0.2, 1.0) * np.sin(np.pi * x / x[-1]) + rng.uniform(-0.2, 0.2) * x
+    density = rng.uniform(0.5, 3.0)
+    pull = density * GRAVITY * steps.max() / (2.0 * steepest)
+    rigidity = pull * 10 ** rng.uniform(1.5, 3.5)
+    radii = rng.uniform(0.05, 0.5, wheels + 1)
+    drum = bool(rng.random() < 0.5)
+    rope_mass = density * steps.mean()
+    pulleys = [
+        RoutedPulley(
+            name=f"wheel {i}",
+            at=(x[i], y[i]),
+            radius=radii[i],
+            inertia=rng.uniform(0.05, 3.0) * rope_mass * radii[i] ** 2,
+        )
+        for i in range(1, wheels + 1)
+    ]
+    end = (x[-1], y[-1])
+    last = RoutedPulley(name="drum", at=end, radius=radii[0], inertia=0.1 * rope_mass * radii[0] ** 2)
+    body = Body(
+        name="load",
+        at=end,
+        moves=("x", "y"),
+        mass=rng.uniform(0.2, 5.0) * rope_mass,
+        stiffness=rigidity / steps.mean() * rng.uniform(0.1, 2.0),
+    )
+    carriages = ()
+    if rng.random() < 0.5:  # inside the first span
+        carriages = (
+            RoutedCarriage(
+                mass=rng.uniform(0.02, 0.3) * rope_mass,
+                guided=False,
+                position=rng.uniform(0.25, 0.75) * steps[0],
+            ),
+        )
+    return RoutedDrive(
+        name="random",
+        cable=Rope(given_rigidity=rigidity, mass_per_length=density, pretension=pull),
+        layout=RouteLayout(gravity=GRAVITY),
+        body=() if drum else (body,),
+        pulley=((last, *pulleys) if drum else tuple(pulleys)),
+        anchor=(Anchor(name="left", at=(0.0, 0.0)),)
+        + (() if drum else (Anchor(name="end", at=end, on="load"),)),
+        carriage=carriages,
+        motor=(RoutedMotor(inertia=rng.uniform(0.05, 2.0) * rope_mass * radii[0] ** 2),) if drum else (),
+        route=(
+            Route(
+                name="rope",
+                path=("left", *(f"-{wheel.name}" for wheel in pulleys), "-drum" if drum else "end"),
+            ),
+        ),
+    )
+
+
+def divided(drive):
+    """Spans, mass and stiffness for `oracles.hanging_machine`, by coordinates of its own."""
+    pulleys = {pulley.name: pulley for pulley in drive.pulley}
+    anchors = {anchor.name: anchor for anchor in drive.anchor}
+    names = [*pulleys, *(f"{body.name}.{move}" for body in drive.body for move in body.moves)]
+    n, statics = len(names), statics_of(drive)
+    mass, stiffness = np.zeros((n, n)), np.zeros((n, n))
+    for i, pulley in enumerate(drive.pulley):
+        driven = drive.motor[0].inertia if drive.motor and pulley.name == "drum" else 0.0
+        mass[i, i] = pulley.inertia + driven
+    for i in range(len(pulleys), n):
+        mass[i, i], stiffness[i, i] = drive.body[0].mass, drive.body[0].stiffness
+    places = []
+    for step in drive.route[0].path:
+        rows, turn = np.zeros((2, n)), np.zeros(n)
+        if step[0] in "+-":
+            pulley, sense = pulleys[step[1:]], 1.0 if step[0] == "+" else -1.0
+            turn[names.index(pulley.name)] = sense * pulley.radius
+            places.append((pulley.at, sense * pulley.radius, rows, turn))
+        else:
+            anchor = anchors[step]
+            if anchor.on:
+                rows[0, names.index("load.x")] = rows[1, names.index("load.y")] = 1.0
+            places.append((anchor.at, 0.0, rows, turn))
+    spans = []
+    for number, (start, end) in enumerate(pairwise(places)):
+        hung = []
+        if number == 0:
+            for carriage in drive.carriage:
+                weight = np.array([0.0, -carriage.mass * GRAVITY])
+                hung.append((carriage.position / drive.free_spans[0].length, weight, carriage.mass))
+        spans.append(
+            {
+                "rigidity": drive.cable.axial_rigidity,
+                "density": drive.cable.density,
+                "gravity": (0.0, -GRAVITY),
+                "chord": np.array(end[0]) - np.array(start[0]),
+                "pull": float(statics.start[number]),
+                "start": start[:2],
+                "end": end[:2],
+                "start_rows": start[2],
+                "end_rows": end[2],
+                "start_turn": start[3],
+                "end_turn": end[3],
+                "hung": hung,
+            }
+        )
+    return spans, mass, stiffness
