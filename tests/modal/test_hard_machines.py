@@ -12,7 +12,16 @@ from transfer_roots import exact_roots
 import cabledrive as cd
 from cabledrive.mechanics.spans import longitudinal_chains
 from cabledrive.modal.counting import modes_below_reference
-from cabledrive.parameters import Carriage, InputRefused, Motor, NotComputed
+from cabledrive.parameters import (
+    Cable,
+    Carriage,
+    Drive,
+    InputRefused,
+    Layout,
+    Motor,
+    NotComputed,
+    Pulley,
+)
 from drive_strategies import drives
 
 
@@ -167,6 +176,22 @@ def test_any_drive_that_can_be_written_down_is_certified_or_says_why_not(measure
 
     check()
     measured(", ".join(f"{number} {outcome}" for outcome, number in sorted(outcomes.items())))
+
+
+def test_a_slow_mode_whose_rate_drowns_in_round_off_is_found():
+    """A wheel of 1245 km, held by a spring, and one of 1 m on a belt of 2 kg that moves with both."""
+    stiff = Drive(
+        name="stiff",
+        kind="loop",
+        cable=Cable(youngs_modulus=1167289.0, area=0.0078125, mass_per_length=1.0, pretension=1.0),
+        layout=Layout(span_length=1.0, gravity=0.0),
+        pulley=(Pulley(radius=1245433.0, inertia=1.0), Pulley(radius=1.0, inertia=1.0)),
+        motor=Motor(inertia=1.0, holding_stiffness=3.0),
+    )
+    found = cd.modes(stiff, count=1)
+    square = 3.0 / 1245433.0**2
+    assert found.certified
+    assert found.modes[0].frequency == pytest.approx(np.sqrt(square / 3.0) / (2 * np.pi), rel=1e-6)
 
 
 @pytest.mark.parametrize("seed", range(10))

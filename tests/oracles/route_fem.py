@@ -10,9 +10,12 @@ from itertools import pairwise
 import numpy as np
 
 from oracles.beam_fem import Beam, beam_matrices, frequencies, with_beams
+from oracles.hanging_fem import HangingRope, shear_between, with_hanging
 from oracles.network_fem import String, matrices
 
 STEP = 1e-3
+STRAIGHT = 5e-7
+"""Irvine's parameter up to which a rope is taken for straight."""
 
 
 class Kinematics:
@@ -147,7 +150,7 @@ def system(drive, tensions):
         i = len(kin.moves) + kin.turning.index(motor.pulley or drive.pulley[0].name)
         mass[i, i] += motor.inertia
         stiffness[i, i] += motor.holding_stiffness or 0.0
-    strings, beams, reached = [], [], {}
+    strings, beams, hanging, reached = [], [], [], {}
     frames = list(span_frames(drive))
     for span, (first, last, along, length, number) in enumerate(frames):
         rope, route = drive.ropes[number], drive.route[number]
@@ -182,7 +185,17 @@ def system(drive, tensions):
         for (low, left, turn), (high, right, turned) in pairwise(cuts):
             stretch = 1 + tension / rope.axial_rigidity
             unstretched = (high - low) / stretch
-            for way in range(3):
+            weight = rope.density / stretch * gravity @ np.array([-along[1], along[0]])
+            sags = (weight * length / tension) ** 2 * rope.axial_rigidity / tension > STRAIGHT
+            if sags:
+                assert not drive.carriage
+                assert not rope.bending_stiffness
+                hanging.append(
+                    hanging_rope(
+                        rope, (start, end), weight, length, (first, last), (left, right), route.ropes
+                    )
+                )
+            for way in range(2 if sags else 0, 3):
                 if way and rope.bending_stiffness:
                     beyond = [
                         lift_off(drive, frames, span, at_start, rope.bending_stiffness / pull)
@@ -216,14 +229,34 @@ def system(drive, tensions):
                         taper=growth if way else 0.0,
                     )
                 )
-    tied = sum(s.start**2 + s.end**2 for s in strings) + sum((b.rows**2).sum(axis=0) for b in beams)
+    tied = sum(s.start**2 + s.end**2 for s in strings)
+    tied = tied + sum((b.rows**2).sum(axis=0) for b in [*beams, *hanging])
     used = np.flatnonzero(np.diag(mass) + np.diag(stiffness) + tied)
     strings = [replace(string, start=string.start[used], end=string.end[used]) for string in strings]
     # What the numerical derivatives leave of motion at right angles to a slide is round-off.
     clean = [np.where(np.abs(beam.rows) > 1e-9, beam.rows, 0.0) for beam in beams]
     beams = [replace(beam, rows=rows[:, used]) for beam, rows in zip(beams, clean, strict=True)]
+    hanging = [replace(one, rows=one.rows[:, used]) for one in hanging]
     square = np.ix_(used, used)
-    return strings, beams, mass[square], stiffness[square]
+    return strings, beams, hanging, mass[square], stiffness[square]
+
+
+def hanging_rope(rope, tension, weight, length, places, ends, ropes):
+    """A span of shallow sag; on wheels it leaves by radius times slope before the point of a straight one."""
+    own = HangingRope(
+        np.vstack([row[:2] for row in ends]),
+        length,
+        rope.density,
+        rope.axial_rigidity,
+        0.0,
+        tension,
+        shear_between(tension, weight, length),
+        weight,
+        ropes,
+    )
+    turned = [own.shear / tension[0], (own.shear - weight * length) / tension[1]]
+    before, after = -places[0][2] * turned[0], places[1][2] * turned[1]
+    return replace(own, length=before + length + after, begin=-before, span=length)
 
 
 def lift_off(drive, frames, span, at_start, square):
@@ -242,12 +275,13 @@ def lift_off(drive, frames, span, at_start, square):
 
 def frequencies_of_route(drive, tensions, degree, below):
     """Natural frequencies [Hz] up to about ``below``; ``tensions`` of each span's ends [N]."""
-    strings, beams, mass, stiffness = system(drive, tensions)
+    strings, beams, hanging, mass, stiffness = system(drive, tensions)
     size, top = mass.shape[0], 2 * np.pi * below
     held = [beam for beam in beams if not beam.rows.any()]
     moved = [beam for beam in beams if beam.rows.any()]
     mass, _, stiffness = matrices(strings, mass, stiffness, degree)
     mass, stiffness = with_beams(mass, stiffness, moved, size, elements=1, degree=8)
+    mass, stiffness = with_hanging(mass, stiffness, hanging, size, elements=3, degree=degree)
     found = [frequencies(mass, stiffness, top)]
     for beam in held:
         inside = (own[4:, 4:] for own in beam_matrices(beam, 2, 8))
