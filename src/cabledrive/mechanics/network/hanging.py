@@ -5,7 +5,7 @@ motion along and across the chord, the rope is stretched by :math:`u' + \theta w
 
 .. math::
     2 V = \int EA\,(u' + \theta w')^2 + T\,w'^2 + EI\,w''^2\,dx, \qquad
-    \theta = \frac{V_0 - \int q\,dx}{T}, \qquad \int\theta\,dx = 0, \qquad \text{Eq. (N.8)}
+    \theta = \frac{V_0 - \int q\,dx}{T}, \qquad \int\theta\,dx = 0, \qquad \text{Eq. (N.13)}
 
 where q is the weight across it and the shear :math:`V_0` follows from the ends that lie on the chord. A rope
 that is fed round strains nothing. What is left out is of second order in :math:`\theta`.
@@ -175,7 +175,7 @@ def irvine_parameters(network: Network) -> Array:
 
 
 def hanging_elements(network: Network) -> dict[int, HangingElement]:
-    """Elements of the pieces that hang, by the number of the piece; ropes that run are left out."""
+    """Elements of the pieces that hang, Eq. (N.13), by the number of the piece; none of ropes that run."""
     drive = network.drive
     irvine = irvine_parameters(network)
     found = {}

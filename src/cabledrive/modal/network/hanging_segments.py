@@ -1,11 +1,11 @@
 r"""Hanging ropes in segments: polynomials whose inner ones are condensed to modes between held ends.
 
-On each segment u and w of Eq. (N.8) are polynomials of degree P. With the motion of the ends at rest, and the
-modes :math:`\phi_j` between held ends, of frequencies :math:`\omega_j` and inertia :math:`m_j` against the
-former,
+On each segment u and w of Eq. (N.13) are polynomials of degree P. With the motion of the ends at rest, and
+the modes :math:`\phi_j` between held ends, of frequencies :math:`\omega_j` and inertia :math:`m_j` against
+the former,
 
 .. math:: E(\omega) = K - \omega^2 M - \sum \frac{\omega^4\,m_j m_j^T}{\omega_j^2 - \omega^2},
-          \qquad \text{Eq. (N.9)}
+          \qquad \text{Eq. (N.14)}
 
 as Craig and Bampton (1968). On so short segments what the polynomials leave out is round-off.
 """
@@ -64,7 +64,7 @@ class HangingSegments(Segments):
     Attributes
     ----------
     strain : ndarray, shape (p, 2 unknowns, 2 unknowns)
-        Its square is K of Eq. (N.9) [N/m]; without it, slow motions of stiff ropes were lost in round-off.
+        Its square is K of Eq. (N.14) [N/m]; without it, slow motions of stiff ropes were lost in round-off.
     mass : ndarray, shape (p, 2 unknowns, 2 unknowns)
         M [kg].
     square : ndarray, shape (p, i)
@@ -85,7 +85,7 @@ class HangingSegments(Segments):
     across: Array
 
     def stiffness(self, omega: complex) -> NDArray[Any]:
-        """Eq. (N.9)."""
+        """Eq. (N.14)."""
         square = omega**2
         give = square**2 / (self.square - square)
         inner = self.inertia.swapaxes(1, 2) @ (give[:, :, None] * self.inertia)
