@@ -4,7 +4,7 @@ Links whose ends both rest carry waves between held ends, whose frequencies are 
 :math:`\omega_n = n\pi/\tau`; so do the motions of parallel ropes against each other.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -45,6 +45,8 @@ class Component:
         Heavy strings and tensioned beams that it holds besides.
     segments : tuple of Segments
         These, cut for a range of frequencies; their joints are the last coordinates of all rows.
+    known_cuts : dict
+        Rows of the parts by which links are cut, kept by `cut_component`.
     """
 
     columns: NDArray[np.intp]
@@ -62,6 +64,7 @@ class Component:
     rigid_body_modes: int
     elastic: tuple[ElasticLink, ...] = ()
     segments: tuple[Segments, ...] = ()
+    known_cuts: dict[bytes, tuple[Array, Array]] = field(default_factory=dict, init=False, repr=False)
 
     @property
     def size(self) -> int:

@@ -119,7 +119,7 @@ class NetworkMotion:
         """Four times the strain energy of all."""
         own, x = self._cut.component, self.solved.shapes[: self._cut.component.size]
         springs = own.spring @ _mean_square(own.spring_rows @ x)
-        turning = np.mean(np.einsum("ik,ij,jk->k", x.conj(), own.geometric, x).real)
+        turning = np.sum((x.conj() * (own.geometric @ x)).real) / x.shape[1]
         return float(self._energies[0].sum() + 2.0 * springs + 2.0 * turning)
 
     @cached_property

@@ -97,11 +97,13 @@ class NetworkSpectrum:
 
     def _first_waves(self, kind: str, count: int) -> list[Mode]:
         """As many waves between held ends, at least, as are asked for of one kind."""
-        ways = [self._held_kind(wave) == kind for wave in self._held]
-        if not any(ways):
+        own = [wave for wave in self._held if self._held_kind(wave) == kind]
+        if not own:
             return []
-        slowest = max(wave.time for wave, own in zip(self._held, ways, strict=True) if own)
-        top = (count + 0.5) * pi / slowest  # so many harmonics of the slowest one
+        every = np.concatenate(
+            [np.repeat(np.arange(1, count + 1), wave.count) * pi / wave.time for wave in own]
+        )
+        top = float(np.partition(every, count - 1)[count - 1]) * (1.0 + ENCLOSURE)
         return [mode for mode in self._waves(top) if mode.kind == kind]
 
     def _held_kind(self, wave: HeldWaves) -> str:

@@ -82,13 +82,25 @@ def cut_component(component: Component, omega: float) -> CutComponent:
     """Cut the links longer than 2 rad at a frequency; ``omega`` [rad/s]."""
     phase = omega * component.time
     long = np.flatnonzero(phase > _LONG)
-    m, n = component.start.shape
+    m = component.start.shape[0]
     if not long.size:
         return CutComponent(component, np.arange(m), np.ones(m), component.start, component.end, 0)
     half_turns = np.rint(phase[long] / np.pi)
     first = ((half_turns - 1) // 2 + 0.5) * np.pi + (phase[long] - half_turns * np.pi) / 2
     share = np.concatenate((np.ones(m), 1.0 - first / phase[long]))
     share[long] = first / phase[long]
+    key = long.tobytes()
+    if key not in component.known_cuts:
+        component.known_cuts[key] = _cut_rows(component, long)
+    start, end = component.known_cuts[key]
+    link = np.concatenate((np.arange(m), long))
+    inside = int(np.sum(half_turns - 1))
+    return CutComponent(component, link, share, start, end, inside)
+
+
+def _cut_rows(component: Component, long: NDArray[np.intp]) -> tuple[Array, Array]:
+    """Rows of both ends of each part where some links are cut, shape (p, n + cuts); not to be written."""
+    m, n = component.start.shape
     start = np.zeros((m + long.size, n + long.size))
     end = np.zeros_like(start)
     start[:m, :n], end[:m, :n] = component.start, component.end
@@ -97,9 +109,8 @@ def cut_component(component: Component, omega: float) -> CutComponent:
     end[long, cuts] = 1.0
     start[seconds, cuts] = 1.0
     end[seconds, :n] = component.end[long]
-    link = np.concatenate((np.arange(m), long))
-    inside = int(np.sum(half_turns - 1))
-    return CutComponent(component, link, share, start, end, inside)
+    start.flags.writeable = end.flags.writeable = False
+    return start, end
 
 
 @dataclass(frozen=True, eq=False)

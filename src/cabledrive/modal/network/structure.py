@@ -42,7 +42,7 @@ class ComponentStructure:
         """The component as it is cut for frequencies up to one [rad/s]."""
         from cabledrive.modal.network.banded import Banded  # its kernels load the compiler
 
-        octaves = self.component.octaves(omega)
+        octaves = self.component.octaves(omega) if self.component.elastic else ()
         if octaves not in self._cut:
             own = self.component.segmented(octaves) if octaves else self.component
             self._cut[octaves] = Banded(own, 1.0 / np.sqrt(_mass_diagonal(own, omega)))
