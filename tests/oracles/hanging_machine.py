@@ -6,7 +6,7 @@ where it leaves. Shared with the package: the file's numbers and the pull along 
 
 import numpy as np
 from scipy.linalg import eigh
-from scipy.optimize import fsolve
+from scipy.optimize import root
 
 GAUSS = np.polynomial.legendre.leggauss(8)
 
@@ -50,7 +50,9 @@ def catenary(rigidity, weight, chord, pull, elements, weights=()):
 
     load = weight * size + sum((force for _, force in weights), np.zeros(2))
     guess = [0.5 * load @ across, *(np.diff(shares) * size / (1 + pull / rigidity))]
-    nodes, parts, tensions, _, (first, last) = walk(fsolve(miss, guess, xtol=1e-13))
+    solved = root(miss, guess, tol=1e-13)
+    assert np.max(np.abs(solved.fun)) < 1e-11
+    nodes, parts, tensions, _, (first, last) = walk(solved.x)
     return nodes, parts, tensions, first / np.hypot(*first), last / np.hypot(*last), np.cumsum([0, *counts])
 
 

@@ -19,6 +19,9 @@ SAME = 1e-12
 """Harmonics of equal spans are one longitudinal mode when closer than this, relative."""
 
 
+FIRST_TRIED = 4
+"""Modes of a part per mode of one kind that are looked through first; each time so many times more."""
+
 MOST_DOUBLINGS = 60
 """Of the frequency, in search of so many modes of a part; one that stores no waves has only a few."""
 
@@ -84,7 +87,7 @@ class NetworkSpectrum:
         reach = np.inf
         parts: list[ComponentStructure | RestingElement] = [*self._structures, *self._resting]
         for part in parts:
-            own, end = self._first_of(part, kind, count, limit)
+            own, end = self._first_of(part, kind, count, limit, _highest_of(found, count))
             found += own
             reach = min(reach, end)
         found.sort(key=order_of)
@@ -110,21 +113,34 @@ class NetworkSpectrum:
         return LONGITUDINAL if DIRECTIONS[self.network.direction[wave.link]] == ALONG else TRANSVERSE
 
     def _first_of(
-        self, part: ComponentStructure | RestingElement, kind: str, count: int, limit: int
+        self, part: ComponentStructure | RestingElement, kind: str, count: int, limit: int, highest: float
     ) -> tuple[list[Mode], float]:
-        """First modes of one kind of an independent part, and up to where these are all [rad/s]."""
+        """First modes of one kind of an independent part, and up to where these are all [rad/s].
+
+        ``highest``: frequency beyond which none is wanted [Hz].
+        """
         kinds = self._kinds(part)
         if kind not in kinds:
             return [], np.inf
-        if isinstance(part, RestingElement) and len(kinds) == 1:
-            limit = count  # all of them are of this kind
+        tried = count if len(kinds) == 1 else FIRST_TRIED * count
+        while True:
+            tried = min(tried, limit)
+            found, reach = self._among(part, kind, count, tried, highest)
+            if reach == np.inf or tried == limit:
+                return found, reach
+            tried *= FIRST_TRIED
+
+    def _among(
+        self, part: ComponentStructure | RestingElement, kind: str, count: int, limit: int, highest: float
+    ) -> tuple[list[Mode], float]:
+        """The same among its first modes; ``limit``: so many."""
         found: list[Mode] = []
         seen, reach = 0, 0.0
         for modes in self._in_order(part, limit):
             seen += sum(mode.multiplicity for mode in modes)
             reach = 2 * pi * modes[0].frequency
             found += [mode for mode in modes if mode.kind == kind]
-            if sum(own.multiplicity for own in found) >= count:
+            if sum(own.multiplicity for own in found) >= count or modes[0].frequency > highest:
                 return found, np.inf
         return found, reach if seen >= limit else np.inf
 
@@ -228,6 +244,16 @@ class NetworkSpectrum:
             proven=True,
             _motion=motion,
         )
+
+
+def _highest_of(found: list[Mode], count: int) -> float:
+    """Frequency of the last of so many modes, the lowest that are found [Hz]; infinite if there are fewer."""
+    seen = 0
+    for mode in sorted(found, key=order_of):
+        seen += mode.multiplicity
+        if seen >= count:
+            return mode.frequency
+    return np.inf
 
 
 def order_of(mode: Mode) -> tuple[float, str, str, str]:
