@@ -47,7 +47,7 @@ def slope_error(element: HangingElement) -> float:
 
     :math:`\theta` is the steepest slope against the chord, :math:`g = \sqrt 8\,\lambda/\pi^2` the coupling of
     motion along and across, which the tension at rest changes by T/EA of it. Against cables divided about
-    their catenaries, 100 random machines, the largest error found is 0.8 of it.
+    their catenaries, 100 random machines, the largest error found is 0.96 of it.
     """
     strain = element.tension / element.axial_rigidity
     coupling = np.sqrt(96.0 * element.hanging.mean(2) / strain) / np.pi**2
