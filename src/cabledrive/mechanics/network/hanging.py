@@ -167,6 +167,8 @@ def irvine_parameters(network: Network) -> Array:
     Of a span without carriages it is :math:`(q L/T)^2\,EA/T`. Returns shape (spans,).
     """
     found = np.zeros(len(network.drive.free_spans))
+    if network.drive.layout.gravity == 0.0:
+        return found
     for piece, own in zip(network.pieces, hanging_pieces(network), strict=True):
         rope = network.drive.ropes[network.drive.free_spans[piece.span].route]
         tension = 0.5 * (own.start_tension + own.end_tension)
@@ -178,6 +180,8 @@ def hanging_elements(network: Network) -> dict[int, HangingElement]:
     """Elements of the pieces that hang, Eq. (N.13), by the number of the piece; none of ropes that run."""
     drive = network.drive
     irvine = irvine_parameters(network)
+    if not np.any(irvine > STRAIGHT):
+        return {}
     found = {}
     for number, (piece, own) in enumerate(zip(network.pieces, hanging_pieces(network), strict=True)):
         span = drive.free_spans[piece.span]
