@@ -40,9 +40,11 @@ def inverse_iteration(
     if modes > band.free.size:
         return None
     solve = band.solver(stiffness)
-    shapes = solve(band.rate_load(stiffness, solve(band.rough_load(modes))))
+    shapes = _stepped(solve, band.rate_load(stiffness, solve(band.rough_load(modes))))
     omega, slack = start, _STAY * high
     for _ in range(_STEPS):
+        if shapes is None:
+            return None
         shapes, shifts = _rayleigh_ritz(stiffness, band, shapes)
         shift = float(np.mean(shifts))
         if not low - slack <= omega + shifts[0] <= omega + shifts[-1] <= high + slack:
@@ -52,11 +54,13 @@ def inverse_iteration(
         omega += shift
         stiffness = dynamic_stiffness(split, omega)
         if shift**2 > _SETTLED * omega * min(omega - low, high - omega):  # other modes lie beyond
-            load = band.rate_load(stiffness, shapes)
-            if not load.any(axis=0).all():  # cables so stiff that their inertia drowns in round-off
-                return None
-            shapes = band.solver(stiffness)(load)
+            shapes = _stepped(band.solver(stiffness), band.rate_load(stiffness, shapes))
     return None
+
+
+def _stepped(solve: Callable[[Array], Array], load: Array) -> Array | None:
+    """One inverse iteration; None where cables are so stiff that their inertia drowns in round-off."""
+    return solve(load) if load.any(axis=0).all() else None
 
 
 def _rayleigh_ritz(stiffness: DynamicStiffness, band: "FoldedBand", shapes: Array) -> tuple[Array, Array]:

@@ -179,20 +179,22 @@ def modes_of(
     structure: Structure,
     top: float,
     *,
+    low: float = 0.0,
     first: int | None = None,
     enclosures: tuple[float, ...] = (ENCLOSURE,),
     multiple: float = MULTIPLE,
 ) -> Iterator[Proven]:
     """All modes of a structure below a frequency, ascending, without rigid-body modes.
 
-    ``top``: upper end [rad/s]; ``first``: stop after so many modes, counted with multiplicity; a multiple
+    ``top``, ``low``: ends [rad/s]; ``first``: stop after so many modes, counted with multiplicity; a multiple
     mode is not cut; ``enclosures``: relative half-widths to prove each in, the first that two counts confirm;
     ``multiple``: modes closer than this are one.
     Raises `NotComputed` if a mode the count promises cannot be found.
     """
     rigid = structure.rigid_body_modes
-    everything = Bracket(0.0, float(top), rigid, max(structure.count(top), rigid))
-    wanted = everything.below_high - rigid if first is None else min(first, everything.below_high - rigid)
+    below = max(structure.count(low), rigid) if low > 0.0 else rigid
+    everything = Bracket(low, float(top), below, max(structure.count(top), below))
+    wanted = everything.modes if first is None else min(first, everything.modes)
     found = 0
     for bracket in _isolate(everything, structure, multiple):
         if found >= wanted:

@@ -19,9 +19,6 @@ SAME = 1e-12
 """Harmonics of equal spans are one longitudinal mode when closer than this, relative."""
 
 
-FIRST_TRIED = 4
-"""Modes of a part per mode of one kind that are looked through first; each time so many times more."""
-
 MOST_DOUBLINGS = 60
 """Of the frequency, in search of so many modes of a part; one that stores no waves has only a few."""
 
@@ -48,7 +45,7 @@ class NetworkSpectrum:
         self._models = models_of(network, elastic)
         self.rigid_body_modes = sum(structure.rigid_body_modes for structure in self._structures)
         self.enclosure = ENCLOSURE
-        self._lazy: dict[tuple[int, int], tuple[list[list[Mode]], Iterator[list[Mode]]]] = {}
+        self._lazy: dict[int, tuple[list[list[Mode]], Iterator[list[Mode]]]] = {}
 
     def count(self, omega: float) -> int:
         """Number of modes below a frequency [rad/s], without rigid-body modes."""
@@ -119,30 +116,18 @@ class NetworkSpectrum:
 
         ``highest``: frequency beyond which none is wanted [Hz].
         """
-        kinds = self._kinds(part)
-        if kind not in kinds:
+        if kind not in self._kinds(part):
             return [], np.inf
-        tried = count if len(kinds) == 1 else FIRST_TRIED * count
-        while True:
-            tried = min(tried, limit)
-            found, reach = self._among(part, kind, count, tried, highest)
-            if reach == np.inf or tried == limit:
-                return found, reach
-            tried *= FIRST_TRIED
-
-    def _among(
-        self, part: ComponentStructure | RestingElement, kind: str, count: int, limit: int, highest: float
-    ) -> tuple[list[Mode], float]:
-        """The same among its first modes; ``limit``: so many."""
         found: list[Mode] = []
-        seen, reach = 0, 0.0
-        for modes in self._in_order(part, limit):
+        seen = 0
+        for modes in self._in_order(part):
             seen += sum(mode.multiplicity for mode in modes)
-            reach = 2 * pi * modes[0].frequency
             found += [mode for mode in modes if mode.kind == kind]
             if sum(own.multiplicity for own in found) >= count or modes[0].frequency > highest:
-                return found, np.inf
-        return found, reach if seen >= limit else np.inf
+                break
+            if seen >= limit:
+                return found, 2 * pi * modes[0].frequency
+        return found, np.inf
 
     def _kinds(self, part: ComponentStructure | RestingElement) -> set[str]:
         """Kinds of modes that an independent part may have."""
@@ -153,32 +138,29 @@ class NetworkSpectrum:
         kinds = {LONGITUDINAL} if np.any(along) or any(link.hangs for link in own.elastic) else set()
         return kinds | {TRANSVERSE} if own.elastic or not np.all(along) else kinds
 
-    def _in_order(self, part: ComponentStructure | RestingElement, limit: int) -> Iterator[list[Mode]]:
-        """The first modes of a part, ascending, solved as they are asked for and kept."""
-        kept, more = self._lazy.setdefault((id(part), limit), ([], self._ascending(part, limit)))
+    def _in_order(self, part: ComponentStructure | RestingElement) -> Iterator[list[Mode]]:
+        """The modes of a part, ascending, solved as they are asked for and kept."""
+        kept, more = self._lazy.setdefault(id(part), ([], self._ascending(part)))
         yield from list(kept)
         for modes in more:
             kept.append(modes)
             yield modes
 
-    def _ascending(self, part: ComponentStructure | RestingElement, limit: int) -> Iterator[list[Mode]]:
+    def _ascending(self, part: ComponentStructure | RestingElement) -> Iterator[list[Mode]]:
+        """The modes of a part octave by octave, those of one frequency together."""
         structure = part.structure if isinstance(part, RestingElement) else part
-        top = self.slowest
+        low, top = 0.0, self.slowest
         for _ in range(MOST_DOUBLINGS):
-            if structure.count(top) - structure.rigid_body_modes >= limit:
-                break
-            top *= 2.0
-        for solved in self._solved(structure, top, limit):
-            if isinstance(part, RestingElement):
-                yield list(self._of_links(part, solved))
-            else:
-                yield [self._mode(solved)]
+            for solved in self._solved(structure, top, low):
+                if isinstance(part, RestingElement):
+                    yield list(self._of_links(part, solved))
+                else:
+                    yield [self._mode(solved)]
+            low, top = top, 2.0 * top
 
-    def _solved(
-        self, structure: ComponentStructure, omega: float, first: int | None = None
-    ) -> Iterator[Proven]:
+    def _solved(self, structure: ComponentStructure, omega: float, low: float = 0.0) -> Iterator[Proven]:
         if structure.component.columns.size or structure.component.elastic:
-            yield from modes_of(structure, omega, first=first, enclosures=ENCLOSURES, multiple=MULTIPLE)
+            yield from modes_of(structure, omega, low=low, enclosures=ENCLOSURES, multiple=MULTIPLE)
 
     def _mode(self, solved: Proven, *, clamped: bool = False) -> Mode:
         """A solved mode in the terms of the machine."""
