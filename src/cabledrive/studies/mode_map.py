@@ -1,5 +1,6 @@
 """Natural frequencies over a grid of figures of a machine: a head over its bed, a car over its travel."""
 
+import gc
 import itertools
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -152,7 +153,8 @@ def _solved(jobs: list[tuple[Any, ...]], workers: int) -> Iterable[_Point]:
 
     # Children start from this process, its libraries loaded, where the system can do so.
     method = "fork" if "fork" in multiprocessing.get_all_start_methods() else "spawn"
-    with multiprocessing.get_context(method).Pool(workers) as pool:
+    # What the children have from this process they need not search for garbage.
+    with multiprocessing.get_context(method).Pool(workers, initializer=gc.freeze) as pool:
         yield from pool.imap(_point, jobs, chunksize=max(1, len(jobs) // (8 * workers)))
 
 
