@@ -4,24 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from elastic_counts import DEGREE, held_structure, wrong_counts
 
 import cabledrive as cd
 from cabledrive.mechanics.network.elements import Element
 from cabledrive.mechanics.tensioned_beam import beam_stiffness
-from cabledrive.modal.network.component import HeldElement, held_element
 from cabledrive.modal.network.elastic_links import ElasticLink
 from cabledrive.modal.network.structure import MULTIPLE, ComponentStructure
 from cabledrive.modal.solver import ENCLOSURES, modes_of
 from network_samples import random_elastic_network
 from oracles.beam_fem import Beam, beam_matrices, frequencies, with_beams
 from oracles.network_fem import matrices
-
-DEGREE = 26
-
-
-def held_structure(link):
-    held: HeldElement = held_element(link, ())
-    return ComponentStructure(held.component)
 
 
 def clamped(tension, bending, *, length=1.0, density=1.0, first=6):
@@ -91,38 +84,19 @@ def test_the_stiffness_at_rest_is_that_of_a_clamped_tie():
     np.testing.assert_allclose(matrix, matrix.T, rtol=1e-13)
 
 
-def wrong_counts(seed, networks):
-    """Counts at eight frequencies of each random network that differ from the oracle's; and how many."""
-    rng, wrong, made = np.random.default_rng(seed), 0, 0
-    for _ in range(networks):
-        component, strings, beams, mass, spring, others = random_elastic_network(rng)
-        coordinates = mass.shape[0]
-        mass, _, spring = matrices(strings, mass, spring, DEGREE)
-        mass, spring = with_beams(mass, spring, beams, coordinates, elements=4, degree=8)
-        speeds = [np.sqrt(min(beam.tension) / beam.density) / beam.length for beam in beams]
-        top = min([*speeds, *(string.wave_speed for string in strings)]) * DEGREE / 2.4
-        truth = frequencies(mass, spring, top)
-        counter = ComponentStructure(component)
-        held = [(held_structure(link), link.ropes - 1) for link in component.elastic]
-        for omega in rng.uniform(0.05, 1.0, 8) * top:
-            if np.min(np.abs(truth - omega)) < 1e-4 * omega:  # closer than the oracle knows its frequencies
-                continue
-            own = counter.count(omega) + int(others @ np.floor(omega * component.time / np.pi))
-            own += sum(ropes * structure.count(omega) for structure, ropes in held)
-            wrong += own != int(np.sum(truth < omega))
-            made += 1
-    return wrong, made
+def with_all(mass, spring, beams, coordinates):
+    return with_beams(mass, spring, beams, coordinates, elements=4, degree=8)
 
 
 def test_counts_of_random_networks_with_beams_are_those_of_finite_elements():
-    wrong, made = wrong_counts(3, 3)
+    wrong, made = wrong_counts(3, 3, random_elastic_network, with_all)
     assert made > 15
     assert wrong == 0, f"{wrong} of {made} counts"
 
 
 @pytest.mark.verify
 def test_no_count_of_three_hundred_random_networks_with_beams_is_wrong(measured):
-    wrong, made = wrong_counts(2026, 300)
+    wrong, made = wrong_counts(2026, 300, random_elastic_network, with_all)
     measured(f"random networks with heavy strings and tensioned beams: {wrong} of {made} counts wrong")
     assert wrong == 0, f"{wrong} of {made} counts"
 

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from elastic_counts import DEGREE, wrong_counts
 
-from cabledrive.modal.network.component import held_element
 from cabledrive.modal.network.structure import MULTIPLE, ComponentStructure
 from cabledrive.modal.solver import ENCLOSURES, modes_of
 from network_samples import random_hanging_network
@@ -13,50 +13,20 @@ from oracles.beam_fem import frequencies
 from oracles.hanging_fem import with_hanging
 from oracles.network_fem import matrices
 
-DEGREE = 26
 
-
-def held_structure(link):
-    return ComponentStructure(held_element(link, ()).component)
-
-
-def discretised(strings, ropes, mass, spring):
-    """Mass and stiffness of all."""
-    coordinates = mass.shape[0]
-    mass, _, spring = matrices(strings, mass, spring, DEGREE)
+def with_all(mass, spring, ropes, coordinates):
     return with_hanging(mass, spring, ropes, coordinates, elements=4, degree=9)
 
 
-def wrong_counts(seed, networks):
-    """Counts at eight frequencies of each random network that differ from the oracle's; and how many."""
-    rng, wrong, made = np.random.default_rng(seed), 0, 0
-    for _ in range(networks):
-        component, strings, ropes, mass, spring, others = random_hanging_network(rng)
-        mass, spring = discretised(strings, ropes, mass, spring)
-        speeds = [np.sqrt(min(rope.tension) / rope.density) / rope.length for rope in ropes]
-        top = min([*speeds, *(string.wave_speed for string in strings)]) * DEGREE / 2.4
-        truth = frequencies(mass, spring, top)
-        counter = ComponentStructure(component)
-        held = [(held_structure(link), link.ropes - 1) for link in component.elastic]
-        for omega in rng.uniform(0.05, 1.0, 8) * top:
-            if np.min(np.abs(truth - omega)) < 1e-4 * omega:  # closer than the oracle knows its frequencies
-                continue
-            own = counter.count(omega) + int(others @ np.floor(omega * component.time / np.pi))
-            own += sum(ropes * structure.count(omega) for structure, ropes in held)
-            wrong += own != int(np.sum(truth < omega))
-            made += 1
-    return wrong, made
-
-
 def test_counts_of_random_networks_with_hanging_ropes_are_those_of_finite_elements():
-    wrong, made = wrong_counts(5, 8)
+    wrong, made = wrong_counts(5, 8, random_hanging_network, with_all)
     assert made > 40
     assert wrong == 0, f"{wrong} of {made} counts"
 
 
 @pytest.mark.verify
 def test_no_count_of_five_hundred_random_networks_with_hanging_ropes_is_wrong(measured):
-    wrong, made = wrong_counts(2026, 500)
+    wrong, made = wrong_counts(2026, 500, random_hanging_network, with_all)
     measured(f"random networks with hanging ropes: {wrong} of {made} counts wrong")
     assert wrong == 0, f"{wrong} of {made} counts"
 
@@ -77,7 +47,9 @@ def test_modes_of_random_networks_with_hanging_ropes_are_those_of_finite_element
         )
         for one in ropes
     ]
-    mass, spring = discretised(strings, parts, mass, spring)
+    coordinates = mass.shape[0]
+    mass, _, spring = matrices(strings, mass, spring, DEGREE)
+    mass, spring = with_all(mass, spring, parts, coordinates)
     structure = ComponentStructure(component)
     top = 10.0 / structure.longest
     truth = frequencies(mass, spring, top)
