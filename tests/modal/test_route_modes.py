@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 import cabledrive as cd
 from cabledrive.mechanics.network import network_of
 from cabledrive.modal.network.component import Component, components_of
+from cabledrive.modal.network.elastic_links import elastic_links
 from cabledrive.modal.network.motion import NetworkMotion
 from cabledrive.modal.network.structure import MULTIPLE, ComponentStructure
 from cabledrive.modal.solver import ENCLOSURES, modes_of
@@ -294,7 +295,7 @@ def test_strain_energy_is_kinetic_energy():
     """What springs, turning bodies and spans store in a mode of unit modal mass is omega^2/2."""
     for name in ("printer", "serpentine", "finger"):
         network = network_of(route(name))
-        for component in components_of(network)[0]:
+        for component in components_of(network, elastic_links(network, {}))[0]:
             for mode in modes_of(
                 ComponentStructure(component), 3000.0, enclosures=ENCLOSURES, multiple=MULTIPLE
             ):

@@ -15,7 +15,7 @@ from cabledrive.mechanics.network.span_table import span_rows
 from cabledrive.modal.network.component import held_element
 from cabledrive.modal.network.elastic_links import ElasticLink
 from cabledrive.modal.network.hanging_range import slope_error
-from cabledrive.modal.network.routed import straight_modes
+from cabledrive.modal.network.routed import routed_modes
 from cabledrive.modal.network.structure import MULTIPLE, ComponentStructure
 from cabledrive.modal.solver import ENCLOSURES, modes_of
 from cabledrive.parameters.route import RoutedDrive
@@ -44,7 +44,7 @@ def test_what_sag_shifts_of_straight_ropes_lies_within_the_bound_and_is_flagged(
     """The first mode in the plane, which stretches the rope, against the bound 4 lambda^2/pi^4."""
     drive = one_span(pull)
     below = 2.3 * np.sqrt(pull / DENSITY) / (2 * LENGTH)
-    found = straight_modes(drive, below=below, hold=["drum"])
+    found = routed_modes(drive, below=below, hold=["drum"], hanging=False)
     straight = next(mode.frequency for mode in found.transverse if mode.plane == "w")
     truth = extrapolated(
         RIGIDITY, DENSITY, np.array([0.0, -9.81]), np.array([LENGTH, 0.0]), pull, elements=60, count=1
@@ -71,7 +71,7 @@ def test_where_motion_along_meets_motion_across_straight_ropes_are_not_certified
         pulley=(RoutedPulley(name="drum", at=(LENGTH, 0.0), radius=RADIUS, inertia=rim * RADIUS**2 / 2),),
         motor=(RoutedMotor(inertia=rim * RADIUS**2 / 2),),
     )
-    found = straight_modes(drive, below=1.6 * first, motor="free")
+    found = routed_modes(drive, below=1.6 * first, motor="free", hanging=False)
     listed = np.array([mode.frequency for mode in found.modes if mode.plane != "v"])
     chord = np.array([LENGTH, 0.0])
     truth = extrapolated(
@@ -109,7 +109,7 @@ def worst_of_machines(seeds):
         elements = hanging_elements(network_of(drive))
         worst = max(worst, error / max(slope_error(one) for one in elements.values()))
         certified = max(certified, error if found.certified else 0.0)
-        other = straight_modes(drive, below=2.0 * own[-1]).modes
+        other = routed_modes(drive, below=2.0 * own[-1], hanging=False).modes
         other = np.array([mode.frequency for mode in other if mode.plane != "v"][:6])
         straight = max(straight, float(np.max(np.abs(other / truth - 1.0))))
     return worst, certified, straight

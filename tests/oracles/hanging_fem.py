@@ -97,9 +97,7 @@ def hanging_matrices(rope, elements, degree):
     h = np.diff(nodes)[:, None]
     place = nodes[:-1, None] + h * x
     measure = (h * weights).ravel()
-    flat = lambda field: field.reshape(-1, field.shape[-1])  # noqa: E731
-    u0, u1 = flat(u[0]), flat(u[1])
-    w0, w1, w2 = (flat(one) for one in w)
+    (u0, u1, _), (w0, w1, w2) = ([one.reshape(-1, one.shape[-1]) for one in field] for field in (u, w))
     slope, tension = rope.slope(place).ravel(), rope.taut_at(place).ravel()
     longer = rope.length / (rope.along or rope.length)
     stretch = np.hstack((u1, slope[:, None] * w1))

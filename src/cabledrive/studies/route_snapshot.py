@@ -14,7 +14,7 @@ from cabledrive.mechanics.network.assembly import Network
 from cabledrive.mechanics.network.motion import ALONG
 from cabledrive.modal import Mode
 from cabledrive.modal.network.motion import HeldMotion, NetworkMotion
-from cabledrive.modal.network.routed import straight_modes
+from cabledrive.modal.network.routed import routed_modes
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.studies.mode_slopes import WAYS, Slopes, coupling_by_span, slopes_of, transverse_loss
@@ -108,7 +108,7 @@ def snapshot_of(drive: RoutedDrive, wanted: float | None = None) -> Snapshot:
     """
     network = network_of(drive, motor=FREE)
     top = wanted or HIGHEST * _lowest_driven(network, drive)
-    found = straight_modes(drive, below=top * 1.0001, motor=FREE)
+    found = routed_modes(drive, below=top * 1.0001, motor=FREE, hanging=False)
     nodes, weights, slope = quadrature()
     along = []
     for mode in found.longitudinal:
@@ -160,7 +160,7 @@ def driven_of(drive: RoutedDrive) -> tuple[int, ...]:
 
 def _lowest_driven(network: Network, drive: RoutedDrive) -> float:
     """Lowest longitudinal mode in which a motor turns [Hz]."""
-    for mode in straight_modes(drive, count=10, motor=FREE).longitudinal:
+    for mode in routed_modes(drive, count=10, motor=FREE, hanging=False).longitudinal:
         if not mode.clamped and np.any(_turns(network, mode)):
             return mode.frequency
     raise InputRefused("motion: no motor turns in the first longitudinal modes: it changes no tension")

@@ -124,9 +124,15 @@ def element_of(drive: RoutedDrive, piece: Piece, direction: str) -> Element | No
     span = drive.free_spans[piece.span]
     rope, route = drive.ropes[span.route], drive.route[span.route]
     change = abs(piece.end_tension - piece.start_tension) / piece.start_tension
-    bending = rope.bending_stiffness or 0.0
-    if direction == ALONG or route.speed or (change <= EVEN and not bending):
+    if direction == ALONG or route.speed or (change <= EVEN and not rope.bending_stiffness):
         return None
+    return straight_element(drive, piece)
+
+
+def straight_element(drive: RoutedDrive, piece: Piece) -> Element:
+    """One rope of a piece across, from lift-off to lift-off."""
+    rope = drive.ropes[drive.free_spans[piece.span].route]
+    bending = rope.bending_stiffness or 0.0
     before, after = (lift_off(drive, piece, start=own) if bending else 0.0 for own in (True, False))
     return Element(
         start_tension=piece.start_tension,
@@ -157,6 +163,12 @@ def end_place(drive: RoutedDrive, piece: Piece, start: bool) -> Place | None:
     if start:
         return span.start if piece.start == 0.0 else None
     return span.end if piece.end == span.length else None
+
+
+def carriage_at(drive: RoutedDrive, span: int, place: float) -> int:
+    """Number of the carriage at a place inside a span; ``place`` [m] from its start."""
+    places = drive.carriage_places
+    return next(number for number, (own, at) in enumerate(places) if own == span and at == place)
 
 
 def wrap_at(drive: RoutedDrive, span: int, start: bool) -> tuple[int, float] | None:

@@ -11,16 +11,17 @@ where q is the weight across it and the shear :math:`V_0` follows from the ends 
 that is fed round strains nothing. What is left out is of second order in :math:`\theta`.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.network.assembly import Network
-from cabledrive.mechanics.network.elements import Element, end_place, lift_off
+from cabledrive.mechanics.network.elements import Element, carriage_at, end_place, straight_element
 from cabledrive.mechanics.network.motion import Array
 from cabledrive.mechanics.network.pieces import Piece
 from cabledrive.mechanics.network.sections import gravity
+from cabledrive.mechanics.taut_string import irvine_parameter
 from cabledrive.parameters.route.geometry import Place
 
 STRAIGHT = 5e-7
@@ -49,20 +50,28 @@ class Hanging:
     end_tension: float
     length: float
 
+    def tension(self, x: NDArray[np.float64]) -> Array:
+        """Tension [N]; ``x`` [m] from its start, any shape."""
+        return np.asarray(self.start_tension + (self.end_tension - self.start_tension) * x / self.length)
+
     def slope(self, x: NDArray[np.float64]) -> Array:
         """Slope against the chord; ``x`` [m] from its start, any shape."""
-        tension = self.start_tension + (self.end_tension - self.start_tension) * x / self.length
-        return np.asarray((self.shear - self.load * x) / tension)
+        return np.asarray((self.shear - self.load * x) / self.tension(x))
+
+    @property
+    def end_slopes(self) -> Array:
+        """Slope against the chord at its start and its end, the steepest of a piece, shape (2,)."""
+        return self.slope(np.array([0.0, self.length]))
 
     def mean(self, power: int) -> float:
         """Mean of a power of the slope."""
         x = 0.5 * self.length * (1.0 + _POINTS)
         return float(0.5 * _WEIGHTS @ self.slope(x) ** power)
 
-    @property
-    def steepest(self) -> float:
-        """Largest slope against the chord."""
-        return float(np.abs(self.slope(np.array([0.0, self.length]))).max())
+    def irvine(self, rigidity: float) -> float:
+        r"""Irvine's :math:`\lambda^2` of its slopes; ``rigidity``: EA [N]."""
+        tension = 0.5 * (self.start_tension + self.end_tension)
+        return irvine_parameter(rigidity, tension, tension**2 * self.mean(2))
 
 
 def hanging_pieces(network: Network) -> list[Hanging]:
@@ -78,7 +87,7 @@ def hanging_pieces(network: Network) -> list[Hanging]:
         across = np.array(span.across)
         end = run[-1].shear - run[-1].load * run[-1].length if run else 0.0
         if run:
-            end -= _weight_at(network, piece, g @ across)
+            end -= drive.carriage[carriage_at(drive, piece.span, piece.start)].mass * float(g @ across)
         run.append(
             Hanging(
                 shear=end,
@@ -88,7 +97,7 @@ def hanging_pieces(network: Network) -> list[Hanging]:
                 length=piece.length,
             )
         )
-        if piece.end == span.length or _guided(network, piece.span, piece.end):
+        if piece.end == span.length or drive.carriage[carriage_at(drive, piece.span, piece.end)].guided:
             found += _on_chord(run)
             run = []
     return found
@@ -99,22 +108,6 @@ def _on_chord(run: list[Hanging]) -> list[Hanging]:
     rise = sum(own.mean(1) * own.length for own in run)
     unit = sum(replace(own, shear=1.0, load=0.0).mean(1) * own.length for own in run)
     return [replace(own, shear=own.shear - rise / unit) for own in run]
-
-
-def _carriage(network: Network, span: int, place: float) -> int:
-    """Number of the carriage at a place inside a span."""
-    places = network.drive.carriage_places
-    return next(i for i, (at, own) in enumerate(places) if at == span and own == place)
-
-
-def _guided(network: Network, span: int, place: float) -> bool:
-    return network.drive.carriage[_carriage(network, span, place)].guided
-
-
-def _weight_at(network: Network, piece: Piece, across: float) -> float:
-    """Weight across the chord of the carriage where a piece starts [N]; ``across``: of gravity [m/s^2]."""
-    carriage = network.drive.carriage[_carriage(network, piece.span, piece.start)]
-    return float(carriage.mass * across)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -157,66 +150,50 @@ class HangingElement(Element):
 
     def tension_at(self, x: NDArray[np.float64]) -> Array:
         """Tension [N]; ``x`` [m] from its start, any shape."""
-        share = (x - self.before) / self.hanging.length
-        return np.asarray(self.start_tension + (self.end_tension - self.start_tension) * share)
+        return self.hanging.tension(x - self.before)
 
 
 def irvine_parameters(network: Network) -> Array:
-    r"""Irvine's :math:`\lambda^2` of all free spans at rest, as :math:`12\,EA/T` times the mean square slope.
+    r"""Irvine's :math:`\lambda^2` of all free spans at rest, the largest of their pieces, shape (spans,).
 
-    Of a span without carriages it is :math:`(q L/T)^2\,EA/T`. Returns shape (spans,).
+    Of a span without carriages it is :math:`(q L/T)^2\,EA/T`.
     """
-    found = np.zeros(len(network.drive.free_spans))
-    if network.drive.layout.gravity == 0.0:
-        return found
-    for piece, own in zip(network.pieces, hanging_pieces(network), strict=True):
-        rope = network.drive.ropes[network.drive.free_spans[piece.span].route]
-        tension = 0.5 * (own.start_tension + own.end_tension)
-        found[piece.span] = max(found[piece.span], 12.0 * own.mean(2) * rope.axial_rigidity / tension)
-    return found
+    return _at_rest(network)[1]
 
 
 def hanging_elements(network: Network) -> dict[int, HangingElement]:
     """Elements of the pieces that hang, Eq. (N.13), by the number of the piece; none of ropes that run."""
     drive = network.drive
-    irvine = irvine_parameters(network)
-    if not np.any(irvine > STRAIGHT):
-        return {}
-    found = {}
-    for number, (piece, own) in enumerate(zip(network.pieces, hanging_pieces(network), strict=True)):
-        span = drive.free_spans[piece.span]
-        if irvine[piece.span] <= STRAIGHT or drive.route[span.route].speed:
-            continue
-        found[number] = _element(network, piece, own)
-    return found
+    hanging, irvine = _at_rest(network)
+    return {
+        number: _element(network, network.pieces[number], own)
+        for number, own in enumerate(hanging)
+        for span in [network.pieces[number].span]
+        if irvine[span] > STRAIGHT and not drive.route[drive.free_spans[span].route].speed
+    }
+
+
+def _at_rest(network: Network) -> tuple[list[Hanging], Array]:
+    """How the pieces of all spans hang, none without gravity, and Irvine's parameter of each span."""
+    drive, irvine = network.drive, np.zeros(len(network.drive.free_spans))
+    if drive.layout.gravity == 0.0:
+        return [], irvine
+    hanging = hanging_pieces(network)
+    for piece, own in zip(network.pieces, hanging, strict=True):
+        rigidity = drive.ropes[drive.free_spans[piece.span].route].axial_rigidity
+        irvine[piece.span] = max(irvine[piece.span], own.irvine(rigidity))
+    return hanging, irvine
 
 
 def _element(network: Network, piece: Piece, own: Hanging) -> HangingElement:
     drive = network.drive
-    rope = drive.ropes[drive.free_spans[piece.span].route]
-    bending = rope.bending_stiffness or 0.0
-    turned = own.slope(np.array([0.0, own.length]))
-    before, after = (
-        _shift(end_place(drive, piece, start), float(turn)) * (1.0 if start else -1.0)
-        for start, turn in ((True, turned[0]), (False, turned[1]))
-    )
-    along = piece.length + before + after
-    if bending:
-        before, after = (
-            before + lift_off(drive, piece, start=True),
-            after + lift_off(drive, piece, start=False),
-        )
-    return HangingElement(
-        start_tension=piece.start_tension,
-        end_tension=piece.end_tension,
-        length=before + piece.length + after,
-        before=before,
-        density=rope.density,
-        axial_rigidity=rope.axial_rigidity,
-        bending=bending,
-        hanging=own,
-        along=along,
-    )
+    straight = straight_element(drive, piece)
+    near, far = own.end_slopes.tolist()
+    before = _shift(end_place(drive, piece, True), near)
+    after = -_shift(end_place(drive, piece, False), far)
+    same = {one.name: getattr(straight, one.name) for one in fields(straight)}
+    longer = {"length": straight.length + before + after, "before": straight.before + before}
+    return HangingElement(**same | longer, hanging=own, along=piece.length + before + after)
 
 
 def _shift(place: Place | None, turned: float) -> float:

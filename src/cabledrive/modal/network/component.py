@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from cabledrive.mechanics.network.assembly import Network
 from cabledrive.mechanics.network.motion import Array
 from cabledrive.modal.network.cutting import segments_of
-from cabledrive.modal.network.elastic_links import ElasticLink, elastic_links, slope_columns
+from cabledrive.modal.network.elastic_links import ElasticLink, slope_columns
 from cabledrive.modal.network.segments import Segments, octave
 
 _ZERO = 1e-12
@@ -143,13 +143,12 @@ class HeldElement:
 
 
 def components_of(
-    network: Network, elastic: dict[int, ElasticLink] | None = None
+    network: Network, elastic: dict[int, ElasticLink]
 ) -> tuple[list[Component], list[HeldWaves], list[HeldElement]]:
     """Independent parts of a network, its waves between ends at rest, its elements between ends at rest.
 
-    ``elastic``: its heavy strings and beams by the number of their link; found if not given.
+    ``elastic``: its heavy strings, beams and hanging ropes by the number of their link.
     """
-    elastic = elastic_links(network) if elastic is None else elastic
     moved = np.any(network.start, axis=1) | np.any(network.end, axis=1)
     for number, link in elastic.items():
         moved[number] = link.rows.any()

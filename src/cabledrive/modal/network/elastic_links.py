@@ -1,12 +1,13 @@
 """Links of a network that are heavy strings, tensioned beams or hanging ropes, and how their ends move."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from cabledrive.mechanics.network.assembly import DIRECTIONS, Network
-from cabledrive.mechanics.network.elements import Element, element_of
-from cabledrive.mechanics.network.hanging import hanging_elements
+from cabledrive.mechanics.network.elements import Element, carriage_at, element_of
+from cabledrive.mechanics.network.hanging import HangingElement
 from cabledrive.mechanics.network.motion import ACROSS, ALONG, Array
 
 
@@ -60,13 +61,12 @@ def slope_columns(network: Network) -> int:
     return names + (2 * len(drive.carriage) if bent else 0)
 
 
-def elastic_links(network: Network, *, hanging: bool = True) -> dict[int, ElasticLink]:
+def elastic_links(network: Network, hung: Mapping[int, HangingElement]) -> dict[int, ElasticLink]:
     """Heavy strings, tensioned beams and hanging ropes by the number of their link.
 
-    ``hanging``: whether ropes hang, or are straight.
+    ``hung``: elements of the pieces that hang, by the number of the piece.
     Their rows are by coordinates and slopes.
     """
-    hung = hanging_elements(network) if hanging else {}
     found = {}
     for number, (piece, way) in enumerate(zip(network.piece, network.direction, strict=True)):
         direction = DIRECTIONS[way]
@@ -105,9 +105,7 @@ def _slope_row(network: Network, piece: int, direction: str, start: bool) -> Arr
     span, row = drive.free_spans[own.span], np.zeros(slope_columns(network))
     here = own.start if start else own.end
     if 0.0 < here < span.length:
-        number = next(
-            i for i, (at, place) in enumerate(drive.carriage_places) if at == own.span and place == here
-        )
+        number = carriage_at(drive, own.span, here)
         if not drive.carriage[number].guided and motion.carriage_name(number) not in motion.hold:
             row[len(motion.names) + 2 * number + (direction != ACROSS)] = 1.0
         return row

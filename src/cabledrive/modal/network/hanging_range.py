@@ -1,24 +1,23 @@
 """Where the elements of shallow sag hold: slopes, strain at rest, and ropes that stay on their pulleys."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from cabledrive.mechanics.network.assembly import Network
 from cabledrive.mechanics.network.elements import end_place, wrap_at
-from cabledrive.mechanics.network.hanging import HangingElement, hanging_elements
+from cabledrive.mechanics.network.hanging import HangingElement
 from cabledrive.mechanics.network.motion import ACROSS, ALONG
 from cabledrive.modal.mode import Mode
 
 
-def hanging_limit(network: Network, listed: Sequence[Mode], allowed: float) -> str | None:
+def hanging_limit(
+    network: Network, elements: Mapping[int, HangingElement], listed: Sequence[Mode], allowed: float
+) -> str | None:
     """Why a list with hanging ropes is not certified although the count agrees; None where it is.
 
-    ``allowed``: relative error of a frequency.
+    ``elements``: by the number of their piece; ``allowed``: relative error of a frequency.
     """
-    elements = hanging_elements(network)
-    if not elements:
-        return None
     lifted = _lifted(network, elements)
     if lifted is not None:
         return lifted
@@ -50,18 +49,18 @@ def slope_error(element: HangingElement) -> float:
     their catenaries, 100 random machines, the largest error found is 0.96 of it.
     """
     strain = element.tension / element.axial_rigidity
-    coupling = np.sqrt(96.0 * element.hanging.mean(2) / strain) / np.pi**2
-    return float(element.hanging.steepest**2 + min(coupling, 1.0) * strain)
+    coupling = np.sqrt(8.0 * element.hanging.irvine(element.axial_rigidity)) / np.pi**2
+    return float(np.abs(element.hanging.end_slopes).max() ** 2 + min(coupling, 1.0) * strain)
 
 
-def _lifted(network: Network, elements: dict[int, HangingElement]) -> str | None:
+def _lifted(network: Network, elements: Mapping[int, HangingElement]) -> str | None:
     """Why a rope does not lie on a pulley: sag turns it, at both its ends together, by more than it wraps."""
     drive = network.drive
     left = {i: span.wrap for i, span in enumerate(drive.free_spans) if span.wrap is not None}
     for number, element in elements.items():
         piece = network.pieces[number]
-        slopes = element.hanging.slope(np.array([0.0, piece.length]))
-        for start, slope in ((True, float(slopes[0])), (False, -float(slopes[1]))):
+        near, far = element.hanging.end_slopes.tolist()
+        for start, slope in ((True, near), (False, -far)):
             place, wrap = end_place(drive, piece, start), wrap_at(drive, piece.span, start)
             if place is not None and wrap is not None:
                 left[wrap[0]] += place.sense * slope

@@ -88,18 +88,18 @@ class HangingSegments(Segments):
         """Eq. (N.14)."""
         square = omega**2
         give = square**2 / (self.square - square)
-        inner = self.inertia.swapaxes(1, 2) @ (give[:, :, None] * self.inertia)
-        rest = self.strain.swapaxes(1, 2) @ self.strain
+        inner = _products(self.inertia, give[:, :, None] * self.inertia)
+        rest = _products(self.strain, self.strain)
         return np.asarray(rest - square * self.mass - inner)
 
     def forms(self, omega: float, moved: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
         """As of `Segments`, by squares."""
         strained = self.strain @ moved
         inertia = self.inertia @ moved
-        rest, whole = _squares(strained, None), _squares(moved, self.mass @ moved)
+        rest, whole = _products(strained, strained), _products(moved, self.mass @ moved)
         give = omega**2 / (self.square - omega**2)
-        first = _squares(inertia, give[:, :, None] * inertia)
-        second = _squares(inertia, (give**2)[:, :, None] * inertia)
+        first = _products(inertia, give[:, :, None] * inertia)
+        second = _products(inertia, (give**2)[:, :, None] * inertia)
         energy = rest / omega - omega * whole - omega * first
         rate = rest / omega**2 + whole + 3.0 * first + 2.0 * second
         ropes = self.ropes[:, None, None]
@@ -130,9 +130,9 @@ class HangingSegments(Segments):
         return np.concatenate((ends, inner), axis=1)
 
 
-def _squares(near: NDArray[Any], far: NDArray[Any] | None) -> NDArray[Any]:
-    """Products of columns, shape (p, k, k); of two arrays of shape (p, i, k), or one with itself."""
-    return np.asarray(near.conj().swapaxes(1, 2) @ (near if far is None else far))
+def _products(near: NDArray[Any], far: NDArray[Any]) -> NDArray[Any]:
+    """Products of the columns of two arrays of shape (p, i, k), shape (p, k, k)."""
+    return np.asarray(near.conj().swapaxes(1, 2) @ far)
 
 
 def hanging_segments(
@@ -177,8 +177,7 @@ def cut_places(own: HangingElement, octave: int) -> Array:
 def _segments(own: HangingElement, places: Array) -> dict[str, Any]:
     """What `HangingSegments` hold of one element."""
     k, lengths = own.motions, own.length * np.diff(places)
-    nodes, weights = legendre.leggauss(DEGREE + 6)
-    shapes = polynomials(nodes, k == 3)
+    nodes, weights, shapes = _gauss(k == 3)
     x = own.length * places[:-1, None] + 0.5 * lengths[:, None] * (1.0 + nodes)
     tension, slope = own.tension_at(x), own.slope(x)[:, :, None]
     turn = 2.0 / lengths[:, None, None] * shapes.across_rate
@@ -196,9 +195,10 @@ def _segments(own: HangingElement, places: Array) -> dict[str, Any]:
     fields = np.concatenate(strains, axis=1)
     density = np.sqrt(measure * own.density / own.stretch)[:, :, None]
     moved = np.concatenate((density * shapes.along / np.sqrt(longer), density * shapes.across), axis=1)
-    mixed = _squares(pull * stretch, pull * tilt)
-    across = _squares(fields[:, nodes.size :], None) + 0.5 * (mixed + mixed.swapaxes(1, 2))
-    return _condensed(fields, _squares(moved, None), across, lengths, 2 * k)
+    taut = fields[:, nodes.size :]
+    mixed = _products(pull * stretch, pull * tilt)
+    across = _products(taut, taut) + 0.5 * (mixed + mixed.swapaxes(1, 2))
+    return _condensed(fields, _products(moved, moved), across, lengths, 2 * k)
 
 
 def _condensed(fields: Array, mass: Array, across: Array, lengths: Array, ends: int) -> dict[str, Any]:
@@ -220,27 +220,28 @@ def _condensed(fields: Array, mass: Array, across: Array, lengths: Array, ends: 
     waves[:, inner, ends:] = inverse @ vectors / np.sqrt(give)[:, None, :]
     if ends == 6:  # the polynomials count slopes times the length
         waves[:, :, [2, 5]] *= lengths[:, None, None]
-    whole = _squares(waves, mass @ waves)
+    whole = _products(waves, mass @ waves)
     return {
         "strain": np.linalg.qr(fields @ waves[:, :, :ends], mode="r"),
         "mass": whole[:, :ends, :ends],
         "square": 1.0 / give,
         "inertia": whole[:, inner, :ends],
         "waves": waves,
-        "across": 2.0 * _squares(waves, across @ waves),
+        "across": 2.0 * _products(waves, across @ waves),
     }
 
 
 @cache
-def _bases(beam: bool) -> tuple[list[Polynomial], list[Polynomial]]:
-    """Polynomials along and across on -1..1; those of the ends in the order of their motions, else zero."""
+def _bases(beam: bool) -> tuple[list[Polynomial], ...]:
+    """Polynomials on -1..1 by the fields of `Shapes`; those of the ends in the order of their motions."""
     zero = Polynomial([0.0])
     near, far = Polynomial([0.5, -0.5]), Polynomial([0.5, 0.5])
     bubbles = [legendre.Legendre.basis(k).integ(lbnd=-1).convert(kind=Polynomial) for k in range(1, DEGREE)]
     bubbles = [own * np.sqrt(k + 0.5) for k, own in enumerate(bubbles, 1)]
     none = [zero] * len(bubbles)
     if not beam:
-        return [near, zero, far, zero, *bubbles, *none], [zero, near, zero, far, *none, *bubbles]
+        along = [near, zero, far, zero, *bubbles, *none]
+        return _with_rates(along, [zero, near, zero, far, *none, *bubbles])
     held = [(own * np.sqrt(k + 0.5)) for k, own in enumerate(_twice_held(), 2)]
     ends = [
         Polynomial([0.5, -0.75, 0.0, 0.25]),
@@ -249,7 +250,13 @@ def _bases(beam: bool) -> tuple[list[Polynomial], list[Polynomial]]:
         Polynomial([-0.25, -0.25, 0.25, 0.25]) * 0.5,
     ]
     along = [near, zero, zero, far, zero, zero, *bubbles, *[zero] * len(held)]
-    return along, [zero, *ends[:2], zero, *ends[2:], *none, *held]
+    return _with_rates(along, [zero, *ends[:2], zero, *ends[2:], *none, *held])
+
+
+def _with_rates(along: list[Polynomial], across: list[Polynomial]) -> tuple[list[Polynomial], ...]:
+    """Polynomials with their derivatives, by the fields of `Shapes`."""
+    rates = [[own.deriv(order) for own in across] for order in (1, 2)]
+    return along, [own.deriv() for own in along], across, *rates
 
 
 def _twice_held() -> list[Polynomial]:
@@ -263,7 +270,11 @@ def _twice_held() -> list[Polynomial]:
 
 def polynomials(places: Array, beam: bool) -> Shapes:
     """All polynomials at places on -1..1, shape (q,)."""
-    along, across = _bases(beam)
-    values = [along, [own.deriv() for own in along], across]
-    values += [[own.deriv() for own in across], [own.deriv(2) for own in across]]
-    return Shapes(*(np.stack([own(places) for own in part], axis=-1) for part in values))
+    return Shapes(*(np.stack([own(places) for own in part], axis=-1) for part in _bases(beam)))
+
+
+@cache
+def _gauss(beam: bool) -> tuple[Array, Array, Shapes]:
+    """Points and weights of the Gauss rule over a segment, and all polynomials at the points."""
+    nodes, weights = legendre.leggauss(DEGREE + 6)
+    return nodes, weights, polynomials(nodes, beam)

@@ -6,7 +6,7 @@ from math import pi
 from cabledrive.mechanics.network.assembly import Network
 from cabledrive.mechanics.network.elements import element_of
 from cabledrive.mechanics.network.hanging import irvine_parameters
-from cabledrive.mechanics.network.motion import ACROSS
+from cabledrive.mechanics.network.motion import ACROSS, Array
 from cabledrive.mechanics.network.unheld import unheld_words
 from cabledrive.modal.mode import TRANSVERSE, Mode
 
@@ -17,14 +17,9 @@ FAST = 0.8
 """Share of the critical speed above which a warning is given."""
 
 
-def sag_error(network: Network, span: int) -> float:
-    r"""Largest relative shift of the first mode of a span by its sag, :math:`4\lambda^2/\pi^4`."""
-    return 4.0 * irvine_parameter(network, span) / pi**4
-
-
-def irvine_parameter(network: Network, span: int) -> float:
-    r"""Irvine's :math:`\lambda^2` of a span at rest."""
-    return float(irvine_parameters(network)[span])
+def sag_errors(network: Network) -> Array:
+    r"""Largest relative shift of the first mode of each span by its sag, :math:`4\lambda^2/\pi^4`."""
+    return 4.0 * irvine_parameters(network) / pi**4
 
 
 def gradient_error(network: Network, span: int) -> float:
@@ -80,6 +75,7 @@ def range_limit(network: Network, listed: Sequence[Mode], straight: Collection[i
 
     ``straight``: spans whose sag is left out.
     """
+    sag = sag_errors(network)
     highest: dict[str, float] = {}
     for mode in listed:
         if mode.kind == TRANSVERSE and mode.span is not None:
@@ -88,7 +84,7 @@ def range_limit(network: Network, listed: Sequence[Mode], straight: Collection[i
         if span.name not in highest:
             continue
         for error, what in (
-            (sag_error(network, number) if number in straight else 0.0, "sag"),
+            (sag[number] if number in straight else 0.0, "sag"),
             (step_error(network, number), "weight along it"),
             (curvature_error(network, number), "curvature at the pulleys"),
             (bending_error(network, number, highest[span.name]), "bending stiffness while it runs"),
@@ -120,7 +116,11 @@ def range_warnings(network: Network, straight: Collection[int]) -> Iterator[str]
                 f"route {route.name} runs: its bending stiffness is left out, which would raise mode n of a "
                 f"span by up to {most:.2g} n^2 of it"
             )
+    sag = sag_errors(network)
     for number in straight:
-        span, sag = network.drive.free_spans[number], sag_error(network, number)
-        if sag > 1e-4:
-            yield f"sag, which is left out, moves the first mode of span {span.name} by up to {sag:.2g} of it"
+        span = network.drive.free_spans[number]
+        if sag[number] > 1e-4:
+            yield (
+                f"sag, which is left out, moves the first mode of span {span.name} "
+                f"by up to {sag[number]:.2g} of it"
+            )

@@ -1,6 +1,6 @@
 """The certified modes of a machine with routes."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from math import pi
 
 from cabledrive.mechanics.network import Network, network_of
@@ -31,35 +31,20 @@ def routed_modes(
     count: int | None = None,
     motor: str | None = None,
     hold: Sequence[str] = (),
+    hanging: bool = True,
 ) -> Modes:
-    """All natural modes of a machine with routes; parameters as of `cabledrive.modal.modes`."""
-    spectrum = NetworkSpectrum(network_of(drive, motor=motor, hold=hold))
-    return _listed(spectrum, below, count, _running(spectrum.network))
+    """All natural modes of a machine with routes; parameters as of `cabledrive.modal.modes`.
 
-
-def straight_modes(
-    drive: RoutedDrive,
-    *,
-    below: float | None = None,
-    count: int | None = None,
-    motor: str | None = None,
-    hold: Sequence[str] = (),
-) -> Modes:
-    """The same with straight ropes, for what is computed of these; certified where sag moves none of them."""
-    spectrum = NetworkSpectrum(network_of(drive, motor=motor, hold=hold), hanging=False)
-    return _listed(spectrum, below, count, range(len(drive.free_spans)))
-
-
-def _listed(
-    spectrum: NetworkSpectrum, below: float | None, count: int | None, straight: Collection[int]
-) -> Modes:
-    """The modes of a spectrum, certified; ``straight``: spans whose sag is left out."""
+    ``hanging``: whether ropes sag; else they are straight, for what is computed of straight ropes, and the
+    list is certified where sag moves none of its modes.
+    """
+    spectrum = NetworkSpectrum(network_of(drive, motor=motor, hold=hold), hanging=hanging)
     if below is not None:
         top = _clear(spectrum, 2 * pi * below)
         listed = spectrum.below(top)
     else:
         listed, top = first_of_each_kind(spectrum, DEFAULT_COUNT if count is None else count)
-    return _certified(spectrum, listed, top, below, straight)
+    return _certified(spectrum, listed, top, below)
 
 
 def routed_longitudinal(
@@ -80,13 +65,7 @@ def routed_longitudinal(
     return tuple(mode for mode in listed if mode.kind == LONGITUDINAL)
 
 
-def _certified(
-    spectrum: NetworkSpectrum,
-    listed: list[Mode],
-    top: float,
-    below: float | None,
-    straight: Collection[int],
-) -> Modes:
+def _certified(spectrum: NetworkSpectrum, listed: list[Mode], top: float, below: float | None) -> Modes:
     number = spectrum.count(top)
     under = [mode for mode in listed if 2 * pi * mode.frequency < top]
     parts = {
@@ -95,14 +74,12 @@ def _certified(
     }
     proven = sum(parts.values()) == number and all(mode.proven for mode in listed)
     network = spectrum.network
-    hangs = len(straight) < len(network.drive.free_spans)
-    limit = hanging_limit(network, listed, ALLOWED) if hangs else None
-    limit = limit or _limit(spectrum, listed, straight)
+    limit = _limit(spectrum, listed)
     return Modes(
         modes=tuple(listed),
         certified=proven and limit is None,
         certified_reason=limit if proven else INCOMPLETE,
-        warnings=tuple(range_warnings(network, straight)),
+        warnings=tuple(range_warnings(network, spectrum.straight)),
         at_torque=0.0,
         certificate=Certificate(
             below=below if below is not None and top == 2 * pi * below else top / (2 * pi),
@@ -131,20 +108,17 @@ def straight_limit(network: Network, below: float, *, kind: str | None = None) -
             "whether sag moves one was not checked"
         )
     listed = [mode for mode in spectrum.below(below) if kind in (None, mode.kind)]
-    return _limit(spectrum, listed, range(len(network.drive.free_spans)))
+    return _limit(spectrum, listed)
 
 
-def _running(network: Network) -> list[int]:
-    """Spans of ropes that run, whose sag is left out."""
-    drive = network.drive
-    return [i for i, span in enumerate(drive.free_spans) if drive.route[span.route].speed]
-
-
-def _limit(spectrum: NetworkSpectrum, listed: Sequence[Mode], straight: Collection[int]) -> str | None:
-    """Why a list is not certified although the count agrees; ``straight``: spans whose sag is left out."""
-    network = spectrum.network
-    outside = range_limit(network, listed, straight)
-    return outside or sag_coupling_limit(network, listed, spectrum.below, ALLOWED, straight)
+def _limit(spectrum: NetworkSpectrum, listed: Sequence[Mode]) -> str | None:
+    """Why a list is not certified although the count agrees."""
+    network, straight = spectrum.network, spectrum.straight
+    return (
+        hanging_limit(network, spectrum.hung, listed, ALLOWED)
+        or range_limit(network, listed, straight)
+        or sag_coupling_limit(network, listed, spectrum.below, ALLOWED, straight)
+    )
 
 
 def _clear(spectrum: NetworkSpectrum, omega: float) -> float:

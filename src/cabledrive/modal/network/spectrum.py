@@ -6,6 +6,7 @@ from math import pi
 import numpy as np
 
 from cabledrive.mechanics.network.assembly import DIRECTIONS, Network
+from cabledrive.mechanics.network.hanging import hanging_elements
 from cabledrive.mechanics.network.motion import ALONG
 from cabledrive.modal.mode import LONGITUDINAL, STRING, TRANSVERSE, Mode
 from cabledrive.modal.network.component import HeldWaves, components_of
@@ -38,7 +39,8 @@ class NetworkSpectrum:
 
     def __init__(self, network: Network, *, even: bool = False, hanging: bool = True) -> None:
         self.network = network
-        elastic = {} if even else elastic_links(network, hanging=hanging)
+        self.hung = hanging_elements(network) if hanging and not even else {}
+        elastic = {} if even else elastic_links(network, self.hung)
         components, self._held, resting = components_of(network, elastic)
         self._structures = [ComponentStructure(component) for component in components]
         self._resting = [RestingElement(network, own) for own in resting]
@@ -46,6 +48,12 @@ class NetworkSpectrum:
         self.rigid_body_modes = sum(structure.rigid_body_modes for structure in self._structures)
         self.enclosure = ENCLOSURE
         self._lazy: dict[int, tuple[list[list[Mode]], Iterator[list[Mode]]]] = {}
+
+    @property
+    def straight(self) -> list[int]:
+        """Numbers of the spans whose sag is left out."""
+        hanging = {self.network.pieces[piece].span for piece in self.hung}
+        return [span for span in range(len(self.network.drive.free_spans)) if span not in hanging]
 
     def count(self, omega: float) -> int:
         """Number of modes below a frequency [rad/s], without rigid-body modes."""
