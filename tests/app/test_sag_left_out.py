@@ -5,6 +5,7 @@ import pytest
 import cabledrive as cd
 from cabledrive.app.track_text import axis_lines
 from cabledrive.reduction.network_axis import as_axis
+from cabledrive.report.machine.route_pairs import pairs_of_route
 from cabledrive.studies.study.check_stage import _of_the_file
 from command import answer, call
 
@@ -16,6 +17,13 @@ def test_a_response_and_its_pairs_say_that_sag_moves_a_mode(name):
     said = answer(name, "camera-winches")["warnings"]
     assert sum(WORDS in words for words in said) == 1, said
     assert WORDS in call(name, "camera-winches").stdout
+
+
+def test_the_page_of_a_machine_says_it_of_its_pairs():
+    """The modes on the page sag and are certified; the verdict on their pairs rests on straight ropes."""
+    drive = cd.load_drive("camera-winches")
+    assert cd.modes(drive, below=5.0).certified
+    assert any(WORDS in reason for reason in pairs_of_route(drive)[0].reasons)
 
 
 @pytest.mark.parametrize("name", ["response", "resonance"])

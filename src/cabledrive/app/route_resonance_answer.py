@@ -10,7 +10,7 @@ from cabledrive.parameters.route import RoutedDrive
 from cabledrive.studies.motion_file import read_motion
 from cabledrive.studies.pair_thresholds import ONE_TO_TWO, SUM
 from cabledrive.studies.route_alarm import route_alarm
-from cabledrive.studies.route_pairs import NOT_INCLUDED, RoutePair, RouteResonance, route_resonance
+from cabledrive.studies.route_pairs import RoutePair, RouteResonance, route_resonance
 from cabledrive.studies.route_passages import Passage
 
 METHOD = "exact modes of the network, coupling by exact integrals, first-order instability"
@@ -38,7 +38,7 @@ def route_resonance_answer(drive: RoutedDrive, torque: float | None) -> Answer:
         "pairs": [_row(pair) for pair in found.pairs],
         "motor": found.motor,
         "certified": found.certified,
-        "warnings": _left_out(found),
+        "warnings": list(found.left_out),
     }
     return Answer(data=data, text=_text(drive, found, data), provenance=provenance(drive, method=METHOD))
 
@@ -85,12 +85,6 @@ def _text(drive: RoutedDrive, found: RouteResonance, data: dict[str, Any]) -> st
         lines.append(f"and {len(found.pairs) - LISTED} more with higher thresholds.")
     left_out = (words[0].upper() + words[1:] + "." for words in data["warnings"])
     return "\n".join([*lines, "", *left_out])
-
-
-def _left_out(found: RouteResonance) -> list[str]:
-    """What the pairs do not hold."""
-    doubt = [f"modes not certified: {found.certified_reason}"] if found.certified_reason else []
-    return [f"not included: {NOT_INCLUDED}", *doubt]
 
 
 def with_motion(answer: Answer, drive: RoutedDrive, file: str, floor: float, limit: float) -> Answer:

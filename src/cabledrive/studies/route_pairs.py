@@ -121,6 +121,12 @@ class RouteResonance:
         """Frequency ratio minus one half."""
         return self.frequency_ratio - 0.5
 
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """What the pairs do not hold, and why their modes are not certified."""
+        doubt = (f"modes not certified: {self.certified_reason}",) if self.certified_reason else ()
+        return (f"not included: {NOT_INCLUDED}", *doubt)
+
 
 def route_resonance(
     drive: RoutedDrive, *, torque: float | None = None, motor: str | None = None

@@ -7,7 +7,7 @@ from cabledrive.report.machine.internal_resonance import BADGES, TONES, Resonanc
 from cabledrive.report.numbers import number, quantity
 from cabledrive.report.views import Badge
 from cabledrive.studies.pair_thresholds import SUM
-from cabledrive.studies.route_pairs import NOT_INCLUDED, RoutePair, RouteResonance, route_resonance
+from cabledrive.studies.route_pairs import RoutePair, RouteResonance, route_resonance
 
 SHOWN = 8
 
@@ -30,7 +30,7 @@ def _verdict(found: RouteResonance) -> ResonanceVerdict:
     )
     return ResonanceVerdict(
         badge=Badge(text=BADGES[found.verdict] + at, tone=TONES[found.verdict]),
-        reasons=(*found.reasons, ratio, f"not included: {NOT_INCLUDED}"),
+        reasons=(*found.reasons, ratio, *found.left_out),
     )
 
 

@@ -15,7 +15,7 @@ from cabledrive.studies.alarm import DANGEROUS, SAFE, alarm
 from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.resonance import RESONANT, resonance
 from cabledrive.studies.route_alarm import RouteAlarm, route_alarm
-from cabledrive.studies.route_pairs import NOT_INCLUDED, route_resonance
+from cabledrive.studies.route_pairs import route_resonance
 from cabledrive.studies.route_verdict import UNKNOWN
 from cabledrive.studies.study.machine import values_of
 
@@ -142,7 +142,7 @@ def _of_axis(drive: AxisDrive, motion: Motion) -> ResonanceResult:
     except InputRefused as refusal:
         reasons: tuple[str, ...] = (f"pairs of modes: {refusal}",)
     else:
-        reasons = (*pairs.reasons, f"not included: {NOT_INCLUDED}")
+        reasons = (*pairs.reasons, *pairs.left_out)
         found |= {
             "verdict": pairs.verdict,
             "frequency_ratio": pairs.frequency_ratio,
