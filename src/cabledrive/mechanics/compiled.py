@@ -144,6 +144,10 @@ def _compile(function: F, fast_math: Any, **options: Any) -> F:
         from cabledrive.mechanics.kernel_cache import KernelCache
 
         compiled._cache = KernelCache(function, Path(folder))
+    if options.get("inline") != "always":
+        from cabledrive.mechanics.kernel_parts import as_part_of_callers
+
+        as_part_of_callers(compiled)
     return cast(F, compiled)
 
 

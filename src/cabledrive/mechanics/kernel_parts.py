@@ -1,0 +1,166 @@
+"""Kernels that kernels call: one version for every constant, and machine code inside their callers alone.
+
+numba compiles a called kernel anew for each constant among its arguments, gives every version an entry from
+Python, optimises it in full and makes machine code of it, although each caller holds a copy of its own. That
+is more than half of the first run of a control loop. Here a kernel that a kernel calls is a *part*: constants
+are arguments like others, and the compiler's code is tidied, linked into the kernel that Python calls, and
+optimised and made machine code with it. Options of a kernel are hashed at each of its operations: here once.
+
+numba has no public door for this. What is used of its inside is named in `INSIDE` and tried with the versions
+in `TRIED`; with any other version kernels are compiled as numba does it, with equal results, only slower.
+"""
+
+from functools import cache
+from typing import Any
+
+TRIED = ("0.68",)
+"""Versions of numba (major.minor) whose inside was read and tested; `why_whole` names another."""
+INSIDE = {
+    "numba.core.codegen": (
+        "JITCodeLibrary._optimize_final_module",
+        "JITCodeLibrary._finalize_final_module",
+        "JITCodeLibrary._finalize_dynamic_globals",
+        "JITCodeLibrary._verify_declare_only_symbols",
+        "JITCPUCodegen._module_pass_manager",
+        "JITCPUCodegen._library_class",
+        "JITCPUCodegen.set_env",
+    ),
+    "numba.core.dispatcher": ("Dispatcher.get_call_template", "Dispatcher.get_overload"),
+    "numba.core.event": ("Listener", "register"),
+    "numba.core.targetconfig": ("TargetConfig.options", "TargetConfig.values"),
+    "numba.core.types": ("unliteral",),
+}
+"""Names of numba's inside that are used, by module."""
+_COMPILING: list[Any] = []
+"""Dispatchers that are compiling now, the outermost first."""
+
+
+@cache
+def why_whole() -> str | None:
+    """Why kernels that kernels call are compiled whole here, in one line; None if they are parts."""
+    import numba
+
+    if ".".join(numba.__version__.split(".")[:2]) not in TRIED:
+        tried = ", ".join(TRIED)
+        return f"numba {numba.__version__} is none of those tried ({tried}): first runs take twice as long"
+    missing = [name for module, names in INSIDE.items() for name in names if not _is_there(module, name)]
+    return (
+        f"numba {numba.__version__} has no {missing[0]}: first runs take twice as long" if missing else None
+    )
+
+
+def as_part_of_callers(compiled: Any) -> None:
+    """Compile a kernel as a part wherever a kernel calls it, and whole where Python does.
+
+    ``compiled``: numba's dispatcher; it is changed. Nothing happens where `why_whole` gives a reason.
+    """
+    if why_whole() is not None:
+        return
+    from numba.core import types
+
+    _link_parts()
+    kept: list[Any] = []
+
+    def part() -> Any:
+        if not kept:
+            kept.append(_part_of(compiled))
+        return kept[0]
+
+    def get_call_template(args: Any, kws: Any) -> Any:
+        named = {name: types.unliteral(one) for name, one in kws.items()}
+        return part().get_call_template(tuple(map(types.unliteral, args)), named)
+
+    compiled.get_call_template = get_call_template
+    compiled.get_overload = lambda sig: part().get_overload(sig)
+
+
+def _part_of(compiled: Any) -> Any:
+    """A dispatcher of the same function and options, without an entry from outside; nothing of it is kept."""
+    import numba
+
+    options = {name: value for name, value in compiled.targetoptions.items() if name != "nopython"}
+    part: Any = numba.njit(**options | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True})(
+        compiled.py_func
+    )
+    part.is_part = True
+    return part
+
+
+def _is_there(module: str, name: str) -> bool:
+    from pkgutil import resolve_name
+
+    try:
+        resolve_name(f"{module}:{name}")
+    except (ImportError, AttributeError):
+        return False
+    return True
+
+
+def _in_a_part() -> bool:
+    """Whether what is compiled now is only ever linked: a part, or numba's own code inside another kernel.
+
+    A user's function is neither: Python may call it, too.
+    """
+    if not _COMPILING:
+        return False
+    now = _COMPILING[-1]
+    library = len(_COMPILING) > 1 and now.py_func.__module__.split(".")[0] == "numba"
+    return library or hasattr(now, "is_part")
+
+
+@cache
+def _link_parts() -> None:
+    """Let numba stop at the compiler's code where a part is compiled."""
+    from numba.core import codegen, event, targetconfig
+
+    class Compiling(event.Listener):
+        def on_start(self, event: Any) -> None:
+            _COMPILING.append(event.data["dispatcher"])
+
+        def on_end(self, event: Any) -> None:
+            _COMPILING.pop()
+
+    class Library(codegen.JITCodeLibrary):
+        """Code of a kernel; of a part only what its callers link."""
+
+        def _optimize_final_module(self) -> None:
+            if not _in_a_part():
+                return super()._optimize_final_module()
+            passes, builder = self._codegen._module_pass_manager(
+                loop_vectorize=False, slp_vectorize=False, opt=1, cost="cheap"
+            )
+            passes.run(self._final_module, builder)
+
+        def _finalize_final_module(self) -> None:
+            if not _in_a_part():
+                return super()._finalize_final_module()
+            self._finalize_dynamic_globals()
+            self._verify_declare_only_symbols()
+            self._finalized = True
+
+    jit: Any = codegen.JITCPUCodegen
+    options: Any = targetconfig.TargetConfig
+    plain = jit.set_env
+
+    def set_env(self: Any, name: str, env: Any) -> None:
+        if self._engine.is_symbol_defined(name):  # a part has none: it raises nothing
+            plain(self, name, env)
+
+    hashes: dict[type, int] = {}
+
+    def hash_of_names(self: Any) -> int:
+        """As numba's own, of the options' names alone."""
+        kind = type(self)
+        if kind not in hashes:
+            hashes[kind] = hash(tuple(sorted(self.options)))
+        return hashes[kind]
+
+    def same_values(self: Any, other: Any) -> Any:
+        return self is other or plain_equal(self, other)
+
+    plain_equal = options.__eq__
+    options.__hash__ = hash_of_names
+    options.__eq__ = same_values
+    event.register("numba:compile", Compiling())
+    jit.set_env = set_env
+    jit._library_class = Library
