@@ -57,7 +57,7 @@ lint: $(VENV)/test.stamp
 		$(filter-out %/config.yml,$(wildcard .github/ISSUE_TEMPLATE/*.yml))
 
 verify: $(VENV)/test.stamp
-	$(BIN)/python -m pytest -n 2 --dist worksteal --figures -m "verify or not verify"
+	$(BIN)/python -m pytest -n 2 --dist worksteal --figures -m "verify or not verify" tests reproduction tools/attack
 
 docs: $(VENV)/docs.stamp
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs build/docs

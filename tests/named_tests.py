@@ -3,7 +3,7 @@
 import re
 
 SPAN = re.compile(r"(?<!`)`([^`\n]+)`(?!`)")
-TEST = re.compile(r"(tests/[\w/]+\.py)?(?:::(\w+))?")
+TEST = re.compile(r"((?:tests|reproduction|tools)/[\w/]+\.py)?(?:::(\w+))?")
 
 
 def named_tests(text):

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[1]
 PAGES = ("docs/errata.md", "docs/errata_control.md")
 ENTRIES = {
     "erratum": ("Printed", "Correct", "Why", "Checked by"),
@@ -16,7 +16,7 @@ ENTRIES = {
 }
 ANCHOR = re.compile(r"^\(([a-z0-9-]+)\)=$")
 ENTRY = re.compile(r"^- ([A-Z][a-z ]+):(.*)$")
-TEST = re.compile(r"`(tests/errata/test_\w+\.py)::(test_\w+)`")
+TEST = re.compile(r"`(reproduction/test_\w+\.py)::(test_\w+)`")
 
 
 def items_of(page):
@@ -108,7 +108,7 @@ def test_every_test_of_an_anchor_is_cited_by_its_item():
     }
     kinds = "|".join(ENTRIES)
     wrong = []
-    for file in sorted((ROOT / "tests/errata").glob("test_*.py")):
+    for file in sorted((ROOT / "reproduction").glob("test_*.py")):
         path = file.relative_to(ROOT).as_posix()
         for name, text in docstrings(path).items():
             named = re.findall(rf"`((?:{kinds})-[a-z0-9-]+)`", text)

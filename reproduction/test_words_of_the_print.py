@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[1]
 TEXT = ROOT.parent / "shared" / "reference" / "dissertation.txt"
 
 PHRASES = {
