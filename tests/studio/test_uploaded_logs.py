@@ -9,8 +9,8 @@ import pyarrow.parquet
 import pytest
 from scipy.io import wavfile
 
-from attack.logs import sound_logs
 from cabledrive.studio.log_store import safe_name
+from sound_logs import sound_logs
 
 ROWS = 700_001
 RATE = 1000.0

@@ -1,16 +1,13 @@
 """Every command that writes, stopped at each of its own writes: killed, interrupted, out of power, refused.
 
-``python tests/attack/moments.py --seed 1 --count 500`` adds a batch to the ledger. A moment is the n-th call
-by which a command opens, writes, syncs, renames, deletes or makes something in its folder (`faults.c`).
+A moment is the n-th call by which a command opens, writes, syncs, renames, deletes or makes something in its
+folder (`faults.c`).
 """
 
-import argparse
 import errno
 import json
 import random
 import shutil
-import sys
-import tempfile
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -18,10 +15,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-if __package__ in (None, ""):
-    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-
-from attack import ledger
 from attack.nursery import COUNT, FAIL, FAIL_FROM_HERE, INTERRUPT, KILL, Ended, Nursery, compiled_faults
 
 BLOCK = 512
@@ -52,20 +45,10 @@ chunk = 16
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Command:
-    """A command that writes.
+    """A command that writes to the current folder, and what adding ``go_on`` to it goes on with.
 
-    Attributes
-    ----------
-    arguments : list of str
-        With what it writes to in the current folder.
-    written : tuple of str
-        Patterns of files that are the same to the byte however often the run was stopped.
-    go_on : list of str
-        What is added to go on.
-    keeps : bool
-        Finished parts are kept in its folder while it works.
-    replaces : bool
-        It has `--force`.
+    ``written``: patterns of files that are the same to the byte however often the run was stopped. ``keeps``:
+    finished parts are kept in its folder while it works. ``replaces``: it has ``--force``.
     """
 
     arguments: list[str]
@@ -255,18 +238,14 @@ def _lose_power(place: Path, journal: Path, rng: random.Random) -> None:
 
 
 @contextmanager
-def attacker(
-    folder: Path, warmed: tuple[str, ...] = ("simulate", "track", "compare", "export")
-) -> Iterator[Attack | None]:
+def attacker(folder: Path) -> Iterator[Attack | None]:
     """An attack that is ready; None where no faults can be made here."""
     library = compiled_faults(folder)
     if library is None:
         yield None
         return
-    warm = [[*command.arguments, "-o", str(folder / f"warm-{name}")] for name, command in COMMANDS.items()]
-    warm = [one for one in warm if one[0] in warmed]
     (folder / "attacked").mkdir()
-    environment = {"NURSERY_WARM": json.dumps(warm), "NURSERY_ENTRIES": "table-6-1"}
+    environment = {"NURSERY_ENTRIES": "table-6-1"}
     with Nursery(library=library, environment=environment) as nursery:
         yield Attack(nursery, folder / "attacked")
 
@@ -284,16 +263,3 @@ def batch(attack: Attack, seed: int, count: int, names: list[str]) -> tuple[Coun
             place = f"{moment} of {attack.whole(name)[1]} (seed {seed}, number {number})"
             bad.append(f"{name}, {kind} at {place}: {fault}")
     return outcomes, bad
-
-
-if __name__ == "__main__":
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--count", type=int, default=500)
-    parser.add_argument("--command", choices=COMMANDS, action="append")
-    given = parser.parse_args()
-    with tempfile.TemporaryDirectory() as place, attacker(Path(place)) as ready:
-        assert ready is not None, "no compiler, or no LD_PRELOAD"
-        outcomes, bad = batch(ready, given.seed, given.count, given.command or [*COMMANDS])
-    ledger.note("moments", given.seed, outcomes)
-    print(*bad, dict(sorted(outcomes.items())), dict(ledger.totals()["moments"]), sep="\n")

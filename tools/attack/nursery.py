@@ -4,7 +4,6 @@ A command of its own takes more than a second to load its libraries; a fork of t
 milliseconds, and ends by the same signals, limits and faults. Run as a script by `Nursery`.
 """
 
-import contextlib
 import ctypes
 import json
 import os
@@ -24,15 +23,12 @@ SECONDS, BYTES = 600.0, 8 << 30
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ended:
-    """How a command ended: its status (minus the signal that killed it), its two outputs, its times [s]."""
+    """How a command ended: its status (minus the signal that killed it), its two outputs, its writes."""
 
     status: int
     output: str
     errors: str
-    seconds: float
-    processor: float = 0.0
     calls: int = 0
-    largest: int = 0
 
     @property
     def line(self) -> str:
@@ -105,11 +101,6 @@ def _serve() -> None:
     for line in sys.stdin:
         request = json.loads(line)
         children = [_start(number, request) for number in range(len(request["commands"]))]
-        after = request.get("after")
-        if after is not None:
-            time.sleep(after)
-            for pid, *_ in children:
-                os.kill(pid, request.get("signal", signal.SIGKILL))
         _say([_wait(*child, request) for child in children])
 
 
@@ -126,20 +117,12 @@ def _load_everything(np: Any) -> None:
 
     import cabledrive.report
     import cabledrive.studies.study  # noqa: F401
-    from cabledrive.app.main import main
+    from cabledrive.app.main import main  # noqa: F401
     from cabledrive.dissertation import run
 
     wanted, entries = os.environ.get("NURSERY_ENTRIES", "").split(), run.entries()
     if wanted:
         run.entries = lambda: tuple(entry for entry in entries if entry.name in wanted)
-    for arguments in json.loads(os.environ.get("NURSERY_WARM", "[]")):
-        with (
-            open(os.devnull, "w") as nowhere,
-            contextlib.redirect_stdout(nowhere),
-            contextlib.redirect_stderr(nowhere),
-            contextlib.suppress(SystemExit),
-        ):
-            main([*arguments], prog_name="cabledrive")
 
 
 def _start(number: int, request: dict[str, Any]) -> tuple[int, int, int, float]:
@@ -161,8 +144,7 @@ def _become(arguments: list[str], request: dict[str, Any], output: int, errors: 
         sys.stdout = os.fdopen(1, "w", encoding="utf-8", closefd=False)
         sys.stderr = os.fdopen(2, "w", encoding="utf-8", closefd=False, buffering=1)
         os.chdir(request["folder"])
-        memory = int(request.get("memory", BYTES))
-        resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+        resource.setrlimit(resource.RLIMIT_AS, (BYTES, BYTES))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         from cabledrive.app import main as door
         from cabledrive.at_once import leave_at_once
@@ -201,12 +183,12 @@ def _set(name: str, value: Any) -> None:
 def _wait(pid: int, output: int, errors: int, began: float, request: dict[str, Any]) -> dict[str, Any]:
     deadline = began + float(request.get("seconds", SECONDS))
     while True:
-        done, status, used = os.wait4(pid, os.WNOHANG)
+        done, status = os.waitpid(pid, os.WNOHANG)
         if done:
             break
         if time.monotonic() > deadline:
             os.kill(pid, signal.SIGKILL)
-            done, status, used = os.wait4(pid, 0)
+            done, status = os.waitpid(pid, 0)
             break
         time.sleep(0.001)
     message, calls = _content(errors), 0
@@ -217,10 +199,7 @@ def _wait(pid: int, output: int, errors: int, began: float, request: dict[str, A
         "status": os.waitstatus_to_exitcode(status),
         "output": _content(output),
         "errors": message,
-        "seconds": time.monotonic() - began,
-        "processor": used.ru_utime + used.ru_stime,
         "calls": calls,
-        "largest": used.ru_maxrss * 1024,
     }
 
 

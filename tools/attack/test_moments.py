@@ -2,13 +2,13 @@
 
 import pytest
 
-from attack import ledger, moments
+from attack import moments
 
 
 @pytest.fixture(scope="module")
 def attack(tmp_path_factory):
     """Commands ready to be stopped, and what they write undisturbed."""
-    with moments.attacker(tmp_path_factory.mktemp("moments"), warmed=()) as ready:
+    with moments.attacker(tmp_path_factory.mktemp("moments")) as ready:
         if ready is None:
             pytest.skip("no C compiler here, or no LD_PRELOAD: faults cannot be made")
         yield ready
@@ -24,7 +24,6 @@ def attack(tmp_path_factory):
 )
 def test_a_stopped_command_goes_on_to_the_same_bytes_or_is_refused(attack, seed, count, names, measured):
     outcomes, bad = moments.batch(attack, seed, count, names)
-    ledger.note("moments", seed, outcomes)
     measured(f"{count} moments: {dict(sorted(outcomes.items()))}")
     assert not bad, "\n".join(bad[:20])
     assert len(outcomes) == len(moments.KINDS)

@@ -11,7 +11,7 @@ from attack.moments import RUN
 from attack.nursery import Nursery
 from command import run
 
-FAST = ["simulate", "dissertation-2", "--model", "fast", "--duration", "0.05"]
+pytestmark = pytest.mark.verify
 REFUSED = ("another process works there", "exists and is not overwritten", "left by an interrupted run")
 REFUSED += ("was written meanwhile by another process",)
 
@@ -24,15 +24,12 @@ def nursery():
         yield ready
 
 
-@pytest.mark.parametrize(
-    "numbers", [(2, 8), pytest.param(range(2, 9), marks=pytest.mark.verify)], ids=["few", "all"]
-)
 @pytest.mark.parametrize("option", [[], ["--resume"]], ids=["plain", "resume"])
-def test_of_processes_that_write_one_run_one_works(nursery, tmp_path, option, numbers, measured):
+def test_of_processes_that_write_one_run_one_works(nursery, tmp_path, option, measured):
     alone = nursery.run(*RUN, "-o", "alone.nc", folder=tmp_path)
     assert alone.status == 0, alone
     found = []
-    for number in numbers:
+    for number in range(2, 9):
         place = tmp_path / f"{number}"
         place.mkdir()
         ended = nursery.run_all([[*RUN, *option, "-o", "r.nc"]] * number, folder=place, seconds=300.0)
