@@ -14,16 +14,19 @@ KERNEL_MODULES = $(shell grep -rlwE --include='*.py' 'njit|guvectorize' src)
 
 export MPLBACKEND := Agg
 # Two workers share the processor: threads of the linear algebra's own would wait for one another.
-test verify: export OPENBLAS_NUM_THREADS := 1
+test check verify: export OPENBLAS_NUM_THREADS := 1
 
+ifndef SIDE_BY_SIDE  # `lint` alone runs parts of itself at once
 .NOTPARALLEL:
+endif
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint docs bench verify release format clean
+.PHONY: help demo test lint lint-style lint-types lint-docstrings lint-house check docs bench verify release format clean
 
 help:
 	@echo "make demo     the report on the packaged drives, the dissertation and a small campaign, in build/demo"
 	@echo "make test     format, lint, types, import contract, tests, examples, kernels without the compiler"
 	@echo "make lint     the part of it that runs no test"
+	@echo "make check    the part of it that a change needs first: lint, types and the fast tests, two minutes"
 	@echo "make verify   every test, the long statistical runs included, and the figures they measure"
 	@echo "make docs     the documentation, into build/docs; a warning is an error"
 	@echo "make bench    the figures of docs/performance.md, measured on this machine"
@@ -47,14 +50,29 @@ ifneq ($(KERNEL_MODULES),)
 endif
 
 lint: $(VENV)/test.stamp
+	$(MAKE) --no-print-directory -j2 SIDE_BY_SIDE=1 lint-types lint-docstrings lint-house lint-style
+
+lint-types:
+	$(BIN)/mypy
+
+lint-docstrings:
+	$(BIN)/numpydoc lint $$(find src -name '*.py')
+
+lint-house:
+	$(BIN)/python tools/lint.py
+
+lint-style:
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
-	$(BIN)/numpydoc lint $$(find src -name '*.py')
-	$(BIN)/mypy
 	$(BIN)/lint-imports --no-logo
 	$(BIN)/check-jsonschema --quiet --builtin-schema vendor.github-workflows $(wildcard .github/workflows/*.yml)
 	$(BIN)/check-jsonschema --quiet --builtin-schema vendor.github-issue-forms \
 		$(filter-out %/config.yml,$(wildcard .github/ISSUE_TEMPLATE/*.yml))
+
+# Fast tests: of the rooms below, those that took less than half a second when they were last run on this machine.
+ROOMS := parameters mechanics trajectories modal simulation reduction identification control rig
+check: lint
+	$(BIN)/python -m pytest -n 2 --fast $(ROOMS:%=tests/%)
 
 verify: $(VENV)/test.stamp
 	$(BIN)/python -m pytest -n 2 --dist worksteal --figures -m "verify or not verify" tests reproduction tools/attack

@@ -48,9 +48,3 @@ def test_picture_of_the_readme_is_what_the_code_draws(tmp_path):
         "draw it again: docs/readme_picture.py docs/_static/elevator-modes.svg"
     )
     assert "3.51452 Hz" in words_of(PICTURE)
-
-
-def test_links_of_the_readme_lead_somewhere():
-    links = [link for link in re.findall(r"\]\(([^)]+)\)", README) if "://" not in link]
-    assert links
-    assert [link for link in links if not (ROOT / link).exists()] == []
