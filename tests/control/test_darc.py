@@ -10,7 +10,7 @@ from scipy.signal import TransferFunction, freqresp
 from cabledrive.control.darc import darc_numbers, darc_step
 from cabledrive.control.darc_gains import Bounds, DarcGains, darc_gains, printed_bounds
 from cabledrive.control.flat_output import flat_output
-from cabledrive.control.law_kernels import law_step
+from cabledrive.control.law_kernels import adapt, law_step
 from cabledrive.control.numbers import K_SIGMA, LawNumbers
 from cabledrive.control.reference import flat_reference, joint_motion, lagged
 from cabledrive.parameters import InputRefused
@@ -83,7 +83,15 @@ def test_sigma_obeys_its_dynamics_on_a_damped_row_of_any_length(n):
 
 
 @pytest.mark.parametrize("number", [1, 2, 3, 4])
-@pytest.mark.parametrize("options", [{}, {"damped": True, "friction_by_reference": True, "desired": True}])
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"damped": True, "friction_by_reference": True, "desired": True},
+        {"rate_limit": np.array([1e-9, 2e-9, 3e-8, 1e-8])},
+    ],
+    ids=["printed", "desired", "limited"],
+)
 def test_compiled_step_is_the_readable_step(number, options):
     law, rng = law_of(number, **options), np.random.default_rng(5)
     n2 = law.matrix.shape[0]
@@ -99,6 +107,22 @@ def test_compiled_step_is_the_readable_step(number, options):
         assert sigma == pytest.approx(readable.sigma, rel=1e-10)
         np.testing.assert_allclose(regressor, readable.regressor, rtol=1e-9, atol=1e-9 * abs(regressor).max())
         np.testing.assert_allclose(compiled, readable.estimate, rtol=1e-12)
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_estimates_move_at_their_largest_rate_and_stop_at_their_bound(way):
+    """Eq. (6.24) with a limit, written out: a regressor of a thousand asks for more than the limit allows."""
+    low, high, limit = np.full(4, -1.0), np.full(4, 1.0), np.array([0.5, 1.0, 2.0, 1e9])
+    learning = np.array([np.zeros(4), low, high, np.ones(4), limit])
+    kept = state_of(np.zeros(6))
+    kept.regressor[:4] = 1e3
+    law = law_of(4)._replace(learning=learning)
+    adapt(law, kept, way)
+    expected = way * np.minimum(INTERVAL * np.minimum(limit, 1e3), 1.0)
+    np.testing.assert_allclose(kept.parameters[:4], expected, rtol=1e-12)
+    for _ in range(20_000):
+        adapt(law, kept, way)
+    np.testing.assert_array_equal(kept.parameters[:4], way)
 
 
 def test_a_state_that_is_not_a_number_keeps_the_last_command_and_learns_nothing():

@@ -173,5 +173,10 @@ def test_an_innovation_that_the_covariance_does_not_explain_is_passed_over():
     np.testing.assert_array_equal(kept, prior)
     _, renewed = learnt(np.ones((1, 3)), np.array([50.0]), 1.0, prior, gate=6.0, renewed=0.25)
     np.testing.assert_allclose(renewed, 0.75 * prior + 0.25 * np.eye(3), rtol=1e-15)
+    spread = 3.0  # of three parameters of variance 1, besides the innovation's own 1: the gate is at 12
+    for size, learns in ((0.99, True), (1.01, False)):
+        value = size * 6.0 * np.sqrt(1.0 + spread)
+        found, _ = learnt(np.ones((1, 3)), np.array([value]), 1.0, np.eye(3), gate=6.0)
+        np.testing.assert_allclose(found, value / (1.0 + spread) if learns else 0.0, rtol=1e-14)
     held, _ = learnt(np.ones((1, 3)), np.array([5.0]), 1.0, np.eye(3), gate=6.0, high=0.5)
     np.testing.assert_array_equal(held, 0.5)

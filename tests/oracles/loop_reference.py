@@ -1,4 +1,7 @@
-"""The loop of the rig for the reader: the compiled run, a sample at a time, for laws of the chain."""
+"""The loop of the rig for the reader: the compiled run, a sample at a time, for laws of the chain.
+
+The plant is that of `oracles.readable_plant`, encoders and filter stand here; of the package only what is Python.
+"""
 
 import numpy as np
 
@@ -7,7 +10,10 @@ from cabledrive.control.numbers import NOMINAL
 from cabledrive.control.observer_numbers import KALMAN
 from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.loop_numbers import Array
-from cabledrive.rig.closed_loop.plant_kernels import MOST_TERMS, advance
+from oracles.readable_plant import ReadablePlant
+
+TORQUE_LOOP = 6
+"""Place of the torque loop's bandwidth among the numbers of the plant."""
 
 
 def run_reference(loop: Loop, samples: int) -> tuple[Array, Array]:
@@ -16,11 +22,12 @@ def run_reference(loop: Loop, samples: int) -> tuple[Array, Array]:
     Returns ``commands, load_angles``, shape (samples,) [N m], [rad] at the first shaft.
     """
     rig, observer, law, n = loop.rig, loop.observer, loop.controller.law, loop.chain.size
-    x, slip, held, newest = np.zeros(2 * n + 1), 0, 0.0, 0.0
+    plant = ReadablePlant(chain=loop.chain, rate=float(loop.plant.scalars[TORQUE_LOOP]))
+    moving, slip, held, newest = [0.0] * (2 * n + 1), 0, 0.0, 0.0
     believed, estimate = np.zeros(observer.model.shape[0]), law.learning[NOMINAL].copy()
-    terms, work = np.zeros((MOST_TERMS, 2 * n + 1)), np.zeros(32)
     commands, angles = np.zeros(samples), np.zeros(samples)
     for k in range(samples):
+        x = np.array(moving)
         angles[k] = x[n - 1]
         if observer.kind == KALMAN:
             counts = np.rint(x[rig.encoders] / rig.counts + rig.phases)
@@ -35,7 +42,7 @@ def run_reference(loop: Loop, samples: int) -> tuple[Array, Array]:
         if observer.kind == KALMAN:
             believed, held = predicted(observer.model, observer.scalars, n, believed, held, older, newest)
         commands[k] = newest
-        slip = advance(*loop.plant, x, slip, newest, 0.0, 0.0, rig.interval, terms, work)
+        moving, slip = plant.moved(moving, slip, float(newest), rig.interval)
     return commands, angles
 
 

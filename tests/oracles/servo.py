@@ -8,10 +8,8 @@ from numpy.typing import NDArray
 
 from cabledrive.identification.logs.log import Log
 from cabledrive.mechanics.compiled import njit
-from cabledrive.reduction.chain_kernels import step
-from cabledrive.reduction.chain_motion_kernels import COULOMB, EXCESS, SLOPE, ChainNumbers
-from cabledrive.reduction.friction_integration import chain_numbers
 from cabledrive.rig.bench.virtual_rig import VirtualRig, friction_and_gaps, log_from
+from oracles.servo_plant import Row, moved
 
 Array = NDArray[np.float64]
 
@@ -56,7 +54,6 @@ def run_servo(
     servo = servo or Servo()
     flaws, samples, interval = rig.imperfections, reference.shape[1], 1.0 / rig.sample_rate
     phases = {name: float(rng.uniform()) for name in rig.encoders}
-    law, gaps = friction_and_gaps(rig)
     inertia, omega = sum(rig.chain.inertias), 2 * pi * servo.bandwidth
     fine = interval / oversampling
     pole = 0.0 if flaws.current_bandwidth is None else exp(-2 * pi * flaws.current_bandwidth * fine)
@@ -66,7 +63,7 @@ def run_servo(
     gains = (inertia * omega**2, 2 * servo.damping * inertia * omega)
     torque, angles = np.empty((samples, oversampling)), np.empty((samples, rig.chain.size))
     integrate_servo(
-        chain_numbers(rig.chain, gaps=gaps, law=law),
+        row_of(rig),
         np.array([*gains, follow, quantum, phases["angle"], pole, most]),
         np.ascontiguousarray(reference),
         np.asarray(flaws.amplifier_noise * rng.normal(size=samples)),
@@ -77,15 +74,18 @@ def run_servo(
     return log_from(rig, torque.ravel(), angles, rng, {}, source, phases)
 
 
+def row_of(rig: VirtualRig) -> Row:
+    """The inertias of a rig with what its imperfections add."""
+    chain, (law, gaps) = rig.chain, friction_and_gaps(rig)
+    ratios = np.array(chain.ratios, dtype=float).reshape(chain.size - 1, 2)
+    fields = (chain.inertias, chain.viscous, chain.coulomb, chain.offsets, law.excess, law.fading, law.slope)
+    links = (chain.stiffness, chain.damping, gaps, *ratios.T)
+    return Row(*(np.array(values, dtype=float) for values in (*fields, *links)))
+
+
 @njit
 def integrate_servo(
-    c: ChainNumbers,
-    loop: Array,
-    reference: Array,
-    noise: Array,
-    interval: float,
-    torque: Array,
-    angles: Array,
+    row: Row, loop: Array, reference: Array, noise: Array, interval: float, torque: Array, angles: Array
 ) -> None:
     """Torque at every fine step, angles at every sample.
 
@@ -95,25 +95,14 @@ def integrate_servo(
     amplifier's torque; the controller works once per sample and its torque stands until the next.
     ``torque`` has shape (samples, oversampling), ``angles`` (samples, n).
     """
-    n = c.body.shape[1]
+    n, parts = row.inertia.size, torque.shape[1]
     kp, kv, follow, quantum, phase, pole, most = loop
-    x, s = np.zeros(2 * n), np.zeros((2 * n, 0))
-    xe, se = np.empty(2 * n), np.empty((2 * n, 0))
-    nx, ns = 2 * n, (2 * n, 0)
-    work_x = (np.empty(nx), np.empty(nx), np.empty(nx), np.empty(nx), np.empty(nx))
-    work_s = (np.empty(ns), np.empty(ns), np.empty(ns), np.empty(ns), np.empty(ns))
-    slip = np.zeros(n, dtype=np.int64)
-    for i in range(n):
-        x[i] = reference[0, 0]
-        if c.body[SLOPE, i] > 0.0 or c.body[COULOMB, i] + c.body[EXCESS, i] <= 0.0:
-            slip[i] = 1
-    parts = torque.shape[1]
-    h = interval / parts
+    x, ways = np.zeros(2 * n), np.zeros(n)
+    x[:n] = reference[0, 0]
     before = quantum * floor(x[0] / quantum + phase)
     speed, acting = 0.0, 0.0
     for sample in range(reference.shape[1]):
-        for i in range(n):
-            angles[sample, i] = x[i]
+        angles[sample] = x[:n]
         shown = quantum * floor(x[0] / quantum + phase)
         speed += follow * ((shown - before) / interval - speed)
         before = shown
@@ -123,4 +112,4 @@ def integrate_servo(
             last = acting
             acting = pole * acting + (1.0 - pole) * wanted
             torque[sample, part] = last
-            step(c, x, s, slip, last, acting, h, xe, se, work_x, work_s)
+            x = moved(row, x, ways, last, acting, interval / parts)

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.integrate import quad, solve_ivp
 
 from cabledrive.reduction.friction_integration import (
     FrictionLaw,
@@ -145,6 +146,42 @@ def test_friction_at_rest_holds_more_than_friction_in_motion():
     law = FrictionLaw(excess=(0.02,), fading=(0.1,), slope=(0.0,))
     assert np.all(integrate_chain(ONE, np.full(100, 0.059), 1e-3, law=law).angles == 0.0)
     assert integrate_chain(ONE, np.full(100, 0.061), 1e-3, law=law).angles[-1, 0] > 0.0
+
+
+def test_an_axis_slows_under_friction_that_falls_with_the_square_of_speed_over_fading():
+    """Time to a speed is the integral of J / (b w + c + e exp(-(w/f)^2)), by quadrature."""
+    excess, fading, start, interval = 0.03, 0.4, 1.5, 2e-4
+    law = FrictionLaw(excess=(excess,), fading=(fading,), slope=(0.0,))
+    speeds = integrate_chain(ONE, np.zeros(200), interval, law=law, start=np.array([0.0, start])).speeds[:, 0]
+
+    def per_speed(w):
+        return 0.002 / (0.003 * w + 0.04 + excess * np.exp(-((w / fading) ** 2)))
+
+    for k in (50, 150, 199):
+        assert speeds[k] > 0.0
+        time, _ = quad(per_speed, speeds[k], start, epsabs=1e-14)
+        assert time == pytest.approx(k * interval, rel=1e-9)
+
+
+def test_flanks_of_a_gap_push_and_never_pull():
+    """Two free inertias thrown together against a heavy damper: the contact's force is never below zero.
+
+    By another integration of the relative motion; the step misses the instant of contact, hence first order.
+    """
+    free = replace(TWO, viscous=(0.0, 0.0), coulomb=(0.0, 0.0), offsets=(0.0, 0.0), damping=(0.05,))
+    gap, interval, start = 0.2, 1e-3, np.array([0.0, 0.0, 8.0, 0.0])
+    found = integrate_chain(free, np.zeros(200), interval, gaps=(gap,), start=start, substeps=40)
+    relative = found.speeds[:, 0] - found.speeds[:, 1]
+
+    def rates(_, y):
+        beyond = np.sign(y[0]) * max(abs(y[0]) - 0.5 * gap, 0.0)
+        force = 1.5 * beyond + 0.05 * y[1] if beyond != 0.0 else 0.0
+        force = force if force * beyond > 0.0 else 0.0
+        return [y[1], -force * (1.0 / 0.002 + 1.0 / 0.003)]
+
+    truth = solve_ivp(rates, (0.0, 0.199), [0.0, 8.0], t_eval=interval * np.arange(200), max_step=1e-5)
+    assert truth.y[1].min() < -1.0, "the flanks do not throw them apart"
+    np.testing.assert_allclose(relative, truth.y[1], atol=5e-3 * 8.0)
 
 
 @pytest.mark.parametrize("slope", [0.0, 0.5])

@@ -1,0 +1,125 @@
+"""A lumped chain for the reader: sticking motor, rubbing load, backlash, slack spans, a torque loop.
+
+The equations stand here as they are in a textbook, on plain numbers. Every short step is one of Runge and Kutta;
+the instant at which the motor stops or lets go is found by halving the step. Nothing is taken from the rig.
+"""
+
+from dataclasses import dataclass
+from math import copysign, inf, tanh
+
+from cabledrive.reduction.lumped_chain import LumpedChain
+
+HALVINGS = 40
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReadablePlant:
+    """A chain between equal angles and what a drive adds to it.
+
+    Attributes
+    ----------
+    chain : LumpedChain
+    rate : float
+        Bandwidth of the torque loop [rad/s]; 0: none.
+    play : float
+        Backlash of the first link, from end to end [rad].
+    slack : float
+        Twist of the last link beyond which one of its two spans carries nothing [rad].
+    slope : float
+        K of the load's friction c tanh(K w) [s/rad].
+    step : float
+        Of Runge and Kutta [s].
+    """
+
+    chain: LumpedChain
+    rate: float = 0.0
+    play: float = 0.0
+    slack: float = inf
+    slope: float = 50.0
+    step: float = 5e-6
+
+    def link(self, i: int, x: list[float]) -> float:
+        """Torque that link i takes from inertia i and gives to the next [N m]."""
+        n = self.chain.size
+        stiffness, damping = self.chain.stiffness[i], self.chain.damping[i]
+        twist, speed = x[i] - x[i + 1], x[n + i] - x[n + i + 1]
+        if i == 0 and self.play > 0.0:
+            if abs(twist) < 0.5 * self.play:
+                return 0.0
+            twist -= copysign(0.5 * self.play, twist)
+        if i == n - 2 and abs(twist) > self.slack:
+            taut = copysign(self.slack, twist)  # one span is left, of half the stiffness of both
+            return stiffness * (taut + 0.5 * (twist - taut)) + 0.5 * damping * speed
+        return stiffness * twist + damping * speed
+
+    def torques(self, x: list[float], motor: float, load: float) -> list[float]:
+        """Torque on every inertia without the motor's Coulomb friction; ``motor``, ``load``: from outside."""
+        chain, n = self.chain, self.chain.size
+        found = [-b * w for b, w in zip(chain.viscous, x[n : 2 * n], strict=True)]
+        found[0] += x[2 * n] + chain.offsets[0] + motor
+        found[-1] += load
+        if n > 1:
+            found[-1] -= chain.coulomb[-1] * tanh(self.slope * x[2 * n - 1])
+        for i in range(n - 1):
+            through = self.link(i, x)
+            found[i] -= through
+            found[i + 1] += through
+        return found
+
+    def rates(self, x: list[float], slip: int, u: float, motor: float, load: float) -> list[float]:
+        """Rates of angles, speeds and shaft torque; ``slip``: way of the motor, 0 where it sticks."""
+        n = self.chain.size
+        found = self.torques(x, motor, load)
+        found[0] -= slip * self.chain.coulomb[0]
+        speeds = [torque / inertia for torque, inertia in zip(found, self.chain.inertias, strict=True)]
+        if slip == 0 and self.chain.coulomb[0] > 0.0:
+            speeds[0] = 0.0
+        return [*x[n : 2 * n], *speeds, self.rate * (u - x[2 * n])]
+
+    def stepped(self, x: list[float], slip: int, inputs: tuple[float, float, float], h: float) -> list[float]:
+        """State one step of Runge and Kutta on."""
+        one = self.rates(x, slip, *inputs)
+        two = self.rates([a + 0.5 * h * r for a, r in zip(x, one, strict=True)], slip, *inputs)
+        three = self.rates([a + 0.5 * h * r for a, r in zip(x, two, strict=True)], slip, *inputs)
+        four = self.rates([a + h * r for a, r in zip(x, three, strict=True)], slip, *inputs)
+        return [
+            a + h / 6.0 * (p + 2.0 * (q + r) + s)
+            for a, p, q, r, s in zip(x, one, two, three, four, strict=True)
+        ]
+
+    def way(self, x: list[float], motor: float, load: float) -> int:
+        """Which way a motor at rest lets go; 0: friction holds it."""
+        torque = self.torques(x, motor, load)[0]
+        return 0 if abs(torque) <= self.chain.coulomb[0] else int(copysign(1, torque))
+
+    def changes(self, x: list[float], slip: int, motor: float, load: float) -> bool:
+        """Whether the motor has let go, or has turned."""
+        if slip == 0:
+            return self.way(x, motor, load) != 0
+        return slip * x[self.chain.size] < 0.0
+
+    def moved(
+        self, x: list[float], slip: int, u: float, time: float, motor: float = 0.0, load: float = 0.0
+    ) -> tuple[list[float], int]:
+        """State and way of the motor after a time under a constant command [N m]."""
+        n, rest, inputs = self.chain.size, time, (u, motor, load)
+        if self.rate == 0.0:
+            x = [*x[: 2 * n], u]
+        sticks = self.chain.coulomb[0] > 0.0
+        if sticks and slip == 0:
+            slip = self.way(x, motor, load)
+        while rest > 1e-15:
+            h = min(self.step, rest)
+            later = self.stepped(x, slip, inputs, h)
+            if sticks and self.changes(later, slip, motor, load):
+                early, late = 0.0, h
+                for _ in range(HALVINGS):
+                    h = 0.5 * (early + late)
+                    later = self.stepped(x, slip, inputs, h)
+                    early, late = (early, h) if self.changes(later, slip, motor, load) else (h, late)
+                h = late
+                later = self.stepped(x, slip, inputs, h)
+                later[n] = 0.0
+                slip = self.way(later, motor, load)
+            x, rest = later, rest - h
+        return x, slip
